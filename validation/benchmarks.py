@@ -31,7 +31,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps import deck
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.engines.native import METHODS, kernels, simulate
-from hertzchain.engines.native.kernel_input import leg_rows, nothing_recorded, table
+from hertzchain.engines.native.kernel_input import coefficients, leg_rows, nothing_recorded
 from hertzchain.engines.native.many import march_all
 from hertzchain.engines.native.marching import at_the_start
 from hertzchain.engines.native.methods import SRKN_11B
@@ -283,8 +283,9 @@ def march(module: dict[str, Any], legs: FloatArray, granules: int, moving: int) 
     """Run the kernels of a module, whole or cut, on a plain scene at fixed steps."""
     contacts, state = granules - 1, at_the_start(SRKN_11B, granules + 1, np.float64)
     return module["march"](
-        legs, *table(SRKN_11B), state, False, 0.0, 0.0, granules, np.zeros((0, 0)), *kernels.PLAIN,
-        moving, False, np.zeros(contacts), np.zeros(contacts), nothing_recorded(), np.zeros(3),
+        legs, *coefficients(SRKN_11B), state, False, 0.0, 0.0, granules, np.zeros((0, 0)),
+        *kernels.PLAIN, moving, False, np.zeros(contacts), np.zeros(contacts),
+        nothing_recorded(), np.zeros(3),
     )  # fmt: skip
 
 

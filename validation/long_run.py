@@ -27,7 +27,8 @@ from rich.table import Table
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native import METHODS, simulate
+from hertzchain.engines.native import METHODS, simulate, simulate_in_numpy
+from hertzchain.engines.native.methods import SymplecticNystrom
 from hertzchain.engines.native.simulation import Simulation
 from hertzchain.scene.run import Run
 from hertzchain.theory.solitary_wave import solitary_wave
@@ -104,7 +105,10 @@ def by_native(contender: Contender) -> pandas.DataFrame:
     def run(end_time: float | None = None) -> Simulation:
         scene = scene_of(contender, end_time)
         legs = scene.schedule(contender.step * scene.units.time)
-        return simulate(scene, legs, METHODS[contender.method].walker, leave_behind=True)
+        walker = METHODS[contender.method].walker
+        if not isinstance(walker.stepper, SymplecticNystrom):
+            return simulate_in_numpy(scene, legs, walker)
+        return simulate(scene, legs, walker, leave_behind=True)
 
     whole = run()
     impulse = scene_of(contender).impulse / scene_of(contender).units.momentum

@@ -18,6 +18,7 @@ from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.damped_plan import first_tolerance
 from hertzchain.engines.native.damped_runs import simulate_damped
 from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
+from hertzchain.engines.native.methods import SymplecticNystrom
 from hertzchain.engines.native.refinement import Walker
 from hertzchain.engines.registry import label_of
 from hertzchain.limits import TIME_LIMIT, Deadline
@@ -59,7 +60,12 @@ def contenders(scene: Scene, truth: Result) -> tuple[Contender, ...]:
     """
     steps = {name: _halvings(*ends) for name, ends in _STEPS.items()}
     steps["reference"] = steps["reference"][::2]
-    compiled = {name: _compiled(METHODS[name].walker) for name in steps}
+    walkers = {name: METHODS[name].walker for name in steps}
+    compiled = {
+        name: _compiled(walker)
+        for name, walker in walkers.items()
+        if isinstance(walker.stepper, SymplecticNystrom)
+    }
     if scene.contact is not None:  # LAMMPS's scheme alone
         compiled = {"velocity-verlet": partial(_with_steps, simulate_damped_verlet)}
     by_steps = [
@@ -78,7 +84,7 @@ def contenders(scene: Scene, truth: Result) -> tuple[Contender, ...]:
         return (*by_steps, *users, *lammps)
     single = _compiled(METHODS["srkn-6b"].walker, np.float32)  # cheapest for low accuracy
     # The reference's halved steps cost NumPy a second for any step at the start.
-    in_numpy = {name: own[:9:2] for name, own in steps.items()}
+    in_numpy = {name: own[:9:2] if name in compiled else own[:12] for name, own in steps.items()}
     in_numpy["reference"] = (METHODS["reference"].step,)
     return (
         *_formulas(scene, truth),
@@ -87,7 +93,7 @@ def contenders(scene: Scene, truth: Result) -> tuple[Contender, ...]:
         Contender("srkn-6b, float32", COMPILED, single, steps["srkn-6b"][:11]),
         *users,
         *(
-            Contender(f"{name}, NumPy", NUMPY, _numpy(METHODS[name].walker), own)
+            Contender(f"{name}, NumPy", NUMPY, _numpy(walkers[name]), own)
             for name, own in in_numpy.items()
         ),
         Contender("DOP853, SciPy", SCIPY, _scipy, rtols=_decades(4, 12)),

@@ -17,7 +17,9 @@ from numpy.typing import ArrayLike
 from hertzchain.engines.native import damped_runs
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.kernel_input import can_leave_behind
+from hertzchain.engines.native.methods import SymplecticNystrom
 from hertzchain.engines.native.named_methods import METHODS
+from hertzchain.engines.native.refinement import Walker
 from hertzchain.engines.native.run_error import error_bound, estimate
 from hertzchain.engines.native.simulation import Prepared, Simulation, work_of
 from hertzchain.errors import POSITIVE, StepUnstable, is_positive, require
@@ -72,10 +74,11 @@ class Native:
     Parameters
     ----------
     method
-        ``reference``, ``srkn-11b``, ``srkn-6b``, ``dprkn-6``, ``rk4`` or ``velocity-verlet``; by
+        ``reference``, ``srkn-11b``, ``srkn-6b``, ``velocity-verlet``, ``rk4`` or ``dprkn-6``; by
         default the cheapest that gives peaks of accuracy ``rtol``. ``numpy`` and ``scipy``
         integrate Eq. 1 as ``equations.py`` writes it, a hundred times more slowly: elastic contacts
-        by the methods here in plain NumPy, any contacts by ``scipy.integrate.solve_ivp``.
+        by the methods here in plain NumPy, any contacts by ``scipy.integrate.solve_ivp``. ``rk4``
+        and ``dprkn-6`` are integrated in plain NumPy, too.
     dt
         The largest step [s]; the default depends on the method: peaks right to about 1e-12
         (reference), 1e-8 (rk4), 1e-6 (velocity-verlet).
@@ -229,7 +232,7 @@ class Native:
         dt = self.dt if self.dt is not None else method.step * scene.contact_time
         legs = method.walker.cut(scene.schedule(dt))
         refuse_unstable(scene, legs, method.interval, name)
-        prepared = self._prepared(scene, deadline)
+        prepared = self._prepared(scene, deadline, method.walker)
         run = prepared.simulate(legs, method.walker, recorder, leave_behind=self.peaks_only)
         longest = max(leg.dt for leg in legs)
         is_long = longest > SHORT * scene.contact_time
@@ -240,9 +243,10 @@ class Native:
         refuse_meaningless("native", error, is_long)
         return name, longest, run, error
 
-    def _prepared(self, scene: Scene, deadline: Deadline) -> Prepared | InNumpy:
+    def _prepared(self, scene: Scene, deadline: Deadline, walker: Walker) -> Prepared | InNumpy:
         """Return what integrates a scene with elastic contacts: compiled, or as it is written."""
-        if self.method != "numpy":
+        is_symplectic = isinstance(walker.stepper, SymplecticNystrom)
+        if self.method != "numpy" and is_symplectic:
             return Prepared.of(scene, deadline)
         from hertzchain.engines.native.in_numpy import InNumpy
 
@@ -302,9 +306,9 @@ class Native:
             return "scipy", longest_step(scene), by_scipy.run, by_scipy.bound
         if scene.contact is not None:
             return _adaptive(scene, recorder, deadline, rtol)
-        prepared = self._prepared(scene, deadline)
         hard = amplifies_errors(scene)
         plan = plans.cheapest(rtol, hard=hard)
+        prepared = self._prepared(scene, deadline, plan.walker)
         before, cost, adaptive = math.inf, 0.0, None
         expensive, refined = math.inf, 1.0
         if not (scene.is_plain or can_leave_behind(scene) or self.method == "numpy"):

@@ -25,7 +25,7 @@ from hertzchain.engines.native.sampled import (
     state_at_start,
 )
 from hertzchain.engines.native.simulation import Simulation
-from hertzchain.limits import TIME_LIMIT, Deadline
+from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
 from hertzchain.observables.history import Recorder
 from hertzchain.observables.samples import Samples
 from hertzchain.scene.scene import Scene
@@ -36,6 +36,10 @@ AppliedForce = Callable[[Any], Any]
 
 _BLOCK = 256
 """Samples passed on at a time (chosen): NumPy's cost per call is small, and so is the memory."""
+
+
+_ARRAYS = 20
+"""Numbers kept for each granule and sample of a block, at most (counted)."""
 
 
 @dataclass(frozen=True)
@@ -193,6 +197,7 @@ class InNumpy:
     ) -> Simulation:
         """Integrate the scene once, on legs [s, N] that are cut; no granule is left behind."""
         scene, units = self.scene, self.scene.units
+        refuse_memory(8.0 * _ARRAYS * _BLOCK * scene.chain.granules)
         chain = Chain.of(scene, self.dtype)
         if isinstance(walker, Refined) and not scene.is_plain:
             # An opening contact costs in proportion to stiffness over mass.

@@ -10,7 +10,7 @@ import numpy as np
 
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.methods import RungeKuttaNystrom, Stepper, SymplecticNystrom
+from hertzchain.engines.native.methods import SymplecticNystrom
 from hertzchain.errors import RunFailed
 from hertzchain.observables.history import Recorder
 from hertzchain.scene.natural_units import NaturalUnits
@@ -19,7 +19,7 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
 if TYPE_CHECKING:
-    from hertzchain.engines.native.kernels import Record, Table, Terms
+    from hertzchain.engines.native.kernels import Record, Terms
 
 MOVING = 8
 """Number of granules in the window at the start of a run."""
@@ -116,25 +116,9 @@ def nothing_recorded() -> Record:
 
 
 @functools.cache
-def table(stepper: Stepper) -> Table:
-    """Return the coefficients of a method for the kernels."""
-    from hertzchain.engines.native import kernels
-
-    if isinstance(stepper, SymplecticNystrom):
-        kicks, drifts = np.array(stepper.kicks), np.array(stepper.drifts)
-        return kernels.Table(kicks, drifts, None, None, None, None)
-    assert isinstance(stepper, RungeKuttaNystrom)
-    position = np.zeros((stepper.stages, stepper.stages))
-    for row, known in zip(position[1:], stepper.position, strict=True):
-        row[: len(known)] = known
-    return kernels.Table(
-        np.array([stepper.last_weight]),
-        np.ones(1),
-        np.array(stepper.nodes),
-        position,
-        np.array(stepper.velocity_weights),
-        np.array(stepper.position_weights),
-    )
+def coefficients(stepper: SymplecticNystrom) -> tuple[FloatArray, FloatArray]:
+    """Return the kicks and the drifts of a method for the kernels."""
+    return np.array(stepper.kicks), np.array(stepper.drifts)
 
 
 def room_for(recorder: Recorder, granules: int) -> Record:

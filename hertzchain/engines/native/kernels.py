@@ -139,28 +139,6 @@ _DEEPEST_HALF = 12
 four-thousandth of a step are as high as each other, to round-off."""
 
 
-class Table(NamedTuple):
-    """Coefficients of a method; nodes and what follows are None for a symplectic one.
-
-    For None the compiler drops what only the other kind needs, an eighth of all that it compiles.
-
-    Parameters
-    ----------
-    kicks, drifts
-        Of a symplectic Nystrom method, shape (stages + 1,) and (stages,). Of the other kind its
-        last weight and 1, shape (1,).
-    nodes, position, velocity_weights, position_weights
-        c, a, b and b-bar of a Runge-Kutta-Nystrom method, shape (stages,), for a (stages, stages).
-    """
-
-    kicks: Array
-    drifts: Array
-    nodes: Any
-    position: Any
-    velocity_weights: Any
-    position_weights: Any
-
-
 class Record(NamedTuple):
     """Where to keep a history: times, shape (times,), and what is known then, (times, ...)."""
 
@@ -176,9 +154,8 @@ class State(NamedTuple):
     Parameters
     ----------
     rows
-        The motion, zero at the start, shape (6, columns) or (5 + stages, columns), in the
-        precision of the run: displacement, velocity and acceleration, the first two at the start of
-        the step, then accelerations at the start, or of all stages of a method with nodes. There
+        The motion, zero at the start, shape (6, columns), in the precision of the run:
+        displacement, velocity and acceleration, then the same three at the start of the step. There
         are N + 1 columns, or, where the window moves along, at least ``least_columns``.
     numbers
         Further numbers of that precision, zero at the start, shape (5 + coefficients of the
@@ -439,30 +416,6 @@ def _last_kick(
     return left
 
 
-@compiled
-def _accelerations(
-    u: Any, a: Any, s: int, left: Any, least: Any, lo: int, hi: int,
-    stiffness: Any, inertia: Any, gap: Any, pull: Any,
-) -> Any:  # fmt: skip
-    """Right-hand side of Eq. 1 into row s; the force ahead of the last granule is returned."""
-    for i in range(np.uint64(lo), np.uint64(hi)):
-        r = u[i] - u[i + ONE]
-        if gap is not None:
-            r -= gap[i]
-        r = r if r > least else least - least
-        right = r * np.sqrt(r)
-        if stiffness is not None:
-            right *= stiffness[i]
-        net = left - right
-        if inertia is not None:
-            net *= inertia[i]
-        if pull is not None:
-            net += pull[i]
-        a[s, i] = net
-        left = right
-    return left
-
-
 @_part
 def _accelerate_first(
     u: Any, g: Any, constants: Any, lo: int, stiffness: Any, inertia: Any, gap: Any, pull: Any
@@ -486,7 +439,7 @@ def _accelerate_first(
 @compiled
 def _keep_start(u: Any, v: Any, g: Any, u0: Any, v0: Any, a: Any, lo: int, hi: int) -> None:
     for i in range(np.uint64(lo), np.uint64(hi)):
-        u0[i], v0[i], a[0, i] = u[i], v[i], g[i]
+        u0[i], v0[i], a[i] = u[i], v[i], g[i]
 
 
 @compiled
@@ -494,19 +447,7 @@ def _back_to_the_start(
     u: Any, v: Any, g: Any, u0: Any, v0: Any, a: Any, lo: int, hi: int
 ) -> None:  # fmt: skip
     for i in range(np.uint64(lo), np.uint64(hi)):
-        u[i], v[i], g[i] = u0[i], v0[i], a[0, i]
-
-
-@compiled
-def _drift_from(u: Any, u0: Any, v0: Any, h: Any, lo: int, hi: int) -> None:
-    for i in range(np.uint64(lo), np.uint64(hi)):
-        u[i] = u0[i] + h * v0[i]
-
-
-@compiled
-def _add(total: Any, weight: Any, a: Any, s: int, lo: int, hi: int) -> None:
-    for i in range(np.uint64(lo), np.uint64(hi)):
-        total[i] += weight * a[s, i]
+        u[i], v[i], g[i] = u0[i], v0[i], a[i]
 
 
 @compiled
@@ -554,81 +495,13 @@ def _symplectic_step(
     )  # fmt: skip
 
 
-@compiled
-def _nystrom_step(
-    u: Any, v: Any, g: Any, u0: Any, v0: Any, a: Any, fractions: Any, kicks: Any, drifts: Any,
-    others: Any, constants: Any, leg: Any,
-    begin: float, h: float, lo: int, hi: int, last: int,
-    stiffness: Any, inertia: Any, gap: Any, pull: Any,
-) -> int:  # fmt: skip
-    """Take one step of a Runge-Kutta-Nystrom method; returns where the window ends now.
-
-    ``others`` has its coefficients besides kicks and drifts, as ``_scale`` puts them.
-    """
-    pushed, least, zero = leg[SHAPE] != 0, constants[_LEAST], constants[_ZERO]
-    stages = fractions.size
-    for s in range(1, stages):
-        _drift_from(u, u0, v0, others[s], lo, hi)
-        for j in range(s):
-            position = others[(3 + s) * stages + j]
-            if position != 0:
-                _add(u, position, a, j, lo, hi)
-        if pushed:
-            constants[_PUSH] = _applied_force(leg, begin + fractions[s] * h)
-        ahead = _accelerations(
-            u, a, s, constants[_PUSH], least, lo, hi, stiffness, inertia, gap, pull
-        )
-        if ahead > 0 and hi < last:
-            grown = min(hi + _AHEAD, last)
-            for j in range(stages):
-                for i in range(hi, grown):
-                    a[j, i] = zero
-            hi = grown
-    _drift_from(u, u0, v0, drifts[0], lo, hi)
-    for s in range(stages):
-        _add(u, others[2 * stages + s], a, s, lo, hi)
-        _add(v, others[stages + s], a, s, lo, hi)
-    return _end_step(
-        u, v, g, kicks[0], constants, leg, begin + h, lo, hi, last, stiffness, inertia, gap, pull
-    )
-
-
 @_part
-def _stages(drifts: Any, nodes: Any) -> int:
-    """Force evaluations in a step."""
-    if nodes is not None:
-        return nodes.size
-    return drifts.size
-
-
-@_part
-def _scale(
-    h: float, numbers: Any, kicks: Any, drifts: Any, nodes: Any, position: Any,
-    velocity_weights: Any, position_weights: Any,
-) -> None:  # fmt: skip
-    """Coefficients times h or its square, in the precision of the state: see ``_scaled``."""
-    at = _COEFFICIENTS
+def _scale(h: float, numbers: Any, kicks: Any, drifts: Any) -> None:
+    """Kicks, then drifts, times h, in the precision of the state."""
     for s in range(kicks.size):
-        numbers[at + s] = kicks[s] * h
-    at += kicks.size
+        numbers[_COEFFICIENTS + s] = kicks[s] * h
     for s in range(drifts.size):
-        numbers[at + s] = drifts[s] * h
-    if nodes is not None:
-        at += drifts.size
-        stages = nodes.size
-        for s in range(stages):
-            numbers[at + s] = nodes[s] * h
-            numbers[at + stages + s] = velocity_weights[s] * h
-            numbers[at + 2 * stages + s] = position_weights[s] * (h * h)
-            for j in range(s):
-                numbers[at + (3 + s) * stages + j] = position[s, j] * (h * h)
-
-
-@_part
-def _scaled(numbers: Any, kicks: Any, drifts: Any) -> Any:
-    """Return the kicks, the drifts, and all further coefficients that ``_scale`` writes."""
-    first, second = _COEFFICIENTS + kicks.size, _COEFFICIENTS + kicks.size + drifts.size
-    return numbers[_COEFFICIENTS:first], numbers[first:second], numbers[second:]
+        numbers[_COEFFICIENTS + kicks.size + s] = drifts[s] * h
 
 
 def _larger_of_two(_: Any, a: Any, b: Any) -> Any:
@@ -665,7 +538,7 @@ def _scan(
             r0 -= gap[i]
             r1 -= gap[i]
         w0, w1 = v0[i] - v0[i + ONE], v[i] - v[i + ONE]
-        g0, g1 = a[0, i] - a[0, i + ONE], g[i] - g[i + ONE]
+        g0, g1 = a[i] - a[i + ONE], g[i] - g[i + ONE]
         both = w0 + w1
         turns += (w0 > zero) & (w1 <= zero)
         towards, back = -both * g0, both * g1
@@ -695,7 +568,7 @@ def _turns(v0: Any, a: Any, v: Any, g: Any, dip: Any, zero: Any, lo: int, hi: in
     turns, dips = 0, 0
     for i in range(np.uint64(lo), np.uint64(hi)):
         w0, w1 = v0[i] - v0[i + ONE], v[i] - v[i + ONE]
-        g0, g1 = a[0, i] - a[0, i + ONE], g[i] - g[i + ONE]
+        g0, g1 = a[i] - a[i + ONE], g[i] - g[i + ONE]
         both = w0 + w1
         turns += (w0 > zero) & (w1 <= zero)
         towards, back = -both * g0, both * g1
@@ -715,7 +588,7 @@ def _turns_of_verlet(
     turns = 0
     for i in range(np.uint64(lo), np.uint64(hi)):
         w0, w1 = v0[i] - v0[i + ONE], v[i] - v[i + ONE]
-        g0, g1 = a[0, i] - a[0, i + ONE], g[i] - g[i + ONE]
+        g0, g1 = a[i] - a[i + ONE], g[i] - g[i + ONE]
         near = h * abs(g1 - g0)
         turns += (w0 + near > zero) & (w1 - near <= zero)
     return turns
@@ -968,7 +841,7 @@ def _keep_peaks(
         w0, w1 = v0[i] - v0[i + 1], v[i] - v[i + 1]
         if not dips and not (w0 > 0 and w1 <= 0):
             continue
-        g0, g1 = a[0, i] - a[0, i + 1], g[i] - g[i + 1]
+        g0, g1 = a[i] - a[i + 1], g[i] - g[i + 1]
         near, both = slack * abs(g1 - g0), w0 + w1
         turns = w0 + near > 0 and w1 - near <= 0
         towards, back = -both * g0, both * g1
@@ -1524,10 +1397,6 @@ def march(
     legs: FloatArray,
     kicks: Array,
     drifts: Array,
-    nodes: Any,
-    position: Any,
-    velocity_weights: Any,
-    position_weights: Any,
     state: State,
     verlet: bool,
     tolerance: float,
@@ -1551,9 +1420,8 @@ def march(
     ----------
     legs
         The steps and the applied force, shape (legs, 8): see START and what follows.
-    kicks, drifts, nodes, position, velocity_weights, position_weights
-        The method, float64: see ``Table``. The compiler drops the branches of what is None, only if
-        that is an argument.
+    kicks, drifts
+        The method: see ``methods.SymplecticNystrom``.
     state
         Filled in, displacement and velocity at the end too.
     verlet
@@ -1586,8 +1454,9 @@ def march(
     What happened.
     """
     rows, count, total, constants = state.rows, state.counts, state.totals, state.numbers
-    u, v, g, u0, v0, a = rows[0], rows[1], rows[2], rows[3], rows[4], rows[5:]
-    kicks_h, drifts_h, others_h = _scaled(constants, kicks, drifts)
+    u, v, g, u0, v0, a = rows[0], rows[1], rows[2], rows[3], rows[4], rows[5]
+    middle = _COEFFICIENTS + kicks.size
+    kicks_h, drifts_h = constants[_COEFFICIENTS:middle], constants[middle:]
     bernstein = total[_ROOM:]
     base, size = count[_BASE], u.size
     _end_chain(u, base, granules, peak_force)
@@ -1601,7 +1470,7 @@ def march(
         if start.size > 0 or stiffness is not None:
             _begin(u, v, g, granules, peak_force, peak_time, total, stiffness, inertia, gap, pull)
     zero = constants[_ZERO]
-    stages = _stages(drifts, nodes)
+    stages = drifts.size
     margin = _margin(stages)
     grows = base + size <= granules
     last = min(granules - base, size - 1)
@@ -1621,7 +1490,7 @@ def march(
         in_leg = int(leg[STEPS])
         full = (leg[END] - leg[START]) / leg[STEPS]
         h = full / (1 << level)
-        _scale(h, constants, kicks, drifts, nodes, position, velocity_weights, position_weights)
+        _scale(h, constants, kicks, drifts)
         while whole < in_leg:
             if grows and hi + margin > size:
                 reason = _AT_EDGE
@@ -1630,22 +1499,16 @@ def march(
             constants[_H], constants[_DIP_TIMES_H] = h, _DIP * h
             _keep_start(u, v, g, u0, v0, a, lo, hi + 1)
             reached = hi
-            if nodes is not None:
-                hi = _nystrom_step(
-                    u, v, g, u0, v0, a, nodes, kicks_h, drifts_h, others_h, constants, leg, begin,
-                    h, lo, hi, last, stiffness, inertia, gap, pull,
-                )  # fmt: skip
-            else:
-                hi = _symplectic_step(
-                    u, v, g, kicks_h, drifts_h, drifts, constants, leg, begin, h, lo, hi, last,
-                    stiffness, inertia, gap, pull,
-                )  # fmt: skip
+            hi = _symplectic_step(
+                u, v, g, kicks_h, drifts_h, drifts, constants, leg, begin, h, lo, hi, last,
+                stiffness, inertia, gap, pull,
+            )  # fmt: skip
             if hi > reached:
                 # New granules were at rest before the step; what lies beyond the chain stays there.
                 for i in range(reached + 1, hi + 1):
                     u0[i] = u[i] if i == last and base + last == granules else zero
                     v0[i] = zero
-                    a[0, i] = zero
+                    a[i] = zero
             cost += hi - lo
             spent += hi - lo + _STEP_IN_GRANULES
             if spent >= _LOOK:
@@ -1671,26 +1534,16 @@ def march(
                     _back_to_the_start(u, v, g, u0, v0, a, lo, hi + 1)
                     count[_EVALUATIONS] += stages
                     level, part, h = level + 1, 2 * part, h / 2
-                    _scale(
-                        h, constants, kicks, drifts, nodes, position, velocity_weights,
-                        position_weights,
-                    )  # fmt: skip
+                    _scale(h, constants, kicks, drifts)
                     continue
             for s in range(count[_LATE]):
                 place = _LATE + 1 + 2 * s
                 from_, to = count[place], count[place + 1]
                 ahead = lo if s + 1 == count[_LATE] else count[place + 2]
-                if nodes is not None:
-                    _keep_start(u, v, g, u0, v0, a, from_, to + 1)
-                    count[place + 1] = _nystrom_step(
-                        u, v, g, u0, v0, a, nodes, kicks_h, drifts_h, others_h, constants, leg,
-                        begin, h, from_, to, ahead, stiffness, inertia, gap, pull,
-                    )  # fmt: skip
-                else:
-                    count[place + 1] = _symplectic_step(
-                        u, v, g, kicks_h, drifts_h, drifts, constants, leg, begin, h, from_, to,
-                        ahead, stiffness, inertia, gap, pull,
-                    )  # fmt: skip
+                count[place + 1] = _symplectic_step(
+                    u, v, g, kicks_h, drifts_h, drifts, constants, leg, begin, h, from_, to, ahead,
+                    stiffness, inertia, gap, pull,
+                )  # fmt: skip
                 cost += to - from_
                 spent += to - from_
             steps += 1
@@ -1731,9 +1584,7 @@ def march(
                     level, part, h = level - 1, part // 2, h * 2
                 if level == 0:
                     whole, part = whole + part, 0
-                _scale(
-                    h, constants, kicks, drifts, nodes, position, velocity_weights, position_weights
-                )
+                _scale(h, constants, kicks, drifts)
             if time >= next_check:
                 next_check = time + _CHECK
                 control[1] = time

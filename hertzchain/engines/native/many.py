@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import Array, FloatArray
-from hertzchain.engines.native.kernel_input import MOVING, nothing_recorded, table
-from hertzchain.engines.native.methods import SymplecticNystrom
+from hertzchain.engines.native.kernel_input import MOVING, coefficients, nothing_recorded
 from hertzchain.engines.native.refinement import Walker
 from hertzchain.limits import Deadline
 
@@ -55,7 +54,7 @@ def march_all(
     found = force, time, np.zeros(scenes), np.zeros(scenes)
     control = np.zeros(3)
     unknown = np.max(rows[:, :, 3], initial=0.0) > _LAST_SHAPE
-    if granules > _LONGEST or unknown or not isinstance(walker.stepper, SymplecticNystrom):
+    if granules > _LONGEST or unknown:
         part = _one_by_one(rows, walker, granules, leaves, dtype, found, control)
         _on_cores(part, scenes, 1, control, deadline, cores)
         return found
@@ -77,11 +76,11 @@ def _side_by_side(
     """Return a function that integrates a part of the scenes in the lanes of vectors."""
     from hertzchain.engines.native import lanes_kernel
 
-    coefficients = table(walker.stepper)
+    kicks, drifts = coefficients(walker.stepper)
 
     def part(some: slice) -> None:
         lanes_kernel.march_lanes(
-            rows[some], leaves[some], coefficients.kicks, coefficients.drifts,
+            rows[some], leaves[some], kicks, drifts,
             _room(granules, dtype), walker.tolerance, walker.starting, granules,
             *(values[some] for values in found), control,
         )  # fmt: skip

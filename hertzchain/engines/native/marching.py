@@ -5,14 +5,13 @@ It is loaded when the first run begins, because Numba is loaded with it.
 
 from __future__ import annotations
 
-import functools
 from typing import Any
 
 import numpy as np
 
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.native import kernels
-from hertzchain.engines.native.kernel_input import table
+from hertzchain.engines.native.kernel_input import coefficients
 from hertzchain.engines.native.kernels import COUNTS, TOTALS, Outcome, Record, State, Terms
 from hertzchain.engines.native.methods import Stepper, SymplecticNystrom
 
@@ -37,33 +36,27 @@ def march(
 
     The arguments are those of ``kernels.march``; ``rows`` are its legs.
     """
+    assert isinstance(stepper, SymplecticNystrom)  # NumPy integrates with other methods
     columns = granules + 1
     if leave_behind and terms.stiffness is None:
         columns = min(columns, kernels.least_columns(stepper.stages))
     state, is_verlet = at_the_start(stepper, columns, dtype), stepper.order == 2
     while True:
         outcome = kernels.march(
-            rows, *table(stepper), state, is_verlet, tolerance, starting, granules, start, *terms,
-            moving, leave_behind, force, time, record, control,
+            rows, *coefficients(stepper), state, is_verlet, tolerance, starting, granules, start,
+            *terms, moving, leave_behind, force, time, record, control,
         )  # fmt: skip
         if outcome.status != kernels.NO_ROOM:
             return outcome, state.rows[0, :granules], state.rows[1, :granules]
         state = kernels.with_room(state, granules, stepper.stages)
 
 
-def at_the_start(stepper: Stepper, columns: int, dtype: type[np.floating[Any]]) -> State:
+def at_the_start(stepper: SymplecticNystrom, columns: int, dtype: type[np.floating[Any]]) -> State:
     """Return a state for the start of a run."""
-    accelerations, coefficients = _sizes(stepper)
+    kicks, drifts = coefficients(stepper)
     return State(
-        np.zeros((5 + accelerations, columns), dtype),
-        np.zeros(5 + coefficients, dtype),
+        np.zeros((6, columns), dtype),
+        np.zeros(5 + kicks.size + drifts.size, dtype),
         np.zeros(COUNTS, np.int64),
         np.zeros(TOTALS),
     )
-
-
-@functools.cache
-def _sizes(stepper: Stepper) -> tuple[int, int]:
-    """Return the number of accelerations kept in a step, and of coefficients of the method."""
-    accelerations = 1 if isinstance(stepper, SymplecticNystrom) else stepper.stages
-    return accelerations, sum(0 if one is None else one.size for one in table(stepper))

@@ -226,10 +226,10 @@ class Prepared:
         """Return peak forces and times, and what the kernels return; fill in a recorder."""
         from hertzchain.engines.native import kernels, marching
 
-        granules, stages = self.scene.chain.granules, walker.stepper.stages
+        granules, stepper = self.scene.chain.granules, walker.stepper
         rows = leg_rows(legs, self.scene.units)
-        work = work_of(self.scene, legs, stages)
-        self._refuse(rows, work, stages, leave_behind, recorder)
+        work = work_of(self.scene, legs, stepper.stages)
+        self._refuse(rows, work, stepper.stages, leave_behind, recorder)
         record = nothing_recorded() if recorder is None else room_for(recorder, granules)
         contacts = granules - 1 if self.scene.wall is None else granules
         force, time, control = np.zeros(contacts), np.full(contacts, np.nan), np.zeros(3)
@@ -238,7 +238,7 @@ class Prepared:
 
         def run() -> Any:
             return marching.march(
-                rows, walker.stepper, dtype, tolerance, walker.starting, granules, self.start,
+                rows, stepper, dtype, tolerance, walker.starting, granules, self.start,
                 self.terms, self.moving, leave_behind, force, time, record, control,
             )  # fmt: skip
 

@@ -34,6 +34,7 @@ from hertzchain.engines.native.methods import (
     SRKN_11B,
     VELOCITY_VERLET,
     Stepper,
+    SymplecticNystrom,
 )
 from hertzchain.engines.native.plan import cheapest
 from hertzchain.engines.native.refinement import Fixed, Refined, Walker
@@ -45,8 +46,6 @@ from hertzchain.theory.solitary_wave import solitary_wave
 from tests.conftest import STEEL, paper_scene
 from tests.engines.native.test_native import slope
 
-METHODS = [VELOCITY_VERLET, RUNGE_KUTTA_4, DPRKN_6, SRKN_6B, SRKN_11B]
-
 
 def pulse_table() -> hc.Scene:
     """A table that starts late, jumps at both ends and has a corner."""
@@ -55,7 +54,7 @@ def pulse_table() -> hc.Scene:
 
 
 @pytest.mark.parametrize("refined", [False, True], ids=["fixed", "refined"])
-@pytest.mark.parametrize("stepper", METHODS[1:], ids=["rk4", "dprkn-6", "srkn-6b", "srkn-11b"])
+@pytest.mark.parametrize("stepper", [SRKN_6B, SRKN_11B], ids=["srkn-6b", "srkn-11b"])
 @pytest.mark.parametrize(
     "scene",
     [
@@ -147,9 +146,11 @@ def test_order_of_the_displacement(demo: hc.Scene, stepper: Stepper, steps: list
     # Before a contact opens: that spoils any order.
     scene = replace(demo, run=hc.Run(9 * demo.units.time))
 
+    run = simulate if isinstance(stepper, SymplecticNystrom) else simulate_in_numpy
+
     def displacement(step: float) -> Any:
         legs = scene.schedule(step * scene.units.time)
-        return simulate(scene, legs, Fixed(stepper)).state.displacement
+        return run(scene, legs, Fixed(stepper)).state.displacement
 
     expected = simulate(scene, scene.schedule(0.02 * scene.units.time), Fixed(SRKN_11B))
     errors = [
@@ -218,7 +219,7 @@ def test_a_window_has_more_room_when_it_needs_it(
     march, columns = kernels.march, []
 
     def noted(*arguments: Any) -> Any:
-        columns.append(arguments[7].rows.shape[1])
+        columns.append(arguments[3].rows.shape[1])
         return march(*arguments)
 
     monkeypatch.setattr(kernels, "march", noted)
@@ -229,12 +230,11 @@ def test_a_window_has_more_room_when_it_needs_it(
     assert np.array_equal(window.peaks.time, full.peaks.time)
 
 
-@pytest.mark.parametrize(("stepper", "step"), [(SRKN_11B, 0.4), (DPRKN_6, 0.3)])
 def test_waves_that_are_followed_alone_move_with_their_window(
-    monkeypatch: pytest.MonkeyPatch, stepper: Any, step: float
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     scene = paper_scene("cosine", 8.0, 1.1, 2500)
-    legs, walker = scene.schedule(step * scene.units.time), Fixed(stepper)
+    legs, walker = scene.schedule(0.4 * scene.units.time), Fixed(SRKN_11B)
     full = simulate(scene, legs, walker)
     with_room, followed = kernels.with_room, []
 
@@ -678,7 +678,7 @@ def test_a_maximum_in_a_step_whose_rate_is_no_parabola(
     leg = np.array([0.0, 1.0, 1.0, 1.0, 0.0, 1.0, *pushed])
     found, at = np.zeros(1), np.full(1, np.nan)
     kernels._keep_peaks(
-        found, at, 0, u0, v0, a[None], u, v, g, 0, 2, leg, 0.0, 1.0, 1.0, 0.0, True, 0.0,
+        found, at, 0, u0, v0, a, u, v, g, 0, 2, leg, 0.0, 1.0, 1.0, 0.0, True, 0.0,
         np.zeros(7), *kernels.PLAIN,
     )  # fmt: skip
     slope = pushed[1] - pushed[0]
