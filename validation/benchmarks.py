@@ -284,7 +284,7 @@ def march(module: dict[str, Any], legs: FloatArray, granules: int, moving: int) 
     contacts, state = granules - 1, at_the_start(SRKN_11B, granules + 1, np.float64)
     return module["march"](
         legs, *coefficients(SRKN_11B), state, False, 0.0, 0.0, granules, np.zeros((0, 0)),
-        *kernels.PLAIN, moving, False, np.zeros(contacts), np.zeros(contacts),
+        None, moving, False, np.zeros(contacts), np.zeros(contacts),
         nothing_recorded(), np.zeros(3),
     )  # fmt: skip
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
 from unittest.mock import patch
@@ -87,7 +87,7 @@ def another(**other: Any) -> Plant:
 
     def changed(scene: hc.Scene) -> Chain:
         chain = Chain.of(scene)
-        return replace(chain, **{key: change(chain) for key, change in other.items()})
+        return chain._replace(**{key: change(chain) for key, change in other.items()})
 
     return lambda: patch.object(damped_runs, "Chain", SimpleNamespace(of=changed))
 

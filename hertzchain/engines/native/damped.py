@@ -11,7 +11,6 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.kernel_input import padded
 from hertzchain.engines.native.methods import DOP853
 
 if TYPE_CHECKING:
@@ -77,21 +76,8 @@ def integrate_damped(
         By how much steps may be longer, also those that strong dampers allow; at most 1.5.
     """
     from hertzchain.engines.native import damped_advance, damped_kernel, kernels
-    from hertzchain.engines.native.damped_contacts import Contacts
 
     granules, contacts = chain.inverse_mass.size, chain.stiffness.size
-    inertia = np.ascontiguousarray(chain.inverse_mass, np.float64)
-
-    made = Contacts(
-        padded(chain.stiffness, granules),
-        padded(chain.damping, granules),
-        padded(chain.gap, granules),
-        inertia,
-        np.ascontiguousarray(chain.constant, np.float64),
-        np.maximum(inertia, np.append(inertia[1:], 0.0)),
-        round(4 * chain.exponent),
-        chain.attraction,
-    )
     if record is None:
         nothing = np.zeros((0, 0))
         record = kernels.Record(np.zeros(0), nothing, nothing, nothing)
@@ -99,7 +85,7 @@ def integrate_damped(
     has_front = start.size == 0 and not chain.gap.any() and not chain.constant.any()
     force, time = np.zeros(contacts), np.full(contacts, np.nan)
     found, displacement, velocity = damped_kernel.march(
-        rows, _method(), made, start if start.size else np.zeros((2, granules)),
+        rows, _method(), chain.padded(), start if start.size else np.zeros((2, granules)),
         _MOVING if has_front else granules, tolerance, longer * longest,
         longer * damped_advance.STABLE, most_work, force, time, record,
         np.zeros(3) if control is None else control,

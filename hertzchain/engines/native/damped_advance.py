@@ -114,7 +114,7 @@ def grain(u: Any, hi: int) -> float:
 @compiled
 def is_diverged(left: float, given: float, total: Any, c: Any) -> bool:
     """Whether the chain has far more energy than it was given; see ``kernels._is_diverged``."""
-    if c.inertia[0] == 0.0:
+    if c.inverse_mass[0] == 0.0:
         return not abs(left) <= _DIVERGED_ENERGY * (abs(given) + total[4])
     return not left <= _DIVERGED_ENERGY * (given + total[0])
 
@@ -141,7 +141,7 @@ def advance(
     )  # fmt: skip
     steps, evaluations, look = counts.steps, counts.evaluations, counts.look
     allowed, status = counts.allowed, counts.status
-    root = 4 if c.quarters == 1 else 2
+    root = 4 if c.exponent == 1 else 2
     evaluate(u0, v0, a0, f0, r0, p0, on, leg, time, hi, c)
     keep_ends(peak_force, peak_time, f0, time, hi)
     # Steps that runs with other tolerances have, too: their differences do not tell its errors.
@@ -219,7 +219,7 @@ def advance(
         steps += 1
         for item in range(4):
             total[item] += gained[item]
-        if c.inertia[0] == 0.0:
+        if c.inverse_mass[0] == 0.0:
             total[4] += abs(gained[0])
         if not fresh:
             keep_maxima(

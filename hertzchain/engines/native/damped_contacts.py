@@ -4,17 +4,16 @@ Contact i lies ahead of granule i, and every array has an entry for it: at a fre
 damping and ``on`` of the last are 0. An array of forces has one entry more: entry 0 is the applied
 force, entry i + 1 that of contact i. In a step each contact keeps its mode: 1 in ``on`` means that
 F = k d^(3/2) + c d^q d' without a limit, 0 that F = 0. So all is smooth within a step, and where a
-mode has to change is a root of a smooth function. ``quarters`` is 4 q.
+mode has to change is a root of a smooth function.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.kernels import (
     ONE,
     _applied_force,
@@ -34,28 +33,13 @@ _SUMMIT = 1e-12
 the place is."""
 
 
-class Contacts(NamedTuple):
-    """A chain of damped contacts, natural units; every array has shape (granules,).
-
-    ``gap`` is how far a contact is open at the start, below 0 for a static overlap. ``inertia`` is
-    1 / mass, 0 for a piston, ``pull`` the acceleration by constant forces, ``lightest`` the larger
-    inertia of both granules of a contact.
-    """
-
-    stiffness: FloatArray
-    damping: FloatArray
-    gap: FloatArray
-    inertia: FloatArray
-    pull: FloatArray
-    lightest: FloatArray
-    quarters: int
-    attraction: bool
+# Loops over all granules take arrays alone: a whole chain costs more than a short loop.
 
 
 @compiled
 def forces(
     u: Any, v: Any, on: Any, f: Any, power: Any, stiffness: Any, damping: Any, gap: Any,
-    quarters: int, hi: int,
+    exponent: float, hi: int,
 ) -> None:  # fmt: skip
     """Fill in the force of each contact and the power that it dissipates.
 
@@ -67,9 +51,9 @@ def forces(
         d = d if d > 0.0 else 0.0
         root = np.sqrt(d)
         factor = 1.0
-        if quarters == 2:
+        if exponent == 0.5:
             factor = root
-        elif quarters == 1:
+        elif exponent == 0.25:
             factor = np.sqrt(root)
         elastic = stiffness[i] * d * root
         force = on[i] * (elastic + damping[i] * factor * w)
@@ -78,42 +62,48 @@ def forces(
 
 
 @compiled
-def accelerations(f: Any, a: Any, inertia: Any, pull: Any, hi: int) -> None:
+def accelerations(f: Any, a: Any, inverse_mass: Any, constant: Any, hi: int) -> None:
     """Fill in the acceleration of each granule."""
     for i in range(np.uint64(0), np.uint64(hi)):
-        a[i] = (f[i] - f[i + ONE]) * inertia[i] + pull[i]
+        a[i] = (f[i] - f[i + ONE]) * inverse_mass[i] + constant[i]
 
 
 @compiled
 def force_rates(
     u: Any, v: Any, a: Any, on: Any, rate: Any, stiffness: Any, damping: Any, gap: Any,
-    quarters: int, hi: int,
+    exponent: float, hi: int,
 ) -> None:  # fmt: skip
     """Fill in how fast the force of each contact grows."""
-    q = 0.25 * quarters
     for i in range(np.uint64(0), np.uint64(hi)):
         d = u[i] - u[i + ONE] - gap[i]
         w = v[i] - v[i + ONE]
         bend = a[i] - a[i + ONE]
-        steep = q * w * w / d if d > 1e-60 else 0.0
+        steep = exponent * w * w / d if d > 1e-60 else 0.0
         d = d if d > 0.0 else 0.0
         root = np.sqrt(d)
         factor = 1.0
-        if quarters == 2:
+        if exponent == 0.5:
             factor = root
-        elif quarters == 1:
+        elif exponent == 0.25:
             factor = np.sqrt(root)
         damped = damping[i] * factor * (steep + bend)
         rate[i + ONE] = on[i] * (1.5 * stiffness[i] * root * w + damped)
 
 
 @compiled
-def power_of(d: float, quarters: int) -> float:
+def lightest(i: int, c: Any) -> float:
+    """1 / mass of the lighter granule of contact i; a wall is the heavier one."""
+    ahead = c.inverse_mass[i + 1] if i + 1 < c.inverse_mass.size else 0.0
+    return max(c.inverse_mass[i], ahead)
+
+
+@compiled
+def power_of(d: float, exponent: float) -> float:
     """d^q, and 1 for q = 0; d is not below 0."""
-    if quarters == 0:
+    if exponent == 0.0:
         return 1.0
     root = math.sqrt(d)
-    return root if quarters == 2 else math.sqrt(root)
+    return root if exponent == 0.5 else math.sqrt(root)
 
 
 @compiled
@@ -121,7 +111,7 @@ def law(d: float, w: float, i: int, c: Any) -> float:
     """Force of contact i at overlap d and closing speed w, without a limit; 0 for d <= 0."""
     if d <= 0.0:
         return 0.0
-    return c.stiffness[i] * d * math.sqrt(d) + c.damping[i] * power_of(d, c.quarters) * w
+    return c.stiffness[i] * d * math.sqrt(d) + c.damping[i] * power_of(d, c.exponent) * w
 
 
 @compiled
@@ -129,9 +119,9 @@ def law_rate(d: float, w: float, bend: float, i: int, c: Any) -> float:
     """How fast that force grows; ``bend`` is the second derivative of the overlap."""
     if d <= 0.0:
         return 0.0
-    grown = 0.25 * c.quarters * w * w / d + bend
+    grown = c.exponent * w * w / d + bend
     return 1.5 * c.stiffness[i] * math.sqrt(d) * w + (
-        c.damping[i] * power_of(d, c.quarters) * grown
+        c.damping[i] * power_of(d, c.exponent) * grown
     )
 
 
@@ -145,7 +135,7 @@ def margin(d: float, w: float, i: int, pressing: bool, c: Any) -> float:
         return d
     length = abs(d)
     reduced = (
-        c.stiffness[i] * length * math.sqrt(length) / max(power_of(length, c.quarters), 1e-300)
+        c.stiffness[i] * length * math.sqrt(length) / max(power_of(length, c.exponent), 1e-300)
     )
     reduced = math.copysign(reduced, d) + c.damping[i] * w
     if pressing:
@@ -287,9 +277,9 @@ def _summit(
 @compiled
 def jerk(rate: Any, i: int, c: Any) -> float:
     """The jerk of a granule, from how fast forces grow; 0 for the wall."""
-    if i == c.inertia.size:
+    if i == c.inverse_mass.size:
         return 0.0
-    return float((rate[i] - rate[i + 1]) * c.inertia[i])
+    return float((rate[i] - rate[i + 1]) * c.inverse_mass[i])
 
 
 @compiled
@@ -343,8 +333,8 @@ def energy(u: Any, v: Any, hi: int, c: Any) -> float:
     """Energy of all granules and contacts, with that in constant forces."""
     total = 0.0
     for i in range(hi):
-        mass = 1.0 / c.inertia[i] if c.inertia[i] > 0.0 else 0.0
-        total += mass * (v[i] * v[i] / 2 - c.pull[i] * u[i]) + held(u, i, c)
+        mass = 1.0 / c.inverse_mass[i] if c.inverse_mass[i] > 0.0 else 0.0
+        total += mass * (v[i] * v[i] / 2 - c.constant[i] * u[i]) + held(u, i, c)
     return total
 
 

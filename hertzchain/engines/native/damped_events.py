@@ -12,6 +12,7 @@ from hertzchain.engines.native.damped_contacts import (
     highest,
     law,
     law_rate,
+    lightest,
     overlap_curve,
     power_of,
 )
@@ -59,18 +60,18 @@ def cost(d: float, w: float, at_change: Any, late: float, ending: bool, i: int, 
     """
     if not ending:
         if at_change[0] > 0.0 and at_change[1] < 0.0:  # it opens, slowly enough to press again
-            return c.lightest[i] * late * abs(law(d, w, i, c))
+            return lightest(i, c) * late * abs(law(d, w, i, c))
         reached = max(d, abs(w) * late)
-        return c.lightest[i] * late * abs(law(reached, abs(w), i, c))
+        return lightest(i, c) * late * abs(law(reached, abs(w), i, c))
     far, speed = max(at_change[0], 0.0), abs(at_change[1])
     if c.attraction:
-        return c.lightest[i] * late * law(speed * late, speed, i, c)
+        return lightest(i, c) * late * law(speed * late, speed, i, c)
     if c.damping[i] == 0.0:
-        return c.lightest[i] * late * law(speed * late, 0.0, i, c)
+        return lightest(i, c) * late * law(speed * late, 0.0, i, c)
     if d > 0.0:
-        return c.lightest[i] * late * abs(law(d, w, i, c))
-    held = c.lightest[i] * c.damping[i] * power_of(far, c.quarters) * speed
-    return held * (late if c.quarters == 0 else min(late, far / max(speed, 1e-300)))
+        return lightest(i, c) * late * abs(law(d, w, i, c))
+    held = lightest(i, c) * c.damping[i] * power_of(far, c.exponent) * speed
+    return held * (late if c.exponent == 0 else min(late, far / max(speed, 1e-300)))
 
 
 @compiled
@@ -91,7 +92,7 @@ def begins(d: float, w: float, i: int, h: float, allowed: float, c: Any) -> bool
     reached = w * h
     if w <= 0.0 or d > reached:
         return False
-    return c.lightest[i] * h * law(reached, w, i, c) > EVENT * allowed
+    return lightest(i, c) * h * law(reached, w, i, c) > EVENT * allowed
 
 
 @compiled
@@ -107,7 +108,7 @@ def _dips(start: Any, end: Any, h: float, i: int, allowed: float, c: Any) -> boo
     lowest = start[0] + fall * (end[0] - start[0] - rise * h) / (fall - rise)
     if c.attraction:
         return bool(lowest < 0.0)
-    return bool(-c.lightest[i] * h * lowest > EVENT * allowed)
+    return bool(-lightest(i, c) * h * lowest > EVENT * allowed)
 
 
 @compiled

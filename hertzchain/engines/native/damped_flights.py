@@ -86,11 +86,11 @@ def next_touch(u: Any, v: Any, on: Any, since: Any, time: float, inside: Any, c:
     for i in range(size):
         if on[i] > 0.0 or c.stiffness[i] == 0.0 or inside[i]:
             continue
-        w, bend = v[i], c.pull[i]
+        w, bend = v[i], c.constant[i]
         d = u[i] + v[i] * (time - since[i]) - c.gap[i]
         if i + 1 < size:
             w -= v[i + 1]
-            bend -= c.pull[i + 1]
+            bend -= c.constant[i + 1]
             d -= u[i + 1] + v[i + 1] * (time - since[i + 1])
         if w <= 0.0 and bend <= 0.0:
             continue
@@ -116,13 +116,13 @@ def gather(c: Any, inside: Any, into: Any, chosen: Any) -> int:
     that of another cluster, there is no contact.
     """
     many, last = 0, False
-    for i in range(c.inertia.size):
+    for i in range(c.inverse_mass.size):
         if inside[i] or last:
             chosen[many] = i
             into.stiffness[many] = c.stiffness[i] if inside[i] else 0.0
             into.damping[many] = c.damping[i] if inside[i] else 0.0
-            into.gap[many], into.pull[many] = c.gap[i], c.pull[i]
-            into.inertia[many], into.lightest[many] = c.inertia[i], c.lightest[i]
+            into.gap[many], into.constant[many] = c.gap[i], c.constant[i]
+            into.inverse_mass[many] = c.inverse_mass[i]
             many += 1
         last = inside[i]
     return many

@@ -15,6 +15,7 @@ from hertzchain.engines.native import (
     damped_flights,
     damped_state,
     damped_step,
+    equations,
     kernels,
 )
 from hertzchain.engines.native.damped_advance import (
@@ -27,7 +28,6 @@ from hertzchain.engines.native.damped_advance import (
     is_diverged,
 )
 from hertzchain.engines.native.damped_contacts import (
-    Contacts,
     energy,
     held,
 )
@@ -56,6 +56,7 @@ from hertzchain.engines.native.damped_state import (
 from hertzchain.engines.native.damped_step import (
     evaluate,
 )
+from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.kernels import (
     END,
     PLACE,
@@ -93,12 +94,13 @@ class Found(NamedTuple):
     damped_flights,
     damped_state,
     damped_step,
+    equations,
     kernels,
 )
 def march(
     legs: FloatArray,
     method: Method,
-    c: Contacts,
+    c: Chain,
     start: FloatArray,
     moving: int,
     tolerance: float,
@@ -118,7 +120,7 @@ def march(
         The applied force, shape (legs, 8): see ``kernels.START`` and what follows. Steps end where
         legs do; how many steps a leg is cut into does not matter.
     method, c
-        Coefficients and chain.
+        Coefficients, and the chain with an entry for the free end.
     start
         Displacement and velocity at the start, shape (2, granules).
     moving
@@ -140,7 +142,7 @@ def march(
     -------
     What happened, then displacement and velocity at the end, shape (granules,).
     """
-    granules = c.inertia.size
+    granules = c.inverse_mass.size
     state = State(np.zeros(granules + 1), np.zeros(granules + 1), np.zeros(granules))
     more = granules + 1
     room = Room(
@@ -157,13 +159,13 @@ def march(
     fresh = start_modes(u, v, on, c)
     given = energy(u, v, granules, c)
     # Only a part of the chain is computed where granules fly, but not where loads move them all.
-    parted = np.any(c.gap > 0.0) and not np.any(c.pull) and record.time.size == 0
+    parted = np.any(c.gap > 0.0) and not np.any(c.constant) and record.time.size == 0
     since = np.full(granules, legs[0, START])
     size = granules if parted else 0
     part = State(np.zeros(size + 1), np.zeros(size + 1), np.zeros(size))
-    part_of_c = Contacts(
-        np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size),
-        np.zeros(size), c.quarters, c.attraction,
+    part_of_c = Chain(
+        np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), c.exponent,
+        c.attraction,
     )  # fmt: skip
     part_force, part_time = np.zeros(size), np.zeros(size)
     inside, chosen = np.zeros(granules, np.bool_), np.zeros(size, np.int64)
@@ -179,7 +181,7 @@ def march(
         time, following, fresh = counts.time, counts.following, counts.fresh
         if parted:
             fly_on(u, v, since, time, 0, granules)
-        if c.inertia[0] == 0.0:
+        if c.inverse_mass[0] == 0.0:
             u[0], v[0] = leg[PLACE], leg[VELOCITY]
             d, w = u[0] - u[1] - c.gap[0], v[0] - v[1]
             allowed = tolerance * max(abs(w), _SLOW)
@@ -225,10 +227,10 @@ def march(
                     part_force[k] = peak_force[i] if i < peak_force.size else 0.0
                 part.u[many] = part.v[many] = 0.0  # the wall
                 room.u1[many] = room.v1[many] = room.a0[many] = room.a1[many] = 0.0
-                its = Contacts(
-                    part_of_c.stiffness[:many], part_of_c.damping[:many], part_of_c.gap[:many],
-                    part_of_c.inertia[:many], part_of_c.pull[:many], part_of_c.lightest[:many],
-                    c.quarters, c.attraction,
+                its = Chain(
+                    part_of_c.stiffness[:many], part_of_c.inverse_mass[:many],
+                    part_of_c.gap[:many], part_of_c.constant[:many], part_of_c.damping[:many],
+                    c.exponent, c.attraction,
                 )  # fmt: skip
                 own = State(part.u[: many + 1], part.v[: many + 1], part.on[:many])
                 part_time[:many] = math.nan
@@ -263,7 +265,7 @@ def march(
     for i in range(counts.hi):
         if on[i] == 0.0:
             total[1] -= held(u, i, c)
-        momentum += v[i] / c.inertia[i] if c.inertia[i] > 0.0 else 0.0
+        momentum += v[i] / c.inverse_mass[i] if c.inverse_mass[i] > 0.0 else 0.0
     status = counts.status
     if status == DONE and is_diverged(left, given, total, c):
         status = DIVERGED

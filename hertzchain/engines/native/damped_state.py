@@ -87,18 +87,18 @@ def in_part(counts: Any, hi: int) -> Any:
 def fly(state: Any, room: Any, c: Any, end: float, counts: Any, record: Any) -> Any:
     """Move all granules to a time while no contact acts; constant forces do."""
     h = end - counts.time
-    for i in range(c.inertia.size):
-        pull = c.pull[i]
+    for i in range(c.inverse_mass.size):
+        pull = c.constant[i]
         room.a0[i] = room.a1[i] = pull
         room.v1[i] = state.v[i] + h * pull
         room.u1[i] = state.u[i] + h * (state.v[i] + h * pull / 2)
     room.r0[:] = 0.0
     kept = keep_history(
         record, counts.kept, state.u, state.v, room.a0, room.r0, room.u1, room.v1, room.a1, room.r0,
-        state.on, c.inertia.size, counts.time, end, c,
+        state.on, c.inverse_mass.size, counts.time, end, c,
     )  # fmt: skip
-    copy(room.u1, state.u, 0, c.inertia.size)
-    copy(room.v1, state.v, 0, c.inertia.size)
+    copy(room.u1, state.u, 0, c.inverse_mass.size)
+    copy(room.v1, state.v, 0, c.inverse_mass.size)
     return Counts(
         end, counts.following, counts.fresh, counts.hi, kept, counts.steps, counts.evaluations,
         counts.look, counts.allowed, counts.status,

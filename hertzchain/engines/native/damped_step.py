@@ -42,9 +42,9 @@ def rate_of_dampers(u: Any, on: Any, hi: int, c: Any) -> float:
     fastest, before = 0.0, 0.0
     for i in range(hi):
         damping = on[i] * c.damping[i]
-        if c.quarters > 0:
-            damping *= power_of(max(u[i] - u[i + 1] - c.gap[i], 0.0), c.quarters)
-        fastest = max(fastest, (before + damping) * c.inertia[i])
+        if c.exponent > 0:
+            damping *= power_of(max(u[i] - u[i + 1] - c.gap[i], 0.0), c.exponent)
+        fastest = max(fastest, (before + damping) * c.inverse_mass[i])
         before = damping
     return 2.0 * fastest
 
@@ -101,9 +101,11 @@ def _combine(
 
 
 @compiled
-def _keep_stage(k: Any, s: int, f: Any, inertia: Any, pull: Any, scale: float, hi: int) -> None:
+def _keep_stage(
+    k: Any, s: int, f: Any, inverse_mass: Any, constant: Any, scale: float, hi: int
+) -> None:
     for i in range(np.uint64(0), np.uint64(hi)):
-        k[s, i] = scale * ((f[i] - f[i + ONE]) * inertia[i] + pull[i])
+        k[s, i] = scale * ((f[i] - f[i + ONE]) * inverse_mass[i] + constant[i])
 
 
 @compiled
@@ -146,14 +148,14 @@ def take_step(
     a place for that in t^(1/m). ``gained`` gets the work of the applied force or the piston, what
     was dissipated, and the impulses of wall and piston.
     """
-    granules, stages = c.inertia.size, nodes.size
+    granules, stages = c.inverse_mass.size, nodes.size
     size = h if m == 1 else h ** (1.0 / m)
     twice = squares
     if m > 1:
         _bend(bent, rows, nodes, size, m)
         twice = bent
     gained[0], gained[1], gained[2], gained[3] = 0.0, 0.0, 0.0, 0.0
-    pushing = 1 if c.inertia[0] == 0.0 else 0  # the contact of a piston, or the applied force
+    pushing = 1 if c.inverse_mass[0] == 0.0 else 0  # the contact of a piston, or the applied force
     for i in range(granules):
         lost[i] = 0.0
     # The first stage is the state itself; in t^(1/m) nothing moves yet.
@@ -175,7 +177,7 @@ def take_step(
         if s == stages:
             break
         f[0] = applied(leg, begin + past)
-        forces(u1, v1, on, f, power, c.stiffness, c.damping, c.gap, c.quarters, hi)
+        forces(u1, v1, on, f, power, c.stiffness, c.damping, c.gap, c.exponent, hi)
         if f[hi] > _LEAST and hi < granules:
             grown = min(hi + _AHEAD, granules)
             for j in range(stages):
@@ -184,7 +186,7 @@ def take_step(
             for i in range(hi, grown):
                 power[i] = 0.0
             hi = grown
-        _keep_stage(k, s, f, c.inertia, c.pull, scale, hi)
+        _keep_stage(k, s, f, c.inverse_mass, c.constant, scale, hi)
         if rows[stages, s] != 0.0:
             part = size * rows[stages, s] * scale
             gained[0] += part * f[pushing] * v1[0]
@@ -232,6 +234,6 @@ def evaluate(
 ) -> None:  # fmt: skip
     """Forces, how fast they grow, and accelerations of a state."""
     f[0], r[0] = applied(leg, time), applied_rate(leg, time)
-    forces(u, v, on, f, power, c.stiffness, c.damping, c.gap, c.quarters, hi)
-    accelerations(f, a, c.inertia, c.pull, hi)
-    force_rates(u, v, a, on, r, c.stiffness, c.damping, c.gap, c.quarters, hi)
+    forces(u, v, on, f, power, c.stiffness, c.damping, c.gap, c.exponent, hi)
+    accelerations(f, a, c.inverse_mass, c.constant, hi)
+    force_rates(u, v, a, on, r, c.stiffness, c.damping, c.gap, c.exponent, hi)

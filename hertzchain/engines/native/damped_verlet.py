@@ -5,14 +5,13 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hertzchain.arrays import FloatArray
+from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.external.step_error import damped_interval_at
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.kernel_input import leg_rows, padded
+from hertzchain.engines.native.kernel_input import leg_rows
 from hertzchain.engines.native.sampled import simulation_of, state_at_start
 from hertzchain.engines.native.simulation import Simulation
 from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
@@ -22,9 +21,6 @@ from hertzchain.observables.history import Recorder
 from hertzchain.observables.samples import Samples, closing
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
-
-if TYPE_CHECKING:
-    from hertzchain.engines.native.damped_verlet_kernel import Contacts
 
 _SAMPLES_PER_RAMP = 8
 """At least, if there are so many steps: the work of a short pulse needs them (chosen)."""
@@ -74,8 +70,7 @@ def samples_of(
     deadline = deadline or Deadline(TIME_LIMIT)
     granules, chain = scene.chain.granules, Chain.of(scene)
     refuse_memory(8.0 * granules * 20 * _BLOCK)
-    contacts = chain.stiffness.size
-    made = verlet_contacts(scene)
+    padded = chain.padded()
     law = DampedLaw(chain.stiffness, chain.damping, chain.exponent, chain.attraction)
     u, v, f, a = (np.zeros(granules + 1) for _ in range(4))
     u[:granules], v[:granules] = state_at_start(scene, added=start)
@@ -91,28 +86,12 @@ def samples_of(
                 raise deadline.passed()
             kept = np.array([*range(done, last, stride), last])
             states = np.zeros((kept.size, 4, granules))
-            take_steps(row, done, last, stride, made, u, v, f, a, states)
+            take_steps(row, done, last, stride, padded, u, v, f, a, states)
             if not np.all(np.isfinite(states)):
                 raise diverged("native")
             time = natural.start + natural.dt * kept
             time[-1] = natural.end if last == leg.steps else time[-1]
-            yield natural, true_forces(_samples(time, states, made.gap, contacts), law, natural)
-
-
-def verlet_contacts(scene: Scene) -> Contacts:
-    """The chain of a scene with damped contacts as the compiled steps take it."""
-    from hertzchain.engines.native.damped_verlet_kernel import Contacts
-
-    granules, chain = scene.chain.granules, Chain.of(scene)
-    return Contacts(
-        padded(chain.stiffness, granules),
-        padded(chain.damping, granules),
-        padded(chain.gap, granules),
-        np.ascontiguousarray(chain.inverse_mass, np.float64),
-        np.ascontiguousarray(chain.constant, np.float64),
-        round(4 * chain.exponent),
-        chain.attraction,
-    )
+            yield natural, true_forces(_samples(time, states, chain.gap), law, natural)
 
 
 def stride_of(scene: Scene, leg: Leg) -> int:
@@ -124,7 +103,7 @@ def stride_of(scene: Scene, leg: Leg) -> int:
     return max(1, stride)
 
 
-def _samples(time: FloatArray, states: FloatArray, gap: FloatArray, contacts: int) -> Samples:
+def _samples(time: FloatArray, states: FloatArray, gap: Array) -> Samples:
     u, v, a, f = (np.ascontiguousarray(states[:, k]) for k in range(4))
-    overlap = closing(u, contacts) - gap[:contacts]
-    return Samples(time, u, v, a, overlap, f[:, :contacts])
+    overlap = closing(u, gap.size) - gap
+    return Samples(time, u, v, a, overlap, f[:, : gap.size])

@@ -17,9 +17,7 @@ The paper's chain has k = m = 1, no gap, no damping and no constants.
 
 from __future__ import annotations
 
-import functools
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,9 +25,10 @@ from hertzchain.arrays import Array
 from hertzchain.scene.scene import Scene
 
 
-@dataclass(frozen=True, eq=False)
-class Chain:
+class Chain(NamedTuple):
     """A chain in natural units, of one floating-point precision.
+
+    It is a tuple, so that the compiled kernels take it as it is.
 
     Parameters
     ----------
@@ -88,17 +87,25 @@ class Chain:
         attraction = contact is not None and contact.attraction
         return cls(stiffness, inverse_mass, gap, constant, damping, q, attraction)
 
-    @functools.cached_property
+    def padded(self) -> Chain:
+        """Return the chain for the kernels: with an entry for the free end, which never presses."""
+        free = np.zeros(self.inverse_mass.size - self.stiffness.size)
+        stiffness, gap, damping = (
+            np.append(values, free) for values in (self.stiffness, self.gap, self.damping)
+        )
+        return self._replace(stiffness=stiffness, gap=gap, damping=damping)
+
+    @property
     def has_wall(self) -> bool:
         """Whether the last contact is that with a wall."""
         return self.stiffness.size == self.inverse_mass.size
 
-    @functools.cached_property
+    @property
     def is_damped(self) -> bool:
         """Whether any contact loses energy."""
         return bool(self.damping.any())
 
-    @functools.cached_property
+    @property
     def mass(self) -> Array:
         """M of each granule, shape (granules,); 0 for a piston, which counts in no balance."""
         moves = self.inverse_mass > 0

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.methods import SymplecticNystrom
 from hertzchain.errors import RunFailed
@@ -19,7 +19,7 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
 if TYPE_CHECKING:
-    from hertzchain.engines.native.kernels import Record, Terms
+    from hertzchain.engines.native.kernels import Record
 
 MOVING = 8
 """Number of granules in the window at the start of a run."""
@@ -35,28 +35,9 @@ def can_leave_behind(scene: Scene) -> bool:
     return single or scene.terms == ("striker",)
 
 
-def terms_of(scene: Scene) -> Terms:
-    """Return the terms of a scene for the kernels, in natural units; None for absent ones."""
-    from hertzchain.engines.native import kernels
-
-    if scene.is_plain:
-        return kernels.PLAIN
-    chain = Chain.of(scene)
-    stiffness = np.ones(scene.chain.granules)  # the last stays 1 at a free end, never pressed
-    stiffness[: chain.stiffness.size] = chain.stiffness
-    return kernels.Terms(
-        stiffness,
-        chain.inverse_mass,
-        padded(chain.gap, stiffness.size) if chain.gap.any() else None,
-        chain.constant if chain.constant.any() else None,
-    )
-
-
-def padded(values: Array, granules: int) -> FloatArray:
-    """Return an array with an entry for the free end, which is never pressed."""
-    whole = np.zeros(granules)
-    whole[: values.size] = values
-    return whole
+def chain_of(scene: Scene) -> Chain | None:
+    """Return the chain of a scene for the kernels of elastic contacts; None for a plain one."""
+    return None if scene.is_plain else Chain.of(scene).padded()
 
 
 def softest(scene: Scene) -> float:

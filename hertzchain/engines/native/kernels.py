@@ -11,10 +11,9 @@ two equal to round-off. Three things are done here only, because they only save 
 - Granules that cannot matter any more are left behind, where that is asked for: see
   ``_left_behind``.
 
-In a plain scene mass and contact stiffness are 1 and stand in no formula: a force is an
-acceleration, and that of an overlap r is r sqrt(r), written out in the loops (a function for it
-would round elsewhere). ``stiffness``, ``inertia``, ``gap`` and ``pull`` are those of ``Terms``:
-None where the scene has no such term, and the compiler drops what asks for them.
+``chain`` is an ``equations.Chain`` with an entry for the free end, or None for a plain scene, where
+mass and contact stiffness are 1 and stand in no formula: the compiler drops what asks for them. The
+force of an overlap r is r sqrt(r), written out in the loops (a function would round elsewhere).
 Arrays hold a window of the chain: entry i is granule ``base + i``, and granules lo ... hi - 1 move.
 Scenes with terms have no such window: base is 0.
 """
@@ -37,6 +36,7 @@ from numba.core.runtime.nrt import rtsys
 from numba.extending import intrinsic, register_jitable
 
 from hertzchain.arrays import Array, FloatArray
+from hertzchain.engines.native import equations
 
 START, END, STEPS, SHAPE, RAMP_START, RAMP_END, FORCE_START, FORCE_END = range(8)
 """Columns of legs: times of leg and ramp, forces at the ends of the ramp, natural units.
@@ -170,29 +170,6 @@ class State(NamedTuple):
     totals: FloatArray
 
 
-class Terms(NamedTuple):
-    """What a scene has beyond a plain chain, natural units; all None for a plain one.
-
-    Parameters
-    ----------
-    stiffness
-        Of the contact ahead of each granule, shape (granules,); the last is that of the wall, or 1
-        at a free end. None for a plain scene alone.
-    inertia
-        1 / mass of each granule, shape (granules,), 0 for a piston; None where all masses are 1.
-    gap
-        How far the contact ahead of each granule is open at the start, shape (granules,); below 0
-        for a static overlap. None where all granules just touch.
-    pull
-        Acceleration of each granule by forces that are always there, shape (granules,), or None.
-    """
-
-    stiffness: Any
-    inertia: Any
-    gap: Any
-    pull: Any
-
-
 class Outcome(NamedTuple):
     """What a run found besides its peaks.
 
@@ -227,10 +204,6 @@ class Outcome(NamedTuple):
     energy: float
     wall_impulse: float
     piston_impulse: float
-
-
-PLAIN = Terms(None, None, None, None)
-"""The terms of a plain scene."""
 
 
 # Multiplication and addition may become one instruction; nothing else is reordered.
@@ -299,20 +272,15 @@ def compiled_and_kept(function: Any, **how: Any) -> Any:
     return kernel
 
 
-def _kept_without_arrays(function: Any) -> Any:
-    """As ``compiled_and_kept``, for a kernel that makes no arrays: an eighth less to compile."""
-    return compiled_and_kept(function, **_UNCOUNTED)
-
-
-def compiled_and_kept_with(*parts: ModuleType) -> Callable[[Any], Any]:
+def compiled_and_kept_with(*parts: ModuleType, **how: Any) -> Callable[[Any], Any]:
     """As ``compiled_and_kept``, until the kernel's file or one of these modules changes.
 
     Numba sees changes in the kernel's own file alone: ``parts`` are all others with code that it
-    calls.
+    calls, or with types that it takes.
     """
 
     def keep(function: Any) -> Any:
-        kernel = compiled_and_kept(function)
+        kernel = compiled_and_kept(function, **how)
         with suppress(AttributeError, OSError):  # no folder can be written, so nothing is kept
             kept = kernel._cache._cache_file
             files = [Path(str(part.__file__)).stat() for part in parts]
@@ -369,22 +337,21 @@ def _first_kick(u: Any, v: Any, g: Any, kick: Any, drift: Any, lo: int, hi: int)
 @compiled
 def _kick_and_drift(
     u: Any, v: Any, left: Any, kick: Any, drift: Any, least: Any, lo: int, hi: int,
-    stiffness: Any, inertia: Any, gap: Any, pull: Any,
+    chain: Any,
 ) -> Any:  # fmt: skip
     """Force, kick and drift in one pass; the force ahead of the last granule is returned."""
     for i in range(np.uint64(lo), np.uint64(hi)):
         r = u[i] - u[i + ONE]
-        if gap is not None:
-            r -= gap[i]
+        if chain is not None:
+            r -= chain.gap[i]
         r = r if r > least else least - least
         right = r * np.sqrt(r)
-        if stiffness is not None:
-            right *= stiffness[i]
+        if chain is not None:
+            right *= chain.stiffness[i]
         net = left - right
-        if inertia is not None:
-            net *= inertia[i]
-        if pull is not None:
-            net += pull[i]
+        if chain is not None:
+            net *= chain.inverse_mass[i]
+            net += chain.constant[i]
         v[i] += kick * net
         u[i] += drift * v[i]
         left = right
@@ -394,22 +361,21 @@ def _kick_and_drift(
 @compiled
 def _last_kick(
     u: Any, v: Any, g: Any, left: Any, kick: Any, least: Any, lo: int, hi: int,
-    stiffness: Any, inertia: Any, gap: Any, pull: Any,
+    chain: Any,
 ) -> Any:  # fmt: skip
     """Force and kick; accelerations are kept, the force ahead of the last granule returned."""
     for i in range(np.uint64(lo), np.uint64(hi)):
         r = u[i] - u[i + ONE]
-        if gap is not None:
-            r -= gap[i]
+        if chain is not None:
+            r -= chain.gap[i]
         r = r if r > least else least - least
         right = r * np.sqrt(r)
-        if stiffness is not None:
-            right *= stiffness[i]
+        if chain is not None:
+            right *= chain.stiffness[i]
         net = left - right
-        if inertia is not None:
-            net *= inertia[i]
-        if pull is not None:
-            net += pull[i]
+        if chain is not None:
+            net *= chain.inverse_mass[i]
+            net += chain.constant[i]
         g[i] = net
         v[i] += kick * net
         left = right
@@ -417,22 +383,19 @@ def _last_kick(
 
 
 @_part
-def _accelerate_first(
-    u: Any, g: Any, constants: Any, lo: int, stiffness: Any, inertia: Any, gap: Any, pull: Any
-) -> None:
+def _accelerate_first(u: Any, g: Any, constants: Any, lo: int, chain: Any) -> None:
     """Acceleration of the first granule under the applied force of the moment."""
     r = u[lo] - u[lo + 1]
-    if gap is not None:
-        r -= gap[lo]
+    if chain is not None:
+        r -= chain.gap[lo]
     r = r if r > constants[_LEAST] else constants[_ZERO]
     right = r * np.sqrt(r)
-    if stiffness is not None:
-        right *= stiffness[lo]
+    if chain is not None:
+        right *= chain.stiffness[lo]
     net = constants[_PUSH] - right
-    if inertia is not None:
-        net *= inertia[lo]
-    if pull is not None:
-        net += pull[lo]
+    if chain is not None:
+        net *= chain.inverse_mass[lo]
+        net += chain.constant[lo]
     g[lo] = net
 
 
@@ -453,17 +416,15 @@ def _back_to_the_start(
 @compiled
 def _end_step(
     u: Any, v: Any, g: Any, kick: Any, constants: Any, leg: Any, end: float, lo: int, hi: int,
-    last: int, stiffness: Any, inertia: Any, gap: Any, pull: Any,
+    last: int, chain: Any,
 ) -> int:  # fmt: skip
     """Last kick of a step; returns where the window ends now."""
     if leg[SHAPE] != 0:
         constants[_PUSH] = _applied_force(leg, end)
-    ahead = _last_kick(
-        u, v, g, constants[_PUSH], kick, constants[_LEAST], lo, hi, stiffness, inertia, gap, pull
-    )
+    ahead = _last_kick(u, v, g, constants[_PUSH], kick, constants[_LEAST], lo, hi, chain)
     if ahead > 0 and hi < last:
-        if inertia is not None:
-            ahead *= inertia[hi]
+        if chain is not None:
+            ahead *= chain.inverse_mass[hi]
         g[hi] = ahead
         hi = min(hi + _AHEAD, last)
     return hi
@@ -473,7 +434,7 @@ def _end_step(
 def _symplectic_step(
     u: Any, v: Any, g: Any, kicks: Any, drifts: Any, fractions: Any, constants: Any, leg: Any,
     begin: float, h: float, lo: int, hi: int, last: int,
-    stiffness: Any, inertia: Any, gap: Any, pull: Any,
+    chain: Any,
 ) -> int:  # fmt: skip
     """Take one step of a symplectic Nystrom method; returns where the window ends now."""
     pushed, least = leg[SHAPE] != 0, constants[_LEAST]
@@ -484,14 +445,12 @@ def _symplectic_step(
             time += fractions[s - 1] * h
             constants[_PUSH] = _applied_force(leg, time)
         ahead = _kick_and_drift(
-            u, v, constants[_PUSH], kicks[s], drifts[s], least, lo, hi, stiffness, inertia, gap,
-            pull,
+            u, v, constants[_PUSH], kicks[s], drifts[s], least, lo, hi, chain,
         )  # fmt: skip
         if ahead > 0:
             hi = min(hi + _AHEAD, last)
     return _end_step(
-        u, v, g, kicks[stages], constants, leg, begin + h, lo, hi, last, stiffness, inertia, gap,
-        pull,
+        u, v, g, kicks[stages], constants, leg, begin + h, lo, hi, last, chain,
     )  # fmt: skip
 
 
@@ -525,7 +484,7 @@ _larger: Any = intrinsic(_larger_of_two)
 @_compiled_without_nan
 def _scan(
     u0: Any, v0: Any, a: Any, u: Any, v: Any, g: Any, h: Any, dip: Any, starting: bool, zero: Any,
-    lo: int, hi: int, gap: Any,
+    lo: int, hi: int, chain: Any,
 ) -> Any:  # fmt: skip
     """What a step met: contacts with a maximum, the fastest to open or close, the largest speed.
 
@@ -534,9 +493,9 @@ def _scan(
     turns, dips, fastest, speed = 0, 0, zero, zero
     for i in range(np.uint64(lo), np.uint64(hi)):
         r0, r1 = u0[i] - u0[i + ONE], u[i] - u[i + ONE]
-        if gap is not None:
-            r0 -= gap[i]
-            r1 -= gap[i]
+        if chain is not None:
+            r0 -= chain.gap[i]
+            r1 -= chain.gap[i]
         w0, w1 = v0[i] - v0[i + ONE], v[i] - v[i + ONE]
         g0, g1 = a[i] - a[i + ONE], g[i] - g[i + ONE]
         both = w0 + w1
@@ -605,69 +564,66 @@ def _force_rate(r: float, rate: float) -> float:
 
 
 @_part
-def _overlap(u: Any, i: int, gap: Any) -> float:
+def _overlap(u: Any, i: int, chain: Any) -> float:
     r = float(u[i] - u[i + 1])
-    if gap is not None:
-        r -= gap[i]
+    if chain is not None:
+        r -= chain.gap[i]
     return r
 
 
 @_part
-def _of_contact(force: float, i: int, stiffness: Any) -> float:
+def _of_contact(force: float, i: int, chain: Any) -> float:
     """A force, or its rate, of the contact ahead of a granule, from that at stiffness 1."""
-    if stiffness is not None:
-        force *= stiffness[i]
+    if chain is not None:
+        force *= chain.stiffness[i]
     return force
 
 
 @_part
-def _has_piston(inertia: Any) -> bool:
-    return False if inertia is None else inertia[0] == 0
+def _has_piston(chain: Any) -> bool:
+    return False if chain is None else chain.inverse_mass[0] == 0
 
 
 @_part
-def _mass(i: int, inertia: Any) -> float:
+def _mass(i: int, chain: Any) -> float:
     """Mass of a granule; 0 for a piston, whose momentum and energy are not the chain's."""
-    if inertia is None:
+    if chain is None:
         return 1.0
-    return 1.0 / inertia[i] if inertia[i] > 0 else 0.0
+    return 1.0 / chain.inverse_mass[i] if chain.inverse_mass[i] > 0 else 0.0
 
 
 @_part
-def _net(
-    u: Any, v: Any, i: int, leg: Any, time: float, stiffness: Any, inertia: Any, gap: Any, pull: Any
-) -> Any:
+def _net(u: Any, v: Any, i: int, leg: Any, time: float, chain: Any) -> Any:
     """Acceleration and jerk of a granule of a scene with terms; 0 for the wall."""
-    if i == stiffness.size:
+    if i == chain.stiffness.size:
         return 0.0, 0.0
     net, rate = _applied_force(leg, time), _applied_force_rate(leg, time)
     if i > 0:
-        r = _overlap(u, i - 1, gap)
-        net = _of_contact(_force(r), i - 1, stiffness)
-        rate = _of_contact(_force_rate(r, float(v[i - 1] - v[i])), i - 1, stiffness)
-    r = _overlap(u, i, gap)
-    net -= _of_contact(_force(r), i, stiffness)
-    rate -= _of_contact(_force_rate(r, float(v[i] - v[i + 1])), i, stiffness)
-    if inertia is not None:
-        net *= inertia[i]
-        rate *= inertia[i]
-    if pull is not None:
-        net += pull[i]
+        r = _overlap(u, i - 1, chain)
+        net = _of_contact(_force(r), i - 1, chain)
+        rate = _of_contact(_force_rate(r, float(v[i - 1] - v[i])), i - 1, chain)
+    r = _overlap(u, i, chain)
+    net -= _of_contact(_force(r), i, chain)
+    rate -= _of_contact(_force_rate(r, float(v[i] - v[i + 1])), i, chain)
+    if chain is not None:
+        net *= chain.inverse_mass[i]
+        rate *= chain.inverse_mass[i]
+        net += chain.constant[i]
     return net, rate
 
 
 @_part
 def _granule(
     u: Any, v: Any, i: int, lo: int, leg: Any, time: float, off: float,
-    stiffness: Any, inertia: Any, gap: Any, pull: Any,
+    chain: Any,
 ) -> Any:  # fmt: skip
     """Displacement of a granule, its rate, acceleration and jerk (Eq. 1 and its derivative).
 
     The velocities of velocity Verlet are central differences of its displacements; the rates are
     ``off`` times the jerk less: h^2/6, and 0 for other methods.
     """
-    if stiffness is not None:
-        net, rate = _net(u, v, i, leg, time, stiffness, inertia, gap, pull)
+    if chain is not None:
+        net, rate = _net(u, v, i, leg, time, chain)
         return float(u[i]), float(v[i]) - off * rate, net, rate
     if i == lo:
         pushed, pushed_rate = _applied_force(leg, time), _applied_force_rate(leg, time)
@@ -683,13 +639,13 @@ def _granule(
 @_part
 def _contact(
     u: Any, v: Any, i: int, lo: int, leg: Any, time: float, off: float,
-    stiffness: Any, inertia: Any, gap: Any, pull: Any,
+    chain: Any,
 ) -> Any:  # fmt: skip
     """Overlap of granules i and i + 1, and its first three derivatives; see ``_granule``."""
-    overlap, rate = _overlap(u, i, gap), float(v[i] - v[i + 1])
-    if stiffness is not None:
-        net, jerk = _net(u, v, i, leg, time, stiffness, inertia, gap, pull)
-        net_ahead, jerk_ahead = _net(u, v, i + 1, leg, time, stiffness, inertia, gap, pull)
+    overlap, rate = _overlap(u, i, chain), float(v[i] - v[i + 1])
+    if chain is not None:
+        net, jerk = _net(u, v, i, leg, time, chain)
+        net_ahead, jerk_ahead = _net(u, v, i + 1, leg, time, chain)
         jerk -= jerk_ahead
         return overlap, rate - off * jerk, net - net_ahead, jerk
     root = math.sqrt(max(overlap, 0.0))
@@ -829,7 +785,7 @@ def _highest(c: Any, known: float, b: Any) -> float:
 def _keep_peaks(
     peak_force: Any, peak_time: Any, base: int, u0: Any, v0: Any, a: Any, u: Any, v: Any, g: Any,
     lo: int, hi: int, leg: Any, begin: float, time: float, h: float, off: float, dips: bool,
-    slack: float, b: Any, stiffness: Any, inertia: Any, gap: Any, pull: Any,
+    slack: float, b: Any, chain: Any,
 ) -> None:  # fmt: skip
     """The maxima of contact forces within a step, of the contacts that ``_turns`` found.
 
@@ -848,36 +804,36 @@ def _keep_peaks(
         dips_here = towards > 0 and back > 0 and dip * (towards + back) > both * both
         if not turns and not dips_here:
             continue
-        r0, r1 = _overlap(u0, i, gap), _overlap(u, i, gap)
+        r0, r1 = _overlap(u0, i, chain), _overlap(u, i, chain)
         # As far as it can get, even if its rate changes by all that both ends say.
         reach = max(r0, r1) + h * (abs(w0) + abs(w1) + h * (abs(g0) + abs(g1)))
-        if _of_contact(_force(reach), i, stiffness) <= peak_force[base + i]:
+        if _of_contact(_force(reach), i, chain) <= peak_force[base + i]:
             continue
         # The ends too: where the maximum is at one of them, rounding may hide it.
-        ends = _of_contact(_force(max(r0, r1)), i, stiffness)
+        ends = _of_contact(_force(max(r0, r1)), i, chain)
         if ends > peak_force[base + i]:
             peak_force[base + i] = ends
             peak_time[base + i] = time if r1 > r0 else begin
-        start = _contact(u0, v0, i, lo, leg, begin, off, stiffness, inertia, gap, pull)
-        end = _contact(u, v, i, lo, leg, begin + h, off, stiffness, inertia, gap, pull)
+        start = _contact(u0, v0, i, lo, leg, begin, off, chain)
+        end = _contact(u, v, i, lo, leg, begin + h, off, chain)
         curve = _hermite(start, end, h)
         known = peak_force[base + i]
-        if stiffness is not None:
-            known /= stiffness[i]
+        if chain is not None:
+            known /= chain.stiffness[i]
         s = _highest(curve, known, b)
         if s >= 0:
-            peak_force[base + i] = _of_contact(_force(_value(curve, s)), i, stiffness)
+            peak_force[base + i] = _of_contact(_force(_value(curve, s)), i, chain)
             peak_time[base + i] = begin + s * h
 
 
 @_part
 def _work(
     u0: Any, v0: Any, u: Any, v: Any, lo: int, leg: Any, begin: float, h: float, off: float,
-    stiffness: Any, inertia: Any, gap: Any, pull: Any,
+    chain: Any,
 ) -> float:  # fmt: skip
     """Work done by the applied force in a step: four Gauss points, see ``work.work_done``."""
-    start = _granule(u0, v0, lo, lo, leg, begin, off, stiffness, inertia, gap, pull)
-    end = _granule(u, v, lo, lo, leg, begin + h, off, stiffness, inertia, gap, pull)
+    start = _granule(u0, v0, lo, lo, leg, begin, off, chain)
+    end = _granule(u, v, lo, lo, leg, begin + h, off, chain)
     curve = _hermite(start, end, h)
     total = 0.0
     for node in (-_OUTER, -_INNER, _INNER, _OUTER):
@@ -890,48 +846,47 @@ def _work(
 @_part
 def _impulse(
     contact: int, u0: Any, v0: Any, u: Any, v: Any, leg: Any, begin: float, h: float, off: float,
-    stiffness: Any, inertia: Any, gap: Any, pull: Any,
+    chain: Any,
 ) -> float:  # fmt: skip
     """Integral of the force of a contact over a step, by the points of ``_work``."""
-    start = _contact(u0, v0, contact, 0, leg, begin, off, stiffness, inertia, gap, pull)
-    end = _contact(u, v, contact, 0, leg, begin + h, off, stiffness, inertia, gap, pull)
+    start = _contact(u0, v0, contact, 0, leg, begin, off, chain)
+    end = _contact(u, v, contact, 0, leg, begin + h, off, chain)
     if start[0] <= 0 and end[0] <= 0:
         return 0.0
     curve = _hermite(start, end, h)
     total = 0.0
     for node in (-_OUTER, -_INNER, _INNER, _OUTER):
         weight = _OUTER_WEIGHT if abs(node) == _OUTER else _INNER_WEIGHT
-        total += weight * _of_contact(_force(_value(curve, (1 + node) / 2)), contact, stiffness)
+        total += weight * _of_contact(_force(_value(curve, (1 + node) / 2)), contact, chain)
     return total * h
 
 
 @_part
 def _keep_history(
     record: Any, kept: int, u0: Any, v0: Any, u: Any, v: Any, lo: int, hi: int,
-    leg: Any, begin: float, end: float, off: float, stiffness: Any, inertia: Any, gap: Any,
-    pull: Any,
+    leg: Any, begin: float, end: float, off: float, chain: Any,
 ) -> int:  # fmt: skip
     """Fill in the wanted times up to the end of a step; returns how many are filled in now."""
     h = end - begin
     while kept < record.time.size and record.time[kept] <= end:
         s = (record.time[kept] - begin) / h
         for i in range(lo, hi):
-            start = _granule(u0, v0, i, lo, leg, begin, off, stiffness, inertia, gap, pull)
-            after = _granule(u, v, i, lo, leg, end, off, stiffness, inertia, gap, pull)
+            start = _granule(u0, v0, i, lo, leg, begin, off, chain)
+            after = _granule(u, v, i, lo, leg, end, off, chain)
             curve = _hermite(start, after, h)
             record.displacement[kept, i] = _value(curve, s)
             record.velocity[kept, i] = _slope(curve, s) / h
             if i < record.contact_force.shape[1]:
-                start = _contact(u0, v0, i, lo, leg, begin, off, stiffness, inertia, gap, pull)
-                after = _contact(u, v, i, lo, leg, end, off, stiffness, inertia, gap, pull)
+                start = _contact(u0, v0, i, lo, leg, begin, off, chain)
+                after = _contact(u, v, i, lo, leg, end, off, chain)
                 force = _force(_value(_hermite(start, after, h), s))
-                record.contact_force[kept, i] = _of_contact(force, i, stiffness)
+                record.contact_force[kept, i] = _of_contact(force, i, chain)
         kept += 1
     return kept
 
 
 @_part
-def _strength(force: float, velocity: float, stiffness: Any, inertia: Any) -> float:
+def _strength(force: float, velocity: float, chain: Any) -> float:
     """How hard contacts can come to be pressed, after one pulse, by what has these largest values.
 
     Not proved; in 6,787 scenes with one pulse, N 2 to 41, LM_ratio 0.1 to 100, n 1.001 to 101, no
@@ -939,27 +894,27 @@ def _strength(force: float, velocity: float, stiffness: Any, inertia: Any) -> fl
     ``kernel_input.can_leave_behind``.
     """
     impact = _IMPACT * max(velocity, 0.0) ** 1.2
-    if stiffness is not None:
-        last = stiffness.size - 1
-        impact *= stiffness[last - 1] ** 0.4 / inertia[last] ** 0.6
+    if chain is not None:
+        last = chain.stiffness.size - 1
+        impact *= chain.stiffness[last - 1] ** 0.4 / chain.inverse_mass[last] ** 0.6
     return max(force, impact)
 
 
 @_part
-def _fastest(v: Any, i: Any, stiffness: Any) -> float:
+def _fastest(v: Any, i: Any, chain: Any) -> float:
     """The velocity with which a granule may run into others, for ``_strength``.
 
     Through a contact a heavy first granule gives those ahead up to twice its own.
     """
     velocity = float(v[i])
-    if stiffness is not None and i == 0:
+    if chain is not None and i == 0:
         velocity *= 2
     return max(velocity, float(v[i] - v[i + ONE]))
 
 
 @_part
 def _height(
-    momentum: float, energy: float, hardest: float, stiffness: Any, inertia: Any
+    momentum: float, energy: float, hardest: float, chain: Any
 ) -> float:  # fmt: skip
     """Height of the solitary wave that has this momentum and energy; 0 where they are not of one.
 
@@ -967,9 +922,9 @@ def _height(
     than granules that fly.
     """
     mass, softness = 1.0, 1.0
-    if stiffness is not None:
-        last = stiffness.size - 1
-        mass, softness = 1.0 / inertia[last], stiffness[last - 1] ** (-2 / 3)
+    if chain is not None:
+        last = chain.stiffness.size - 1
+        mass, softness = 1.0 / chain.inverse_mass[last], chain.stiffness[last - 1] ** (-2 / 3)
     if momentum <= 0 or energy <= 0:
         return 0.0
     if abs(energy * mass / (_WAVE_RATIO * momentum**2) - 1) > _LIKE_A_WAVE:
@@ -981,21 +936,21 @@ def _height(
 
 
 @_part
-def _quiet(u: Any, leading: float, stiffness: Any, inertia: Any) -> Any:
+def _quiet(u: Any, leading: float, chain: Any) -> Any:
     """Largest overlap and velocity of a quiet granule, behind a wave of this height."""
     noise = max(_QUIET, _QUIET_ROUNDING * (_SINGLE[_EPS] if u.itemsize == 4 else _DOUBLE[_EPS]))
     overlap, velocity = noise * leading ** (2 / 3), noise * leading ** (5 / 6)
-    if stiffness is not None:
-        last = stiffness.size - 1
-        overlap *= stiffness[last - 1] ** (-2 / 3)
-        velocity *= stiffness[last - 1] ** (-1 / 3) * math.sqrt(inertia[last])
+    if chain is not None:
+        last = chain.stiffness.size - 1
+        overlap *= chain.stiffness[last - 1] ** (-2 / 3)
+        velocity *= chain.stiffness[last - 1] ** (-1 / 3) * math.sqrt(chain.inverse_mass[last])
     return overlap, velocity
 
 
 @_part
 def _left_behind(
     u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int, parts: Any, most: int,
-    stiffness: Any, inertia: Any,
+    chain: Any,
 ) -> int:  # fmt: skip
     """How far the window can be closed from behind once the pulse is over.
 
@@ -1039,7 +994,7 @@ def _left_behind(
         return lo
     # The contact behind the hardest pressed one has just had its peak.
     leading = peak_force[base + crest - 1]
-    quiet_overlap, quiet_velocity = _quiet(u, leading, stiffness, inertia)
+    quiet_overlap, quiet_velocity = _quiet(u, leading, chain)
     weakest_peak, weakest_ahead, strongest = leading, -1.0, 0.0
     begin, end, momentum, energy, hardest, fastest = lo, lo, 0.0, 0.0, 0.0, 0.0
     quiet, still, cut, moves, alone = 0, 0, lo, False, False
@@ -1057,14 +1012,14 @@ def _left_behind(
                 begin = i - _QUIET_GRANULES
                 momentum, energy, hardest, fastest = 0.0, 0.0, 0.0, 0.0
             quiet, moves = 0, True
-        force = _of_contact(_force(r), i, stiffness)
-        mass = _mass(i, inertia)
-        hardest, fastest = max(hardest, force), max(fastest, _fastest(v, i, stiffness))
+        force = _of_contact(_force(r), i, chain)
+        mass = _mass(i, chain)
+        hardest, fastest = max(hardest, force), max(fastest, _fastest(v, i, chain))
         momentum += mass * speed
         energy += 0.5 * mass * speed**2 + 0.4 * force * r
         if quiet == _QUIET_GRANULES:
-            strength = _strength(hardest, fastest, stiffness, inertia)
-            height = _height(momentum, energy, hardest, stiffness, inertia)
+            strength = _strength(hardest, fastest, chain)
+            height = _height(momentum, energy, hardest, chain)
             strength = max(strength, height)
             if _LOOSENED * max(strongest, strength) < _SLOWER * weakest_peak:
                 strongest = max(strongest, strength)
@@ -1112,13 +1067,13 @@ def _put_to_rest(
 @_part
 def _follow(
     u: Any, v: Any, g: Any, u0: Any, v0: Any, parts: Any, lo: int, leading: float,
-    stiffness: Any, inertia: Any,
+    chain: Any,
 ) -> int:  # fmt: skip
     """Close parts of the window from behind, join those that meet; returns where the last begins.
 
     ``leading`` is the height of the leading wave.
     """
-    quiet_overlap, quiet_velocity = _quiet(u, leading, stiffness, inertia)
+    quiet_overlap, quiet_velocity = _quiet(u, leading, chain)
     for s in range(parts[_LATE]):
         place = _LATE + 1 + 2 * s
         begin, end = parts[place], parts[place + 1]
@@ -1149,9 +1104,7 @@ def _follow(
 
 
 @_part
-def _settled(
-    u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int, stiffness: Any, inertia: Any
-) -> bool:
+def _settled(u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int, chain: Any) -> bool:
     """Whether no peak can change any more, once the pulse is over and all granules were reached.
 
     Granules that fly off at the free end never come back; of the others none can press a contact
@@ -1162,11 +1115,11 @@ def _settled(
         end -= 1
     hardest, fastest = 0.0, 0.0
     for i in range(np.uint64(lo), np.uint64(end - 1)):
-        hardest = max(hardest, _of_contact(_force(float(u[i] - u[i + ONE])), i, stiffness))
-        fastest = max(fastest, _fastest(v, i, stiffness))
+        hardest = max(hardest, _of_contact(_force(float(u[i] - u[i + ONE])), i, chain))
+        fastest = max(fastest, _fastest(v, i, chain))
     if end - 1 <= lo:
         return True
-    strength = _LOOSENED * _strength(hardest, fastest, stiffness, inertia)
+    strength = _LOOSENED * _strength(hardest, fastest, chain)
     for i in range(np.uint64(base + lo), np.uint64(peak_force.size)):
         if peak_force[i] <= strength:
             return False
@@ -1174,31 +1127,28 @@ def _settled(
 
 
 @_part
-def _momentum(v: Any, lo: int, hi: int, inertia: Any) -> float:
+def _momentum(v: Any, lo: int, hi: int, chain: Any) -> float:
     total = 0.0
     for i in range(np.uint64(lo), np.uint64(hi)):
-        if inertia is None:
+        if chain is None:
             total += v[i]
         else:
-            total += v[i] / inertia[i] if inertia[i] > 0 else 0.0
+            total += v[i] / chain.inverse_mass[i] if chain.inverse_mass[i] > 0 else 0.0
     return total
 
 
 @_part
-def _energy(
-    u: Any, v: Any, lo: int, hi: int, stiffness: Any, inertia: Any, gap: Any, pull: Any
-) -> float:
+def _energy(u: Any, v: Any, lo: int, hi: int, chain: Any) -> float:
     """Of granules lo ... hi - 1, of the contact ahead of each, and in constant forces."""
     total = 0.0
     for i in range(lo, hi):
-        r = _overlap(u, i, gap)
-        if stiffness is None:
+        r = _overlap(u, i, chain)
+        if chain is None:
             total += 0.5 * float(v[i]) ** 2 + 0.4 * _force(r) * r
         else:
-            mass = _mass(i, inertia)
-            total += 0.5 * mass * float(v[i]) ** 2 + 0.4 * _force(r) * r * stiffness[i]
-            if pull is not None:
-                total -= mass * pull[i] * u[i]
+            mass = _mass(i, chain)
+            total += 0.5 * mass * float(v[i]) ** 2 + 0.4 * _force(r) * r * chain.stiffness[i]
+            total -= mass * chain.constant[i] * u[i]
     return total
 
 
@@ -1238,21 +1188,32 @@ _LEG_DONE, _AT_EDGE, _SETTLED, _DIVERGED, _STOPPED = range(5)
 
 
 @_part
-def _is_diverged(energy: float, total: Any, inertia: Any) -> bool:
+def _is_diverged(energy: float, total: Any, chain: Any) -> bool:
     """Whether the chain has far more energy than it was given.
 
     A piston that goes back under a load takes more than it gave: constant forces do work then.
     """
-    if _has_piston(inertia):
+    if _has_piston(chain):
         return not abs(energy) <= _DIVERGED_ENERGY * (total[_MOVED] + abs(total[_GIVEN]))
     return not energy <= _DIVERGED_ENERGY * (total[_WORK] + total[_GIVEN])
 
 
 @_part
-def _flight(u: Any, v: Any, lo: int, hi: int, on_wall: int, wait: float, gap: Any) -> float:
+def _flies(chain: Any) -> bool:
+    """Whether granules of a scene with terms move steadily where no contact presses."""
+    if chain is None:
+        return False
+    loaded = 0
+    for i in range(chain.constant.size):
+        loaded += chain.constant[i] != 0
+    return loaded == 0
+
+
+@_part
+def _flight(u: Any, v: Any, lo: int, hi: int, on_wall: int, wait: float, chain: Any) -> float:
     """How long all granules fly freely, at most ``wait``; 0 if a contact presses."""
     for i in range(lo, hi - 1 + on_wall):
-        overlap, rate = _overlap(u, i, gap), float(v[i] - v[i + 1])
+        overlap, rate = _overlap(u, i, chain), float(v[i] - v[i + 1])
         if overlap > 0.0:
             return 0.0
         if rate > 0.0:
@@ -1271,7 +1232,7 @@ def _drift(u: Any, v: Any, wait: float, lo: int, hi: int) -> None:
 def _leave_behind(
     u: Any, v: Any, g: Any, u0: Any, v0: Any, peak_force: Any, base: int, lo: int, hi: int,
     at_the_end: bool, constants: Any, count: Any, total: Any,
-    stiffness: Any, inertia: Any, gap: Any, pull: Any,
+    chain: Any,
 ) -> int:  # fmt: skip
     """Let go of granules that cannot matter any more; returns where the window begins now.
 
@@ -1279,9 +1240,9 @@ def _leave_behind(
     momentum and energy, which are counted.
     """
     if count[_LATE] > 0:
-        back = _follow(u, v, g, u0, v0, count, lo, peak_force[base + lo], stiffness, inertia)
-        total[_MOMENTUM] -= _momentum(v, back, lo, inertia)
-        total[_ENERGY] -= _energy(u, v, back, lo, stiffness, inertia, gap, pull)
+        back = _follow(u, v, g, u0, v0, count, lo, peak_force[base + lo], chain)
+        total[_MOMENTUM] -= _momentum(v, back, lo, chain)
+        total[_ENERGY] -= _energy(u, v, back, lo, chain)
         lo = back
     waits = count[_LATE] > 0 and at_the_end
     if waits:
@@ -1292,35 +1253,34 @@ def _leave_behind(
     most = 0 if at_the_end else _MOST_LATE
     cut = lo
     if not waits:
-        cut = _left_behind(u, v, peak_force, base, lo, hi, count, most, stiffness, inertia)
+        cut = _left_behind(u, v, peak_force, base, lo, hi, count, most, chain)
     if cut > lo:
-        total[_MOMENTUM] += _momentum(v, lo, cut, inertia)
-        total[_ENERGY] += _energy(u, v, lo, cut, stiffness, inertia, gap, pull)
+        total[_MOMENTUM] += _momentum(v, lo, cut, chain)
+        total[_ENERGY] += _energy(u, v, lo, cut, chain)
         _put_to_rest(u, v, g, u0, v0, count, lo, cut)
         lo = cut
-        if stiffness is not None and count[_LATE] == 0:
+        if chain is not None and count[_LATE] == 0:
             # The formulas of terms ask for the granule behind.
             u[lo - 1] = u0[lo - 1] = u[lo] - 1
-        _accelerate_first(u, g, constants, lo, stiffness, inertia, gap, pull)
+        _accelerate_first(u, g, constants, lo, chain)
     return lo
 
 
 @_part
 def _begin(
     u: Any, v: Any, g: Any, granules: int, peak_force: Any, peak_time: Any, total: Any,
-    stiffness: Any, inertia: Any, gap: Any, pull: Any,
+    chain: Any,
 ) -> None:  # fmt: skip
     """Accelerations, energy and forces of contacts at the start; the first granule's come later."""
-    total[_GIVEN] = _energy(u, v, 0, granules, stiffness, inertia, gap, pull)
-    before = _of_contact(_force(_overlap(u, 0, gap)), 0, stiffness)
+    total[_GIVEN] = _energy(u, v, 0, granules, chain)
+    before = _of_contact(_force(_overlap(u, 0, chain)), 0, chain)
     for i in range(granules):
-        force = _of_contact(_force(_overlap(u, i, gap)), i, stiffness)
+        force = _of_contact(_force(_overlap(u, i, chain)), i, chain)
         if i > 0:
             net = before - force
-            if inertia is not None:
-                net *= inertia[i]
-            if pull is not None:
-                net += pull[i]
+            if chain is not None:
+                net *= chain.inverse_mass[i]
+                net += chain.constant[i]
             g[i] = net
         before = force
         if i < peak_force.size and force > 0:
@@ -1330,20 +1290,20 @@ def _begin(
 @_part
 def _start_leg(
     leg: Any, u: Any, v: Any, g: Any, peak_force: Any, peak_time: Any, constants: Any, lo: int,
-    stiffness: Any, inertia: Any, gap: Any, pull: Any,
+    chain: Any,
 ) -> None:  # fmt: skip
     """Change the applied force, or the motion of a piston, at the start of a leg.
 
     Doing this twice does no harm.
     """
     constants[_PUSH] = _applied_force(leg, leg[START])
-    if _has_piston(inertia):
+    if _has_piston(chain):
         u[0], v[0] = leg[PLACE], leg[VELOCITY]
         # A piston that turns round makes a maximum, which lies in neither of the steps.
-        force = _of_contact(_force(_overlap(u, 0, gap)), 0, stiffness)
+        force = _of_contact(_force(_overlap(u, 0, chain)), 0, chain)
         if force > peak_force[0]:
             peak_force[0], peak_time[0] = force, leg[START]
-    _accelerate_first(u, g, constants, lo, stiffness, inertia, gap, pull)
+    _accelerate_first(u, g, constants, lo, chain)
 
 
 @_part
@@ -1392,7 +1352,7 @@ def with_room(state: State, granules: int, stages: int) -> State:
     return state._replace(rows=rows)
 
 
-@_kept_without_arrays
+@compiled_and_kept_with(equations, **_UNCOUNTED)  # an eighth less to compile
 def march(
     legs: FloatArray,
     kicks: Array,
@@ -1403,10 +1363,7 @@ def march(
     starting: float,
     granules: int,
     start: FloatArray,
-    stiffness: Any,
-    inertia: Any,
-    gap: Any,
-    pull: Any,
+    chain: Any,
     moving: int,
     leave_behind: bool,
     peak_force: FloatArray,
@@ -1433,8 +1390,8 @@ def march(
     start
         Displacement and velocity at the start, shape (2, N), with ``leave_behind`` only next to
         terms; shape (0, 0) for a chain at rest.
-    stiffness, inertia, gap, pull
-        What the scene has beyond a plain chain, float64: see ``Terms``.
+    chain
+        What the scene has beyond a plain chain, float64; or None.
     moving
         Granules that may move at the start; N for a run without a front.
     leave_behind
@@ -1467,8 +1424,8 @@ def march(
         total[_TIME], total[_NEXT_CHECK] = legs[0, START], _CHECK
         if start.size > 0:
             _start_at(start, u, v)
-        if start.size > 0 or stiffness is not None:
-            _begin(u, v, g, granules, peak_force, peak_time, total, stiffness, inertia, gap, pull)
+        if start.size > 0 or chain is not None:
+            _begin(u, v, g, granules, peak_force, peak_time, total, chain)
     zero = constants[_ZERO]
     stages = drifts.size
     margin = _margin(stages)
@@ -1478,15 +1435,13 @@ def march(
     whole, part, level = count[_WHOLE], count[_PART], count[_LEVEL]
     steps, cost, spent = 0, 0, 0
     time, next_check = total[_TIME], total[_NEXT_CHECK]
-    pushed = _pushed(legs)
+    pushed, flies = _pushed(legs), _flies(chain)
     reason = _STOPPED if _is_stopped(control) else _LEG_DONE
     number = count[_NUMBER]
     while reason == _LEG_DONE and number < legs.shape[0]:
         leg, over = legs[number], number >= pushed
         if whole == 0 and part == 0 and level == 0:  # else it goes on after NO_ROOM
-            _start_leg(
-                leg, u, v, g, peak_force, peak_time, constants, lo, stiffness, inertia, gap, pull
-            )
+            _start_leg(leg, u, v, g, peak_force, peak_time, constants, lo, chain)
         in_leg = int(leg[STEPS])
         full = (leg[END] - leg[START]) / leg[STEPS]
         h = full / (1 << level)
@@ -1501,7 +1456,7 @@ def march(
             reached = hi
             hi = _symplectic_step(
                 u, v, g, kicks_h, drifts_h, drifts, constants, leg, begin, h, lo, hi, last,
-                stiffness, inertia, gap, pull,
+                chain,
             )  # fmt: skip
             if hi > reached:
                 # New granules were at rest before the step; what lies beyond the chain stays there.
@@ -1520,7 +1475,7 @@ def march(
             if tolerance > 0:
                 turns, dips, fastest, speed = _scan(
                     u0, v0, a, u, v, g, h, constants[_DIP_TIMES_H], begin < starting, zero, lo, hi,
-                    gap,
+                    chain,
                 )  # fmt: skip
             elif verlet:
                 turns, dips = _turns_of_verlet(v0, a, v, g, constants[_H], zero, lo, hi), True
@@ -1542,7 +1497,7 @@ def march(
                 ahead = lo if s + 1 == count[_LATE] else count[place + 2]
                 count[place + 1] = _symplectic_step(
                     u, v, g, kicks_h, drifts_h, drifts, constants, leg, begin, h, from_, to, ahead,
-                    stiffness, inertia, gap, pull,
+                    chain,
                 )  # fmt: skip
                 cost += to - from_
                 spent += to - from_
@@ -1556,26 +1511,20 @@ def march(
             if turns > 0 or dips:
                 _keep_peaks(
                     peak_force, peak_time, base, u0, v0, a, u, v, g, lo, hi + on_wall, leg, begin,
-                    time, h, off, dips, h if verlet else 0.0, bernstein, stiffness, inertia, gap,
-                    pull,
+                    time, h, off, dips, h if verlet else 0.0, bernstein, chain,
                 )  # fmt: skip
             if leg[SHAPE] != 0:
-                total[_WORK] += _work(
-                    u0, v0, u, v, lo, leg, begin, h, off, stiffness, inertia, gap, pull
-                )
-            if stiffness is not None and on_wall == 1:
-                total[_WALL] += _impulse(
-                    granules - 1, u0, v0, u, v, leg, begin, h, off, stiffness, inertia, gap, pull
-                )
-            if stiffness is not None and _has_piston(inertia):
-                given = _impulse(0, u0, v0, u, v, leg, begin, h, off, stiffness, inertia, gap, pull)
+                total[_WORK] += _work(u0, v0, u, v, lo, leg, begin, h, off, chain)
+            if chain is not None and on_wall == 1:
+                total[_WALL] += _impulse(granules - 1, u0, v0, u, v, leg, begin, h, off, chain)
+            if chain is not None and _has_piston(chain):
+                given = _impulse(0, u0, v0, u, v, leg, begin, h, off, chain)
                 total[_PISTON] += given
                 total[_WORK] += given * leg[VELOCITY]
                 total[_MOVED] += given * abs(leg[VELOCITY])
             if kept < record.time.size and record.time[kept] <= time:
                 kept = _keep_history(
-                    record, kept, u0, v0, u, v, lo, hi, leg, begin, time, off, stiffness, inertia,
-                    gap, pull,
+                    record, kept, u0, v0, u, v, lo, hi, leg, begin, time, off, chain,
                 )  # fmt: skip
             if level == 0:
                 whole, part = whole + 1, 0
@@ -1588,27 +1537,27 @@ def march(
             if time >= next_check:
                 next_check = time + _CHECK
                 control[1] = time
-                energy = total[_ENERGY] + _energy(u, v, lo, hi, stiffness, inertia, gap, pull)
-                if _is_diverged(energy, total, inertia):
+                energy = total[_ENERGY] + _energy(u, v, lo, hi, chain)
+                if _is_diverged(energy, total, chain):
                     reason = _DIVERGED
                     break
                 if leave_behind and over:
                     lo = _leave_behind(
                         u, v, g, u0, v0, peak_force, base, lo, hi, base + hi == granules, constants,
-                        count, total, stiffness, inertia, gap, pull,
+                        count, total, chain,
                     )  # fmt: skip
                     if (
                         count[_LATE] == 0
                         and base + hi == granules
-                        and _settled(u, v, peak_force, base, lo, hi, stiffness, inertia)
+                        and _settled(u, v, peak_force, base, lo, hi, chain)
                     ):
                         reason = _SETTLED
                         break
-                if stiffness is not None and pull is None and leg[SHAPE] == 0 and level == 0:
+                if flies and leg[SHAPE] == 0 and level == 0:
                     wait = leg[END] - time
                     if kept < record.time.size:
                         wait = min(wait, record.time[kept] - time)
-                    idle = int(_flight(u, v, lo, hi, on_wall, wait, gap) / full) - 1
+                    idle = int(_flight(u, v, lo, hi, on_wall, wait, chain) / full) - 1
                     if idle > 0:
                         _drift(u, v, idle * full, lo, hi)
                         whole, time = whole + idle, time + idle * full
@@ -1622,19 +1571,19 @@ def march(
     count[_EVALUATIONS] += stages * steps
     count[_GRANULE_EVALUATIONS] += stages * cost
     total[_TIME], total[_NEXT_CHECK] = time, next_check
-    momentum = total[_MOMENTUM] + _momentum(v, lo, hi, inertia)
-    energy = total[_ENERGY] + _energy(u, v, lo, hi, stiffness, inertia, gap, pull)
+    momentum = total[_MOMENTUM] + _momentum(v, lo, hi, chain)
+    energy = total[_ENERGY] + _energy(u, v, lo, hi, chain)
     status = DONE
     if reason == _AT_EDGE:
         status = NO_ROOM
-    elif reason == _DIVERGED or _is_diverged(energy, total, inertia):
+    elif reason == _DIVERGED or _is_diverged(energy, total, chain):
         status = DIVERGED
     elif reason == _STOPPED:
         status = STOPPED
     if status != NO_ROOM:
         on_wall = 1 if hi == granules and peak_force.size == granules else 0
         for i in range(lo, hi - 1 + on_wall):  # what is still being pressed harder at the end
-            force = _of_contact(_force(_overlap(u, i, gap)), i, stiffness)
+            force = _of_contact(_force(_overlap(u, i, chain)), i, chain)
             if force > peak_force[base + i]:
                 peak_force[base + i] = force
                 peak_time[base + i] = total[_TIME]

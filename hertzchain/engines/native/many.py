@@ -112,7 +112,7 @@ def _one_by_one(
             taken = legs[legs[:, kernels.STEPS] > 0]  # a leg without steps is left out
             outcome, _, _ = marching.march(
                 taken, walker.stepper, dtype, walker.tolerance, walker.starting, granules, at_rest,
-                kernels.PLAIN, MOVING, leave_behind, force[scene], time[scene],
+                None, MOVING, leave_behind, force[scene], time[scene],
                 nothing_recorded(), control,
             )  # fmt: skip
             end[scene] = outcome.end

@@ -11,8 +11,9 @@ import numpy as np
 
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.native import kernels
+from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.kernel_input import coefficients
-from hertzchain.engines.native.kernels import COUNTS, TOTALS, Outcome, Record, State, Terms
+from hertzchain.engines.native.kernels import COUNTS, TOTALS, Outcome, Record, State
 from hertzchain.engines.native.methods import Stepper, SymplecticNystrom
 
 
@@ -24,7 +25,7 @@ def march(
     starting: float,
     granules: int,
     start: FloatArray,
-    terms: Terms,
+    chain: Chain | None,
     moving: int,
     leave_behind: bool,
     force: FloatArray,
@@ -38,13 +39,13 @@ def march(
     """
     assert isinstance(stepper, SymplecticNystrom)  # NumPy integrates with other methods
     columns = granules + 1
-    if leave_behind and terms.stiffness is None:
+    if leave_behind and chain is None:
         columns = min(columns, kernels.least_columns(stepper.stages))
     state, is_verlet = at_the_start(stepper, columns, dtype), stepper.order == 2
     while True:
         outcome = kernels.march(
             rows, *coefficients(stepper), state, is_verlet, tolerance, starting, granules, start,
-            *terms, moving, leave_behind, force, time, record, control,
+            chain, moving, leave_behind, force, time, record, control,
         )  # fmt: skip
         if outcome.status != kernels.NO_ROOM:
             return outcome, state.rows[0, :granules], state.rows[1, :granules]

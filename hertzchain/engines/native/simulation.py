@@ -16,12 +16,12 @@ from hertzchain.arrays import FloatArray, Scalar
 from hertzchain.engines.native.kernel_input import (
     MOVING,
     can_leave_behind,
+    chain_of,
     leg_rows,
     nothing_recorded,
     room_for,
     softest,
     start_of,
-    terms_of,
 )
 from hertzchain.engines.native.refinement import Walker
 from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
@@ -33,7 +33,8 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
 if TYPE_CHECKING:
-    from hertzchain.engines.native.kernels import Outcome, Terms
+    from hertzchain.engines.native.equations import Chain
+    from hertzchain.engines.native.kernels import Outcome
 
 _LONG_RUN = 1e7
 """Granules times force evaluations of a short run: about 0.01 s."""
@@ -128,7 +129,7 @@ class Prepared:
     scene: Scene
     deadline: Deadline
     own_start: bool  # whether the chain starts in its scene's own state
-    terms: Terms
+    chain: Chain | None  # None for a plain scene
     start: FloatArray  # displacement and velocity at the start, (2, N); (0, 0) at rest
     moving: int  # number of granules that may move at the start
     softest: float  # see ``kernel_input.softest``
@@ -143,14 +144,14 @@ class Prepared:
     ) -> Prepared:
         """Prepare a scene; the arguments are those of ``simulate``."""
         assert scene.contact is None  # damped contacts: see damped_runs
-        terms, own = terms_of(scene), start_of(scene)
+        chain, own = chain_of(scene), start_of(scene)
         # The front of a wave moves granules smoothly, but not across a gap or under a static load.
-        has_front = window and start is None and terms.gap is None
+        has_front = window and start is None and (chain is None or not chain.gap.any())
         return cls(
             scene,
             deadline,
             start is None,
-            terms,
+            chain,
             own if start is None else start + own if own.size else start,
             MOVING if has_front else scene.chain.granules,
             1.0 if scene.is_plain else softest(scene),
@@ -239,7 +240,7 @@ class Prepared:
         def run() -> Any:
             return marching.march(
                 rows, stepper, dtype, tolerance, walker.starting, granules, self.start,
-                self.terms, self.moving, leave_behind, force, time, record, control,
+                self.chain, self.moving, leave_behind, force, time, record, control,
             )  # fmt: skip
 
         is_long = work >= _LONG_RUN

@@ -129,13 +129,23 @@ def test_a_time_limit_is_kept(demo: hc.Scene) -> None:
 
 
 PLANTED = [
-    ("kernels.py", "right *= stiffness[i]", "right *= stiffness[0]", "terms/taper"),
-    ("kernels.py", "net *= inertia[i]", "net *= inertia[0]", "terms/taper"),
+    ("kernels.py", "right *= chain.stiffness[i]", "right *= chain.stiffness[0]", "terms/taper"),
+    ("kernels.py", "net *= chain.inverse_mass[i]", "net *= chain.inverse_mass[0]", "terms/taper"),
     ("kernels.py", "right = r * np.sqrt(r)", "right = 1.0000001 * r * np.sqrt(r)", "demo"),
-    ("kernels.py", "net += pull[i]", "net -= pull[i]", "terms/upright_column"),
-    ("kernels.py", "r -= gap[i]", "r -= 0.999 * gap[i]", "terms/gapped"),
-    ("damped_contacts.py", "* inertia[i] + pull[i]", "* inertia[i] + 0.999 * pull[i]", "loaded"),
-    ("damped_contacts.py", "* inertia[i] +", "* inertia[0] +", "terms/damped_striker_on_a_wall"),
+    ("kernels.py", "net += chain.constant[i]", "net -= chain.constant[i]", "terms/upright_column"),
+    ("kernels.py", "r -= chain.gap[i]", "r -= 0.999 * chain.gap[i]", "terms/gapped"),
+    (
+        "damped_contacts.py",
+        "* inverse_mass[i] + constant[i]",
+        "* inverse_mass[i] + 0.999 * constant[i]",
+        "loaded",
+    ),
+    (
+        "damped_contacts.py",
+        "* inverse_mass[i] +",
+        "* inverse_mass[0] +",
+        "terms/damped_striker_on_a_wall",
+    ),
     ("damped_contacts.py", "factor = np.sqrt(root)", "factor = root", "terms/damped"),
 ]
 """File, what stands there, the mistake, and a scene that has the term."""
