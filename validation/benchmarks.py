@@ -30,7 +30,7 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps import deck
 from hertzchain.engines.lammps.engine import command, engine
-from hertzchain.engines.native import METHODS, kernels, simulate
+from hertzchain.engines.native import METHODS, elastic, simulate
 from hertzchain.engines.native.kernel_input import coefficients, leg_rows, nothing_recorded
 from hertzchain.engines.native.many import march_all
 from hertzchain.engines.native.marching import at_the_start
@@ -276,13 +276,13 @@ def test_e_granule_and_stage_over_square_root(benchmark: Any, demo: hc.Scene) ->
 
 def granule_evaluations(rows: FloatArray, granules: int) -> int:
     """Force evaluations of scenes, granule by granule."""
-    return sum(march(vars(kernels), legs, granules, 8).granule_evaluations for legs in rows)
+    return sum(march(legs, granules, 8).granule_evaluations for legs in rows)
 
 
-def march(module: dict[str, Any], legs: FloatArray, granules: int, moving: int) -> Any:
-    """Run the kernels of a module, whole or cut, on a plain scene at fixed steps."""
+def march(legs: FloatArray, granules: int, moving: int) -> Any:
+    """Run a plain scene at fixed steps."""
     contacts, state = granules - 1, at_the_start(SRKN_11B, granules + 1, np.float64)
-    return module["march"](
+    return elastic.march(
         legs, *coefficients(SRKN_11B), state, False, 0.0, 0.0, granules, np.zeros((0, 0)),
         None, moving, False, np.zeros(contacts), np.zeros(contacts),
         nothing_recorded(), np.zeros(3),
@@ -343,49 +343,6 @@ def test_g_first_call_of_a_process(benchmark: Any) -> None:
     base = seconds(benchmark)
     FIGURES.append(Measured("G", "hertzchain run, more than importing NumPy", run - base, "s"))
     FIGURES.append(Measured("G", "hertzchain --help, more than that", helped - base, "s"))
-
-
-FEATURES = {
-    "window": [
-        ("grows = base + size <= granules", "grows = False"),
-        ("if leave_behind and over:", "if False:"),
-        ("if ahead > 0 and hi < last:", "if False:"),
-        ("        if ahead > 0:\n            hi = min(hi + _AHEAD, last)\n", ""),
-    ],
-    "recording": [("if kept < record.time.size and record.time[kept] <= time:", "if False:")],
-    "table pulse": [("    if leg[SHAPE] == 2:", "    if True:")],
-}
-"""Edits that remove a feature from the kernels' source; float32 is compiled separately."""
-
-
-def sources(feature: str) -> tuple[str, str]:
-    """The kernels as they are, and without a feature."""
-    source = Path(str(kernels.__file__)).read_text(encoding="utf-8")
-    cut = source
-    for old, new in FEATURES[feature]:
-        assert old in cut, f"the kernels have changed: {old!r} is gone"
-        cut = cut.replace(old, new)
-    return source, cut
-
-
-@pytest.mark.parametrize("feature", FEATURES)
-def test_i_unused_feature(benchmark: Any, demo: hc.Scene, feature: str) -> None:
-    source, cut = sources(feature)
-    whole: dict[str, Any] = {"__name__": "whole"}
-    without: dict[str, Any] = {"__name__": "without"}
-    exec(compile(source, "whole", "exec"), whole)  # noqa: S102 - our own source
-    exec(compile(cut, "without", "exec"), without)  # noqa: S102
-    rows = leg_rows(demo.schedule(0.1 * demo.units.time), demo.units)
-
-    def run(module: dict[str, Any]) -> None:
-        march(module, rows, 60, 60)
-
-    run(whole)
-    run(without)
-    # Alternately, so that both run under the same load.
-    ratios = [best(lambda: run(whole), 30) / best(lambda: run(without), 30) for _ in range(15)]
-    benchmark.pedantic(run, (whole,), rounds=20)
-    FIGURES.append(Measured("I", f"cost with unused {feature}", float(np.median(ratios))))
 
 
 def test_j_sweep_over_bare_batch(benchmark: Any, demo: hc.Scene, tmp_path: Path) -> None:

@@ -96,14 +96,14 @@ def _every_lammps() -> list[Finding]:
 def _kernels() -> Finding:
     """Return the finding on the folder in which compiled code is kept."""
     try:
-        from hertzchain.engines.native import kernels
+        from hertzchain.engines.native import elastic
     except ImportError as problem:
         return Finding("kernels", False, f"{problem}; pip install numba")
-    folder = kernels.march.stats.cache_path
+    folder = elastic.march.stats.cache_path
     if folder is None:
         text = f"compiled again in every process, 6 s, as {_NOT_KEPT}"
         return Finding("kernels", False, text, needed=False)
-    if _has_compiled(kernels.march):
+    if _has_compiled(elastic.march):
         return Finding("kernels", True, f"compiled, kept in {folder}")
     how = "the first run does, 6 s, or doctor --compile"
     return Finding("kernels", True, f"not compiled yet ({how}); kept in {folder}")
@@ -121,9 +121,9 @@ def compile_kernels() -> None:
 
     RunFailed, before compiling, where no folder can keep them.
     """
-    from hertzchain.engines.native import Native, kernels, similar_peak_forces
+    from hertzchain.engines.native import Native, elastic, similar_peak_forces
 
-    if kernels.march.stats.cache_path is None:
+    if elastic.march.stats.cache_path is None:
         raise RunFailed(f"kernels are not compiled ahead: {_NOT_KEPT}")
     Native().run(trial_scene())
     # A batch has its own kernel; to 1e-3 in single precision.

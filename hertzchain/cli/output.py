@@ -56,11 +56,11 @@ def compiling(report_progress: Callable[[str], object], is_native: bool = True) 
     if not is_native:  # other engines need nothing of Numba, which takes long to load
         yield
         return
-    from hertzchain.engines.native import kernels
+    from hertzchain.engines.native import elastic
     from hertzchain.engines.native.preparation import Watched
 
     what = "compiling kernels for this kind of scene, once"
-    if kernels.march.stats.cache_path is None:
+    if elastic.march.stats.cache_path is None:
         why = "in every process because no folder can keep them (see hertzchain doctor)"
         what = f"compiling kernels, as {why}"
     with Watched(lambda: report_progress(what)) as preparation:

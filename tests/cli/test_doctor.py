@@ -15,7 +15,7 @@ from numba.core.caching import NullCache
 import hertzchain as hc
 from hertzchain.cli import diagnosis
 from hertzchain.cli.diagnosis import PACKAGES, trial_scene
-from hertzchain.engines.native import kernels
+from hertzchain.engines.native import elastic
 from tests.cli.short_chain import GET_IT
 from tests.command_line import Command
 from tests.places import ROOT
@@ -53,9 +53,9 @@ def test_kernels_are_compiled_ahead_for_runs_and_batches() -> None:
     # Types of one process: what is kept on disk is loaded into it.
     code = """
 from hertzchain.cli.diagnosis import compile_kernels
-from hertzchain.engines.native import kernels, lanes_kernel
+from hertzchain.engines.native import elastic, lanes_kernel
 compile_kernels()
-for kernel in (kernels.march, lanes_kernel.march_lanes):
+for kernel in (elastic.march, lanes_kernel.march_lanes):
     single = ["float32" in str(types) for types in kernel.signatures]
     print(*sorted("float32" if one else "float64" for one in single))
 """
@@ -71,11 +71,11 @@ def test_kernels_that_are_kept_are_told_from_those_that_are_not(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     hc.Native(peaks_only=True).run(trial_scene())
-    folder = kernels.march.stats.cache_path
+    folder = elastic.march.stats.cache_path
     found = diagnosis._kernels()
     assert (found.works, found.text) == (True, f"compiled, kept in {folder}")
     # A version of another source counts as not compiled.
-    kept = kernels.march._cache._cache_file
+    kept = elastic.march._cache._cache_file
     monkeypatch.setattr(kept, "_source_stamp", (0.0, 0))
     assert diagnosis._kernels().text.startswith("not compiled yet (the first run does, 6 s, or")
     monkeypatch.undo()
@@ -92,7 +92,7 @@ def test_the_doctor_compiles_nothing_that_cannot_be_kept(
     monkeypatch.setenv("PATH", str(folder))
     monkeypatch.setattr(diagnosis, "_every_lammps", list)
     monkeypatch.setattr(hc.Native, "run", compiles)
-    monkeypatch.setattr(kernels.march, "_cache", NullCache())
+    monkeypatch.setattr(elastic.march, "_cache", NullCache())
     outcome = hertzchain("doctor", "--compile")
     why = "no folder to keep them can be written; name one in the environment variable"
     assert outcome.status == 2

@@ -69,18 +69,18 @@ def integrate_damped(
     longest
         The longest step, 0.8 of the natural time unit of the fastest contact.
     record, control
-        A ``kernels.Record``, and the array that stops the run, as in ``kernels.march``.
+        A ``elastic_chain.Record``, and the array that stops the run, as in ``elastic.march``.
     most_work
         Force evaluations of a granule after which the run ends; a step counts as further 500.
     longer
         By how much steps may be longer, also those that strong dampers allow; at most 1.5.
     """
-    from hertzchain.engines.native import damped_advance, damped_kernel, kernels
+    from hertzchain.engines.native import damped_advance, damped_kernel, elastic_chain
 
     granules, contacts = chain.inverse_mass.size, chain.stiffness.size
     if record is None:
         nothing = np.zeros((0, 0))
-        record = kernels.Record(np.zeros(0), nothing, nothing, nothing)
+        record = elastic_chain.Record(np.zeros(0), nothing, nothing, nothing)
     # The front of a wave moves granules smoothly, but not across a gap or under a static load.
     has_front = start.size == 0 and not chain.gap.any() and not chain.constant.any()
     force, time = np.zeros(contacts), np.full(contacts, np.nan)

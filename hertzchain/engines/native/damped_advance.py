@@ -12,6 +12,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from hertzchain.arrays import FloatArray
+from hertzchain.engines.native.compiling import compiled
 from hertzchain.engines.native.damped_contacts import (
     energy,
     held,
@@ -40,10 +41,7 @@ from hertzchain.engines.native.damped_step import (
     rate_of_dampers,
     take_step,
 )
-from hertzchain.engines.native.kernels import (
-    _is_stopped,
-    compiled,
-)
+from hertzchain.engines.native.elastic_state import is_stopped
 
 DONE, DIVERGED, STOPPED, TOO_MUCH, STUCK = range(5)
 """How a run ended; the last two: more work than allowed, and steps that do not advance."""
@@ -113,7 +111,7 @@ def grain(u: Any, hi: int) -> float:
 
 @compiled
 def is_diverged(left: float, given: float, total: Any, c: Any) -> bool:
-    """Whether the chain has far more energy than it was given; see ``kernels._is_diverged``."""
+    """Whether the chain has far more energy than it was given; see ``elastic_legs.is_diverged``."""
     if c.inverse_mass[0] == 0.0:
         return not abs(left) <= _DIVERGED_ENERGY * (abs(given) + total[4])
     return not left <= _DIVERGED_ENERGY * (given + total[0])
@@ -270,7 +268,7 @@ def advance(
         if progress[3] >= look:
             look = progress[3] + _LOOK
             control[1], control[2] = time, control[2] + 1
-            if _is_stopped(control):
+            if is_stopped(control):
                 status = STOPPED
             elif is_diverged(energy(u0, v0, hi, c), given, total, c):
                 status = DIVERGED

@@ -14,16 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.engines.native.kernels import (
-    ONE,
-    _applied_force,
-    _applied_force_rate,
-    _curvature,
-    _hermite,
-    _slope,
-    _value,
-    compiled,
-)
+from hertzchain.engines.native.compiling import ONE, compiled
+from hertzchain.engines.native.elastic_chain import applied_force, applied_force_rate
+from hertzchain.engines.native.interpolant import curvature_at, hermite, slope_at, value_at
 
 PARTS = 8
 """Parts of a step in which a beginning, an end, or a maximum is looked for."""
@@ -178,7 +171,7 @@ def first_change(curve: Any, h: float, i: int, pressing: bool, c: Any) -> float:
     left, at_left = 0.0, sign * margin(curve[0], curve[1] / h, i, pressing, c)
     for part in range(1, PARTS + 1):
         right = part / PARTS
-        at_right = sign * margin(_value(curve, right), _slope(curve, right) / h, i, pressing, c)
+        at_right = sign * margin(value_at(curve, right), slope_at(curve, right) / h, i, pressing, c)
         if at_right > 0.0:
             if at_left > 0.0:
                 return left
@@ -200,7 +193,7 @@ def _root(
             return left
         if s >= right:
             return right
-        value = sign * margin(_value(curve, s), _slope(curve, s) / h, i, pressing, c)
+        value = sign * margin(value_at(curve, s), slope_at(curve, s) / h, i, pressing, c)
         left, right, at_left, at_right, side = _narrowed(
             left, right, at_left, at_right, s, value, value > 0.0, side
         )
@@ -239,7 +232,7 @@ def highest(
         if not before > 0.0 or rate > 0.0:
             continue
         s = _summit(curve, h, i, (part - 1) / PARTS, part / PARTS, before, rate, c)
-        found = law(_value(curve, s), _slope(curve, s) / h, i, c)
+        found = law(value_at(curve, s), slope_at(curve, s) / h, i, c)
         if found > force:
             force, place = found, s
     return force, place
@@ -248,8 +241,8 @@ def highest(
 @compiled
 def _growth(curve: Any, s: float, h: float, i: int, c: Any) -> float:
     """How fast the force of contact i grows at a place of a step."""
-    w = _slope(curve, s) / h
-    return float(law_rate(_value(curve, s), w, _curvature(curve, s) / (h * h), i, c))
+    w = slope_at(curve, s) / h
+    return float(law_rate(value_at(curve, s), w, curvature_at(curve, s) / (h * h), i, c))
 
 
 @compiled
@@ -295,7 +288,7 @@ def septic(
         u1[i] - u1[i + 1] - c.gap[i], v1[i] - v1[i + 1], a1[i] - a1[i + 1],
         jerk(r1, i, c) - jerk(r1, i + 1, c),
     )  # fmt: skip
-    return _hermite(start, end, h)
+    return hermite(start, end, h)
 
 
 @compiled
@@ -310,12 +303,12 @@ def keep_history(
         for i in range(hi):
             start = (u0[i], v0[i], a0[i], jerk(r0, i, c))
             after = (u1[i], v1[i], a1[i], jerk(r1, i, c))
-            curve = _hermite(start, after, h)
-            record.displacement[kept, i] = _value(curve, s)
-            record.velocity[kept, i] = _slope(curve, s) / h
+            curve = hermite(start, after, h)
+            record.displacement[kept, i] = value_at(curve, s)
+            record.velocity[kept, i] = slope_at(curve, s) / h
             if i < record.contact_force.shape[1] and on[i] > 0.0:
                 curve = septic(u0, v0, a0, r0, u1, v1, a1, r1, i, h, c)
-                force = law(_value(curve, s), _slope(curve, s) / h, i, c)
+                force = law(value_at(curve, s), slope_at(curve, s) / h, i, c)
                 record.contact_force[kept, i] = force if c.attraction else max(force, 0.0)
         kept += 1
     return kept
@@ -341,10 +334,10 @@ def energy(u: Any, v: Any, hi: int, c: Any) -> float:
 @compiled
 def applied(leg: Any, time: float) -> float:
     """The applied force on a leg."""
-    return _applied_force(leg, time)
+    return applied_force(leg, time)
 
 
 @compiled
 def applied_rate(leg: Any, time: float) -> float:
     """How fast the applied force grows on a leg."""
-    return _applied_force_rate(leg, time)
+    return applied_force_rate(leg, time)

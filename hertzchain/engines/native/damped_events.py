@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from hertzchain.engines.native.compiling import compiled
 from hertzchain.engines.native.damped_contacts import (
     first_change,
     highest,
@@ -16,11 +17,7 @@ from hertzchain.engines.native.damped_contacts import (
     overlap_curve,
     power_of,
 )
-from hertzchain.engines.native.kernels import (
-    _slope,
-    _value,
-    compiled,
-)
+from hertzchain.engines.native.interpolant import slope_at, value_at
 
 EVENT = 0.1
 """What a mode that changes late may cost in velocity, over the tolerance of a step."""
@@ -146,10 +143,10 @@ def earliest(
         s = first_change(curve, h, i, pressing, c)
         if s >= first:
             continue
-        at = (_value(curve, s), _slope(curve, s) / h)
+        at = (value_at(curve, s), slope_at(curve, s) / h)
         d, w = d1, w1
         if not differs:
-            d, w = _value(curve, 0.5), max(w0, -w1)
+            d, w = value_at(curve, 0.5), max(w0, -w1)
         if cost(d, w, at, (1.0 - s) * h, pressing, i, c) > EVENT * allowed:
             first, which = s, i
     return first, which

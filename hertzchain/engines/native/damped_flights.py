@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from hertzchain.engines.native.kernels import compiled
+from hertzchain.engines.native.compiling import compiled
 
 NEVER = math.inf
 

@@ -15,9 +15,12 @@ from hertzchain.engines.native import (
     damped_flights,
     damped_state,
     damped_step,
+    elastic_chain,
+    elastic_state,
     equations,
-    kernels,
+    interpolant,
 )
+from hertzchain.engines.native.compiling import compiled_and_kept_with
 from hertzchain.engines.native.damped_advance import (
     DIVERGED,
     DONE,
@@ -56,17 +59,9 @@ from hertzchain.engines.native.damped_state import (
 from hertzchain.engines.native.damped_step import (
     evaluate,
 )
+from hertzchain.engines.native.elastic_chain import END, PLACE, SHAPE, START, VELOCITY, Record
+from hertzchain.engines.native.elastic_state import is_stopped
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.kernels import (
-    END,
-    PLACE,
-    SHAPE,
-    START,
-    VELOCITY,
-    Record,
-    _is_stopped,
-    compiled_and_kept_with,
-)
 
 _SLOW = 1e-3
 """Speed below which errors are no longer judged by the largest speed, natural units."""
@@ -95,7 +90,9 @@ class Found(NamedTuple):
     damped_state,
     damped_step,
     equations,
-    kernels,
+    elastic_state,
+    elastic_chain,
+    interpolant,
 )
 def march(
     legs: FloatArray,
@@ -117,8 +114,8 @@ def march(
     Parameters
     ----------
     legs
-        The applied force, shape (legs, 8): see ``kernels.START`` and what follows. Steps end where
-        legs do; how many steps a leg is cut into does not matter.
+        The applied force, shape (legs, 8): see ``elastic_chain.START`` and what follows. Steps
+        end where legs do; how many steps a leg is cut into does not matter.
     method, c
         Coefficients, and the chain with an entry for the free end.
     start
@@ -136,7 +133,7 @@ def march(
     peak_force, peak_time
         Filled in; zero and NaN at the start, shape (contacts,), with a wall (granules,).
     record, control
-        As for ``kernels.march``.
+        As for ``elastic.march``.
 
     Returns
     -------
@@ -173,7 +170,7 @@ def march(
     fastest = max(np.max(np.abs(v)), _SLOW)
     counts = Counts(
         legs[0, START], longest / 64, fresh, min(moving, granules), 0, 0, 0, 0.0,
-        tolerance * fastest, STOPPED if _is_stopped(control) else DONE,
+        tolerance * fastest, STOPPED if is_stopped(control) else DONE,
     )  # fmt: skip
     for number in range(legs.shape[0]):
         leg = legs[number]

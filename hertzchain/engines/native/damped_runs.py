@@ -50,7 +50,7 @@ def simulate_damped(
     be longer by that factor. Raises StepUnstable if the motion diverges, TooExpensive if the run
     has taken too long, TooMuchWork after ``most_work`` force evaluations of a granule.
     """
-    from hertzchain.engines.native import damped_advance, kernels
+    from hertzchain.engines.native import damped_advance, elastic_chain
 
     granules = scene.chain.granules
     if deadline.left <= 0:
@@ -69,7 +69,7 @@ def simulate_damped(
         times = np.asarray(recorder.time, np.float64)
         shape = times.size, granules
         forces = np.zeros(recorder.contact_force.shape)
-        record = kernels.Record(times, np.zeros(shape), np.zeros(shape), forces)
+        record = elastic_chain.Record(times, np.zeros(shape), np.zeros(shape), forces)
     control, longest = np.zeros(3), longest_step(scene) / scene.units.time
     chain, start = Chain.of(scene), start_of(scene)
     found: Simulated = stoppable(

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hertzchain.arrays import FloatArray
+from hertzchain.engines.native.compiling import compiled
 from hertzchain.engines.native.damped_contacts import keep_history
-from hertzchain.engines.native.kernels import compiled
 
 
 class State(NamedTuple):

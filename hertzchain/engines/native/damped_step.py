@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from hertzchain.engines.native.compiling import ONE, compiled, compiled_without_nan, larger
 from hertzchain.engines.native.damped_contacts import (
     accelerations,
     applied,
@@ -14,12 +15,6 @@ from hertzchain.engines.native.damped_contacts import (
     force_rates,
     forces,
     power_of,
-)
-from hertzchain.engines.native.kernels import (
-    ONE,
-    _compiled_without_nan,
-    _larger,
-    compiled,
 )
 
 _AHEAD = 8
@@ -197,7 +192,7 @@ def take_step(
     return hi
 
 
-@_compiled_without_nan
+@compiled_without_nan
 def largest_error(
     v0: Any, v1: Any, kv: Any, fifth: Any, third: Any, size: float, hi: int, by5: Any, by3: Any
 ) -> Any:
@@ -222,8 +217,8 @@ def largest_error(
         by3[i] = square / math.sqrt(square + 0.01 * by3[i] * by3[i] + _NO_ERROR)
     error, fastest = 0.0, 0.0
     for i in range(np.uint64(0), np.uint64(hi)):
-        error = _larger(error, by3[i])
-        fastest = _larger(fastest, _larger(abs(v0[i]), abs(v1[i])))
+        error = larger(error, by3[i])
+        fastest = larger(fastest, larger(abs(v0[i]), abs(v1[i])))
     return size * error, fastest
 
 

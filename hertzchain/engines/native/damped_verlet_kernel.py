@@ -11,17 +11,10 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native import equations, kernels
+from hertzchain.engines.native import elastic_chain, equations
+from hertzchain.engines.native.compiling import ONE, compiled, compiled_and_kept_with
+from hertzchain.engines.native.elastic_chain import END, START, STEPS, applied_force
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.kernels import (
-    END,
-    ONE,
-    START,
-    STEPS,
-    _applied_force,
-    compiled,
-    compiled_and_kept_with,
-)
 
 
 @compiled
@@ -44,7 +37,7 @@ def _evaluate(u: Any, v: Any, f: Any, a: Any, c: Any, least: float) -> None:
         a[i] = (f[i] - f[i + ONE]) * c.inverse_mass[i] + c.constant[i]
 
 
-@compiled_and_kept_with(equations, kernels)
+@compiled_and_kept_with(elastic_chain, equations)
 def take_steps(
     leg: FloatArray,
     done: int,
@@ -79,14 +72,14 @@ def take_steps(
     h = (end - begin) / leg[STEPS]
     least = -np.inf if c.attraction else 0.0
     if done == 0:
-        f[0] = _applied_force(leg, begin)
+        f[0] = applied_force(leg, begin)
         _evaluate(u, v, f, a, c, least)
     kept = _keep(u, v, f, a, into, 0, granules)
     for step in range(done + 1, last + 1):
         for i in range(np.uint64(0), np.uint64(granules)):
             v[i] += h / 2 * a[i]
             u[i] += h * v[i]
-        f[0] = _applied_force(leg, begin + step * h if step < leg[STEPS] else end)
+        f[0] = applied_force(leg, begin + step * h if step < leg[STEPS] else end)
         _evaluate(u, v, f, a, c, least)
         for i in range(np.uint64(0), np.uint64(granules)):
             v[i] += h / 2 * a[i]

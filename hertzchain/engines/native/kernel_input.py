@@ -19,7 +19,7 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
 if TYPE_CHECKING:
-    from hertzchain.engines.native.kernels import Record
+    from hertzchain.engines.native.elastic_chain import Record
 
 MOVING = 8
 """Number of granules in the window at the start of a run."""
@@ -90,10 +90,10 @@ def leg_rows(legs: Sequence[Leg], units: NaturalUnits) -> FloatArray:
 @functools.cache
 def nothing_recorded() -> Record:
     """Return the arrays of a run without a history."""
-    from hertzchain.engines.native import kernels
+    from hertzchain.engines.native import elastic_chain
 
     nothing = np.zeros((0, 0))
-    return kernels.Record(np.zeros(0), nothing, nothing, nothing)
+    return elastic_chain.Record(np.zeros(0), nothing, nothing, nothing)
 
 
 @functools.cache
@@ -104,7 +104,7 @@ def coefficients(stepper: SymplecticNystrom) -> tuple[FloatArray, FloatArray]:
 
 def room_for(recorder: Recorder, granules: int) -> Record:
     """Return arrays for a history, all zero."""
-    from hertzchain.engines.native.kernels import Record
+    from hertzchain.engines.native.elastic_chain import Record
 
     times = np.asarray(recorder.time, np.float64)
     of_granules = times.size, granules

@@ -1,6 +1,6 @@
 """Plain scenes side by side: lane k of every vector is one scene, compiled.
 
-What is computed is that of ``kernels.march`` without terms, with symplectic methods. All lanes take
+What is computed is that of ``elastic.march`` without terms, with symplectic methods. All lanes take
 a step at once, each its own, from its own corners, halved and repeated as it needs. Three things
 differ, so that no lane depends on the others:
 
@@ -21,24 +21,32 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import Array, FloatArray
-from hertzchain.engines.native import kernels, lanes, lanes_looks, lanes_maxima, lanes_motion
-from hertzchain.engines.native.kernels import (
-    _DOUBLE,
-    _FREE_END,
-    _SINGLE,
-    _TINY,
+from hertzchain.engines.native import (
+    elastic_chain,
+    elastic_legs,
+    elastic_maxima,
+    elastic_state,
+    elastic_window,
+    interpolant,
+    lanes,
+    lanes_looks,
+    lanes_maxima,
+    lanes_motion,
+)
+from hertzchain.engines.native.compiling import compiled, compiled_and_kept_with
+from hertzchain.engines.native.elastic_chain import (
     END,
     FORCE_END,
     FORCE_START,
+    FREE_END,
     RAMP_END,
     RAMP_START,
     SHAPE,
     START,
     STEPS,
-    _pushed,
-    compiled,
-    compiled_and_kept_with,
 )
+from hertzchain.engines.native.elastic_legs import pushed_legs
+from hertzchain.engines.native.elastic_state import DOUBLE, SINGLE, TINY
 from hertzchain.engines.native.lanes import bits, load, number_of, store, zero_lanes
 from hertzchain.engines.native.lanes_looks import (
     end_lane,
@@ -96,7 +104,7 @@ def _next_leg(x: Any, clock: Any, legs: Any, lane: int, half: int, rows: int) ->
     clock[FULL, lane] = clock[STEP, lane] = (legs[number, END] - start) / steps
     clock[WHOLE, lane] = clock[PART, lane] = clock[LEVEL, lane] = 0.0
     clock[BEGIN, lane], clock[FORM, lane] = start, legs[number, SHAPE]
-    clock[OVER, lane] = 1.0 if number >= _pushed(legs) else 0.0
+    clock[OVER, lane] = 1.0 if number >= pushed_legs(legs) else 0.0
     push, form = 0.0, legs[number, SHAPE]
     if form != 0:
         length = legs[number, RAMP_END] - legs[number, RAMP_START]
@@ -150,13 +158,13 @@ def _march(
     zero = zero_lanes(x)
     rows, stages = granules + 1, drifts.size
     single = x.itemsize == 4
-    least = math.sqrt(_SINGLE[_TINY] if single else _DOUBLE[_TINY])
+    least = math.sqrt(SINGLE[TINY] if single else DOUBLE[TINY])
     close = _CLOSE if single else _CLOSE**2
     old, new, lo, hi = 0, 3 * rows, 0, 1
     for k in range(x.shape[0]):
         store(x, k, zero)
     for half in (old, new):
-        store(x, half + granules, zero + _FREE_END)
+        store(x, half + granules, zero + FREE_END)
     for k in range(granules - 1):
         store(highest, k, zero)
     for lane in range(number_of(zero)):
@@ -239,7 +247,18 @@ def _march(
     store(ends, 0, load(clock, BEGIN, zero))
 
 
-@compiled_and_kept_with(kernels, lanes, lanes_looks, lanes_maxima, lanes_motion)
+@compiled_and_kept_with(
+    elastic_chain,
+    elastic_legs,
+    elastic_maxima,
+    elastic_state,
+    elastic_window,
+    interpolant,
+    lanes,
+    lanes_looks,
+    lanes_maxima,
+    lanes_motion,
+)
 def march_lanes(
     legs: FloatArray,
     leaves: Any,
@@ -255,7 +274,7 @@ def march_lanes(
     evaluations: FloatArray,
     control: FloatArray,
 ) -> None:
-    """Peaks of many scenes of one length, as ``kernels.march`` finds those of one.
+    """Peaks of many scenes of one length, as ``elastic.march`` finds those of one.
 
     Parameters
     ----------
@@ -269,7 +288,7 @@ def march_lanes(
     state
         Room in the precision of the run, shape (6 (N + 1), lanes).
     tolerance, starting, granules, control
-        As for ``kernels.march``.
+        As for ``elastic.march``.
     peak_force, peak_time
         Filled in, shape (scenes, N - 1).
     end, evaluations

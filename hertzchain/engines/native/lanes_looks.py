@@ -9,14 +9,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from hertzchain.engines.native.kernels import (
-    _DIVERGED_ENERGY,
-    _DOUBLE,
-    _EPS,
-    _FREE_END,
-    _SINGLE,
-    compiled,
-)
+from hertzchain.engines.native.compiling import compiled
+from hertzchain.engines.native.elastic_chain import FREE_END
+from hertzchain.engines.native.elastic_legs import DIVERGED_ENERGY
+from hertzchain.engines.native.elastic_state import DOUBLE, EPS, SINGLE
 from hertzchain.engines.native.lanes import (
     bits,
     load,
@@ -66,7 +62,7 @@ def gains_energy(x: Any, clock: Any, half: int, rows: int, lo: int, hi: int) -> 
         energy = energy + 0.5 * v * v + 0.4 * (r * r * root(r))
         here = ahead
     work = load(clock, WORK, zero)
-    stays = same_precision(energy, work) <= _DIVERGED_ENERGY * work
+    stays = same_precision(energy, work) <= DIVERGED_ENERGY * work
     return bits(~stays & (load(clock, ACTIVE, zero) > 0.5))
 
 
@@ -74,7 +70,7 @@ def gains_energy(x: Any, clock: Any, half: int, rows: int, lo: int, hi: int) -> 
 def _stronger(overlap: Any, hardest: Any, fastest: Any) -> Any:
     """Whether overlaps are larger than any that granules so pressed and so fast can come to have.
 
-    Not proved; measured for single runs, see ``kernels._strength``.
+    Not proved; measured for single runs, see ``elastic_window._strength``.
     """
     square, speed = overlap * overlap, fastest * fastest
     return (overlap > hardest) & (square * square * overlap > _IMPACT * (speed * speed))
@@ -95,7 +91,7 @@ def is_settled(x: Any, clock: Any, highest: Any, half: int, rows: int, lo: int, 
     """
     zero = zero_lanes(x)
     behind = load(clock, BEHIND, zero)
-    hardest, fastest, weakest = zero, zero, zero + _FREE_END
+    hardest, fastest, weakest = zero, zero, zero + FREE_END
     flies = zero > -1.0
     ahead, v_ahead = load(x, half + hi - 1, zero), load(x, half + rows + hi - 1, zero)
     for k in range(hi - 1 - lo):
@@ -135,7 +131,7 @@ def left_behind(x: Any, clock: Any, highest: Any, half: int, rows: int, lo: int,
         leading, crest = where(climbs, r, leading), where(climbs, float(i), crest)
         here = before
     leading = larger(leading, zero)
-    noise = _QUIET * (_SINGLE[_EPS] if x.itemsize == 4 else _DOUBLE[_EPS])
+    noise = _QUIET * (SINGLE[EPS] if x.itemsize == 4 else DOUBLE[EPS])
     quiet_overlap = noise * leading
     quiet_velocity = quiet_overlap * root(root(leading))
     hardest, fastest, weakest, quiet = zero, zero, leading, zero
@@ -165,7 +161,7 @@ def left_behind(x: Any, clock: Any, highest: Any, half: int, rows: int, lo: int,
 def leave(x: Any, clock: Any, lane: int, cut: int, half: int, rows: int) -> None:
     """Move granules of a lane that are left behind to where they press nothing."""
     for i in range(int(clock[BEHIND, lane]), cut):
-        x[half + i, lane] = -_FREE_END
+        x[half + i, lane] = -FREE_END
         x[half + rows + i, lane] = x[half + 2 * rows + i, lane] = 0.0
     r = max(float(x[half + cut, lane] - x[half + cut + 1, lane]), 0.0)
     x[half + 2 * rows + cut, lane] = -r * math.sqrt(r)

@@ -1,8 +1,8 @@
 """Maxima of overlaps within a step of plain scenes side by side, compiled.
 
-As ``kernels._keep_peaks``: contacts are pressed by their overlap to the power 3/2, so overlaps are
-compared, not forces. Where the overlap of a lane turns once it is searched with those of all lanes,
-where it turns more often by itself.
+As ``elastic_maxima.keep_peaks``: contacts are pressed by their overlap to the power 3/2, so
+overlaps are compared, not forces. Where the overlap of a lane turns once it is searched with those
+of all lanes, where it turns more often by itself.
 """
 
 from __future__ import annotations
@@ -12,7 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.engines.native.kernels import _DIP, _highest, _value, compiled
+from hertzchain.engines.native.compiling import compiled
+from hertzchain.engines.native.elastic_maxima import DIP
+from hertzchain.engines.native.interpolant import highest_place, value_at
 from hertzchain.engines.native.lanes import (
     bits,
     load,
@@ -173,9 +175,9 @@ def _keep_maximum(
                 float(curves[6, lane]), float(curves[7, lane]),
             )  # fmt: skip
             known = float(highest[i, lane])
-            where_highest = _highest(c, known * math.sqrt(known), b)
+            where_highest = highest_place(c, known * math.sqrt(known), b)
             if where_highest >= 0:
-                highest[i, lane] = _value(c, where_highest)
+                highest[i, lane] = value_at(c, where_highest)
                 highest_at[i, lane] = clock[BEGIN, lane] + where_highest * clock[STEP, lane]
 
 
@@ -184,10 +186,10 @@ def keep_maxima(
     x: Any, clock: Any, curves: Any, highest: Any, highest_at: Any, old: int, new: int, rows: int,
     lo: int, hi: int, taken: Any, pushed: bool, close: float, b: Any,
 ) -> None:  # fmt: skip
-    """Maxima of overlaps within a step, in the lanes that took it: see ``kernels._turns``."""
+    """Maxima of overlaps within a step, in the lanes that took it."""
     zero = zero_lanes(x)
     step = same_precision(load(clock, STEP, zero), zero)
-    dip = _DIP * step
+    dip = DIP * step
     v0, v1 = load(x, old + rows + lo, zero), load(x, new + rows + lo, zero)
     a0, a1 = load(x, old + 2 * rows + lo, zero), load(x, new + 2 * rows + lo, zero)
     for i in range(lo, min(hi, rows - 2)):

@@ -10,7 +10,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from hertzchain.engines.native.kernels import _DEEPEST, compiled
+from hertzchain.engines.native.compiling import compiled
+from hertzchain.engines.native.elastic import DEEPEST
 from hertzchain.engines.native.lanes import (
     bits,
     load,
@@ -132,7 +133,7 @@ def refuses(
     x: Any, clock: Any, old: int, new: int, rows: int, lo: int, hi: int, tolerance: float,
     starting: float,
 ) -> Any:  # fmt: skip
-    """The lanes whose step has to be halved: see ``kernels._scan`` and ``refinement.Refined``."""
+    """The lanes whose step has to be halved: see ``refinement.Refined``."""
     zero = zero_lanes(x)
     h = load(clock, STEP, zero)
     step = same_precision(h, zero)
@@ -154,7 +155,7 @@ def refuses(
         u0, u1, v0, v1 = u0_ahead, u1_ahead, v0_ahead, v1_ahead
     fast, felt = same_precision(fastest, h), same_precision(speed, h) * tolerance
     halved = load(clock, LEVEL, zero)
-    return (fast * fast * fast * (h * h * h * h * h) > felt * felt) & (halved < float(_DEEPEST))
+    return (fast * fast * fast * (h * h * h * h * h) > felt * felt) & (halved < float(DEEPEST))
 
 
 @compiled

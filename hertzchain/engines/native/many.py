@@ -101,7 +101,7 @@ def _one_by_one(
     dtype: type[np.floating[Any]], found: Found, control: FloatArray,
 ) -> Callable[[slice], None]:  # fmt: skip
     """Return a function that integrates a part of the scenes one after the other."""
-    from hertzchain.engines.native import kernels, marching
+    from hertzchain.engines.native import elastic_chain, elastic_state, marching
 
     force, time, end, evaluations = found
     leave_behind, at_rest = bool(np.all(leaves)), np.zeros((0, 0))
@@ -109,14 +109,14 @@ def _one_by_one(
     def part(some: slice) -> None:
         for scene in range(some.start, min(some.stop, len(rows))):
             legs = rows[scene]
-            taken = legs[legs[:, kernels.STEPS] > 0]  # a leg without steps is left out
+            taken = legs[legs[:, elastic_chain.STEPS] > 0]  # a leg without steps is left out
             outcome, _, _ = marching.march(
                 taken, walker.stepper, dtype, walker.tolerance, walker.starting, granules, at_rest,
                 None, MOVING, leave_behind, force[scene], time[scene],
                 nothing_recorded(), control,
             )  # fmt: skip
             end[scene] = outcome.end
-            diverged = outcome.status == kernels.DIVERGED
+            diverged = outcome.status == elastic_state.DIVERGED
             evaluations[scene] = np.nan if diverged else outcome.evaluations
 
     return part

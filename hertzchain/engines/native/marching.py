@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import Array, FloatArray
-from hertzchain.engines.native import kernels
+from hertzchain.engines.native import elastic, elastic_state
+from hertzchain.engines.native.elastic_chain import Record
+from hertzchain.engines.native.elastic_state import COUNTS, TOTALS, Outcome, State
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.kernel_input import coefficients
-from hertzchain.engines.native.kernels import COUNTS, TOTALS, Outcome, Record, State
 from hertzchain.engines.native.methods import Stepper, SymplecticNystrom
 
 
@@ -35,21 +36,21 @@ def march(
 ) -> tuple[Outcome, Array, Array]:
     """Return what happened, and displacement and velocity at the end, shape (N,).
 
-    The arguments are those of ``kernels.march``; ``rows`` are its legs.
+    The arguments are those of ``elastic.march``; ``rows`` are its legs.
     """
     assert isinstance(stepper, SymplecticNystrom)  # NumPy integrates with other methods
     columns = granules + 1
     if leave_behind and chain is None:
-        columns = min(columns, kernels.least_columns(stepper.stages))
+        columns = min(columns, elastic_state.least_columns(stepper.stages))
     state, is_verlet = at_the_start(stepper, columns, dtype), stepper.order == 2
     while True:
-        outcome = kernels.march(
+        outcome = elastic.march(
             rows, *coefficients(stepper), state, is_verlet, tolerance, starting, granules, start,
             chain, moving, leave_behind, force, time, record, control,
         )  # fmt: skip
-        if outcome.status != kernels.NO_ROOM:
+        if outcome.status != elastic_state.NO_ROOM:
             return outcome, state.rows[0, :granules], state.rows[1, :granules]
-        state = kernels.with_room(state, granules, stepper.stages)
+        state = elastic_state.with_room(state, granules, stepper.stages)
 
 
 def at_the_start(stepper: SymplecticNystrom, columns: int, dtype: type[np.floating[Any]]) -> State:

@@ -14,7 +14,7 @@ from contextvars import ContextVar, Token
 import numpy.ma  # noqa: F401 - Numba asks for it at the first array
 from numba.core import event
 
-import hertzchain.engines.native.kernels  # noqa: F401 - loaded before any clock starts
+import hertzchain.engines.native.elastic  # noqa: F401 - loaded before any clock starts
 
 _COMPILED, _PREPARED = "numba:compile", "numba:compiler_lock"
 

@@ -33,8 +33,8 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
 if TYPE_CHECKING:
+    from hertzchain.engines.native.elastic_state import Outcome
     from hertzchain.engines.native.equations import Chain
-    from hertzchain.engines.native.kernels import Outcome
 
 _LONG_RUN = 1e7
 """Granules times force evaluations of a short run: about 0.01 s."""
@@ -225,7 +225,7 @@ class Prepared:
         dtype: type[np.floating[Any]] = np.float64,
     ) -> tuple[tuple[FloatArray, FloatArray], tuple[Outcome, Any, Any]]:
         """Return peak forces and times, and what the kernels return; fill in a recorder."""
-        from hertzchain.engines.native import kernels, marching
+        from hertzchain.engines.native import elastic_state, marching
 
         granules, stepper = self.scene.chain.granules, walker.stepper
         rows = leg_rows(legs, self.scene.units)
@@ -248,11 +248,11 @@ class Prepared:
             control[0] = _LOOKS
             found = run()
             # Steps may be halved so often that a short run becomes long.
-            is_long = found[0].status == kernels.STOPPED
+            is_long = found[0].status == elastic_state.STOPPED
         if is_long:
             control[:], force[:], time[:] = 0.0, 0.0, np.nan
             found = stoppable(run, control, self.deadline)
-        if found[0].status == kernels.DIVERGED:
+        if found[0].status == elastic_state.DIVERGED:
             raise diverged("native")
         if recorder is not None:
             recorder.displacement[:] = record.displacement

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native.kernels import compiled_and_kept
+from hertzchain.engines.native.compiling import compiled_and_kept
 from hertzchain.limits import Deadline
 from hertzchain.scene.scene import Scene
 

@@ -15,7 +15,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native import METHODS, kernels, lanes_kernel, simulate, simulation
+from hertzchain.engines.native import METHODS, elastic, lanes_kernel, simulate, simulation
 from hertzchain.engines.native.in_numpy import simulate_in_numpy
 from hertzchain.engines.native.methods import RungeKuttaNystrom, SymplecticNystrom
 from hertzchain.engines.native.refinement import Fixed
@@ -191,7 +191,7 @@ def test_short_runs_that_become_long_obey_the_limit(monkeypatch: pytest.MonkeyPa
     """Steps halved again and again make a run of a few thousand steps one of a million."""
     scene = paper_scene("cosine", 1035.723485952797, 8040.00946165986, granules=5)
     asked: list[float] = []
-    march, stoppable = kernels.march, simulation.stoppable
+    march, stoppable = elastic.march, simulation.stoppable
 
     def noted(*arguments: Any) -> Any:
         asked.append(float(arguments[-1][0]))
@@ -200,7 +200,7 @@ def test_short_runs_that_become_long_obey_the_limit(monkeypatch: pytest.MonkeyPa
     def too_late(run: Callable[[], Any], control: FloatArray, _: Deadline) -> Any:
         return stoppable(run, control, Deadline(1e-9))
 
-    monkeypatch.setattr(kernels, "march", noted)
+    monkeypatch.setattr(elastic, "march", noted)
     monkeypatch.setattr(simulation, "stoppable", too_late)
     monkeypatch.setattr(simulation, "_LOOKS", 1.0)  # so that a hundredth of a second is long
     with pytest.raises(TooExpensive, match="stopped at the time limit"):

@@ -129,11 +129,26 @@ def test_a_time_limit_is_kept(demo: hc.Scene) -> None:
 
 
 PLANTED = [
-    ("kernels.py", "right *= chain.stiffness[i]", "right *= chain.stiffness[0]", "terms/taper"),
-    ("kernels.py", "net *= chain.inverse_mass[i]", "net *= chain.inverse_mass[0]", "terms/taper"),
-    ("kernels.py", "right = r * np.sqrt(r)", "right = 1.0000001 * r * np.sqrt(r)", "demo"),
-    ("kernels.py", "net += chain.constant[i]", "net -= chain.constant[i]", "terms/upright_column"),
-    ("kernels.py", "r -= chain.gap[i]", "r -= 0.999 * chain.gap[i]", "terms/gapped"),
+    (
+        "elastic_step.py",
+        "right *= chain.stiffness[i]",
+        "right *= chain.stiffness[0]",
+        "terms/taper",
+    ),
+    (
+        "elastic_step.py",
+        "net *= chain.inverse_mass[i]",
+        "net *= chain.inverse_mass[0]",
+        "terms/taper",
+    ),
+    ("elastic_step.py", "right = r * np.sqrt(r)", "right = 1.0000001 * r * np.sqrt(r)", "demo"),
+    (
+        "elastic_step.py",
+        "net += chain.constant[i]",
+        "net -= chain.constant[i]",
+        "terms/upright_column",
+    ),
+    ("elastic_step.py", "r -= chain.gap[i]", "r -= 0.999 * chain.gap[i]", "terms/gapped"),
     (
         "damped_contacts.py",
         "* inverse_mass[i] + constant[i]",

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate._ivp import dop853_coefficients
 
-from hertzchain.engines.native import damped_advance, kernels
+from hertzchain.engines.native import damped_advance, elastic_chain
 from hertzchain.engines.native.damped import Simulated, integrate_damped
 from hertzchain.engines.native.damped_plan import accurate
 from hertzchain.engines.native.equations import Chain
@@ -186,7 +186,7 @@ def test_order_in_a_smooth_stretch(exponent: float) -> None:
 
 
 def test_without_damping_it_is_the_other_kernel() -> None:
-    """A chain whose contacts are damped by nothing, as ``kernels.march`` integrates it."""
+    """A chain whose contacts are damped by nothing, as ``elastic.march`` integrates it."""
     chain, rows = uniform(10, RESTITUTION, 0.0), pulse(1.5, 2.5, 20.0)
     ours = integrate_damped(chain, rows, AT_REST, 1e-11, 0.8)
     fine = rows.copy()
@@ -272,7 +272,7 @@ def test_history() -> None:
     start = np.zeros((2, 6))
     start[1, 0] = 1.0
     times = np.array([0.0, 0.05, 1.0, 1.3, 2.5, 4.0, 9.0, 12.0])
-    record = kernels.Record(times, np.zeros((8, 6)), np.zeros((8, 6)), np.zeros((8, 5)))
+    record = elastic_chain.Record(times, np.zeros((8, 6)), np.zeros((8, 6)), np.zeros((8, 5)))
     integrate_damped(chain, FREE, start, 1e-10, 0.8, record)
     for k in range(1, times.size):
         rows = FREE.copy()

@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native import kernels, lanes_kernel, lanes_looks, lanes_motion, many
+from hertzchain.engines.native import elastic, lanes_kernel, lanes_looks, lanes_motion, many
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.kernel_input import leg_rows
 from hertzchain.engines.native.lanes import store
@@ -282,7 +282,7 @@ def test_long_chains_run_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
 
         return run
 
-    for module, name in ((kernels, "march"), (lanes_kernel, "march_lanes")):
+    for module, name in ((elastic, "march"), (lanes_kernel, "march_lanes")):
         monkeypatch.setattr(module, name, noted(name, getattr(module, name)))
     monkeypatch.setattr(many, "_LONGEST", 12)
     for granules in (12, 13):

@@ -19,7 +19,11 @@ import hertzchain as hc
 from hertzchain.engines.native import (
     damped_kernel,
     damped_verlet_kernel,
-    kernels,
+    elastic,
+    elastic_maxima,
+    elastic_state,
+    elastic_window,
+    interpolant,
     lanes_kernel,
     simulate,
     simulate_in_numpy,
@@ -164,7 +168,7 @@ def test_order_of_the_displacement(demo: hc.Scene, stepper: Stepper, steps: list
 def test_interpolation_vs_hermite() -> None:
     rng = np.random.default_rng(1)
     start, end, h = rng.normal(size=4), rng.normal(size=4), 0.37
-    ours = kernels._hermite(tuple(start), tuple(end), h)
+    ours = interpolant.hermite(tuple(start), tuple(end), h)
     columns = [np.array([[value]]) for value in start], [np.array([[value]]) for value in end]
     expected = hermite.coefficients(*columns, np.array([[h]]))
     # Coefficients of up to a few hundred that cancel.
@@ -217,14 +221,14 @@ def test_a_window_has_more_room_when_it_needs_it(
     scene = paper_scene("triangular", ratio, 2.0, 700)
     legs, walker = scene.schedule(0.4 * scene.units.time), Fixed(SRKN_11B)
     full = simulate(scene, legs, walker)
-    march, columns = kernels.march, []
+    march, columns = elastic.march, []
 
     def noted(*arguments: Any) -> Any:
         columns.append(arguments[3].rows.shape[1])
         return march(*arguments)
 
-    monkeypatch.setattr(kernels, "march", noted)
-    monkeypatch.setattr(kernels, "least_columns", lambda _: 480)
+    monkeypatch.setattr(elastic, "march", noted)
+    monkeypatch.setattr(elastic_state, "least_columns", lambda _: 480)
     window = simulate(scene, legs, walker, leave_behind=True)
     assert sorted(set(columns)) == grown
     assert np.array_equal(window.peaks.force, full.peaks.force)
@@ -237,14 +241,14 @@ def test_waves_that_are_followed_alone_move_with_their_window(
     scene = paper_scene("cosine", 8.0, 1.1, 2500)
     legs, walker = scene.schedule(0.4 * scene.units.time), Fixed(SRKN_11B)
     full = simulate(scene, legs, walker)
-    with_room, followed = kernels.with_room, []
+    with_room, followed = elastic_state.with_room, []
 
-    def noted(state: kernels.State, granules: int, stages: int) -> kernels.State:
-        followed.append(int(state.counts[kernels._LATE]))
+    def noted(state: elastic_state.State, granules: int, stages: int) -> elastic_state.State:
+        followed.append(int(state.counts[elastic_state.LATE]))
         return with_room(state, granules, stages)
 
-    monkeypatch.setattr(kernels, "with_room", noted)
-    monkeypatch.setattr(kernels, "least_columns", lambda stages: 32 * (stages + 2) + 3)
+    monkeypatch.setattr(elastic_state, "with_room", noted)
+    monkeypatch.setattr(elastic_state, "least_columns", lambda stages: 32 * (stages + 2) + 3)
     window = simulate(scene, legs, walker, leave_behind=True)
     assert any(followed)  # this is what is tested
     assert len(followed) > 5
@@ -383,7 +387,7 @@ def test_a_stopped_run_says_so() -> None:
         rows, SRKN_11B, np.float64, 0.0, 0.0, 100, nothing, None, 8, False, np.zeros(99),
         np.full(99, np.nan), nothing_recorded(), control,
     )  # fmt: skip
-    assert found.status == kernels.STOPPED
+    assert found.status == elastic_state.STOPPED
     assert found.end < 5  # looked at every four natural time units
 
 
@@ -418,11 +422,11 @@ def touching(stiffness: Any, inverse_mass: Any) -> Chain:
 
 def left_behind(u: Any, v: Any, peaks: Any, hi: int, chain: Chain | None = None) -> Any:
     """Return the cut of ``_left_behind``, and the ends of waves to follow in their own windows."""
-    parts = np.zeros(kernels._LATE + 1 + 2 * kernels._MOST_LATE, np.int64)
-    most = kernels._MOST_LATE
-    cut = kernels._left_behind(u, v, peaks, 0, 0, hi, parts, most, chain)
-    known = kernels._LATE + 1
-    return cut, parts[known : known + 2 * parts[kernels._LATE]].tolist()
+    parts = np.zeros(elastic_state.LATE + 1 + 2 * elastic_state.MOST_LATE, np.int64)
+    most = elastic_state.MOST_LATE
+    cut = elastic_window._left_behind(u, v, peaks, 0, 0, hi, parts, most, chain)
+    known = elastic_state.LATE + 1
+    return cut, parts[known : known + 2 * parts[elastic_state.LATE]].tolist()
 
 
 def quiet_chain(quiet: int, behind: float, noise: float = 0.0) -> Any:
@@ -541,7 +545,7 @@ def test_what_becomes_of_a_wave_behind_another(
 
 
 def test_one_wave_is_told_from_others(wave: Any) -> None:
-    height = kernels._height
+    height = elastic_window._height
     u, v = wave
     overlap = np.append(np.maximum(u[:-1] - u[1:], 0), 0)
     momentum, energy = float(np.sum(v)), float(np.sum(v**2) / 2 + 0.4 * np.sum(overlap**2.5))
@@ -583,7 +587,7 @@ def test_an_impact_is_taken_to_press_harder_than_waves_and_walls_do() -> None:
     velocity = simpson(wave.overlap[middle] ** 1.5, x=wave.x[middle]) / wave.speed
     # Into a wall: v^2 / 2 = 2/5 r^(5/2).
     for force, fastest in ((1.0, float(velocity)), (1.25**0.6, 1.0)):
-        assert kernels._strength(0.0, fastest, None) > 1.1 * force
+        assert elastic_window._strength(0.0, fastest, None) > 1.1 * force
     # The wave and its fastest granule as they are in a chain, in whose far field it is right to
     # 1e-5; recorded times miss the fastest by as much.
     scene = paper_scene("cosine", 0.5, 6.0, 40)
@@ -595,12 +599,12 @@ def test_an_impact_is_taken_to_press_harder_than_waves_and_walls_do() -> None:
 
 
 def test_how_hard_contacts_can_come_to_be_pressed() -> None:
-    assert kernels._strength(1.31, 1.0, None) == 1.31
-    assert kernels._strength(1.29, 1.0, None) == pytest.approx(1.3, rel=1e-15, abs=0)
-    assert kernels._strength(0.0, -1.0, None) == 0
+    assert elastic_window._strength(1.31, 1.0, None) == 1.31
+    assert elastic_window._strength(1.29, 1.0, None) == pytest.approx(1.3, rel=1e-15, abs=0)
+    assert elastic_window._strength(0.0, -1.0, None) == 0
     # By similarity F / (k^(2/5) m^(3/5) v^(6/5)) is a number, here of the granules ahead.
     chain = touching(np.array([1.0, 2.0, 1.0]), np.array([1.0, 0.2, 0.2]))
-    pressed = kernels._strength(0.0, 1.0, chain)
+    pressed = elastic_window._strength(0.0, 1.0, chain)
     assert pressed == pytest.approx(1.3 * 2**0.4 * 5**0.6, rel=1e-14, abs=0)
 
 
@@ -649,7 +653,7 @@ def test_when_no_peak_can_change(velocity: float, peak: float, settled: bool) ->
     peaks = np.ones(9)
     peaks[5] = peak
     u = np.append(u, 1e30)
-    assert kernels._settled(u, v, peaks, 0, 0, 10, None) == settled
+    assert elastic_window.is_settled(u, v, peaks, 0, 0, 10, None) == settled
 
 
 @pytest.mark.parametrize(
@@ -671,9 +675,10 @@ def test_a_maximum_in_a_step_whose_rate_is_no_parabola(
     If the rate were a parabola that reaches 0, the sum of both rates would be half of the change of
     acceleration at most. Here it is 0.658 and 0.748 of it.
     """
-    for name, function in vars(kernels).items():
-        if hasattr(function, "py_func"):  # nothing is compiled for two steps
-            monkeypatch.setattr(kernels, name, function.py_func)
+    for module in (elastic_maxima, interpolant):
+        for name, function in vars(module).items():
+            if hasattr(function, "py_func"):  # nothing is compiled for two steps
+                monkeypatch.setattr(module, name, function.py_func)
     ends = []
     for (overlap, rate), force in zip((start, end), pushed, strict=True):
         contact = overlap**1.5
@@ -682,7 +687,7 @@ def test_a_maximum_in_a_step_whose_rate_is_no_parabola(
     (u0, v0, a), (u, v, g) = ends
     leg = np.array([0.0, 1.0, 1.0, 1.0, 0.0, 1.0, *pushed])
     found, at = np.zeros(1), np.full(1, np.nan)
-    kernels._keep_peaks(
+    elastic_maxima.keep_peaks(
         found, at, 0, u0, v0, a, u, v, g, 0, 2, leg, 0.0, 1.0, 1.0, 0.0, True, 0.0,
         np.zeros(7), None,
     )  # fmt: skip
@@ -705,7 +710,7 @@ def test_a_maximum_in_a_step_whose_rate_is_no_parabola(
 
 @pytest.mark.parametrize(
     "kernel",
-    [damped_kernel.march, damped_verlet_kernel.take_steps, lanes_kernel.march_lanes],
+    [elastic.march, damped_kernel.march, damped_verlet_kernel.take_steps, lanes_kernel.march_lanes],
     ids=lambda kernel: kernel.py_func.__module__,
 )
 def test_a_kept_kernel_is_forgotten_when_a_module_changes_that_it_calls(kernel: Any) -> None:
@@ -715,7 +720,7 @@ def test_a_kept_kernel_is_forgotten_when_a_module_changes_that_it_calls(kernel: 
         if callable(function := getattr(value, "py_func", value)):
             used.add(str(getattr(function, "__module__", "")))
     used = {name for name in used - {home} if name.startswith("hertzchain.engines.native.")}
-    assert "hertzchain.engines.native.kernels" in used
+    assert used
     stamp = kernel._cache._cache_file._source_stamp
     for name in used:
         file = Path(str(sys.modules[name].__file__)).stat()

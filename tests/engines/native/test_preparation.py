@@ -21,7 +21,7 @@ from numba.core.compiler_lock import global_compiler_lock
 
 import hertzchain as hc
 from hertzchain.cli import main
-from hertzchain.engines.native import kernels, simulation
+from hertzchain.engines.native import elastic, simulation
 from hertzchain.engines.native.preparation import Watched
 from hertzchain.engines.native.simulation import Prepared
 from tests.command_line import PATIENCE
@@ -87,15 +87,15 @@ import sys, time
 clock, skipped = time.perf_counter, 0.0
 time.perf_counter = lambda: clock() + skipped
 
-from hertzchain.engines.native import Native, kernels
-load = kernels._Kept.load_overload
+from hertzchain.engines.native import Native, compiling, elastic
+load = compiling._Kept.load_overload
 
 def long_load(*given):
     global skipped
     skipped += float(sys.argv[2])
     return load(*given)
 
-kernels._Kept.load_overload = long_load
+compiling._Kept.load_overload = long_load
 result = Native().run(sys.argv[1])
 print(skipped, result.wall_time)
 """
@@ -132,7 +132,7 @@ def test_the_command_line_says_how_long_it_compiled(
 def test_the_command_line_says_where_no_folder_can_keep_what_it_compiles(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(kernels.march, "_cache", NullCache())
+    monkeypatch.setattr(elastic.march, "_cache", NullCache())
     monkeypatch.setattr(sys, "argv", ["hertzchain", "run", str(DEMO)])
     with pytest.raises(SystemExit):
         main()
@@ -193,13 +193,13 @@ def test_a_long_run_counts_what_its_own_thread_prepares(
     demo: hc.Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A long run is done by another thread; here every run counts as long."""
-    march = kernels.march
+    march = elastic.march
 
     def slowly(*given: Any) -> Any:
         prepare(0.05)
         return march(*given)
 
-    monkeypatch.setattr(kernels, "march", slowly)
+    monkeypatch.setattr(elastic, "march", slowly)
     monkeypatch.setattr(simulation, "_LONG_RUN", 0.0)
     begin = time.perf_counter()
     result = hc.Native(peaks_only=True).run(demo)

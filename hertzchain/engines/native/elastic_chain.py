@@ -1,0 +1,261 @@
+"""Motion, forces and balances of a chain of elastic contacts, compiled: the formulas of Eq. 1.
+
+``chain`` is an ``equations.Chain`` with an entry for the free end, or None for a plain scene, where
+mass and contact stiffness are 1 and stand in no formula: the compiler drops what asks for them.
+A leg is a row of ``kernel_input.leg_rows``.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.native.compiling import part
+from hertzchain.engines.native.interpolant import (
+    hermite,
+    hertz_force,
+    hertz_force_rate,
+    slope_at,
+    value_at,
+)
+
+START, END, STEPS, SHAPE, RAMP_START, RAMP_END, FORCE_START, FORCE_END = range(8)
+"""Columns of legs: times of leg and ramp, forces at the ends of the ramp, natural units.
+
+The shape is 0 where no force acts, 1 on a linear and 2 on a cosine ramp. Where there is a piston
+the last two are its displacement at the start of the leg, and its velocity: see PLACE.
+"""
+
+PLACE, VELOCITY = FORCE_START, FORCE_END
+
+FREE_END = 1e30
+"""Where the granule beyond the free end lies: never reached, never pressed; see ``end_chain``."""
+
+_OUTER, _INNER = 0.8611363115940526, 0.3399810435848563
+
+_OUTER_WEIGHT, _INNER_WEIGHT = 0.17392742256872692, 0.32607257743127308
+"""Four points of Gauss and Legendre from -1 to 1, and weights for a step of length 1."""
+
+
+class Record(NamedTuple):
+    """Where to keep a history: times, shape (times,), and what is known then, (times, ...)."""
+
+    time: FloatArray
+    displacement: FloatArray
+    velocity: FloatArray
+    contact_force: FloatArray
+
+
+@part
+def applied_force(leg: Any, time: float) -> float:
+    """Applied force of a leg at a time."""
+    if leg[SHAPE] == 0:
+        return 0.0
+    growth = (time - leg[RAMP_START]) / (leg[RAMP_END] - leg[RAMP_START])
+    if leg[SHAPE] == 2:
+        growth = math.sin(math.pi / 2 * growth) ** 2  # (1 - cos) / 2 has no digits near the start
+    return leg[FORCE_START] + (leg[FORCE_END] - leg[FORCE_START]) * growth
+
+
+@part
+def applied_force_rate(leg: Any, time: float) -> float:
+    """Rate of the applied force of a leg at a time."""
+    if leg[SHAPE] == 0:
+        return 0.0
+    length = leg[RAMP_END] - leg[RAMP_START]
+    slope = (leg[FORCE_END] - leg[FORCE_START]) / length
+    if leg[SHAPE] == 2:
+        slope *= math.pi / 2 * math.sin(math.pi * (time - leg[RAMP_START]) / length)
+    return slope
+
+
+@part
+def overlap_of(u: Any, i: int, chain: Any) -> float:
+    """Overlap of the contact ahead of a granule; negative where it is open."""
+    r = float(u[i] - u[i + 1])
+    if chain is not None:
+        r -= chain.gap[i]
+    return r
+
+
+@part
+def with_stiffness(force: float, i: int, chain: Any) -> float:
+    """A force, or its rate, of the contact ahead of a granule, from that at stiffness 1."""
+    if chain is not None:
+        force *= chain.stiffness[i]
+    return force
+
+
+@part
+def has_piston(chain: Any) -> bool:
+    """Whether granule 1 is a piston."""
+    return False if chain is None else chain.inverse_mass[0] == 0
+
+
+@part
+def mass_of(i: int, chain: Any) -> float:
+    """Mass of a granule; 0 for a piston, whose momentum and energy are not the chain's."""
+    if chain is None:
+        return 1.0
+    return 1.0 / chain.inverse_mass[i] if chain.inverse_mass[i] > 0 else 0.0
+
+
+@part
+def _net(u: Any, v: Any, i: int, leg: Any, time: float, chain: Any) -> Any:
+    """Acceleration and jerk of a granule of a scene with terms; 0 for the wall."""
+    if i == chain.stiffness.size:
+        return 0.0, 0.0
+    net, rate = applied_force(leg, time), applied_force_rate(leg, time)
+    if i > 0:
+        r = overlap_of(u, i - 1, chain)
+        net = with_stiffness(hertz_force(r), i - 1, chain)
+        rate = with_stiffness(hertz_force_rate(r, float(v[i - 1] - v[i])), i - 1, chain)
+    r = overlap_of(u, i, chain)
+    net -= with_stiffness(hertz_force(r), i, chain)
+    rate -= with_stiffness(hertz_force_rate(r, float(v[i] - v[i + 1])), i, chain)
+    if chain is not None:
+        net *= chain.inverse_mass[i]
+        rate *= chain.inverse_mass[i]
+        net += chain.constant[i]
+    return net, rate
+
+
+@part
+def motion_of_granule(
+    u: Any, v: Any, i: int, lo: int, leg: Any, time: float, off: float,
+    chain: Any,
+) -> Any:  # fmt: skip
+    """Displacement of a granule, its rate, acceleration and jerk (Eq. 1 and its derivative).
+
+    The velocities of velocity Verlet are central differences of its displacements; the rates are
+    ``off`` times the jerk less: h^2/6, and 0 for other methods.
+    """
+    if chain is not None:
+        net, rate = _net(u, v, i, leg, time, chain)
+        return float(u[i]), float(v[i]) - off * rate, net, rate
+    if i == lo:
+        pushed, pushed_rate = applied_force(leg, time), applied_force_rate(leg, time)
+    else:
+        r = float(u[i - 1] - u[i])
+        pushed, pushed_rate = hertz_force(r), hertz_force_rate(r, float(v[i - 1] - v[i]))
+    r = float(u[i] - u[i + 1])
+    passed_on, passed_on_rate = hertz_force(r), hertz_force_rate(r, float(v[i] - v[i + 1]))
+    jerk = pushed_rate - passed_on_rate
+    return float(u[i]), float(v[i]) - off * jerk, pushed - passed_on, jerk
+
+
+@part
+def motion_of_contact(
+    u: Any, v: Any, i: int, lo: int, leg: Any, time: float, off: float,
+    chain: Any,
+) -> Any:  # fmt: skip
+    """Overlap of granules i and i + 1, and its first three derivatives."""
+    overlap, rate = overlap_of(u, i, chain), float(v[i] - v[i + 1])
+    if chain is not None:
+        net, jerk = _net(u, v, i, leg, time, chain)
+        net_ahead, jerk_ahead = _net(u, v, i + 1, leg, time, chain)
+        jerk -= jerk_ahead
+        return overlap, rate - off * jerk, net - net_ahead, jerk
+    root = math.sqrt(max(overlap, 0.0))
+    ahead = float(u[i + 1] - u[i + 2])
+    root_ahead = math.sqrt(max(ahead, 0.0))
+    if i == lo:
+        behind, behind_rate = applied_force(leg, time), applied_force_rate(leg, time)
+    else:
+        r = float(u[i - 1] - u[i])
+        behind, behind_rate = hertz_force(r), hertz_force_rate(r, float(v[i - 1] - v[i]))
+    acceleration = behind - 2 * root * overlap + root_ahead * ahead
+    rate_ahead = float(v[i + 1] - v[i + 2])
+    jerk = behind_rate - 3 * root * rate + 1.5 * root_ahead * rate_ahead
+    return overlap, rate - off * jerk, acceleration, jerk
+
+
+@part
+def work_in_step(
+    u0: Any, v0: Any, u: Any, v: Any, lo: int, leg: Any, begin: float, h: float, off: float,
+    chain: Any,
+) -> float:  # fmt: skip
+    """Work done by the applied force in a step: four Gauss points, see ``work.work_done``."""
+    start = motion_of_granule(u0, v0, lo, lo, leg, begin, off, chain)
+    end = motion_of_granule(u, v, lo, lo, leg, begin + h, off, chain)
+    curve = hermite(start, end, h)
+    total = 0.0
+    for node in (-_OUTER, -_INNER, _INNER, _OUTER):
+        weight = _OUTER_WEIGHT if abs(node) == _OUTER else _INNER_WEIGHT
+        s = (1 + node) / 2
+        total += weight * applied_force(leg, begin + s * h) * slope_at(curve, s)
+    return total
+
+
+@part
+def impulse_in_step(
+    contact: int, u0: Any, v0: Any, u: Any, v: Any, leg: Any, begin: float, h: float, off: float,
+    chain: Any,
+) -> float:  # fmt: skip
+    """Integral of the force of a contact over a step, by the points of ``work_in_step``."""
+    start = motion_of_contact(u0, v0, contact, 0, leg, begin, off, chain)
+    end = motion_of_contact(u, v, contact, 0, leg, begin + h, off, chain)
+    if start[0] <= 0 and end[0] <= 0:
+        return 0.0
+    curve = hermite(start, end, h)
+    total = 0.0
+    for node in (-_OUTER, -_INNER, _INNER, _OUTER):
+        weight = _OUTER_WEIGHT if abs(node) == _OUTER else _INNER_WEIGHT
+        total += weight * with_stiffness(
+            hertz_force(value_at(curve, (1 + node) / 2)), contact, chain
+        )
+    return total * h
+
+
+@part
+def keep_history(
+    record: Any, kept: int, u0: Any, v0: Any, u: Any, v: Any, lo: int, hi: int,
+    leg: Any, begin: float, end: float, off: float, chain: Any,
+) -> int:  # fmt: skip
+    """Fill in the wanted times up to the end of a step; returns how many are filled in now."""
+    h = end - begin
+    while kept < record.time.size and record.time[kept] <= end:
+        s = (record.time[kept] - begin) / h
+        for i in range(lo, hi):
+            start = motion_of_granule(u0, v0, i, lo, leg, begin, off, chain)
+            after = motion_of_granule(u, v, i, lo, leg, end, off, chain)
+            curve = hermite(start, after, h)
+            record.displacement[kept, i] = value_at(curve, s)
+            record.velocity[kept, i] = slope_at(curve, s) / h
+            if i < record.contact_force.shape[1]:
+                start = motion_of_contact(u0, v0, i, lo, leg, begin, off, chain)
+                after = motion_of_contact(u, v, i, lo, leg, end, off, chain)
+                force = hertz_force(value_at(hermite(start, after, h), s))
+                record.contact_force[kept, i] = with_stiffness(force, i, chain)
+        kept += 1
+    return kept
+
+
+@part
+def momentum_of(v: Any, lo: int, hi: int, chain: Any) -> float:
+    """Momentum of granules lo ... hi - 1, without a piston."""
+    total = 0.0
+    for i in range(np.uint64(lo), np.uint64(hi)):
+        if chain is None:
+            total += v[i]
+        else:
+            total += v[i] / chain.inverse_mass[i] if chain.inverse_mass[i] > 0 else 0.0
+    return total
+
+
+@part
+def energy_of(u: Any, v: Any, lo: int, hi: int, chain: Any) -> float:
+    """Of granules lo ... hi - 1, of the contact ahead of each, and in constant forces."""
+    total = 0.0
+    for i in range(lo, hi):
+        r = overlap_of(u, i, chain)
+        if chain is None:
+            total += 0.5 * float(v[i]) ** 2 + 0.4 * hertz_force(r) * r
+        else:
+            mass = mass_of(i, chain)
+            total += 0.5 * mass * float(v[i]) ** 2 + 0.4 * hertz_force(r) * r * chain.stiffness[i]
+            total -= mass * chain.constant[i] * u[i]
+    return total

@@ -1,0 +1,142 @@
+"""Maxima of contact forces within the steps of elastic contacts, compiled."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from hertzchain.engines.native.compiling import ONE, compiled, compiled_without_nan, larger, part
+from hertzchain.engines.native.elastic_chain import motion_of_contact, overlap_of, with_stiffness
+from hertzchain.engines.native.interpolant import hermite, hertz_force, highest_place, value_at
+
+DIP = 0.75
+"""Over the step: see ``turning_contacts``. A half would do if overlap rates were parabolas."""
+
+
+@compiled_without_nan
+def scan(
+    u0: Any, v0: Any, a: Any, u: Any, v: Any, g: Any, h: Any, dip: Any, starting: bool, zero: Any,
+    lo: int, hi: int, chain: Any,
+) -> Any:  # fmt: skip
+    """What a step met: contacts with a maximum, the fastest to open or close, the largest speed.
+
+    Which contacts count is said in ``turning_contacts`` and in ``refinement.Refined``.
+    """
+    turns, dips, fastest, speed = 0, 0, zero, zero
+    for i in range(np.uint64(lo), np.uint64(hi)):
+        r0, r1 = u0[i] - u0[i + ONE], u[i] - u[i + ONE]
+        if chain is not None:
+            r0 -= chain.gap[i]
+            r1 -= chain.gap[i]
+        w0, w1 = v0[i] - v0[i + ONE], v[i] - v[i + ONE]
+        g0, g1 = a[i] - a[i + ONE], g[i] - g[i + ONE]
+        both = w0 + w1
+        turns += (w0 > zero) & (w1 <= zero)
+        towards, back = -both * g0, both * g1
+        dips += (towards > zero) & (back > zero) & (dip * (towards + back) > both * both)
+        rate = max(abs(w0), abs(w1))
+        turns_round = ((w0 > zero) != (w1 > zero)) | starting
+        near = (min(abs(r0), abs(r1)) < rate * h) & turns_round
+        crosses = ((r0 > zero) != (r1 > zero)) | near
+        fastest = larger(fastest, rate if crosses else zero)
+        speed = larger(speed, abs(v[i]))
+    return turns, dips > 0, fastest, speed
+
+
+@compiled_without_nan
+def turning_contacts(v0: Any, a: Any, v: Any, g: Any, dip: Any, zero: Any, lo: int, hi: int) -> Any:
+    """How many contacts have had a maximum within a step, and whether others may have had one.
+
+    The former are those whose overlap rate w changes its sign. The others are those where it may do
+    so twice: it keeps its sign at the ends, bends towards 0 at the start and back at the end, and
+    bends enough. A parabola c (t - t')^2 - d, d >= 0, that reaches 0 within a step of length h has
+    w0 + w1 <= h (w1' - w0') / 2; ``dip`` is h / 2 and a margin. Rates that change their sign three
+    times in a step are not looked at.
+
+    The contact ahead of the last granule is looked at too, though it is never pressed: a whole
+    number of vectors is quicker than one contact less.
+    """
+    turns, dips = 0, 0
+    for i in range(np.uint64(lo), np.uint64(hi)):
+        w0, w1 = v0[i] - v0[i + ONE], v[i] - v[i + ONE]
+        g0, g1 = a[i] - a[i + ONE], g[i] - g[i + ONE]
+        both = w0 + w1
+        turns += (w0 > zero) & (w1 <= zero)
+        towards, back = -both * g0, both * g1
+        dips += (towards > zero) & (back > zero) & (dip * (towards + back) > both * both)
+    return turns, dips > 0
+
+
+@compiled
+def turning_contacts_of_verlet(
+    v0: Any, a: Any, v: Any, g: Any, h: Any, zero: Any, lo: int, hi: int
+) -> int:  # fmt: skip
+    """``turning_contacts``, of velocity Verlet.
+
+    Its rates are off by h^2 / 6 times the jerk, so those count that are nearly 0: by six times that
+    while the jerk stays the same.
+    """
+    turns = 0
+    for i in range(np.uint64(lo), np.uint64(hi)):
+        w0, w1 = v0[i] - v0[i + ONE], v[i] - v[i + ONE]
+        g0, g1 = a[i] - a[i + ONE], g[i] - g[i + ONE]
+        near = h * abs(g1 - g0)
+        turns += (w0 + near > zero) & (w1 - near <= zero)
+    return turns
+
+
+@part
+def keep_peaks(
+    peak_force: Any, peak_time: Any, base: int, u0: Any, v0: Any, a: Any, u: Any, v: Any, g: Any,
+    lo: int, hi: int, leg: Any, begin: float, time: float, h: float, off: float, dips: bool,
+    slack: float, b: Any, chain: Any,
+) -> None:  # fmt: skip
+    """The maxima of contact forces within a step, of the contacts that ``turning_contacts`` found.
+
+    ``time`` is that of the end of the step, to the last digit; ``slack`` is h for velocity Verlet
+    (see ``turning_contacts_of_verlet``) and 0 for other methods.
+    """
+    dip = DIP * h
+    for i in range(lo, hi - 1):
+        w0, w1 = v0[i] - v0[i + 1], v[i] - v[i + 1]
+        if not dips and not (w0 > 0 and w1 <= 0):
+            continue
+        g0, g1 = a[i] - a[i + 1], g[i] - g[i + 1]
+        near, both = slack * abs(g1 - g0), w0 + w1
+        turns = w0 + near > 0 and w1 - near <= 0
+        towards, back = -both * g0, both * g1
+        dips_here = towards > 0 and back > 0 and dip * (towards + back) > both * both
+        if not turns and not dips_here:
+            continue
+        r0, r1 = overlap_of(u0, i, chain), overlap_of(u, i, chain)
+        # As far as it can get, even if its rate changes by all that both ends say.
+        reach = max(r0, r1) + h * (abs(w0) + abs(w1) + h * (abs(g0) + abs(g1)))
+        if with_stiffness(hertz_force(reach), i, chain) <= peak_force[base + i]:
+            continue
+        # The ends too: where the maximum is at one of them, rounding may hide it.
+        ends = with_stiffness(hertz_force(max(r0, r1)), i, chain)
+        if ends > peak_force[base + i]:
+            peak_force[base + i] = ends
+            peak_time[base + i] = time if r1 > r0 else begin
+        start = motion_of_contact(u0, v0, i, lo, leg, begin, off, chain)
+        end = motion_of_contact(u, v, i, lo, leg, begin + h, off, chain)
+        curve = hermite(start, end, h)
+        known = peak_force[base + i]
+        if chain is not None:
+            known /= chain.stiffness[i]
+        s = highest_place(curve, known, b)
+        if s >= 0:
+            peak_force[base + i] = with_stiffness(hertz_force(value_at(curve, s)), i, chain)
+            peak_time[base + i] = begin + s * h
+
+
+@part
+def keep_ends(
+    peak_force: Any, peak_time: Any, base: int, u: Any, lo: int, hi: int, time: float, chain: Any
+) -> None:
+    """Keep forces of contacts that are still pressed harder at the end of a run."""
+    for i in range(lo, hi - 1):
+        force = with_stiffness(hertz_force(overlap_of(u, i, chain)), i, chain)
+        if force > peak_force[base + i]:
+            peak_force[base + i], peak_time[base + i] = force, time

@@ -1,0 +1,153 @@
+"""The polynomial of a step that meets value and three derivatives at its ends, and its maxima.
+
+Compiled; ``observables.hermite`` is the same in NumPy.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from hertzchain.engines.native.compiling import part
+
+_BINOMIAL = (1.0, 6.0, 15.0, 20.0, 15.0, 6.0, 1.0)
+
+_DEEPEST_HALF = 12
+"""Halvings of the interpolant of a step in the search for its maxima: two that lie closer than a
+four-thousandth of a step are as high as each other, to round-off."""
+
+
+@part
+def hertz_force(r: float) -> float:
+    """Force of an overlap, at stiffness 1."""
+    return r * math.sqrt(r) if r > 0 else 0.0
+
+
+@part
+def hertz_force_rate(r: float, rate: float) -> float:
+    """Rate of that force."""
+    return 1.5 * math.sqrt(r) * rate if r > 0 else 0.0
+
+
+@part
+def hermite(start: Any, end: Any, h: float) -> Any:
+    """Coefficients in s = (t - t_start) / h of the polynomial of degree 7 that meets both ends."""
+    x, p, q, c = np.float64(start[0]), start[1] * h, start[2] * h * h / 2, start[3] * h**3 / 6
+    # What the cubic from the start misses at the end, in value and three derivatives.
+    d = end[0] - x - p - q - c
+    d1 = end[1] * h - p - 2 * q - 3 * c
+    d2 = end[2] * h * h - 2 * q - 6 * c
+    d3 = end[3] * h**3 - 6 * c
+    return (
+        x, p, q, c,
+        35 * d - 15 * d1 + 2.5 * d2 - d3 / 6,
+        -84 * d + 39 * d1 - 7 * d2 + d3 / 2,
+        70 * d - 34 * d1 + 6.5 * d2 - d3 / 2,
+        -20 * d + 10 * d1 - 2 * d2 + d3 / 6,
+    )  # fmt: skip
+
+
+@part
+def value_at(c: Any, s: float) -> float:
+    """Value of a polynomial of degree 7 at s."""
+    return c[0] + s * (
+        c[1] + s * (c[2] + s * (c[3] + s * (c[4] + s * (c[5] + s * (c[6] + s * c[7])))))
+    )
+
+
+@part
+def slope_at(c: Any, s: float) -> float:
+    """Its first derivative with respect to s."""
+    return c[1] + s * (
+        2 * c[2] + s * (3 * c[3] + s * (4 * c[4] + s * (5 * c[5] + s * (6 * c[6] + s * 7 * c[7]))))
+    )
+
+
+@part
+def curvature_at(c: Any, s: float) -> float:
+    """Its second derivative with respect to s."""
+    return 2 * c[2] + s * (
+        6 * c[3] + s * (12 * c[4] + s * (20 * c[5] + s * (30 * c[6] + s * 42 * c[7])))
+    )
+
+
+@part
+def _maximum(c: Any, low: float, high: float) -> float:
+    """Where between low and high a polynomial that rises at low and falls at high is highest."""
+    at_low, at_high = slope_at(c, low), slope_at(c, high)
+    s = low + (high - low) * at_low / (at_low - at_high)
+    if not low < s < high:
+        s = (low + high) / 2
+    for _ in range(50):
+        slope = slope_at(c, s)
+        if slope > 0:
+            low = s
+        else:
+            high = s
+        following = s - slope / curvature_at(c, s)
+        if not low <= following <= high:
+            following = (low + high) / 2
+        if abs(following - s) <= 1e-15:
+            return following
+        s = following
+    return s
+
+
+@part
+def _bernstein(c: Any, low: float, width: float, b: Any) -> None:
+    """Bernstein coefficients of the slope from low to low + width, times width."""
+    for k in range(7):
+        b[k] = (k + 1) * c[k + 1]
+    scale = width
+    for k in range(7):
+        for j in range(5, k - 1, -1):
+            b[j] += low * b[j + 1]
+        b[k] *= scale / _BINOMIAL[k]
+        scale *= width
+    for k in range(1, 7):
+        for j in range(6, k - 1, -1):
+            b[j] += b[j - 1]
+
+
+@part
+def highest_place(c: Any, known: float, b: Any) -> float:
+    """Where in [0, 1] a polynomial of degree 7 is highest between its ends; -1 where nowhere.
+
+    The slope has no more zeros in an interval than its Bernstein coefficients have changes of sign
+    there (Descartes). Where they have more than one the interval is halved, and left out where they
+    say that no force is above ``known``.
+
+    Parameters
+    ----------
+    c
+        The polynomial, an overlap.
+    known
+        A force that has to be exceeded.
+    b
+        Room for the coefficients, shape (7,).
+    """
+    at, level, place = -1.0, 0, 0
+    while True:
+        width = 1.0 / (1 << level)
+        low = place * width
+        _bernstein(c, low, width, b)
+        changes, steepest = 0, max(b[0], 0.0)
+        for k in range(1, 7):
+            changes += (b[k - 1] > 0) != (b[k] > 0)
+            steepest = max(steepest, b[k])
+        if changes > 0 and hertz_force(value_at(c, low) + steepest) > known:
+            if changes > 1 and level < _DEEPEST_HALF:
+                level, place = level + 1, 2 * place
+                continue
+            if b[0] > 0 and b[6] <= 0:
+                s = _maximum(c, low, low + width)
+                force = hertz_force(value_at(c, s))
+                if force > known:
+                    at, known = s, force
+        while place % 2 == 1:
+            level, place = level - 1, place // 2
+        if level == 0:
+            return at
+        place += 1
