@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import hertzchain as hc
 from hertzchain.decks.known_answer import known_answer, lay_out
+from hertzchain.decks.layout import Layout
 from hertzchain.decks.standalone import standalone
 from hertzchain.files import write_texts
 from validation.shipped import HERE, load
@@ -35,12 +36,16 @@ class Entry:
         """The scene."""
         return load(self.scene)
 
+    def layout(self, scene: hc.Scene) -> Layout:
+        """The layout of the deck of the scene."""
+        return lay_out(
+            scene, rtol=self.rtol, watch_every=self.watch_every, title=self.title, name=self.name
+        )
+
     def text(self) -> str:
         """The deck."""
         scene = self.load()
-        layout = lay_out(
-            scene, rtol=self.rtol, watch_every=self.watch_every, title=self.title, name=self.name
-        )
+        layout = self.layout(scene)
         return standalone(scene, layout, known_answer(scene, layout))
 
 

@@ -166,13 +166,9 @@ def judge(engine: Engine, entry: Entry, expected: FloatArray, ranks: int) -> Out
 
 def sampled(entry: Entry) -> FloatArray:
     """Peaks [N] of native velocity Verlet at the steps and looks of a shipped deck."""
-    text = (FOLDER / entry.name).read_text(encoding="utf-8")
-    step, watch = (
-        re.findall(rf"^variable {name} index (\S+)", text, re.MULTILINE)[0]
-        for name in ("step", "watch")
-    )
     scene = entry.load()
-    return sampled_maxima(scene, float(step), int(watch)) * scene.units.force
+    layout = entry.layout(scene)
+    return sampled_maxima(scene, layout.step, layout.watch_every) * scene.units.force
 
 
 def naive(scene: hc.Scene, dt: float) -> str:
@@ -224,7 +220,7 @@ def cost(engine: Engine) -> pd.DataFrame:
         deck = Path(folder) / "in.deck"
         for _ in range(3):
             for name, text in texts.items():
-                last = list(re.finditer(r"^run (\$\{steps\}|[1-9]\d*)", text, re.MULTILINE))[-1]
+                last = list(re.finditer(r"^run ([1-9]\d*)", text, re.MULTILINE))[-1]
                 seconds = []
                 # The decks take no time themselves: with the last leg, and without.
                 for tried in (text, f"{text[: last.start()]}run 0{text[last.end() :]}"):

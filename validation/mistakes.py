@@ -162,10 +162,10 @@ def printed_formula() -> AbstractContextManager[Any]:
     return patch.object(theory, "peak_force", printed_peak_force)
 
 
-_HERTZ = "hertz/material ${young_modulus} 0.0 ${poisson_ratio}"
+_HERTZ = "hertz/material ${E1} 0.0 ${nu1}"
 _NO_FRICTION = "tangential linear_nohistory 0.0 0.0"
-_DIAMETER = "set group all diameter $(2*v_radius)\n"
-_DENSITY = "set group all density ${density}\n"
+_DIAMETER = "set atom 1*12 diameter 0.0095\n"
+_DENSITY = "set atom 1*12 density 7958.0\n"
 _FIRST = "group first id 1\n"
 _CLOSED = "gran/hertz/history"
 
@@ -180,12 +180,12 @@ REFERENCE = "native: error of the reference"
 
 def stiffer(factor: str) -> Plant:
     """Young's modulus times a factor, in the deck."""
-    return in_set_up((_HERTZ, _HERTZ.replace("${young_modulus}", f"$({factor}*v_young_modulus)")))
+    return in_set_up((_HERTZ, _HERTZ.replace("${E1}", f"$({factor}*v_E1)")))
 
 
 def heavier(factor: str) -> Plant:
     """Density times a factor, in the deck."""
-    return in_set_up((_DENSITY, _DENSITY.replace("${density}", f"$({factor}*v_density)")))
+    return in_set_up((_DENSITY, _DENSITY.replace("7958.0", f"$({factor}*7958.0)")))
 
 
 def with_friction(law: str) -> Plant:
@@ -204,14 +204,14 @@ MISTAKES = (
     Mistake("stiffness times 1.001, gran/hertz/history",
         in_set_up(("${stiffness}", "$(1.001*v_stiffness)")), STIFFNESS, _CLOSED),
     Mistake("stiffness without 1 - nu^2",
-        in_set_up((_HERTZ, _HERTZ.replace("${poisson_ratio}", "0.0"))), STIFFNESS),
+        in_set_up((_HERTZ, _HERTZ.replace("${nu1}", "0.0"))), STIFFNESS),
     Mistake("contact law linear", in_set_up((_HERTZ, "hooke 1e7 0.0")), EXPONENT),
     Mistake("mass times 1.001", heavier("1.001"), GRANULE_MASS),
     Mistake("mass times 1 + 1e-9", heavier("1.000000001"), GRANULE_MASS),
     Mistake("density set before diameter",
         in_set_up((_DIAMETER + _DENSITY, _DENSITY + _DIAMETER)), GRANULE_MASS),
     Mistake("sites a millionth too far apart",
-        in_set_up(("lattice sc $(2*v_radius)", "lattice sc $(2.000002*v_radius)")), POSITION),
+        in_set_up(("lattice sc 0.0095", "lattice sc 0.0095000095")), POSITION),
     Mistake("force one step late", lambda: force_at("(time-dt)"), APPLIED),
     Mistake("force one step early", lambda: force_at("(time+dt)"), APPLIED),
     Mistake("force not dropped after the pulse", force_that_stays, APPLIED),

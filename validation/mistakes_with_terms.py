@@ -55,9 +55,9 @@ def wall_too_far() -> AbstractContextManager[Any]:
     """The wall is a micrometre too far from the last granule."""
     original = deck.held
 
-    def farther(scene: hc.Scene, *version: str) -> list[str]:
+    def farther(scene: hc.Scene) -> list[str]:
         assert scene.wall is not None
-        lines = "\n".join(original(scene, *version))
+        lines = "\n".join(original(scene))
         place = re.search(r"xplane NULL (\S+)", lines)
         assert place is not None
         return lines.replace(place[1], repr(float(place[1]) + 1e-6)).split("\n")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from importlib.metadata import version
@@ -11,10 +12,9 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.decks import standalone_terms
-from hertzchain.decks.layout import ROOM, ROUNDING, KnownAnswer, Layout, whole_step
-from hertzchain.decks.standalone import standalone
-from hertzchain.engines.external.rescaling import predicted_loss
+from hertzchain.decks.layout import ROOM, ROUNDING, KnownAnswer, Layout, similar, what_is_softer
+from hertzchain.decks.standalone import check, standalone
+from hertzchain.engines.external.rescaling import NONE, predicted_loss
 from hertzchain.engines.native import METHODS, Native, simulate
 from hertzchain.engines.native.damped_verlet import samples_of, simulate_damped_verlet
 from hertzchain.errors import (
@@ -41,18 +41,13 @@ from hertzchain.scene.validity import refuse_terms
 _FINEST = 1e-9  # least relative error of the peaks: needs three million steps
 _PILOT_STEP = 0.04  # natural time units; step of the first run in the search for a wanted error
 _LOOKING_INTERVAL = 0.005  # natural time units between two samples: costs the peaks 5e-6
-# relative error of the peaks by coordinates: decks in real units allow 10 to 30 times that
-_MOST_LOST = 3e-5
-# fractions of the deck's step: errors of scenes with terms are erratic
-_STEPS_TRIED = (1.0, 0.8, 0.6, 0.4)
+_MOST_LOST = 3e-5  # largest relative error of the peaks by coordinates, of softer granules (chosen)
 _SHIFTS = 4  # number of random starts that measure the amplification of rounding (chosen)
 _MOST_STEPS = 1e7  # most steps of a deck with terms: minutes of LAMMPS (chosen)
 _RTOL_OF_DAMPED = 1e-4  # default relative error, damped: errors go as dt, and 1e-6 takes hours
 _UNSTABLE = 0.5  # largest fraction of the longest stable step, damped (chosen)
 # fraction of the step found by trials, damped: sampling costs some accuracy (chosen)
 _SHORTER = 0.7
-# factor on the largest error of a contact, for all damped ones; 740 runs needed 1.25
-_ERRATIC = 1.5
 _PHASES = 4  # least number of phases at which sampling is tried, damped (chosen)
 _READINGS = 2_000_000  # most times and granules recorded at once: 50 MB
 
@@ -74,7 +69,7 @@ def deck_step(scene: Scene, dt: float | None = None, rtol: float | None = None) 
                 f"a deck with steps of {dt:g} s would take {scene.end_time / dt:.0e} of them, more"
                 f" than {_MOST_STEPS:.0e}: ask for a larger dt, or for a shorter end_time"
             )
-        return whole_step(scene, dt / unit)
+        return dt / unit
     if rtol is None:
         rtol = RTOL if scene.contact is None else _RTOL_OF_DAMPED
     allowed = (
@@ -91,7 +86,7 @@ def deck_step(scene: Scene, dt: float | None = None, rtol: float | None = None) 
             f" {scene.end_time / unit / step:.0e} steps, more than {_MOST_STEPS:.0e}: ask for a"
             " larger rtol, or for a dt"
         )
-    return whole_step(scene, step)
+    return step
 
 
 def _tried_step(scene: Scene, rtol: float) -> float:
@@ -130,12 +125,9 @@ def lay_out(
 ) -> Layout:
     """Return the layout of a deck; samples are by default 0.005 natural time units apart."""
     asked = Layout(math.nan, watch_every or 0, **how)  # refused before anything runs
-    if not scene.is_plain:
-        standalone_terms.check(scene, asked)
+    check(scene, asked)
     step = deck_step(scene, dt, rtol)
-    if not scene.is_plain:
-        instead = "take run or compare, which compute a softer chain of the same forces"
-        _refuse_lost_digits(scene, scene.schedule(step * scene.units.time), instead)
+    _lost_digits(scene, step)
     if watch_every is None:
         interval = _LOOKING_INTERVAL * scene.contact_time / scene.units.time
         watch_every = max(1, math.floor(interval / step))
@@ -154,18 +146,13 @@ def known_answer(scene: Scene, layout: Layout) -> KnownAnswer | None:
         allowed = "must be later: no contact is pressed before it"
         raise SceneError("run.end_time", scene.end_time, allowed)
     ratio = truth.all_peaks / scene.units.force
-    off = np.zeros_like(ratio)
-    for share in (1.0,) if scene.is_plain else _STEPS_TRIED:
-        peaks, least = looked_at(scene, share * layout.step, layout.watch_every)
-        off = np.maximum(off, np.maximum(np.abs(peaks - ratio), np.abs(least - ratio)))
+    peaks, least = looked_at(scene, layout.step, layout.watch_every)
+    off = np.maximum(np.abs(peaks - ratio), np.abs(least - ratio))
     if not scene.is_plain:
         off = off + ROUNDING * ratio * _made_of_rounding(scene, layout.step)
     # Contacts that are never pressed are not judged.
-    error = off / np.where(ratio > 0, ratio, 1.0)
-    known = KnownAnswer(ratio, error + truth.error_estimate)
-    if scene.contact is not None:
-        # A contact closes anywhere within a step, so that errors are erratic from step to step.
-        known = replace(known, error=np.maximum(known.error, _ERRATIC * known.largest_error))
+    error = off / np.where(ratio > 0, ratio, 1.0) + truth.error_estimate
+    known = KnownAnswer(ratio, error, _lost_digits(scene, layout.step))
     if ROOM * known.largest_error >= 1:  # an error of 1 would accept a force of 0
         raise Unpredictable(
             f"this deck would judge nothing: steps of {layout.step * scene.units.time:.3g} s,"
@@ -289,27 +276,30 @@ def _deck_to_run(
 ) -> str:
     """Return a deck without expected answers, which ``hertzchain judge`` has."""
     refuse_terms(scene, f"a deck of {code}")  # contact forces are sums from the free end
-    legs = scene.schedule(deck_step(scene, dt, rtol) * scene.units.time)
-    _refuse_lost_digits(scene, legs)
+    step = deck_step(scene, dt, rtol)
+    _lost_digits(scene, step)
+    legs, made = similar(scene, step)
     steps, longest = sum(leg.steps for leg in legs), max(leg.dt for leg in legs)
     granules = scene.chain.granules
-    about = (
+    about = [
         f"{title}: a chain of {granules} elastic spheres in Hertz contact, pushed at one end.",
         f"Written by hertzchain {version('hertzchain')}. SI units throughout.",
         f"{steps} steps of at most {longest:.4g} s, ending at the corners of the pulse.",
         "It prints the peak force of each contact, and writes them to peaks.csv. To judge them:",
         "hertzchain judge SCENE peaks.csv",
-    )
-    return write(scene, legs, about)
+    ]
+    if made != NONE:
+        about += textwrap.wrap(what_is_softer(made), 96)
+    return write(made.scene(scene), legs, about)
 
 
-_SOFTER = "take --engine lammps, whose deck computes a softer chain of the same forces"
-
-
-def _refuse_lost_digits(scene: Scene, legs: Sequence[Leg], instead: str = _SOFTER) -> None:
-    """Refuse a deck in real units whose coordinates lose too many digits of the peaks."""
-    lost = predicted_loss(scene, sum(leg.steps for leg in legs))
+def _lost_digits(scene: Scene, step: float) -> float:
+    """Return the relative error of the peaks by coordinates; Unpredictable if it is too large."""
+    legs, made = similar(scene, step)
+    lost = predicted_loss(scene, sum(leg.steps for leg in legs), made)
     if lost > _MOST_LOST:
         raise Unpredictable(
-            f"coordinates would cost the peaks of this scene about {lost:.0e}: {instead}"
+            f"coordinates would cost the peaks of this scene about {lost:.0e}, even in a deck of"
+            " softer granules: take a shorter chain, a longer step or native"
         )
+    return lost

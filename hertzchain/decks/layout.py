@@ -8,17 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
+from hertzchain.engines.external.rescaling import NONE, Softening, predicted_loss, softening
 from hertzchain.engines.lammps.deck import check_pair_style
 from hertzchain.errors import require
 from hertzchain.observables.peaks import judged_contacts
 from hertzchain.scene.scene import Scene
+from hertzchain.scene.schedule import Leg
 
 ATOMS = ("create", "data")  # granules created in the deck, or read from a data file next to it
 WANTED = 1e-6  # relative error by absolute coordinates up to which a deck has the true scene
-ROOM = 1.1  # tolerance over the measured error: other steps and intervals shift the samples
+ROOM = 1.1  # tolerance over the measured error: other intervals shift the samples
 ROUNDING = 3  # factor on the estimate of round-off, which is no bound; measured in the gallery: 0.2
-UNCLEAR = 1e-3  # tolerance for round-off above which a comparison means nothing
-_BORDER = 1e-9  # this close to a whole number of steps LAMMPS and native might count differently
+UNCLEAR = 1e-3  # error of a contact above which it is not judged, if others have less
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +29,12 @@ class KnownAnswer:
     force_ratio: FloatArray  # true peak forces over F0, shape (contacts,)
     # relative error of velocity Verlet with the deck's step and interval, (contacts,)
     error: FloatArray
+    lost: float = 0.0  # estimated relative error of the peaks by coordinates
+
+    @property
+    def allowed(self) -> FloatArray:
+        """Tolerance of each peak, a relative error, shape (contacts,)."""
+        return ROOM * self.error + ROUNDING * self.lost
 
     @property
     def judged(self) -> NDArray[np.bool_]:
@@ -46,7 +53,7 @@ class KnownAnswer:
 class Layout:
     """Options of a deck that do not change the motion. A SceneError names an impossible one."""
 
-    step: float  # the largest, natural time units; from whole_step
+    step: float  # the largest, natural time units
     watch_every: int  # steps between two samples of the overlaps; 0: a lean deck
     pair_style: str = "granular"  # or gran/hertz/history
     atoms: str = "create"  # or data
@@ -62,14 +69,23 @@ class Layout:
             require(value >= 0, key, value, "must be a number of steps, 0 for never")
 
 
-def whole_step(scene: Scene, step: float) -> float:
-    """Step [natural time units] or a little less, so that deck and native count alike."""
-    while any(
-        round(steps) > 0 and abs(steps - round(steps)) <= max(_BORDER, 1e-14 * steps)
-        for steps in (
-            (leg.end - leg.start) / (step * scene.units.time)
-            for leg in scene.schedule(step * scene.units.time)
-        )
-    ):
-        step = float(f"{step * (1 - 1e-5):.8g}")
-    return step
+def similar(scene: Scene, step: float) -> tuple[list[Leg], Softening]:
+    """Return the legs of a deck, and its relation to the scene: softer if that saves many digits.
+
+    The step is in natural time units; the legs are those of the similar scene.
+    """
+    legs = scene.schedule(step * scene.units.time)
+    steps = sum(leg.steps for leg in legs)
+    made = softening(scene, steps)
+    if made.power >= 0 and predicted_loss(scene, steps) <= WANTED:
+        made = NONE
+    return [made.leg(leg) for leg in legs], made
+
+
+def what_is_softer(made: Softening) -> str:
+    """Return how the chain of a deck differs from that of its scene, in words."""
+    return (
+        "Coordinates of whole granules leave few digits to overlaps as small as those of this"
+        f" scene. The deck has E / 8^{made.power}: overlaps and displacements are 4^{made.power}"
+        f" times and all times 2^{made.power} times those of the scene; forces are the same."
+    )

@@ -1,25 +1,25 @@
 """A scene as one LAMMPS deck that runs, and judges itself, without Python: pure text.
 
-``-var`` overrides every parameter; derived quantities are formulas in the deck. Peak forces, from
-the largest overlaps, are divided by F0 and compared with the true ones: by similarity these hold
-for all granules and forces with the same LM_ratio, n and N.
+It is the deck of the LAMMPS engine and what is added to it: known numbers, samples of the contact
+forces, and a verdict. Where coordinates would lose digits, the deck has a softer, similar chain.
 """
 
 from __future__ import annotations
 
 from importlib.metadata import version
 
-from hertzchain.decks import standalone_run, standalone_terms
-from hertzchain.decks.layout import WANTED, KnownAnswer, Layout
-from hertzchain.engines.external.rescaling import NONE, Softening, predicted_loss, softening
-from hertzchain.engines.lammps.deck import GRANULES, MOTION, SKIN, START, parameters
-from hertzchain.engines.lammps.dialect import NO_STEP, OLDEST, PAIR_STYLES, write_dump
-from hertzchain.errors import SceneError
-from hertzchain.scene.scene import Scene
-from hertzchain.scene.validity import refuse_terms
+import numpy as np
 
-_OVERLAP = "(id<${granules})*(2*$(v_radius:%.17g)+x-c_ahead)"
-"""LAMMPS formula of the overlap between a granule and the next one [m]."""
+from hertzchain.decks.known_numbers import KnownNumbers, comment
+from hertzchain.decks.layout import KnownAnswer, Layout, similar, what_is_softer
+from hertzchain.engines.external.rescaling import NONE, Softening
+from hertzchain.engines.lammps.damping import oldest
+from hertzchain.engines.lammps.deck import START, chain, leg_commands, refuse_pair_style
+from hertzchain.engines.lammps.dialect import NO_STEP, OLDEST, write_dump
+from hertzchain.errors import RunFailed, SceneError
+from hertzchain.scene.scene import Scene
+from hertzchain.scene.schedule import Leg
+from hertzchain.scene.validity import refuse_terms
 
 
 def standalone(scene: Scene, layout: Layout, known: KnownAnswer | None = None) -> str:
@@ -29,26 +29,50 @@ def standalone(scene: Scene, layout: Layout, known: KnownAnswer | None = None) -
     """
     if (known is None) != (layout.watch_every == 0):
         raise SceneError("watch_every", layout.watch_every, "must be 0 where no peaks are known")
-    if not scene.is_plain:
-        return standalone_terms.deck(scene, layout, known)
-    steps = sum(leg.steps for leg in scene.schedule(layout.step * scene.units.time))
-    made = softening(scene, steps)
-    if made.power >= 0 and predicted_loss(scene, steps) <= WANTED:
-        made = NONE
+    check(scene, layout)
+    legs, made = similar(scene, layout.step)
+    softer = made.scene(scene)
     sections = [
-        _header(scene, layout, known, steps),
-        _parameters(scene, layout, made),
-        _granules(layout),
-        _consequences(scene, made),
-        _law(layout, made),
-        *([] if known is None else [standalone_run.watch_commands(_OVERLAP)]),
-        standalone_run.trajectory_commands(layout),
-        standalone_run.run_commands(scene, made),
-        [write_dump("chain.final", ("x", "vx", "fx"))]
-        if known is None
-        else standalone_run.verdict_commands(scene, layout, made, known, steps),
+        _header(scene, layout, known, sum(leg.steps for leg in legs), made),
+        _parameters(layout),
+        [
+            "# ---- The granules, shared out among processors along the chain",
+            *START,
+            "processors * 1 1",
+            "",
+            *chain(softer, layout.pair_style, layout.data_file if layout.atoms == "data" else ""),
+            "thermo 0",
+            "# A step is so short that taking the time of its parts would cost a fifth of it.",
+            "timer off",
+        ],
     ]
+    if known is None:
+        sections += [
+            _trajectory(layout),
+            _run(legs),
+            [write_dump("chain.final", ("x", "vx", "fx"))],
+        ]
+    else:
+        numbers = KnownNumbers(softer, known)
+        sections += [
+            numbers.commands(),
+            _watch(softer, numbers),
+            _trajectory(layout),
+            _run(legs),
+            _peaks(softer),
+            _verdict(softer, layout, known, numbers),
+        ]
     return "\n\n".join("\n".join(lines) for lines in sections if lines) + "\n"
+
+
+def check(scene: Scene, layout: Layout) -> None:
+    """Raise RunFailed for a layout that is impossible with terms."""
+    refuse_pair_style(scene, layout.pair_style)
+    if layout.atoms != "create" and not scene.is_plain:
+        raise RunFailed(
+            f"a data file holds equal granules that touch, not {' and '.join(scene.terms)}: leave"
+            " out --atoms data, the deck names every granule"
+        )
 
 
 def data_file(scene: Scene, title: str = "a scene") -> str:
@@ -75,176 +99,211 @@ Atoms # sphere
 """
 
 
-def _header(scene: Scene, layout: Layout, known: KnownAnswer | None, steps: int) -> list[str]:
+def _header(
+    scene: Scene, layout: Layout, known: KnownAnswer | None, steps: int, made: Softening
+) -> list[str]:
     run = f"lmp -in {layout.name}"
-    # Not F0 for these shocks, whose times would stay the same: the example has to be checked.
-    times = scene.pulse is None or scene.pulse.momentum_ratio is None
-    example = "watch 1           " if times or layout.atoms == "data" else "young_modulus 70e9"
-    changing = "any parameter below is changed"
-    if layout.atoms == "data":
-        changing = "any but N, R and rho, which stand in the data file, is changed"
-    what = (
-        f"{layout.title}: a chain of {scene.chain.granules} elastic spheres in Hertz contact,"
-        f" pushed at one end. Written by hertzchain {version('hertzchain')} for LAMMPS of"
-        f" {OLDEST} and later. SI units throughout. Equations are those of Hasan and Nemat-Nasser,"
-        " Growth of shock-induced solitary waves in granular crystals."
-    )
-    lines = [
-        *standalone_run.comment(what),
+    count, terms = scene.chain.granules, list(scene.terms)
+    elastic = " elastic" if scene.contact is None else ""
+    which = "pushed at one end" if scene.is_plain else f"with {' and '.join(terms)}"
+    needed = oldest(scene)
+    since = OLDEST if needed is None else needed[1]
+    changed = ["watch", "peaks"] if known is not None else []
+    changed += ["dump_every", "trajectory"] if layout.dump_every else []
+    fixed = "LAMMPS ignores -var of any other name: have another deck written for another scene."
+    if changed:
+        fixed = f"Only {', '.join(changed)} can be changed by -var. {fixed}"
+    paragraphs = [_expected(scene, known), fixed]
+    if made != NONE:
+        paragraphs.insert(0, what_is_softer(made))
+    return [
+        *comment(
+            f"{layout.title}: a chain of {count}{elastic} spheres in Hertz contact, {which}."
+            f" Written by hertzchain {version('hertzchain')} for LAMMPS of {since} and later. SI"
+            " units throughout."
+        ),
         "#",
-        f"#   {run}                          {steps} steps",
-        f"#   mpiexec -n 2 {run}             on two processors, the same result",
-        f"#   {run} -var {example}  {changing} like this",
+        f"#   {run}                 {steps} steps",
+        f"#   mpiexec -n 2 {run}    on two processors, the same result",
+        *([] if known is None else [f"#   {run} -var watch 1    a look at every step"]),
         "#",
+        *comment(" ".join(paragraphs)),
     ]
+
+
+def _expected(scene: Scene, known: KnownAnswer | None) -> str:
+    """Return what the deck finds, in words."""
     if known is None:
-        text = (
+        return (
             "Peak forces are not watched. The final state goes to chain.final: id, x [m], vx [m/s],"
             " fx [N]."
         )
-        return [*lines, *standalone_run.comment(text)]
+    wall = "" if scene.wall is None else f" Contact {known.force_ratio.size + 1}, on the screen,"
+    wall += " is the wall's." if wall else ""
+    damped = ", damping included" if scene.contact is not None else ""
     first = ", ".join(f"{value:.4f}" for value in known.force_ratio[:3])
     last = f", ..., {known.force_ratio[-1]:.4f}" if known.force_ratio.size > 3 else ""
-    expected = (
+    return (
         "The peak force of each contact goes to peaks.csv; contact i lies between granules i - 1"
-        " and i. Over F0, the largest applied force, peaks are expected to be"
-        f" {first}{last}, right to {known.largest_error:.1e}. The last line says PASS or FAIL (exit"
-        " status 1); NOT CHECKED after a change with which F/F0 is not the same any more."
+        f" and i.{wall} Peaks are total forces{damped}. Over F0, {_unit(scene)}, they are expected"
+        f" to be {first}{last}, right to {known.largest_error:.1e}. The last line says PASS or FAIL"
+        " (exit status 1)."
     )
-    return [*lines, *standalone_run.comment(expected)]
 
 
-def _parameters(scene: Scene, layout: Layout, made: Softening) -> list[str]:
-    pulse = scene.pulse
-    lines = ["# ---- Parameters"]
-    chain = parameters(scene.chain)
-    if layout.atoms == "data":
-        chain = [line for line in chain if line.split()[1] in ("young_modulus", "poisson_ratio")]
-        lines.append("# Number, size and density of the granules stand in the data file.")
-    lines += chain
-    if pulse is not None:
+def _unit(scene: Scene) -> str:
+    """Return the name of the unit of force of a scene, and its value."""
+    return f"{_name_of_unit(scene)} ({scene.units.force:.6g} N)"
+
+
+def _name_of_unit(scene: Scene) -> str:
+    static = 0.0 if scene.precompression is None else float(np.max(scene.granules.static_force))
+    if scene.units.force > max(scene.peak_force, static):
+        return "the force of a chain that the piston presses against the wall as far as it goes"
+    if scene.units.force > scene.peak_force:
+        return "the largest static force"
+    if scene.piston is not None:
+        return "the peak force of granule 2 alone, hit with the largest velocity of the piston"
+    if scene.striker is not None:
+        return "the peak force of the striker's contact alone"
+    return "the largest applied force"
+
+
+def _parameters(layout: Layout) -> list[str]:
+    """Return the variables that ``-var`` overrides."""
+    lines = []
+    if layout.watch_every:
         lines += [
-            f"variable peak_force index {pulse.peak_force!r} # F0 [N]",
-            f"variable duration_ratio index {pulse.duration_ratio!r} # n: pulse over rise time",
+            f"variable watch index {layout.watch_every} # steps between two looks",
+            "variable peaks index peaks.csv # where the peak forces go",
         ]
-        if pulse.momentum_ratio is not None:
-            lines.append(
-                f"variable momentum_ratio index {pulse.momentum_ratio!r} # LM_ratio: momentum over"
-                " that of a wave as high"
-            )
-        else:
-            lines.append(f"variable rise_time index {pulse.rise_time!r} # t0 [s]")
-    end = "0" if scene.run.end_time is None else repr(scene.run.end_time)
-    lines += [
-        f"variable end_time index {end} # s; 0: long enough for every contact",
-        *standalone_run.parameters(layout),
-    ]
-    if made != NONE:
+    if layout.dump_every:
         lines += [
-            *standalone_run.comment(
-                "Coordinates of whole granules leave few digits to overlaps as small as here. With"
-                " E / 8^k overlaps are 4^k times larger and all times 2^k times longer; forces are"
-                " the same."
-            ),
-            f"variable softening index {made.power} # k; 0: the granules as they are",
+            f"variable dump_every index {layout.dump_every} # steps between two states for OVITO",
+            "variable trajectory index chain.lammpstrj",
         ]
-    return [standalone_run.aligned(line) for line in lines]
+    return ["# ---- Parameters", *lines] if lines else []
 
 
-def _granules(layout: Layout) -> list[str]:
-    # Slabs along the chain: any other division would leave processors without granules.
-    lines = ["# ---- The granules, shared out among processors along the chain", *START]
-    lines += ["processors * 1 1", ""]
-    if layout.atoms == "create":
-        return [*lines, *GRANULES]
+def _trajectory(layout: Layout) -> list[str]:
+    if not layout.dump_every:
+        return []
     return [
-        *lines,
-        f"read_data {layout.data_file}",
-        "variable granules equal $(count(all))",
-        "variable radius equal $((bound(all,xmax)-bound(all,xmin))/(2*(v_granules-1)):%.17g)",
-        "variable density equal $(mass(all)/(v_granules*4/3*PI*v_radius^3):%.17g)",
+        "# ---- For OVITO",
+        "dump states all custom ${dump_every} ${trajectory} id type x y z radius vx fx",
+        "dump_modify states sort id",
     ]
 
 
-def _consequences(scene: Scene, made: Softening) -> list[str]:
-    modulus = "v_young_modulus" if made == NONE else "v_modulus"
-    stretch = "" if made == NONE else "v_stretch*"
-    lines = ["# ---- What follows from the parameters"]
-    if made != NONE:
-        lines += [
-            "variable stretch equal 2^v_softening",
-            "variable modulus equal v_young_modulus/8^v_softening",
+def _watch(scene: Scene, numbers: KnownNumbers) -> list[str]:
+    """Return the commands that keep the largest force of each contact."""
+    rate = []
+    if scene.contact is not None:
+        rate = [
+            "# Velocities in the same way: damping makes the force depend on the overlap's rate.",
+            "compute speed all property/atom vx",
+            "compute speeds all reduce/chunk each sum c_speed",
+            "compute speed_ahead all global/atom v_next c_speeds",
+            "variable rate atom vx-c_speed_ahead",
         ]
-    lines += [
-        "# A in F = A overlap^(3/2) (Eq. 1) [N/m^1.5], and m [kg]",
-        f"variable stiffness equal sqrt(2*v_radius)*{modulus}/(3*(1-v_poisson_ratio^2))",
-        "variable mass equal 4/3*PI*v_radius^3*v_density",
-    ]
-    pulse = scene.pulse
-    if pulse is None:
-        lines.append(f"variable peak_force equal {scene.peak_force!r}")
-    lines += [
-        "# Natural units of length [m] and time [s]: the overlap under F0, and what goes with it",
-        "variable unit_length equal (v_peak_force/v_stiffness)^(2/3)",
-        "variable unit_time equal sqrt(v_mass*v_unit_length/v_peak_force)",
-        "# Momentum of a solitary wave of height F0 (section 4.1) [N s]",
-        'variable wave_momentum equal "139/32*v_peak_force^(5/6)* &',
-        f'    ((1-v_poisson_ratio^2)*v_radius^4*v_density^1.5/{modulus})^(1/3)"',
-    ]
-    if pulse is None:
-        lines.append(f"variable LM equal {stretch}{scene.impulse!r}/v_wave_momentum")
-        pulse_end = f"{stretch}{scene.pulse_end!r}"
-    else:
-        lines.append("# Rise time t0 [s]: the area of the pulse is F0 n t0 / 2")
-        unit = "2*v_wave_momentum/(v_duration_ratio*v_peak_force)"
-        if pulse.momentum_ratio is not None:
-            lines += ["variable LM equal v_momentum_ratio", f"variable t0 equal v_LM*{unit}"]
-        else:
-            lines += [f"variable t0 equal {stretch}v_rise_time", f"variable LM equal v_t0/({unit})"]
-        pulse_end = "v_duration_ratio*v_t0"
     return [
-        *lines,
-        f"variable pulse_end equal {pulse_end}",
-        "# A wave of height 1 runs through 0.9055 granules in a natural time unit.",
-        "variable speed equal 0.9055*((v_LM<1)*v_LM+(v_LM>=1))^0.2",
-        'if "${end_time} == 0" then &',
-        '    "variable end equal v_pulse_end+1.2*(v_granules+5)/v_speed*v_unit_time" &',
-        f'else "variable end equal {stretch}v_end_time"',
-        "variable longest equal v_step*v_unit_time",
+        "# ---- Watching: the largest force of each contact, kept by the granule behind it",
+        "# Each granule is a chunk of its own, so that the sum over it is its position; of these",
+        "# each granule gets the one of the next.",
+        "variable id atom id",
+        "variable next atom id+1",
+        "compute position all property/atom x",
+        "compute each all chunk/atom v_id nchunk once ids once",
+        "compute positions all reduce/chunk each sum c_position",
+        "compute ahead all global/atom v_next c_positions",
+        f"variable overlap atom {numbers.overlap}",
+        *rate,
+        "variable touching atom v_overlap*(v_overlap>0)",
+        f"variable total atom {numbers.force}",
+        "variable larger atom f_largest*(f_largest>v_total)+v_total*(f_largest<=v_total)",
+        "# fix store/state keeps what it stored last, f_largest, but does not make LAMMPS compute",
+        "# positions again at each look; the fix before it, an average of nothing, does.",
+        "variable nothing equal 0",
+        "fix look all ave/time ${watch} 1 ${watch} v_nothing",
+        "fix largest all store/state ${watch} v_larger",
     ]
 
 
-def _law(layout: Layout, made: Softening) -> list[str]:
-    pair = list(PAIR_STYLES[layout.pair_style])
-    if made != NONE:
-        soft = [("${young_modulus}", "$(v_modulus:%.17g)"), ("v_young_modulus", "v_modulus")]
-        for old, new in soft:
-            pair = [line.replace(old, new) for line in pair]
+def _run(legs: list[Leg]) -> list[str]:
+    """Return the commands that run leg after leg, each in equal steps."""
+    lines = ["# ---- The run: steps end at the corners of the shock, and are equal between them"]
+    for before, leg in zip([None, *legs], legs, strict=False):
+        what = "No applied force"
+        if leg.ramp is not None:
+            ramp = leg.ramp
+            what = f"From {ramp.start_force:g} N to {ramp.end_force:g} N ({ramp.shape})"
+        if leg.stroke is not None:
+            what = f"The piston moves at {leg.stroke.velocity:g} m/s"
+        lines += ["", f"# {what}", *leg_commands(leg, before), f"run {leg.steps} post no"]
+    return lines
+
+
+def _peaks(scene: Scene) -> list[str]:
+    """Return the commands that keep and write the peaks."""
     return [
-        "# ---- Hertz's law, without damping and friction",
-        *(line.replace("stiffness", "normal_stiffness") for line in pair),
-        *SKIN,
-        *MOTION,
-        "thermo 0",
-        "# A step is so short that taking the time of its parts would cost a fifth of it.",
-        "timer off",
+        "# ---- The answer: the largest forces",
+        "fix answers all property/atom d_force",
+        "variable peak atom f_largest",
+        "set group all d_force v_peak",
+        "unfix largest",
+        "compute peak all property/atom d_force",
+        "variable contact atom id+1",
+        f"group behind id < {scene.chain.granules}",
+        'print "contact,peak_force_N" file ${peaks}',
+        "write_dump behind custom ${peaks} v_contact d_force modify append yes header no sort id &",
+        '    format line "%.0f, %.17g"',
+    ]
+
+
+def _verdict(scene: Scene, layout: Layout, known: KnownAnswer, numbers: KnownNumbers) -> list[str]:
+    """Return the commands that compare the peaks with the true ones, and print the verdict."""
+    true, allowed = numbers.name("true"), numbers.name("allowed")
+    wall, on_wall = [], []
+    if scene.wall is not None:
+        wall = ["compute on_wall last reduce max c_peak"]
+        on_wall = ['print "Peak force on the wall: $(c_on_wall:%.10g) N"']
+    here, right = "(v_contact==v_where)", int(np.sum(known.judged))
+    return [
+        f"variable found atom c_peak/{scene.units.force!r}",
+        f"variable off atom ({true}>0)*abs(v_found/({true}+({true}==0))-1)",
+        f"variable share atom v_off/{allowed}",
+        "compute worst all reduce max v_share",
+        "variable worst equal c_worst",
+        f"variable at atom v_contact*({true}>0)*(v_share>=v_worst*(1-1e-12))",
+        "compute where all reduce max v_at",
+        "variable where equal c_where",
+        f"variable expected atom {true}*{here}",
+        f"variable there atom v_found*{here}",
+        f"variable limit atom {allowed}*{here}",
+        "compute shown all reduce max v_expected v_there v_limit",
+        f"variable good atom ({true}>0)*(v_off<={allowed})",
+        "compute good all reduce sum v_good",
+        *wall,
+        " ".join(
+            [
+                "thermo_style custom step c_worst c_where c_shown[1] c_shown[2] c_shown[3] c_good",
+                *(["c_on_wall"] if wall else []),
+            ]
+        ),
+        NO_STEP,
         "",
-        "# Is it? Granule 1, pressed against the next by a unit of length (a tenth of R at most),",
-        "# has to be pushed back with the force of Eq. 1; by a quarter of it with an eighth of",
-        "# that. And the masses have to be m.",
-        "variable depth equal &",
-        '    "v_unit_length*(v_unit_length<v_radius/10)+v_radius/10*(v_unit_length>=v_radius/10)"',
-        "variable answer equal v_stiffness*v_depth^1.5",
-        "displace_atoms first move $(v_depth:%.17g) 0 0 units box",
-        NO_STEP,
-        "variable pressed equal $(fmax/v_answer-1:%.17g)",
-        "displace_atoms first move $(-0.75*v_depth:%.17g) 0 0 units box",
-        NO_STEP,
-        "variable pressed_less equal $(8*fmax/v_answer-1:%.17g)",
-        "set atom 1 x 0",
-        "variable heavier equal $(mass(all)/(v_granules*v_mass)-1:%.17g)",
-        "# Positions up to 2R have so many digits, overlaps as much fewer as they are smaller.",
-        "variable digits equal 1e-11+1e-14*v_radius/v_depth",
-        'variable law equal "(abs(v_pressed)<v_digits)*(abs(v_pressed_less)<v_digits)* &',
-        '    (abs(v_heavier)<1e-11)"',
+        'print ""',
+        *on_wall,
+        'if "$(v_law) == 0" then &',
+        "    \"print 'Forces, masses or places are not those of this scene:'\" &",
+        f"    \"print 'off by {numbers.found}'\" &",
+        '    "print FAIL" "quit 1" &',
+        f'elif "${{watch}} > {layout.watch_every}" &',
+        f"    \"print 'NOT CHECKED: watch is above {layout.watch_every}'\" quit",
+        'print "Peak forces over F0, contact $(v_where:%.0f), the nearest to its tolerance:"',
+        'print "  expected    $(c_shown[1]:%.10f)"',
+        'print "  found       $(c_shown[2]:%.10f)"',
+        'print "  difference  $(abs(c_shown[2]/c_shown[1]-1):%.1e)"',
+        'print "  tolerance   $(c_shown[3]:%.1e)"',
+        f'if "$(c_good) == {right}" then "print PASS" else "print FAIL" "quit 1"',
     ]

@@ -15,8 +15,8 @@ from importlib.metadata import version
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.damped_deck import damping_of
-from hertzchain.engines.lammps.dialect import COEFF_RESTITUTION, NO_FRICTION, hertz
+from hertzchain.engines.lammps.damping import damping_of
+from hertzchain.engines.lammps.dialect import NO_FRICTION, hertz
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.terms import Contact
 
@@ -124,7 +124,9 @@ def unit_test(motion: KnownMotion, title: str, date: str) -> str:
 
 def _damping(contact: Contact, chain: Chain) -> tuple[float, str]:
     """Return the second number of the normal law, and the words after the tangential law."""
-    number, words = damping_of(contact, COEFF_RESTITUTION)
+    number, words = damping_of(contact)
+    if contact.restitution is not None:
+        return contact.restitution, words.replace("${damping}", "coeff_restitution")
     if contact.relaxation_time is None:
         return float(number), words
     # c = 3/2 A tau is g m* sqrt(R*), with m* half the mass and R* half the radius.

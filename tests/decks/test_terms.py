@@ -107,10 +107,18 @@ MISTAKES = {
     "velocity of granule 2": ("large striker", r"velocity first", "velocity second"),
     "velocity": ("large striker", r"(velocity first set) 1.0", r"\1 1.001"),
     "damping": ("all at once", r"(pair_coeff 1 2 \S+ \S+) 0.0", r"\1 1e6"),
-    "step": ("all at once", r"(variable longest equal )", r"\g<1>10*"),
+    "step": ("all at once", r"timestep (\S+)", r"timestep $(1.5*\1:%.17g)"),
     "pulse": ("gaps", r"(variable force equal 0\.0\+)100\.0", r"\g<1>100.1"),
-    "wall's peak": ("all at once", r"(variable true atom \"[^\"]*\(id==12\)\*2\.)7", r"\g<1>8"),
-    "a true peak": ("all at once", r"(variable true atom \"[^\"]*\(id==4\)\*1\.)7", r"\g<1>8"),
+    "wall's peak": (
+        "all at once",
+        r"(variable known_true atom \"[^\"]*\(id==12\)\*2\.)7",
+        r"\g<1>8",
+    ),
+    "a true peak": (
+        "all at once",
+        r"(variable known_true atom \"[^\"]*\(id==4\)\*1\.)7",
+        r"\g<1>8",
+    ),
     "overlap": ("gaps", r"f_known\[1\]\+x-c_ahead", r"f_known[1]*1.0000001+x-c_ahead"),
     "stale positions": ("gaps", r"(fix look all ave/time) \S+ 1 \S+", r"\1 100 1 100"),
 }
@@ -146,37 +154,6 @@ def test_the_law_is_checked_much_more_closely_than_peaks(tmp_path: Path) -> None
     assert found is not None
     assert [float(found[k]) for k in (1, 2)] == pytest.approx([1e-8, 1e-8], rel=0.2, abs=0)
     assert [float(found[k]) for k in (3, 4)] == pytest.approx([0, 0], rel=0, abs=1e-11)
-
-
-@pytest.mark.slow
-@pytest.mark.lammps
-@pytest.mark.parametrize(
-    ("change", "expected"),
-    [
-        (("step", "0.005"), "PASS"),
-        (("step", "0.011"), "NOT CHECKED: step is above"),
-        (("watch", "2"), "NOT CHECKED: watch is above"),
-        (("watch", "0"), "NOT CHECKED: watch is 0"),
-        (("E1", "190e9"), "FAIL"),
-    ],
-    ids=str,
-)
-def test_steps_and_looks_can_be_changed(
-    change: tuple[str, str], expected: str, tmp_path: Path
-) -> None:
-    path = written(ALL, tmp_path, RTOL)
-    status, screen = run(path, tmp_path, "-var", *change)
-    assert re.search(f"^{re.escape(expected)}", screen, re.MULTILINE), screen
-    assert status == (expected == "FAIL")
-
-
-@pytest.mark.slow
-@pytest.mark.lammps
-@pytest.mark.parametrize("step", [0.0077, 0.0041, 0.0023])
-@pytest.mark.parametrize("name", SCENES)
-def test_shorter_steps_pass(name: str, step: float, tmp_path: Path) -> None:
-    status, screen = run(written(SCENES[name], tmp_path, RTOL), tmp_path, "-var", "step", f"{step}")
-    assert (status, verdict(screen)) == (0, "PASS"), screen
 
 
 @pytest.mark.parametrize("name", ["gaps, wall", "all at once"])
@@ -245,13 +222,19 @@ def test_rounding_that_collisions_amplify_is_no_failure(tmp_path: Path) -> None:
     path = written(scene, tmp_path)
     status, screen = run(path, tmp_path)
     assert (status, verdict(screen)) == (0, "PASS"), screen
-    assert 1e-5 < max(by_granule(path.read_text(), "cost")) < 2e-3
+    assert 1e-5 < max(by_granule(path.read_text(), "known_allowed")[:-1]) < 2e-3
 
 
-def test_a_deck_that_would_judge_nothing_is_refused() -> None:
+@pytest.mark.lammps
+def test_a_weak_shock_passes_on_softer_granules(tmp_path: Path) -> None:
     weak = hc.Scene(hc.Chain(12, **STEEL), hc.Striker(1e-8), wall=hc.Wall("rigid"))
-    with pytest.raises(Unpredictable, match=r"^coordinates would cost the peaks of this"):
-        lay_out(weak, rtol=RTOL)
+    path = written(weak, tmp_path, RTOL)
+    assert "E / 8^14" in path.read_text()
+    status, screen = run(path, tmp_path)
+    assert (status, verdict(screen)) == (0, "PASS"), screen
+    expected = hc.Native(rtol=1e-7).run(weak).all_peaks
+    # Steps for an error of 1e-4.
+    assert largest_difference(np.append(peaks(tmp_path), on_wall(screen)), expected) < 1e-4
 
 
 @pytest.mark.parametrize("scene", [ALL, hc.Scene(hc.Chain(8, **STEEL), PULSE)], ids=["terms", ""])

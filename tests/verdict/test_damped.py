@@ -40,11 +40,11 @@ WALLED = hc.Scene(hc.Chain(3, **STEEL), PULSE, wall=hc.Wall("same"))
 MISTAKES: dict[str, tuple[hc.Scene, Plant]] = {
     "another restitution": (
         replace(WALLED, contact=LAWS["restitution"]),
-        in_set_up((" 0.8 tangential", " 0.800001 tangential")),
+        in_set_up(('restitution string 0.8"', 'restitution string 0.800001"')),
     ),
     "restitution asked of tsuji": (
         replace(WALLED, contact=LAWS["restitution"]),
-        in_set_up(("damping coeff_restitution", "damping tsuji")),
+        in_set_up(("string coeff_restitution", "string tsuji")),
     ),
     "contacts that pull": (
         replace(WALLED, contact=hc.Contact("dashpot", coefficient=500.0)),
@@ -86,7 +86,7 @@ def test_energy_shows_damping_that_is_not_the_scene_s() -> None:
     scene = hc.Scene(hc.Chain(5, **STEEL), PULSE, contact=LAWS["restitution"])
     lammps = hc.Lammps(0.005 * scene.contact_time)
     assert all(check.passed for check in balance_checks(lammps.run(scene)))
-    with in_set_up((" 0.8 tangential", " 0.6 tangential"))():
+    with in_set_up(('restitution string 0.8"', 'restitution string 0.6"'))():
         energy = balance_checks(lammps.run(scene))[1]
     assert energy.name == "lammps: energy [J]"
     assert not energy.passed

@@ -320,13 +320,13 @@ def test_the_interval_of_samples_follows_from_their_mean() -> None:
     ("change", "words"),
     [
         (
-            ("hertz/material ${young_modulus} 0.0", "hertz/material $(2*v_young_modulus) 0.0"),
+            ("hertz/material ${E1} 0.0", "hertz/material $(2*v_E1) 0.0"),
             "of half",
         ),
         pytest.param(
             (
-                "hertz/material ${young_modulus} 0.0 ${poisson_ratio}",
-                "hertz/material ${young_modulus} 0.2 ${poisson_ratio} damping tsuji",
+                "hertz/material ${E1} 0.0 ${nu1}",
+                "hertz/material ${E1} 0.2 ${nu1} damping tsuji",
             ),
             "damping of restitution 0.34",  # 0.3433 is what tsuji gives for 0.2
             marks=pytest.mark.slow,

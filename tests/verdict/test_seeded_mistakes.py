@@ -203,7 +203,7 @@ def test_the_deck_makes_as_many_granules_as_asked_for(granules: int) -> None:
 
 @pytest.mark.lammps
 def test_one_granule_more_is_refused_and_named() -> None:
-    plant = in_set_up(("$(v_granules-0.5)", "$(v_granules+0.5)"))
+    plant = in_set_up((" block -0.5 11.5 ", " block -0.5 12.5 "))
     check = seen(plant, "lammps: granules")
     assert (check.measured, check.expected, check.passed) == (13.0, 12.0, False)
     with plant(), pytest.raises(RunFailed, match="made 13 granules of a chain of 12"):

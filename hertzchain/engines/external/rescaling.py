@@ -123,17 +123,8 @@ def softening(scene: Scene, steps: int) -> Softening:
 
 def predicted_loss(scene: Scene, steps: int, made: Softening = NONE) -> float:
     """Estimate the error of the peaks by coordinates before a run: see ``round_off``."""
-    each, flight = loss_of_coordinates(scene, steps)
-    return each * (_length(scene) / (scene.units.length * made.length) + flight)
-
-
-def loss_of_coordinates(scene: Scene, steps: int) -> tuple[float, float]:
-    """Return two numbers of the predicted loss that do not depend on the granules.
-
-    The first times the largest coordinate in natural units is the loss; the second is the flight,
-    which adds to 2 R N in the coordinate.
-    """
-    return _loss(1.0, _shallowest_overlap(scene), steps), _flight(scene)
+    reach = _length(scene) / (scene.units.length * made.length) + _flight(scene)
+    return _loss(reach, _shallowest_overlap(scene), steps)
 
 
 def round_off(

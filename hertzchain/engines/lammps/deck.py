@@ -1,13 +1,15 @@
-"""The commands of the LAMMPS backend for a scene: pure text, nothing is run here.
+"""The commands of a LAMMPS deck for a scene: pure text, nothing is run here.
 
 LAMMPS gets only E and nu of each material, radius, density and position of each granule, never the
-contact stiffness or the mass computed here, so that a mistake in either shows. Alike granules that
-touch are made in a group, others one by one; pairs of two materials are written out, as LAMMPS of
-2021 and 2022 mixes them wrongly. Decks that judge themselves use the same pieces.
+contact stiffness or the mass computed here, so that a mistake in either shows. Plain chains are
+made on a lattice, granules of other scenes one by one; pairs of two materials are written out, as
+LAMMPS of 2021 and 2022 mixes them wrongly. The backend and decks that judge themselves have the
+same commands.
 """
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,19 +26,10 @@ from hertzchain.engines.external.terms import (
     wall_position,
     weighty_density,
 )
-from hertzchain.engines.lammps.damped_deck import by_version, damping_of, refuse_wall
-from hertzchain.engines.lammps.dialect import (
-    COEFF_RESTITUTION,
-    DEFAULT_SKIN,
-    LET_GO,
-    NO_FRICTION,
-    PAIR_STYLES,
-    PUSH,
-    WALL,
-)
+from hertzchain.engines.lammps.damping import by_version, damping_of, refuse_old
+from hertzchain.engines.lammps.dialect import LET_GO, NO_FRICTION, PAIR_STYLES, PUSH, WALL
 from hertzchain.errors import RunFailed, require
 from hertzchain.scene.chain import Chain
-from hertzchain.scene.granules import Granules
 from hertzchain.scene.ramp import SHAPES, Ramp
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
@@ -50,71 +43,51 @@ START = (
     "comm_modify vel yes",
 )
 
-GRANULES = (
-    "# Sites one diameter apart; granule 1 is at x = 0, where coordinates have most digits.",
-    "lattice sc $(2*v_radius)",
-    "region chain block -0.5 $(v_granules-0.5) -0.5 0.5 -0.5 0.5",
-    "create_box 1 chain",
-    "# In the region: the box is longer by 1e-4 at both ends, which may hold more granules.",
-    "create_atoms 1 region chain",
-    "# The diameter first: the density needs it to make a mass.",
-    "set group all diameter $(2*v_radius)",
-    "set group all density ${density}",
-)
-
-SKIN = (
-    "# Wide enough for the nearest neighbours, too narrow for the next.",
-    "neighbor $(v_radius/2) bin",
-)
-
-MOTION = (
+_MOTION = (
     "# In one dimension granules do not spin: fix nve is enough.",
     "fix motion all nve",
     "group first id 1",
 )
 
-
 _WITH_TERMS = "granular"
 """The only pair style with a stiffness for each pair of materials."""
 
 
-def set_up(scene: Scene, pair_style: str = "granular", version: str = COEFF_RESTITUTION) -> str:
+def set_up(scene: Scene, pair_style: str = "granular", version: str | None = None) -> str:
     """Return the commands that create the chain at rest, with one of ``PAIR_STYLES``.
 
-    ``version`` is the LAMMPS's, year month day; damping depends on it.
+    RunFailed for a LAMMPS ``version``, year month day, without the damping of the scene.
     """
+    if version is not None:
+        refuse_old(scene, version)
+    return "\n".join([*START, "", *chain(scene, pair_style)]) + "\n"
+
+
+def chain(scene: Scene, pair_style: str, data_file: str = "") -> list[str]:
+    """Return the commands after ``START``: granules, contacts, motion and what holds the chain.
+
+    Granules are created, or read from a data file. RunFailed if LAMMPS, or this pair style, does
+    not support the scene.
+    """
+    refuse_pair_style(scene, pair_style)
+    motion = _MOTION if scene.piston is None else PISTON_MOTION
+    return [*granules(scene, pair_style, data_file), "", *motion, *held(scene)]
+
+
+def refuse_pair_style(scene: Scene, pair_style: str) -> None:
+    """Raise RunFailed for a pair style without the contacts of a scene."""
     check_pair_style(pair_style)
-    if scene.is_plain:
-        law = [*PAIR_STYLES[pair_style], *_neighbour_skin(scene.chain.radius)]
-        made, fixed = [*parameters(scene.chain), "", *GRANULES, "", *law], []
-    else:
-        made, fixed = granules(scene, pair_style, version), held(scene, version)
-    motion = MOTION if scene.piston is None else PISTON_MOTION
-    return "\n".join([*START, "", *made, "", *motion, *fixed]) + "\n"
+    if pair_style != _WITH_TERMS and not scene.is_plain:
+        raise RunFailed(
+            f"pair style {pair_style} has one stiffness for all contacts: take {_WITH_TERMS} for a"
+            f" scene with {' and '.join(scene.terms)}"
+        )
 
 
 def check_pair_style(pair_style: str) -> None:
     """Refuse a pair style that is not in PAIR_STYLES."""
     names = ", ".join(PAIR_STYLES)
     require(pair_style in PAIR_STYLES, "pair_style", pair_style, f"must be one of {names}")
-
-
-def parameters(chain: Chain) -> list[str]:
-    """Return the granules as variables that ``-var`` overrides."""
-    return [
-        f"variable granules index {chain.granules}",
-        f"variable radius index {chain.radius!r}              # m",
-        f"variable young_modulus index {chain.young_modulus!r}    # Pa",
-        f"variable poisson_ratio index {chain.poisson_ratio!r}",
-        f"variable density index {chain.density!r}            # kg/m^3",
-    ]
-
-
-def _neighbour_skin(radius: float) -> list[str]:
-    """Command for LAMMPS's neighbour skin, where the default does not suit the granules."""
-    if radius / 100 <= DEFAULT_SKIN["si"] <= radius:
-        return []
-    return list(SKIN)
 
 
 def leg_commands(leg: Leg, before: Leg | None) -> list[str]:
@@ -141,35 +114,26 @@ def force_formula(ramp: Ramp) -> str:
     return f"{ramp.start_force!r}+{ramp.end_force - ramp.start_force!r}*{growth}".replace("+-", "-")
 
 
-def granules(scene: Scene, pair_style: str, version: str | None = COEFF_RESTITUTION) -> list[str]:
-    """Return the commands between the start of a deck and its motion: granules and contacts.
-
-    ``version`` is LAMMPS's, year month day, on which damping depends; None for a deck that checks
-    it. RunFailed if LAMMPS, or this pair style, does not support the scene.
-    """
-    refuse_pair_style(scene, pair_style)
-    each = scene.granules
-    refuse_long("a LAMMPS deck of", scene)
-    kinds, of_each = _kinds(scene)
+def granules(scene: Scene, pair_style: str, data_file: str = "") -> list[str]:
+    """Return the commands between the start of a deck and its motion: granules and contacts."""
+    chain = scene.chain
+    if scene.is_plain:  # which may have so many granules that a list of them is too long
+        kinds, radius = [_Kind(chain.young_modulus, chain.poisson_ratio)], chain.radius
+        made, law = _lattice(chain), list(PAIR_STYLES[pair_style])
+    else:
+        kinds, of_each = _kinds(scene)
+        radius = float(np.min(scene.granules.radius))
+        made = _one_by_one(scene, of_each, len(kinds))
+        law = [*by_version(scene), f"pair_style {_WITH_TERMS}", *_pairs(kinds, scene.contact)]
     return [
         *_moduli(kinds),
         "",
-        *_granules(each, of_each, len(kinds)),
+        *([f"read_data {data_file}"] if data_file else made),
         "",
-        *([] if version is not None else by_version(scene)),
-        f"pair_style {_WITH_TERMS}",
-        *_pairs(kinds, scene.contact, version),
-        f"neighbor {float(np.min(each.radius)) / 2!r} bin",
+        *law,
+        "# Wide enough for the nearest neighbours, too narrow for the next.",
+        f"neighbor {radius / 2!r} bin",
     ]
-
-
-def refuse_pair_style(scene: Scene, pair_style: str) -> None:
-    """Raise RunFailed for a pair style without the contacts of a scene with terms."""
-    if pair_style != _WITH_TERMS:
-        raise RunFailed(
-            f"pair style {pair_style} has one stiffness for all contacts: take {_WITH_TERMS} for a"
-            f" scene with {' and '.join(scene.terms)}"
-        )
 
 
 @dataclass(frozen=True)
@@ -217,29 +181,50 @@ def _moduli(kinds: list[_Kind]) -> list[str]:
     return lines
 
 
-def _granules(granules: Granules, kinds: list[int], types: int) -> list[str]:
-    """Return the commands for each granule at its start position: touching, apart or pressed."""
-    position, radius = granules.position.tolist(), granules.radius.tolist()
+def _lattice(chain: Chain) -> list[str]:
+    """Return the commands that make alike granules that touch."""
+    return [
+        "# Sites a diameter apart; granule 1 is at x = 0, where coordinates have most digits.",
+        f"lattice sc {2 * chain.radius!r}",
+        f"region chain block -0.5 {chain.granules - 0.5!r} -0.5 0.5 -0.5 0.5",
+        "create_box 1 chain",
+        "# In the region: the box is 1e-4 longer at both ends, which may hold more granules.",
+        "create_atoms 1 region chain",
+        *_spheres([(chain.radius, chain.density, chain.granules)]),
+    ]
+
+
+def _one_by_one(scene: Scene, kinds: list[int], types: int) -> list[str]:
+    """Return the commands that make each granule at its start: touching, apart or pressed."""
+    refuse_long("a LAMMPS deck of", scene)
+    each = scene.granules
+    position, radius = each.position.tolist(), each.radius.tolist()
     low, high = position[0] - 2 * radius[0], position[-1] + 2 * radius[-1]
-    widest = 2 * max(radius)
-    lines = [
-        f"region box block {low!r} {high!r} {-widest!r} {widest!r} {-widest!r} {widest!r} &",
+    across = f"{-2 * max(radius)!r} {2 * max(radius)!r}"
+    spheres = itertools.groupby(zip(radius, weighty_density(each).tolist(), strict=True))
+    return [
+        f"region box block {low!r} {high!r} {across} {across} &",
         "    units box",
         f"create_box {types} box",
+        *(
+            f"create_atoms {kind} single {place!r} 0.0 0.0 units box"
+            for kind, place in zip(kinds, position, strict=True)
+        ),
+        *_spheres([(*sphere, len(list(alike))) for sphere, alike in spheres]),
     ]
-    for kind, place in zip(kinds, position, strict=True):
-        lines.append(f"create_atoms {kind} single {place!r} 0.0 0.0 units box")
-    lines.append("# The diameter first: the density needs it to make a mass.")
-    density = weighty_density(granules).tolist()
-    for number, (each, of_mass) in enumerate(zip(radius, density, strict=True), start=1):
-        lines += [
-            f"set atom {number} diameter {2 * each!r}",
-            f"set atom {number} density {of_mass!r}",
-        ]
+
+
+def _spheres(groups: list[tuple[float, float, int]]) -> list[str]:
+    """Return the commands for radius, density and number of each group of granules."""
+    lines, last = ["# The diameter first: the density needs it to make a mass."], 0
+    for radius, density, count in groups:
+        first, last = last + 1, last + count
+        atoms = f"set atom {first}*{last}" if count > 1 else f"set atom {last}"
+        lines += [f"{atoms} diameter {2 * radius!r}", f"{atoms} density {density!r}"]
     return lines
 
 
-def _pairs(kinds: list[_Kind], contact: Contact | None, version: str | None) -> list[str]:
+def _pairs(kinds: list[_Kind], contact: Contact | None) -> list[str]:
     """Yield each pair's law: hertz takes 4/3 E*, with 1/E* the sum of (1 - nu^2) / E of both."""
     lines = []
     for i in range(1, len(kinds) + 1):
@@ -248,28 +233,27 @@ def _pairs(kinds: list[_Kind], contact: Contact | None, version: str | None) -> 
             compliance = f"(1-v_nu{i}^2)/v_E{i}+(1-v_nu{j}^2)/v_E{j}"
             lines += [
                 f"variable {k} equal 4/3/({compliance})",
-                f"pair_coeff {i} {j} {_law(k, mass, contact, version)}",
+                f"pair_coeff {i} {j} {_law(k, mass, contact)}",
             ]
     return lines
 
 
-def _law(k: str, mass: str, contact: Contact | None, version: str | None) -> str:
+def _law(k: str, mass: str, contact: Contact | None) -> str:
     """Return the law of a pair or the wall, from the variable of 4/3 E* and the formula of m*."""
     if contact is None:
         return f"hertz ${{{k}}} 0.0 {NO_FRICTION}"
-    number, words = damping_of(contact, version)
+    number, words = damping_of(contact)
     if "{k}" in number:
         number = f"$({number.format(k=f'v_{k}', mass=mass)}:%.17g)"
     return f"hertz ${{{k}}} {number} {NO_FRICTION} {words}"
 
 
-def held(scene: Scene, version: str | None = COEFF_RESTITUTION) -> list[str]:
+def held(scene: Scene) -> list[str]:
     """Return the commands for the wall, the constant forces and the striker's velocity."""
-    lines = [f"group last id {scene.chain.granules}"]
+    lines = [] if scene.is_plain else [f"group last id {scene.chain.granules}"]
     if scene.wall is not None:
-        refuse_wall(scene.contact, version)
         last = _kinds(scene)[1][-1]
-        law = _law("k_wall", f"v_m{last}", scene.contact, version)
+        law = _law("k_wall", f"v_m{last}", scene.contact)
         lines += [
             f"variable k_wall equal {_wall(scene.wall, last)}",
             f"fix {WALL} last wall/gran granular {law} &",

@@ -81,15 +81,16 @@ def hertz(young_modulus: str, poisson_ratio: str) -> str:
 
 
 # Both are Hertz's law without damping and without tangential force. The second takes
-# Kn = 2E / (3 (1 - nu^2)) with F = Kn sqrt(R*) overlap^(3/2), R* = R/2.
+# Kn = 2E / (3 (1 - nu^2)) with F = Kn sqrt(R*) overlap^(3/2), R* = R/2. Young's modulus and
+# Poisson's ratio are the deck's variables of its first material.
 PAIR_STYLES = {
     "granular": (
         "pair_style granular",
-        f"pair_coeff * * {hertz('${young_modulus}', '${poisson_ratio}')} &",
+        f"pair_coeff * * {hertz('${E1}', '${nu1}')} &",
         f"    {NO_FRICTION}",
     ),
     "gran/hertz/history": (
-        "variable stiffness equal 2*v_young_modulus/(3*(1-v_poisson_ratio^2))",
+        "variable stiffness equal 2*v_E1/(3*(1-v_nu1^2))",
         "pair_style gran/hertz/history ${stiffness} NULL 0.0 0.0 0.0 0",
         "pair_coeff * *",
     ),

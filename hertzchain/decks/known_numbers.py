@@ -1,4 +1,4 @@
-"""The part of a deck with terms that checks forces, masses and places in LAMMPS at its start.
+"""The numbers of each granule that a deck knows, and its check of what LAMMPS has at the start.
 
 All contacts are pressed in turn by known overlaps, damped ones at known rates too, and the net
 force on each granule is compared with the true one: this finds mistakes that move no peak by much.
@@ -6,12 +6,13 @@ force on each granule is compared with the true one: this finds mistakes that mo
 
 from __future__ import annotations
 
+import textwrap
 from dataclasses import dataclass
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.decks.standalone_run import by_granule, comment
+from hertzchain.decks.layout import KnownAnswer
 from hertzchain.engines.external.terms import wall_position, weighty_density
 from hertzchain.engines.lammps.dialect import NO_STEP
 from hertzchain.observables.damped_law import DampedLaw
@@ -31,6 +32,9 @@ _FASTEST = 1e6
 above are then smaller.
 """
 
+_OFF = ("pressed", "pressed_less", "pulled")
+"""Variables of the largest relative error of net forces in each test."""
+
 
 @dataclass(frozen=True, eq=False)
 class _Test:
@@ -47,7 +51,7 @@ class _Test:
 class KnownNumbers:
     """Known numbers of each granule, in the columns ``f_known[1]`` and so on."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, known: KnownAnswer) -> None:
         self._scene, each = scene, scene.granules
         granules = scene.chain.granules
         reach = np.append(each.radius[:-1] + each.radius[1:], 0.0)
@@ -64,10 +68,15 @@ class KnownNumbers:
         for number, test in enumerate(self._tests, start=1):
             self._columns[f"place{number}"] = test.position
             self._columns[f"net{number}"] = test.net_force
-        if each.damping is not None:
-            for number, test in enumerate(self._tests, start=1):
+            if each.damping is not None:
                 self._columns[f"speed{number}"] = test.velocity
+        if each.damping is not None:
             self._columns["damping"] = np.append(each.damping, 0.0)[:granules]
+        # Digits that are the same on every machine.
+        true = [float(f"{x:.12g}") for x in np.where(known.judged, known.force_ratio, 0.0)]
+        allowed = [float(f"{x:.3g}") for x in known.allowed]
+        self._columns["true"] = np.append(true, 0.0)[:granules]
+        self._columns["allowed"] = np.append(allowed, 1.0)[:granules]
 
     def name(self, column: str) -> str:
         """Return the name of a column in formulas."""
@@ -80,17 +89,26 @@ class KnownNumbers:
         The place of the next granule is 0 for the last granule.
         """
         overlap = f"{self.name('reach')}+x-c_ahead"
-        return overlap if self._scene.wall is not None else f"(id<${{granules}})*({overlap})"
+        is_last = f"(id<{self._scene.chain.granules})"
+        return overlap if self._scene.wall is not None else f"{is_last}*({overlap})"
 
     @property
-    def force(self) -> str | None:
-        """LAMMPS formula of the force of damped contacts [N], from ``touching`` and ``rate``."""
-        contact = self._scene.contact
+    def force(self) -> str:
+        """LAMMPS formula of the force of a contact [N], from ``touching`` and ``rate``."""
+        contact, elastic = self._scene.contact, f"{self.name('stiffness')}*v_touching^1.5"
         if contact is None:
-            return None
+            return elastic
         power = {0.0: "(v_touching>0)", 0.25: "v_touching^0.25", 0.5: "sqrt(v_touching)"}
-        damper = f"{self.name('damping')}*{power[contact.exponent]}*v_rate"
-        return f"{self.name('stiffness')}*v_touching^1.5+{damper}"
+        return f"{elastic}+{self.name('damping')}*{power[contact.exponent]}*v_rate"
+
+    @property
+    def found(self) -> str:
+        """What the check of this LAMMPS has found, for a line of the deck."""
+        return ", ".join(f"$(v_{name}:%.1e)" for name in (*self._off, "heavier", "misplaced"))
+
+    @property
+    def _off(self) -> tuple[str, ...]:
+        return _OFF[: len(self._tests)]
 
     def commands(self) -> list[str]:
         """Commands that compare forces, masses and places in this LAMMPS with the known ones.
@@ -103,105 +121,113 @@ class KnownNumbers:
         # Forces on a piston move nothing, and LAMMPS computes another weight for it.
         all_but_piston = "" if scene.piston is None else "(id>1)*"
         differences = {
-            "place": f"abs(x-{self.name('start')})/{shallowest!r}",
-            "mass": f"abs(mass/{self.name('mass')}-1)",
+            "misplaced": f"abs(x-{self.name('start')})/{shallowest!r}",
+            "heavier": f"abs(mass/{self.name('mass')}-1)",
         }
-        nets = ("force", "other", "limit")[: len(self._tests)]
-        for number, name in enumerate(nets, start=1):
-            known = self.name(f"net{number}")
-            differences[name] = f"{all_but_piston}abs(fx-{known})/{force!r}"
-        found = dict(zip(nets, FORCES, strict=False))
+        for number, name in enumerate(self._off, start=1):
+            net = f"{all_but_piston}abs(fx-{self.name(f'net{number}')})"
+            differences[name] = f"{net}/{force!r}"
+        damped = scene.contact is not None
         lines = [
             *self._setting_commands(),
             "",
             *comment(
                 "Does LAMMPS have these places, masses and forces? Unlike contacts, the wall and"
                 f" all loads show in the net forces, here over {force:.4g} N, the largest"
-                f"{'' if scene.contact is None else ' elastic force'} of a contact."
+                f"{' elastic' if damped else ''} force of a contact."
             ),
             *(f"variable off_{name} atom {formula}" for name, formula in differences.items()),
             *(f"compute off_{name} all reduce max v_off_{name}" for name in differences),
             f"thermo_style custom step {' '.join(f'c_off_{name}' for name in differences)}",
             NO_STEP,
-            "variable misplaced equal $(c_off_place:%.17g)",
-            "variable heavier equal $(c_off_mass:%.17g)",
+            *(_kept(name) for name in ("misplaced", "heavier")),
+            *(["fix speeds all store/state 0 vx"] if damped else []),
         ]
-        damped = scene.contact is not None
-        if damped:
-            lines += ["fix speeds all store/state 0 vx"]
-        for number, name in enumerate(nets, start=1):
-            lines += _moved_to(self.name(f"place{number}"))
-            if damped:
-                lines += _hurried_to(self.name(f"speed{number}"))
-            lines += [NO_STEP, f"variable {found[name]} equal $(c_off_{name}:%.17g)"]
-        lines += _moved_to(self.name("start"))
-        if damped:
-            lines += [*_hurried_to("f_speeds"), "unfix speeds"]
-        right = "*".join(f"(v_{found[name]}<v_digits)" for name in nets)
+        for number, name in enumerate(self._off, start=1):
+            speed = self.name(f"speed{number}") if damped else None
+            lines += [*_moved(self.name(f"place{number}"), speed), NO_STEP, _kept(name)]
+        lines += _moved(self.name("start"), "f_speeds" if damped else None)
+        right = "*".join(f"(v_{name}<v_digits)" for name in (*self._off, "misplaced"))
         return [
             *lines,
+            *(["unfix speeds"] if damped else []),
             "thermo_style one",
             "# Positions have so many digits, overlaps as much fewer as they are smaller.",
             f"variable digits equal {1e-11 + 1e-14 * length / shallowest:.3g}",
             f'variable law equal "{right}* &',
-            '    (v_heavier<1e-11)*(v_misplaced<v_digits)"',
+            '    (v_heavier<1e-11)"',
         ]
 
     def _setting_commands(self) -> list[str]:
         """Return the commands that store the known numbers of each granule."""
         scene = self._scene
-        what = "its radius and the next one's [m]"
+        reach = "its radius and the next one's [m]"
         if scene.wall is not None:
-            what += " (the last: its radius less the wall's place)"
-        places = "two places where all contacts are pressed, every other one more [m], and the net"
-        if scene.contact is not None:
-            places = (
-                "three places where all contacts are pressed, every other one more [m], and the net"
-            )
+            reach += " (the last: its radius less the wall's place)"
         speeds = ""
         if scene.contact is not None:
             q = scene.contact.exponent
             speeds = (
-                ", at three velocities [m/s]; damping c in A overlap^(3/2) + c"
+                "; speeds in these tests [m/s]; damping c in A overlap^(3/2) + c"
                 f" overlap^{q:g} rate [N s m^-{1 + q:g}]"
             )
         each = {f"known_{name}": values.tolist() for name, values in self._columns.items()}
         return [
             "# ---- What is known of each granule and of its contact with the next",
             *comment(
-                f"reach: {what}; stiffness A in F = A overlap^(3/2) [N/m^1.5]; mass [kg]; place at"
-                f" the start [m]; {places} forces there [N]{speeds}. None of these is from this"
-                " LAMMPS, which makes its own."
+                f"reach: {reach}; stiffness A in F = A overlap^(3/2) [N/m^1.5]; mass [kg]; place at"
+                f" the start [m]; places in {len(self._tests)} tests that press all contacts, every"
+                f" other one more [m], and the net forces there [N]{speeds}; the true peak force"
+                " over F0, 0 if it is not judged, and the relative error allowed: what step and"
+                " looks cost it, and coordinates may. None of these is from this LAMMPS."
             ),
-            *(
-                line
-                for name, values in each.items()
-                for line in by_granule(name, {i: repr(value) for i, value in enumerate(values)})
-            ),
+            *(line for name, values in each.items() for line in _by_granule(name, values)),
             f"fix known all store/state 0 {' '.join(f'v_{name}' for name in each)}",
             NO_STEP,
         ]
 
 
-FORCES = ("pressed", "pressed_less", "pulled")
-"""Variables of the largest relative error of net forces in each test; the last is for damped
-contacts.
-"""
+def comment(text: str) -> list[str]:
+    """Return text as lines of comment."""
+    return textwrap.wrap(text, 98, initial_indent="# ", subsequent_indent="# ")
 
 
-def failed(scene: Scene) -> tuple[str, str]:
-    """Return the lines for a LAMMPS with another law, other masses or other places."""
-    names = FORCES if scene.contact is not None else FORCES[:2]
-    found = ", ".join(f"$(v_{name}:%.1e)" for name in (*names, "heavier", "misplaced"))
-    return "Forces, masses or places are not those of this scene:", f"off by {found}"
+def _by_granule(name: str, values: list[float]) -> list[str]:
+    """Return a variable with a value in each granule.
+
+    A ``set`` for each would print three lines for each, which bury the verdict.
+    """
+    runs: list[tuple[int, int, float]] = []  # of neighbours with the same value
+    for number, value in enumerate(values, start=1):
+        if runs and runs[-1][2] == value:
+            runs[-1] = (runs[-1][0], number, value)
+        else:
+            runs.append((number, number, value))
+    terms = (
+        f"+(id=={first})*{value!r}" if first == last else f"+(id>={first})*(id<={last})*{value!r}"
+        for first, last, value in runs
+    )
+    lines = textwrap.wrap(" ".join(terms), 92, break_on_hyphens=False)
+    return [
+        f'variable {name} atom "0 &',
+        *(f"    {line} &" for line in lines[:-1]),
+        f'    {lines[-1]}"',
+    ]
 
 
-def _moved_to(place: str) -> list[str]:
-    return [f"variable place atom {place}", "set group all x v_place"]
+def _kept(name: str) -> str:
+    return f"variable {name} equal $(c_off_{name}:%.17g)"
 
 
-def _hurried_to(velocity: str) -> list[str]:
-    return [f"variable speed atom {velocity}", "velocity all set v_speed 0.0 0.0 units box"]
+def _moved(place: str, speed: str | None) -> list[str]:
+    lines = [f"variable place atom {place}", "set group all x v_place"]
+    if speed is None:
+        return lines
+    return [
+        *lines,
+        f"variable speed atom {speed}",
+        "velocity all set v_speed 0.0 0.0 units box",
+    ]
 
 
 def _test_force(scene: Scene) -> float:
