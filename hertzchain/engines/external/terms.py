@@ -10,6 +10,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import RunFailed
 from hertzchain.scene.granules import Granules
+from hertzchain.scene.ramp import SHAPES, Ramp
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.shock import Stroke
 
@@ -118,13 +119,26 @@ def load_commands(scene: Scene) -> list[str]:
     return lines
 
 
-PISTON_MOTION = (
-    "# In one dimension granules do not spin: fix nve is enough. Granule 1 is moved.",
-    "group first id 1",
-    "group moving subtract all first",
-    "fix motion moving nve",
-)
-"""Commands of LAMMPS and LIGGGHTS for the motion of all granules but the piston."""
+def motion_commands(scene: Scene) -> list[str]:
+    """Return the commands of LAMMPS and LIGGGHTS for the motion of all granules but a piston."""
+    if scene.piston is None:
+        return [
+            "# In one dimension granules do not spin: fix nve is enough.",
+            "fix motion all nve",
+            "group first id 1",
+        ]
+    return [
+        "# In one dimension granules do not spin: fix nve is enough. Granule 1 is moved.",
+        "group first id 1",
+        "group moving subtract all first",
+        "fix motion moving nve",
+    ]
+
+
+def force_on_ramp(ramp: Ramp, fraction: str) -> str:
+    """Return the force on a ramp as a formula of LAMMPS and LIGGGHTS, from its elapsed fraction."""
+    growth = SHAPES[ramp.shape].for_lammps(fraction)
+    return f"{ramp.start_force!r}+{ramp.end_force - ramp.start_force!r}*{growth}".replace("+-", "-")
 
 
 def stroke_commands(stroke: Stroke) -> list[str]:

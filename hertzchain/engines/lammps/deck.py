@@ -17,9 +17,10 @@ import numpy as np
 from hertzchain.engines.external.terms import (
     LET_GO_PISTON,
     MOST_MATERIALS,
-    PISTON_MOTION,
+    force_on_ramp,
     load_commands,
     materials_of,
+    motion_commands,
     numbered,
     refuse_long,
     stroke_commands,
@@ -30,7 +31,7 @@ from hertzchain.engines.lammps.damping import by_version, damping_of, refuse_old
 from hertzchain.engines.lammps.dialect import LET_GO, NO_FRICTION, PAIR_STYLES, PUSH, WALL
 from hertzchain.errors import RunFailed, require
 from hertzchain.scene.chain import Chain
-from hertzchain.scene.ramp import SHAPES, Ramp
+from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 from hertzchain.scene.terms import Contact, Wall
@@ -41,12 +42,6 @@ START = (
     "# The box follows the chain along x; nothing is periodic, so there are no ghosts.",
     "boundary s f f",
     "comm_modify vel yes",
-)
-
-_MOTION = (
-    "# In one dimension granules do not spin: fix nve is enough.",
-    "fix motion all nve",
-    "group first id 1",
 )
 
 _WITH_TERMS = "granular"
@@ -70,8 +65,8 @@ def chain(scene: Scene, pair_style: str, data_file: str = "") -> list[str]:
     not support the scene.
     """
     refuse_pair_style(scene, pair_style)
-    motion = _MOTION if scene.piston is None else PISTON_MOTION
-    return [*granules(scene, pair_style, data_file), "", *motion, *held(scene)]
+    made = granules(scene, pair_style, data_file)
+    return [*made, "", *motion_commands(scene), *held(scene)]
 
 
 def refuse_pair_style(scene: Scene, pair_style: str) -> None:
@@ -109,9 +104,7 @@ def leg_commands(leg: Leg, before: Leg | None) -> list[str]:
 def force_formula(ramp: Ramp) -> str:
     """Return the force on a ramp as a LAMMPS formula of the elapsed ``time``."""
     elapsed = f"(time-{ramp.start!r})" if ramp.start else "time"
-    fraction = f"{elapsed}/{ramp.end - ramp.start!r}"
-    growth = SHAPES[ramp.shape].for_lammps(fraction)
-    return f"{ramp.start_force!r}+{ramp.end_force - ramp.start_force!r}*{growth}".replace("+-", "-")
+    return force_on_ramp(ramp, f"{elapsed}/{ramp.end - ramp.start!r}")
 
 
 def granules(scene: Scene, pair_style: str, data_file: str = "") -> list[str]:

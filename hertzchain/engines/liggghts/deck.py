@@ -14,8 +14,9 @@ import numpy as np
 
 from hertzchain.engines.external.terms import (
     LET_GO_PISTON,
-    PISTON_MOTION,
+    force_on_ramp,
     load_commands,
+    motion_commands,
     positions,
     refuse_long,
     stroke_commands,
@@ -23,7 +24,6 @@ from hertzchain.engines.external.terms import (
     weighty_density,
 )
 from hertzchain.engines.liggghts.contacts import models, pair_commands, types_of
-from hertzchain.scene.ramp import SHAPES
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
@@ -48,12 +48,6 @@ START = (
     "soft_particles yes",
 )
 
-MOTION = (
-    "# In one dimension granules do not spin: fix nve is enough.",
-    "fix motion all nve",
-    "group first id 1",
-)
-
 
 def set_up(scene: Scene) -> str:
     """Return the commands that create the chain, ready to run.
@@ -72,7 +66,7 @@ def set_up(scene: Scene) -> str:
         "",
         *pair_commands(types, scene.contact),
         "",
-        *(MOTION if scene.piston is None else PISTON_MOTION),
+        *motion_commands(scene),
         "thermo 1000000000",
         f"group last id {scene.chain.granules}",
     ]
@@ -143,9 +137,7 @@ def force_formula(leg: Leg) -> str:
     ramp = leg.ramp
     assert ramp is not None
     assert ramp.start == leg.start
-    fraction = f"elapsed*{leg.dt / (ramp.end - ramp.start)!r}"
-    growth = SHAPES[ramp.shape].for_lammps(fraction)
-    return f"{ramp.start_force!r}+{ramp.end_force - ramp.start_force!r}*{growth}".replace("+-", "-")
+    return force_on_ramp(ramp, f"elapsed*{leg.dt / (ramp.end - ramp.start)!r}")
 
 
 def columns_of(scene: Scene) -> tuple[str, ...]:

@@ -84,8 +84,7 @@ def own_deck(scene: Scene, pair_style: str, version: str) -> str:
     legs = [
         leg.in_steps(_STEPS_PER_LEG) for leg in scene.schedule(_SCHEDULED_STEP * scene.units.time)
     ]
-    versions = () if scene.is_plain or scene.contact is None else (version,)
-    lines = [deck.set_up(scene, pair_style, *versions)]
+    lines = [deck.set_up(scene, pair_style, version)]
     for before, leg in zip((None, *legs[:-1]), legs, strict=True):
         lines += [*deck.leg_commands(leg, before), f"run {leg.steps}"]
     return "\n".join(lines) + "\n"
