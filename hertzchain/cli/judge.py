@@ -33,7 +33,7 @@ def judge(
         typer.Option(
             metavar="WHAT=NAME",
             help="Which columns are what; repeatable. WHAT: contact, peak_force, time, step,"
-            " contact_force, net_force, position, velocity, id, id1, id2. NAME may have * for"
+            " contact_force, net_force, position, velocity, id. NAME may have * for"
             " numbers and a unit: 'contact_force=F* [kN]'.",
         ),
     ] = None,

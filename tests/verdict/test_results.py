@@ -269,9 +269,6 @@ dump places all custom {EVERY} {folder}/places.dump id xu yu zu
 dump_modify places format float %.15g time yes units yes
 dump few all custom {EVERY} {folder}/few.dump id x y z
 dump frames all custom {EVERY} {folder}/frame.* id x y z vx vy vz fx fy fz
-compute force all pair/local force
-compute pair all property/local patom1 patom2
-dump pairs all local {EVERY} {folder}/pairs.dump c_pair[1] c_pair[2] c_force
 {"".join(f"variable f{j} equal f{axis}[{j}]{chr(10)}" for j in each)}
 thermo {EVERY}
 thermo_style custom step time {" ".join(f"v_f{j}" for j in each)}
@@ -287,7 +284,6 @@ undump fine
 undump places
 undump few
 undump frames
-undump pairs
 unfix shown
 unfix mean
 log none
@@ -320,7 +316,6 @@ def verlet() -> FloatArray:
         ("fine.dump", DT, "between the samples", 1e-6),
         ("places.dump", None, "positions, by Hertz's law", 5e-5),
         ("frame.*", None, "net forces", 5e-5),
-        ("pairs.dump", None, "contact forces", 5e-5),
         ("log.lammps", None, "net forces", 5e-5),
         ("print.txt", None, "net forces", 5e-5),
         ("ave.txt", None, "net forces", 5e-5),
@@ -344,7 +339,7 @@ def test_the_axis_and_the_pushed_end_are_found(
     file.write_text(deck(tmp_path, axis, sign), encoding="utf-8")
     with engine() as lammps:
         lammps.file(str(file))
-    for name in ("six.dump", "fine.dump", "places.dump", "pairs.dump"):
+    for name in ("six.dump", "fine.dump", "places.dump"):
         found = read(SCENE, [tmp_path / name], {}, "si", None)
         assert np.all(off(found.peak_force, verlet) <= found.error + OF_VELOCITIES), name
 
@@ -673,7 +668,7 @@ BROKEN: dict[str, tuple[bytes, str]] = {
         f"{HEAD}ITEM: ATOMS id q a b{ROWS}".encode(),
         "has id, q, a, b, must",
     ),
-    "pairs": (f"{HEAD}ITEM: ENTRIES a b c d{ROWS}".encode(), "is a dump of pairs with a, b"),
+    "pairs": (f"{HEAD}ITEM: ENTRIES a b c d{ROWS}".encode(), "is a dump of pairs: write one"),
     "text between": (f"{HEAD}{GRANULES}{ROWS}\nmore\n".encode(), "or has other rows there"),
 }
 

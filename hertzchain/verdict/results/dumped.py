@@ -1,4 +1,4 @@
-"""Dumps of LAMMPS: granules, or pairs with the force of their contact."""
+"""Dumps of granules by LAMMPS."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError
 from hertzchain.scene.scene import Scene
-from hertzchain.verdict.results.motion import Motion, along_the_chain, begins_at_the_end, last_digit
+from hertzchain.verdict.results.motion import Motion, along_the_chain, last_digit
 from hertzchain.verdict.results.roles import Asked, listed
 from hertzchain.verdict.results.tables import Frame
 
@@ -98,44 +98,3 @@ def _axis(values: dict[str, FloatArray], file: str) -> int:
         )
         raise SceneError("", None, allowed, file=file)
     return int(np.argmax(extent))
-
-
-def pairs_of(
-    scene: Scene, frames: Sequence[Frame], asked: Asked, dt: float | None, file: str
-) -> Motion:
-    """Return contact forces of a dump of pairs: two ids, and the force of their contact."""
-    names, count = frames[0].table.names, scene.chain.granules
-    rows = [frame.table.numbers(range(len(names))) for frame in frames]
-    wanted = [asked.names.get(role, "") for role in ("id1", "id2", "contact_force")]
-    if not any(wanted):  # two columns of whole numbers, and one of others
-        known = np.concatenate(rows)
-        whole = np.all(known == np.round(known), axis=0) & np.any(known > 0, axis=0)
-        wanted = [names[k] for k in np.argsort(~whole, kind="stable")]
-        wanted = wanted if np.count_nonzero(whole) == 2 and len(names) == 3 else []
-    if not wanted or not set(wanted) <= set(names):
-        allowed = (
-            f"is a dump of pairs with {listed(names)}: say which are what with --column"
-            " id1=NAME --column id2=NAME --column contact_force=NAME (compute property/local"
-            " patom1 patom2, and compute pair/local force)"
-        )
-        raise SceneError("", None, allowed, file=file)
-    force = np.zeros((len(frames), count - 1))
-    for frame, values in zip(force, rows, strict=True):
-        *ids, given = values[:, [names.index(name) for name in wanted]].T
-        first, last = (ends.astype(np.int64) for ends in (np.minimum(*ids), np.maximum(*ids)))
-        inside = (first >= 1) & (last <= count) & (last - first == 1)
-        for k in np.flatnonzero(~inside & (given != 0))[:1]:
-            allowed = (
-                f"granules {first[k]} and {last[k]} press one another: contacts of the scene are"
-                f" between granules 1 to {count} that follow one another"
-            )
-            raise SceneError("", None, allowed, file=file)
-        frame[first[inside] - 1] = given[inside]
-    if np.all(force <= 0):  # a code that counts pushes as negative
-        force = -force
-    if begins_at_the_end(force):
-        force = force[:, ::-1]
-    steps = np.array([frame.step for frame in frames])
-    time, is_clock = (steps, False) if dt is None else (steps * dt, True)
-    unit = asked.factor("contact_force", file)
-    return Motion(time, is_clock, contact_force=force * unit, force_grain=last_digit(force) * unit)

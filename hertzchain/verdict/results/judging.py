@@ -43,15 +43,15 @@ def judge(
         forces, or an array of shape (N - 1,) with NaN for missing peaks.
 
         Or a pandas table, or a file, gzipped or not: CSV or columns of numbers, a log of LAMMPS,
-        the output of ``fix ave/time`` or ``fix print``, or a text dump of granules or of pairs.
+        the output of ``fix ave/time`` or ``fix print``, or a text dump of granules.
         Tables have peaks (contact, peak_force), or samples over time of contact_force, net_force,
         position or velocity, a column for each contact or granule.
 
         Or a list of files that together are one dump.
     columns
         Which columns of a file or table are what: names by ``contact``, ``peak_force``, ``time``,
-        ``step``, ``contact_force``, ``net_force``, ``position``, ``velocity``, ``id``, ``id1``,
-        ``id2``. ``*`` stands for the numbers of several columns; a unit may follow: ``"F* [kN]"``.
+        ``step``, ``contact_force``, ``net_force``, ``position``, ``velocity``, ``id``.
+        ``*`` stands for the numbers of several columns; a unit may follow: ``"F* [kN]"``.
         What is not named is known by its usual names.
     units
         ``si``, ``cgs``, ``micro``, ``nano`` (LAMMPS's styles), of columns of a file or table

@@ -12,7 +12,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError
 from hertzchain.scene.scene import Scene
 from hertzchain.verdict.results import tables
-from hertzchain.verdict.results.dumped import granules_of, pairs_of
+from hertzchain.verdict.results.dumped import granules_of
 from hertzchain.verdict.results.motion import Motion, Sampled, along_the_chain, last_digit, peaks_of
 from hertzchain.verdict.results.roles import SEVERAL, Asked, asked_for, columns_of, listed
 
@@ -50,8 +50,6 @@ def read(
             allowed = "is no dump of LAMMPS: several files must be the frames of one dump"
             raise SceneError("", None, allowed, file=path)
     frames = tables.same_columns(frames, file)
-    if {"id1", "id2"} & asked.names.keys() or frames[0].is_local:
-        return _sampled(scene, pairs_of(scene, frames, asked, dt, file), "the dump", file)
     motion = granules_of(scene, frames, asked, dt, file)
     return _sampled(scene, motion, "the dump of granules", file)
 

@@ -13,7 +13,7 @@ from hertzchain.scene.quantities import to_si
 
 DIMENSIONS = {
     "contact": "", "peak_force": "N", "time": "s", "step": "", "position": "m", "velocity": "m/s",
-    "net_force": "N", "contact_force": "N", "id": "", "id1": "", "id2": "",
+    "net_force": "N", "contact_force": "N", "id": "",
 }  # fmt: skip
 """What a column can be, with its unit in SI."""
 

@@ -1,4 +1,4 @@
-"""Text files of numbers: CSV, LAMMPS logs, fix ave/time and print; dumps of granules and pairs."""
+"""Text files of numbers: CSV, LAMMPS logs, fix ave/time and print; dumps of granules."""
 
 from __future__ import annotations
 
@@ -89,14 +89,11 @@ class Frame:
         Its step, and its time where it is given.
     table
         Its rows.
-    is_local
-        Whether they are pairs.
     """
 
     step: float
     time: float | None
     table: Table
-    is_local: bool
 
 
 def content_of(path: Path, most: int) -> bytes:
@@ -127,7 +124,7 @@ def text_of(content: bytes, path: Path) -> str:
     text = None if content.startswith(b"PK\x03\x04") else text_in(content)
     if text is None:
         allowed = (
-            "is not a text file: write text (CSV, a LAMMPS log, dump custom or local); a"
+            "is not a text file: write text (CSV, a LAMMPS log, dump custom); a"
             " spreadsheet is saved as CSV first"
         )
         raise SceneError("", None, allowed, file=path)
@@ -215,15 +212,18 @@ def _of_log(lines: Sequence[str], file: str) -> Table:
 
 
 def frames_of(text: str, file: object) -> list[Frame]:
-    """Return the frames of a text dump, ``custom`` or ``local``."""
+    """Return the frames of a text dump."""
     frames: list[Frame] = []
     items: dict[str, tuple[list[str], list[str]]] = {}
     for item in text.split("ITEM:")[1:]:
         head, *lines = item.splitlines() or [""]
         kind, *words = head.split() or [""]
+        if kind == "ENTRIES":
+            allowed = "is a dump of pairs: write one of granules, with dump custom"
+            raise SceneError("", None, allowed, file=str(file))
         items[kind] = words, [line for line in lines if line.strip()]
-        if kind in ("ATOMS", "ENTRIES"):
-            frames.append(_frame(items, kind, len(frames) + 1, str(file)))
+        if kind == "ATOMS":
+            frames.append(_frame(items, len(frames) + 1, str(file)))
             items = {}
     if items:
         raise _cut_off(len(frames) + 1, str(file))
@@ -235,11 +235,9 @@ def _cut_off(number: int, file: str) -> SceneError:
     return SceneError("", None, allowed, file=file)
 
 
-def _frame(
-    items: dict[str, tuple[list[str], list[str]]], kind: str, number: int, file: str
-) -> Frame:
+def _frame(items: dict[str, tuple[list[str], list[str]]], number: int, file: str) -> Frame:
     """Return a frame of its items, each with the words after its name and the lines below."""
-    names, lines = items[kind]
+    names, lines = items["ATOMS"]
     numbers = {
         item: _number(values[0]) if values else math.nan for item, (_, values) in items.items()
     }
@@ -249,7 +247,7 @@ def _frame(
     if not is_whole or not math.isfinite(step) or (time is not None and not math.isfinite(time)):
         raise _cut_off(number, file)
     places = [f"row {k} of frame {number}" for k in range(1, len(rows) + 1)]
-    return Frame(step, time, Table(tuple(names), rows, places, file), kind == "ENTRIES")
+    return Frame(step, time, Table(tuple(names), rows, places, file))
 
 
 def same_columns(frames: Sequence[Frame], file: object) -> list[Frame]:
