@@ -42,12 +42,6 @@ class Probes:
     why_not: str | None = None  # why nothing but the granules was asked
 
 
-def mirrored_probes(probes: Probes) -> Probes:
-    """What was found of contacts, from the other end."""
-    names = "overlap", "contact_force", "closing", "damped_overlap", "damped_force"
-    return replace(probes, **{name: np.flip(getattr(probes, name), -1) for name in names})
-
-
 def probe(stage: Stage, sizes: Sizes) -> Probes:
     """Ask LAMMPS for all numbers of the chain that it has now, at overlaps of about these sizes."""
     stage.ready()

@@ -8,20 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.external.readings import contact_forces
 from hertzchain.engines.lammps.reading.allowed import IGNORES_FORCES, LEADS, QUIET
 from hertzchain.engines.lammps.reading.found import Executed, FoundRun
 from hertzchain.engines.lammps.reading.hooks import GranulesChanged, Readings
-from hertzchain.engines.lammps.reading.law import law_of
+from hertzchain.engines.lammps.reading.peaks import ContactWatch, PeaksSeen
 from hertzchain.engines.lammps.reading.player import Stage
 from hertzchain.engines.lammps.reading.prober import members
-from hertzchain.engines.lammps.reading.probing import Probes, mirrored_probes
+from hertzchain.engines.lammps.reading.probing import Probes
 from hertzchain.errors import RunFailed
-from hertzchain.observables.damped_watch import DampedWatch
-from hertzchain.observables.peaks import PeakWatch
-from hertzchain.observables.samples import Samples
-
-_SURE = 1e3  # roundings of a coordinate, above which an overlap is one
 
 
 def sizes(force: FloatArray) -> FloatArray:
@@ -42,16 +36,6 @@ class Given:
     words: tuple[str, ...]
     index: int
     steps: int | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class PeaksSeen:
-    """Peaks and their times, overlaps without a force, shape (contacts,); relative error."""
-
-    force: FloatArray
-    time: FloatArray
-    missed: FloatArray
-    error: float
 
 
 @dataclass(eq=False)
@@ -79,9 +63,8 @@ class Watched:
     def __post_init__(self) -> None:
         self.driven = np.zeros(self.count, bool)  # whatever presses them, in any run
         self.held = np.zeros(self.count, bool)  # at rest, whatever presses them, in all runs
-        self.position = self.velocity = nothing = np.full(self.count, np.nan)
-        none = PeaksSeen(nothing[1:], nothing[1:], np.zeros(self.count - 1), np.nan)
-        self.peaks = none, none  # forwards and backwards
+        self.position = self.velocity = np.full(self.count, np.nan)
+        self.peaks = (PeaksSeen.unknown(self.count - 1),) * 2  # forwards and backwards
 
     def lead(self, time: FloatArray, ends: FloatArray) -> None:
         """Take note of where the ends of the chain are while fixes lead them."""
@@ -99,10 +82,7 @@ class Watcher:
         self.stage, self.probes, self._between = stage, probes, between
         count = probes.granules.count
         self.seen = Watched(count)
-        self._forward = _Peaks(probes, mirrored=False)
-        self._backward: _Peaks | None = None
-        if any(wall.end == "first" for wall in probes.walls):  # else they are those forwards
-            self._backward = _Peaks(probes, mirrored=True)
+        self._contacts = ContactWatch(probes)
         self._changed = False  # whether fixes have been made or ended since the last run
         self._steady = np.zeros(count, bool)  # flies as it does, while fix setforce takes forces
 
@@ -147,9 +127,7 @@ class Watcher:
             )
         self._free, self._led = self._moved()
         if "pre no" not in keywords:  # which reads no start: it goes on where the run before ended
-            self._forward.begin(self._free)
-            if self._backward is not None:
-                self._backward.begin(self._free)
+            self._contacts.begin(self._free)
         elif self._changed:
             raise RunFailed(
                 "with pre no LAMMPS takes no note of fixes that were made or ended since the run"
@@ -177,16 +155,7 @@ class Watcher:
 
     def finish(self) -> Watched:
         """The deck is over: what was observed, with peaks from either end of the chain."""
-        forwards, contacts = self._forward.seen(), self.probes.granules.count - 1
-        backwards = replace(
-            forwards,
-            force=forwards.force[:contacts][::-1],
-            time=forwards.time[:contacts][::-1],
-            missed=forwards.missed[:contacts][::-1],
-        )
-        if self._backward is not None:
-            backwards = self._backward.seen()
-        self.seen.peaks = forwards, backwards
+        self.seen.peaks = self._contacts.seen(backwards=False), self._contacts.seen(backwards=True)
         return self.seen
 
     def _moved(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
@@ -251,33 +220,11 @@ class Watcher:
                 walls += own[..., 0]
             known = self.seen.exerted.setdefault(source, np.zeros((granules.count, 2)))
             np.maximum(known, sizes(own), out=known)
-        seen = _Seen(time, late, place, velocity, acceleration, pairs, walls)
-        self.seen.image_force = max(self.seen.image_force, self._forward.take(seen))
-        if self._backward is not None:
-            self._backward.take(seen)
+        stray = self._contacts.take(time, late, place, velocity, acceleration, pairs, walls)
+        self.seen.image_force = max(self.seen.image_force, stray)
         self.seen.position, self.seen.velocity = place[-1, :, 0], velocity[-1]
         if self._led[0] or self._led[-1]:
             self.seen.lead(time, place[:, [0, -1], 0])
-
-
-@dataclass(frozen=True, eq=False)
-class _Seen:
-    """Readings along the chain: places have three components, all others one."""
-
-    time: FloatArray
-    late: FloatArray  # how long before it were the velocities that damped contacts then
-    place: FloatArray
-    velocity: FloatArray
-    acceleration: FloatArray
-    pairs: FloatArray
-    walls: FloatArray
-
-    def mirrored(self) -> _Seen:
-        """The same seen from the other end."""
-        place = self.place[:, ::-1].copy()
-        place[..., 0] *= -1
-        others = self.velocity, self.acceleration, self.pairs, self.walls
-        return _Seen(self.time, self.late, place, *(-values[:, ::-1] for values in others))
 
 
 def _is_zero(word: str) -> bool:
@@ -286,101 +233,3 @@ def _is_zero(word: str) -> bool:
         return float(word) == 0
     except ValueError:
         return False
-
-
-class _Peaks:
-    """The peaks of contacts, a wall's at one end the last, from all readings and every second."""
-
-    def __init__(self, probes: Probes, mirrored: bool) -> None:
-        granules = probes.granules
-        self._mirrored, self._mass = mirrored, granules.mass
-        self._radius = granules.radius[::-1] if mirrored else granules.radius
-        wall = next((wall for wall in probes.walls if (wall.end == "last") != mirrored), None)
-        place = None if wall is None else wall.position
-        self._wall = place if place is None or not mirrored else -place
-        contacts = granules.count - 1 + (wall is not None)
-        self._law = law_of(mirrored_probes(probes) if mirrored else probes, wall)
-        self.all, self.halved = (
-            PeakWatch(contacts)
-            if self._law is None
-            else DampedWatch(self._law, 1 / self._mass, wall is not None)
-            for _ in range(2)
-        )
-        self._rest = np.finfo(np.float64).eps * float(np.max(np.abs(granules.position)))
-        self.missed = np.zeros(contacts)  # largest overlap that grew without a force
-        self._last: Samples | None = None
-
-    def begin(self, free: NDArray[np.bool_]) -> None:
-        """A run begins: it may not continue what was before, and its forces move these granules."""
-        self._last = None
-        inverse_mass = np.where(free, 1 / self._mass, 0.0)
-        for watch in (self.all, self.halved):
-            if isinstance(watch, DampedWatch):
-                watch.inverse_mass = inverse_mass[::-1] if self._mirrored else inverse_mass
-
-    def take(self, seen: _Seen) -> float:
-        """Take note of readings; the largest force in contacts that are open."""
-        seen = seen.mirrored() if self._mirrored else seen
-        apart = np.linalg.norm(np.diff(seen.place, axis=1), axis=-1)
-        overlap = self._radius[:-1] + self._radius[1:] - apart
-        force = contact_forces(seen.pairs)
-        if self._wall is not None:
-            last = seen.place[:, -1:, 0] + self._radius[-1] - self._wall
-            overlap = np.concatenate([overlap, last], axis=1)
-            force = np.concatenate([force, -seen.walls[:, -1:]], axis=1)
-        touching = overlap > self._rest
-        stray = float(np.max(np.abs(np.where(touching, 0.0, force)), initial=0.0))
-        force = np.where(touching, force, 0.0)
-        samples = Samples(
-            time=seen.time,
-            displacement=seen.place[..., 0],
-            velocity=seen.velocity,
-            acceleration=seen.acceleration,
-            overlap=overlap,
-            contact_force=force,
-        )
-        growing = samples.overlap_derivatives[1] > 0
-        without = np.where(growing & (overlap > _SURE * self._rest) & (force <= 0), overlap, 0.0)
-        self.missed = np.maximum(self.missed, without.max(axis=0, initial=0.0))
-        if self._law is not None:
-            _, rate, growth = samples.overlap_derivatives
-            felt = rate - seen.late * growth
-            known = self._law.with_rate(force, overlap, felt, rate)
-            samples = replace(samples, contact_force=known)
-        if self._last is not None:
-            samples = _joined(self._last, samples)
-        self._last = _part(samples, slice(-1, None))
-        if samples.time.size > 1:
-            self.all.update(samples)
-            self.halved.update(_part(samples, _every_second(samples.time.size)))
-        return stray
-
-    def seen(self) -> PeaksSeen:
-        """What was found."""
-        return PeaksSeen(self.all.force, self.all.time, self.missed, self._error())
-
-    def _error(self) -> float:
-        """Relative error of the peaks: what half as many readings change by, or share."""
-        largest = float(np.max(self.all.force, initial=0.0))
-        if largest == 0:
-            return 0.0
-        counts = self.all.force > 1e-3 * largest
-        changes = np.abs(self.halved.force / np.where(counts, self.all.force, 1) - 1)[counts]
-        return max(float(np.max(changes)), self.all.reading_error)
-
-
-def _every_second(count: int) -> list[int]:
-    kept = list(range(0, count, 2))
-    return kept if kept[-1] == count - 1 else [*kept, count - 1]
-
-
-def _part(samples: Samples, which: slice | list[int]) -> Samples:
-    return Samples(
-        samples.time[which], samples.displacement[which], samples.velocity[which],
-        samples.acceleration[which], samples.overlap[which], samples.contact_force[which],
-    )  # fmt: skip
-
-
-def _joined(first: Samples, second: Samples) -> Samples:
-    names = ["time", "displacement", "velocity", "acceleration", "overlap", "contact_force"]
-    return Samples(*(np.concatenate([getattr(first, n), getattr(second, n)]) for n in names))
