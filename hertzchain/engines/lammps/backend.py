@@ -21,15 +21,10 @@ from hertzchain.engines.external.readings import BLOCK, reading_times, stops
 from hertzchain.engines.lammps import deck, state
 from hertzchain.engines.lammps.binary import Binary, Program
 from hertzchain.engines.lammps.dialect import NO_STEP
-from hertzchain.engines.lammps.engine import command, engine, run, version_of
+from hertzchain.engines.lammps.engine import command, engine, look, run, version_of
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.engines.lammps.reading.found import FoundDeck
-from hertzchain.engines.lammps.reading.own import (
-    examine,
-    examine_deck,
-    examine_in,
-    own_deck,
-)
+from hertzchain.engines.lammps.reading.own import examine, examine_deck, own_deck
 from hertzchain.errors import HertzchainError, SceneError, require
 from hertzchain.limits import RTOL, TIME_LIMIT, Deadline
 from hertzchain.observables.result import Result
@@ -130,22 +125,19 @@ class Lammps(ExternalEngine):
         """
         if not self.isolated and self.lmp is None:
             return examine(scene, self.pair_style)
-        found: FoundDeck
-        deadline = Deadline(self.time_limit)
+        deadline, program = Deadline(self.time_limit), None
         # The folder is this process's: one of a process that is ended would stay.
         with work_folder("LAMMPS") as folder, Child() as child:
             if self.lmp is None:
-                found = child.call(
-                    examine_in, folder, scene, self.pair_style, time_limit=deadline.left
-                )
-                return found
-            # A binary is asked on one process.
-            program = Program.find(str(self.lmp), self.ranks, deadline)
-            version, alone = program.build.version, replace(program, command=program.command[-1:])
+                version = child.call(look, time_limit=deadline.left)[0]
+            else:  # a binary is asked on one process
+                found = Program.find(str(self.lmp), self.ranks, deadline)
+                version = found.build.version
+                program = replace(found, command=found.command[-1:])
             text = own_deck(scene, self.pair_style, version)
-            arguments = folder, scene, text, alone
-            found = child.call(examine_deck, *arguments, time_limit=deadline.left)
-            return found
+            arguments = folder, scene, text, program
+            examined: FoundDeck = child.call(examine_deck, *arguments, time_limit=deadline.left)
+            return examined
 
     def peaks_alone(self, scene: Scene) -> tuple[FloatArray, int]:
         """Simulate with the given step and without any further runs: the cost of the peaks alone.

@@ -179,7 +179,7 @@ class Deck:
     @cached_property
     def is_loaded(self) -> bool:
         """Whether forces that never change press the chain: gravity, or static loads."""
-        every = () if self.look is None else tuple(range(len(self.look.runs)))
+        every = [] if self.look is None else list(range(len(self.look.runs)))
         return bool(self.fixes("gravity")) or any(
             push.runs == every and push.force is not None and (push.force == push.force[0]).all()
             for push in self.pushes

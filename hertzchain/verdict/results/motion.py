@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,16 +70,28 @@ class Motion:
     grain: float = 0.0
     force_grain: float = 0.0
 
-    def with_values(self, values: Mapping[str, FloatArray]) -> Motion:
-        """Return the motion with other arrays, by name."""
-        return replace(self, **values)  # type: ignore[arg-type]
+    @classmethod
+    def read(
+        cls,
+        time: FloatArray,
+        is_clock: bool,
+        numbers: Mapping[str, FloatArray],
+        factors: Mapping[str, float],
+    ) -> Motion:
+        """The motion by arrays as a file has them, and by what their numbers are worth in SI."""
+        values: dict[str, Any] = {name: array * factors[name] for name, array in numbers.items()}
+        grains = {name: last_digit(array) * factors[name] for name, array in numbers.items()}
+        force_grain = grains.get("contact_force", grains.get("net_force", 0.0))
+        grain = grains.get("position", 0.0)
+        return cls(time, is_clock, **values, grain=grain, force_grain=force_grain)
 
     def each(self, change: Callable[[FloatArray], FloatArray], *names: str) -> Motion:
         """Return the motion with some of its arrays changed, as far as they are known."""
         arrays = {name: getattr(self, name) for name in names}
-        return self.with_values(
-            {name: change(array) for name, array in arrays.items() if array is not None}
-        )
+        changed: dict[str, Any] = {
+            name: change(array) for name, array in arrays.items() if array is not None
+        }
+        return replace(self, **changed)
 
 
 def along_the_chain(motion: Motion) -> Motion:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -12,9 +12,15 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError
 from hertzchain.scene.scene import Scene
 from hertzchain.verdict.results import tables
-from hertzchain.verdict.results.dumped import granules_of
-from hertzchain.verdict.results.motion import Motion, Sampled, along_the_chain, last_digit, peaks_of
+from hertzchain.verdict.results.motion import Motion, Sampled, along_the_chain, peaks_of
 from hertzchain.verdict.results.roles import SEVERAL, Asked, asked_for, columns_of, listed
+
+_VECTORS = {
+    "position": (("x", "y", "z"), ("xu", "yu", "zu")),
+    "velocity": (("vx", "vy", "vz"),),
+    "net_force": (("fx", "fy", "fz"),),
+}
+_ACROSS = 1e-3  # fraction of the length of a chain by which places across it may differ (chosen)
 
 
 def read(
@@ -50,7 +56,7 @@ def read(
             allowed = "is no dump of LAMMPS: several files must be the frames of one dump"
             raise SceneError("", None, allowed, file=path)
     frames = tables.same_columns(frames, file)
-    motion = granules_of(scene, frames, asked, dt, file)
+    motion = _of_dump(scene, frames, asked, dt, file)
     return _sampled(scene, motion, "the dump of granules", file)
 
 
@@ -75,24 +81,92 @@ def _of_table(scene: Scene, table: tables.Table, asked: Asked, dt: float | None)
             " (net_force, position, velocity of granules)"
         )
         raise SceneError("", None, allowed, file=file)
-    grains = {
-        role: last_digit(table.numbers(found[role].where)) * found[role].factor for role in series
-    }
     if "time" in found:
         time, is_clock = numbers("time")[:, 0], True
+    elif "step" in found:
+        time, is_clock = _times_of(numbers("step")[:, 0], dt)
     else:
-        steps = np.arange(len(table.rows), dtype=np.float64)
-        steps = numbers("step")[:, 0] if "step" in found else steps
-        is_clock = dt is not None and "step" in found
-        time = steps * (dt if dt is not None and is_clock else 1.0)
-    motion = Motion(
-        time, is_clock, grain=grains.get("position", 0.0), force_grain=grains[series[0]]
-    )
-    values = {role: numbers(role) for role in SEVERAL if role in found}
-    motion = motion.with_values(values)
+        time, is_clock = np.arange(len(table.rows), dtype=np.float64), False
+    arrays = {role: table.numbers(found[role].where) for role in SEVERAL if role in found}
+    factors = {role: found[role].factor for role in arrays}
+    motion = Motion.read(time, is_clock, arrays, factors)
     if "contact_force" not in found:
         motion = along_the_chain(motion)
     return _sampled(scene, motion, f"columns {', '.join(series)}", file)
+
+
+def _times_of(steps: FloatArray, dt: float | None) -> tuple[FloatArray, bool]:
+    """Return the times of steps, and whether they are seconds."""
+    return (steps, False) if dt is None else (steps * dt, True)
+
+
+def _of_dump(
+    scene: Scene, frames: Sequence[tables.Frame], asked: Asked, dt: float | None, file: str
+) -> Motion:
+    """Return the motion in a dump of granules, along any axis, from the pushed end on."""
+    counts = {len(frame.table.rows) for frame in frames}
+    if counts != {scene.chain.granules}:
+        allowed = (
+            f"has frames of {listed([str(count) for count in sorted(counts)])} granules, the scene"
+            f" {scene.chain.granules}: dump those of the chain alone, all of them"
+        )
+        raise SceneError("", None, allowed, file=file)
+    order = [np.argsort(_column(frame, asked.names.get("id", "id"))[:, 0]) for frame in frames]
+    values = {}
+    for role, names in _columns(frames[0].table.names, asked, file).items():
+        values[role] = np.zeros((len(frames), scene.chain.granules, 3))
+        for axis, name in enumerate(names):
+            if name in frames[0].table.names:
+                values[role][:, :, axis] = [
+                    _column(f, name)[o, 0] for f, o in zip(frames, order, strict=True)
+                ]
+    factors = {role: asked.factor(role, file) for role in values}
+    axis = _axis(values, factors, file)
+    steps, times = (np.array([getattr(f, kind) for f in frames]) for kind in ("step", "time"))
+    time, is_clock = _times_of(steps, dt)
+    if all(frame.time is not None for frame in frames):
+        time, is_clock = times.astype(np.float64) * asked.factor("time", file), True
+    along = {role: array[:, :, axis] for role, array in values.items()}
+    return along_the_chain(Motion.read(time, is_clock, along, factors))
+
+
+def _column(frame: tables.Frame, name: str) -> FloatArray:
+    return frame.table.numbers([frame.table.names.index(name)])
+
+
+def _columns(names: Sequence[str], asked: Asked, file: str) -> dict[str, tuple[str, ...]]:
+    """Return the columns of places, velocities and forces: three, or the one along the chain."""
+    found: dict[str, tuple[str, ...]] = {}
+    for role, vectors in _VECTORS.items():
+        if role in asked.names:
+            found[role] = (asked.names[role],)
+            if asked.names[role] not in names:
+                allowed = "is no column of the dump"
+                raise SceneError(f"column {role}", asked.names[role], allowed, file=file)
+        elif any(set(three) & set(names) for three in vectors):
+            found[role] = next(three for three in vectors if set(three) & set(names))
+    if asked.names.get("id", "id") not in names or not {"position", "net_force"} & found.keys():
+        allowed = (
+            f"has {listed(names)}, must have id, and x, vx, fx (or xu, or y, z) of granules; dump"
+            " atom writes x after dump_modify scale no"
+        )
+        raise SceneError("", None, allowed, file=file)
+    return found
+
+
+def _axis(values: Mapping[str, FloatArray], factors: Mapping[str, float], file: str) -> int:
+    """Return the axis that granules lie along, or along which forces act."""
+    if "position" not in values:
+        return int(np.argmax(np.abs(values["net_force"]).max(axis=(0, 1))))
+    extent = np.ptp(values["position"][0], axis=0)
+    across, along = np.sort(extent)[1:] * factors["position"]
+    if across > _ACROSS * along:
+        allowed = (
+            f"has granules that are not in a row along x, y or z: they differ by {across:.3g} m"
+            " across it"
+        )
+        raise SceneError("", None, allowed, file=file)
+    return int(np.argmax(extent))
 
 
 def of_mapping(given: Mapping[int, float], scene: Scene) -> FloatArray:

@@ -1,15 +1,15 @@
-"""Watches a running LAMMPS from within its steps: forces before and after each fix of the deck.
+"""Forces before and after each fix of a deck, read while LAMMPS runs.
 
-``fix external`` calls a function of ours in each step where forces are added up. One that stands
-before all fixes of the deck sees the forces of contacts alone, one after each fix what that has
-added. The deck's own ``run`` is left as it is, so that all it says about times and steps holds.
+A fix of ours that stands before all fixes of the deck has the forces of contacts alone, one after
+each fix what that has added.
 """
 
 from __future__ import annotations
 
 import ctypes
+from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -60,94 +60,89 @@ class Readings:
         return np.diff(self.force, axis=1)
 
 
-@dataclass
-class _Buffer:
-    """Memory for a block of readings."""
-
-    ids: Any
-    arrays: FloatArray  # position, velocity, torque, then forces: (readings, arrays, granules, 3)
-    step: NDArray[np.int64] = field(init=False)
-    rows: int = 0
-
-    def __post_init__(self) -> None:
-        self.step = np.zeros(len(self.ids), np.int64)
-
-
-@dataclass
-class _Hook:
-    """A function of ours: the name of its fix, and its place among the hooks."""
-
-    name: str
-    number: int
-    function: Any = None  # kept, as LAMMPS only has its address
-
-
-class Hooks:
-    """The functions of ours in a LAMMPS instance.
+class Hooks(ABC):
+    """Fixes of ours in a LAMMPS, between those of a deck.
 
     ``sources`` has the index of the deck's command before each hook, None for the first.
     ``stride`` is the number of steps between two readings; what takes readings may change it. With
-    ``twice`` the step after each is read, too: a force that comes and goes in step with the
-    readings shows.
+    ``twice`` a force that comes and goes in step with the readings shows.
     """
 
-    twice = False
+    def __init__(self, give: Callable[[str], None], style: str) -> None:
+        self._give, self._style = give, style
+        self.sources: list[int | None] = []
+        self._names: list[str] = []
+        self._made = 0
+        self.stride, self.twice = 1, False
+
+    def add(self, source: int | None) -> str:
+        """Read forces after the fixes that there are; the name of the hook."""
+        name = f"hertzchain{self._made}"
+        self._made += 1
+        self._give(f"fix {name} all {self._style}")
+        self._names.append(name)
+        self.sources.append(source)
+        return name
+
+    def remove(self, source: int) -> None:
+        """Read no forces after that command's fix any more, if there is a hook."""
+        if source in self.sources:
+            place = self.sources.index(source)
+            self.sources.pop(place)
+            self._give(f"unfix {self._names.pop(place)}")
+
+    @abstractmethod
+    def run(self, text: str, steps: int, stride: int, take: Callable[[Readings], None]) -> None:
+        """Give LAMMPS a ``run`` and read its start, every ``stride``-th step and its end."""
+
+
+class Callbacks(Hooks):
+    """Functions that ``fix external`` of the Python module calls where forces are added up.
+
+    The deck's own ``run`` is left as it is, so that all it says about times and steps holds. With
+    ``twice`` the step after each reading is read, too.
+    """
 
     def __init__(self, lammps: Any) -> None:
+        super().__init__(lambda text: command(lammps, text), f"external pf/callback 1 {_NEVER}")
         self._lammps = lammps
-        self.sources: list[int | None] = []
-        self._hooks: list[_Hook] = []
-        self._made = 0
+        self._functions: list[Any] = []  # kept, as LAMMPS only has their addresses
         self._extract = lammps.lib["lammps_extract_atom"]  # a function of its own: types stay
         self._extract.argtypes, self._extract.restype = [ctypes.c_void_p, ctypes.c_char_p], _DOUBLES
         self._problem: BaseException | None = None
         self._next, self._stop = _NOWHERE, 0  # nothing is read where nobody asks
-        self.stride = 1
         self._reading = self._again = False
-        self._buffer: _Buffer | None = None
         self._take: Callable[[Readings], None] = lambda _: None
 
-    def add(self, source: int | None) -> None:
+    def add(self, source: int | None) -> str:
         """Have a function called after the fixes that there are."""
-        hook = _Hook(f"hertzchain{self._made}", len(self.sources))
-        self._made += 1
-        command(self._lammps, f"fix {hook.name} all external pf/callback 1 {_NEVER}")
+        name = super().add(source)
 
         def call(_: Any, step: int, granules: int, ids: Any, place: Any, added: Any) -> None:
-            self._call(hook.number, step, granules, ids, place, added)
+            self._call(self._names.index(name), step, granules, ids, place, added)
 
-        hook.function = self._lammps.FIX_EXTERNAL_CALLBACK_FUNC(call)
+        function = self._lammps.FIX_EXTERNAL_CALLBACK_FUNC(call)
         self._lammps.lib.lammps_set_fix_external_callback(
-            self._lammps.lmp, hook.name.encode(), hook.function, None
+            self._lammps.lmp, name.encode(), function, None
         )
-        self._hooks.append(hook)
-        self.sources.append(source)
-
-    def remove(self, source: int) -> None:
-        """Take away the hook after a command of the deck, if there is one."""
-        if source not in self.sources:
-            return
-        hook = self._hooks.pop(self.sources.index(source))
-        self.sources.remove(source)
-        command(self._lammps, f"unfix {hook.name}")
-        for later in self._hooks[hook.number :]:
-            later.number -= 1
+        self._functions.append(function)
+        return name
 
     def run(self, text: str, steps: int, stride: int, take: Callable[[Readings], None]) -> None:
         """Give LAMMPS a ``run`` and read its start, every ``stride``-th step and its end."""
         granules = int(self._lammps.extract_setting("nlocal"))
         rows, arrays = min(BLOCK, steps // stride + 3), 3 + len(self.sources)
-        self._buffer = _Buffer(
-            np.zeros((rows, granules), np.int64 if self._wide else np.int32),
-            np.zeros((rows, arrays, granules, 3)),
-        )
+        self._step = np.zeros(rows, np.int64)
+        self._ids = np.zeros((rows, granules), np.int64 if self._wide else np.int32)
+        # Position, velocity, torque, then forces.
+        self._arrays, self._rows = np.zeros((rows, arrays, granules, 3)), 0
         self._first = self._next = int(self._lammps.extract_global("ntimestep"))
         self._stop, self.stride, self._take = self._first + steps, stride, take
         if "pre no" in text:  # no forces are added up at its start
             self._next = min(self._first + stride, self._stop)
         self._reading, self._again, self._problem = False, False, None
         try:
-            command(self._lammps, text)
+            self._give(text)
         except Exception:
             if self._problem is None:
                 raise
@@ -176,15 +171,13 @@ class Hooks:
             self._lammps.force_timeout()
 
     def _copy(self, number: int, step: int, granules: int, ids: Any, place: Any) -> None:
-        buffer = self._buffer
-        assert buffer is not None
-        row, size = buffer.arrays[buffer.rows], 24 * granules
+        row, size = self._arrays[self._rows], 24 * granules
         if size != row[0].nbytes:
             raise GranulesChanged
         if number == 0:
             self._reading = True
-            buffer.step[buffer.rows] = step
-            own = buffer.ids[buffer.rows]
+            self._step[self._rows] = step
+            own = self._ids[self._rows]
             ctypes.memmove(own.ctypes.data, ids, own.nbytes)
             ctypes.memmove(row[0].ctypes.data, place[0], size)
             ctypes.memmove(row[1].ctypes.data, self._array(b"v"), size)
@@ -195,8 +188,8 @@ class Hooks:
             pace = 1 if self.twice and not self._again else self.stride
             self._again = not self._again
             self._next = min(step + pace, max(self._stop, step + 1))
-            buffer.rows += 1
-            if buffer.rows == len(buffer.ids):
+            self._rows += 1
+            if self._rows == len(self._step):
                 self._hand_on()
 
     def _array(self, name: bytes) -> Any:
@@ -204,16 +197,14 @@ class Hooks:
 
     def _hand_on(self) -> None:
         """Hand on what has been read, in the order of ids."""
-        buffer = self._buffer
-        assert buffer is not None
-        if not buffer.rows:
+        rows, self._rows = self._rows, 0
+        if not rows:
             return
-        ids, step = buffer.ids[: buffer.rows], buffer.step[: buffer.rows].copy()
+        ids, step = self._ids[:rows], self._step[:rows].copy()
         order = np.argsort(ids, axis=1)
         arrays = np.take_along_axis(
-            buffer.arrays[: buffer.rows], order[:, np.newaxis, :, np.newaxis], axis=2
+            self._arrays[:rows], order[:, np.newaxis, :, np.newaxis], axis=2
         )
-        buffer.rows = 0
         self._take(
             Readings(
                 step=step,

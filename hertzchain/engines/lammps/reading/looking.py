@@ -19,10 +19,10 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.program import work_folder
 from hertzchain.engines.lammps.isolation import Child
-from hertzchain.engines.lammps.reading.found import Executed
+from hertzchain.engines.lammps.reading.found import Executed, FoundRun
 from hertzchain.engines.lammps.reading.granules import Granules, granules_of
 from hertzchain.engines.lammps.reading.interpreter import Interpreter
-from hertzchain.engines.lammps.reading.player import DeckFix, Stage
+from hertzchain.engines.lammps.reading.player import Stage
 from hertzchain.engines.lammps.reading.probing import Probes
 from hertzchain.engines.lammps.reading.reading import Source, Start, probed
 from hertzchain.engines.lammps.reading.session import Module
@@ -35,15 +35,7 @@ _READINGS, _ALL_READINGS = 400, 4000
 _MOST_GRANULES = 2000  # whose contacts are asked (chosen)
 
 
-@dataclass(frozen=True)
-class Planned:
-    """A run with at least one step that was skipped: command, and step in the deck's unit."""
-
-    command: int
-    dt: float
-
-
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Pushing:
     """A ``fix addforce``, in the deck's units.
 
@@ -53,17 +45,26 @@ class Pushing:
         Indices of the command that made it and of that which ended it; None where none did.
     granules
         How many it pushes.
+    components
+        As the command has them.
     runs
         Numbers of the runs during which it acted.
-    force
-        At readings during these runs, shape (readings, 3); None where it is not known.
+    readings
+        Its components during these runs; None where one is not known without a step.
     """
 
     command: int
-    unfix: int | None
     granules: int
-    runs: tuple[int, ...]
-    force: FloatArray | None
+    components: tuple[str, ...]
+    unfix: int | None = None
+    runs: list[int] = field(default_factory=list)
+    readings: list[list[float | None]] = field(default_factory=list)
+
+    @property
+    def force(self) -> FloatArray | None:
+        """The force at all readings, shape (readings, 3); None where it is not known."""
+        force = np.array(self.readings, np.float64).reshape(-1, 3)  # NaN for None
+        return None if np.any(np.isnan(force)) else force
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +80,7 @@ class Look:
     granules
         Before the first run; None where there are none.
     runs, pushes
-        In their order.
+        Runs of at least one step, which were skipped; forces; in their order.
     stiffness, exponent
         A and p in F = A d^p of each contact, shape (contacts,); None where they are not known.
     """
@@ -87,7 +88,7 @@ class Look:
     commands: tuple[Executed, ...]
     stopped: str
     granules: Granules | None
-    runs: tuple[Planned, ...]
+    runs: tuple[FoundRun, ...]
     pushes: tuple[Pushing, ...]
     stiffness: FloatArray | None = None
     exponent: FloatArray | None = None
@@ -119,7 +120,11 @@ def looked(start: Start, path: Path, folder: Path, variables: Mapping[str, str])
         except HertzchainError as problem:
             stopped = str(problem)
         found = Look(
-            tuple(script.commands), stopped, looker.granules, tuple(looker.runs), looker.pushes()
+            tuple(script.commands),
+            stopped,
+            looker.granules,
+            tuple(looker.runs),
+            tuple(looker.pushes),
         )
     granules = found.granules
     if granules is None or not 1 < granules.count <= _MOST_GRANULES or not granules.is_chain:
@@ -140,27 +145,16 @@ def _law(probes: Probes) -> tuple[FloatArray, FloatArray]:
         return np.exp(force[-1] - exponent * overlap[-1]), exponent
 
 
-@dataclass
-class _Force:
-    """A force that acts, and its readings so far; ``known`` is whether all of them are."""
-
-    fix: DeckFix
-    granules: int
-    runs: list[int] = field(default_factory=list)
-    values: list[list[float]] = field(default_factory=list)
-    known: bool = True
-
-
 class _Looker:
     """Plays a deck without its runs."""
 
     def __init__(self, stage: Stage, lammps: Module) -> None:
         self._stage, self._lammps = stage, lammps
         self.granules: Granules | None = None
-        self.runs: list[Planned] = []
+        self.runs: list[FoundRun] = []
+        self.pushes: list[Pushing] = []
+        self._acting: dict[str, Pushing] = {}  # by the names of fixes
         self._left = _ALL_READINGS
-        self._acting: dict[str, _Force] = {}
-        self._done: list[Pushing] = []
         self._texts: dict[str, str] = {}  # of the formulas of variables
 
     def give(self, text: str, words: list[str], index: int) -> None:
@@ -171,14 +165,17 @@ class _Looker:
         if words[0] == "variable" and len(words) > 3:
             self._texts[words[1]] = " ".join(words[3:])
         elif words[0] in ("fix", "unfix") and len(words) > 1:
-            self._end(words[1], index)
+            if (ended := self._acting.pop(words[1], None)) is not None:
+                ended.unfix = index
             if words[3:4] == ["addforce"]:
-                fix = self._stage.fixes[index]
-                pushed = self._lammps.members(fix.group)
-                for word in fix.values[:3]:
-                    each = self._each(word, fix.group)
+                group, components = words[2], tuple(words[4:7])
+                pushed = self._lammps.members(group)
+                for word in components:
+                    each = self._each(word, group)
                     pushed = pushed if each is None else pushed & (each != 0)
-                self._acting[words[1]] = _Force(fix, int(np.count_nonzero(pushed)))
+                push = Pushing(index, int(np.count_nonzero(pushed)), components)
+                self.pushes.append(push)
+                self._acting[words[1]] = push
 
     def _each(self, word: str, group: str) -> FloatArray | None:
         """Values of an atom-style variable; None for any other word."""
@@ -197,21 +194,6 @@ class _Looker:
         kind = lammps.lib.lammps_extract_variable_datatype(lammps.lmp, name.encode())
         return {0: "equal", 1: "atom"}.get(int(kind), "")
 
-    def _end(self, name: str, index: int | None) -> None:
-        """Take note of a force that has ended."""
-        force = self._acting.pop(name, None)
-        if force is not None:
-            values = np.array(force.values).reshape(-1, 3) if force.known else None
-            self._done.append(
-                Pushing(force.fix.command, index, force.granules, tuple(force.runs), values)
-            )
-
-    def pushes(self) -> tuple[Pushing, ...]:
-        """All forces, those that act to the end the last."""
-        for name in list(self._acting):
-            self._end(name, None)
-        return tuple(self._done)
-
     def run(self, steps: int, keywords: str, index: int) -> None:
         """Set the clock on over a run, and read the forces."""
         if not steps:
@@ -220,16 +202,16 @@ class _Looker:
         if self.granules is None:
             self.granules = granules_of(self._lammps, self._stage.boundary)
         first, dt = self._lammps.step(), self._lammps.dt()
-        self.runs.append(Planned(index, dt))
         began = self._time(dt)
+        self.runs.append(FoundRun(began, dt, steps, index))
         count = min(steps, _READINGS, max(2, self._left))
         self._left -= count
-        for force in self._acting.values():
-            force.runs.append(len(self.runs) - 1)
+        for push in self._acting.values():
+            push.runs.append(len(self.runs) - 1)
         for step in np.unique(np.linspace(0, steps, count + 1).astype(int)).tolist():
             self._set_clock(first + step, began + step * dt)
-            for force in self._acting.values():
-                self._read(force)
+            for push in self._acting.values():
+                push.readings.append([self._value(word) for word in push.components])
 
     def _time(self, dt: float) -> float:
         """What ``time`` is now, whatever the deck has done to its clock."""
@@ -251,12 +233,6 @@ class _Looker:
             for name in (b"ntimestep", b"atimestep")
         )
         return step, then, ctypes.c_double.from_address(extract(lammps.lmp, b"atime"))
-
-    def _read(self, force: _Force) -> None:
-        values = [self._value(word) for word in (*force.fix.values, "0", "0", "0")[:3]]
-        known = [value for value in values if value is not None]
-        force.known &= len(known) == len(values)
-        force.values.append(known if force.known else [0.0, 0.0, 0.0])
 
     def _value(self, word: str) -> float | None:
         """A component of a force now; None where it is not known without a step."""

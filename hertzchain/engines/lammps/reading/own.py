@@ -56,20 +56,13 @@ def examine(
         If LAMMPS stops with an error.
     """
     program = None if lmp is None else Program.find(str(lmp), 1, Deadline(time_limit))
-    with work_folder("LAMMPS") as folder:
-        return examine_in(folder, scene, pair_style, program)
-
-
-def examine_in(
-    folder: Path, scene: Scene, pair_style: str, program: Program | None = None
-) -> FoundDeck:
-    """The same in a folder that outlives the process, by a binary or the Python module."""
     version = look()[0] if program is None else program.build.version
-    return examine_deck(folder, scene, own_deck(scene, pair_style, version), program)
+    with work_folder("LAMMPS") as folder:
+        return examine_deck(folder, scene, own_deck(scene, pair_style, version), program)
 
 
 def examine_deck(folder: Path, scene: Scene, text: str, program: Program | None) -> FoundDeck:
-    """The same of a deck that is written already."""
+    """The same of a deck that is written already, in a folder that outlives the process."""
     path = folder / "in.generated"
     path.write_text(text)
     start, source = Start(folder, program, alone=False), Source("generated", path, folder)

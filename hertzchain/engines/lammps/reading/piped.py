@@ -1,11 +1,7 @@
-"""A LAMMPS binary that gets the commands of a deck through a pipe and answers in files.
-
-Forces between fixes are kept by ``fix store/force``; the deck's runs are cut where they are read.
-"""
+"""A LAMMPS binary that gets the commands of a deck through a pipe and answers in files."""
 
 from __future__ import annotations
 
-import itertools
 import os
 import pty
 import re
@@ -22,8 +18,8 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.dumps import read_blocks, read_frames
 from hertzchain.engines.lammps.dialect import is_out_of_memory, not_enough_memory, write_dump
 from hertzchain.engines.lammps.engine import forget_shared_memory
-from hertzchain.engines.lammps.reading.hooks import BLOCK, GranulesChanged, Readings
-from hertzchain.engines.lammps.reading.session import AnyHooks, Session
+from hertzchain.engines.lammps.reading.hooks import BLOCK, GranulesChanged, Hooks, Readings
+from hertzchain.engines.lammps.reading.session import Session
 from hertzchain.errors import BackendMissing, RunFailed
 
 _MARK = "hertzchain:"  # begins a line of answers
@@ -126,7 +122,7 @@ class Piped(Session):
             lines.append(" ".join(words))
         self._ask("\n".join(lines), "done")
 
-    def hooks(self) -> AnyHooks:
+    def hooks(self) -> Hooks:
         """Hooks, of which there are none yet."""
         return StoredForces(self)
 
@@ -175,36 +171,20 @@ def _failure(said: str, status: int) -> RunFailed:
     return RunFailed(f"LAMMPS stopped: {reason}")
 
 
-class StoredForces:
-    """Forces between fixes, kept by ``fix store/force``; see ``AnyHooks``."""
+class StoredForces(Hooks):
+    """Forces that ``fix store/force`` keeps; the deck's runs are cut where they are read.
+
+    With ``twice`` readings are a prime number of steps apart: the period of a force that comes and
+    goes is a round one.
+    """
 
     def __init__(self, lammps: Piped) -> None:
+        super().__init__(lammps.give, "store/force")
         self._lammps = lammps
-        self.sources: list[int | None] = []
-        self._names: list[str] = []
-        self._numbers = itertools.count()
-        self.stride = 1
-        self.twice = False
-
-    def add(self, source: int | None) -> None:
-        """Read forces after the fixes that there are."""
-        name = f"hertzchain{next(self._numbers)}"
-        self._lammps.give(f"fix {name} all store/force")
-        self._names.append(name)
-        self.sources.append(source)
-
-    def remove(self, source: int) -> None:
-        """Read no forces after that fix any more."""
-        if source in self.sources:
-            place = self.sources.index(source)
-            self._lammps.give(f"unfix {self._names.pop(place)}")
-            self.sources.pop(place)
 
     def run(self, text: str, steps: int, stride: int, take: Callable[[Readings], None]) -> None:
         """Give LAMMPS a ``run`` and read its start, every ``stride``-th step and its end."""
         lammps = self._lammps
-        # A force that comes and goes in step with readings would not show: its period is a round
-        # number of steps.
         stride = _prime(stride) if self.twice else stride
         keywords = text.split()[2:]
         kept = " ".join(

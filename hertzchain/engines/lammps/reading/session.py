@@ -7,39 +7,22 @@ from __future__ import annotations
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.engine import command, engine, version_of
-from hertzchain.engines.lammps.reading.hooks import Hooks, Readings
+from hertzchain.engines.lammps.reading.hooks import Callbacks, Hooks
 from hertzchain.engines.lammps.reading.text import after_quotes, quoted
 from hertzchain.errors import RunFailed
 
 _CONDITION = "hertzchain_holds"  # the variable that says whether a condition holds
 _VALUE = re.compile(r"\$(?:(?P<name>\w|\{\w+\})|(?=\())")
-
-
-class AnyHooks(Protocol):
-    """What reads forces before and after each fix; see ``hooks.Hooks``."""
-
-    sources: list[int | None]
-    stride: int
-    twice: bool
-
-    def add(self, source: int | None) -> None:
-        """Read forces after the fixes that there are."""
-
-    def remove(self, source: int) -> None:
-        """Read no forces after that fix any more."""
-
-    def run(self, text: str, steps: int, stride: int, take: Callable[[Readings], None]) -> None:
-        """Give LAMMPS a ``run`` and read its start, every ``stride``-th step and its end."""
 
 
 class Session(ABC):
@@ -79,7 +62,7 @@ class Session(ABC):
         """Replace ``x``, ``v`` or ``omega``, shape (granules, 3)."""
 
     @abstractmethod
-    def hooks(self) -> AnyHooks:
+    def hooks(self) -> Hooks:
         """Hooks, of which there are none yet."""
 
     def expanded(self, text: str) -> str:
@@ -189,9 +172,9 @@ class Module(Session):
         for name, values in arrays.items():
             self.lammps.numpy.extract_atom(name)[order] = values
 
-    def hooks(self) -> AnyHooks:
+    def hooks(self) -> Hooks:
         """Hooks, of which there are none yet."""
-        return Hooks(self.lammps)
+        return Callbacks(self.lammps)
 
     def _array(self, name: str) -> Any:
         """A copy of an array, in LAMMPS's order."""
