@@ -37,7 +37,11 @@ def drawn(number: int) -> hc.Scene:
     return random_damped_scene(np.random.default_rng([11, number]), 100, longest_time)
 
 
-def agrees(number: int) -> None:
+@pytest.mark.lammps
+@pytest.mark.parametrize(
+    "number", [*QUICK, *(pytest.param(number, marks=pytest.mark.slow) for number in SLOW)]
+)
+def test_same_scheme_same_steps(number: int) -> None:
     """Only round-off differs."""
     scene = drawn(number)
     result = hc.Lammps(dt=STEP * scene.contact_time).run(scene)
@@ -50,19 +54,6 @@ def agrees(number: int) -> None:
     assert measured is not None
     assert state is not None
     assert measured < max(state, 1e-9)  # 1.1e-9 where coordinates cost 1.4e-9
-
-
-@pytest.mark.lammps
-@pytest.mark.parametrize("number", QUICK)
-def test_same_scheme_same_steps(number: int) -> None:
-    agrees(number)
-
-
-@pytest.mark.lammps
-@pytest.mark.slow
-@pytest.mark.parametrize("number", SLOW)
-def test_same_scheme_same_steps_in_many_scenes(number: int) -> None:
-    agrees(number)
 
 
 def test_random_scenes_have_every_term_and_law() -> None:

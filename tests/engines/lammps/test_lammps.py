@@ -151,12 +151,6 @@ def test_mass_and_force_are_those_of_equation_1() -> None:
         assert force == pytest.approx([expected, 0.0], rel=1e-11, abs=0)
 
 
-def test_contact_forces_from_net_forces() -> None:
-    contact = np.array([5.0, 3.0, 0.0, 2.0])
-    net = np.concatenate([[7.0], contact]) - np.concatenate([contact, [0.0]])
-    assert contact_forces(net) == pytest.approx(contact, abs=1e-15)
-
-
 def test_a_reading_is_what_lammps_holds_now() -> None:
     # The chain flies apart and the box with it: LAMMPS searches neighbours again many times.
     scene = hc.Scene(

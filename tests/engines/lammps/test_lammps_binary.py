@@ -566,6 +566,9 @@ def test_the_environment_names_the_binary(
         (("compare", "--ranks", "0"), "--ranks = 0: must be at least 1"),
         (("compare", "--lmp", "lmp", "--isolate"), "--isolate is for the lammps module; what"),
         (("run", "--backend", "lammps", "--lmp", "/no/lmp"), "/no/lmp is missing or not a program"),
+        (("run", "--isolate"), "--isolate is for --backend lammps: add that"),
+        (("compare", "--time-limit", "nan"), "--time-limit = 'nan': must be a finite number above"),
+        (("compare", "--time-limit", "3 m"), "--time-limit = '3 m': has the wrong"),
     ],
 )
 def test_what_cannot_be_is_one_line(

@@ -38,7 +38,10 @@ def drawn(number: int) -> hc.Scene:
     return random_scene_with_terms(np.random.default_rng([9, number]), 200, longest_time)
 
 
-def agrees(number: int) -> None:
+@pytest.mark.parametrize(
+    "number", [*QUICK, *(pytest.param(number, marks=pytest.mark.slow) for number in SLOW)]
+)
+def test_same_scheme_same_steps(number: int) -> None:
     """Only round-off differs, at the tolerances of ``same_steps_checks``."""
     scene = drawn(number)
     lammps = hc.Lammps(dt=STEP * scene.contact_time, read_every=READ_EVERY)
@@ -51,17 +54,6 @@ def agrees(number: int) -> None:
     assert len(checks) == 3  # displacement, velocity and peaks
     for check in checks:
         assert check.passed, check
-
-
-@pytest.mark.parametrize("number", QUICK)
-def test_same_scheme_same_steps(number: int) -> None:
-    agrees(number)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("number", SLOW)
-def test_same_scheme_same_steps_in_many_scenes(number: int) -> None:
-    agrees(number)
 
 
 @pytest.mark.parametrize("numbers", [QUICK, SLOW])

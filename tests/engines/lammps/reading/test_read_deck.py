@@ -13,7 +13,6 @@ import hertzchain as hc
 from hertzchain.engines.lammps.deck import leg_commands, set_up
 from hertzchain.engines.lammps.reading import FoundDeck, read_deck
 from tests.engines.lammps.reading.chains import SCENE, STEP, Deck
-from tests.places import ROOT
 
 pytestmark = pytest.mark.lammps
 
@@ -158,49 +157,19 @@ TERMS = {
 @pytest.mark.parametrize(
     "name", ["damped, on a wall", *(pytest.param(name, marks=slow) for name in TERMS)]
 )
-def test_terms_are_found(name: str, tmp_path: Path) -> None:
+def test_peaks_of_scenes_with_terms(name: str, tmp_path: Path) -> None:
+    """Their numbers are judged by the checks of generated decks."""
     scene = TERMS[name]
-    deck = tmp_path / "in.mine"
-    dt = 0.01 * scene.contact_time
+    deck, dt = tmp_path / "in.mine", 0.01 * scene.contact_time
     deck.write_text(whole_deck(scene, dt))
     found = read_deck(deck, scene)
-    each = scene.granules
-    contacts = len(each.mass) - 1
-    first = slice(1 if scene.piston else 0, None)  # a piston's mass is infinite, LAMMPS's is not
-    np.testing.assert_allclose(found.mass[first], each.mass[first], rtol=DIGITS)
-    np.testing.assert_allclose(found.radius, each.radius, rtol=DIGITS)
-    np.testing.assert_allclose(found.position, each.position, rtol=DIGITS, atol=1e-17)
-    np.testing.assert_allclose(
-        found.contact_force[1:],
-        each.stiffness[:contacts] * found.overlap[1:] ** 1.5,
-        rtol=1e-10,  # overlaps of 1e-6 radii have so many digits
-    )
-    np.testing.assert_allclose(
-        found.constant_force[first, 0], each.constant_force[first], rtol=DIGITS
-    )
-    np.testing.assert_allclose(found.velocity[0, 0], scene.start_velocity, rtol=DIGITS)
-    assert [wall.end for wall in found.walls] == (["last"] if scene.wall else [])
-    if scene.wall:
-        (wall,) = found.walls
-        touching = each.position[-1] + each.radius[-1] + each.static_overlap[-1] * -1
-        np.testing.assert_allclose(wall.position, touching, rtol=DIGITS)
-        np.testing.assert_allclose(wall.force, each.stiffness[-1] * wall.overlap**1.5, rtol=1e-9)
-        assert found.commands[wall.command].text.startswith("fix wall last wall/gran")
-    if scene.contact:
-        assert each.damping is not None
-        added = (
-            found.damped_force
-            - each.stiffness[:contacts] * np.maximum(found.damped_overlap, 0) ** 1.5
-        )
-        law = each.damping[:contacts] * found.damped_overlap**scene.contact.exponent * found.closing
-        approach = found.closing > 0
-        np.testing.assert_allclose(added[approach], law[approach], rtol=1e-8)
-        assert np.all(found.damped_force[-1] == 0)  # no attraction
     same = hc.Lammps(dt=dt).run(scene)
     peaks = [*same.peak_force, *([same.wall_peak_force] if scene.wall else [])]
     np.testing.assert_allclose(found.peak_force, peaks, rtol=2e-5)
     np.testing.assert_allclose(
-        found.final_position - found.position, same.displacement, atol=1e-9 * each.radius[0]
+        found.final_position - found.position,
+        same.displacement,
+        atol=1e-9 * scene.granules.radius[0],
     )
     if scene.piston:
         assert found.driven.tolist() == [True, False, False, False]
@@ -262,39 +231,6 @@ run 50""",
     assert not load.moves
 
 
-@slow
-def test_friction_damping_and_gaps_show(tmp_path: Path) -> None:
-    rough = "pair_coeff * * hertz/material 1e9 0.2 0.25 tangential mindlin NULL 1.0 0.5"
-    found = read_deck(Deck(more=f"{rough}\nset atom 3 x 0.01601").write(tmp_path), SCENE)
-    assert np.all(found.tangential_force > 0)
-    np.testing.assert_allclose(found.position[2], 0.01601, rtol=DIGITS)
-    closing = found.closing > 0
-    elastic = STIFFNESS / 70 * found.damped_overlap**1.5
-    assert np.all(found.damped_force[closing] > elastic[closing])
-    pulled = read_deck(Deck(more=rough.replace("1e9 0.2", "1e9 1e8")).write(tmp_path), SCENE)
-    assert np.all(pulled.damped_force[-1] < 0)
-
-
-@slow
-@pytest.mark.parametrize(
-    "motion", ["fix a all nve\nfix b hit nve", "group some id 2:6\nfix a some nve"]
-)
-def test_how_often_granules_are_moved(motion: str, tmp_path: Path) -> None:
-    found = read_deck(Deck(motion=motion, steps=10).write(tmp_path), SCENE)
-    assert found.integrated.tolist() == [2 if "hit" in motion else 0, 1, 1, 1, 1, 1]
-
-
-@pytest.mark.parametrize("velocity", ["0", pytest.param("0.1", marks=slow)])
-def test_a_granule_from_which_all_forces_are_taken_is_held_or_driven(
-    velocity: str, tmp_path: Path
-) -> None:
-    more = f"group last id 6\nfix hold last setforce 0 0 0\nvelocity last set {velocity} 0 0"
-    found = read_deck(Deck(more=more, steps=500).write(tmp_path), SCENE)
-    held = velocity == "0"
-    assert found.integrated.tolist() == [1, 1, 1, 1, 1, 1 - held]
-    assert found.driven.tolist() == [False] * 5 + [not held]
-
-
 @pytest.mark.parametrize("run", ["run 20", pytest.param("run 0\nrun 20", marks=slow)])
 def test_numbers_are_found_where_velocities_of_ghosts_are_missing(run: str, tmp_path: Path) -> None:
     path = tmp_path / "in.mine"
@@ -310,36 +246,6 @@ def test_numbers_are_found_where_velocities_of_ghosts_are_missing(run: str, tmp_
         found.applied_force[:, 0], pulse(found.applied_time), rtol=0, atol=20 * 1e-11
     )
     assert np.all(np.isnan(found.peak_force))
-
-
-@slow
-def test_a_fix_that_replaces_another_needs_no_preparation(tmp_path: Path) -> None:
-    """A force that is set again and again, as in a loop over a table."""
-    again = "fix push hit addforce {} 0 0\nrun 10 pre no\n"
-    deck = Deck(run="run 10\n" + again.format(2.0) + again.format(3.0))
-    found = read_deck(deck.write(tmp_path), SCENE)
-    later = found.applied_time > 1.001e-6
-    assert set(found.applied_force[later, 0].tolist()) == {2.0, 3.0}
-
-
-@slow
-def test_neighbours_that_are_missed_are_found(tmp_path: Path) -> None:
-    missed = "set atom 2 x 0.0086\nneighbor 1e-6 bin\nneigh_modify every 5000 delay 5000 check no"
-    found = read_deck(Deck(more=missed).write(tmp_path), SCENE)
-    assert found.missed_overlap[0] > 1e-6
-    assert found.contact_force[-1, 0] > 0
-
-
-@slow
-def test_an_image_across_the_boundary_is_found(tmp_path: Path) -> None:
-    deck = Deck().text().replace("boundary f f f", "boundary p f f")
-    deck = deck.replace("region box block -0.064 0.064", "region box block -0.004 0.044")
-    assert "-0.004 0.044" in deck
-    (tmp_path / "in.mine").write_text(deck)
-    found = read_deck(tmp_path / "in.mine", SCENE)
-    assert found.boundary == "p f f"
-    assert found.image_gap == pytest.approx(0, abs=1e-15)
-    assert found.image_force > 0.1
 
 
 NO_PUSH = "unfix push\n"
@@ -372,61 +278,3 @@ def test_the_shock_may_be_at_either_end(more: str, is_reversed: bool, tmp_path: 
         assert wall.end == ("last" if is_reversed else "first")
         place = 0.04 + 4.1e-3 if is_reversed else -4.1e-3
         assert wall.position == pytest.approx(place, rel=1e-9)
-
-
-@slow
-def test_reduced_units_stay_as_they_are(tmp_path: Path) -> None:
-    """Diameter 1, mass 1 and a stiffness of 1e6."""
-    path = tmp_path / "in.mine"
-    path.write_text(
-        """units lj
-atom_style sphere
-comm_modify vel yes
-boundary f f f
-region box block -2 8 -2 2 -2 2
-create_box 1 box
-lattice sc 1.0
-region beads block 0 5 0 0 0 0 units box
-create_atoms 1 region beads
-set group all diameter 1.0 density $(6/PI:%.17g)
-pair_style granular
-pair_coeff * * hertz 1e6 0 tangential linear_nohistory 0 0
-fix motion all nve
-timestep 1e-4
-run 10
-"""
-    )
-    found = read_deck(path, SCENE)
-    assert found.units == "lj"
-    np.testing.assert_allclose(found.position, np.arange(6), rtol=DIGITS)
-    np.testing.assert_allclose(found.mass, 1.0, rtol=DIGITS)
-    stiffness = 1e6 * math.sqrt(0.25)
-    np.testing.assert_allclose(
-        found.contact_force[1:], stiffness * found.overlap[1:] ** 1.5, rtol=1e-11
-    )
-    # The overlaps are those of the scene, in radii; a coordinate of 5 has so many digits.
-    expected = 0.5 * SCENE.units.length / 4e-3
-    np.testing.assert_allclose(found.overlap[DEPTH_ONE], expected, rtol=1e-10)
-
-
-DEPTH_ONE = 4
-"""Row of the overlap that is the scene's natural unit of length."""
-
-
-@slow
-@pytest.mark.parametrize(
-    "name", ["demo", "terms/striker_on_a_wall", "terms/upright_column", "terms/precompressed"]
-)
-def test_decks_that_are_written_here(name: str) -> None:
-    scene = hc.Scene.from_toml(ROOT / "validation" / "scenes" / f"{name}.toml")
-    found = read_deck(ROOT / "lammps_inputs" / f"in.{name.rsplit('/', maxsplit=1)[-1]}", scene)
-    each = scene.granules
-    contacts = len(each.mass) - 1
-    np.testing.assert_allclose(found.mass, each.mass, rtol=DIGITS)
-    np.testing.assert_allclose(found.position, each.position, rtol=DIGITS, atol=1e-17)
-    np.testing.assert_allclose(
-        found.contact_force[1:], each.stiffness[:contacts] * found.overlap[1:] ** 1.5, rtol=1e-10
-    )
-    exact = hc.Native(rtol=1e-8).run(scene)
-    peaks = [*exact.peak_force, *([exact.wall_peak_force] if scene.wall else [])]
-    np.testing.assert_allclose(found.peak_force, peaks, rtol=6e-6)  # as the decks say

@@ -75,71 +75,40 @@ def test_nothing_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     assert nested[0].written.startswith("if ")
 
 
+WRONG: dict[str, tuple[str, str | None, str]] = {
+    "endless": ("", "label a\nrun 0\njump SELF a", "not over after 2 s"),
+    "python": ("fix x all python/invoke 1 end_of_step f", None, "in.mine:25: fix python/invoke is"),
+    "code of a compute": ("compute p all mliap model none", None, "in.mine:25: compute mliap is"),
+    "fewer granules": (
+        "", "run 10\ngroup last id 4\ndelete_atoms group last\nrun 10", "makes or deletes granules",
+    ),
+    "crashes": (
+        f"variable a equal {'-' * 200_000}1\nvariable b equal $(v_a)", None,
+        "in.mine:26: variable b equal $(v_a)",
+    ),
+}  # fmt: skip
+RARELY_WRONG: dict[str, tuple[str, str | None, str]] = {
+    "unknown": ("", "print a\nunknown_thing 1", "in.mine:27: unknown_thing is none"),
+    "error": ("units real", None, "LAMMPS stopped"),
+    "pre no": (
+        "",
+        "run 9\nunfix push\nrun 9 pre no",
+        "in.mine:28: with pre no LAMMPS takes no note",
+    ),
+    "no end": ("include /dev/zero", None, "larger than 10 MB"),
+    "no step": ("", "run 0", "takes no step"),
+    "no granules": ("delete_atoms group all", None, "has made no granules"),
+}
+
+
 @pytest.mark.parametrize(
-    ("more", "run", "words"),
-    [
-        pytest.param("", "label a\nrun 0\njump SELF a", "not over after 2 s", id="endless"),
-        pytest.param(
-            "fix x all python/invoke 1 end_of_step f",
-            None,
-            "in.mine:25: fix python/invoke is none",
-            id="python",
-        ),
-        pytest.param(
-            "compute p all mliap model none",
-            None,
-            "in.mine:25: compute mliap is none",
-            id="code of a compute",
-        ),
-        pytest.param(
-            "",
-            "create_atoms 1 single 0 0.03 0\nunknown_thing 1",
-            "in.mine:27: unknown_thing is none",
-            id="unknown",
-            marks=slow,
-        ),
-        pytest.param(
-            "",
-            "run 10\ncreate_atoms 1 single 0 0.03 0\nrun 10",
-            "makes or deletes granules",
-            id="more granules",
-            marks=slow,
-        ),
-        pytest.param(
-            "",
-            "run 10\ngroup last id 4\ndelete_atoms group last\nrun 10",
-            "makes or deletes granules",
-            id="fewer granules",
-        ),
-        pytest.param("units real", None, "LAMMPS stopped", id="error", marks=slow),
-        pytest.param(
-            "",
-            "run 9\nunfix push\nrun 9 pre no",
-            "in.mine:28: with pre no LAMMPS takes no note",
-            id="pre no",
-            marks=slow,
-        ),
-        pytest.param(
-            f"variable a equal {'-' * 200_000}1\nvariable b equal $(v_a)",
-            None,
-            "in.mine:26: variable b equal $(v_a)",
-            id="crashes",
-        ),
-        pytest.param("include /dev/zero", None, "larger than 10 MB", id="no end", marks=slow),
-        pytest.param("", "print 'no run'", "takes no step", id="no run", marks=slow),
-        pytest.param("", "run 0", "takes no step", id="no step", marks=slow),
-        pytest.param(
-            "delete_atoms group all", None, "has made no granules", id="no granules", marks=slow
-        ),
-        pytest.param("run_style respa 2 2", None, "run_style is none", id="respa", marks=slow),
-    ],
+    "what", [*WRONG, *(pytest.param(what, marks=slow) for what in RARELY_WRONG)]
 )
-def test_what_goes_wrong_is_one_sentence(
-    more: str, run: str | None, words: str, tmp_path: Path
-) -> None:
+def test_what_goes_wrong_is_one_sentence(what: str, tmp_path: Path) -> None:
+    more, run, words = (WRONG | RARELY_WRONG)[what]
     deck = Deck(more=more, run=run, steps=20).write(tmp_path)
     before = children(os.getpid())
-    limit = 2.0 if run is not None and "label a" in run else 60.0
+    limit = 2.0 if what == "endless" else 60.0
     started = time.monotonic()
     with pytest.raises(RunFailed) as caught:
         read_deck(deck, SCENE, time_limit=limit)
