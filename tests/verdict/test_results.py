@@ -130,32 +130,18 @@ def test_maxima_of_a_curve_are_off_by_no_more_than_is_said(
     assert np.all(np.abs(found.peak_force / (1.0, 0.5) - 1) <= found.error + 1e-12)
 
 
-@pytest.mark.parametrize("higher", [1.001, 1.01, 1.03])
-@pytest.mark.parametrize("apart", [0.2, 0.4])
-def test_a_maximum_between_samples_may_be_that_of_another_hump(apart: float, higher: float) -> None:
-    """The first hump has a sample at its maximum, the second two that are beside it."""
-    time = apart * np.arange(-30.0, 90.0)
-    middle = round(8 / apart + 0.5) * apart - apart / 2
-    shape = 1 / np.cosh(0.7 * time) ** 2 + higher / np.cosh(0.7 * (time - middle)) ** 2
-    motion = Motion(time, False, contact_force=np.column_stack([shape, shape[::-1]]))
-    scene = hc.Scene(hc.Chain(3, **STEEL), hc.Pulse("cosine", 100.0, 2.0, rise_time=5e-5))
-    found = peaks_of(scene, motion, "file")
-    # At 8 time units the other hump adds 4 exp(-1.4 * 8) = 5e-5.
-    assert np.all(np.abs(found.peak_force / higher - 1) <= found.error + 6e-5)
-    assert np.all(found.error < 2e-3)
-
-
-@pytest.mark.parametrize("higher", [0.99, 1.0, 1.001, 1.01])
-@pytest.mark.parametrize("rate", [1.2, 1.5])
-def test_a_hump_of_few_samples_counts_with_its_own_error(rate: float, higher: float) -> None:
-    """The first hump is well known; the second, of nearly the same height, is shorter by far."""
+@pytest.mark.parametrize("higher", [0.99, 1.0, 1.001, 1.01, 1.03])
+@pytest.mark.parametrize("rate", [0.7, 1.2, 1.5])
+def test_the_maximum_may_be_that_of_another_hump(rate: float, higher: float) -> None:
+    """The first hump has a sample at its maximum; the second, which may be shorter, has none."""
     time = 0.4 * np.arange(-30.0, 90.0)
     shape = 1 / np.cosh(0.7 * time) ** 2 + higher / np.cosh(rate * (time - 8.2)) ** 2
     motion = Motion(time, False, contact_force=np.column_stack([shape, shape[::-1]]))
     scene = hc.Scene(hc.Chain(3, **STEEL), hc.Pulse("cosine", 100.0, 2.0, rise_time=5e-5))
     found = peaks_of(scene, motion, "file")
-    # At 8 time units the first hump adds 4 exp(-1.4 * 8) = 5e-5.
+    # At 8 time units the other hump adds 4 exp(-1.4 * 8) = 5e-5.
     assert np.all(np.abs(found.peak_force / max(1.0, higher) - 1) <= found.error + 6e-5)
+    assert rate > 0.7 or np.all(found.error < 2e-3)
 
 
 @pytest.mark.parametrize("digits", [4, 6, 9, 12])
@@ -186,23 +172,15 @@ def test_positions_of_few_digits_are_left_for_forces(run: Samples) -> None:
     assert peaks_of(SCENE, motion, "file").how.startswith("positions, velocities")
 
 
+GRAVITY = hc.Precompression(gravity=9.81)
+RESTITUTION = hc.Contact("restitution", restitution=0.9)
+VISCOELASTIC = hc.Contact("viscoelastic", relaxation_time=1e-7)
 TERMS = {
-    "wall": hc.Scene(SCENE.chain, SCENE.shock, SCENE.run, wall=hc.Wall("rigid")),
     "striker on a wall": hc.Scene(SCENE.chain, hc.Striker(1.0), SCENE.run, wall=hc.Wall("rigid")),
-    "pressed": hc.Scene(
-        SCENE.chain, SCENE.shock, SCENE.run, precompression=hc.Precompression(force=20.0)
-    ),
-    "column": hc.Scene(
-        SCENE.chain,
-        SCENE.shock,
-        SCENE.run,
-        wall=hc.Wall("same"),
-        precompression=hc.Precompression(gravity=9.81),
-    ),
-    "damped": replace(SCENE, contact=hc.Contact("restitution", restitution=0.9)),
-    "damped, with a wall": replace(
-        SCENE, contact=hc.Contact("viscoelastic", relaxation_time=1e-7), wall=hc.Wall("same")
-    ),
+    "pressed": replace(SCENE, precompression=hc.Precompression(force=20.0)),
+    "column": replace(SCENE, wall=hc.Wall("same"), precompression=GRAVITY),
+    "damped": replace(SCENE, contact=RESTITUTION),
+    "damped, with a wall": replace(SCENE, contact=VISCOELASTIC, wall=hc.Wall("same")),
 }
 
 
@@ -476,8 +454,8 @@ def test_peaks_in_other_columns_and_units(truth: FloatArray, tmp_path: Path) -> 
     found = read(SCENE, [file], {"contact": "i", "peak_force": "F [kN]"}, "si", None)
     assert found.how == ""
     assert found.peak_force == pytest.approx(truth, rel=1e-11, abs=0)
-    frame = pandas.DataFrame({"contact": range(2, N + 1), "peak_force_N": truth})
-    judged = hc.judge(SCENE, frame)
+    frame = pandas.DataFrame({0: range(2, N + 1), 1: truth})
+    judged = hc.judge(SCENE, frame, columns={"contact": "0", "peak_force": "1"})
     assert (judged.verdict, judged.sampling_error) == ("pass", None)
     dyne = pandas.DataFrame({"contact": range(2, N + 1), "F": 1e5 * truth})
     assert hc.judge(SCENE, dyne, columns={"peak_force": "F"}, units="cgs").verdict == "pass"
@@ -704,7 +682,7 @@ def test_samples_that_cannot_be(run: Samples, tmp_path: Path) -> None:
 
 
 def test_net_forces_before_a_wall_need_times() -> None:
-    scene = TERMS["wall"]
+    scene = TERMS["column"]
     samples = sampled(scene, 0.1)
     motion = replace(WAYS["net forces"](samples), is_clock=False)
     with pytest.raises(SceneError, match="has steps and no times: give --dt"):
@@ -740,8 +718,8 @@ def test_tables_and_options_that_cannot_be() -> None:
     frame = pandas.DataFrame({"contact": [2, 3], "peak_force_N": [1.0, np.nan]})
     with pytest.raises(SceneError, match="peak_force_N in row 2 = '': must be a finite number"):
         hc.judge(SCENE, frame)
-    frame = pandas.DataFrame({"contact": [2, 2], "peak_force_N": [1.0, 2.0]})
-    with pytest.raises(SceneError, match="contact in row 2"):
+    frame = pandas.DataFrame({"contact": [2, 3], "peak_force_N": ["1.0", "2_0.5"]})
+    with pytest.raises(SceneError, match=r"peak_force_N in row 2 = '2_0.5': must be a finite"):
         hc.judge(SCENE, frame)
 
 
@@ -773,12 +751,3 @@ def test_hostile_tables_give_peaks_or_one_sentence(tmp_path: Path, seed: int) ->
         path.write_bytes("".join(text).encode()[: draw.randint(0, 600)])
         # 0.2 at most measured.
         assert effort(lambda: is_read_or_refused(path)) < 30
-
-
-def test_a_pandas_table_with_numbers_for_names_is_read(truth: FloatArray) -> None:
-    peaks = pandas.DataFrame({0: np.arange(2, N + 1), 1: truth})
-    named = {"contact": "0", "peak_force": "1"}
-    assert hc.judge(SCENE, peaks, columns=named).verdict == "pass"
-    peaks[1] = [f"{force:.6f}".replace(".", "_3.") for force in truth]
-    with pytest.raises(SceneError, match="must be a finite number"):
-        hc.judge(SCENE, peaks, columns=named)

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from numpy.typing import ArrayLike
 
@@ -15,7 +13,7 @@ from hertzchain.limits import TIME_LIMIT, TOLERANCE
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.showing import ShowProgress, telling
 from hertzchain.verdict.judgement import Judgement, judged
-from hertzchain.verdict.results.reading import of_mapping, read
+from hertzchain.verdict.results.reading import read
 
 Results = Path | str | Sequence[Path | str] | Mapping[int, float] | ArrayLike
 """What can be judged; pandas tables are array-like, too."""
@@ -77,21 +75,14 @@ def judge(
     """
     scene = to_scene(scene)
     require(dt is None or is_positive(dt), "dt", dt, f"{POSITIVE} [s]")
-    given = None
     with telling(progress) as report_progress:
-        source = _source(results)
-        if source is not None:
-            report_progress("reading results")
-            given = read(scene, source, columns or {}, units, dt)
-            peaks: Any = given.peak_force
-        else:
-            allowed = "is for files and tables: leave it out, and give forces in N"
-            require(not columns, "columns", columns, allowed)
-            require(units == "si", "units", units, allowed)
-            peaks = of_mapping(results, scene) if isinstance(results, Mapping) else results
-        sampling = given.error if given is not None and given.how else None
-        found = judged(scene, peaks, tolerance, dt, sampling, time_limit, report_progress)
-    if given is None or not given.how:
+        report_progress("reading results")
+        given = read(scene, results, columns or {}, units, dt)
+        sampling = given.error if given.how else None
+        found = judged(
+            scene, given.peak_force, tolerance, dt, sampling, time_limit, report_progress
+        )
+    if not given.how:
         return found
     remarks = [given.how]
     if found.sampled_too_rarely:
@@ -101,15 +92,3 @@ def judge(
             " write samples more often, with dump_modify format float %.15g"
         )
     return replace(found, remarks=(*remarks, *found.remarks))
-
-
-def _source(results: Any) -> Any:
-    """The files or the table that are to be read; None for peaks."""
-    if isinstance(results, str | os.PathLike):
-        return [Path(results)]
-    if hasattr(results, "select_dtypes"):
-        return results
-    is_list = isinstance(results, Sequence) and len(results) > 0
-    if is_list and all(isinstance(one, str | os.PathLike) for one in results):
-        return [Path(one) for one in results]
-    return None

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.errors import SceneError
+from hertzchain.errors import SceneError, require
 from hertzchain.scene.scene import Scene
 from hertzchain.verdict.results import tables
 from hertzchain.verdict.results.motion import Motion, Sampled, along_the_chain, peaks_of
@@ -30,21 +32,30 @@ def read(
     units: str,
     dt: float | None,
 ) -> Sampled:
-    """Return the peaks of a file, of the files of a dump, or of a table.
+    """Return the peaks of files, of a table, or as they are; see ``hertzchain.judge``.
 
-    ``results`` are paths, or a pandas table. A SceneError says what cannot be used, and why.
+    A SceneError says what cannot be used, and why.
     """
     asked = asked_for(columns, units)
+    if isinstance(results, str | os.PathLike):
+        results = [results]
     if hasattr(results, "select_dtypes"):
         words = results.astype(object).where(results.notna(), "")
         rows = [[str(word) for word in row] for row in words.to_numpy().tolist()]
         places = [f"row {row}" for row in range(1, len(rows) + 1)]
         table = tables.Table(tuple(map(str, results.columns)), rows, places, "the table")
         return _of_table(scene, table, asked, dt)
+    is_list = isinstance(results, Sequence) and len(results) > 0
+    if not is_list or not all(isinstance(path, str | os.PathLike) for path in results):
+        allowed = "is for files and tables: leave it out, and give forces in N"
+        require(not columns, "columns", columns, allowed)
+        require(units == "si", "units", units, allowed)
+        peaks = of_mapping(results, scene) if isinstance(results, Mapping) else results
+        return Sampled(peaks, np.zeros(0), "")
     file = " ... ".join(dict.fromkeys((str(results[0]), str(results[-1]))))
     frames: list[tables.Frame] = []
     left = tables.MOST_BYTES
-    for path in results:
+    for path in map(Path, results):
         content = tables.content_of(path, left)
         left -= len(content)
         text = tables.text_of(content, path)

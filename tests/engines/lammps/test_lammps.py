@@ -21,7 +21,7 @@ from hertzchain.engines.lammps.state import ARRAYS, granules, read
 from hertzchain.engines.native import METHODS, simulate
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.in_numpy import integrate
-from hertzchain.errors import RunFailed, SceneError
+from hertzchain.errors import RunFailed
 from hertzchain.observables.peaks import PeakWatch, largest_difference
 from hertzchain.observables.samples import Samples
 from hertzchain.scene.schedule import Leg
@@ -124,14 +124,6 @@ def test_reading_now_and_then_loses_nothing() -> None:
     assert largest_difference(seldom.peak_force, often.peak_force) < 4e-8
     # Only how LAMMPS adds up the time, and so the force, depends on where a run is cut.
     assert largest(seldom.velocity, often.velocity) < 1e-10
-
-
-def test_what_the_steps_do_to_the_interpolation(demo: hc.Scene) -> None:
-    dt = 0.02 * demo.units.time
-    often, seldom = (hc.Lammps(dt, read_every=n).run(demo).peak_force for n in (1, 15))
-    # 0.005 h^4 dt^2 and 1e-4 h^8 are 2.3e-8 at h = 0.3. With a jerk from velocities that are not
-    # the slopes it would be 6e-8.
-    assert largest_difference(seldom, often) < 4e-8
 
 
 def test_mass_and_force_are_those_of_equation_1() -> None:
@@ -239,11 +231,6 @@ def test_scaled_scenes_in_si(material: dict[str, float], peak_force: float) -> N
     natural = simulate(scene, scene.schedule(dt), VERLET).peaks.force
     result = hc.Lammps(dt).run(scene)
     assert largest_difference(result.peak_force / peak_force, natural) < 1e-7
-
-
-def test_two_granules_under_a_constant_force() -> None:
-    result = hc.Lammps().run(constant_force())
-    assert result.peak_force == pytest.approx([125.0], rel=1e-6, abs=0)
 
 
 def test_a_pulse_table_with_jumps_against_native() -> None:
@@ -443,12 +430,6 @@ def test_the_peaks_alone_are_those_of_a_run(extrapolated: bool) -> None:
     else:
         assert peaks.tolist() == whole.peak_force.tolist()
         assert steps == whole.steps
-
-
-def test_the_peaks_alone_need_a_step() -> None:
-    scene = paper_scene("triangular", 1.5, 3.0, granules=8)
-    with pytest.raises(SceneError, match="dt: missing"):
-        hc.Lammps().peaks_alone(scene)
 
 
 @pytest.mark.lammps

@@ -201,17 +201,6 @@ def test_the_examination_is_that_of_the_module(lmp: str, ranks: int, what: str) 
 
 
 @pytest.mark.lammps
-@every_lmp
-@pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=slow)])
-def test_a_comparison_passes_every_check(lmp: str, ranks: int) -> None:
-    module, binary = (
-        hc.compare(SHORT, [lammps]) for lammps in ("lammps", hc.Lammps(lmp=lmp, ranks=ranks))
-    )
-    assert binary.verdict == "pass"
-    assert [check.name for check in binary.checks] == [check.name for check in module.checks]
-
-
-@pytest.mark.lammps
 def test_a_long_chain_is_read_block_by_block() -> None:
     scene = paper_scene("cosine", 0.5, 2.0, granules=40)
     module = hc.Lammps(0.02 * scene.units.time, read_every=3)  # 1200 readings

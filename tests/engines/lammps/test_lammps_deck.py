@@ -118,12 +118,6 @@ def test_small_granules_have_one_neighbour_ahead(tmp_path: Path) -> None:
     assert set(re.findall(r"Total # of neighbors = (\d+)", log.read_text())) == {"19"}
 
 
-def test_diameter_stands_before_density() -> None:
-    # The other order makes the mass 1e6 times too large, without a warning.
-    text = set_up(scenes.load("demo"))
-    assert text.index("diameter 0.0095") < text.index("density 7958.0")
-
-
 def test_lammps_is_given_neither_stiffness_nor_mass() -> None:
     scene = scenes.load("demo")
     text = whole_deck(scene, 1e-7)
@@ -144,8 +138,3 @@ def test_force_formulas_against_the_ramp(shape: str) -> None:
         names = {"time": time, "sin": np.sin, "PI": np.pi}
         value = eval(force_formula(ramp).replace("^", "**"), {"__builtins__": {}}, names)  # noqa: S307
         assert value == pytest.approx(ramp.force(time), rel=1e-14, abs=0)
-
-
-def test_unknown_pair_styles_are_refused() -> None:
-    with pytest.raises(hc.HertzchainError, match="granular"):
-        set_up(scenes.load("demo"), pair_style="lj/cut")
