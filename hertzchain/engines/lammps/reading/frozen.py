@@ -17,8 +17,8 @@ from hertzchain.engines.lammps.reading.allowed import LEADS, MOVES, OF_MOTION, Q
 from hertzchain.engines.lammps.reading.found import FoundFix, FoundRun
 from hertzchain.engines.lammps.reading.granules import Granules
 from hertzchain.engines.lammps.reading.hooks import BLOCK, Readings
-from hertzchain.engines.lammps.reading.player import DeckFix, Stage
 from hertzchain.engines.lammps.reading.prober import members
+from hertzchain.engines.lammps.reading.session import DeckFix, Stage
 from hertzchain.engines.lammps.reading.watching import Given, Watched, sizes
 from hertzchain.errors import HertzchainError
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -72,15 +72,6 @@ class _Open:
         return found
 
 
-@dataclass(frozen=True)
-class _Where:
-    """Where a command stands."""
-
-    file: str
-    line: int
-    written: str
-
-
 class Interpreter:
     """Carries out a deck; ``commands`` grows as it goes on.
 
@@ -121,7 +112,7 @@ class Interpreter:
         self._files: list[_Open] = []
         self._skips_jump = False
         self.commands: list[Executed] = []
-        self.here: _Where | None = None
+        self.here: Executed | None = None
 
     def play(self) -> None:
         """Carry out the deck, up to its end."""
@@ -149,7 +140,8 @@ class Interpreter:
                 break
             line = file.lines[file.next]
             file.next += 1
-            self._one(line.text, _Where(file.name, line.number, line.text))
+            written = shown(without_comment(line.text))
+            self._one(line.text, Executed(written, file.name, line.number, written))
         self._files.pop()
 
     def _opened(self, name: str) -> _Open:
@@ -161,8 +153,8 @@ class Interpreter:
             raise RunFailed(f"{name}: cannot be read ({reason})") from None
         return _Open(name, path, edited(in_ascii(text), name, self._edits))
 
-    def _one(self, text: str, where: _Where) -> None:
-        """Carry out one command."""
+    def _one(self, text: str, where: Executed) -> None:
+        """Carry out one command, which may be in quotes in the one that stands there."""
         text = without_comment(text)
         if not text:
             return
@@ -184,33 +176,31 @@ class Interpreter:
             return
         name, values = words[0].value, [word.value for word in words[1:]]
         if name in CONTROL:
-            index = self._note(text, where)
+            index = self._note(replace(where, text=shown(text)))
             getattr(self, f"_{name}")(values, words, index, where)
             return
         given, why_not = self._rules.decide(words, text)
-        index = self._note(text, where, given is not None, why_not)
+        index = self._note(
+            replace(where, text=shown(text), carried_out=given is not None, why_not=why_not)
+        )
         if given is not None:
             self._player.give(given, [word.value for word in words_of(given)], index)
 
-    def _note(
-        self, text: str, where: _Where, carried_out: bool = True, why_not: str | None = None
-    ) -> int:
+    def _note(self, done: Executed) -> int:
         """Take note of a command; its index."""
-        written = shown(without_comment(where.written))
-        done = Executed(shown(text), where.file, where.line, written, carried_out, why_not)
         self.commands.append(done)
         return len(self.commands) - 1
 
     # ---- What is carried out here: values are the words after the command's name.
 
-    def _include(self, values: list[str], _: list[Word], __: int, ___: _Where) -> None:
+    def _include(self, values: list[str], _: list[Word], __: int, ___: Executed) -> None:
         _need(values, 1, "include")
         self._read(values[0])
 
     def _label(self, *_: Any) -> None:
         """Nothing: a jump looks for it in the file."""
 
-    def _jump(self, values: list[str], _: list[Word], __: int, ___: _Where) -> None:
+    def _jump(self, values: list[str], _: list[Word], __: int, ___: Executed) -> None:
         _need(values, 1, "jump")
         if self._skips_jump:
             self._skips_jump = False
@@ -226,14 +216,14 @@ class Interpreter:
                 raise RunFailed(f"jump finds no label {values[1]} in {file.name}")
             file.next = file.labels[values[1]] + 1
 
-    def _next(self, values: list[str], words: list[Word], index: int, _: _Where) -> None:
+    def _next(self, values: list[str], words: list[Word], index: int, _: Executed) -> None:
         _need(values, 1, "next")
         self._player.give(" ".join(word.raw for word in words), ["next", *values], index)
         # LAMMPS deletes the variables that have no further value, and skips the next jump.
         if not all(self._lammps.has_variable(name) for name in values):
             self._skips_jump = True
 
-    def _if(self, values: list[str], _: list[Word], __: int, where: _Where) -> None:
+    def _if(self, values: list[str], _: list[Word], __: int, where: Executed) -> None:
         if len(values) < 3 or values[1] != "then":
             raise RunFailed("if needs a condition in quotes, then, and commands in quotes")
         body: list[str] = []
@@ -259,7 +249,7 @@ class Interpreter:
             raise Ended
         self._rules.missing.clear()
 
-    def _run(self, values: list[str], _: list[Word], index: int, where: _Where) -> None:
+    def _run(self, values: list[str], _: list[Word], index: int, where: Executed) -> None:
         _need(values, 1, "run")
         steps = steps_of(values[0])
         now = self._lammps.step()

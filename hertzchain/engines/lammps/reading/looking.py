@@ -22,11 +22,10 @@ from hertzchain.engines.lammps.isolation import Child
 from hertzchain.engines.lammps.reading.found import Executed, FoundRun
 from hertzchain.engines.lammps.reading.granules import Granules, granules_of
 from hertzchain.engines.lammps.reading.interpreter import Interpreter
-from hertzchain.engines.lammps.reading.player import Stage
+from hertzchain.engines.lammps.reading.prober import Sizes
 from hertzchain.engines.lammps.reading.probing import Probes
 from hertzchain.engines.lammps.reading.reading import Source, Start, probed
-from hertzchain.engines.lammps.reading.session import Module
-from hertzchain.engines.lammps.reading.sizes import Sizes
+from hertzchain.engines.lammps.reading.session import Module, Stage
 from hertzchain.errors import HertzchainError, RunFailed
 
 _READINGS, _ALL_READINGS = 400, 4000
@@ -130,7 +129,7 @@ def looked(start: Start, path: Path, folder: Path, variables: Mapping[str, str])
     if granules is None or not 1 < granules.count <= _MOST_GRANULES or not granules.is_chain:
         return found
     with contextlib.suppress(RunFailed):
-        probes = probed(start, Source(str(path), whole, folder, variables), Sizes()).probes
+        probes, _ = probed(start, Source(str(path), whole, folder, variables), Sizes())
         if probes.why_not is None:
             stiffness, exponent = _law(probes)
             return replace(found, stiffness=stiffness, exponent=exponent)

@@ -16,8 +16,8 @@ from hertzchain.engines.lammps.binary import Program
 from hertzchain.engines.lammps.engine import look
 from hertzchain.engines.lammps.reading.assembling import found_of
 from hertzchain.engines.lammps.reading.found import FoundDeck
+from hertzchain.engines.lammps.reading.prober import Sizes
 from hertzchain.engines.lammps.reading.reading import Source, Start, probed, without_motion
-from hertzchain.engines.lammps.reading.sizes import Sizes
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.scene.scene import Scene
 
@@ -66,10 +66,10 @@ def examine_deck(folder: Path, scene: Scene, text: str, program: Program | None)
     path = folder / "in.generated"
     path.write_text(text)
     start, source = Start(folder, program, alone=False), Source("generated", path, folder)
-    begun = probed(start, source, replace(Sizes.of(scene), overlap=DEPTH))
-    driven = np.zeros(begun.probes.granules.count, bool)
-    seen, applied = without_motion(start, source, begun.probes, 0.0, driven)
-    return found_of(begun.probes, seen, applied, backwards=False)
+    probes, _ = probed(start, source, replace(Sizes.of(scene), overlap=DEPTH))
+    driven = np.zeros(probes.granules.count, bool)
+    seen, applied = without_motion(start, source, probes, 0.0, driven)
+    return found_of(probes, seen, applied, backwards=False)
 
 
 def own_deck(scene: Scene, pair_style: str, version: str) -> str:

@@ -14,9 +14,15 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.found import FoundWall, IntArray
 from hertzchain.engines.lammps.reading.granules import Granules
-from hertzchain.engines.lammps.reading.player import Stage
-from hertzchain.engines.lammps.reading.prober import DAMPED, DEPTHS, SPIN_STEP, Prober, members
-from hertzchain.engines.lammps.reading.sizes import Sizes
+from hertzchain.engines.lammps.reading.prober import (
+    DAMPED,
+    DEPTHS,
+    SPIN_STEP,
+    Prober,
+    Sizes,
+    members,
+)
+from hertzchain.engines.lammps.reading.session import Stage
 from hertzchain.engines.lammps.reading.walls import walls_of
 from hertzchain.errors import RunFailed
 

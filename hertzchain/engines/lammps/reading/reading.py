@@ -18,14 +18,13 @@ from hertzchain.engines.lammps.binary import Program
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.engines.lammps.reading.allowed import LEADS
 from hertzchain.engines.lammps.reading.assembling import found_of
-from hertzchain.engines.lammps.reading.found import Executed, FoundDeck
+from hertzchain.engines.lammps.reading.found import FoundDeck
 from hertzchain.engines.lammps.reading.frozen import Applied, Replay, nothing_applied
 from hertzchain.engines.lammps.reading.interpreter import Ended, Interpreter, Player
 from hertzchain.engines.lammps.reading.piped import piped
-from hertzchain.engines.lammps.reading.player import Stage
+from hertzchain.engines.lammps.reading.prober import Sizes
 from hertzchain.engines.lammps.reading.probing import Probes, probe
-from hertzchain.engines.lammps.reading.session import Session, module
-from hertzchain.engines.lammps.reading.sizes import Sizes
+from hertzchain.engines.lammps.reading.session import Session, Stage, module
 from hertzchain.engines.lammps.reading.text import Edits
 from hertzchain.engines.lammps.reading.watching import Given, Stopped, Watched, Watcher
 from hertzchain.errors import RunFailed, TooExpensive
@@ -119,18 +118,18 @@ class Reader:
 
     def _found(self, source: Source) -> FoundDeck:
         self._say("asking LAMMPS what it makes of the deck")
-        begun: Begun = self._call(probed, source, self._sizes)
-        probes, restarts = begun.probes, begun.restarts
+        probes, seen = self._call(probed, source, self._sizes)
         if not probes.granules.is_chain:
-            count = probes.granules.count
-            nothing = Watched(count, version=begun.version, commands=begun.commands)
-            return found_of(probes, nothing, nothing_applied(probes.granules))
+            return found_of(probes, seen, nothing_applied(probes.granules))
+        # Pair style granular leaves memory undefined where it comes from a restart file (seen in
+        # 2025): in a process that has run LAMMPS before, the deck often stops.
+        restarts = any(done.text.startswith("read_restart") for done in seen.commands)
         self._say("running the deck")
         between = _READ_EVERY * probes.contact_time
         for _ in range(_TRIES):
             if restarts:
                 self._child.end()
-            seen: Watched = self._call(_watch, source, probes, between)
+            seen = self._call(_watch, source, probes, between)
             if max(peaks.error for peaks in seen.peaks) < _SURE or seen.read_every == 1:
                 break
             if seen.stopped:
@@ -189,16 +188,6 @@ class Source:
         )  # fmt: skip
 
 
-@dataclass(frozen=True, eq=False)
-class Begun:
-    """A deck up to its first run: its numbers, and whether it starts from a restart file."""
-
-    probes: Probes
-    version: str
-    commands: tuple[Executed, ...]
-    restarts: bool
-
-
 @dataclass(frozen=True)
 class Start:
     """How LAMMPS is started, in a folder of its own: the Python module, or a binary."""
@@ -249,8 +238,8 @@ class First:
         return True
 
 
-def probed(start: Start, source: Source, sizes: Sizes) -> Begun:
-    """What LAMMPS makes of the deck before its first run."""
+def probed(start: Start, source: Source, sizes: Sizes) -> tuple[Probes, Watched]:
+    """What LAMMPS makes of the deck before its first run, and the commands up to there."""
     with start.session() as lammps:
         first = First(Stage(lammps), sizes)
         script = source.played_by(first, lammps)
@@ -258,10 +247,8 @@ def probed(start: Start, source: Source, sizes: Sizes) -> Begun:
         version = lammps.version
     if first.probes is None:
         raise RunFailed(f"{source.name}: the deck takes no step: it has no run, or ends before it")
-    # Pair style granular leaves memory undefined where it comes from a restart file (seen in
-    # 2025): in a process that has run LAMMPS before, the deck often stops.
-    restarts = any(done.text.startswith("read_restart") for done in script.commands)
-    return Begun(first.probes, version, tuple(script.commands), restarts)
+    count, commands = first.probes.granules.count, tuple(script.commands)
+    return first.probes, Watched(count, version=version, commands=commands)
 
 
 def _watch(start: Start, source: Source, probes: Probes, between: float) -> Watched:

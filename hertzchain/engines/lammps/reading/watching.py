@@ -12,9 +12,9 @@ from hertzchain.engines.lammps.reading.allowed import IGNORES_FORCES, LEADS, QUI
 from hertzchain.engines.lammps.reading.found import Executed, FoundRun
 from hertzchain.engines.lammps.reading.hooks import GranulesChanged, Readings
 from hertzchain.engines.lammps.reading.peaks import ContactWatch, PeaksSeen
-from hertzchain.engines.lammps.reading.player import Stage
 from hertzchain.engines.lammps.reading.prober import members
 from hertzchain.engines.lammps.reading.probing import Probes
+from hertzchain.engines.lammps.reading.session import Stage
 from hertzchain.errors import RunFailed
 
 
