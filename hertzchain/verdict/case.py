@@ -38,21 +38,11 @@ def jumps_like_noise(values: FloatArray) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """The parameter of a mistake that explains a case best.
-
-    Parameters
-    ----------
-    value
-        The parameter.
-    left
-        The part of the differences that it leaves (``Case.residual``).
-    rest
-        Residual of each judged contact; None if not kept.
-    """
+    """The parameter of a mistake that explains a case best."""
 
     value: Any
-    left: float
-    rest: FloatArray | None = None
+    left: float  # the part of the differences that it leaves (``Case.residual``)
+    rest: FloatArray | None = None  # residual of each judged contact; None if not kept
 
     @property
     def leaves_noise(self) -> bool:
@@ -154,21 +144,12 @@ class Case:
 class Mistake:
     """A known mistake: its words, how it is made, and how it is tried.
 
-    Parameters
-    ----------
-    words
-        What it is called, from its parameter.
-    made
-        The peaks [N] that it gives, shape (N - 1,), NaN where there are none, from its parameter.
-    trials
-        Values of the parameter to begin with, increasing; one where there is nothing to fit.
-    search
-        How the parameter is found where trial runs are not the way; it replaces ``trials``.
+    ``search`` replaces ``trials`` where trial runs are not the way to the parameter.
     """
 
-    words: Callable[[Any], str]
-    made: Callable[[Any], FloatArray] | None = None
-    trials: Sequence[float] = (0.0,)
+    words: Callable[[Any], str]  # what it is called, from its parameter
+    made: Callable[[Any], FloatArray] | None = None  # peaks [N], (N - 1,), or NaN
+    trials: Sequence[float] = (0.0,)  # parameters to begin with, increasing; one if none is fitted
     search: Callable[[Case], Found] | None = None
 
     def tried(self, case: Case) -> Found:

@@ -34,22 +34,11 @@ _HALF = 0.5 + 1e-6  # of the last digit; the rest is the rounding of binary numb
 
 @dataclass(frozen=True)
 class Explanation:
-    """Sentences on the cause of wrong peaks; None where there is no such sentence.
+    """Sentences on the cause of wrong peaks; None where there is no such sentence."""
 
-    Parameters
-    ----------
-    cause
-        The mistake that explains the differences.
-    hint
-        The nearest known mistake, or that the differences look like noise, where none explains
-        them.
-    remark
-        Causes that were not tried.
-    """
-
-    cause: str | None = None
-    hint: str | None = None
-    remark: str | None = None
+    cause: str | None = None  # the mistake that explains the differences
+    hint: str | None = None  # else the nearest known one, or that the differences look like noise
+    remark: str | None = None  # causes that were not tried
 
 
 def likely_cause(case: Case, progress: Callable[[str], object] | None = None) -> Explanation:

@@ -188,24 +188,12 @@ def _held(scene: Scene, steps: int) -> list[Ramp]:
 
 @dataclass(frozen=True)
 class Family:
-    """Mistakes in one thing.
+    """Mistakes in one thing."""
 
-    Parameters
-    ----------
-    name
-        What they are mistakes in.
-    mistakes
-        Yields them for a case; raises TooExpensive at its deadline.
-    terms
-        The terms that a scene may have; None for any.
-    is_costly
-        Whether they take seconds: they are left out where another mistake explains everything.
-    """
-
-    name: str
-    mistakes: Callable[[Case], Iterator[Mistake]]
-    terms: tuple[str, ...] | None = ()
-    is_costly: bool = False
+    name: str  # what they are mistakes in
+    mistakes: Callable[[Case], Iterator[Mistake]]  # raises TooExpensive at the case's deadline
+    terms: tuple[str, ...] | None = ()  # that a scene may have; None for any
+    is_costly: bool = False  # takes seconds: left out where another mistake explains everything
 
 
 FAMILIES = (

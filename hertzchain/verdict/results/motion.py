@@ -44,31 +44,19 @@ peaks were off by more than this, by 1.8 times at most."""
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """What a file says of a run, in SI units, granules from the pushed end on.
+    """What a file says of a run, in SI units; arrays that are not known are None.
 
-    Parameters
-    ----------
-    time
-        Of the samples, increasing, shape (samples,): [s] where ``is_clock``, else steps.
-    is_clock
-        Whether times are seconds.
-    position, velocity, net_force
-        Of the granules along the chain [m], [m/s], [N], shape (samples, granules); None where
-        they are not known.
-    contact_force
-        Of the contacts [N], shape (samples, contacts); None where it is not known.
-    grain, force_grain
-        The last digit of positions [m] and of forces [N].
+    Granules stand from the pushed end on, samples in their order.
     """
 
-    time: FloatArray
-    is_clock: bool
-    position: FloatArray | None = None
-    velocity: FloatArray | None = None
-    net_force: FloatArray | None = None
-    contact_force: FloatArray | None = None
-    grain: float = 0.0
-    force_grain: float = 0.0
+    time: FloatArray  # increasing, shape (samples,): [s], or steps
+    is_clock: bool  # whether times are seconds
+    position: FloatArray | None = None  # along the chain [m], shape (samples, granules)
+    velocity: FloatArray | None = None  # the same [m/s]
+    net_force: FloatArray | None = None  # the same [N]
+    contact_force: FloatArray | None = None  # [N], shape (samples, contacts)
+    grain: float = 0.0  # the last digit of positions [m]
+    force_grain: float = 0.0  # the last digit of forces [N]
 
     @classmethod
     def read(
@@ -87,10 +75,8 @@ class Motion:
 
     def each(self, change: Callable[[FloatArray], FloatArray], *names: str) -> Motion:
         """Return the motion with some of its arrays changed, as far as they are known."""
-        arrays = {name: getattr(self, name) for name in names}
-        changed: dict[str, Any] = {
-            name: change(array) for name, array in arrays.items() if array is not None
-        }
+        known = [name for name in names if getattr(self, name) is not None]
+        changed: dict[str, Any] = {name: change(getattr(self, name)) for name in known}
         return replace(self, **changed)
 
 
@@ -135,20 +121,13 @@ def last_digit(values: FloatArray) -> float:
 class Sampled:
     """Peaks that somebody brings, most from samples.
 
-    Parameters
-    ----------
-    peak_force
-        Of contacts 2 ... N [N], shape (N - 1,), NaN where there is none.
-    error
-        How far off each may be, as a fraction, shape (N - 1,): by the distance of the samples and
-        the digits of positions; 0 for peaks that are given as such.
-    how
-        Where they come from; empty for peaks that are given as such.
+    ``error`` is how far off each may be, as a fraction, by the distance of the samples and the
+    digits of positions; 0 for peaks that are given as such.
     """
 
-    peak_force: FloatArray
-    error: FloatArray
-    how: str
+    peak_force: FloatArray  # of contacts 2 ... N [N], shape (N - 1,), NaN where there is none
+    error: FloatArray  # shape (N - 1,)
+    how: str  # where they come from; empty for peaks that are given as such
 
     @property
     def largest_error(self) -> float:

@@ -26,26 +26,12 @@ _PEAKS = {"contact", "peak_force_N"}  # columns of the project's own CSV
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """Columns of words, which become numbers where they are used: others may hold any text.
-
-    Parameters
-    ----------
-    names
-        Names of the columns.
-    rows
-        Words of each row; those missing at its end are empty.
-    places
-        Where each row stands, for messages.
-    file
-        Name of the file, for messages.
-    decimal
-        The decimal sign.
-    """
+    """Columns of words, which become numbers where they are used: others may hold any text."""
 
     names: tuple[str, ...]
-    rows: Sequence[Sequence[str]]
-    places: Sequence[str]
-    file: str
+    rows: Sequence[Sequence[str]]  # words; those missing at the end of a row are empty
+    places: Sequence[str]  # where each row stands, for messages
+    file: str  # for messages
     decimal: str = "."
 
     def numbers(self, columns: Sequence[int]) -> FloatArray:
@@ -81,15 +67,7 @@ def _number(word: str) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """A frame of a dump.
-
-    Parameters
-    ----------
-    step, time
-        Its step, and its time where it is given.
-    table
-        Its rows.
-    """
+    """A frame of a dump."""
 
     step: float
     time: float | None

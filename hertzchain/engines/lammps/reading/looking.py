@@ -36,28 +36,15 @@ _MOST_GRANULES = 2000  # whose contacts are asked (chosen)
 
 @dataclass(eq=False)
 class Pushing:
-    """A ``fix addforce``, in the deck's units.
+    """A ``fix addforce``, in the deck's units."""
 
-    Parameters
-    ----------
-    command, unfix
-        Indices of the command that made it and of that which ended it; None where none did.
-    granules
-        How many it pushes.
-    components
-        As the command has them.
-    runs
-        Numbers of the runs during which it acted.
-    readings
-        Its components during these runs; None where one is not known without a step.
-    """
-
-    command: int
-    granules: int
-    components: tuple[str, ...]
-    unfix: int | None = None
-    runs: list[int] = field(default_factory=list)
+    command: int  # index of that which made it
+    granules: int  # how many it pushes
+    components: tuple[str, ...]  # as the command has them
+    unfix: int | None = None  # index of the command that ended it; None where none did
+    runs: list[int] = field(default_factory=list)  # numbers of those during which it acted
     readings: list[list[float | None]] = field(default_factory=list)
+    """Components during these runs; None for one that is not known without a step."""
 
     @property
     def force(self) -> FloatArray | None:
@@ -68,29 +55,15 @@ class Pushing:
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """What LAMMPS makes of a deck.
+    """What LAMMPS makes of a deck."""
 
-    Parameters
-    ----------
-    commands
-        As they were carried out, up to where LAMMPS stopped.
-    stopped
-        Why it did; empty where the deck was read to its end.
-    granules
-        Before the first run; None where there are none.
-    runs, pushes
-        Runs of at least one step, which were skipped; forces; in their order.
-    stiffness, exponent
-        A and p in F = A d^p of each contact, shape (contacts,); None where they are not known.
-    """
-
-    commands: tuple[Executed, ...]
-    stopped: str
-    granules: Granules | None
-    runs: tuple[FoundRun, ...]
+    commands: tuple[Executed, ...]  # as they were carried out, up to where LAMMPS stopped
+    stopped: str  # why it did; empty where the deck was read to its end
+    granules: Granules | None  # before the first run; None where there are none
+    runs: tuple[FoundRun, ...]  # of at least one step, which were skipped
     pushes: tuple[Pushing, ...]
-    stiffness: FloatArray | None = None
-    exponent: FloatArray | None = None
+    stiffness: FloatArray | None = None  # A in F = A d^p of each contact, shape (contacts,)
+    exponent: FloatArray | None = None  # p; None where they are not known
 
 
 def look(path: Path, variables: Mapping[str, str], time_limit: float) -> Look:

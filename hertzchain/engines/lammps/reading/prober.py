@@ -44,24 +44,12 @@ class Sizes:
     """Sizes that are expected of a chain; they say where it is probed, and judge nothing.
 
     Without a scene they are those of a deck's own contacts: Hertz's law has no size of its own.
-
-    Parameters
-    ----------
-    overlap
-        Overlap of contacts [smallest radius]; by default as steel spheres of centimetres under
-        100 N.
-    contact_time
-        Natural unit of time [s]; None: from the deck's contacts, or its step.
-    shock_time
-        How long forces are applied [s]; None: in proportion to the contact time.
-    wall_gap
-        Gap in front of a wall [m].
     """
 
-    overlap: float = 1e-3
-    contact_time: float | None = None
-    shock_time: float | None = None
-    wall_gap: float = 0.0
+    overlap: float = 1e-3  # of contacts [smallest radius]; of steel in centimetres under 100 N
+    contact_time: float | None = None  # natural unit [s]; None: from the contacts, or the step
+    shock_time: float | None = None  # that forces are applied [s]; None: as the contact time
+    wall_gap: float = 0.0  # in front of a wall [m]
 
     @classmethod
     def of(cls, scene: Scene) -> Self:
