@@ -21,14 +21,13 @@ from hertzchain.scene.scene import Scene
 from hertzchain.verdict.case import Case, Found, Mistake, fixed
 from hertzchain.verdict.damping_mistakes import damping
 from hertzchain.verdict.other_laws import late_forces, other_contacts
-from hertzchain.verdict.sampling import samples
 from hertzchain.verdict.slips import (
     force_in_words,
     scale_in_words,
     slips_of_stretch,
     stretch_in_words,
 )
-from hertzchain.verdict.step_mistakes import known_step, long_steps, round_steps
+from hertzchain.verdict.step_mistakes import known_step, long_steps, round_steps, samples
 
 FEWEST = 6  # least number of contacts: fewer fit a curve with one parameter too easily
 _FAR = 3.0  # logarithms of the shortest and longest pulse tried over the scene's

@@ -16,7 +16,6 @@ import hertzchain as hc
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.limits import Deadline
 from hertzchain.scene.pulse import PROFILES, profile_named
-from hertzchain.verdict import sampling
 from hertzchain.verdict.case import Case
 from hertzchain.verdict.judgement import judged_peaks
 from hertzchain.verdict.mistakes import with_rise_time
@@ -26,7 +25,7 @@ from hertzchain.verdict.slips import (
     slips_of_stretch,
     stretch_in_words,
 )
-from hertzchain.verdict.step_mistakes import round_steps
+from hertzchain.verdict.step_mistakes import mean_interval, round_steps, samples
 from tests.conftest import paper_scene
 from tests.effort import effort
 from validation.planting import in_set_up
@@ -311,7 +310,7 @@ def test_what_ends_a_cause() -> None:
 
 def test_the_interval_of_samples_follows_from_their_mean() -> None:
     distance = np.random.default_rng(0).uniform(-0.1, 0.1, 10_000)
-    found = sampling.mean_interval(-0.4 * distance**2, np.full(10_000, -0.4))
+    found = mean_interval(-0.4 * distance**2, np.full(10_000, -0.4))
     assert found == pytest.approx(0.2, rel=0.02)  # the mean of 10,000 squares is known to 1 %
 
 
@@ -485,7 +484,7 @@ def test_samples_are_sought_in_twelve_contacts(contacts: int, sought: bool) -> N
     at = planting(QUICK[0])
     case = case_of(at, at.samples(0.3))
     few = replace(case, judged=np.arange(29) < contacts)
-    assert bool(list(sampling.samples(few))) is sought
+    assert bool(list(samples(few))) is sought
 
 
 @pytest.mark.slow

@@ -193,14 +193,14 @@ class Interpreter:
 
     # ---- What is carried out here: values are the words after the command's name.
 
-    def _include(self, values: list[str], _: list[Word], __: int, ___: Executed) -> None:
+    def _include(self, values: list[str], *_: Any) -> None:
         _need(values, 1, "include")
         self._read(values[0])
 
     def _label(self, *_: Any) -> None:
         """Nothing: a jump looks for it in the file."""
 
-    def _jump(self, values: list[str], _: list[Word], __: int, ___: Executed) -> None:
+    def _jump(self, values: list[str], *_: Any) -> None:
         _need(values, 1, "jump")
         if self._skips_jump:
             self._skips_jump = False
@@ -216,7 +216,7 @@ class Interpreter:
                 raise RunFailed(f"jump finds no label {values[1]} in {file.name}")
             file.next = file.labels[values[1]] + 1
 
-    def _next(self, values: list[str], words: list[Word], index: int, _: Executed) -> None:
+    def _next(self, values: list[str], words: list[Word], index: int, *_: Any) -> None:
         _need(values, 1, "next")
         self._player.give(" ".join(word.raw for word in words), ["next", *values], index)
         # LAMMPS deletes the variables that have no further value, and skips the next jump.

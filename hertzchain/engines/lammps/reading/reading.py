@@ -282,21 +282,22 @@ def without_motion(
     ``driven`` are granules that are known to be driven, apart from those that a fix leads.
     """
     granules = probes.granules
-    with start.session() as lammps:
-        frozen = Replay(Stage(lammps), granules, between)
-        script = source.played_by(frozen, lammps)
-        with suppress(RunFailed):  # LAMMPS refuses to run such granules even at rest
-            script.play()
-        seen, applied = frozen.seen, frozen.applied()
-        seen.version, seen.commands = lammps.version, tuple(script.commands)
+
+    def replayed(leads: bool) -> tuple[Watched, Applied]:
+        with start.session() as lammps:
+            replay = Replay(Stage(lammps), granules, between, leads=leads)
+            script = source.played_by(replay, lammps)
+            with suppress(RunFailed):  # LAMMPS refuses to run such granules even at rest
+                script.play()
+            replay.seen.version, replay.seen.commands = lammps.version, tuple(script.commands)
+            return replay.seen, replay.applied()
+
+    seen, applied = replayed(leads=False)
     leading = [fix.granules for fix in applied.fixes if fix.style == LEADS]
     seen.driven = np.any([driven, *leading], axis=0)
     if leading:
-        with start.session() as lammps:
-            lead = Replay(Stage(lammps), granules, between, leads=True)
-            with suppress(RunFailed):  # it is known how they are led before that
-                source.played_by(lead, lammps).play()
-        seen.lead(lead.seen.driven_time, lead.seen.driven_ends)
+        led, _ = replayed(leads=True)
+        seen.lead(led.driven_time, led.driven_ends)
     elif np.any(driven):
         time = applied.time
         ways = np.outer(time, granules.velocity[[0, -1], 0])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from hertzchain.errors import RunFailed
@@ -51,11 +50,6 @@ class Units:
     def density(self) -> float:
         """Unit of density [kg/m^3]."""
         return self.mass / self.length**3
-
-    @property
-    def stiffness(self) -> float:
-        """Unit of A in F = A overlap^(3/2) [N m^(-3/2)]."""
-        return self.force / (self.length * math.sqrt(self.length))
 
 
 UNITS = {
