@@ -24,7 +24,6 @@ _DAMPS = 1e-9  # of a force: above what is lost in the difference of two
 _EXPONENTS = (0.0, 0.25, 0.5)
 _NEAR = 1e-3  # by which an exponent found is one of these: rounding, and Hooke's contacts
 
-
 _END = {"first": (0, -1.0), "last": (-1, 1.0)}
 """Which granule is at an end of the chain, and the direction out of it."""
 

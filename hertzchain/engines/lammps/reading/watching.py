@@ -80,11 +80,9 @@ class Watcher:
 
     def __init__(self, stage: Stage, probes: Probes, between: float) -> None:
         self.stage, self.probes, self._between = stage, probes, between
-        count = probes.granules.count
-        self.seen = Watched(count)
+        self.seen = Watched(probes.granules.count)
         self._contacts = ContactWatch(probes)
         self._changed = False  # whether fixes have been made or ended since the last run
-        self._steady = np.zeros(count, bool)  # flies as it does, while fix setforce takes forces
 
     def give(self, text: str, words: list[str], index: int) -> None:
         """Give LAMMPS a command."""
@@ -173,8 +171,7 @@ class Watcher:
         without = (self._takes_all_forces() | unpressed) & free & ~led
         moving = granules.along(np.asarray(self.stage.lammps.atoms()["v"]))[:, 0] != 0
         self.seen.held = without & ~moving & (self.seen.held | (not self.seen.runs))
-        self._steady = without & moving
-        led |= self._steady
+        led |= without & moving  # they fly as they do
         self.seen.driven |= led
         return free & ~led, led
 
