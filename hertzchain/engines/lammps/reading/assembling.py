@@ -6,7 +6,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.found import (
@@ -15,20 +14,27 @@ from hertzchain.engines.lammps.reading.found import (
     scaled,
 )
 from hertzchain.engines.lammps.reading.frozen import Applied
+from hertzchain.engines.lammps.reading.granules import Granules
 from hertzchain.engines.lammps.reading.probing import Probes
 from hertzchain.engines.lammps.reading.watching import Watched
+from hertzchain.scene.scene import Scene
 
 
 def found_of(
-    probes: Probes, seen: Watched, applied: Applied, backwards: bool | None = None
+    probes: Probes,
+    seen: Watched,
+    applied: Applied,
+    scene: Scene | None = None,
+    backwards: bool | None = None,
 ) -> FoundDeck:
     """What was found, from what was answered, seen of the deck as it is, and applied.
 
-    Whether granule 1 lies at the largest coordinate follows from that, unless it is known.
+    Whether granule 1 lies at the largest coordinate follows from that, unless it is known; a scene
+    tells which way its granules lie.
     """
     granules = probes.granules
     if backwards is None:
-        backwards = _is_reversed(probes, applied, seen.driven)
+        backwards = _is_reversed(probes, seen, applied, scene)
     sign = -1.0 if backwards else 1.0
 
     def turned(values: Any, axis: int = -1) -> Any:
@@ -116,27 +122,62 @@ def _axis(direction: FloatArray) -> str:
     return "xyz"[first] if abs(direction[first]) == 1 else "a diagonal"
 
 
-def _is_reversed(probes: Probes, applied: Applied, driven: NDArray[np.bool_]) -> bool:
-    """Whether the shock acts on the granule at the largest coordinate."""
-    if applied.time.size > 1:
-        mean = (np.abs(applied.force[1:]) + np.abs(applied.force[:-1])) / 2
-        impulse = np.diff(applied.time) @ mean
-        if impulse.max() > 0:
-            where = _middle(impulse)
-            if where != 0:
-                return where > 0
-    if _middle(driven) != 0:
-        return _middle(driven) > 0
-    speed = np.abs(probes.granules.velocity[:, 0])
-    if speed.max() > 0 and _middle(speed) != 0:
-        return _middle(speed) > 0
-    return [wall.end for wall in probes.walls] == ["first"]
+def _is_reversed(probes: Probes, seen: Watched, applied: Applied, scene: Scene | None) -> bool:
+    """Whether granule 1 lies at the largest coordinate, as most signs of a shock and its end say.
+
+    A deck may have one of them wrong. Where they are of two minds, granule 1 has the lowest id.
+    """
+    granules = probes.granules
+    shocked, pushed = _shocked(probes, seen, applied)
+    walls = [wall.end for wall in probes.walls]
+    signs = [
+        _middle(shocked), -pushed, float(walls == ["first"]) - float(walls == ["last"]),
+        0.0 if scene is None else _misfit(granules, scene, 1) - _misfit(granules, scene, -1),
+    ]  # fmt: skip
+    first, last = granules.ids[granules.order[[0, -1]]]
+    return bool(np.sum(np.sign(signs)) + 0.5 * np.sign(float(first - last)) > 0)
 
 
-def _middle(weight: FloatArray | NDArray[np.bool_]) -> float:
+def _shocked(probes: Probes, seen: Watched, applied: Applied) -> tuple[FloatArray, float]:
+    """How much the shock acts on each granule, shape (granules,), and its sign along the axis."""
+    acts = np.abs(applied.force)
+    if np.any(acts) and applied.time.size > 1:
+        impulse = np.diff(applied.time) @ (acts[1:] + acts[:-1])
+        begun = int(np.argmax(acts.max(axis=1) > _BEGUN * acts.max()))
+        return impulse, float(np.sum(applied.force[begun]))
+    if np.any(seen.driven) and seen.driven_time.size:
+        way = seen.driven_ends[:, 0 if seen.driven[0] else -1]
+        return seen.driven.astype(np.float64), float(np.mean(way - way[0]))
+    velocity = probes.granules.velocity[:, 0]
+    return np.abs(velocity), float(np.sum(velocity))
+
+
+_BEGUN = 1e-3  # of the largest force: one that is above round-off (chosen)
+
+
+def _middle(weight: FloatArray) -> float:
     """On which side of the middle of the chain most of it is: below 0 near the start."""
     place = np.linspace(-1, 1, weight.size) if weight.size > 1 else np.zeros(1)
-    return float(np.sum(weight * place))
+    middle = float(np.sum(weight * place))
+    return middle if abs(middle) > _EVEN * float(np.sum(np.abs(weight))) else 0.0
+
+
+_EVEN = 1e-6  # of all weight: a middle within round-off and equal granules (chosen)
+
+
+def _misfit(granules: Granules, scene: Scene, step: int) -> float:
+    """How unlike a scene's granules are, as shares of a median, from the lowest or highest on."""
+    if granules.count != scene.chain.granules:
+        return 0.0
+    return sum(
+        float(np.sum(np.abs(found[::step] / np.median(found) - own / np.median(own)) > _UNLIKE))
+        for found, own in (
+            (granules.radius, scene.granules.radius), (granules.mass, scene.granules.mass)
+        )
+    )  # fmt: skip
+
+
+_UNLIKE = 1e-2  # relative: granules that differ by less are of one kind (chosen)
 
 
 def _image_gap(probes: Probes) -> float | None:

@@ -49,7 +49,7 @@ class Reader:
         The deck.
     scene
         The scene that the deck should be: it says at which overlaps, speeds and times LAMMPS is
-        probed, and nothing else. Without one they follow from the deck's own contacts.
+        probed, and which way its granules lie. Without one they follow from the deck's own.
     variables
         Values of variables by name, as ``-var`` gives them.
     deadline
@@ -69,7 +69,7 @@ class Reader:
         lmp: str | Path | None = None,
         say: Callable[[str], object] = lambda _: None,
     ) -> None:
-        self._deck, self._lmp, self._say = str(path), lmp, say
+        self._deck, self._scene, self._lmp, self._say = str(path), scene, lmp, say
         self._sizes = Sizes() if scene is None else Sizes.of(scene)
         self._variables = {name: str(value) for name, value in dict(variables).items()}
         self._deadline = deadline or Deadline(TIME_LIMIT)
@@ -146,7 +146,7 @@ class Reader:
         else:
             places = tuple(f"{done.file}:{done.line}" for done in seen.commands)
             applied = self._call(_freeze, seen.given, probes, each, places)
-        return found_of(probes, seen, applied)
+        return found_of(probes, seen, applied, self._scene)
 
 
 def read_deck(
