@@ -11,9 +11,10 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from hertzchain.engines.lammps.reading import Executed
-from hertzchain.verdict.deck.deck_check import Case, DeckCheck
+from hertzchain.verdict.deck.deck_check import ACTS, Case, DeckCheck
 from hertzchain.verdict.deck.places import NUMBER, WITHOUT, Changes, Place, commands_of, place_at
 from hertzchain.verdict.deck.right_commands import (
+    first_alone,
     granule_commands,
     has_type,
     law_commands,
@@ -150,6 +151,29 @@ def _as_many_steps(case: Case, check: DeckCheck) -> Iterator[Changes]:
     yield edits
 
 
+def pushed_alone(case: Case) -> dict[int, tuple[str, ...]]:
+    """By command, what stands there so that the shock pushes granule 1 alone."""
+    found, texts = case.found, case.found.commands
+    first = [fix.command for fix in case.pushing(np.zeros(1, np.intp))]
+    pushing = case.pushing(np.arange(1, found.ids.size))
+    # Loads push others, too; the shock has a formula, where any force has one.
+    pushing = (
+        [fix for fix in pushing if "v_" in texts[fix.command].text]
+        or [fix for fix in pushing if fix.style != "gravity"]
+        or pushing
+    )
+    acts = np.any(np.abs(found.applied_force[:, 0]) > ACTS * case.scene.units.force)
+    extra = [fix.command for fix in pushing if acts and fix.command not in first]
+    extra += [fix.command for fix in pushing if fix.style == "gravity"]
+    right = first_alone(found, [fix for fix in pushing if fix.command not in extra])
+    gone = {k: (f"# {texts[k].written}",) for k in extra}
+    return {**{k: tuple(lines) for k, lines in right.items()}, **gone}
+
+
+def _pushed_alone(case: Case, _: DeckCheck) -> Iterator[Changes]:
+    yield {_at(case.found.commands[k]): lines for k, lines in pushed_alone(case).items()}
+
+
 # ---- What a number is set by
 
 
@@ -201,6 +225,7 @@ _BY_LINE = {
     "image": _room,
     "contacts": _by_types,
     "shock": _formula,
+    "pushed": _pushed_alone,
     "timestep": _as_many_steps,
 }
 """Changes of single lines, by the role of a number."""

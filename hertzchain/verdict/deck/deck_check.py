@@ -25,6 +25,7 @@ from hertzchain.verdict.deck.twin import Stretch, Twin, TwinRun, change_of_peaks
 Indices = NDArray[np.intp]
 
 ROUND_OFF = 1e-9  # relative: decks of 17 digits have less; none of it is worth a remark (chosen)
+ACTS = 1e-6  # of the largest force: granules with less are not pushed (chosen)
 _WHICH = re.compile(r"(?: of| on| at)? (?:all |the )?(?:granules?|contacts?|wall)\b.*| \d+.*")
 
 _MOST_GROUPS = 3  # numbers that are wrong alike, each with a remark of its own (chosen)
@@ -170,6 +171,15 @@ class Case:
         """Why a number may differ by as much as it may."""
         digits = f", and {DIGITS * self.tolerance:g} of the number" if relative else ""
         return f"allowed is what changes no peak by more than {self.tolerance:g}{digits}"
+
+    def pushing(self, granules: Indices) -> list[FoundFix]:
+        """Fixes but walls that push one of some granules along the chain."""
+        least = ACTS * self.scene.units.force
+        return [
+            fix for fix in self.found.fixes
+            if not fix.moves and not fix.style.startswith("wall")
+            and float(np.max(fix.largest[granules, 0], initial=0.0)) > least
+        ]  # fmt: skip
 
     def contact_name(self, indices: Indices) -> str:
         """Contacts by the paper's numbers; the wall by its name."""

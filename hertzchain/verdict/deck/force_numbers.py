@@ -11,12 +11,12 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading import FoundFix
-from hertzchain.verdict.deck.deck_check import ROUND_OFF, Case, Indices, names, values
+from hertzchain.verdict.deck.corrections import pushed_alone
+from hertzchain.verdict.deck.deck_check import ACTS, ROUND_OFF, Case, Indices, names, values
 from hertzchain.verdict.deck.measured import displacement, stretches_of
 from hertzchain.verdict.deck.number import Difference, Number, changed, same
 from hertzchain.verdict.deck.places import WITHOUT, commands_of, formula_of, is_of, place_at
-from hertzchain.verdict.deck.pulse import ACTS, of_shock, pulse, pushing_changes
-from hertzchain.verdict.deck.right_commands import first_alone
+from hertzchain.verdict.deck.pulse import of_shock, pulse, pushing_changes
 
 
 def _last_fix(case: Case, wanted: Callable[[FoundFix], bool]) -> int | None:
@@ -215,18 +215,8 @@ def _others(case: Case) -> list[Difference]:
         sentence = f"the applied force acts on {who} and not on granule 1, which the scene pushes"
     one = Difference(int(others.size) + too, 1, effect=1.0, sentence=sentence,
                      changes=_with_others(case, others) if too else None)  # fmt: skip
-    pushing = [
-        fix for fix in case.found.fixes
-        if not fix.moves and not fix.style.startswith("wall")
-        and float(np.max(fix.largest[others, 0])) > least
-    ]  # fmt: skip
-    if not pushing:
-        return [one]
-    last = pushing[-1]
-    if too and (last.style == "gravity" or last.largest[0, 0] <= least):
-        return [replace(one, at=last.command, command=WITHOUT)]
-    where, right = first_alone(case.found, place_at(case.found, last.command))
-    return [replace(one, at=where.index, command=right)]
+    right = pushed_alone(case)
+    return [replace(one, at=min(right), role="pushed") if right else one]
 
 
 def _shock(case: Case) -> list[Difference]:

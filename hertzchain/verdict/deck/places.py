@@ -49,6 +49,7 @@ ROLES: dict[str, tuple[str, ...]] = {
     ),
     "spin": (r"set\b.*\s(?:omega|angmom)\s", r"velocity\b", "read_data", "read_restart"),
     "shock": (r"fix\s+\S+\s+\S+\s+(?:addforce|setforce|aveforce|efield|move|smd|spring)",),
+    "pushed": (r"fix\s+\S+\s+\S+\s+(?:addforce|setforce|aveforce|efield|gravity)",),
     "timestep": (r"timestep\b", r"fix\s+\S+\s+\S+\s+dt/reset", r"reset_timestep\b"),
     "run": (r"run\b",),
     "motion": (
@@ -167,16 +168,6 @@ def formula_of(found: FoundDeck, where: Place) -> Place:
     """The variable that makes a force change in time, used at a place; else the place itself."""
     for at in reversed(_variables(found.commands, where.index)):
         if _CHANGES.search(found.commands[at].written):
-            return place_at(found, at)
-    return where
-
-
-def group_of(found: FoundDeck, where: Place) -> Place:
-    """The command that makes the group of a fix; the fix itself for ``all``."""
-    name = found.commands[where.index].text.split()[2]
-    for at in range(where.index - 1, -1, -1):
-        words = found.commands[at].text.split()
-        if words[:2] == ["group", name] and found.commands[at].carried_out:
             return place_at(found, at)
     return where
 

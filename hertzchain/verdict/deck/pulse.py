@@ -11,12 +11,11 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.scene.pulse import PROFILES, Pulse
 from hertzchain.scene.scene import Scene
-from hertzchain.verdict.deck.deck_check import Case, Indices, values
+from hertzchain.verdict.deck.deck_check import ACTS, Case, Indices, values
 from hertzchain.verdict.deck.measured import stretches_of
 from hertzchain.verdict.deck.number import Difference, same
 from hertzchain.verdict.deck.places import Pairs, formula_of, place
 
-ACTS = 1e-6  # of the largest force: granules with less are not pushed (chosen)
 _TIME = 0.003  # of a pulse: 2000 readings of it tell when it rises and ends to about that (chosen)
 _NOTHING = 1e-7  # of the largest force: a pulse has begun or ended with less (chosen)
 _ALIKE = 0.02  # of the largest force: a pulse of another duration or profile fits as well (chosen)

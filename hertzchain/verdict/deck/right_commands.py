@@ -5,17 +5,16 @@ from __future__ import annotations
 import itertools
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.deck import force_formula
-from hertzchain.engines.lammps.reading import FoundDeck
+from hertzchain.engines.lammps.reading import FoundDeck, FoundFix
 from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.sine import Sine
 from hertzchain.verdict.deck.deck_check import Case
-from hertzchain.verdict.deck.places import Place, group_of
 
 _MOST_LINES = 64  # commands that a correction may add, one for each granule (chosen)
 _MOST_ROWS = 40  # rows of a table that are written as one formula (chosen)
@@ -53,19 +52,25 @@ def _on_granule(found: FoundDeck, granule: int, command: str) -> list[str]:
     return [f"group {new} {' '.join(alone)}", command.replace("{group}", new)]
 
 
-def first_alone(found: FoundDeck, fix: Place) -> tuple[Place, str]:
-    """The line by which a fix acts on granule 1 alone, and that line as it would be right.
+def first_alone(found: FoundDeck, fixes: Sequence[FoundFix]) -> dict[int, list[str]]:
+    """By command, what stands there so that some fixes act on granule 1 alone.
 
-    That is the group of the fix; the fix itself where that is ``all``.
+    That is the group of a fix; the fix itself where others use that group, or it is ``all``.
     """
-    words = found.commands[fix.index].text.split()
-    if words[:1] != ["fix"]:
-        return fix, ""
-    where = group_of(found, fix)
-    if where != fix:
-        return where, f"group {words[2]} id {int(found.ids[0])}"
-    alone = re.sub(r"^(\s*fix\s+\S+\s+)\S+", r"\1{group}", fix.written, count=1)
-    return fix, "\n".join(_on_granule(found, 0, alone))
+    words = [one.text.split() if one.carried_out else [] for one in found.commands]
+    pushing, right = [fix.command for fix in fixes], dict[int, list[str]]()
+    for k in pushing:
+        name = words[k][2]
+        made = [at for at, own in enumerate(words[:k]) if own[:2] == ["group", name]]
+        users = [at for at, own in enumerate(words) if name in own[1:] and at not in made]
+        if len(made) == 1 and set(users) <= set(pushing):
+            right[made[0]] = [f"group {name} id {int(found.ids[0])}"]
+        else:
+            alone = re.sub(
+                r"^(\s*fix\s+\S+\s+)\S+", r"\1{group}", found.commands[k].written, count=1
+            )
+            right[k] = _on_granule(found, 0, alone)
+    return right
 
 
 # ---- Commands
