@@ -20,7 +20,14 @@ from hertzchain.scene.scene import Scene
 from hertzchain.showing import ShowProgress, telling
 from hertzchain.verdict.deck.deck_check import Case, DeckCheck
 from hertzchain.verdict.deck.examined import DeckExamination, Finding, by_command, in_order
-from hertzchain.verdict.deck.measured import in_si, laws, start_of_shock, stretches_of
+from hertzchain.verdict.deck.measured import (
+    in_si,
+    laws,
+    start_of_shock,
+    stretches_of,
+    with_held,
+    with_loads,
+)
 from hertzchain.verdict.deck.numbers import all_checks
 from hertzchain.verdict.deck.places import place
 from hertzchain.verdict.deck.proving import Prover, with_findings
@@ -122,6 +129,7 @@ def compared(
     if not found.is_chain:
         return _no_chain(scene, deck, found, tolerance, deadline)
     found, units = in_si(found, scene)
+    found = with_loads(found)
     start = start_of_shock(found, scene)
     truths = {} if truths is None else truths
     end = found.end_time - start
@@ -138,6 +146,7 @@ def compared(
         scene, found, units, start, truth, near, laws(found, scene, near), twin, stretches,
         run_twin(twin, stretches, deadline), tolerance, deadline,
     )  # fmt: skip
+    case = replace(case, found=with_held(found, case.laws, case.expected.forwards))
     checks = in_order(all_checks(case, deck))
     peaks_of_deck = peaks_check(case)
     if not peaks_of_deck.passed and checks:
@@ -145,7 +154,7 @@ def compared(
         first = checks[0]
         peaks_of_deck = replace(peaks_of_deck, place=first.place)
     return DeckExamination(
-        scene, deck, found, (*checks, peaks_of_deck), truth, case.judged, tolerance,
+        scene, deck, case.found, (*checks, peaks_of_deck), truth, case.judged, tolerance,
         _remarks(case), findings=tuple(Finding(tuple(one)) for one in by_command(checks)),
     )  # fmt: skip
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ _FITS = 1e-2  # of the largest force: a shock that begins at another time fits a
 _WHOLE = 0.02  # of a step: a start found so near to one is that (chosen)
 EXPONENT = 0.01  # of 3/2: two tries of a law of Hertz are within 1e-9, Hooke's is 0.5 off (chosen)
 _NO_FORCE = 1e-6  # of Hertz's: a contact with less pushes not at all (chosen)
+_HELD = 1e-5  # of its overlap: a granule that moves less may as well be held (chosen)
 _QUIET = 1e-9  # of the largest force: a force below is round-off (chosen; 1e-12 is usual)
 
 
@@ -157,6 +158,35 @@ def dampers(found: FoundDeck, scene: Scene, made: Sequence[Law]) -> list[Damper]
             expected = np.asarray(added, np.float64)
         dampings.append(Damper(force - elastic, expected, elastic, closing, overlap))
     return dampings
+
+
+def with_loads(found: FoundDeck) -> FoundDeck:
+    """The deck with what its formulas of forces have before and after the shock as static loads."""
+    force = found.applied_force
+    if force.shape[0] < 2:
+        return found
+    least = _QUIET * float(np.max(np.abs(force), initial=0.0))
+    load = np.where(np.abs(force[-1] - force[0]) <= least, force[0], 0.0)
+    constant = found.constant_force + load[:, np.newaxis] * np.array([1.0, 0.0, 0.0])
+    return replace(found, applied_force=force - load, constant_force=constant)
+
+
+def with_held(found: FoundDeck, made: Sequence[Law], moved: float) -> FoundDeck:
+    """The deck with a held last granule as one that a static load keeps where it is.
+
+    That is the same where the shock does not reach it: ``moved`` is how far it moves in the scene
+    [m].
+    """
+    last = found.radius.size - 1
+    if found.integrated[last] != 0 or np.any(found.velocity[last]) or len(made) != last:
+        return found
+    overlap = found.radius[-2] + found.radius[-1] - found.position[-1] + found.position[-2]
+    if overlap <= 0 or moved > _HELD * overlap:
+        return found
+    constant, integrated = found.constant_force.copy(), found.integrated.copy()
+    constant[last, 0] = -made[-1].stiffness * overlap ** made[-1].exponent
+    integrated[last] = 1
+    return replace(found, constant_force=constant, integrated=integrated)
 
 
 def start_of_shock(found: FoundDeck, scene: Scene) -> float:

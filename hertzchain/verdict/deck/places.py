@@ -18,7 +18,9 @@ Pairs = Sequence[tuple[float, float]]
 WITHOUT = "without this command"
 """What a command should be that makes what the scene has not."""
 
-NUMBER = re.compile(r"(?<![\w.$])[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?(?![\w.])")
+_SIZE = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?(?![\w.])"
+NUMBER = re.compile(rf"[-+]?{_SIZE}")
+_SIZES = re.compile(rf"(?<![\w.$]){_SIZE}")
 
 _SAME = 2e-3  # relative: a number that stands in a line is the one that was measured (chosen)
 
@@ -91,8 +93,8 @@ class Place:
 
 
 def numbers_in(text: str) -> list[float]:
-    """Numbers that stand in a command."""
-    return [float(found.group()) for found in NUMBER.finditer(text)]
+    """Numbers that stand in a command, without their signs."""
+    return [float(found.group()) for found in _SIZES.finditer(text)]
 
 
 def is_same(number: float, other: float) -> bool:
@@ -150,8 +152,12 @@ def place(found: FoundDeck, role: str, stands: Pairs = (), at: int | None = None
 
 
 def _known(stands: Pairs) -> list[tuple[float, float]]:
-    """Pairs whose wrong number can be recognized."""
-    return [(old, new) for old, new in stands if math.isfinite(old) and old != 0]
+    """Pairs whose wrong number can be recognized, by what stands there behind any sign."""
+    return [
+        (abs(old), math.copysign(1.0, old) * new)
+        for old, new in stands
+        if math.isfinite(old) and old != 0
+    ]
 
 
 def _is_used_besides(commands: Sequence[Executed], variable: int, index: int) -> bool:
@@ -212,7 +218,7 @@ def with_number(found: FoundDeck, where: Place, stands: Pairs) -> str | None:
         texts.append(found.commands[where.index].text)
     for text in texts:
         for old, new in _known(stands):
-            for match in NUMBER.finditer(text):
+            for match in _SIZES.finditer(text):
                 if is_same(float(match.group()), old):
                     start, end = match.span()
                     return f"{text[:start]}{new:.10g}{text[end:]}"
