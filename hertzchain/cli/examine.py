@@ -52,5 +52,8 @@ def examine(
             time_limit=limit,
             progress=report_progress,
         )
-    output.write_file("Deck", fix, lambda path: write_text(path, examination.fix))
+    if examination.edits:
+        output.write_file("Deck", fix, lambda path: write_text(path, examination.fix))
+    elif fix is not None:
+        output.say(f"{fix} is not written: there is no correction")
     shown.end(of_examination(examination))

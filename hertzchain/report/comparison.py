@@ -211,12 +211,10 @@ def _verdict(comparison: Comparison, of_formulas: Sequence[str]) -> Verdict:
         )
     else:
         sentence = f"{len(failed)} of {len(checks)} checks failed."
-    asked = {*results, *(check.engine for check in checks)}
     remarks = [
         *(f"{LABELS[name]}: {text}" for name in results for text in results[name].warnings),
         *of_formulas,
         *(f"{check.name}: {check.remark}" for check in checks if check.remark),
-        *(f"{LABELS[name]} has not been asked" for name in comparison.wanted if name not in asked),
     ]
     failures = [_failure(check) for check in failed]
     return Verdict(None if only_absent else not failed, sentence, failures, remarks)

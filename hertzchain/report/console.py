@@ -53,7 +53,7 @@ def plain_text(show: Callable[[Console], object], width: int = 120) -> str:
     return "\n".join(line.rstrip() for line in text.getvalue().splitlines())
 
 
-def print_run(console: Console, result: Result, others: str = "in --json") -> None:
+def print_run(console: Console, result: Result, others: str = "shown by --json") -> None:
     """Print the main results of a run: peaks of the transition, p, F_SW, speed, error, cost.
 
     ``others`` says where the peaks of all other contacts are.
@@ -173,7 +173,7 @@ def _predicted_facts(prediction: Prediction) -> list[tuple[str, str]]:
     return facts
 
 
-def print_document(console: Console, document: Document, others: str = "in --json") -> None:
+def print_document(console: Console, document: Document, others: str = "shown by --json") -> None:
     """Print the peaks of the transition, the checks, the verdict, and where to find the rest."""
     native, peaks = document.native, document.peaks
     console.print(describe(native.scene), style="bold", end="\n\n")
@@ -245,7 +245,7 @@ def _print_checks(console: Console, document: Document) -> None:
 
 
 def print_left_out(
-    console: Console, left: int, last: float | None, others: str = "in --json"
+    console: Console, left: int, last: float | None, others: str = "shown by --json"
 ) -> None:
     """Print how many contacts are not shown, if any, and where they are."""
     if left:

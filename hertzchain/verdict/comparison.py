@@ -53,8 +53,7 @@ class Comparison(ShownVerdict):
     results
         Results by names of backends: the reference method as native, and the others that ran.
     wanted
-        Names of the backends that have a column in the rows: native, LAMMPS and the others that
-        were asked for.
+        Names of the backends that were asked for, native always among them.
     formulas
         The paper's formulas with p and F_SW of the reference.
     checks
@@ -89,13 +88,18 @@ class Comparison(ShownVerdict):
     def rows(self) -> list[dict[str, float | int | None]]:
         """Return one row per contact; None where undefined.
 
-        The keys are contact, native_N, lammps_N, those of other backends, eq6_N and eq9_N.
+        The keys are contact, native_N, lammps_N, those of other backends that were asked for,
+        eq6_N and eq9_N.
         """
         nothing = [None] * self.native.contact.size
         peaks = {name: result.peak_force.tolist() for name, result in self.results.items()}
         columns = {
             "contact": self.native.contact.tolist(),
-            **{f"{name}_N": peaks.get(name, nothing) for name in self.wanted},
+            **{
+                f"{name}_N": peaks.get(name, nothing)
+                for name in ENGINES
+                if name in (*compared_by_default(), *self.wanted)
+            },
             "eq6_N": or_none(self.formulas.eq6),
             "eq9_N": or_none(self.formulas.eq9),
         }
@@ -233,5 +237,5 @@ def _compared(
             if results[name].scheme == "velocity-verlet":
                 report_progress(f"native: velocity Verlet at the steps of {label_of(name)}")
             checks += code_checks(results[name], native, engine.time_limit)
-    wanted = tuple(name for name in ENGINES if name in (*compared_by_default(), *given))
+    wanted = tuple(name for name in ENGINES if name in ("native", *given))
     return Comparison(scene, results, wanted, formulas(native), tuple(checks), missing)

@@ -48,6 +48,15 @@ def test_what_is_wrong_is_said_everywhere(hertzchain: Command, wrong: Path, tmp_
 
 
 @pytest.mark.lammps
+def test_a_deck_without_a_correction_is_not_written(hertzchain: Command, tmp_path: Path) -> None:
+    fixed = tmp_path / "in.fixed"
+    done = hertzchain("examine", SCENE, DECK, "--fix", fixed)
+    assert done.status == 0
+    assert f"{fixed} is not written: there is no correction" in " ".join(done.err.split())
+    assert not fixed.exists()
+
+
+@pytest.mark.lammps
 def test_variables_in_both_forms(hertzchain: Command) -> None:
     deck = FOLDER / "in.steel_variables"
     given = ["--var", "n", "20", "--var", "F0=100", "--var", "dt", "2e-7"]

@@ -185,7 +185,9 @@ def test_a_comparison_prints_its_verdict_and_what_failed(comparison: hc.Comparis
 
 
 def test_a_comparison_that_passes_prints_that(comparison: hc.Comparison) -> None:
-    passed = replace(comparison, checks=(), results={"native": comparison.native})
+    passed = replace(
+        comparison, checks=(), results={"native": comparison.native}, wanted=("native", "lammps")
+    )
     assert fact(passed, "verdict").startswith("PASS. All 0 checks of native passed")
     assert fact(passed, "LAMMPS") == "did not run"
 
@@ -266,7 +268,7 @@ def console() -> Console:
 
 def text_on(screen: Console) -> list[str]:
     text = screen.file.getvalue()  # type: ignore[attr-defined]
-    return [line.rstrip() for line in text.replace("in --json", "in to_frame()").splitlines()]
+    return [line.rstrip() for line in text.replace("shown by --json", "in to_frame()").splitlines()]
 
 
 def test_a_result_is_printed_as_run_does(result: hc.Result) -> None:

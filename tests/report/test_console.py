@@ -55,7 +55,8 @@ def both(native: hc.Comparison) -> hc.Comparison:
         error_estimate=2e-3,
         steps=54321,
     )
-    return replace(native, results={**native.results, "lammps": higher}, checks=(WELL,))
+    results = {**native.results, "lammps": higher}
+    return replace(native, results=results, wanted=("native", "lammps"), checks=(WELL,))
 
 
 def console() -> Console:
@@ -111,15 +112,15 @@ def test_a_run_shows_the_transition_and_one_contact_more(native: hc.Comparison) 
     # As many digits of forces as are known, at most 9, and 6 of times are printed.
     assert [float(row[1]) for row in rows] == pytest.approx(result.peak_force[:5], rel=5e-9)
     assert [float(row[2]) for row in rows] == pytest.approx(result.peak_time[:5], rel=5e-6)
-    assert "(6 more contacts, up to 12, are in --json)" in text
+    assert "(6 more contacts, up to 12, are shown by --json)" in text
 
 
 @pytest.mark.parametrize(
     ("left", "line"),
     [
         (0, ""),
-        (1, "(1 more contact is in --json)"),
-        (2, "(2 more contacts, up to 12, are in --json)"),
+        (1, "(1 more contact is shown by --json)"),
+        (2, "(2 more contacts, up to 12, are shown by --json)"),
     ],
 )
 def test_how_many_contacts_are_not_shown(left: int, line: str) -> None:
@@ -557,7 +558,7 @@ def test_a_prediction_shows_the_transition_and_both_equations(demo: hc.Scene) ->
     # Contact 10, after the transition, is none of Eq. 6.
     assert rows[-1] == ["10", "149.59", "149.59", "+0.0%"]
     assert rows[0][4:] == ["-0.7%", "-0.7%"]
-    assert "(50 more contacts, up to 60, are in --json)" in text
+    assert "(50 more contacts, up to 60, are shown by --json)" in text
     assert line_of(text, "transition, p") == "9 granules"
     assert line_of(text, "p of Eq. 3") == "8.25"
     assert line_of(text, "solitary wave, F_SW") == "149.59 N"
