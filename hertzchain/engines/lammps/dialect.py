@@ -23,9 +23,6 @@ TSUJI_AT_WALLS = "20230802"
 polynomial to the number again at every run.
 """
 
-NO_DAMPING_NONE = "up to 2025 at least"
-"""Versions in which ``damping none`` of the manual is an error."""
-
 # wall/gran hertz/history without damping gives NaN
 WALL_IS_NAN = "LAMMPS 2023 to 2025; 2022 does not"
 
@@ -58,9 +55,6 @@ def build_of(said: str) -> Build | None:
 
 DEFAULT_SKIN = {"si": 1e-3, "cgs": 0.1, "micro": 0.1, "nano": 0.1, "lj": 0.3}
 """Default neighbour skin [length]."""
-
-DEFAULT_STEP = {"si": 1e-8, "cgs": 1e-8, "micro": 2.0, "nano": 0.00045, "lj": 0.005}
-"""Default time step [time]."""
 
 # ---- Contact laws
 

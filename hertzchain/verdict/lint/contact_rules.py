@@ -20,16 +20,7 @@ def _damping(deck: Deck) -> Found:
         value = number(word)
         if law.normal == "mdr":
             continue
-        if damping is not None and damping not in _DAMPINGS and "$" not in damping:
-            text = f"LAMMPS has no damping {damping}: it has {', '.join(_DAMPINGS[1:])}"
-            yield law.command, "error", text
-        elif damping == "none":
-            text = (
-                f"damping none is an error in LAMMPS {dialect.NO_DAMPING_NONE}: leave the word out"
-                f" and give 0.0 as the second number of {law.normal}, which damps nothing"
-            )
-            yield law.command, "error", text
-        elif value is not None and damping in ("tsuji", "coeff_restitution"):
+        if value is not None and damping in ("tsuji", "coeff_restitution"):
             yield from _restitution(deck, law, damping, value)
         elif _damps(value) and not deck.no_chain:
             what = "gamma_n" if law.normal in CLASSIC else f"the second number of {law.normal}"
@@ -38,10 +29,6 @@ def _damping(deck: Deck) -> Found:
                 " those of Hertz's law; 0.0 damps nothing"
             )
             yield law.command, "note", text
-
-
-_DAMPINGS = "none", "coeff_restitution", "mass_velocity", "tsuji", "velocity", "viscoelastic"
-"""The damping models of LAMMPS, the first in some versions only."""
 
 
 def _damps(value: float | None) -> bool:
@@ -122,14 +109,7 @@ def _poisson_ratio(deck: Deck) -> Found:
 
 
 def _tangential(deck: Deck) -> Found:
-    """A tangential law has to be named, and its stiffness is divided by."""
-    for law in deck.laws:
-        if law.normal not in CLASSIC and "tangential" not in law.command.words:
-            text = (
-                "the tangential law is missing, which is an error: without friction it is"
-                f" {dialect.NO_FRICTION}"
-            )
-            yield law.command, "error", text
+    """The stiffness of a classic tangential law is divided by."""
     style = deck.contact_style
     if style[:1] and style[0] in CLASSIC[1:] and number("".join(style[2:3])) == 0:
         text = (
@@ -232,9 +212,6 @@ def _not_hertz(deck: Deck) -> Found:
             yield deck.runs[0], "error", text
         return
     name = deck.contact_style[0] if deck.is_granular else style.word(1)
-    if name in _OF_2008:
-        text = f"pair_style {name} is of LAMMPS before 2008: its name is now {_OF_2008[name]}"
-        yield style, "error", text
     if deck.no_chain:
         return
     if not deck.is_granular and "$" not in name:
@@ -262,13 +239,6 @@ def _not_hertz(deck: Deck) -> Found:
             text = "mdr is an elastic-plastic law, not Hertz's: hertz/material is elastic"
             yield law.command, "warning", text
 
-
-_OF_2008 = {
-    "gran/history": "gran/hooke/history",
-    "gran/no_history": "gran/hooke",
-    "gran/hertzian": "gran/hertz/history",
-}
-"""Names of pair styles that LAMMPS no longer has, and those of today."""
 
 _HERTZ = f"pair_coeff * * {dialect.hertz('E', 'nu')} {dialect.NO_FRICTION}"
 

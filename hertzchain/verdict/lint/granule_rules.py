@@ -139,16 +139,6 @@ def _units(deck: Deck) -> Found:
         yield command, "error", text
 
 
-def _atom_style(deck: Deck) -> Found:
-    """Granules need radius and density of their own."""
-    if not deck.is_granular or deck.is_partial or deck.named("read_restart"):
-        return
-    styles = deck.named("atom_style")
-    if not any({"sphere", "bpm/sphere"} & set(style.words) for style in styles):
-        text = "granules need atom_style sphere, which has a radius for each: LAMMPS stops without"
-        yield (styles[-1] if styles else deck.pair_style), "error", text
-
-
 def _periodic(deck: Deck) -> Found:
     """Images of a chain that meet it, or are ghosts that cost time."""
     command = deck.boundary
@@ -217,6 +207,6 @@ def _not_touching(deck: Deck) -> Found:
 
 
 RULES = (
-    _units, _atom_style, _density_before_diameter, _diameter_missing, _mass_set, _not_touching,
+    _units, _density_before_diameter, _diameter_missing, _mass_set, _not_touching,
     _periodic, _ghost_velocity, _skin, _neighbours,
 )  # fmt: skip

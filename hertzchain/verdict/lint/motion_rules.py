@@ -6,14 +6,8 @@ import math
 import re
 from itertools import pairwise
 
-from hertzchain.engines.lammps import dialect
 from hertzchain.verdict.lint.deck import Deck, Found
 from hertzchain.verdict.lint.script import Command, names_in, number
-
-_LEVELS = 3  # forces held in turn that are no pulse with corners: two are a rectangle and its end
-_SAMPLES = 4  # in a row that are the same: a level, no part of a ramp
-_HELD = 0.8  # of all samples of a staircase are on a level; some meet its corners
-
 
 _MOVER = re.compile(r"(nve|nvt|npt|nph|rigid|move$|brownian|ehex|controller|python|freeze)")
 
@@ -97,7 +91,7 @@ def _force_clock(deck: Deck) -> Found:
             if changed:
                 text = (
                     "the force follows step*dt, and timestep has been changed after steps were"
-                    " taken: its clock jumps there (peaks off by 32 %); write time instead"
+                    " taken: its clock jumps there; write time instead"
                 )
                 yield changed[0], "error", text
                 continue
@@ -115,8 +109,8 @@ def _force_clock(deck: Deck) -> Found:
             ]
             if again:
                 text = (
-                    "the force follows elapsed, which starts at 0 again with each run (peaks off"
-                    " by 32 %); write time instead"
+                    "the force follows elapsed, which starts at 0 again with each run; write time"
+                    " instead"
                 )
                 yield again[0], "error", text
             elif runs[-1] is not deck.runs[0]:
@@ -154,16 +148,22 @@ def _force_frozen(deck: Deck) -> Found:
 
 
 def _force_left_on(deck: Deck) -> Found:
-    """A formula is evaluated every step, also when it gives 0."""
-    for fix, _ in _formulas(deck):
-        runs, end = _acting(deck, fix)
-        if runs and end is None:
+    """A formula of a periodic pulse that begins again."""
+    for push in deck.pushes:
+        fix = deck.carried_out(push.command)
+        if fix is None or push.force is None or push.unfix is not None:
+            continue
+        late = push.force[-max(2, len(push.force) // 10) :]
+        if abs(late - late[0]).max() > _STILL * abs(push.force).max():
             text = (
-                "LAMMPS evaluates the formula of the force at every step until the end, about 4 us"
-                " each, and a periodic pulse begins again: end the run with the pulse, then unfix"
-                f" {fix.word(1)}"
+                "the force still changes when the deck ends, and a periodic pulse begins again: end"
+                f" it in its formula, as *(time<T), or unfix {fix.word(1)} behind the run that ends"
+                " with it"
             )
             yield fix, "note", text
+
+
+_STILL = 1e-3  # of the largest force: one that changes by less has ended (chosen)
 
 
 def _force_cut(deck: Deck) -> Found:
@@ -205,7 +205,7 @@ def _force_on_all(deck: Deck) -> Found:
 
 
 def _force_in_steps(deck: Deck) -> Found:
-    """A pulse follows the time; one in steps has another shape."""
+    """A force that acts at some steps only."""
     for fix in deck.fixes("addforce"):
         count = number(fix.after("every"))
         if "every" in fix.words[7:] and count is not None and count > 1:
@@ -214,47 +214,6 @@ def _force_in_steps(deck: Deck) -> Found:
                 f" granule gets 1/{count:g} of the momentum; leave the words out"
             )
             yield fix, "error", text
-    held: dict[str, list[tuple[Command, float]]] = {}
-    every = set() if deck.look is None else set(range(len(deck.look.runs)))
-    for push in deck.pushes:
-        fixed = deck.carried_out(push.command)
-        if fixed is None or push.force is None or set(push.runs) == every:
-            continue
-        size = push.force[:, abs(push.force).max(axis=0).argmax()]
-        if any(word.startswith("v_") for word in fixed.words[4:7]):
-            yield from _stairs(fixed, size.tolist())
-        elif size[0]:
-            held.setdefault(fixed.word(2), []).append((fixed, float(size[0])))
-    for group, forces in held.items():
-        levels = [forces[0], *(b for a, b in pairwise(forces) if a[1] != b[1])]
-        if len(levels) >= _LEVELS:
-            text = (
-                f"the force on group {group} changes in {len(levels)} steps, "
-                f"{', '.join(f'{size:g}' for _, size in levels[:3])}, ..., each held for a while:"
-                " a pulse is a formula of time, variable push equal ... and fix ... addforce v_push"
-                " 0.0 0.0"
-            )
-            yield levels[0][0], "warning", text
-
-
-def _stairs(fix: Command, values: list[float]) -> Found:
-    """A formula with several values, each held for a while."""
-    largest = max(map(abs, values), default=0.0)
-    held: list[list[float]] = []  # neighbours that are the same
-    for value in values:
-        if held and abs(value - held[-1][0]) <= 1e-9 * largest:
-            held[-1].append(value)
-        else:
-            held.append([value])
-    levels = [group for group in held if group[0] and len(group) >= _SAMPLES]
-    samples = sum(len(group) for group in held if group[0])
-    if len(levels) >= _LEVELS and sum(map(len, levels)) >= _HELD * samples:
-        text = (
-            f"the formula of the force has {len(levels)} levels up to {largest:.4g}, each held for"
-            " a while: the pulse is a staircase, whose corners make waves of their own; write a"
-            " formula that follows time without floor, round, ceil or ternary"
-        )
-        yield fix, "warning", text
 
 
 def _random_velocities(deck: Deck) -> Found:
@@ -270,29 +229,7 @@ def _random_velocities(deck: Deck) -> Found:
             yield command, "error", text
 
 
-def _step_default(deck: Deck) -> Found:
-    """A deck that leaves the step to LAMMPS."""
-    default, first = dialect.DEFAULT_STEP.get(deck.units), next(iter(deck.runs), None)
-    if first is None or default is None or deck.is_partial or not deck.is_granular:
-        return
-    before = [c for c in deck.named("timestep") if c.place < first.place]
-    if not before and not deck.fixes("dt/reset"):
-        text = f"no timestep is given before this run: in units {deck.units} it is {default:g}"
-        yield first, "note", text
-
-
-def _dump_every_step(deck: Deck) -> Found:
-    """Output that costs more than the simulation."""
-    for command in deck.named("dump"):
-        if number(command.word(4)) == 1:
-            text = (
-                "a dump of every step costs about 50 us a step for 30 granules, which themselves"
-                " take 4 to 8: write every 10 steps and interpolate, a contact lasts hundreds"
-            )
-            yield command, "note", text
-
-
 RULES = (
     _motion, _no_run, _thermostat, _force_clock, _force_frozen, _force_left_on, _force_cut,
-    _force_on_all, _force_in_steps, _random_velocities, _step_default, _dump_every_step,
+    _force_on_all, _force_in_steps, _random_velocities,
 )  # fmt: skip

@@ -42,9 +42,18 @@ def _no_chain(deck: Deck) -> Found:
 
 
 def _text_alone(deck: Deck) -> Found:
-    """Why LAMMPS read a part of a deck only that may be one of a chain."""
-    if deck.look is not None and deck.look.stopped and deck.is_other is None:
-        text = f"LAMMPS read a part of the deck, the rest was read as text: {deck.look.stopped}"
+    """Where LAMMPS stops: its own error is the deck's, and so is a command that nobody knows."""
+    look = deck.look
+    if look is None or not look.stopped or deck.is_other is not None:
+        return
+    where = deck.carried_out(len(look.commands) - 1)
+    lacks = "is part of the" in look.stopped  # a package of LAMMPS that is not installed here
+    if "LAMMPS stopped: ERROR" in look.stopped and not lacks and deck.no_chain is None:
+        yield where, "error", look.stopped
+    elif "is none of the commands" in look.stopped and deck.no_chain is None:
+        yield where, "warning", f"{look.stopped}; if it is misspelt, LAMMPS stops here"
+    else:
+        text = f"LAMMPS read a part of the deck, the rest was read as text: {look.stopped}"
         yield None, "note", text
 
 
@@ -71,8 +80,7 @@ RULES: dict[str, Rule] = {
 
 OF_CHAINS = {
     "mass-set", "not-touching", "periodic", "skin", "neighbours", "several-materials", "thermostat",
-    "force-left-on", "force-on-all", "force-in-steps", "force-cut", "random-velocities", "gravity",
-    "step-length", "step-default", "dump-every-step",
+    "force-left-on", "force-on-all", "force-cut", "random-velocities", "gravity", "step-length",
 }  # fmt: skip
 """Rules that hold for chains alone."""
 

@@ -160,25 +160,14 @@ def test_a_deck_that_is_no_chain_is_said_to_be_none_and_has_no_error(name: str) 
         ("hooke/history 2000.0 NULL", "hooke/history/omp 2000.0 0.0", "tangential"),
         ("comm_modify vel yes\n", "", "ghost-velocity"),
         ("comm_modify vel yes\n", "communicate single vel yes\n", "ghost-velocity"),
-        ("atom_style sphere", "atom_style granular", "atom-style"),
         ("fix down", "fix again all nve/sphere\nfix down", "motion"),
         ("hooke/history 2000.0 NULL", "hooke/history 2000.0 0.0", "tangential"),
-        ("gran/hooke/history 2000.0 NULL 50.0 NULL", "gran/history 2000.0 50.0", "not-hertz"),
-        (f"gran/{CLASSIC}\npair_coeff * *", f"granular\npair_coeff * * {LAW[:-5]}hertz/en",
-         "damping"),
     ],
 )  # fmt: skip
 def test_traps_of_any_deck_are_named_in_a_heap(old: str, new: str, rule: str) -> None:
     assert old in HEAD
     found = lint(HEAD.replace(old, new) + POUR)
     assert {one.rule for one in found if one.severity != "note"} == {rule}
-
-
-def test_names_of_2008_are_replaced_by_those_of_today() -> None:
-    text = HEAD.replace(f"gran/{CLASSIC}", "gran/history 2000.0 50.0 0.5 0") + POUR
-    assert {one.text for one in lint(text) if one.severity == "error"} == {
-        "pair_style gran/history is of LAMMPS before 2008: its name is now gran/hooke/history"
-    }
 
 
 ROWS = """\
@@ -241,13 +230,13 @@ def test_a_chain_in_another_style_is_a_chain(name: str) -> None:
     assert {one.rule for one in pushed} == {"force-on-all"}
 
 
-def test_where_lammps_stops_a_note_says_why() -> None:
+def test_where_lammps_stops_it_says_why() -> None:
     text = ROWS.replace("19.5 0 3", "19.5 0 0").replace("fix 1 all nve/sphere\n", "")
     found = {
         one.rule: one for one in lint(text.replace("create_atoms 1 region rows", "read_data none"))
     }
     assert set(found) == {"text-alone", "motion"}
-    assert found["text-alone"].severity == "note"
+    assert (found["text-alone"].severity, found["text-alone"].line) == ("error", 10)
     assert "in.chain:10: LAMMPS stopped: ERROR" in found["text-alone"].text
 
 
