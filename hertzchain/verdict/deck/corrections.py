@@ -12,16 +12,14 @@ import numpy as np
 
 from hertzchain.engines.lammps.reading import Executed
 from hertzchain.verdict.deck.deck_check import ACTS, Case, DeckCheck
-from hertzchain.verdict.deck.places import NUMBER, WITHOUT, Changes, Place, commands_of, place_at
+from hertzchain.verdict.deck.places import WITHOUT, Changes, Place, commands_of, place_at
 from hertzchain.verdict.deck.right_commands import (
     first_alone,
     granule_commands,
-    has_type,
     law_commands,
     load_commands,
     motion_commands,
     neighbour_commands,
-    number,
     piston_commands,
     place_commands,
     shock_commands,
@@ -71,59 +69,14 @@ def _whole(case: Case, lines: Sequence[str], old: Sequence[int]) -> Iterator[Cha
 # ---- Lines that change in a way of their own
 
 
-def _room(case: Case, _: DeckCheck) -> Iterator[Changes]:
-    """A box with room at both ends, that is not periodic along the chain."""
-    found, unit = case.found, case.units.length
-    if found.axis not in "xyz":
-        return
-    k = "xyz".index(found.axis)
-    # As LAMMPS has them: the chain may extend to smaller coordinates.
-    ends = found.origin[k] + found.direction[k] * case.scene.granules.position[[0, -1]]
-    widest = 4 * float(np.max(found.radius))
-    low, high = (float(np.min(ends)) - widest) / unit, (float(np.max(ends)) + widest) / unit
-    bounds = [*found.boundary.split(), "p", "p", "p"][:3]
-    bounds[k] = "f"
-    edits: Changes = {}
-    box = [one.text.split()[2] for one in found.commands if one.text.startswith("create_box")]
-    for one in found.commands:
-        words = one.text.split()
-        if words[:1] == ["boundary"] and bounds != found.boundary.split():
-            edits[_at(one)] = (f"boundary {' '.join(bounds)}",)
-        is_box = words[:1] == ["region"] and words[1] in box and words[2:3] == ["block"]
-        if is_box and ("units" in words or _unit_lattice(case)):
-            words[3 + 2 * k : 5 + 2 * k] = number(low), number(high)
-            edits[_at(one)] = (" ".join(words),)
-    yield edits
-
-
-def _unit_lattice(case: Case) -> bool:
-    """Whether lengths in regions are those of the box."""
-    made = [one.text.split()[1:3] for one in case.found.commands if one.text.startswith("lattice")]
-    return all(words[:1] == ["none"] or words[1:2] in (["1"], ["1.0"]) for words in made)
-
-
-def _by_types(case: Case, _: DeckCheck) -> Iterator[Changes]:
-    """Moduli of materials in all lines that have others than those of their granules."""
-    found, granules, unit = case.found, case.scene.granules, case.units
-    edits: Changes = {}
-    count = min(found.types.size, granules.young_modulus.size)
-    for one in found.commands:
-        words, written = one.text.split(), one.written.split()
-        if words[:1] != ["pair_coeff"] or "hertz/material" not in words or len(words) < 7:
-            continue
-        law = words.index("hertz/material")
-        kinds = [k for k in range(count) if has_type(words[1], int(found.types[k]))]
-        materials = {(granules.young_modulus[k], granules.poisson_ratio[k]) for k in kinds}
-        if len(materials) != 1 or words[1] != words[2] or len(words) != len(written):
-            continue
-        modulus, poisson = materials.pop()
-        for place, right in ((law + 1, modulus / unit.pressure), (law + 3, poisson)):
-            is_number = NUMBER.fullmatch(written[place]) is not None
-            if is_number and abs(float(words[place]) - right) > 1e-9 * abs(right):
-                written[place] = number(float(right))
-        if written != one.written.split():
-            edits[_at(one)] = (" ".join(written),)
-    yield edits
+def _ends(case: Case, _: DeckCheck) -> Iterator[Changes]:
+    """A box that is not periodic along the chain."""
+    found = case.found
+    if found.axis in "xyz":
+        bounds = [*found.boundary.split(), "p", "p", "p"][:3]
+        bounds["xyz".index(found.axis)] = "f"
+        made = [one for one in found.commands if one.text.startswith("boundary")]
+        yield {_at(one): (f"boundary {' '.join(bounds)}",) for one in made}
 
 
 def _formula(case: Case, check: DeckCheck) -> Iterator[Changes]:
@@ -221,9 +174,7 @@ def _movers(case: Case, _: DeckCheck) -> list[int]:
 
 
 _BY_LINE = {
-    "granules": _room,
-    "image": _room,
-    "contacts": _by_types,
+    "image": _ends,
     "shock": _formula,
     "pushed": _pushed_alone,
     "timestep": _as_many_steps,

@@ -143,14 +143,6 @@ def velocity_commands(case: Case) -> list[str]:
     return commands
 
 
-def has_type(kinds: str, kind: int) -> bool:
-    """Whether types as ``pair_coeff`` names them, such as ``2*4``, have one."""
-    low, star, high = kinds.partition("*")
-    if not star:
-        return low.isdigit() and int(low) == kind
-    return int(low or 1) <= kind <= int(high or kind)
-
-
 def damping_words(case: Case, k: int, version: str) -> tuple[str, str]:
     """The number of a contact's damping in a deck, and the words behind its friction."""
     contact, granules, unit = case.scene.contact, case.scene.granules, case.units

@@ -119,19 +119,6 @@ def _tangential(deck: Deck) -> Found:
         yield deck.pair_style, "warning", text
 
 
-def _several_materials(deck: Deck) -> Found:
-    """The gran styles have one stiffness for all granules."""
-    style = "".join(deck.contact_style[:1])
-    types = max((number(box.word(1)) or 1 for box in deck.named("create_box")), default=1)
-    if style in CLASSIC and types > 1:
-        text = (
-            f"{types:.0f} types of granules, but {style} has one Kn for all of them: take"
-            " pair_style granular with hertz/material for each pair of types, unless all are of"
-            " one material"
-        )
-        yield deck.pair_style, "warning", text
-
-
 def _mixed_pairs(deck: Deck) -> Found:
     """Pairs of two types that LAMMPS mixes by itself."""
     if deck.pair_style is None or deck.pair_style.word(1) != "granular" or deck.is_partial:
@@ -250,6 +237,6 @@ _HOOKE = (
 
 
 RULES = (
-    _not_hertz, _damping, _attraction, _poisson_ratio, _tangential, _several_materials,
+    _not_hertz, _damping, _attraction, _poisson_ratio, _tangential,
     _mixed_pairs, _wall,
 )  # fmt: skip

@@ -103,7 +103,7 @@ def _skin(deck: Deck) -> Found:
 
 
 def _neighbours(deck: Deck) -> Found:
-    """Neighbour lists that are built too often, or leave contacts out."""
+    """Neighbour lists that leave contacts out."""
     if not deck.is_granular:
         return
     for command in deck.named("neigh_modify"):
@@ -113,13 +113,6 @@ def _neighbours(deck: Deck) -> Found:
                 " through one another; leave it out of a chain"
             )
             yield command, "warning", text
-        if command.after("check") == "no":
-            text = (
-                "check no builds the neighbour list whether or not a granule has moved (every 10"
-                " steps: they take up to three times as long), and misses contacts where one has"
-                " moved further than half the skin; write neigh_modify delay 0 every 1 check yes"
-            )
-            yield command, "note", text
 
 
 def _units(deck: Deck) -> Found:

@@ -79,7 +79,6 @@ def _formulas(deck: Deck) -> list[tuple[Command, str]]:
 
 def _force_clock(deck: Deck) -> Found:
     """Forces follow the time; LAMMPS's other clocks jump, or start again."""
-    steps = deck.named("timestep")
     for fix, variable in _formulas(deck):
         runs, _ = _acting(deck, fix)
         if not runs:
@@ -94,13 +93,6 @@ def _force_clock(deck: Deck) -> Found:
                     " taken: its clock jumps there; write time instead"
                 )
                 yield changed[0], "error", text
-                continue
-            said = ", as it does in this deck" if len(steps) > 1 else ""
-            text = (
-                "the force follows step*dt, which is the time only as long as timestep never"
-                f" changes{said}; write time instead"
-            )
-            yield fix, "warning" if said else "note", text
         elif "elapsed" in names:
             again = [
                 after
@@ -113,12 +105,6 @@ def _force_clock(deck: Deck) -> Found:
                     " instead"
                 )
                 yield again[0], "error", text
-            elif runs[-1] is not deck.runs[0]:
-                text = (
-                    "the force follows elapsed, which counts from the start of this run, not of"
-                    " the simulation; time does not start again"
-                )
-                yield runs[-1], "note", text
 
 
 def _has_new_step(deck: Deck, run: Command) -> bool:

@@ -79,7 +79,7 @@ RULES: dict[str, Rule] = {
 """All rules by name."""
 
 OF_CHAINS = {
-    "mass-set", "not-touching", "periodic", "skin", "neighbours", "several-materials", "thermostat",
+    "mass-set", "not-touching", "periodic", "skin", "neighbours", "thermostat",
     "force-left-on", "force-on-all", "force-cut", "random-velocities", "gravity", "step-length",
 }  # fmt: skip
 """Rules that hold for chains alone."""
@@ -114,7 +114,7 @@ def lint_file(path: Path, variables: Mapping[str, str] | None = None) -> list[Fi
     ``variables`` are those of the command line, which take the place of the deck's own.
     """
     text, given = read(path), variables or {}
-    commands = script_of(path, text, given)
+    commands = script_of(path, text)
     deck = Deck(commands)
     if deck.pair_style is None or not deck.runs or deck.is_of_liggghts:
         return findings(commands)
@@ -125,7 +125,7 @@ def lint_file(path: Path, variables: Mapping[str, str] | None = None) -> list[Fi
     except HertzchainError as problem:
         said = f"LAMMPS could not be asked, the deck was read as text: {problem}"
         return [Finding(1, "text-alone", "note", said), *findings(commands)]
-    return findings(script_of(path, text, given, seen.commands, bool(seen.stopped)), seen)
+    return findings(script_of(path, text, seen.commands, bool(seen.stopped)), seen)
 
 
 def read(path: Path) -> str:

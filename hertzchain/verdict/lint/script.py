@@ -1,14 +1,14 @@
 """A LAMMPS input script as the rules of lint see it: its commands in their order.
 
 They are those that LAMMPS has carried out, with the values of variables; where it was not asked, or
-has stopped, the rest is the text, with the values of variables that are written as such.
+has stopped, the rest is the text as it is written.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -79,7 +79,6 @@ def number(word: str | None) -> float | None:
 def script_of(
     path: Path,
     text: str,
-    variables: Mapping[str, str],
     carried_out: Sequence[Executed] = (),
     stopped: bool = True,
 ) -> list[Command]:
@@ -96,12 +95,9 @@ def script_of(
         if words:
             found.append(Command(len(found), line, inside, words, raw, index))
     if stopped:
-        values = {name: value.split()[0] for name, value in variables.items() if value.split()}
         for at, inside, words in _Reader(path.parent).commands(text):
-            filled = tuple(_filled(word, values) for word in words)
-            _define(filled, values, variables)
             if at > line:
-                found.append(Command(len(found), at, inside, filled, words))
+                found.append(Command(len(found), at, inside, words, words))
     return found
 
 
@@ -174,26 +170,3 @@ def _closed_up(line: str) -> str:
         if not (depth and character.isspace()):
             pieces.append(character)
     return "".join(pieces)
-
-
-_BRACED = re.compile(r"\$\{(\w+)\}|\$([A-Za-z])(?![\w(])")
-
-
-def _filled(word: str, values: Mapping[str, str]) -> str:
-    """A word with the values of variables in it; what is unknown stays as it is written."""
-    if "$" not in word:
-        return word
-    return _BRACED.sub(lambda match: values.get(match[1] or match[2], match[0]), word)
-
-
-def _define(words: Sequence[str], values: dict[str, str], fixed: Mapping[str, str]) -> None:
-    """Note the value that a command gives a variable, if it is written there."""
-    if words[0] not in ("variable", "next") or len(words) < 2:
-        return
-    style, name = words[2] if len(words) > 3 else "", words[1]
-    if style == "index" and (name in fixed or name in values):
-        return
-    if style in ("index", "string") or (style == "equal" and number(words[3]) is not None):
-        values[name] = words[3]
-    else:
-        values.pop(name, None)
