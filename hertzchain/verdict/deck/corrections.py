@@ -12,7 +12,15 @@ import numpy as np
 
 from hertzchain.engines.lammps.reading import Executed
 from hertzchain.verdict.deck.deck_check import ACTS, Case, DeckCheck
-from hertzchain.verdict.deck.places import WITHOUT, Changes, Place, commands_of, place_at
+from hertzchain.verdict.deck.places import (
+    SIZES,
+    WITHOUT,
+    Changes,
+    Place,
+    commands_of,
+    place_at,
+    variables_of,
+)
 from hertzchain.verdict.deck.right_commands import (
     first_alone,
     granule_commands,
@@ -20,6 +28,7 @@ from hertzchain.verdict.deck.right_commands import (
     load_commands,
     motion_commands,
     neighbour_commands,
+    number,
     piston_commands,
     place_commands,
     shock_commands,
@@ -127,6 +136,30 @@ def _pushed_alone(case: Case, _: DeckCheck) -> Iterator[Changes]:
     yield {_at(case.found.commands[k]): lines for k, lines in pushed_alone(case).items()}
 
 
+def _from_others(case: Case, check: DeckCheck, role: str) -> Iterator[Changes]:
+    """A number of a variable from which a number follows: in proportion, or with a difference."""
+    texts, mine, right = case.found.commands, check.measured, check.expected
+    if not mine or not right:
+        return
+    used = {at for k in commands_of(case.found, role) for at in variables_of(texts, k)}
+    for at in sorted(used, key=lambda k: (len(texts[k].written.split()[-1]), k)):
+        text = texts[at].written
+        if "loop" in text.split():
+            continue
+        for match in SIZES.finditer(text):
+            old, (start, end) = float(match.group()), match.span()
+            tried = [old * right / mine]
+            if role == "place" and text.split()[-1] == match.group():
+                tried.append(old + (right - mine) / case.units.length)
+            for new in tried:
+                if new != old:
+                    yield {_at(texts[at]): (f"{text[:start]}{number(new)}{text[end:]}",)}
+
+
+_DERIVED = {"place", "contacts"}
+"""Roles of numbers that people compute from others."""
+
+
 # ---- What a number is set by
 
 
@@ -211,6 +244,8 @@ def corrections(case: Case, check: DeckCheck, role: str) -> Iterator[Changes]:
         yield {_at(where): tuple(check.command.split("\n"))}
     if role in _BY_LINE:
         yield from _BY_LINE[role](case, check)
+    if role in _DERIVED:
+        yield from _from_others(case, check, role)
     if role in _SETTINGS:
         commands, replaced = _SETTINGS[role]
         lines = commands(case)

@@ -26,7 +26,7 @@ Indices = NDArray[np.intp]
 
 ROUND_OFF = 1e-9  # relative: decks of 17 digits have less; none of it is worth a remark (chosen)
 ACTS = 1e-6  # of the largest force: granules with less are not pushed (chosen)
-_WHICH = re.compile(r"(?: of| on| at)? (?:all |the )?(?:granules?|contacts?|wall)\b.*| \d+.*")
+_WHICH = re.compile(r"(?: of| on| at)? (?:all |the )?(?:granules?|contacts?)\b.*| \d+.*")
 
 _MOST_GROUPS = 3  # numbers that are wrong alike, each with a remark of its own (chosen)
 DIGITS = 10.0  # times the tolerance: what carried digits can make of one number (chosen)
@@ -77,7 +77,7 @@ class DeckCheck:
 
     @property
     def kind(self) -> str:
-        """The name without which granules or contacts it is about."""
+        """The name without which granules or contacts between them it is about."""
         return _WHICH.sub("", self.name)
 
     def to_dict(self) -> dict[str, Any]:

@@ -20,7 +20,7 @@ WITHOUT = "without this command"
 
 _SIZE = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?(?![\w.])"
 NUMBER = re.compile(rf"[-+]?{_SIZE}")
-_SIZES = re.compile(rf"(?<![\w.$]){_SIZE}")
+SIZES = re.compile(rf"(?<![\w.$]){_SIZE}")
 
 _SAME = 2e-3  # relative: a number that stands in a line is the one that was measured (chosen)
 
@@ -94,7 +94,7 @@ class Place:
 
 def numbers_in(text: str) -> list[float]:
     """Numbers that stand in a command, without their signs."""
-    return [float(found.group()) for found in _SIZES.finditer(text)]
+    return [float(found.group()) for found in SIZES.finditer(text)]
 
 
 def is_same(number: float, other: float) -> bool:
@@ -137,7 +137,7 @@ def place(found: FoundDeck, role: str, stands: Pairs = (), at: int | None = None
     if not mains:
         return None if role in _FALLBACK else place(found, "run")
     for index in reversed(mains):
-        for k in (index, *_variables(commands, index)):
+        for k in (index, *variables_of(commands, index)):
             for number in numbers_in(commands[k].written):
                 if any(is_same(number, old) for old, _ in pairs):
                     # A right number that others use, too, is only taken for another one here.
@@ -172,7 +172,7 @@ def _is_used_besides(commands: Sequence[Executed], variable: int, index: int) ->
 
 def formula_of(found: FoundDeck, where: Place) -> Place:
     """The variable that makes a force change in time, used at a place; else the place itself."""
-    for at in reversed(_variables(found.commands, where.index)):
+    for at in reversed(variables_of(found.commands, where.index)):
         if _CHANGES.search(found.commands[at].written):
             return place_at(found, at)
     return where
@@ -184,7 +184,7 @@ def place_at(found: FoundDeck, index: int) -> Place:
     return Place(one.file, one.line, one.written.strip(), index)
 
 
-def _variables(commands: Sequence[Executed], index: int) -> list[int]:
+def variables_of(commands: Sequence[Executed], index: int) -> list[int]:
     """Commands that define the variables which a command uses, directly or by others."""
     found: list[int] = []
     wanted, seen = _names(commands[index].written), set[str]()
@@ -218,7 +218,7 @@ def with_number(found: FoundDeck, where: Place, stands: Pairs) -> str | None:
         texts.append(found.commands[where.index].text)
     for text in texts:
         for old, new in _known(stands):
-            for match in _SIZES.finditer(text):
+            for match in SIZES.finditer(text):
                 if is_same(float(match.group()), old):
                     start, end = match.span()
                     return f"{text[:start]}{new:.10g}{text[end:]}"
