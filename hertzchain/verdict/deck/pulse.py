@@ -86,7 +86,7 @@ def pulse(case: Case) -> list[Difference]:
 def _parts(
     case: Case, time: FloatArray, force: FloatArray, effect: float | None
 ) -> list[Difference]:
-    """Numbers of the pulse that tell its difference: its peak, its duration, a second one."""
+    """Numbers of the pulse that tell its difference: its peak and its duration."""
     scene, unit, made = case.scene, case.units, []
     measured = float(force[int(np.argmax(np.abs(force)))])
     is_pulse, longer = isinstance(scene.shock, Pulse), None
@@ -107,27 +107,7 @@ def _parts(
         )))  # fmt: skip
     if longer is not None and abs(longer - 1) > 1e-4:
         made.append(_duration(case, longer, effect))
-    return made or _again(case, time, force, effect)
-
-
-def _again(
-    case: Case, time: FloatArray, force: FloatArray, effect: float | None
-) -> list[Difference]:
-    """A force that acts again after the pulse."""
-    scene = case.scene
-    acting = np.flatnonzero(np.abs(force) > _NOTHING * scene.peak_force)
-    within = time <= scene.pulse_end
-    off = float(np.max(np.abs(force - scene.applied_force(time))[within], initial=0.0))
-    late = float(time[acting[-1]]) if acting.size else 0.0
-    if off >= _ALIKE * scene.peak_force or late <= scene.pulse_end * (1 + _TIME):
-        return []
-    return [
-        of_shock(case, Difference(
-            late, scene.pulse_end, "force after the pulse", "s", effect=effect,
-            sentence=f"the applied force acts again after the pulse, until {late:.4g} s, the"
-            f" scene's ends at {scene.pulse_end:.4g} s", reason="the scene has one pulse",
-        ))
-    ]  # fmt: skip
+    return made
 
 
 def _with_run(case: Case, one: Difference, time: FloatArray, force: FloatArray) -> Difference:

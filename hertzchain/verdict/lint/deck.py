@@ -186,15 +186,6 @@ class Deck:
         )
 
     @cached_property
-    def diameter(self) -> float | None:
-        """Of all granules, if they have one and the same [length]."""
-        if self.granules is not None:
-            low, high = float(self.granules.radius.min()), float(self.granules.radius.max())
-            return 2 * low if high == low else None
-        values = {number(word) for _, word in self.given("diameter")}
-        return values.pop() if len(values) == 1 else None
-
-    @cached_property
     def skin(self) -> float | None:
         """How much wider than a contact neighbours are looked for."""
         given = [command for command in self.named("neighbor") if command.word(1)]

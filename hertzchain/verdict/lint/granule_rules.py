@@ -57,13 +57,6 @@ def _diameter_missing(deck: Deck) -> Found:
         yield created[0], "error", text
 
 
-def _mass_set(deck: Deck) -> Found:
-    """A mass that is set takes the place of that of the density."""
-    for command, _ in deck.given("mass"):
-        text = "this mass takes the place of 4/3 pi R^3 density: leave it out, or the density"
-        yield command, "warning", text
-
-
 def _ghost_velocity(deck: Deck) -> Found:
     """Contact laws of granules ask for the velocities of ghosts."""
     wanted = any(command.after("vel") == "yes" for command in deck.named("comm_modify"))
@@ -73,33 +66,6 @@ def _ghost_velocity(deck: Deck) -> Found:
             " granules, and LAMMPS stops at the first run; write it before the pair style"
         )
         yield deck.pair_style, "error", text
-
-
-def _skin(deck: Deck) -> Found:
-    """The skin is a length, and its default belongs to the units, not to the granules."""
-    if deck.diameter is None or deck.diameter <= 0 or not deck.is_granular or deck.is_partial:
-        return
-    given = [command for command in deck.named("neighbor") if len(command.words) > 1]
-    skin = deck.skin
-    where = given[-1] if given else next(iter(deck.runs), None)
-    if skin is None or where is None:
-        return
-    radius = deck.diameter / 2
-    origin = "the skin is" if given else f"without a neighbor command the skin is {deck.units}'s"
-    wanted = f"write neighbor {radius / 2:.3g} bin, half a radius"
-    if skin >= 2 * radius:
-        text = (
-            f"{origin} {skin:g}, {skin / radius:.3g} radii: {1 + skin / deck.diameter:.4g} granules"
-            " ahead count as neighbours instead of 1 (a chain with R = 50 um at the default of"
-            f" 1 mm: steps take twice as long); {wanted}"
-        )
-        yield where, "warning", text
-    elif skin < radius / 1000:
-        text = (
-            f"{origin} {skin:g}, {skin / radius:.1g} of a radius: neighbours are looked for again"
-            f" nearly every step (steps take up to four times as long); {wanted}"
-        )
-        yield where, "warning", text
 
 
 def _neighbours(deck: Deck) -> Found:
@@ -139,12 +105,6 @@ def _periodic(deck: Deck) -> Found:
     where = command or next(iter(deck.named("create_box", "read_data")), None)
     said = "" if command else " (without a boundary command all are)"
     if granules is None or deck.skin is None:
-        if deck.is_granular and command is None and not deck.is_partial:
-            text = (
-                "without a boundary command the box is periodic: if the granules lie in a row,"
-                " write boundary f f f and leave room around them"
-            )
-            yield where, "note", text
         return
     room = 2 * (2 * float(granules.radius.max()) + deck.skin)
     box, place = granules.high - granules.low, granules.position
@@ -200,6 +160,6 @@ def _not_touching(deck: Deck) -> Found:
 
 
 RULES = (
-    _units, _density_before_diameter, _diameter_missing, _mass_set, _not_touching,
-    _periodic, _ghost_velocity, _skin, _neighbours,
+    _units, _density_before_diameter, _diameter_missing, _not_touching,
+    _periodic, _ghost_velocity, _neighbours,
 )  # fmt: skip

@@ -54,9 +54,6 @@ def _thermostat(deck: Deck) -> Found:
                 " them: fix nve is all that a chain needs"
             )
             yield fix, "error", text
-        elif style.startswith("viscous"):
-            text = f"fix {style} damps every granule: peaks are lower than those of Hertz's law"
-            yield fix, "note", text
 
 
 _TIME_WORDS = {"step", "time", "elapsed", "elaplong"}

@@ -79,7 +79,7 @@ RULES: dict[str, Rule] = {
 """All rules by name."""
 
 OF_CHAINS = {
-    "mass-set", "not-touching", "periodic", "skin", "neighbours", "thermostat",
+    "not-touching", "periodic", "neighbours", "thermostat",
     "force-left-on", "force-on-all", "force-cut", "random-velocities", "gravity", "step-length",
 }  # fmt: skip
 """Rules that hold for chains alone."""

@@ -114,15 +114,7 @@ TRAPS = {
     ),
     "no density": Trap("diameter-missing", "error", DENSITY, "", "peaks", 0.99),
     "no diameter": Trap("diameter-missing", "error", DIAMETER, "", "stops"),
-    "a mass as well": Trap(
-        "mass-set", "warning", DENSITY, DENSITY + "set group all mass 1.0\n", "peaks", 0.99
-    ),
     "no ghost velocities": Trap("ghost-velocity", "error", "comm_modify vel yes\n", "", "stops"),
-    "skin of the default on small granules": Trap(
-        "skin", "warning", "neighbor $(v_R/2) bin\n", "variable R2 equal 1\n"
-    ),
-    "skin of other units": Trap("skin", "warning", "neighbor $(v_R/2) bin", "neighbor 0.3 bin"),
-    "skin of nothing": Trap("skin", "warning", "neighbor $(v_R/2) bin", "neighbor 1e-9 bin"),
     "excluded pairs": Trap(
         "neighbours", "warning", "delay 0 every 1 check yes",
         "delay 0 every 1 check yes exclude type 1 1", "peaks", 0.99,
@@ -285,8 +277,6 @@ def planted(trap: Trap, text: str = CLEAN) -> str:
     for old, new in zip(trap.old.split("|"), trap.new.split("|"), strict=True):
         assert old in text
         text = text.replace(old, new)
-    if trap.rule == "skin" and "R2" in trap.new:
-        text = text.replace("4.75e-3", "5e-5")
     return text
 
 
