@@ -123,7 +123,7 @@ def _with_run(case: Case, one: Difference, time: FloatArray, force: FloatArray) 
         for run in case.found.runs:
             ends = run.start - case.start + run.steps * run.dt
             wrong = abs(mine - right) > max(_TIME * scene.pulse_end, 1.5 * gap)
-            if wrong and abs(ends - mine) <= 2 * gap + run.dt:
+            if wrong and ends < 2 * right and abs(ends - mine) <= 2 * gap + run.dt:
                 steps = round(run.steps + (right - ends) / run.dt)
                 return replace(one, at=run.command, stands=[(run.steps, steps)])
     return one
