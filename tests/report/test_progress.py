@@ -75,7 +75,7 @@ def test_a_notebook_shows_one_line_which_is_empty_in_the_end(name: str, notebook
 def test_the_line_is_empty_after_an_error_too(notebook: Notebook) -> None:
     with pytest.raises(hc.HertzchainError):
         hc.judge(SHORT, {2: 100.0}, time_limit=1e-9, progress=True)
-    assert len(notebook.shown) == 3
+    assert len(notebook.shown) == 4
     assert notebook.shown[-1] == ""
 
 
