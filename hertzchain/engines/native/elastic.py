@@ -67,6 +67,7 @@ from hertzchain.engines.native.elastic_state import (
     BASE,
     BEGUN,
     COEFFICIENTS,
+    DEEPEST,
     DIP_TIMES_STEP,
     DIVERGED,
     DONE,
@@ -120,10 +121,6 @@ _LOOK = 1_000_000
 
 _STEP_IN_GRANULES = 50
 """What a step costs besides its granules, in granules."""
-
-
-DEEPEST = 60
-"""Halvings of a step; below that time does not move."""
 
 
 @part

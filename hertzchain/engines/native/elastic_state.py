@@ -12,6 +12,9 @@ from hertzchain.engines.native.compiling import part
 DONE, DIVERGED, STOPPED, NO_ROOM = range(4)
 """How a run ended. After NO_ROOM it goes on from where it was, in the state of ``with_room``."""
 
+DEEPEST = 60
+"""Halvings of a step; below that time does not move."""
+
 AHEAD = 8
 """Granules that the window grows by; a whole number of vectors."""
 

@@ -1,16 +1,16 @@
-"""Plain scenes side by side: lane k of every vector is one scene, compiled.
+"""Plain scenes side by side, compiled: see ``lanes_loops`` for how they stand in arrays.
 
-What is computed is that of ``elastic.march`` without terms, with symplectic methods. All lanes take
-a step at once, each its own, from its own corners, halved and repeated as it needs. Three things
-differ, so that no lane depends on the others:
+What is computed is that of ``elastic.march`` without terms, with symplectic methods. All scenes
+take a step at once, each its own, from its own corners, halved and repeated as it needs. Two things
+differ, so that no scene depends on the others:
 
-- The window of a vector ends where the force of the front ends in all lanes: within a stage it
-  grows granule by granule, as far as any contact is pressed. A lane whose front is elsewhere
-  computes granules at rest there, which stay at rest exactly.
-- A lane that leaves granules behind moves them to where they press nothing; the window closes when
-  all lanes have left them.
-- Times for a look at the energy, at what may be left behind and at what is settled are counted in
-  steps of the lane.
+- The window ends where the front ends in all scenes: with each stage it grows as far as any scene
+  presses the next granule. A scene whose front is elsewhere computes granules at rest there, which
+  stay at rest exactly.
+- A scene that leaves granules behind moves them to where they press nothing; the window closes when
+  all scenes have left them.
+
+Overlaps are compared, not forces, as a contact is pressed by its overlap to the power 3/2.
 """
 
 from __future__ import annotations
@@ -24,250 +24,268 @@ from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.native import (
     elastic_chain,
     elastic_legs,
-    elastic_maxima,
     elastic_state,
     elastic_window,
     interpolant,
-    lanes,
-    lanes_looks,
+    lanes_loops,
     lanes_maxima,
-    lanes_motion,
 )
 from hertzchain.engines.native.compiling import compiled, compiled_and_kept_with
 from hertzchain.engines.native.elastic_chain import (
     END,
-    FORCE_END,
-    FORCE_START,
     FREE_END,
-    RAMP_END,
-    RAMP_START,
-    SHAPE,
     START,
     STEPS,
+    applied_force,
+    energy_of,
 )
-from hertzchain.engines.native.elastic_legs import pushed_legs
-from hertzchain.engines.native.elastic_state import DOUBLE, SINGLE, TINY
-from hertzchain.engines.native.lanes import bits, load, number_of, store, zero_lanes
-from hertzchain.engines.native.lanes_looks import (
-    end_lane,
-    gains_energy,
-    is_settled,
-    leave,
-    left_behind,
+from hertzchain.engines.native.elastic_legs import DIVERGED_ENERGY, pushed_legs
+from hertzchain.engines.native.elastic_state import DEEPEST, DOUBLE, LATE, SINGLE, TINY
+from hertzchain.engines.native.elastic_window import _left_behind, is_settled
+from hertzchain.engines.native.interpolant import hertz_force
+from hertzchain.engines.native.lanes_loops import (
+    Lanes,
+    Motion,
+    any_pressed,
+    begin_step,
+    find_crossings,
+    find_speeds,
+    lanes_of,
+    place,
+    take_stage,
 )
-from hertzchain.engines.native.lanes_maxima import keep_maxima
-from hertzchain.engines.native.lanes_motion import (
-    ACTIVE,
-    BEFORE,
-    BEGIN,
-    BEHIND,
-    CHANGE,
-    EVALUATIONS,
-    FIRST,
-    FORM,
-    FULL,
-    LEAVES,
-    LEG,
-    LEVEL,
-    NUMBER,
-    OVER,
-    PART,
-    RISE,
-    RISES_FROM,
-    ROWS,
-    STEP,
-    WHOLE,
-    add_work,
-    refuses,
-    restore,
-    take_step,
-)
+from hertzchain.engines.native.lanes_maxima import QUEUE, SIZE, empty_queue, keep_maxima
 
-_LOOK = 6
-"""Steps of a lane between two looks: about the four natural time units of single runs."""
+_CHECK_EVERY = 16
+"""Steps between two looks at what may be left behind: fewer cost more than they save (measured)."""
 
-_CLOSE = 1e-4
-"""Last change in the search for a maximum, in steps, of float32; of float64 its square. A peak is
-flat: Newton's next change would be the square of it, and that of the force its fourth power."""
+ROWS = 11
+"""Rows of ``state``: both motions, steps, largest overlaps of contacts, and what a scan finds."""
+
+_SCENE = np.dtype(
+    [(name, np.int64) for name in ("leg", "whole", "part", "level", "behind", "evaluations")]
+    + [(name, np.float64) for name in ("begin", "step", "work")]
+    + [(name, np.bool_) for name in ("runs", "refused", "diverged")],
+    align=True,
+)
+"""What is known of a scene: its leg; steps of that which are done, parts of a halved one that are
+done, and how often it is halved; the first granule that is not left behind; force evaluations;
+start and length of the present step; work done."""
 
 
 @compiled
-def _next_leg(x: Any, clock: Any, legs: Any, lane: int, half: int, rows: int) -> bool:
-    """Begin the next leg of a lane; returns whether there is one."""
-    number = int(clock[LEG, lane]) + 1
-    while number < legs.shape[0] and legs[number, STEPS] == 0:
-        number += 1
-    if number == legs.shape[0]:
+def _take_step(
+    old: Any, new: Any, lanes: Any, kicks: Any, drifts: Any, least: Any, lo: int, hi: int,
+    pushed: bool,
+) -> int:  # fmt: skip
+    """Take one step of all scenes; returns where the window ends."""
+    h, time, drifted = lanes.step, 0.0, drifts.size
+    begin_step(old, new, h, kicks[0], drifts[0], lo, hi)
+    for s in range(1, drifted + 1):
+        time += drifts[s - 1]
+        for k in range(lanes.legs.shape[0]):
+            scene, push = lanes.scenes[k], 0.0
+            if pushed and scene.runs:
+                push = applied_force(lanes.legs[k, scene.leg], scene.begin + time * scene.step)
+            new.force[place(h, lo, k)] = push
+        drift, first, end = drifts[s] if s < drifted else least - least, lo, hi
+        while first < end:
+            take_stage(new, h, kicks[s], drift, least, first, end)
+            first = end
+            if end < h.size // lanes_of(h) - 2 and any_pressed(new.force, end):
+                end += 1
+        hi = end
+    return hi
+
+
+@compiled
+def _refuse(
+    old: Any, new: Any, lanes: Any, tolerance: float, starting: float, lo: int, hi: int
+) -> None:
+    """Find the scenes whose step has to be halved: see ``refinement.Refined``."""
+    early, scenes, h = 0, lanes.legs.shape[0], lanes.step
+    for k in range(scenes):
+        early += lanes.scenes[k].begin < starting
+    if early < scenes:
+        find_crossings(old, new, h, lanes.scan[0], False, lo, hi)
+    if early > 0:
+        find_crossings(old, new, h, lanes.scan[1], True, lo, hi)
+    find_speeds(new.v, lanes.scan[2], lo, hi)
+    for k in range(scenes):
+        scene, j = lanes.scenes[k], place(h, hi, k)
+        fastest = float(lanes.scan[1 if scene.begin < starting else 0, j])
+        felt = fastest**3 * scene.step**5 > (tolerance * float(lanes.scan[2, j])) ** 2
+        scene.refused = felt and scene.runs and scene.level < DEEPEST
+
+
+@compiled
+def _set_step(lanes: Any, k: int, step: float) -> None:
+    """Set the step of a scene, which all its granules take."""
+    scene, h = lanes.scenes[k], lanes.step
+    if step != scene.step:
+        scene.step = step
+        for i in range(h.size // lanes_of(h)):
+            h[place(h, i, k)] = step
+
+
+@compiled
+def _go_on(old: Any, new: Any, lanes: Any, k: int, hi: int) -> bool:
+    """Go on after a step, or back to its start to halve it; returns whether the leg is done."""
+    scene = lanes.scenes[k]
+    leg = lanes.legs[k, scene.leg]
+    full = (leg[END] - leg[START]) / leg[STEPS]
+    if scene.refused:
+        for i in range(scene.behind, hi + 1):
+            j = place(new.u, i, k)
+            new.u[j], new.v[j], new.force[j] = old.u[j], old.v[j], old.force[j]
+        scene.level, scene.part = scene.level + 1, 2 * scene.part
+    else:
+        moved = float(new.u[k]) - float(old.u[k])
+        scene.work += 0.5 * (float(old.force[k]) + float(new.force[k])) * moved
+        scene.part += 1
+        while scene.level > 0 and scene.part % 2 == 0:
+            scene.level, scene.part = scene.level - 1, scene.part // 2
+        if scene.level == 0:
+            scene.whole, scene.part = scene.whole + scene.part, 0
+    step = full / (1 << scene.level)
+    _set_step(lanes, k, step)
+    scene.begin = leg[START] + scene.whole * full + scene.part * step
+    return scene.whole >= leg[STEPS]
+
+
+@compiled
+def _next_leg(new: Any, lanes: Any, k: int) -> bool:
+    """Begin the next leg of a scene; returns whether there is one."""
+    scene, legs = lanes.scenes[k], lanes.legs[k]
+    scene.begin = legs[scene.leg, END]  # where the run ends if this was the last leg
+    scene.leg += 1
+    while scene.leg < legs.shape[0] and legs[scene.leg, STEPS] == 0:
+        scene.leg += 1
+    if scene.leg == legs.shape[0]:
         return False
-    start, steps = legs[number, START], legs[number, STEPS]
-    clock[LEG, lane], clock[FIRST, lane], clock[NUMBER, lane] = number, start, steps
-    clock[FULL, lane] = clock[STEP, lane] = (legs[number, END] - start) / steps
-    clock[WHOLE, lane] = clock[PART, lane] = clock[LEVEL, lane] = 0.0
-    clock[BEGIN, lane], clock[FORM, lane] = start, legs[number, SHAPE]
-    clock[OVER, lane] = 1.0 if number >= pushed_legs(legs) else 0.0
-    push, form = 0.0, legs[number, SHAPE]
-    if form != 0:
-        length = legs[number, RAMP_END] - legs[number, RAMP_START]
-        change = legs[number, FORCE_END] - legs[number, FORCE_START]
-        clock[RISES_FROM, lane], clock[RISE, lane] = legs[number, RAMP_START], 1 / length
-        clock[BEFORE, lane], clock[CHANGE, lane] = legs[number, FORCE_START], change
-        grown = (start - legs[number, RAMP_START]) / length
-        if form == 2:
-            grown = math.sin(math.pi / 2 * grown) ** 2
-        push = clock[BEFORE, lane] + change * grown
-    r = max(float(x[half, lane] - x[half + 1, lane]), 0.0)
-    x[half + 2 * rows, lane] = push - r * math.sqrt(r)
+    leg = legs[scene.leg]
+    scene.whole = scene.part = scene.level = 0
+    scene.begin = leg[START]
+    _set_step(lanes, k, (leg[END] - leg[START]) / leg[STEPS])
+    if scene.behind == 0:
+        new.force[k] = applied_force(leg, leg[START])
     return True
 
 
 @compiled
-def _after_step(clock: Any, lane: int, refused: bool) -> bool:
-    """Halve the step of a lane, or go on; returns whether its leg is done."""
-    whole, part, level = int(clock[WHOLE, lane]), int(clock[PART, lane]), int(clock[LEVEL, lane])
-    if refused:
-        level, part = level + 1, 2 * part
-    else:
-        part += 1
-        while level > 0 and part % 2 == 0:
-            level, part = level - 1, part // 2
-        if level == 0:
-            whole, part = whole + part, 0
-    step = clock[FULL, lane] / (1 << level)
-    clock[WHOLE, lane], clock[PART, lane], clock[LEVEL, lane] = whole, part, level
-    clock[STEP, lane] = step
-    clock[BEGIN, lane] = clock[FIRST, lane] + whole * clock[FULL, lane] + part * step
-    return whole >= clock[NUMBER, lane]
+def _look(
+    new: Any, lanes: Any, k: int, leaves: bool, hi: int, one: Any, parts: Any
+) -> bool:  # fmt: skip
+    """Leave behind what can change no peak of a scene; returns whether the scene is at its end.
+
+    That is where no peak can change, or where it has far more energy than it was given.
+    """
+    scene, granules = lanes.scenes[k], one.shape[1] - 1
+    u, v, peak_force, behind = one[0], one[1], one[2, : granules - 1], scene.behind
+    for i in range(behind, hi + 1):
+        u[i], v[i] = new.u[place(new.u, i, k)], new.v[place(new.u, i, k)]
+    scene.diverged = not energy_of(u, v, behind, hi, None) <= DIVERGED_ENERGY * scene.work
+    if scene.diverged:
+        return True
+    if not leaves or scene.leg < pushed_legs(lanes.legs[k]):
+        return False
+    for i in range(behind, min(hi, granules - 1)):
+        peak_force[i] = hertz_force(float(lanes.highest[place(new.u, i, k)]))
+    if hi == granules and is_settled(u, v, peak_force, 0, behind, hi, None):
+        return True
+    cut = _left_behind(u, v, peak_force, 0, behind, hi, parts, 0, None)
+    if cut > behind:
+        for i in range(behind, cut):
+            j = place(new.u, i, k)
+            new.u[j], new.v[j], new.force[j] = -FREE_END, 0.0, 0.0
+        new.force[place(new.u, cut, k)] = 0.0
+        scene.behind = cut
+    return False
 
 
 @compiled
-def _whole_steps(clock: Any, zero: Any) -> Any:
-    """Go on by a whole step in all lanes; returns those whose leg is done."""
-    whole = load(clock, WHOLE, zero) + load(clock, ACTIVE, zero)
-    store(clock, WHOLE, whole)
-    store(clock, BEGIN, load(clock, FIRST, zero) + whole * load(clock, FULL, zero))
-    return bits((whole >= load(clock, NUMBER, zero)) & (load(clock, ACTIVE, zero) > 0.5))
+def _end_scene(new: Any, lanes: Any, k: int, hi: int) -> None:
+    """Take note of what is still pressed harder, and let a scene rest from now on."""
+    scene, highest = lanes.scenes[k], lanes.highest
+    for i in range(hi):
+        j = place(new.u, i, k)
+        r = new.u[j] - new.u[j + lanes_of(new.u)]
+        if r > highest[j]:
+            highest[j], lanes.highest_at[j] = r, scene.begin
+        new.u[j] = new.v[j] = new.force[j] = 0.0
+    scene.runs = scene.refused = False
+    _set_step(lanes, k, 0.0)
 
 
 @compiled
 def _march(
-    x: Any, clock: Any, curves: Any, highest: Any, highest_at: Any, legs: Any, leaves: Any,
-    kicks: Any, drifts: Any, tolerance: float, starting: float, granules: int, ends: Any, b: Any,
-    control: Any,
+    state: Any, lanes: Any, leaves: Any, kicks: Any, drifts: Any, tolerance: float,
+    starting: float, one: Any, parts: Any, b: Any, control: Any,
 ) -> None:  # fmt: skip
-    """Integrate as many scenes as there are legs, at most one in each lane."""
-    zero = zero_lanes(x)
-    rows, stages = granules + 1, drifts.size
-    single = x.itemsize == 4
-    least = math.sqrt(SINGLE[TINY] if single else DOUBLE[TINY])
-    close = _CLOSE if single else _CLOSE**2
-    old, new, lo, hi = 0, 3 * rows, 0, 1
-    for k in range(x.shape[0]):
-        store(x, k, zero)
-    for half in (old, new):
-        store(x, half + granules, zero + FREE_END)
-    for k in range(granules - 1):
-        store(highest, k, zero)
-    for lane in range(number_of(zero)):
-        for k in range(ROWS):
-            clock[k, lane] = 0.0
-    active = legs.shape[0]
-    for lane in range(legs.shape[0]):
-        clock[LEG, lane], clock[ACTIVE, lane] = -1, 1.0
-        clock[LEAVES, lane] = 1.0 if leaves[lane] else 0.0
-        _next_leg(x, clock, legs[lane], lane, old, rows)
-    halved, pushed, count = 0, True, 0
+    """Integrate as many scenes as there are legs, at most as many as stand side by side."""
+    granules, scenes, single = one.shape[1] - 1, lanes.legs.shape[0], state.itemsize == 4
+    old, new = Motion(state[0], state[1], state[2]), Motion(state[3], state[4], state[5])
+    state[:], lanes.places[SIZE] = 0.0, 0
+    old.u[0] = math.sqrt(SINGLE[TINY] if single else DOUBLE[TINY])
+    least, old.u[0] = old.u[0], 0.0  # a number of the precision of the run
+    for k in range(lanes_of(state)):
+        j = place(state, granules, k)
+        old.u[j] = new.u[j] = FREE_END
+    active, lo, hi, count, pushed = scenes, 0, 1, 0, True
+    for k in range(scenes):
+        scene = lanes.scenes[k]
+        scene.leg, scene.behind, scene.evaluations = -1, 0, 0
+        scene.work = scene.step = 0.0
+        scene.runs, scene.refused, scene.diverged = True, False, False
+        _next_leg(new, lanes, k)
     while active > 0:
-        hi = take_step(x, clock, kicks, drifts, old, new, rows, lo, hi, pushed, least)
-        running = load(clock, ACTIVE, zero)
-        taken = running > 0.5
-        store(clock, EVALUATIONS, load(clock, EVALUATIONS, zero) + running * float(stages))
-        refusing = np.uint64(0)
-        if tolerance > 0:
-            refused = taken & refuses(x, clock, old, new, rows, lo, hi, tolerance, starting)
-            refusing = bits(refused)
-            taken = taken & ~refused
-        keep_maxima(
-            x, clock, curves, highest, highest_at, old, new, rows, lo, hi, taken, pushed, close, b,
-        )  # fmt: skip
-        if pushed:
-            add_work(x, clock, old, new, taken)
-        if refusing != 0:
-            restore(x, refused, old, new, rows, lo, hi)
         old, new = new, old
+        hi = _take_step(old, new, lanes, kicks, drifts, least, lo, hi, pushed)
+        if tolerance > 0:
+            _refuse(old, new, lanes, tolerance, starting, lo, hi)
+        keep_maxima(old, new, lanes, lo, hi, b)
         count += 1
-        done = np.uint64(0)
-        if halved == 0 and refusing == 0:
-            done = _whole_steps(clock, zero)
-        else:
-            halved = 0
-            for lane in range(legs.shape[0]):
-                if clock[ACTIVE, lane] > 0:
-                    bit = np.uint64(1) << np.uint64(lane)
-                    if _after_step(clock, lane, refusing & bit != 0):
-                        done |= bit
-                    halved += clock[LEVEL, lane] > 0
-        if done != 0:
-            diverged = gains_energy(x, clock, old, rows, lo, hi)
-            for lane in range(legs.shape[0]):
-                bit = np.uint64(1) << np.uint64(lane)
-                if done & bit == 0:
-                    continue
-                clock[BEGIN, lane] = legs[lane, int(clock[LEG, lane]), END]
-                if not _next_leg(x, clock, legs[lane], lane, old, rows):
-                    if diverged & bit != 0:
-                        clock[EVALUATIONS, lane] = np.nan
-                    end_lane(x, clock, highest, highest_at, lane, old, rows, lo, hi)
-                    active -= 1
-            pushed = bits(load(clock, FORM, zero) > 0.5) != 0
-        if count % _LOOK == 0 and active > 0:
+        looks = count % _CHECK_EVERY == 0
+        if looks:
             if control[0] < 0:
                 return
             control[2] += 1
-            diverged = gains_energy(x, clock, old, rows, lo, hi)
-            settled = np.uint64(0)
-            if hi == granules:
-                settled = is_settled(x, clock, highest, old, rows, lo, hi)
-            cuts = left_behind(x, clock, highest, old, rows, lo, hi)
-            cutting = bits(cuts > load(clock, BEHIND, zero))
-            if diverged | settled | cutting != 0:
-                store(ends, 1, cuts)
-                before, lo = lo, granules - 1
-                for lane in range(legs.shape[0]):
-                    bit = np.uint64(1) << np.uint64(lane)
-                    if diverged & bit != 0:
-                        clock[EVALUATIONS, lane] = np.nan
-                    if (diverged | settled) & bit != 0:
-                        end_lane(x, clock, highest, highest_at, lane, old, rows, before, hi)
-                        active -= 1
-                    elif cutting & bit != 0:
-                        leave(x, clock, lane, int(ends[1, lane]), old, rows)
-                    if clock[ACTIVE, lane] > 0:
-                        lo = min(lo, int(clock[BEHIND, lane]))
-                pushed = bits(load(clock, FORM, zero) > 0.5) != 0
-    store(ends, 0, load(clock, BEGIN, zero))
+            empty_queue(lanes, b)
+        lo, pushed = granules, False
+        for k in range(scenes):
+            scene = lanes.scenes[k]
+            if not scene.runs:
+                continue
+            scene.evaluations += drifts.size
+            ends = _go_on(old, new, lanes, k, hi) and not _next_leg(new, lanes, k)
+            if looks or ends:
+                ends |= _look(new, lanes, k, leaves[k] and not ends, hi, one, parts)
+            if ends:
+                empty_queue(lanes, b)
+                _end_scene(new, lanes, k, hi)
+                active -= 1
+            else:
+                lo = min(lo, scene.behind)
+                pushed |= scene.leg < pushed_legs(lanes.legs[k])
 
 
 @compiled_and_kept_with(
     elastic_chain,
     elastic_legs,
-    elastic_maxima,
     elastic_state,
     elastic_window,
     interpolant,
-    lanes,
-    lanes_looks,
+    lanes_loops,
     lanes_maxima,
-    lanes_motion,
 )
 def march_lanes(
     legs: FloatArray,
     leaves: Any,
-    kicks: FloatArray,
-    drifts: FloatArray,
+    kicks: Array,
+    drifts: Array,
     state: Array,
     tolerance: float,
     starting: float,
-    granules: int,
     peak_force: FloatArray,
     peak_time: FloatArray,
     end: FloatArray,
@@ -279,15 +297,15 @@ def march_lanes(
     Parameters
     ----------
     legs
-        Shape (scenes, legs, 8); a leg without steps is left out. Neighbours share a vector, which
-        runs as long as the longest of them.
+        Shape (scenes, legs, 8); a leg without steps is left out. Neighbours run together, as long
+        as the longest of them.
     leaves
         Whether granules of each scene may be left behind, shape (scenes,).
     kicks, drifts
-        Of a symplectic method, shape (stages + 1,) and (stages,).
+        Of a symplectic method, shape (stages + 1,) and (stages,), in the precision of the run.
     state
-        Room in the precision of the run, shape (6 (N + 1), lanes).
-    tolerance, starting, granules, control
+        Room, shape (ROWS, lanes (N + 2)), in the precision of the run.
+    tolerance, starting, control
         As for ``elastic.march``.
     peak_force, peak_time
         Filled in, shape (scenes, N - 1).
@@ -295,22 +313,27 @@ def march_lanes(
         Filled in with the time reached by each and its force evaluations, NaN where the motion
         diverged, shape (scenes,).
     """
-    count = state.shape[1]
-    clock, ends = np.zeros((ROWS, count)), np.zeros((2, count))
-    curves, highest = np.zeros((8, count), state.dtype), np.zeros((granules, count), state.dtype)
-    highest_at, b = np.zeros((granules, count)), np.zeros(7)
-    for first in range(0, legs.shape[0], count):
-        some = min(count, legs.shape[0] - first)
+    number, size = lanes_of(state), state.shape[1]
+    granules, scenes = size // number - 2, np.zeros(number, _SCENE)
+    highest, highest_at, marks = state[7], np.zeros(size), np.zeros(size, np.uint8)
+    queue, places = np.zeros(QUEUE), np.zeros(SIZE + 1, np.int64)
+    one, b, parts = np.zeros((3, granules + 1)), np.zeros(7), np.zeros(LATE + 1, np.int64)
+    for first in range(0, legs.shape[0], number):
+        some = slice(first, min(first + number, legs.shape[0]))
+        lanes = Lanes(
+            state[6], highest, highest_at, marks, marks.view(np.uint64), state[8:], scenes,
+            legs[some], queue, places,
+        )  # fmt: skip
         _march(
-            state, clock, curves, highest, highest_at, legs[first : first + some],
-            leaves[first : first + some], kicks, drifts, tolerance, starting, granules, ends, b,
-            control,
+            state, lanes, leaves[some], kicks, drifts, tolerance, starting, one, parts, b, control,
         )  # fmt: skip
         if control[0] < 0:
             return
-        for k in range(some):
-            end[first + k], evaluations[first + k] = ends[0, k], clock[EVALUATIONS, k]
+        for n in range(some.start, some.stop):
+            scene = scenes[n - first]
+            end[n] = scene.begin
+            evaluations[n] = np.nan if scene.diverged else scene.evaluations
             for i in range(granules - 1):
-                r = float(highest[i, k])
-                peak_force[first + k, i] = r * math.sqrt(r)
-                peak_time[first + k, i] = highest_at[i, k] if r > 0 else np.nan
+                j = place(state, i, n - first)
+                peak_force[n, i] = hertz_force(float(highest[j]))
+                peak_time[n, i] = highest_at[j] if highest[j] > 0 else np.nan

@@ -28,9 +28,6 @@ Lanes ran 1.7 times as many scenes at 500 granules, 1.0 times at 1,000 (measured
 _LAST_SHAPE = 2
 """Largest code of a ramp's shape with a formula in the lanes; other scenes run one by one."""
 
-_VECTOR = 64
-"""Bytes of a vector, and of a cache line."""
-
 Found = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
 
 
@@ -58,10 +55,12 @@ def march_all(
         part = _one_by_one(rows, walker, granules, leaves, dtype, found, control)
         _on_cores(part, scenes, 1, control, deadline, cores)
         return found
+    from hertzchain.engines.native.lanes_loops import VECTOR
+
     # The wave of a longer pulse is stronger and faster: similar scenes share a vector.
     pushed = np.max(rows[:, :, 1], axis=1, where=rows[:, :, 3] != 0, initial=0.0)
     order = np.lexsort((np.sum(rows[:, :, 2], axis=1), pushed))
-    lanes = _VECTOR // np.dtype(dtype).itemsize
+    lanes = VECTOR // np.dtype(dtype).itemsize
     part = _side_by_side(rows[order], walker, granules, leaves[order], dtype, found, control)
     _on_cores(part, scenes, lanes, control, deadline, cores)
     for values in found:
@@ -73,27 +72,29 @@ def _side_by_side(
     rows: FloatArray, walker: Walker, granules: int, leaves: NDArray[np.bool_],
     dtype: type[np.floating[Any]], found: Found, control: FloatArray,
 ) -> Callable[[slice], None]:  # fmt: skip
-    """Return a function that integrates a part of the scenes in the lanes of vectors."""
+    """Return a function that integrates a part of the scenes side by side."""
     from hertzchain.engines.native import lanes_kernel
 
-    kicks, drifts = coefficients(walker.stepper)
+    kicks, drifts = (values.astype(dtype) for values in coefficients(walker.stepper))
 
     def part(some: slice) -> None:
         lanes_kernel.march_lanes(
-            rows[some], leaves[some], kicks, drifts,
-            _room(granules, dtype), walker.tolerance, walker.starting, granules,
-            *(values[some] for values in found), control,
+            rows[some], leaves[some], kicks, drifts, _room(granules, dtype), walker.tolerance,
+            walker.starting, *(values[some] for values in found), control,
         )  # fmt: skip
 
     return part
 
 
 def _room(granules: int, dtype: type[np.floating[Any]]) -> Array:
-    """Array for displacements, velocities and accelerations, twice, on whole cache lines."""
-    size = 6 * (granules + 1) * _VECTOR
-    room = np.zeros(size + _VECTOR, np.uint8)
-    start = -room.ctypes.data % _VECTOR
-    return room[start : start + size].view(dtype).reshape(6 * (granules + 1), -1)
+    """Return an array whose rows begin at cache lines: vectors across two take twice as long."""
+    from hertzchain.engines.native.lanes_kernel import ROWS
+    from hertzchain.engines.native.lanes_loops import VECTOR
+
+    size = ROWS * (granules + 2) * VECTOR
+    room = np.zeros(size + VECTOR, np.uint8)
+    start = -room.ctypes.data % VECTOR
+    return room[start : start + size].view(dtype).reshape(ROWS, -1)
 
 
 def _one_by_one(

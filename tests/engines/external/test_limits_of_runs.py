@@ -175,7 +175,7 @@ def test_a_batch_is_stopped_at_the_limit(monkeypatch: pytest.MonkeyPatch) -> Non
     march_lanes = lanes_kernel.march_lanes
 
     def noted(*arguments: Any) -> Any:
-        ends.append(arguments[10])
+        ends.append(arguments[9])
         return march_lanes(*arguments)
 
     monkeypatch.setattr(lanes_kernel, "march_lanes", noted)

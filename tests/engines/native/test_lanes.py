@@ -9,19 +9,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numba import njit
 from scipy.integrate import solve_ivp
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native import elastic, lanes_kernel, lanes_looks, lanes_motion, many
+from hertzchain.engines.native import elastic, lanes_kernel, many
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.kernel_input import leg_rows
-from hertzchain.engines.native.lanes import store
 from hertzchain.engines.native.methods import SRKN_6B, SRKN_11B
 from hertzchain.engines.native.refinement import Refined
 from hertzchain.limits import Deadline
-from hertzchain.observables.peaks import largest_difference, largest_differences
+from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.pulse import PROFILES, profile_named
 from tests.conftest import STEEL, paper_scene
 
@@ -55,13 +53,12 @@ def march(
     rows: FloatArray,
     walker: Refined,
     granules: int,
-    dtype: type[np.floating[Any]] = np.float64,
     leaves: bool = True,
     cores: int = 1,
 ) -> many.Found:
     """Peak forces and times, times reached and evaluations of scenes side by side."""
     may_leave = np.full(len(rows), leaves)
-    return many.march_all(rows, walker, granules, may_leave, Deadline(600.0), cores, dtype)
+    return many.march_all(rows, walker, granules, may_leave, Deadline(600.0), cores)
 
 
 def equal(one: many.Found, other: many.Found, of_other: Any = slice(None)) -> bool:
@@ -90,24 +87,16 @@ def test_side_by_side_vs_one_by_one(
     assert np.array_equal(full[3], expected[3])
 
 
-def test_single_precision_side_by_side_vs_double() -> None:
-    rows = random_rows(40, 60)
-    single, double = march(rows, FIXED, 60, np.float32), march(rows, FIXED, 60)
-    # 3e-6 is seen in 400 scenes, as one by one.
-    assert np.all(largest_differences(single[0], double[0]) < 1e-5)
-
-
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @pytest.mark.parametrize("walker", [FIXED, HALVED], ids=["fixed", "halved"])
-def test_no_lane_depends_on_the_others(dtype: Any, walker: Refined) -> None:
+def test_no_lane_depends_on_the_others(walker: Refined) -> None:
     # Chains short for their pulse too, whose granules collide again and again.
     rows = np.concatenate([random_rows(26, 12), rows_of([paper_scene("cosine", 30, 3, 12)], 0.4)])
-    together = march(rows, walker, 12, dtype)
+    together = march(rows, walker, 12)
     order = np.random.default_rng(1).permutation(len(rows))
-    assert equal(march(rows[order], walker, 12, dtype), together, order)
-    assert equal(march(rows, walker, 12, dtype, cores=3), together)
+    assert equal(march(rows[order], walker, 12), together, order)
+    assert equal(march(rows, walker, 12, cores=3), together)
     for k in range(len(rows)):
-        assert equal(march(rows[k : k + 1], walker, 12, dtype), together, slice(k, k + 1))
+        assert equal(march(rows[k : k + 1], walker, 12), together, slice(k, k + 1))
 
 
 def test_a_batch_does_not_depend_on_order_company_or_cores() -> None:
@@ -138,12 +127,11 @@ def test_lanes_that_diverge_leave_the_others_alone() -> None:
     assert all(np.array_equal(a[others], b[others]) for a, b in zip(found, expected, strict=True))
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_peaks_are_those_of_the_full_chain(dtype: Any) -> None:
+def test_peaks_are_those_of_the_full_chain() -> None:
     """Dropped granules, and the early end after the last possible peak, change no bit."""
     ratios = [0.05, 0.1, 0.5, 0.5, 0.9, 1.0, 3.0, 10.0]
     rows = rows_of([paper_scene("cosine", ratio, 3.0, 250) for ratio in ratios], 0.4)
-    left, full = (march(rows, FIXED, 250, dtype, leaves) for leaves in (True, False))
+    left, full = (march(rows, FIXED, 250, leaves) for leaves in (True, False))
     assert np.array_equal(left[0], full[0])
     assert np.array_equal(left[1], full[1])
     assert np.all(left[3][:4] < full[3][:4])
@@ -159,90 +147,6 @@ def test_what_may_be_left_behind_is_left() -> None:
     assert evaluations[0] < evaluations[1]
 
 
-@njit
-def looks(x: Any, clock: Any, highest: Any, rows: int, hi: int, cuts: Any) -> Any:
-    """Examine lanes in the first half of a state; return which are settled and which diverged."""
-    store(cuts, 0, lanes_looks.left_behind(x, clock, highest, 0, rows, 0, hi))
-    settled = lanes_looks.is_settled(x, clock, highest, 0, rows, 0, hi)
-    return settled, lanes_looks.gains_energy(x, clock, 0, rows, 0, hi)
-
-
-def look_at(u: FloatArray, v: FloatArray, peaks: FloatArray, **clocks: Any) -> Any:
-    """Cuts, settled flags and diverged flags of eight lanes; states of shape (granules, 8)."""
-    rows = len(u) + 1
-    x, clock, cuts = np.zeros((6 * rows, 8)), np.zeros((lanes_motion.ROWS, 8)), np.zeros((1, 8))
-    x[: rows - 1], x[rows - 1], x[rows : 2 * rows - 1] = u, 1e30, v
-    for name in ("ACTIVE", "OVER", "LEAVES", "WORK"):
-        clock[getattr(lanes_motion, name)] = 1.0
-    for name, values in clocks.items():
-        clock[getattr(lanes_motion, name)] = values
-    settled, diverged = looks(x, clock, peaks ** (2 / 3), rows, rows - 1, cuts)
-    masks = (np.array([mask >> lane & 1 == 1 for lane in range(8)]) for mask in (settled, diverged))
-    return cuts[0], *masks
-
-
-def test_what_may_be_left_behind() -> None:
-    """A leading wave of force 1, granules at rest, and behind them one contact that is pressed."""
-    nothing = (12, 0.5, 1.0, 0.0)
-    cases = [
-        # granules at rest, force behind them, peak there and velocity; whether they are left
-        (nothing, True),
-        ((8, 0.5, 1.0, 0.0), True),
-        ((7, 0.5, 1.0, 0.0), False),  # too few granules at rest
-        ((12, 0.94, 1.0, 0.0), True),
-        ((12, 0.96, 1.0, 0.0), False),  # as strong as the leading wave
-        ((12, 0.5, 0.53, 0.0), True),
-        ((12, 0.5, 0.52, 0.0), False),  # it may still raise the peak of a contact
-        ((12, 0.5, 1.0, 0.768), True),  # 1.3 v^1.2 is 0.947
-        ((12, 0.5, 1.0, 0.773), False),  # a granule flies that would press as hard
-        ((12, 0.0, 0.01, -2.0), True),  # away from the leading wave
-        (nothing, True),
-        (nothing, True),
-        (nothing, True),
-        (nothing, False),
-        (nothing, False),
-        (nothing, True),
-    ]
-    over, leaves = np.ones(16), np.ones(16)
-    over[13], leaves[14] = 0.0, 0.0
-    u, v, peaks = np.zeros((24, 16)), np.zeros((24, 16)), np.ones((23, 16))
-    for k, ((quiet, behind, peak, velocity), _) in enumerate(cases):
-        overlaps = np.zeros(24)
-        overlaps[: quiet + 4] = [behind ** (2 / 3), *np.zeros(quiet), 0.4, 1.0, 0.3]
-        u[:, k], v[0, k], peaks[0, k] = np.cumsum(overlaps[::-1])[::-1], velocity, peak
-    for some in (slice(8), slice(8, 16)):
-        cuts, _, _ = look_at(
-            u[:, some], v[:, some], peaks[:, some], OVER=over[some], LEAVES=leaves[some]
-        )
-        assert cuts.tolist() == [quiet - 7 if cut else 0 for (quiet, *_), cut in cases[some]]
-
-
-def test_when_no_peak_can_change() -> None:
-    # Granules apart from one another; the last has flown off.
-    u = np.repeat(np.arange(0.0, 10.0)[:, None], 8, axis=1)
-    v, peaks = np.zeros((10, 8)), np.ones((9, 8))
-    v[-1] = 2.0
-    v[0] = [0.3, 0.8, 0.81, 0.3, 0.3, 0.3, 0.3, 0.3]  # 1.3 v^1.2 is 0.307, 0.995, 1.01
-    peaks[5] = [1.0, 1.0, 1.0, 0.31, 0.3, 1.0, 1.0, 1.0]
-    on, off = np.ones(8), np.ones(8)
-    on[5], off[6] = 0.0, 0.0
-    _, settled, _ = look_at(u, v, peaks, OVER=on, LEAVES=off)
-    assert settled.tolist() == [True, True, False, True, False, False, False, True]
-
-
-def test_ten_times_the_work_is_divergence() -> None:
-    u, v = np.zeros((5, 8)), np.zeros((5, 8))
-    v[1] = [1.0, 1.0, np.nan, np.inf, 1.0, 1.0, 1.0, 1.0]  # an energy of 1/2
-    work = np.array([0.051, 0.049, 1.0, 1.0, 0.051, 0.049, 1.0, 1.0])
-    running = np.array([1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 1.0, 1.0])
-    _, _, diverged = look_at(u, v, np.ones((4, 8)), WORK=work, ACTIVE=running)
-    assert diverged.tolist() == [False, True, True, True, False, False, False, False]
-    # An overlap of 1 has 2/5.
-    u[2] = [-1.0, *np.zeros(7)]
-    _, _, diverged = look_at(u, np.zeros((5, 8)), np.ones((4, 8)), WORK=np.full(8, 0.039))
-    assert diverged.tolist() == [True, *[False] * 7]
-
-
 def test_maxima_where_an_overlap_turns_twice_in_a_step(monkeypatch: pytest.MonkeyPatch) -> None:
     """It rises at both ends of a step of one of these, with a maximum in between."""
     scenes = [
@@ -254,22 +158,6 @@ def test_maxima_where_an_overlap_turns_twice_in_a_step(monkeypatch: pytest.Monke
     monkeypatch.setattr(many, "_LONGEST", 1)
     expected = march(rows, FIXED, 16)
     assert found[0] == pytest.approx(expected[0], rel=1e-12, abs=0)
-
-
-def test_what_is_left_behind_presses_nothing() -> None:
-    rows = 8
-    x, clock = np.ones((6 * rows, 2)), np.zeros((lanes_motion.ROWS, 2))
-    x[:rows, 1] = np.arange(rows, 0, -1)
-    lanes_looks.leave.py_func(x, clock, 1, 3, 0, rows)
-    overlaps = x[: rows - 1, 1] - x[1:rows, 1]
-    assert np.all(overlaps[:2] == 0)
-    assert overlaps[2] < -1e29
-    assert np.all(x[rows : rows + 3, 1] == 0)  # velocities
-    accelerations = x[2 * rows : 3 * rows, 1]
-    # Of the first granule that is left: by the contact ahead alone, whose overlap is 1.
-    assert accelerations[:4].tolist() == [0, 0, 0, -1]
-    assert clock[lanes_motion.BEHIND].tolist() == [0, 3]
-    assert np.all(x[:, 0] == 1)
 
 
 def test_long_chains_run_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
