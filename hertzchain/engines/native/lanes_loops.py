@@ -144,8 +144,7 @@ def mark_maxima(old: Any, new: Any, h: Any, highest: Any, marks: Any, lo: int, h
     """Mark contacts whose overlap may have had its highest maximum in a step.
 
     Which turn is said in ``elastic_maxima.turning_contacts``. Those count that get as far even if
-    their rate changes
-    by all that both ends say.
+    their rate changes by all that both ends say.
     """
     u0, v0, f0, u, v, f, ahead = old.u, old.v, old.force, new.u, new.v, new.force, lanes_of(h)
     for j in range(place(h, lo, 0), place(h, hi, 0)):
