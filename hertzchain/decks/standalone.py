@@ -110,7 +110,7 @@ def _header(
     since = OLDEST if needed is None else needed[1]
     changed = ["watch", "peaks"] if known is not None else []
     changed += ["dump_every", "trajectory"] if layout.dump_every else []
-    fixed = "LAMMPS ignores -var of any other name: have another deck written for another scene."
+    fixed = "Any other name changes nothing, or ends in FAIL: have another deck written for others."
     if changed:
         fixed = f"Only {', '.join(changed)} can be changed by -var. {fixed}"
     paragraphs = [_expected(scene, known), fixed]
@@ -146,8 +146,8 @@ def _expected(scene: Scene, known: KnownAnswer | None) -> str:
     return (
         "The peak force of each contact goes to peaks.csv; contact i lies between granules i - 1"
         f" and i.{wall} Peaks are total forces{damped}. Over F0, {_unit(scene)}, they are expected"
-        f" to be {first}{last}, right to {known.largest_error:.1e}. The last line says PASS or FAIL"
-        " (exit status 1)."
+        f" to be {first}{last}, right to {known.largest_error:.1e}. The end says PASS, FAIL"
+        " (exit status 1) or NOT CHECKED (3)."
     )
 
 
@@ -299,7 +299,7 @@ def _verdict(scene: Scene, layout: Layout, known: KnownAnswer, numbers: KnownNum
         f"    \"print 'off by {numbers.found}'\" &",
         '    "print FAIL" "quit 1" &',
         f'elif "${{watch}} > {layout.watch_every}" &',
-        f"    \"print 'NOT CHECKED: watch is above {layout.watch_every}'\" quit",
+        f'    "print \'NOT CHECKED: watch is above {layout.watch_every}\'" "quit 3"',
         'print "Peak forces over F0, contact $(v_where:%.0f), the nearest to its tolerance:"',
         'print "  expected    $(c_shown[1]:%.10f)"',
         'print "  found       $(c_shown[2]:%.10f)"',

@@ -87,37 +87,42 @@ def _stiffness(case: Case) -> Iterator[Mistake]:
 
 
 def _force(case: Case) -> Iterator[Mistake]:
-    """Yield the applied force, or the unit of the peaks, wrong by a factor."""
-    scene, expected = with_rise_time(case.scene), case.reference.peak_force
+    """Yield the applied force wrong by a factor."""
+    scene = with_rise_time(case.scene)
     yield Mistake(
         lambda x: force_in_words(math.exp(x)),
         lambda x: case.of(_pushed(scene, math.exp(x))),
         np.linspace(-5.0, 5.0, 41).tolist(),
     )
+
+
+def _written(case: Case) -> Iterator[Mistake]:
+    """Yield right peaks in another unit, or with other numbers of their contacts."""
+    expected, unknown = case.reference.peak_force, [np.nan]
     # The least squares of relative residuals.
     factor = float(np.mean(case.given[case.judged] / expected[case.judged]))
     if factor > 0:
-        yield fixed(scale_in_words(scene, factor), factor * expected)
+        yield fixed(scale_in_words(case.scene, factor), factor * expected)
     else:
         yield fixed("no contact was pressed, or none was read", 0 * expected)
-
-
-def _numbers(case: Case) -> Iterator[Mistake]:
-    """Yield other numbers of the contacts, or another number of granules."""
-    expected, unknown = case.reference.peak_force, [np.nan]
-    scene, granules = with_rise_time(case.scene), case.scene.chain.granules
-    shorter, longer = (
-        case.of(_made_of(scene, granules=granules + extra))[: expected.size] for extra in (-1, 1)
-    )
     for text, peak_force in (
         ("contact i has the peak of contact i + 1", np.append(expected[1:], unknown)),
         ("contact i has the peak of contact i - 1", np.append(unknown, expected[:-1])),
         ("contacts are numbered from the far end", expected[::-1]),
-        (f"a chain of {granules - 1} granules, not {granules}", np.append(shorter, unknown)),
-        (f"a chain of {granules + 1} granules, not {granules}", longer),
     ):
-        search = _where_known(peak_force[: expected.size])
-        yield replace(fixed(text, peak_force), search=search)
+        yield replace(fixed(text, peak_force), search=_where_known(peak_force))
+
+
+def _granules(case: Case) -> Iterator[Mistake]:
+    """Yield another number of granules."""
+    expected, granules = case.reference.peak_force, case.scene.chain.granules
+    scene = with_rise_time(case.scene)
+    for extra in (-1, 1):
+        peak_force = np.full(expected.size, np.nan)
+        found = case.of(_made_of(scene, granules=granules + extra))[: expected.size]
+        peak_force[: found.size] = found
+        text = f"a chain of {granules + extra} granules, not {granules}"
+        yield replace(fixed(text, peak_force), search=_where_known(peak_force))
 
 
 def _where_known(peak_force: FloatArray) -> Callable[[Case], Found]:
@@ -197,8 +202,9 @@ class Family:
 
 FAMILIES = (
     Family("stiffness, mass or duration", _stiffness, ("damping",)),
-    Family("applied force, units", _force, ("damping",)),
-    Family("numbers of the contacts", _numbers, ("damping",)),
+    Family("applied force", _force, ("damping",)),
+    Family("units and numbers of the contacts", _written, None),
+    Family("number of granules", _granules, ("damping",)),
     Family("the pulse", _pulse),
     Family("the step given", known_step),
     Family("steps too long", long_steps),

@@ -98,5 +98,8 @@ def scale_in_words(scene: Scene, factor: float) -> str:
     """Return words for peaks that are all wrong by the same factor."""
     units = UNITS_OF_PEAKS | {"F0": 1 / scene.units.force}
     names = [f"in units of {unit}" for unit in near(units, factor)]
-    why = " or ".join(names) or "another unit, or another applied force at the same LM_ratio"
+    another = "another unit"
+    if scene.pulse is not None:
+        another += ", or another applied force at the same LM_ratio"
+    why = " or ".join(names) or another
     return f"every peak {factor:.6g} times the true one: {why}"

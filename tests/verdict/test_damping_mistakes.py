@@ -149,22 +149,32 @@ def test_a_coefficient_is_as_uncertain_as_is_said() -> None:
     assert found.value.uncertainty / 3 < off < found.value.uncertainty
 
 
-def test_with_other_terms_damping_alone_is_tried() -> None:
+def test_with_other_terms_damping_is_tried() -> None:
     """Before a wall, behind a striker; elastic scenes with terms, too."""
     chain = hc.Chain(12, **STEEL)
     elastic = hc.Scene(chain, hc.Striker(1.0), wall=hc.Wall("rigid"))
     damped = replace(elastic, contact=hc.Contact("restitution", restitution=0.85))
     found = hc.judge(elastic, peaks_of(damped))
     assert (found.cause or "").startswith("damping of restitution 0.85; leaves")
-    assert found.remarks == ("causes that were tried in a scene with striker, wall: damping",)
+    tried = "units and numbers of the contacts; damping"
+    assert found.remarks == (f"causes that were tried in a scene with striker, wall: {tried}",)
     asked = replace(damped, contact=ASKED["restitution"])
     found = hc.judge(asked, peaks_of(damped))
     assert (found.cause or "").startswith("damping of restitution 0.85 in place of 0.8 ")
 
 
+def test_units_and_numbers_are_tried_in_any_scene() -> None:
+    scene = hc.Scene(hc.Chain(12, **STEEL), hc.Striker(1.0), wall=hc.Wall("rigid"))
+    peaks = hc.Native().run(scene).peak_force
+    for given, cause in ((peaks / 1000, "in units of kN"), (peaks[::-1], "from the far end")):
+        found = hc.judge(scene, dict(enumerate(given.tolist(), 2)))
+        assert found.cause is not None
+        assert cause in found.cause
+
+
 def test_what_is_tried() -> None:
     damped = replace(ELASTIC, contact=ASKED["dashpot"])
-    for scene, count in ((ELASTIC, 11), (damped, 4), (replace(damped, wall=hc.Wall("same")), 1)):
+    for scene, count in ((ELASTIC, 12), (damped, 5), (replace(damped, wall=hc.Wall("same")), 2)):
         names = [family.name for family in families_for(scene)]
         assert (len(names), "damping" in names) == (count, True)
 

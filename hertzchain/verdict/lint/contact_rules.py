@@ -174,7 +174,8 @@ def _wall(deck: Deck) -> Found:
         elif wall.word(4) == "granular" and law != "hertz" and not deck.no_chain:
             text = (
                 "a wall of this law is an elastic half-space of the given material, no rigid wall:"
-                " for a rigid one give it twice the Young's modulus"
+                " for a rigid one give it twice the Young's modulus, and the Poisson ratio, of the"
+                " granule that touches it"
             )
             yield wall, "note", text
             if law == "hertz/material":

@@ -137,7 +137,7 @@ def _force_left_on(deck: Deck) -> Found:
         if fix is None or push.force is None or push.unfix is not None:
             continue
         late = push.force[-max(2, len(push.force) // 10) :]
-        if abs(late - late[0]).max() > _STILL * abs(push.force).max():
+        if late.size and abs(late - late[0]).max() > _STILL * abs(push.force).max():
             text = (
                 "the force still changes when the deck ends, and a periodic pulse begins again: end"
                 f" it in its formula, as *(time<T), or unfix {fix.word(1)} behind the run that ends"

@@ -41,6 +41,10 @@ def _no_chain(deck: Deck) -> Found:
         yield where, "note", f"this deck is no chain ({why}): rules for chains are left out"
 
 
+_REFUSED = ("LAMMPS stopped: ERROR", "needs at least", "cannot be read")
+"""Words of the reasons why LAMMPS itself refuses a deck."""
+
+
 def _text_alone(deck: Deck) -> Found:
     """Where LAMMPS stops: its own error is the deck's, and so is a command that nobody knows."""
     look = deck.look
@@ -48,7 +52,8 @@ def _text_alone(deck: Deck) -> Found:
         return
     where = deck.carried_out(len(look.commands) - 1)
     lacks = "is part of the" in look.stopped  # a package of LAMMPS that is not installed here
-    if "LAMMPS stopped: ERROR" in look.stopped and not lacks and deck.no_chain is None:
+    refused = any(said in look.stopped for said in _REFUSED)
+    if refused and not lacks and deck.no_chain is None:
         yield where, "error", look.stopped
     elif "is none of the commands" in look.stopped and deck.no_chain is None:
         yield where, "warning", f"{look.stopped}; if it is misspelt, LAMMPS stops here"

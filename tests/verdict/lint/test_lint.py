@@ -447,6 +447,24 @@ def test_a_deck_that_follows_a_long_table_is_read_in_seconds() -> None:
     assert lint(generated(scene, 1)) == []
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "line", "said"),
+    [
+        ("run 1000", "run", "run", "run needs at least 1 word more"),
+        ("first addforce v_push", "first addforce v_f", "fix shock", "variable f of a force"),
+        ("equal 50*(1", "equal v_F*(1", "run 1000", "reference v_F in"),
+        ("units si", "include missing", "include", "cannot be read"),
+    ],
+)
+def test_a_deck_that_lammps_refuses_is_an_error(old: str, new: str, line: str, said: str) -> None:
+    """At the line where LAMMPS stops."""
+    text = CLEAN.replace(old, new)
+    found = [one for one in lint(text) if one.rule == "text-alone"]
+    assert [one.severity for one in found] == ["error"]
+    assert said in found[0].text
+    assert text.split("\n")[found[0].line - 1].startswith(line)
+
+
 def test_a_generated_deck_with_a_trap_is_not_clean() -> None:
     text = (ROOT / "lammps_inputs" / "in.demo").read_text(encoding="utf-8")
     assert bad(lint(text.replace("comm_modify vel yes", "")))

@@ -163,6 +163,8 @@ class _Looker:
     def _style(self, name: str) -> str:
         """The style of a variable, of those that forces may follow."""
         lammps = self._lammps.lammps
+        if name not in lammps.available_ids("variable"):
+            raise RunFailed(f"LAMMPS stopped: ERROR: variable {name} of a force does not exist")
         kind = lammps.lib.lammps_extract_variable_datatype(lammps.lmp, name.encode())
         return {0: "equal", 1: "atom"}.get(int(kind), "")
 
@@ -216,7 +218,9 @@ class _Looker:
             return None
         try:
             return float(self._lammps.lammps.extract_variable(word[2:]))
-        except Exception:  # a formula that LAMMPS cannot evaluate here, whatever the reason
+        except Exception as problem:  # a formula that LAMMPS cannot evaluate here
+            if "Invalid variable reference" in str(problem):
+                raise RunFailed(f"LAMMPS stopped: {problem}") from None
             return None
 
     def _follows_runs(self, text: str, depth: int) -> bool:
