@@ -110,9 +110,11 @@ def _header(
     since = OLDEST if needed is None else needed[1]
     changed = ["watch", "peaks"] if known is not None else []
     changed += ["dump_every", "trajectory"] if layout.dump_every else []
-    fixed = "Any other name changes nothing, or ends in FAIL: have another deck written for others."
+    fixed = "Have another deck written for another scene."
     if changed:
         fixed = f"Only {', '.join(changed)} can be changed by -var. {fixed}"
+    if known is None:
+        fixed += " Nothing checks here what -var of another name changes."
     paragraphs = [_expected(scene, known), fixed]
     if made != NONE:
         paragraphs.insert(0, what_is_softer(made))

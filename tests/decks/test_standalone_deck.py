@@ -244,7 +244,7 @@ def test_only_looks_can_be_changed(change: tuple[str, str], expected: str, tmp_p
     assert status == {"P": 0, "F": 1, "N": 3}[expected[0]]
     assert peaks(tmp_path).size == 9
     head = " ".join(path.read_text().split("# ----")[0].replace("\n#", "").split())
-    assert "Only watch, peaks can be changed by -var. Any other name changes nothing, or" in head
+    assert "Only watch, peaks can be changed by -var. Have another deck" in head
 
 
 def test_contacts_are_judged_where_looks_find_nearly_all_of_their_peaks() -> None:

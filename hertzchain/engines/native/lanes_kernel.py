@@ -24,6 +24,7 @@ from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.native import (
     elastic_chain,
     elastic_legs,
+    elastic_maxima,
     elastic_state,
     elastic_window,
     interpolant,
@@ -272,6 +273,7 @@ def _march(
 @compiled_and_kept_with(
     elastic_chain,
     elastic_legs,
+    elastic_maxima,
     elastic_state,
     elastic_window,
     interpolant,

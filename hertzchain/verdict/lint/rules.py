@@ -41,7 +41,7 @@ def _no_chain(deck: Deck) -> Found:
         yield where, "note", f"this deck is no chain ({why}): rules for chains are left out"
 
 
-_REFUSED = ("LAMMPS stopped: ERROR", "needs at least", "cannot be read")
+_REFUSED = ("LAMMPS stopped: ERROR", "needs at least", "cannot be read", "does not exist when")
 """Words of the reasons why LAMMPS itself refuses a deck."""
 
 

@@ -56,8 +56,8 @@ def test_same_scheme_same_steps(number: int) -> None:
     measured, state = checks[2].measured, checks[0].tolerance
     assert measured is not None
     assert state is not None
-    # 1.1e-9 where coordinates cost 1.4e-9; in one of 65 scenes 2.5 times what states may differ by.
-    assert measured < max(3 * state, 1e-9)
+    # 1.1e-9 where coordinates cost 1.4e-9; 2.5 times what states may differ by in scene 157.
+    assert measured < max((3 if number == 157 else 1) * state, 1e-9)
 
 
 @pytest.mark.lammps

@@ -451,7 +451,7 @@ def test_a_deck_that_follows_a_long_table_is_read_in_seconds() -> None:
     ("old", "new", "line", "said"),
     [
         ("run 1000", "run", "run", "run needs at least 1 word more"),
-        ("first addforce v_push", "first addforce v_f", "fix shock", "variable f of a force"),
+        ("first addforce v_push", "first addforce v_f", "run 1000", "variable f of a force"),
         ("equal 50*(1", "equal v_F*(1", "run 1000", "reference v_F in"),
         ("units si", "include missing", "include", "cannot be read"),
     ],
@@ -463,6 +463,12 @@ def test_a_deck_that_lammps_refuses_is_an_error(old: str, new: str, line: str, s
     assert [one.severity for one in found] == ["error"]
     assert said in found[0].text
     assert text.split("\n")[found[0].line - 1].startswith(line)
+
+
+def test_a_force_may_name_a_variable_that_is_made_before_the_run() -> None:
+    """LAMMPS asks for it when the run begins."""
+    made, used = CLEAN[CLEAN.index("variable push") : CLEAN.index("run 1000")].splitlines()
+    assert lint(CLEAN.replace(f"{made}\n{used}", f"{used}\n{made}")) == []
 
 
 def test_a_generated_deck_with_a_trap_is_not_clean() -> None:

