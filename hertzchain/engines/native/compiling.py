@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -75,36 +75,40 @@ class _Kept(FunctionCache):
             super().save_overload(sig, data)
 
 
-def compiled_and_kept(function: Any, **how: Any) -> Any:
-    """A kernel, called from Python: compiled once, and kept on disk with all that it calls."""
-    kernel = njit(**_HOW, **how)(function)
-    # njit(cache=True) fails where there is no place to keep it.
-    with suppress(RuntimeError, OSError):  # no folder can be written
-        kernel._cache = _Kept(function)
-    return kernel
+def compiled_and_kept(**how: Any) -> Callable[[Any], Any]:
+    """A kernel, called from Python: compiled once, and kept on disk with all that it calls.
 
-
-def compiled_and_kept_with(*parts: ModuleType, **how: Any) -> Callable[[Any], Any]:
-    """As ``compiled_and_kept``, until the kernel's file or one of these modules changes.
-
-    Numba sees changes in the kernel's own file alone: ``parts`` are all others with code that it
-    calls, or with types that it takes; this one is always among them.
+    It is compiled again when its file changes, or one here that it imports, however indirectly:
+    Numba itself sees changes in the kernel's own file alone.
     """
 
     def keep(function: Any) -> Any:
-        kernel = compiled_and_kept(function, **how)
-        with suppress(AttributeError, OSError):  # no folder can be written, so nothing is kept
-            kept = kernel._cache._cache_file
-            files = [
-                Path(str(name)).stat() for name in (__file__, *(one.__file__ for one in parts))
-            ]
-            kept._source_stamp = (
-                kept._source_stamp,
-                *((file.st_mtime, file.st_size) for file in files),
-            )
+        kernel = njit(**_HOW, **how)(function)
+        # njit(cache=True) fails where there is no place to keep it.
+        with suppress(RuntimeError, OSError):  # no folder can be written
+            cache = _Kept(function)
+            cache._cache_file._source_stamp = _stamps(Path(function.__code__.co_filename))
+            kernel._cache = cache
         return kernel
 
     return keep
+
+
+def _stamps(file: Path) -> tuple[tuple[str, float, int], ...]:
+    """Name, time of change and size of a file and of all here that it imports."""
+    found: dict[Path, tuple[str, float, int]] = {}
+    waiting = [file]
+    while waiting:
+        file = waiting.pop()
+        if file not in found:
+            status = file.stat()
+            found[file] = file.name, status.st_mtime, status.st_size
+            imported = _IMPORTED.findall(file.read_text(encoding="utf-8"))
+            waiting += [Path(__file__).with_name(f"{name}.py") for name in imported]
+    return tuple(sorted(found.values()))
+
+
+_IMPORTED = re.compile(r"^from hertzchain\.engines\.native\.(\w+) import", re.MULTILINE)
 
 
 def compiled_without_nan(function: Any) -> Any:

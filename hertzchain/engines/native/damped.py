@@ -69,7 +69,7 @@ def integrate_damped(
     longest
         The longest step, 0.8 of the natural time unit of the fastest contact.
     record, control
-        A ``elastic_chain.Record``, and the array that stops the run, as in ``elastic.march``.
+        An ``elastic_chain.Record``, and the array that stops the run, as in ``elastic.march``.
     most_work
         Force evaluations of a granule after which the run ends; a step counts as further 500.
     longer

@@ -8,19 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hertzchain.arrays import Array, FloatArray
-from hertzchain.engines.native import (
-    damped_advance,
-    damped_contacts,
-    damped_events,
-    damped_flights,
-    damped_state,
-    damped_step,
-    elastic_chain,
-    elastic_state,
-    equations,
-    interpolant,
-)
-from hertzchain.engines.native.compiling import compiled_and_kept_with
+from hertzchain.engines.native.compiling import compiled_and_kept
 from hertzchain.engines.native.damped_advance import (
     DIVERGED,
     DONE,
@@ -82,18 +70,7 @@ class Found(NamedTuple):
     piston_impulse: float
 
 
-@compiled_and_kept_with(
-    damped_advance,
-    damped_contacts,
-    damped_events,
-    damped_flights,
-    damped_state,
-    damped_step,
-    equations,
-    elastic_state,
-    elastic_chain,
-    interpolant,
-)
+@compiled_and_kept()
 def march(
     legs: FloatArray,
     method: Method,

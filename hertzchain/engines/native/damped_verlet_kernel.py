@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native import elastic_chain, equations
-from hertzchain.engines.native.compiling import ONE, compiled, compiled_and_kept_with
+from hertzchain.engines.native.compiling import ONE, compiled, compiled_and_kept
 from hertzchain.engines.native.elastic_chain import END, START, STEPS, applied_force
 from hertzchain.engines.native.equations import Chain
 
@@ -37,7 +36,7 @@ def _evaluate(u: Any, v: Any, f: Any, a: Any, c: Any, least: float) -> None:
         a[i] = (f[i] - f[i + ONE]) * c.inverse_mass[i] + c.constant[i]
 
 
-@compiled_and_kept_with(elastic_chain, equations)
+@compiled_and_kept()
 def take_steps(
     leg: FloatArray,
     done: int,

@@ -19,17 +19,7 @@ import math
 from typing import Any
 
 from hertzchain.arrays import Array, FloatArray
-from hertzchain.engines.native import (
-    elastic_chain,
-    elastic_legs,
-    elastic_maxima,
-    elastic_state,
-    elastic_step,
-    elastic_window,
-    equations,
-    interpolant,
-)
-from hertzchain.engines.native.compiling import UNCOUNTED, compiled_and_kept_with, part
+from hertzchain.engines.native.compiling import UNCOUNTED, compiled_and_kept, part
 from hertzchain.engines.native.elastic_chain import (
     END,
     FREE_END,
@@ -112,6 +102,7 @@ from hertzchain.engines.native.elastic_step import (
     symplectic_step,
 )
 from hertzchain.engines.native.elastic_window import is_settled, leave_behind_in
+from hertzchain.engines.native.equations import Chain
 
 _CHECK = 4.0
 """Natural time units between two looks at whether to go on and what to leave behind."""
@@ -134,17 +125,7 @@ _LEG_DONE, _AT_EDGE, _SETTLED, _DIVERGED, _STOPPED = range(5)
 """Why the steps of march end."""
 
 
-@compiled_and_kept_with(
-    elastic_chain,
-    elastic_legs,
-    elastic_maxima,
-    elastic_state,
-    elastic_step,
-    elastic_window,
-    equations,
-    interpolant,
-    **UNCOUNTED,  # an eighth less to compile
-)
+@compiled_and_kept(**UNCOUNTED)  # an eighth less to compile
 def march(
     legs: FloatArray,
     kicks: Array,
@@ -155,7 +136,7 @@ def march(
     starting: float,
     granules: int,
     start: FloatArray,
-    chain: Any,
+    chain: Chain | None,
     moving: int,
     leave_behind: bool,
     peak_force: FloatArray,

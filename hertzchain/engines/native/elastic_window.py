@@ -1,6 +1,6 @@
 """Granules that cannot matter any more, compiled: when they are left behind, and a run ends early.
 
-``_left_behind`` says when; waves that are followed alone are parts of the window of their own.
+``left_behind`` says when; waves that are followed alone are parts of the window of their own.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _QUIET_GRANULES = 8
 
 _QUIET = 1e-3
 """Largest overlap and velocity of a quiet granule, over those of the leading wave. Derived in
-``_left_behind``; the longest steps leave 8e-4 behind a wave by their errors, usual ones 1e-7."""
+``left_behind``; the longest steps leave 8e-4 behind a wave by their errors, usual ones 1e-7."""
 
 _AT_REST = 0.1
 """The same of a granule that may be put to rest, over those of a quiet one. Chosen."""
@@ -131,7 +131,7 @@ def _quiet(u: Any, leading: float, chain: Any) -> Any:
 
 
 @part
-def _left_behind(
+def left_behind(
     u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int, parts: Any, most: int,
     chain: Any,
 ) -> int:  # fmt: skip
@@ -334,7 +334,7 @@ def leave_behind_in(
     most = 0 if at_the_end else MOST_LATE
     cut = lo
     if not waits:
-        cut = _left_behind(u, v, peak_force, base, lo, hi, count, most, chain)
+        cut = left_behind(u, v, peak_force, base, lo, hi, count, most, chain)
     if cut > lo:
         total[MOMENTUM] += momentum_of(v, lo, cut, chain)
         total[ENERGY] += energy_of(u, v, lo, cut, chain)

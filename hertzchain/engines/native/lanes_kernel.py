@@ -21,17 +21,7 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import Array, FloatArray
-from hertzchain.engines.native import (
-    elastic_chain,
-    elastic_legs,
-    elastic_maxima,
-    elastic_state,
-    elastic_window,
-    interpolant,
-    lanes_loops,
-    lanes_maxima,
-)
-from hertzchain.engines.native.compiling import compiled, compiled_and_kept_with
+from hertzchain.engines.native.compiling import compiled, compiled_and_kept
 from hertzchain.engines.native.elastic_chain import (
     END,
     FREE_END,
@@ -42,7 +32,7 @@ from hertzchain.engines.native.elastic_chain import (
 )
 from hertzchain.engines.native.elastic_legs import DIVERGED_ENERGY, pushed_legs
 from hertzchain.engines.native.elastic_state import DEEPEST, DOUBLE, LATE, SINGLE, TINY
-from hertzchain.engines.native.elastic_window import _left_behind, is_settled
+from hertzchain.engines.native.elastic_window import is_settled, left_behind
 from hertzchain.engines.native.interpolant import hertz_force
 from hertzchain.engines.native.lanes_loops import (
     Lanes,
@@ -194,7 +184,7 @@ def _look(
         peak_force[i] = hertz_force(float(lanes.highest[place(new.u, i, k)]))
     if hi == granules and is_settled(u, v, peak_force, 0, behind, hi, None):
         return True
-    cut = _left_behind(u, v, peak_force, 0, behind, hi, parts, 0, None)
+    cut = left_behind(u, v, peak_force, 0, behind, hi, parts, 0, None)
     if cut > behind:
         for i in range(behind, cut):
             j = place(new.u, i, k)
@@ -270,16 +260,7 @@ def _march(
                 pushed |= scene.leg < pushed_legs(lanes.legs[k])
 
 
-@compiled_and_kept_with(
-    elastic_chain,
-    elastic_legs,
-    elastic_maxima,
-    elastic_state,
-    elastic_window,
-    interpolant,
-    lanes_loops,
-    lanes_maxima,
-)
+@compiled_and_kept()
 def march_lanes(
     legs: FloatArray,
     leaves: Any,
@@ -338,4 +319,4 @@ def march_lanes(
             for i in range(granules - 1):
                 j = place(state, i, n - first)
                 peak_force[n, i] = hertz_force(float(highest[j]))
-                peak_time[n, i] = highest_at[j] if highest[j] > 0 else np.nan
+                peak_time[n, i] = highest_at[j] if peak_force[n, i] > 0 else np.nan

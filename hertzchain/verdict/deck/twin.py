@@ -113,7 +113,7 @@ def run_twin(twin: Twin, stretches: Iterable[Stretch], deadline: Deadline) -> Tw
     return TwinRun(force, float(-reach[0]), float(reach[1]), state[0], state[1])
 
 
-@compiled_and_kept
+@compiled_and_kept()
 def _advance(  # noqa: PLR0912 - one loop over steps and contacts, as it is read
     twin: Twin,
     applied: FloatArray,

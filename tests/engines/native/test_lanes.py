@@ -13,9 +13,10 @@ from scipy.integrate import solve_ivp
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native import elastic, lanes_kernel, many
+from hertzchain.engines.native import elastic, elastic_state, lanes_kernel, lanes_loops, many
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.kernel_input import leg_rows
+from hertzchain.engines.native.lanes_loops import Lanes, Motion
 from hertzchain.engines.native.methods import SRKN_6B, SRKN_11B
 from hertzchain.engines.native.refinement import Refined
 from hertzchain.limits import Deadline
@@ -86,6 +87,79 @@ def test_side_by_side_vs_one_by_one(
         assert np.nanmax(np.abs(time - expected[1])) < 1e-6
     assert full[2] == pytest.approx(expected[2], rel=1e-14, abs=0)
     assert np.array_equal(full[3], expected[3])
+
+
+def test_a_run_that_ends_while_contacts_are_pressed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is then still pressed harder counts, as one by one."""
+    rows = random_rows(21, 30)
+    for legs in rows:  # a tenth of the time after the pulse
+        last = int(np.flatnonzero(legs[:, 2])[-1])
+        legs[last, 1] = legs[last, 0] + (legs[last, 1] - legs[last, 0]) / 10
+        legs[last, 2] = np.ceil(legs[last, 2] / 10)
+    found = march(rows, FIXED, 30, leaves=False)
+    monkeypatch.setattr(many, "_LONGEST", 1)
+    expected = march(rows, FIXED, 30, leaves=False)
+    at_end = [
+        np.isclose(time, end[:, np.newaxis], rtol=1e-12, atol=0)
+        for _, time, end, _ in (found, expected)
+    ]
+    assert np.count_nonzero(at_end[1]) > 20
+    assert found[0] == pytest.approx(expected[0], rel=1e-12, abs=1e-14)
+    felt = expected[0] > 1e-100  # a front below the least overlap counts in some runs alone
+    assert np.array_equal(at_end[0][felt], at_end[1][felt])
+
+
+@pytest.fixture
+def in_python(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Functions of the lanes as they are written: they cannot be called one by one otherwise."""
+    for module in (lanes_kernel, lanes_loops):
+        for name, function in vars(module).items():
+            if hasattr(function, "py_func"):
+                monkeypatch.setattr(module, name, function.py_func)
+
+
+def looked(work: float, over: bool = True) -> Any:
+    """What ``_look`` does to scene 3, a leading wave of force 1 with a weak contact behind it."""
+    overlaps = np.concatenate([[0.5], np.zeros(12), [0.4, 1.0, 0.3], np.zeros(4)])
+    u = np.append(np.cumsum(overlaps[::-1])[::-1], 0.0)
+    granules, k, number = u.size, 3, 8
+    whole = np.zeros((3, number * (granules + 2)))
+    whole[0, k : k + number * granules : number] = u
+    whole[2] = 7.0
+    scenes = np.zeros(number, lanes_kernel._SCENE).view(np.recarray)
+    scenes[k].work, scenes[k].leg = work, 1
+    highest = np.ones(number * (granules + 2))
+    legs = np.zeros((number, 2, 8))
+    legs[:, :, 3] = (1, 0) if over else (1, 1)
+    none = np.zeros(0)
+    lanes = Lanes(none, highest, none, none, none, none, scenes, legs, none, none)
+    motion, parts = Motion(*whole), np.zeros(elastic_state.LATE + 1, np.int64)
+    one = np.zeros((3, granules + 1))
+    ends = lanes_kernel._look(motion, lanes, k, True, granules - 1, one, parts)
+    energy = 0.4 * float(np.sum(overlaps**2.5))
+    return ends, scenes[k], motion.force[k::number], energy
+
+
+@pytest.mark.usefixtures("in_python")
+def test_what_a_scene_leaves_behind_presses_nothing() -> None:
+    ends, scene, force, _ = looked(work=1.0)
+    assert (bool(ends), int(scene.behind)) == (False, 5)
+    assert force[:6].tolist() == [0.0] * 6
+    assert np.all(force[6:20] == 7.0)
+
+
+@pytest.mark.usefixtures("in_python")
+def test_nothing_is_left_behind_while_the_force_acts() -> None:
+    assert looked(work=1.0)[1].behind == 5
+    assert looked(work=1.0, over=False)[1].behind == 0
+
+
+@pytest.mark.usefixtures("in_python")
+def test_ten_times_the_work_is_divergence() -> None:
+    energy = looked(work=1.0)[-1]
+    for share, diverged in ((9.9, False), (10.1, True)):
+        ends, scene, *_ = looked(work=energy / share)
+        assert (bool(ends), bool(scene.diverged)) == (diverged, diverged)
 
 
 def test_single_precision_side_by_side_vs_double() -> None:

@@ -125,7 +125,7 @@ def _axis(direction: FloatArray) -> str:
 def _is_reversed(probes: Probes, seen: Watched, applied: Applied, scene: Scene | None) -> bool:
     """Whether granule 1 lies at the largest coordinate, as most signs of a shock and its end say.
 
-    A deck may have one of them wrong. Where they are of two minds, granule 1 has the lowest id.
+    A deck may have one of them wrong. Where they disagree, granule 1 has the lowest id.
     """
     granules = probes.granules
     shocked, pushed = _shocked(probes, seen, applied)
