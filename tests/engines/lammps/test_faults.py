@@ -509,7 +509,7 @@ def test_lammps_that_is_missing_is_missing_in_every_scene(monkeypatch: pytest.Mo
 SMALL = """
 from hertzchain.engines.native.compiling import (compiled_and_kept)
 
-@compiled_and_kept
+@compiled_and_kept()
 def half(values):
     return values / 2
 """
