@@ -36,9 +36,10 @@ class DampedLaw:
 
     @classmethod
     def of(cls, scene: Scene) -> DampedLaw:
-        """Return the law of the contacts of a damped scene, in SI units."""
+        """Return the law of the contacts of a scene, in SI units; elastic ones have c = 0."""
         granules, contact = scene.granules, scene.contact
-        assert contact is not None
+        if contact is None:
+            return cls(granules.stiffness, np.zeros(granules.stiffness.size), 0.5, False)
         assert granules.damping is not None
         return cls(granules.stiffness, granules.damping, contact.exponent, contact.attraction)
 

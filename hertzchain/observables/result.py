@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray, or_none
 from hertzchain.contact import hertz
 from hertzchain.errors import SceneError, require
+from hertzchain.observables.contact_errors import ContactErrors
 from hertzchain.observables.definitions import context_of
+from hertzchain.observables.first_pulse import FirstPulses
 from hertzchain.observables.history import History
 from hertzchain.observables.peaks import ESTIMATED, judged_contacts
 from hertzchain.observables.transition import SolitaryWave, solitary_wave, transition_granules
@@ -145,6 +147,11 @@ class Result(ShownRun):
         at a free end.
     compile_time
         Time spent compiling kernels [s]; 0 where an earlier run has kept them.
+    first_pulses
+        First pulse of each contact [N, s]; None where they were not asked for.
+    errors
+        Bounds of the errors of each contact, those of arrivals [s]; None if there is only
+        ``error_estimate``.
     """
 
     scene: Scene
@@ -170,6 +177,8 @@ class Result(ShownRun):
     wall_peak_time: float | None = None
     wall_peak_passed: bool | None = None
     compile_time: float = 0.0
+    first_pulses: FirstPulses | None = None
+    errors: ContactErrors | None = None
 
     @property
     def all_peaks(self) -> FloatArray:

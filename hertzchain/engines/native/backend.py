@@ -24,6 +24,7 @@ from hertzchain.engines.native.run_error import error_bound, estimate
 from hertzchain.engines.native.simulation import Prepared, Simulation, work_of
 from hertzchain.errors import POSITIVE, StepUnstable, is_positive, require
 from hertzchain.limits import RTOL, TIME_LIMIT, Deadline, check_time_limit
+from hertzchain.observables.contact_errors import ContactErrors, bounds
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.error_bound import (
     SHORT,
@@ -32,8 +33,9 @@ from hertzchain.observables.error_bound import (
     refuse_strong_dampers,
     refuse_unstable,
 )
+from hertzchain.observables.first_pulse import check_wanted, wants_first
 from hertzchain.observables.history import Recorder, wanted_times
-from hertzchain.observables.peaks import ESTIMATED, largest_difference, times_of_peaks
+from hertzchain.observables.peaks import times_of_peaks
 from hertzchain.observables.result import Balance, Result, peaks_of_result
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.scene import Scene
@@ -93,6 +95,10 @@ class Native:
         velocity at the end are NaN.
     time_limit
         Time limit of a run [s], without compiling.
+    wanted
+        What ``rtol`` is asked of: ``first`` for the first pulse of each contact, ``all`` for the
+        largest force of the run. By default first pulses where there is a striker, a wall, or
+        granules that differ, and all elsewhere: then there are no first pulses.
 
     Raises
     ------
@@ -108,6 +114,7 @@ class Native:
     rtol: float | None = None
     peaks_only: bool = False
     time_limit: float = TIME_LIMIT
+    wanted: str | None = None
 
     def __post_init__(self) -> None:
         if self.method is not None:
@@ -127,6 +134,7 @@ class Native:
         if self.method == "scipy":
             allowed = "must be left out for method scipy, which chooses its own steps"
             require(self.dt is None, "dt", self.dt, allowed)
+        check_wanted(self.wanted)
         check_time_limit(self.time_limit)
 
     def run(self, scene: SceneLike, record: ArrayLike | None = None) -> Result:
@@ -182,19 +190,19 @@ class Native:
         if self.method in (None, *AS_WRITTEN) and self.dt is None:
             rtol = RTOL if self.rtol is None else self.rtol
             found = self._accurate_enough(scene, recorder, deadline, rtol)
-            refuse_meaningless("native", found[-1], too_long=False)
+            refuse_meaningless("native", found[-1].least, too_long=False)
         elif scene.contact is not None:
             found = self._damped(scene, recorder, deadline)
         else:
             found = self._as_asked(scene, recorder, deadline)
-        method, dt, run, error = found
+        method, dt, run, errors = found
         if self.method in AS_WRITTEN:
             method = self.method
         units = scene.units
         peak_force = run.peaks.force * units.force
         refuse_deep_overlap(largest_overlap_ratio(scene, peak_force))
         peak_time = times_of_peaks(peak_force, run.peaks.time * units.time)
-        history = None
+        first, history = errors.known(run.peaks.first), None
         if recorder is not None and times is not None:
             history = recorder.history(times, units.length, units.velocity, units.force)
         return Result(
@@ -205,7 +213,7 @@ class Native:
             steps=run.steps,
             force_evaluations=run.evaluations,
             **peaks_of_result(scene, peak_force, peak_time, run.peaks.passed),
-            error_estimate=error,
+            error_estimate=errors.largest,
             displacement=run.state.displacement * units.length,
             velocity=run.state.velocity * units.velocity,
             balance=Balance(
@@ -221,11 +229,13 @@ class Native:
             versions=versions(self.method),
             scheme=method,
             compile_time=preparation.compile_time,
+            first_pulses=first and first.in_units(units.force, units.time),
+            errors=errors.in_units(units.time),
         )
 
     def _as_asked(
         self, scene: Scene, recorder: Recorder | None, deadline: Deadline
-    ) -> tuple[str, float, Simulation, float]:
+    ) -> tuple[str, float, Simulation, ContactErrors]:
         """Return method, longest step [s], run and its error, with the given method and step."""
         name = self.method if self.method in METHODS else "reference"
         method = METHODS[name]
@@ -237,37 +247,41 @@ class Native:
         longest = max(leg.dt for leg in legs)
         is_long = longest > SHORT * scene.contact_time
         if not scene.is_plain and (method.walker.stepper.order == 2 or is_long):
-            error = self._true_error(scene, run, deadline)
+            errors = self._true_errors(scene, run, deadline)
         else:
-            error = error_bound(prepared, legs, method, run)
-        refuse_meaningless("native", error, is_long)
-        return name, longest, run, error
+            errors = error_bound(prepared, legs, method, run)
+        refuse_meaningless("native", errors.least, is_long)
+        return name, longest, run, errors
 
     def _prepared(self, scene: Scene, deadline: Deadline, walker: Walker) -> Prepared | InNumpy:
         """Return what integrates a scene with elastic contacts: compiled, or as it is written."""
         is_symplectic = isinstance(walker.stepper, SymplecticNystrom)
         if self.method != "numpy" and is_symplectic:
-            return Prepared.of(scene, deadline)
+            return Prepared.of(scene, deadline, first=self._wants_first(scene))
         from hertzchain.engines.native.in_numpy import InNumpy
 
-        return InNumpy(scene, deadline)
+        return InNumpy(scene, deadline, first=self._wants_first(scene))
 
-    def _true_error(self, scene: Scene, run: Simulation, deadline: Deadline) -> float:
-        """Return a bound of the error of a run's peaks: by accurate ones, and the error of these.
+    def _wants_first(self, scene: Scene) -> bool:
+        """Return whether first pulses are wanted."""
+        return wants_first(scene) if self.wanted is None else self.wanted == "first"
+
+    def _true_errors(self, scene: Scene, run: Simulation, deadline: Deadline) -> ContactErrors:
+        """Return bounds of the errors of a run: by an accurate one, and the errors of that.
 
         Runs with other steps could share an error, as where a later blow is the hardest one.
         """
         for rtol in (RTOL, _CLOSER * RTOL):
-            *_, accurate, bound = self._accurate_enough(scene, None, deadline, rtol)
-            difference = largest_difference(run.peaks.force, accurate.peaks.force, ESTIMATED)
-            if difference > _CLEAR * bound:
+            *_, accurate, errors = self._accurate_enough(scene, None, deadline, rtol)
+            differences = accurate.peaks.differences(run.peaks)
+            if differences.wanted > _CLEAR * errors.wanted:
                 break
-        refuse_meaningless("native", bound, too_long=False)
-        return float(difference + (1 + difference) * bound)
+        refuse_meaningless("native", errors.least, too_long=False)
+        return bounds(lambda found, least: found + (1 + found) * least, differences, errors)
 
     def _damped(
         self, scene: Scene, recorder: Recorder | None, deadline: Deadline
-    ) -> tuple[str, float, Simulation, float]:
+    ) -> tuple[str, float, Simulation, ContactErrors]:
         """Return the same as ``_as_asked`` for damped contacts."""
         if self.method == "velocity-verlet":
             return self._damped_verlet(scene, recorder, deadline)
@@ -276,12 +290,12 @@ class Native:
         allowed = "must be left out for damped contacts, or stand with method velocity-verlet"
         require(self.dt is None, "dt", self.dt, allowed)
         found = self._accurate_enough(scene, recorder, deadline, plans.TIGHTEST)
-        refuse_meaningless("native", found[-1], too_long=False)
+        refuse_meaningless("native", found[-1].least, too_long=False)
         return found
 
     def _damped_verlet(
         self, scene: Scene, recorder: Recorder | None, deadline: Deadline
-    ) -> tuple[str, float, Simulation, float]:
+    ) -> tuple[str, float, Simulation, ContactErrors]:
         """Return the same as ``_damped``, by velocity Verlet with the given step."""
         from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
 
@@ -290,22 +304,24 @@ class Native:
         dt = self.dt if self.dt is not None else method.step * scene.contact_time
         legs = scene.schedule(dt)
         refuse_unstable(scene, legs, method.interval, name)
-        run = simulate_damped_verlet(scene, legs, deadline, recorder)
-        longest, error = max(leg.dt for leg in legs), self._true_error(scene, run, deadline)
-        refuse_meaningless("native", error, longest > SHORT * scene.contact_time)
-        return name, longest, run, error
+        first = self._wants_first(scene)
+        run = simulate_damped_verlet(scene, legs, deadline, recorder, first=first)
+        longest, errors = max(leg.dt for leg in legs), self._true_errors(scene, run, deadline)
+        refuse_meaningless("native", errors.least, longest > SHORT * scene.contact_time)
+        return name, longest, run, errors
 
     def _accurate_enough(
         self, scene: Scene, recorder: Recorder | None, deadline: Deadline, rtol: float
-    ) -> tuple[str, float, Simulation, float]:
+    ) -> tuple[str, float, Simulation, ContactErrors]:
         """Return method, longest step [s], run and its error, by what is cheapest for ``rtol``."""
+        first = self._wants_first(scene)
         if self.method == "scipy":
             from hertzchain.engines.native.in_scipy import accurate_in_scipy, longest_step
 
-            by_scipy = accurate_in_scipy(scene, rtol, deadline, recorder)
-            return "scipy", longest_step(scene), by_scipy.run, by_scipy.bound
+            by_scipy = accurate_in_scipy(scene, rtol, deadline, recorder, first)
+            return "scipy", longest_step(scene), by_scipy.run, by_scipy.errors
         if scene.contact is not None:
-            return _adaptive(scene, recorder, deadline, rtol)
+            return _adaptive(scene, recorder, deadline, rtol, first)
         hard = amplifies_errors(scene)
         plan = plans.cheapest(rtol, hard=hard)
         prepared = self._prepared(scene, deadline, plan.walker)
@@ -319,8 +335,8 @@ class Native:
             if cost > expensive:
                 expensive = 2 * cost
                 with suppress(damped_runs.TooMuchWork, StepUnstable):
-                    adaptive = _adaptive(scene, recorder, deadline, rtol, _SHARE * cost)
-                    if adaptive[-1] <= rtol:
+                    adaptive = _adaptive(scene, recorder, deadline, rtol, first, _SHARE * cost)
+                    if adaptive[-1].wanted <= rtol:
                         return adaptive
                     expensive = math.inf
             run = prepared.simulate(legs, plan.walker, recorder, leave_behind=self.peaks_only)
@@ -330,14 +346,17 @@ class Native:
                 hard, plan, before = True, plans.cheapest(rtol, hard=True), math.inf
                 continue
             again = scene.piston is not None or (before < math.inf and not scene.is_plain)
-            error = estimate(prepared, legs, plan, run, rising or again)
+            errors = estimate(prepared, legs, plan, run, rising or again)
+            error = errors.wanted
             cost = run.evaluations * scene.chain.granules
             if error <= rtol or plan.hopeless(error, before, cost):
                 break
             plan, before = plan.closer(rtol, error, has_terms=not scene.is_plain), error
-        if adaptive is not None and adaptive[-1] < error:
-            return adaptive if recorder is None else _adaptive(scene, recorder, deadline, rtol)
-        return plan.method, max(leg.dt for leg in legs), run, error
+        if adaptive is not None and adaptive[-1].wanted < error:
+            if recorder is None:
+                return adaptive
+            return _adaptive(scene, recorder, deadline, rtol, first)
+        return plan.method, max(leg.dt for leg in legs), run, errors
 
 
 def _adaptive(
@@ -345,11 +364,12 @@ def _adaptive(
     recorder: Recorder | None,
     deadline: Deadline,
     rtol: float,
+    first: bool,
     most_work: float = math.inf,
-) -> tuple[str, float, Simulation, float]:
+) -> tuple[str, float, Simulation, ContactErrors]:
     """Return the same as ``Native._accurate_enough``, by adaptive steps."""
-    run, error = damped_runs.accurate_enough(scene, rtol, deadline, recorder, most_work)
-    return damped_runs.METHOD, damped_runs.longest_step(scene), run, error
+    run, errors = damped_runs.accurate_enough(scene, rtol, deadline, recorder, most_work, first)
+    return damped_runs.METHOD, damped_runs.longest_step(scene), run, errors
 
 
 @functools.cache

@@ -11,7 +11,10 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.equations import Chain
+from hertzchain.engines.native.kernel_input import room_for
 from hertzchain.engines.native.methods import DOP853
+from hertzchain.observables.contact_errors import Peaks
+from hertzchain.observables.first_pulse import FirstPulses
 
 if TYPE_CHECKING:
     from hertzchain.engines.native.damped_advance import Method
@@ -41,6 +44,13 @@ class Simulated:
     piston_impulse: float  # integral of the force of the piston
     steps: int
     evaluations: int  # of the forces of the granules computed, including refused steps
+    first: FirstPulses | None = None
+
+    @property
+    def peaks(self) -> Peaks:
+        """What the run saw of the contacts."""
+        passed = self.peak_time < self.end
+        return Peaks(self.peak_force, self.peak_time, passed, self.first)
 
 
 def integrate_damped(
@@ -75,12 +85,10 @@ def integrate_damped(
     longer
         By how much steps may be longer, also those that strong dampers allow; at most 1.5.
     """
-    from hertzchain.engines.native import damped_advance, damped_kernel, elastic_chain
+    from hertzchain.engines.native import damped_advance, damped_kernel
 
     granules, contacts = chain.inverse_mass.size, chain.stiffness.size
-    if record is None:
-        nothing = np.zeros((0, 0))
-        record = elastic_chain.Record(np.zeros(0), nothing, nothing, nothing)
+    record = room_for(None, granules) if record is None else record
     # The front of a wave moves granules smoothly, but not across a gap or under a static load.
     has_front = start.size == 0 and not chain.gap.any() and not chain.constant.any()
     force, time = np.zeros(contacts), np.full(contacts, np.nan)

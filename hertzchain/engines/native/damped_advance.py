@@ -42,6 +42,7 @@ from hertzchain.engines.native.damped_step import (
     take_step,
 )
 from hertzchain.engines.native.elastic_state import is_stopped
+from hertzchain.engines.native.notes import note_damped
 
 DONE, DIVERGED, STOPPED, TOO_MUCH, STUCK = range(5)
 """How a run ended; the last two: more work than allowed, and steps that do not advance."""
@@ -122,11 +123,12 @@ def advance(
     state: Any, room: Any, c: Any, leg: Any, end: float, until_change: bool, counts: Any,
     method: Any, tolerance: float, slowest: float, longest: float, stable: float, most_work: float,
     given: float,
-    total: Any, peak_force: Any, peak_time: Any, record: Any, control: Any,
+    total: Any, peak_force: Any, peak_time: Any, record: Any, control: Any, chosen: Any,
 ) -> Any:  # fmt: skip
     """Take steps up to a time or, with ``until_change``, until a contact begins or ends.
 
-    Errors are judged by the largest speed of these granules, at least ``slowest``.
+    Errors are judged by the largest speed of these granules, at least ``slowest``. Granule i of a
+    part of the chain is ``chosen[i]`` of the chain.
     """
     u0, v0, on = state.u, state.v, state.on
     a0, f0, r0, p0 = room.a0, room.f0, room.r0, room.p0
@@ -224,6 +226,11 @@ def advance(
                 u0, v0, a0, r0, u1, v1, a1, r1, f0, f1, peak_force, peak_time, begin, h, hi, c
             )
         keep_ends(peak_force, peak_time, f1, time, hi)
+        if record.notes.shape[0] > 0:
+            note_damped(
+                record, peak_force, peak_time, u0, v0, a0, r0, u1, v1, a1, r1, f0, f1, begin, h,
+                fresh, hi, c, chosen,
+            )  # fmt: skip
         if kept < record.time.size and record.time[kept] <= time:
             kept = keep_history(
                 record, kept, u0, v0, a0, r0, u1, v1, a1, r1, on, hi, begin, time, c

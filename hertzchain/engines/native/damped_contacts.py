@@ -276,10 +276,10 @@ def jerk(rate: Any, i: int, c: Any) -> float:
 
 
 @compiled
-def septic(
-    u0: Any, v0: Any, a0: Any, r0: Any, u1: Any, v1: Any, a1: Any, r1: Any, i: int, h: float, c: Any
+def ends_of_septic(
+    u0: Any, v0: Any, a0: Any, r0: Any, u1: Any, v1: Any, a1: Any, r1: Any, i: int, c: Any
 ) -> Any:
-    """The overlap of contact i within a step, a polynomial of degree 7 in (t - t_start) / h."""
+    """The overlap of contact i and its first three derivatives at the start and end of a step."""
     start = (
         u0[i] - u0[i + 1] - c.gap[i], v0[i] - v0[i + 1], a0[i] - a0[i + 1],
         jerk(r0, i, c) - jerk(r0, i + 1, c),
@@ -288,6 +288,15 @@ def septic(
         u1[i] - u1[i + 1] - c.gap[i], v1[i] - v1[i + 1], a1[i] - a1[i + 1],
         jerk(r1, i, c) - jerk(r1, i + 1, c),
     )  # fmt: skip
+    return start, end
+
+
+@compiled
+def septic(
+    u0: Any, v0: Any, a0: Any, r0: Any, u1: Any, v1: Any, a1: Any, r1: Any, i: int, h: float, c: Any
+) -> Any:
+    """The overlap of contact i within a step, a polynomial of degree 7 in (t - t_start) / h."""
+    start, end = ends_of_septic(u0, v0, a0, r0, u1, v1, a1, r1, i, c)
     return hermite(start, end, h)
 
 

@@ -143,6 +143,7 @@ def march(
     )  # fmt: skip
     part_force, part_time = np.zeros(size), np.zeros(size)
     inside, chosen = np.zeros(granules, np.bool_), np.zeros(size, np.int64)
+    everyone = np.arange(granules)
     no_force = np.zeros(legs.shape[1])
     fastest = max(np.max(np.abs(v)), _SLOW)
     counts = Counts(
@@ -190,7 +191,7 @@ def march(
                 counts = advance(
                     state, room, c, leg, end, not is_pushed, counts, method, tolerance, _SLOW,
                     longest, stable, most_work, given, total, peak_force, peak_time, record,
-                    control,
+                    control, everyone,
                 )  # fmt: skip
             elif stop > time:
                 many = gather(c, inside, part_of_c, chosen)
@@ -198,7 +199,9 @@ def march(
                     i = chosen[k]
                     fly_on(u, v, since, time, i, i + 1)
                     part.u[k], part.v[k], part.on[k] = u[i], v[i], on[i] if inside[i] else 0.0
-                    part_force[k] = peak_force[i] if i < peak_force.size else 0.0
+                    part_force[k], part_time[k] = 0.0, math.nan
+                    if i < peak_force.size:
+                        part_force[k], part_time[k] = peak_force[i], peak_time[i]
                 part.u[many] = part.v[many] = 0.0  # the wall
                 room.u1[many] = room.v1[many] = room.a0[many] = room.a1[many] = 0.0
                 its = Chain(
@@ -207,12 +210,11 @@ def march(
                     c.exponent, c.attraction,
                 )  # fmt: skip
                 own = State(part.u[: many + 1], part.v[: many + 1], part.on[:many])
-                part_time[:many] = math.nan
                 counts = in_part(counts, many)
                 counts = advance(
                     own, room, its, leg if chosen[0] == 0 else no_force, stop, True, counts, method,
                     tolerance, max(_SLOW, np.max(np.abs(v))), longest, stable, most_work, given,
-                    total, part_force[:many], part_time[:many], record, control,
+                    total, part_force[:many], part_time[:many], record, control, chosen,
                 )  # fmt: skip
                 counts = in_part(counts, granules)
                 for k in range(many):

@@ -15,7 +15,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.plan import round_off
-from hertzchain.observables.peaks import ESTIMATED, largest_difference
+from hertzchain.observables.contact_errors import ContactErrors, Peaks, bounds
 
 LONGEST = 0.8
 """Longest step, natural time units of the fastest contact."""
@@ -46,8 +46,8 @@ class Run(Protocol):
     """What is asked of a run."""
 
     @property
-    def peak_force(self) -> FloatArray:
-        """Shape (contacts,)."""
+    def peaks(self) -> Peaks:
+        """What it saw of the contacts."""
 
     @property
     def evaluations(self) -> int:
@@ -59,10 +59,15 @@ _Run = TypeVar("_Run", bound=Run)
 
 @dataclass(frozen=True, eq=False)
 class Bounded(Generic[_Run]):
-    """A run, and an upper bound of the relative error of its peaks."""
+    """A run, and upper bounds of its errors."""
 
     run: _Run
-    bound: float
+    errors: ContactErrors
+
+    @property
+    def bound(self) -> float:
+        """The largest error of what was wanted."""
+        return self.errors.wanted
 
 
 def first_tolerance(rtol: float) -> float:
@@ -84,18 +89,19 @@ def accurate(integrate: Callable[[float, float, bool], _Run], rtol: float) -> Bo
             for looser, longer in (_MUCH_COARSER, _COARSER)
         )
         run = integrate(tolerance, 1.0, True)
-        bound = _bound(run, rough, coarse, tolerance)
+        errors = _errors(run, rough, coarse, tolerance)
+        bound = errors.wanted
         if bound <= rtol or tolerance <= TIGHTEST or not left:
             break
         tolerance = max(tolerance * max(0.5 * rtol / bound, 1e-3), TIGHTEST)
-    return Bounded(run, bound)
+    return Bounded(run, errors)
 
 
-def _bound(run: Run, rough: Run, coarse: Run, tolerance: float) -> float:
-    much, little = (
-        float(largest_difference(other.peak_force, run.peak_force, ESTIMATED))
-        for other in (rough, coarse)
-    )
-    known = _KNOWN * tolerance + _FLOOR
-    told = _SAFETY * max(0.1 * much, little) + _SAFETY_MUCH * much
-    return float(known + told + np.asarray(round_off(run.evaluations)))
+def _errors(run: Run, rough: Run, coarse: Run, tolerance: float) -> ContactErrors:
+    known = _KNOWN * tolerance + _FLOOR + round_off(run.evaluations)
+
+    def bound(much: FloatArray, little: FloatArray) -> FloatArray:
+        told = _SAFETY * np.maximum(0.1 * much, little) + _SAFETY_MUCH * much
+        return np.asarray(known + told)
+
+    return bounds(bound, *(run.peaks.differences(other.peaks) for other in (rough, coarse)))

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from hertzchain.engines.native.damped import Simulated, integrate_damped
 from hertzchain.engines.native.damped_plan import LONGEST, accurate
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.kernel_input import leg_rows, start_of
-from hertzchain.engines.native.simulation import End, Peaks, Simulation, stoppable
+from hertzchain.engines.native.kernel_input import leg_rows, noted_pulses, room_for, start_of
+from hertzchain.engines.native.simulation import End, Simulation, stoppable
 from hertzchain.errors import RunFailed, TooExpensive
 from hertzchain.limits import Deadline, refuse_memory
+from hertzchain.observables.contact_errors import ContactErrors
 from hertzchain.observables.error_bound import diverged
+from hertzchain.observables.first_pulse import Contacts
 from hertzchain.observables.history import Recorder
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
@@ -43,14 +46,15 @@ def simulate_damped(
     legs: Sequence[Leg] | None = None,
     longer: float = 1.0,
     most_work: float = math.inf,
+    first: bool = False,
 ) -> Simulated:
-    """Integrate a scene once.
+    """Integrate a scene once; ``first``: first pulses are wanted.
 
     ``legs`` [s, N] tell the applied force, by default that of the scene; with ``longer`` steps may
     be longer by that factor. Raises StepUnstable if the motion diverges, TooExpensive if the run
     has taken too long, TooMuchWork after ``most_work`` force evaluations of a granule.
     """
-    from hertzchain.engines.native import damped_advance, elastic_chain
+    from hertzchain.engines.native import damped_advance
 
     granules = scene.chain.granules
     if deadline.left <= 0:
@@ -64,12 +68,8 @@ def simulate_damped(
         raise
     # Steps are cut by the integrator: of the legs only the corners count.
     rows = leg_rows(legs or scene.schedule(scene.end_time), scene.units)
-    record = None
-    if recorder is not None:
-        times = np.asarray(recorder.time, np.float64)
-        shape = times.size, granules
-        forces = np.zeros(recorder.contact_force.shape)
-        record = elastic_chain.Record(times, np.zeros(shape), np.zeros(shape), forces)
+    contacts = Contacts.of(scene) if first else None
+    record = room_for(recorder, granules, contacts)
     control, longest = np.zeros(3), longest_step(scene) / scene.units.time
     chain, start = Chain.of(scene), start_of(scene)
     found: Simulated = stoppable(
@@ -88,11 +88,11 @@ def simulate_damped(
         )
     if found.status == damped_advance.TOO_MUCH:
         raise TooMuchWork("the native run takes more work than it may")
-    if recorder is not None and record is not None:
+    if recorder is not None:
         recorder.displacement[:] = record.displacement
         recorder.velocity[:] = record.velocity
         recorder.contact_force[:] = record.contact_force
-    return found
+    return replace(found, first=noted_pulses(record, contacts, found.peak_force))
 
 
 def accurate_enough(
@@ -101,8 +101,9 @@ def accurate_enough(
     deadline: Deadline,
     recorder: Recorder | None = None,
     most_work: float = math.inf,
-) -> tuple[Simulation, float]:
-    """A run whose peaks have the wanted accuracy, if any has, and the bound of their error.
+    first: bool = False,
+) -> tuple[Simulation, ContactErrors]:
+    """A run of the wanted accuracy, if any has, and the bounds of its errors.
 
     What the recorder keeps is of that run, which is always the last. Raises TooMuchWork if the
     first and coarsest run takes more than ``most_work`` force evaluations of a granule, or another
@@ -112,13 +113,15 @@ def accurate_enough(
 
     def integrate(tolerance: float, longer: float, may_be_last: bool) -> Simulated:
         kept, most = recorder if may_be_last else None, next(allowed, 5 * most_work)
-        return simulate_damped(scene, tolerance, deadline, kept, longer=longer, most_work=most)
+        return simulate_damped(
+            scene, tolerance, deadline, kept, longer=longer, most_work=most, first=first
+        )
 
     found = accurate(integrate, rtol)
     run = found.run
     simulation = Simulation(
         End(run.displacement, run.velocity),
-        Peaks(run.peak_force, run.peak_time, run.peak_time < run.end),
+        run.peaks,
         run.work,
         run.momentum,
         run.energy,
@@ -128,4 +131,4 @@ def accurate_enough(
         piston_impulse=run.piston_impulse,
         dissipated=run.dissipated,
     )
-    return simulation, found.bound
+    return simulation, found.errors

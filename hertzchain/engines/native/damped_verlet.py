@@ -17,6 +17,7 @@ from hertzchain.engines.native.simulation import Simulation
 from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
 from hertzchain.observables.damped_law import DampedLaw, true_forces
 from hertzchain.observables.error_bound import diverged
+from hertzchain.observables.first_pulse import Contacts
 from hertzchain.observables.history import Recorder
 from hertzchain.observables.samples import Samples, closing
 from hertzchain.scene.scene import Scene
@@ -35,19 +36,22 @@ def simulate_damped_verlet(
     deadline: Deadline | None = None,
     recorder: Recorder | None = None,
     start: FloatArray | None = None,
+    first: bool = False,
 ) -> Simulation:
     """Integrate a scene with damped contacts by velocity Verlet on given legs [s, N].
 
     The damping of a step takes velocities of half a step before, as LAMMPS forms it. The recorder,
     if there is one, has natural units. ``start`` is displacement and velocity added to those of the
-    scene, natural units, shape (2, granules). Raises StepUnstable if the motion diverges,
-    TooExpensive if the run has taken longer than the deadline, an hour by default.
+    scene, natural units, shape (2, granules); ``first``: first pulses are wanted. Raises
+    StepUnstable if the motion diverges, TooExpensive if the run has taken longer than the deadline,
+    an hour by default.
     """
     deadline = deadline or Deadline(TIME_LIMIT)
     at_start, blocks = state_at_start(scene, added=start), samples_of(scene, legs, deadline, start)
     run = simulation_of(
-        scene, Chain.of(scene), at_start, blocks, deadline, recorder, is_verlet=True
-    )
+        scene, Chain.of(scene), at_start, blocks, deadline, recorder, is_verlet=True,
+        contacts=Contacts.of(scene) if first else None,
+    )  # fmt: skip
     steps = sum(leg.steps for leg in legs)
     return replace(run, steps=steps, evaluations=steps)
 

@@ -103,6 +103,7 @@ from hertzchain.engines.native.elastic_step import (
 )
 from hertzchain.engines.native.elastic_window import is_settled, leave_behind_in
 from hertzchain.engines.native.equations import Chain
+from hertzchain.engines.native.notes import note_elastic
 
 _CHECK = 4.0
 """Natural time units between two looks at whether to go on and what to leave behind."""
@@ -288,6 +289,11 @@ def march(
                 keep_peaks(
                     peak_force, peak_time, base, u0, v0, a, u, v, g, lo, hi + on_wall, leg, begin,
                     time, h, off, dips, h if verlet else 0.0, bernstein, chain,
+                )  # fmt: skip
+            if chain is not None and record.notes.shape[0] > 0:
+                note_elastic(
+                    record, peak_force, peak_time, u0, v0, u, v, lo, hi + on_wall, leg, begin,
+                    time, h, off, chain,
                 )  # fmt: skip
             if leg[SHAPE] != 0:
                 total[WORK] += work_in_step(u0, v0, u, v, lo, leg, begin, h, off, chain)

@@ -41,12 +41,32 @@ _OUTER_WEIGHT, _INNER_WEIGHT = 0.17392742256872692, 0.32607257743127308
 
 
 class Record(NamedTuple):
-    """Where to keep a history: times, shape (times,), and what is known then, (times, ...)."""
+    """Where to keep a history and notes of first pulses.
+
+    Parameters
+    ----------
+    time
+        Wanted times, shape (times,).
+    displacement, velocity, contact_force
+        What is known then, shape (times, ...).
+    notes
+        See ``observables.first_pulse``; shape (0, columns) where none are wanted.
+    noted
+        How many there are, shape (1,); a number above their room says how much room they take.
+    static
+        Force of each contact at the start, shape (contacts,).
+    fallen
+        Number of levels that each contact has fallen through since it was largest, (contacts,).
+    """
 
     time: FloatArray
     displacement: FloatArray
     velocity: FloatArray
     contact_force: FloatArray
+    notes: FloatArray
+    noted: Any
+    static: FloatArray
+    fallen: Any
 
 
 @part

@@ -26,6 +26,8 @@ from hertzchain.engines.native.sampled import (
 )
 from hertzchain.engines.native.simulation import Simulation
 from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
+from hertzchain.observables.contact_errors import Peaks
+from hertzchain.observables.first_pulse import Contacts
 from hertzchain.observables.history import Recorder
 from hertzchain.observables.samples import Samples
 from hertzchain.scene.scene import Scene
@@ -187,6 +189,7 @@ class InNumpy:
     deadline: Deadline
     dtype: type[np.floating[Any]] = np.float64
     start: Array | None = None
+    first: bool = False  # whether first pulses are wanted
 
     def simulate(
         self,
@@ -206,12 +209,15 @@ class InNumpy:
         start = state_at_start(scene, self.dtype, self.start)
         motion = start.copy()
         blocks = integrate(chain, natural, walker, motion)
-        run = simulation_of(scene, chain, start, blocks, self.deadline, recorder, motion=motion)
+        contacts = Contacts.of(scene) if self.first else None
+        run = simulation_of(
+            scene, chain, start, blocks, self.deadline, recorder, motion=motion, contacts=contacts
+        )
         return replace(run, evaluations=run.steps * walker.stepper.stages)
 
-    def peak_forces(self, legs: Sequence[Leg], walker: Walker) -> Array:
-        """Return the peak forces of a run, natural units, shape (contacts,)."""
-        return np.asarray(self.simulate(legs, walker).peaks.force)
+    def peaks(self, legs: Sequence[Leg], walker: Walker) -> Peaks:
+        """Return the peaks of a run, natural units."""
+        return self.simulate(legs, walker).peaks
 
 
 def simulate_in_numpy(

@@ -27,6 +27,7 @@ from hertzchain.engines.native.sampled import (
 from hertzchain.engines.native.simulation import Simulation
 from hertzchain.errors import RunFailed
 from hertzchain.limits import Deadline
+from hertzchain.observables.first_pulse import Contacts
 from hertzchain.observables.history import Recorder
 from hertzchain.observables.samples import Samples
 from hertzchain.scene.scene import Scene
@@ -121,17 +122,28 @@ def simulate_in_scipy(
     deadline: Deadline,
     recorder: Recorder | None = None,
     longer: float = 1.0,
+    first: bool = False,
 ) -> Simulation:
-    """Integrate a scene once, with a tolerance; steps may be longer by a factor."""
+    """Integrate a scene once, with a tolerance; steps may be longer by a factor.
+
+    ``first``: first pulses are wanted.
+    """
     chain, counted = Chain.of(scene), list[int]()
     longest = longer * longest_step(scene) / scene.units.time
     blocks = integrate(scene, chain, tolerance, longest, counted)
-    run = simulation_of(scene, chain, state_at_start(scene), blocks, deadline, recorder)
+    contacts = Contacts.of(scene) if first else None
+    run = simulation_of(
+        scene, chain, state_at_start(scene), blocks, deadline, recorder, contacts=contacts
+    )
     return replace(run, evaluations=sum(counted))
 
 
 def accurate_in_scipy(
-    scene: Scene, rtol: float, deadline: Deadline, recorder: Recorder | None = None
+    scene: Scene,
+    rtol: float,
+    deadline: Deadline,
+    recorder: Recorder | None = None,
+    first: bool = False,
 ) -> Bounded[Simulation]:
     """Integrate with three tolerances, until peaks have the wanted accuracy; the last is returned.
 
@@ -140,6 +152,6 @@ def accurate_in_scipy(
 
     def integrated(tolerance: float, longer: float, is_wanted: bool) -> Simulation:
         kept = recorder if is_wanted else None
-        return simulate_in_scipy(scene, tolerance, deadline, kept, longer)
+        return simulate_in_scipy(scene, tolerance, deadline, kept, longer, first)
 
     return accurate(integrated, rtol)

@@ -12,6 +12,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.methods import SymplecticNystrom
 from hertzchain.errors import RunFailed
+from hertzchain.observables.first_pulse import COLUMNS, Contacts, FirstPulses, first_pulses
 from hertzchain.observables.history import Recorder
 from hertzchain.scene.natural_units import NaturalUnits
 from hertzchain.scene.ramp import SHAPES
@@ -88,25 +89,41 @@ def leg_rows(legs: Sequence[Leg], units: NaturalUnits) -> FloatArray:
 
 
 @functools.cache
-def nothing_recorded() -> Record:
-    """Return the arrays of a run without a history."""
-    from hertzchain.engines.native import elastic_chain
-
-    nothing = np.zeros((0, 0))
-    return elastic_chain.Record(np.zeros(0), nothing, nothing, nothing)
-
-
-@functools.cache
 def coefficients(stepper: SymplecticNystrom) -> tuple[FloatArray, FloatArray]:
     """Return the kicks and the drifts of a method for the kernels."""
     return np.array(stepper.kicks), np.array(stepper.drifts)
 
 
-def room_for(recorder: Recorder, granules: int) -> Record:
-    """Return arrays for a history, all zero."""
+@functools.cache
+def nothing_recorded() -> Record:
+    """Return the arrays of a run without a history and notes."""
+    return room_for(None, 0)
+
+
+NOTES = 250
+"""Room for notes of first pulses, for each contact: three times what pulses take (measured)."""
+
+
+def room_for(recorder: Recorder | None, granules: int, contacts: Contacts | None = None) -> Record:
+    """Return arrays for a history, all zero, and for notes of first pulses; empty without both."""
     from hertzchain.engines.native.elastic_chain import Record
 
-    times = np.asarray(recorder.time, np.float64)
-    of_granules = times.size, granules
-    forces = recorder.contact_force.shape
-    return Record(times, np.zeros(of_granules), np.zeros(of_granules), np.zeros(forces))
+    times = np.zeros(0) if recorder is None else np.asarray(recorder.time, np.float64)
+    of_granules = times.size, granules if times.size else 0
+    forces = (0, 0) if recorder is None else recorder.contact_force.shape
+    static = np.zeros(0) if contacts is None else contacts.static
+    return Record(
+        times, np.zeros(of_granules), np.zeros(of_granules), np.zeros(forces),
+        np.zeros((NOTES * static.size, COLUMNS)), np.zeros(1, np.int64), static,
+        np.full(static.size, 3),
+    )  # fmt: skip
+
+
+def noted_pulses(
+    record: Record, contacts: Contacts | None, largest: FloatArray
+) -> FirstPulses | None:
+    """Return the first pulses that a run took notes of; None where they took too much room."""
+    count = record.noted[0]
+    if contacts is None or count > record.notes.shape[0]:
+        return None
+    return first_pulses(record.notes[:count], contacts, largest)

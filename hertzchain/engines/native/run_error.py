@@ -6,10 +6,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.named_methods import Method
 from hertzchain.engines.native.refinement import Fixed, Refined
 from hertzchain.engines.native.simulation import Prepared, Simulation
+from hertzchain.observables.contact_errors import ContactErrors, bounds
 from hertzchain.observables.error_bound import (
     SHORT,
     coarser_run,
@@ -17,7 +21,6 @@ from hertzchain.observables.error_bound import (
     second_order_safety,
     stable_step,
 )
-from hertzchain.observables.peaks import ESTIMATED, largest_difference
 from hertzchain.scene.schedule import Leg
 
 if TYPE_CHECKING:
@@ -30,8 +33,8 @@ def estimate(
     plan: plans.Plan,
     run: Simulation,
     twice: bool,
-) -> float:
-    """Return an upper bound of the error of the peaks, from one run or two with other steps.
+) -> ContactErrors:
+    """Return upper bounds of the errors of a run, from one run or two with other steps.
 
     They are two where a contact is still pressed at the end: forces at one time are erratic from
     step to step, one difference may be small by chance, and none falls with a power of the step.
@@ -45,11 +48,10 @@ def estimate(
     if twice:
         finer = finer_run(legs).legs
         others.append(finer if scene.is_plain else _other_than(others[0], finer))
-    difference = 0.0
-    for other in others:
-        coarse = prepared.peak_forces(other, plan.coarser)
-        difference = max(difference, largest_difference(coarse, run.peaks.force, ESTIMATED))
-    return float(plan.estimate(difference, run.evaluations))
+    differences = [run.peaks.differences(prepared.peaks(other, plan.coarser)) for other in others]
+    return bounds(
+        lambda *found: plan.estimate(np.maximum.reduce(found), run.evaluations), *differences
+    )
 
 
 def _other_than(before: Sequence[Leg], legs: Sequence[Leg]) -> tuple[Leg, ...]:
@@ -62,24 +64,26 @@ def _other_than(before: Sequence[Leg], legs: Sequence[Leg]) -> tuple[Leg, ...]:
 
 def error_bound(
     prepared: Prepared | InNumpy, legs: Sequence[Leg], method: Method, run: Simulation
-) -> float:
-    """Return an upper bound of the error of the peaks of a run with a given method and step."""
+) -> ContactErrors:
+    """Return upper bounds of the errors of a run with a given method and step."""
     scene = prepared.scene
     # Errors at steps of 0.6 natural time units and more do not predict those at longer steps.
     others = [coarser_run(legs, min(stable_step(scene, method.interval), scene.contact_time))]
     longest = max(leg.dt for leg in legs) / scene.contact_time
     if isinstance(method.walker, Fixed) or longest > SHORT or run.peaks.any_rising:
         others.append(finer_run(legs))
-    error, walker = 0.0, method.walker
+    walker = method.walker
     if isinstance(walker, Refined):
         # If cut again, different legs could get the same steps.
         walker = replace(walker, cosine_steps=1)
-    for other in others:
-        coarse = prepared.peak_forces(other.legs, walker)
-        difference = largest_difference(coarse, run.peaks.force, ESTIMATED)
-        error = max(error, other.factor * difference)
+    differences = [run.peaks.differences(prepared.peaks(other.legs, walker)) for other in others]
     safety = method.safety
     if walker.stepper.order == 2:
         safety = second_order_safety(longest, run.peaks.any_rising)
-    lost = plans.round_off(run.evaluations)
-    return float(safety * error + method.floor + lost)
+    least = method.floor + plans.round_off(run.evaluations)
+
+    def bound(*found: FloatArray) -> FloatArray:
+        scaled = [other.factor * each for other, each in zip(others, found, strict=True)]
+        return np.asarray(safety * np.maximum.reduce(scaled) + least)
+
+    return bounds(bound, *differences)

@@ -10,12 +10,15 @@ import numpy as np
 from hertzchain.arrays import Array
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.kernel_input import start_of
-from hertzchain.engines.native.simulation import End, Peaks, Simulation
+from hertzchain.engines.native.simulation import End, Simulation
 from hertzchain.limits import Deadline
+from hertzchain.observables.contact_errors import Peaks
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.damped_watch import DampedWatch
 from hertzchain.observables.error_bound import diverged
+from hertzchain.observables.first_pulse import Contacts
 from hertzchain.observables.history import Recorder
+from hertzchain.observables.notes import NoteTaker
 from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.samples import Samples
 from hertzchain.observables.work import contact_impulse, work_done
@@ -69,31 +72,36 @@ def simulation_of(
     recorder: Recorder | None = None,
     is_verlet: bool = False,
     motion: Array | None = None,
+    contacts: Contacts | None = None,
 ) -> Simulation:
     """Return what blocks of samples tell of a run; all is in natural units.
 
     The first sample of a block is the last of the block before. ``start`` is displacement and
     velocity, shape (2, granules). With ``is_verlet`` damping feels velocities of half a step
     before, as LAMMPS forms it. ``motion`` holds displacement and velocity at the end after the last
-    block, where they are not those of its last sample. Raises StepUnstable if the chain has far
+    block, where they are not those of its last sample. With ``contacts`` there are first pulses.
+    Raises StepUnstable if the chain has far
     more energy than it was given, TooExpensive if the run has taken longer than the deadline.
     """
-    contacts, dtype = chain.stiffness.size, start.dtype.type
-    watch = PeakWatch(contacts, dtype)
+    dtype = start.dtype.type
+    watch = PeakWatch(chain.stiffness.size, dtype)
     if chain.is_damped:
         law = DampedLaw(chain.stiffness, chain.damping, chain.exponent, chain.attraction)
         has_piston = scene.piston is not None
         watch = DampedWatch(law, chain.inverse_mass, chain.has_wall, has_piston)
+    notes = None if contacts is None else NoteTaker(contacts, chain.inverse_mass)
     work = dtype(chain.energy(*start))
     exchanged, steps, wall_impulse, piston_impulse = abs(work), 0, 0.0, 0.0
     displacement, velocity = start
     for leg, samples in blocks:
         if deadline.left <= 0:
             raise deadline.passed()
-        pushed = 0.0
+        pushed, late = 0.0, leg.dt / 2 if is_verlet else 0.0
+        if notes is not None:
+            notes.update(samples, late)
         if isinstance(watch, DampedWatch):
             before = watch.piston_impulse
-            watch.update(samples, leg.dt / 2 if is_verlet else 0.0)
+            watch.update(samples, late)
             wall_impulse, pushed = watch.wall_impulse, watch.piston_impulse - before
         else:
             watch.update(samples)
@@ -114,9 +122,10 @@ def simulation_of(
     energy = chain.energy(displacement, velocity) - constant
     if not abs(energy) <= 10 * exchanged:
         raise diverged("native")
+    first = None if notes is None else notes.first_pulses(watch.force)
     return Simulation(
         End(displacement, velocity),
-        Peaks(watch.force, watch.time, watch.passed),
+        Peaks(watch.force, watch.time, watch.passed, first),
         work,
         np.sum(chain.mass * velocity),
         energy,

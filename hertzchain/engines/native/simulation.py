@@ -10,14 +10,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray, Scalar
+from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.kernel_input import (
     MOVING,
     can_leave_behind,
     chain_of,
     leg_rows,
+    noted_pulses,
     nothing_recorded,
     room_for,
     softest,
@@ -25,16 +26,16 @@ from hertzchain.engines.native.kernel_input import (
 )
 from hertzchain.engines.native.refinement import Walker
 from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
+from hertzchain.observables.contact_errors import Peaks
 from hertzchain.observables.error_bound import diverged
+from hertzchain.observables.first_pulse import Contacts
 from hertzchain.observables.history import Recorder
-from hertzchain.observables.peaks import any_rising
 from hertzchain.scene.natural_units import force_scale
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
 if TYPE_CHECKING:
     from hertzchain.engines.native.elastic_state import Outcome
-    from hertzchain.engines.native.equations import Chain
 
 _LONG_RUN = 1e7
 """Granules times force evaluations of a short run: about 0.01 s."""
@@ -54,20 +55,6 @@ _FASTEST_FRONT = 1.1
 """Upper bound of the speed of a front [granules per natural time unit] (chosen): that of a wave of
 height 3; heights up to 2.2 were measured.
 """
-
-
-@dataclass(frozen=True, eq=False)
-class Peaks:
-    """Peak force of each contact, its time, and whether the force has fallen since: (contacts,)."""
-
-    force: Any
-    time: Any
-    passed: NDArray[np.bool_]
-
-    @property
-    def any_rising(self) -> bool:
-        """True if a judged contact had its largest force at the end of the run."""
-        return any_rising(self.force, self.passed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,6 +120,7 @@ class Prepared:
     start: FloatArray  # displacement and velocity at the start, (2, N); (0, 0) at rest
     moving: int  # number of granules that may move at the start
     softest: float  # see ``kernel_input.softest``
+    contacts: Contacts | None = None  # where first pulses are wanted
 
     @classmethod
     def of(
@@ -141,10 +129,12 @@ class Prepared:
         deadline: Deadline,
         start: FloatArray | None = None,
         window: bool = True,
+        first: bool = False,
     ) -> Prepared:
-        """Prepare a scene; the arguments are those of ``simulate``."""
+        """Prepare a scene; ``first``: first pulses are wanted. For the others see ``simulate``."""
         assert scene.contact is None  # damped contacts: see damped_runs
-        chain, own = chain_of(scene), start_of(scene)
+        own = start_of(scene)
+        chain = Chain.of(scene).padded() if first else chain_of(scene)
         # The front of a wave moves granules smoothly, but not across a gap or under a static load.
         has_front = window and start is None and (chain is None or not chain.gap.any())
         return cls(
@@ -155,6 +145,7 @@ class Prepared:
             own if start is None else start + own if own.size else start,
             MOVING if has_front else scene.chain.granules,
             1.0 if scene.is_plain else softest(scene),
+            Contacts.of(scene) if first else None,
         )
 
     def simulate(
@@ -168,7 +159,7 @@ class Prepared:
         """Integrate the scene once: see the function ``simulate``."""
         granules = self.scene.chain.granules
         leave_behind = leave_behind and self.own_start and can_leave_behind(self.scene)
-        (force, time), found = self._march(legs, walker, leave_behind, recorder, dtype)
+        peaks, found = self._march(legs, walker, leave_behind, recorder, dtype)
         outcome, displacement, velocity = found
         if leave_behind:
             displacement = velocity = np.full(granules, np.nan)
@@ -176,7 +167,7 @@ class Prepared:
             displacement, velocity = displacement.copy(), velocity.copy()
         return Simulation(
             End(displacement, velocity),
-            Peaks(force, time, time < outcome.end),
+            peaks,
             outcome.work,
             outcome.momentum,
             outcome.energy,
@@ -186,15 +177,14 @@ class Prepared:
             piston_impulse=outcome.piston_impulse,
         )
 
-    def peak_forces(self, legs: Sequence[Leg], walker: Walker) -> FloatArray:
-        """Return the peak forces of a run alone, natural units, (contacts,): for an error.
+    def peaks(self, legs: Sequence[Leg], walker: Walker) -> Peaks:
+        """Return the peaks of a run alone, natural units: for an error.
 
         Granules that cannot change any peak are dropped where that is certain. Raises as
         ``simulate``.
         """
         leave_behind = self.own_start and can_leave_behind(self.scene)
-        (force, _), _ = self._march(legs, walker, leave_behind)
-        return force
+        return self._march(legs, walker, leave_behind)[0]
 
     def _refuse(
         self,
@@ -223,15 +213,17 @@ class Prepared:
         leave_behind: bool,
         recorder: Recorder | None = None,
         dtype: type[np.floating[Any]] = np.float64,
-    ) -> tuple[tuple[FloatArray, FloatArray], tuple[Outcome, Any, Any]]:
-        """Return peak forces and times, and what the kernels return; fill in a recorder."""
+    ) -> tuple[Peaks, tuple[Outcome, Any, Any]]:
+        """Return the peaks, and what the kernels return; fill in a recorder."""
         from hertzchain.engines.native import elastic_state, marching
 
         granules, stepper = self.scene.chain.granules, walker.stepper
         rows = leg_rows(legs, self.scene.units)
         work = work_of(self.scene, legs, stepper.stages)
         self._refuse(rows, work, stepper.stages, leave_behind, recorder)
-        record = nothing_recorded() if recorder is None else room_for(recorder, granules)
+        record = nothing_recorded()
+        if recorder is not None or self.contacts is not None:
+            record = room_for(recorder, granules, self.contacts)
         contacts = granules - 1 if self.scene.wall is None else granules
         force, time, control = np.zeros(contacts), np.full(contacts, np.nan), np.zeros(3)
         # An opening contact costs in proportion to stiffness over mass.
@@ -250,7 +242,7 @@ class Prepared:
             # Steps may be halved so often that a short run becomes long.
             is_long = found[0].status == elastic_state.STOPPED
         if is_long:
-            control[:], force[:], time[:] = 0.0, 0.0, np.nan
+            control[:], force[:], time[:], record.noted[:] = 0.0, 0.0, np.nan, 0
             found = stoppable(run, control, self.deadline)
         if found[0].status == elastic_state.DIVERGED:
             raise diverged("native")
@@ -258,7 +250,8 @@ class Prepared:
             recorder.displacement[:] = record.displacement
             recorder.velocity[:] = record.velocity
             recorder.contact_force[:] = record.contact_force
-        return (force, time), found
+        first = noted_pulses(record, self.contacts, force)
+        return Peaks(force, time, time < found[0].end, first), found
 
 
 def work_of(scene: Scene, legs: Sequence[Leg], stages: int) -> float:

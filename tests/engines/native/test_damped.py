@@ -9,13 +9,14 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate._ivp import dop853_coefficients
 
-from hertzchain.engines.native import damped_advance, elastic_chain
+from hertzchain.engines.native import damped_advance
 from hertzchain.engines.native.damped import Simulated, integrate_damped
 from hertzchain.engines.native.damped_plan import accurate
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.kernel_input import nothing_recorded
+from hertzchain.engines.native.kernel_input import nothing_recorded, room_for
 from hertzchain.engines.native.marching import march
 from hertzchain.engines.native.methods import DOP853, SRKN_11B
+from hertzchain.observables.history import Recorder
 from tests.oracles import extrapolation
 from tests.oracles.scene_in_si import numbers_of_chain
 
@@ -272,7 +273,7 @@ def test_history() -> None:
     start = np.zeros((2, 6))
     start[1, 0] = 1.0
     times = np.array([0.0, 0.05, 1.0, 1.3, 2.5, 4.0, 9.0, 12.0])
-    record = elastic_chain.Record(times, np.zeros((8, 6)), np.zeros((8, 6)), np.zeros((8, 5)))
+    record = room_for(Recorder(times, 6), 6)
     integrate_damped(chain, FREE, start, 1e-10, 0.8, record)
     for k in range(1, times.size):
         rows = FREE.copy()

@@ -1,0 +1,150 @@
+"""Errors of each contact: how far its peak and its first pulse may be off, from runs that differ.
+
+A difference of one contact may be small by chance. What happens in a chain depends on what happened
+before, so each contact takes the largest difference of all whose peak or pulse came no later.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.arrays import Array, FloatArray
+from hertzchain.observables.first_pulse import FirstPulses
+from hertzchain.observables.peaks import ESTIMATED, any_rising, judged_contacts
+
+_DIGIT = 0.1
+"""Error of a force that has one right digit."""
+
+
+@dataclass(frozen=True, eq=False)
+class ContactErrors:
+    """Errors, or differences of two runs, of each contact, shape (contacts,).
+
+    Parameters
+    ----------
+    peak
+        Relative, of peak forces; NaN where a peak is too low to be judged.
+    first
+        Relative, of the forces of first pulses; NaN where there is none, infinite where another run
+        has another pulse. None where first pulses were not wanted.
+    arrival
+        Of their arrivals, in the unit of the times.
+    """
+
+    peak: FloatArray
+    first: FloatArray | None = None
+    arrival: FloatArray | None = None
+
+    def in_units(self, time: float) -> ContactErrors:
+        """Return the same errors with those of arrivals multiplied by a unit of time."""
+        return self if self.arrival is None else replace(self, arrival=self.arrival * time)
+
+    def known(self, first: FirstPulses | None) -> FirstPulses | None:
+        """Return first pulses without those that have no right digit: NaN for them."""
+        if first is None or self.first is None:
+            return None
+        return first.only(self.first < _DIGIT)
+
+    @property
+    def largest(self) -> float:
+        """The largest error of a peak."""
+        return _largest(self.peak)
+
+    @property
+    def wanted(self) -> float:
+        """The largest error of what was wanted: of first pulses, of peaks where there are none."""
+        if self.first is None or not np.isfinite(self.first).any():
+            return self.largest
+        return _largest(self.first[np.isfinite(self.first)])
+
+    @property
+    def least(self) -> float:
+        """The error that decides whether a run is of any use.
+
+        It is the smallest of all first pulses and peaks: with these, errors are told contact by
+        contact. Without first pulses it is the largest of all peaks.
+        """
+        if self.first is None:
+            return self.largest
+        known = np.append(self.peak, self.first)
+        return float(np.min(known[~np.isnan(known)], initial=np.inf))
+
+
+def bounds(bound: Callable[..., FloatArray], *differences: ContactErrors) -> ContactErrors:
+    """Bounds of errors, from those of one number and its differences in one or several runs.
+
+    Arrivals are in natural time units: where forces are off by a part of themselves, arrivals are
+    by about that part of a unit.
+    """
+    peak = bound(*(found.peak for found in differences))
+    first = [found.first for found in differences if found.first is not None]
+    arrival = [found.arrival for found in differences if found.arrival is not None]
+    if len(first) < len(differences):
+        return ContactErrors(peak)
+    return ContactErrors(peak, bound(*first), bound(*arrival))
+
+
+@dataclass(frozen=True, eq=False)
+class Peaks:
+    """What was seen of the contacts in one run, (contacts,) each.
+
+    Parameters
+    ----------
+    force, time
+        Peak force and its time.
+    passed
+        Whether the force has fallen since.
+    first
+        First pulses, where they were wanted.
+    """
+
+    force: Any
+    time: Any
+    passed: NDArray[np.bool_]
+    first: FirstPulses | None = None
+
+    @property
+    def any_rising(self) -> bool:
+        """True if a judged contact had its largest force at the end of the run."""
+        return any_rising(self.force, self.passed)
+
+    def differences(self, other: Peaks) -> ContactErrors:
+        """Differences to another run, each at least those of the contacts before."""
+        judged = judged_contacts(self.force, ESTIMATED)
+        if not judged.any():  # no force in the whole run: then any is all wrong
+            return ContactErrors(np.where(other.force > 0, 1.0, 0.0))
+        peak = _causal(_relative(other.force, self.force, judged), self.time)
+        mine, its = self.first, other.first
+        if mine is None or its is None:
+            return ContactErrors(peak)
+        has = ~np.isnan(mine.force)
+        first = _relative(its.force, mine.force, has)
+        same = (mine.is_ended == its.is_ended) & (mine.is_front == its.is_front)
+        first[has & ~(same & np.isfinite(its.force))] = np.inf
+        arrival = np.where(has, np.abs(its.arrival - mine.arrival), np.nan)
+        arrival[np.isinf(first)] = np.inf
+        return ContactErrors(peak, _causal(first, mine.time), _causal(arrival, mine.time))
+
+
+def _relative(found: Array, expected: Array, some: NDArray[np.bool_]) -> FloatArray:
+    """Relative differences of some values; NaN for all others."""
+    return np.asarray(np.abs(found / np.where(some, expected, np.nan) - 1.0), np.float64)
+
+
+def _causal(difference: FloatArray, time: Array) -> FloatArray:
+    """The largest finite difference so far, in the order of time, or a contact's own."""
+    order = np.argsort(time, kind="stable")
+    ordered = difference[order]
+    so_far = np.maximum.accumulate(np.where(np.isfinite(ordered), ordered, 0.0))
+    found = np.empty_like(difference)
+    found[order] = np.where(np.isfinite(ordered), so_far, ordered)
+    return found
+
+
+def _largest(errors: FloatArray) -> float:
+    return float(np.max(errors[~np.isnan(errors)], initial=0.0))

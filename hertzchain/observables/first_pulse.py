@@ -1,0 +1,303 @@
+"""The first pulse of each contact: what an experiment sees before anything is reflected.
+
+f is the dynamic force of a contact (total less static; a pull is negative), M the largest so far.
+The first pulse ends the first time that f falls to M / 2, once M is at least a hundredth of the
+largest dynamic force of the run. Where the drive still acts at the end of the run, it also ends
+where f exceeds an M that has stood for ten time units of its contact by more than 1 %: a front.
+
+A run notes those intervals in which a contact is pressed harder than ever before, or falls through
+a level of ``FALLS``: see ``Notes``. What the first pulse is follows from them, for every engine.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.arrays import Array, FloatArray
+from hertzchain.contact import hertz
+from hertzchain.errors import require
+from hertzchain.observables import hermite
+from hertzchain.observables.damped_law import DampedLaw
+from hertzchain.observables.peaks import SIGNIFICANT
+from hertzchain.scene.scene import Scene
+
+FALLS = (0.6, 0.5, 0.4)
+"""Fractions of the largest force so far: a pulse ends at the middle one, and is clear where the
+others give the same force."""
+
+FLOOR, _FLOORS = 0.01, (0.003, 0.03)
+"""Least force of a first pulse over the largest of the run, and what it is compared with."""
+
+_SAME = 0.01
+"""Difference of forces up to which two choices give the same pulse."""
+
+_STANDS, _EXCEEDS = 10.0, 1.01
+"""A front: how long its force has stood, time units of the contact, and what exceeds it."""
+
+_NEAR_END, _NEAR_END_OF_FRONT = 2, 7
+"""Contacts before an end where the incident and the reflected wave are one hump (measured); the
+second number is that of damped or loaded chains."""
+
+LEAST = 1e-9
+"""Dynamic forces that are not noted, natural units: no pulse that counts is so weak."""
+
+COLUMNS = 15
+(CONTACT, BEGIN, LENGTH, START, FORCE, LARGEST, WHEN) = (0, 1, 2, 3, 11, 13, 14)
+"""Columns of notes: contact, begin and length of the interval, then overlap and its first three
+derivatives at the start and at the end (the third NaN where it is not known), force at both, the
+largest force so far and its time, those within the interval included."""
+
+_REFLECTS = frozenset({"unlike granules", "striker", "wall"})
+
+WANTED = ("first", "all")
+"""What can be asked for: first pulses, or the largest forces of a run."""
+
+_Mask = NDArray[np.bool_]
+_Places = NDArray[np.intp]
+
+
+@dataclass(frozen=True, eq=False)
+class FirstPulses:
+    """First pulses of all contacts, (contacts,) each, in the units of the run; NaN where none is.
+
+    Parameters
+    ----------
+    force, time
+        Dynamic force of the pulse, and its time.
+    arrival
+        When the force first reaches half of that.
+    width
+        From the arrival to the end of the pulse.
+    is_front, is_clear
+        Whether the pulse ends as a front does; whether it is the same for other choices of the
+        levels at which it ends and from which it counts.
+    """
+
+    force: FloatArray
+    time: FloatArray
+    arrival: FloatArray
+    width: FloatArray
+    is_front: _Mask
+    is_clear: _Mask
+
+    @property
+    def is_ended(self) -> _Mask:
+        """Whether the run saw the end of the pulse."""
+        return ~np.isnan(self.width)
+
+    def only(self, some: _Mask) -> FirstPulses:
+        """Return the pulses of some contacts, and none for all others."""
+        force, time, arrival, width = (
+            np.where(some, values, np.nan)
+            for values in (self.force, self.time, self.arrival, self.width)
+        )
+        return FirstPulses(force, time, arrival, width, self.is_front & some, self.is_clear & some)
+
+    def in_units(self, force: float, time: float) -> FirstPulses:
+        """Return the same pulses with forces and times multiplied by units."""
+        return FirstPulses(
+            self.force * force,
+            self.time * time,
+            self.arrival * time,
+            self.width * time,
+            self.is_front,
+            self.is_clear,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """What first pulses need to know of the contacts of a scene, in the units of a run."""
+
+    law: DampedLaw
+    static: FloatArray  # force at the start, (contacts,)
+    slowness: FloatArray | None  # time unit times F^(1/6); None where the drive has ended
+
+    @classmethod
+    def of(cls, scene: Scene) -> Contacts:
+        """Return those of a scene in natural units."""
+        granules, units = scene.granules, scene.units
+        time = hertz.slowness(granules.stiffness, granules.contact_mass)
+        unit = units.time * units.force ** (1 / 6)
+        return cls(
+            DampedLaw.of(scene).in_units(units),
+            granules.static_force / units.force,
+            time / unit if scene.is_driven_to_the_end else None,
+        )
+
+
+def first_pulses(notes: FloatArray, contacts: Contacts, largest: Array) -> FirstPulses:
+    """Return the first pulses that the notes of a run tell.
+
+    Parameters
+    ----------
+    notes
+        In the order of time, shape (n, ``COLUMNS``).
+    contacts
+        The contacts in the units of the notes.
+    largest
+        Largest force of each contact in the whole run, static force included, shape (contacts,).
+    """
+    if not notes.size:
+        never, no = np.full(largest.size, np.nan), np.zeros(largest.size, bool)
+        return FirstPulses(never, never, never, never, no, no)
+    notes = notes[np.argsort(notes[:, CONTACT], kind="stable")]
+    here = notes[:, CONTACT].astype(np.intp)
+    static, count = contacts.static[here], largest.size
+    top, of_run = notes[:, LARGEST] - static, largest - contacts.static
+    counts = of_run >= SIGNIFICANT * np.max(of_run)
+    after = notes[:, FORCE + 1] - static
+
+    def ends(fall: float, floor: float) -> _Places:
+        """The first note of each contact in which its pulse ends; their number where none does."""
+        is_end = (after <= fall * top) & (top >= floor * of_run[here])
+        return _first(is_end, here, count)
+
+    end = ends(FALLS[1], FLOOR)
+    fronts, stood = _fronts(notes, here, contacts, of_run)
+    is_front = fronts < end
+    end = np.minimum(end, fronts)
+    last = np.append(np.flatnonzero(np.diff(here, append=count)), -1)
+    last_of = np.full(count, -1)
+    last_of[here[last[:-1]]] = last[:-1]
+    at = np.where(end < here.size, end, last_of)
+    counts &= at >= 0
+    force, time = np.full(count, np.nan), np.full(count, np.nan)
+    force[counts] = np.where(is_front, stood[0][at], top[at])[counts]
+    time[counts] = np.where(is_front, stood[1][at], notes[at, WHEN])[counts]
+    is_clear = counts.copy()
+    for fall, floor in ((FALLS[0], FLOOR), (FALLS[2], FLOOR), *((FALLS[1], f) for f in _FLOORS)):
+        other = ends(fall, floor)
+        other = np.where(other < here.size, other, last_of)
+        with np.errstate(invalid="ignore"):
+            same = np.abs(top[other] - force) <= _SAME * force
+        is_clear &= same | is_front
+    arrival = _arrivals(notes, here, contacts, force, time)
+    over = np.full(count, np.nan)
+    known = np.flatnonzero(counts & (end < here.size))
+    level = np.where(is_front, _EXCEEDS, FALLS[1])[known] * force[known] + contacts.static[known]
+    last_notes, never = notes[end[known]], np.full(known.size, np.inf)
+    over[known] = Curves(last_notes, contacts.law).crossing(
+        level, time[known], never, is_front[known]
+    )
+    return FirstPulses(force, time, arrival, over - arrival, is_front & counts, is_clear)
+
+
+def _first(chosen: _Mask, here: _Places, count: int) -> _Places:
+    """Number of the first chosen note of each contact; that of all notes where there is none."""
+    found = np.full(count, here.size)
+    which = np.flatnonzero(chosen)
+    np.minimum.at(found, here[which], which)
+    return found
+
+
+def _fronts(
+    notes: FloatArray, here: _Places, contacts: Contacts, of_run: Array
+) -> tuple[_Places, tuple[Array, Array]]:
+    """The first note of each contact that exceeds what has stood, and what had stood before it."""
+    static = contacts.static[here]
+    before = np.roll(notes[:, LARGEST], 1) - static
+    since = np.roll(notes[:, WHEN], 1)
+    if contacts.slowness is None:
+        return np.full(of_run.size, here.size), (before, since)
+    same = np.roll(here, 1) == here
+    if same.size:
+        same[0] = False
+    with np.errstate(divide="ignore", invalid="ignore"):
+        unit = contacts.slowness[here] * (before + static) ** (-1 / 6)
+        exceeds = (notes[:, LARGEST] - static > _EXCEEDS * before) & (
+            notes[:, BEGIN] - since > _STANDS * unit
+        )
+    exceeds &= same & (before >= FLOOR * of_run[here])
+    return _first(exceeds, here, of_run.size), (before, since)
+
+
+def _arrivals(
+    notes: FloatArray, here: _Places, contacts: Contacts, force: Array, time: Array
+) -> FloatArray:
+    """When each contact first feels half of its pulse; NaN where there is none."""
+    level = force / 2 + contacts.static
+    with np.errstate(invalid="ignore"):
+        reached = (notes[:, FORCE + 1] >= level[here]) | (
+            notes[:, BEGIN] + notes[:, LENGTH] >= time[here]
+        )
+    first = _first(reached, here, force.size)
+    arrival = np.full(force.size, np.nan)
+    known = np.flatnonzero(first < here.size)
+    those, rises = notes[first[known]], np.ones(known.size, bool)
+    begin, top = those[:, BEGIN], np.maximum(those[:, WHEN], those[:, BEGIN])
+    top = np.where(those[:, WHEN] > begin, those[:, WHEN], np.inf)
+    arrival[known] = Curves(those, contacts.law).crossing(level[known], begin, top, rises)
+    return arrival
+
+
+class Curves:
+    """The forces of contacts within the intervals of notes, which have the shape (n, COLUMNS).
+
+    The overlap is the polynomial that meets all that is known of it at both ends; the force that
+    of the law times a ratio: force over law at the end where it is larger.
+    """
+
+    def __init__(self, notes: FloatArray, law: DampedLaw) -> None:
+        self._law, self._contact = law, notes[:, CONTACT].astype(np.intp)
+        self._begin, self._h = notes[:, BEGIN], notes[:, LENGTH]
+        start, end = ([notes[:, first + k] for k in range(4)] for first in (START, START + 4))
+        smooth = np.isfinite(start[3]) & np.isfinite(end[3])
+        self._overlap = np.zeros((8, self._h.size))
+        for known, some in ((4, smooth), (3, ~smooth)):
+            first, last = ([values[some] for values in at[:known]] for at in (start, end))
+            self._overlap[: 2 * known, some] = hermite.coefficients(first, last, self._h[some])
+        self._rate = hermite.derivative(self._overlap)
+        self._ends = notes[:, FORCE], notes[:, FORCE + 1]
+        harder = self._ends[1] > self._ends[0]
+        deep, rate = (np.where(harder, end[k], start[k]) for k in range(2))
+        expected, force = law.force(deep, rate, self._contact), np.maximum(*self._ends)
+        sure = (expected > 0) & (force > 0)
+        self._scale = np.where(sure, force, 1.0) / np.where(sure, expected, 1.0)
+
+    def force(self, s: Array) -> Array:
+        """Force at places of the intervals, from 0 to 1, shape (..., n)."""
+        overlap, rate = (hermite.evaluate(curve, s) for curve in (self._overlap, self._rate))
+        return np.asarray(self._scale * self._law.force(overlap, rate / self._h, self._contact))
+
+    def highest(self, places: Array) -> tuple[Array, Array]:
+        """Return the largest force inside each interval and its place; minus infinity if an end is.
+
+        It is looked for between those ``places`` next to the one with the largest force.
+        """
+        at = self.force(places)
+        best, columns = np.argmax(at, axis=0), np.arange(self._h.size)
+        found = np.full(self._h.size, -np.inf)
+        inside = at[best, columns] > np.maximum(*self._ends)
+        step = places[1, 0] - places[0, 0]
+        low, high = places[best, 0] - step, places[best, 0] + step
+        for _ in range(40):  # thirds: the place to 1e-7, the force to its square
+            third = (high - low) / 3
+            rises = self.force(low + third) < self.force(high - third)
+            low, high = np.where(rises, low + third, low), np.where(rises, high, high - third)
+        middle = (low + high) / 2
+        found[inside] = self.force(middle)[inside]
+        return found, middle
+
+    def crossing(self, level: Array, since: Array, until: Array, rises: _Mask) -> FloatArray:
+        """When forces cross a level upwards (``rises``) or downwards, between two times each."""
+        low, high = (np.clip((time - self._begin) / self._h, 0.0, 1.0) for time in (since, until))
+        for _ in range(52):
+            s = (low + high) / 2
+            beyond = (self.force(s) >= level) == rises
+            low, high = np.where(beyond, low, s), np.where(beyond, s, high)
+        return np.asarray(self._begin + high * self._h)
+
+
+def wants_first(scene: Scene) -> bool:
+    """Return whether first pulses are what one asks of a scene: where waves are reflected."""
+    return not _REFLECTS.isdisjoint(scene.terms)
+
+
+def check_wanted(wanted: str | None) -> None:
+    """Raise a SceneError for what is neither None nor in ``WANTED``."""
+    allowed = f"must be one of {', '.join(WANTED)}"
+    require(wanted is None or wanted in WANTED, "wanted", wanted, allowed)

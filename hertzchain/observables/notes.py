@@ -1,0 +1,124 @@
+"""Notes that first pulses are made of, from the samples of a run: see ``first_pulse``."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.arrays import Array, FloatArray
+from hertzchain.observables.damped_watch import first_touch
+from hertzchain.observables.first_pulse import (
+    COLUMNS,
+    FALLS,
+    LEAST,
+    Contacts,
+    Curves,
+    FirstPulses,
+    first_pulses,
+)
+from hertzchain.observables.samples import Samples
+
+_NEAR = 0.98
+"""Fraction of the largest force so far: below it no maximum is looked for between samples."""
+
+_WITHIN = np.linspace(0, 1, 9)[1:-1, np.newaxis]
+"""Places in an interval between samples where a maximum is looked for."""
+
+
+_Places = NDArray[np.intp]
+
+
+class NoteTaker:
+    """Takes notes of the contacts of a run, in the units of its samples.
+
+    ``inverse_mass`` is 1 / m of each granule, shape (granules,); forces of at most ``least`` above
+    the static one are not noted.
+    """
+
+    def __init__(self, contacts: Contacts, inverse_mass: Array, least: float = LEAST) -> None:
+        self._contacts, self._least = contacts, least
+        self._law, self._static = contacts.law, contacts.static
+        count = self._static.size
+        self._mobility = (inverse_mass + np.append(inverse_mass[1:], 0.0))[:count]
+        self._largest, self._when = self._static.copy(), np.zeros(count)
+        self._fallen = np.full(count, len(FALLS))
+        self._notes = [np.zeros((0, COLUMNS))]
+
+    def first_pulses(self, largest: Array) -> FirstPulses:
+        """Return the first pulses; ``largest`` has the peak force of each contact."""
+        return first_pulses(np.concatenate(self._notes), self._contacts, largest)
+
+    def update(self, samples: Samples, late: float = 0.0) -> None:
+        """Add samples; ``late`` is the delay of the velocities that damped the motion."""
+        force = samples.contact_force
+        top = np.maximum(np.maximum.accumulate(force, axis=0), self._largest)
+        harder = np.maximum(force[1:], force[:-1])
+        static = self._static
+        # Only where something may be noted: most contacts are at rest, or their pulse is over.
+        near = harder >= _NEAR * top[1:]
+        for fall in FALLS:
+            level = static + fall * (top[1:] - static)
+            margin = (1 - _NEAR) * (top[1:] - static)
+            near |= (harder >= level - margin) & (force[1:] <= level + margin)
+        interval, contact = np.nonzero(near & (top[1:] - static > self._least))
+        if not interval.size:
+            return
+        found = self._notes_of(samples, interval, contact, late)
+        curves = Curves(found, self._law)
+        above, place = curves.highest(_WITHIN)
+        self._keep(found, contact, above, found[:, 1] + place * found[:, 2])
+
+    def _notes_of(
+        self, samples: Samples, interval: _Places, contact: _Places, late: float
+    ) -> FloatArray:
+        """Notes of intervals without the largest force so far."""
+        derivatives = samples.overlap_derivatives
+        notes = np.full((interval.size, COLUMNS), np.nan)
+        notes[:, 0], notes[:, 1] = contact, samples.time[interval]
+        notes[:, 2] = np.diff(samples.time)[interval]
+        for k, values in enumerate(derivatives[:4]):
+            notes[:, 3 + k], notes[:, 7 + k] = (
+                values[interval, contact],
+                values[interval + 1, contact],
+            )
+        force = samples.contact_force
+        notes[:, 11], notes[:, 12] = force[interval, contact], force[interval + 1, contact]
+        jumps = (notes[:, 3] <= 0) & (notes[:, 7] > 0)
+        if self._law.exponent != 0 or not jumps.any():
+            return notes
+        # The overlap is no polynomial across the jump of a dashpot: the interval starts there.
+        which, some = contact[jumps], notes[jumps]
+        own, damping = self._mobility[which], self._law.damping[which]
+        felt = some[:, 12] - late * damping * some[:, 9]
+        later, speed, growth, _ = first_touch(
+            list(some[:, 3:6].T), some[:, 9] + own * felt, some[:, 2]
+        )
+        some[:, 1] += later
+        some[:, 2] = np.maximum(some[:, 2] - later, 1e-9 * some[:, 2])
+        some[:, 3], some[:, 4], some[:, 5] = 0.0, speed, growth - own * damping * speed
+        some[:, 11] = damping * np.maximum(speed, 0.0)
+        notes[jumps] = some
+        return notes
+
+    def _keep(self, notes: FloatArray, contact: _Places, above: Array, when: Array) -> None:
+        """Keep those notes that tell something, with the largest force so far."""
+        kept = np.zeros(contact.size, bool)
+        for k, i in enumerate(contact):
+            before = self._largest[i]
+            for force, time in (
+                (notes[k, 11], notes[k, 1]),
+                (above[k], when[k]),
+                (notes[k, 12], notes[k, 1] + notes[k, 2]),
+            ):
+                if force > self._largest[i]:
+                    self._largest[i], self._when[i] = force, time
+            kept[k] = self._largest[i] > before
+            if kept[k]:
+                self._fallen[i] = 0
+            rest = (notes[k, 12] - self._static[i]) / (self._largest[i] - self._static[i] or 1.0)
+            while self._fallen[i] < len(FALLS) and rest <= FALLS[self._fallen[i]]:
+                self._fallen[i] += 1
+                kept[k] = True
+            notes[k, 13], notes[k, 14] = self._largest[i], self._when[i]
+        kept &= notes[:, 13] - self._static[contact] > self._least
+        self._notes.append(notes[kept])
