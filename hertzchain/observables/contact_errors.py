@@ -113,6 +113,13 @@ class Peaks:
         """True if a judged contact had its largest force at the end of the run."""
         return any_rising(self.force, self.passed)
 
+    @property
+    def wanted(self) -> FloatArray:
+        """Forces that were wanted: of first pulses, 0 where there is none, or else of peaks."""
+        if self.first is None or not np.isfinite(self.first.force).any():
+            return np.asarray(self.force)
+        return np.nan_to_num(self.first.force)
+
     def differences(self, other: Peaks) -> ContactErrors:
         """Differences to another run, each at least those of the contacts before."""
         judged = judged_contacts(self.force, ESTIMATED)

@@ -22,6 +22,7 @@ from hertzchain.errors import require
 from hertzchain.observables import hermite
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.peaks import SIGNIFICANT
+from hertzchain.scene.natural_units import NaturalUnits
 from hertzchain.scene.scene import Scene
 
 FALLS = (0.6, 0.5, 0.4)
@@ -118,15 +119,18 @@ class Contacts:
 
     @classmethod
     def of(cls, scene: Scene) -> Contacts:
-        """Return those of a scene in natural units."""
-        granules, units = scene.granules, scene.units
+        """Return those of a scene in SI units."""
+        granules = scene.granules
         time = hertz.slowness(granules.stiffness, granules.contact_mass)
-        unit = units.time * units.force ** (1 / 6)
-        return cls(
-            DampedLaw.of(scene).in_units(units),
-            granules.static_force / units.force,
-            time / unit if scene.is_driven_to_the_end else None,
-        )
+        acts = scene.is_driven_to_the_end
+        return cls(DampedLaw.of(scene), granules.static_force, time if acts else None)
+
+    def in_units(self, units: NaturalUnits) -> Contacts:
+        """Return the same with all quantities in other units."""
+        slowness = self.slowness
+        if slowness is not None:
+            slowness = slowness / (units.time * units.force ** (1 / 6))
+        return Contacts(self.law.in_units(units), self.static / units.force, slowness)
 
 
 def first_pulses(notes: FloatArray, contacts: Contacts, largest: Array) -> FirstPulses:
@@ -234,6 +238,10 @@ def _arrivals(
     return arrival
 
 
+_PLACES = np.linspace(0, 1, 9)[:, np.newaxis]
+"""Where in an interval a maximum is looked for, before the search between its neighbours."""
+
+
 class Curves:
     """The forces of contacts within the intervals of notes, which have the shape (n, COLUMNS).
 
@@ -263,24 +271,17 @@ class Curves:
         overlap, rate = (hermite.evaluate(curve, s) for curve in (self._overlap, self._rate))
         return np.asarray(self._scale * self._law.force(overlap, rate / self._h, self._contact))
 
-    def highest(self, places: Array) -> tuple[Array, Array]:
-        """Return the largest force inside each interval and its place; minus infinity if an end is.
-
-        It is looked for between those ``places`` next to the one with the largest force.
-        """
-        at = self.force(places)
-        best, columns = np.argmax(at, axis=0), np.arange(self._h.size)
-        found = np.full(self._h.size, -np.inf)
-        inside = at[best, columns] > np.maximum(*self._ends)
-        step = places[1, 0] - places[0, 0]
-        low, high = places[best, 0] - step, places[best, 0] + step
+    def highest(self) -> tuple[Array, Array]:
+        """Return the largest force of each interval, its ends included, and its place, (n,)."""
+        at = self.force(_PLACES)
+        best = np.argmax(at, axis=0)
+        low, high = (_PLACES[np.clip(best + side, 0, len(_PLACES) - 1), 0] for side in (-1, 1))
         for _ in range(40):  # thirds: the place to 1e-7, the force to its square
             third = (high - low) / 3
             rises = self.force(low + third) < self.force(high - third)
             low, high = np.where(rises, low + third, low), np.where(rises, high, high - third)
-        middle = (low + high) / 2
-        found[inside] = self.force(middle)[inside]
-        return found, middle
+        place = (low + high) / 2
+        return self.force(place), place
 
     def crossing(self, level: Array, since: Array, until: Array, rises: _Mask) -> FloatArray:
         """When forces cross a level upwards (``rises``) or downwards, between two times each."""

@@ -21,10 +21,6 @@ from hertzchain.observables.samples import Samples
 _NEAR = 0.98
 """Fraction of the largest force so far: below it no maximum is looked for between samples."""
 
-_WITHIN = np.linspace(0, 1, 9)[1:-1, np.newaxis]
-"""Places in an interval between samples where a maximum is looked for."""
-
-
 _Places = NDArray[np.intp]
 
 
@@ -65,7 +61,7 @@ class NoteTaker:
             return
         found = self._notes_of(samples, interval, contact, late)
         curves = Curves(found, self._law)
-        above, place = curves.highest(_WITHIN)
+        above, place = curves.highest()
         self._keep(found, contact, above, found[:, 1] + place * found[:, 2])
 
     def _notes_of(

@@ -6,7 +6,10 @@ import itertools
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external import step_error
@@ -14,8 +17,10 @@ from hertzchain.engines.external.observation import Simulation
 from hertzchain.engines.external.rescaling import predicted_loss
 from hertzchain.errors import POSITIVE, Unpredictable, is_positive, require
 from hertzchain.observables import error_bound
+from hertzchain.observables.contact_errors import ContactErrors, Peaks, bounds
+from hertzchain.observables.first_pulse import check_wanted
 from hertzchain.observables.history import History
-from hertzchain.observables.peaks import ESTIMATED, PeakWatch, largest_difference
+from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.result import LostDigits, Result, peaks_of_result
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
@@ -58,6 +63,7 @@ class Steps:
     read_every: int | None  # steps between readings, in the coarsest run; None for 0.3 time units
     rtol: float  # wanted relative error of the peaks, where no step is given
     extrapolated: bool  # peaks from two runs, one with half the steps of the other (Richardson)
+    wanted: str | None = None  # what the error is that of: see ``first_pulse.WANTED``
 
     def __post_init__(self) -> None:
         if self.dt is not None:
@@ -66,6 +72,7 @@ class Steps:
             require(self.read_every >= 1, "read_every", self.read_every, "must be at least 1")
         allowed = "must be a number above 0 and below 1"
         require(is_positive(self.rtol) and self.rtol < 1, "rtol", self.rtol, allowed)
+        check_wanted(self.wanted)
 
 
 def run(
@@ -95,9 +102,9 @@ def run(
     longest = max(leg.dt for leg in found.legs)
     asked = steps.dt is not None
     error_bound.refuse_meaningless(
-        code, answer.error, asked and longest > error_bound.SHORT * scene.contact_time
+        code, answer.errors.least, asked and longest > error_bound.SHORT * scene.contact_time
     )
-    refuse_deep_overlap(largest_overlap_ratio(scene, answer.peak_force))
+    refuse_deep_overlap(largest_overlap_ratio(scene, answer.peaks.force))
     history = None if times is None else runner.history(found.legs, times)
     return Result(
         scene=scene,
@@ -107,8 +114,8 @@ def run(
         dt=longest,
         steps=answer.steps,
         force_evaluations=answer.steps,
-        **peaks_of_result(scene, answer.peak_force, answer.peak_time, found.peaks.passed),
-        error_estimate=answer.error,
+        **peaks_of_result(scene, answer.peaks.force, answer.peaks.time, answer.peaks.passed),
+        error_estimate=answer.errors.largest,
         displacement=found.displacement,
         velocity=found.velocity,
         balance=found.balance,
@@ -121,6 +128,8 @@ def run(
             predicted_loss(scene, found.steps),
             answer.round_off,
         ),
+        first_pulses=answer.errors.known(answer.peaks.first),
+        errors=answer.errors.in_units(scene.contact_time),
     )
 
 
@@ -136,7 +145,8 @@ def peaks_alone(
         return found.peaks.force, found.steps
     halved = tuple(leg.in_steps(2 * leg.steps) for leg in legs)
     finer = runner.simulate(halved, [2 * stride for stride in strides])
-    return step_error.extrapolate(found, finer, runner.order)[0], found.steps + finer.steps
+    force = runner.extrapolated_from(found, finer).force
+    return np.asarray(force), found.steps + finer.steps
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,10 +154,9 @@ class _Answer:
     """Peaks in SI units with bounds of their errors, and the run for all other results."""
 
     run: Simulation
-    peak_force: FloatArray
-    peak_time: FloatArray
+    peaks: Peaks
     steps: int
-    error: float
+    errors: ContactErrors  # arrivals in natural time units
     round_off: float
 
 
@@ -207,7 +216,7 @@ class _Runner:
         """Run with the given step, or with one whose error is as small as wanted."""
 
         def peaks_at(dt: float) -> FloatArray:
-            return self._rough_peaks(self.scene.schedule(dt)).force
+            return self._rough(self.scene.schedule(dt)).seen.wanted
 
         dt = self.steps.dt or self._step_for(peaks_at)
         for _ in range(_TRIES):
@@ -215,18 +224,24 @@ class _Runner:
             strides = [self.stride(leg, recording=False) for leg in legs]
             run = self.simulate(legs, strides)
             lost = run.round_off(self.scene)
-            by_steps = self._step_error(legs, run.peaks)
-            by_steps = max(by_steps, step_error.touch_error(self.scene, legs, run.peaks))
+            touch = step_error.touch_error(self.scene, legs, run.peaks)
+            by_steps = self._step_errors(legs, run, touch)
             by_readings = step_error.interpolation_error(self.scene, legs, strides)
-            error = by_steps + by_readings + run.peaks.reading_error + lost
-            if self._is_enough(by_steps, error, lost):
+            rest = by_readings + run.peaks.reading_error + lost
+            errors = bounds(lambda found, rest=rest: found + rest, by_steps)
+            if self._is_enough(by_steps, errors, lost):
                 break
-            excess = self.steps.rtol / error
+            excess = self.steps.rtol / errors.wanted
             if self.order == 2:
                 dt *= max(0.25, 0.9 * math.sqrt(excess))
             else:
                 dt *= max(0.05, 0.9 * excess)
-        return _Answer(run, run.peaks.force, run.peaks.time, run.steps, error, lost)
+        return _Answer(run, run.seen, run.steps, errors, lost)
+
+    def extrapolated_from(self, coarse: Simulation, fine: Simulation) -> Peaks:
+        """Return peaks extrapolated from two runs."""
+        longest = max(leg.dt for leg in coarse.legs)
+        return step_error.extrapolate(coarse.seen, fine.seen, self.order, longest)
 
     def _extrapolated(self) -> _Answer:
         """Extrapolate from two runs, read at the same times; a third run gives the error.
@@ -245,27 +260,38 @@ class _Runner:
             runs = [*runs[1 - needed :], self.simulate(finer, apart)]
             if len(runs) < needed:
                 continue
-            found = [step_error.extrapolate(*pair, self.order) for pair in itertools.pairwise(runs)]
+            found = [self.extrapolated_from(*pair) for pair in itertools.pairwise(runs)]
             after, last = found[-1], runs[-1]
-            gain = step_error.least_gain(self.scene)
-            difference = max(
-                largest_difference(one[0], other[0], ESTIMATED) / gain**later
-                for later, (other, one) in enumerate(itertools.pairwise(reversed(found)))
-            )
-            by_steps = step_error.extrapolation_error(self.scene, finer, difference, last.peaks)
+            by_steps = self._errors_of_extrapolated(found, finer, last.peaks)
             other = runs[-2].peaks if self._has_rivals else None
-            rival = step_error.rival_error(last.peaks, after[0], other, 3 / (2**self.order - 1))
-            by_steps += rival
+            rival = step_error.rival_error(last.peaks, after.force, other, 3 / (2**self.order - 1))
+            by_steps = replace(by_steps, peak=by_steps.peak + rival)
             grows, lost = 2**self.order, runs[-2].round_off(self.scene)
             lost = (grows * last.round_off(self.scene) + lost) / (grows - 1)
             by_readings = step_error.interpolation_error(self.scene, finer, apart)
             by_readings += (grows * last.peaks.reading_error + runs[-2].peaks.reading_error) / (
                 grows - 1
             )
-            error = by_steps + by_readings + lost
-            if self._is_enough(by_steps, error, lost):
+            rest = by_readings + lost
+            errors = bounds(lambda found, rest=rest: found + rest, by_steps)
+            if self._is_enough(by_steps, errors, lost):
                 break
-        return _Answer(last, *after, runs[-2].steps + last.steps, error, lost)
+        return _Answer(last, after, runs[-2].steps + last.steps, errors, lost)
+
+    def _errors_of_extrapolated(
+        self, found: Sequence[Peaks], legs: Sequence[Leg], peaks: PeakWatch
+    ) -> ContactErrors:
+        """Bounds of the errors by the steps of what was last extrapolated, on legs."""
+        gain, unit = step_error.least_gain(self.scene), self.scene.contact_time
+
+        def bound(*differences: FloatArray) -> Any:
+            reached = [each / gain**later for later, each in enumerate(differences)]
+            largest = np.maximum.reduce(reached)
+            return step_error.extrapolation_error(self.scene, legs, largest, peaks)
+
+        pairs = itertools.pairwise(reversed(found))
+        differences = (one.differences(other) for one, other in pairs)
+        return bounds(bound, *(each.in_units(1 / unit) for each in differences))
 
     def _step_for(self, peaks_at: Callable[[float], FloatArray]) -> float:
         """Return the step [s] for the wanted error, by trials."""
@@ -289,14 +315,14 @@ class _Runner:
         longest = min(longest, step_error.damped_interval(self.scene, wanted, wanted))
         return min(min(_COARSEST_DAMPED_STEP * math.sqrt(part), 0.2) * unit, longest)
 
-    def _is_enough(self, by_steps: float, error: float, lost: float) -> bool:
+    def _is_enough(self, by_steps: ContactErrors, errors: ContactErrors, lost: float) -> bool:
         """Return whether shorter steps are unnecessary, or useless because of round-off."""
-        return self.steps.dt is not None or error <= self.steps.rtol or by_steps <= lost
+        is_enough = errors.wanted <= self.steps.rtol or by_steps.wanted <= lost
+        return self.steps.dt is not None or is_enough
 
-    def _rough_peaks(self, legs: Sequence[Leg]) -> PeakWatch:
-        """Peaks of a run that only estimates the error of another, read as rarely as possible."""
-        strides = [self._longest_stride(leg) for leg in legs]
-        return self.simulate(legs, strides).peaks
+    def _rough(self, legs: Sequence[Leg]) -> Simulation:
+        """Make a run that only estimates the error of another, read as rarely as possible."""
+        return self.simulate(legs, [self._longest_stride(leg) for leg in legs])
 
     def stride(self, leg: Leg, recording: bool) -> int:
         """Return the steps between two readings on a leg."""
@@ -336,28 +362,39 @@ class _Runner:
         by_steps = finest * max(1 / self.scene.contact_time, error_bound.highest_rate(self.scene))
         return step_error.damped_interval(self.scene, 0.01 * by_steps**2, 0.1 * by_steps)
 
-    def _step_error(self, legs: Sequence[Leg], peaks: PeakWatch) -> float:
-        """Upper bound of the relative error of the peaks by the steps."""
-        stable, rising = error_bound.stable_step(self.scene, STABLE), peaks.any_rising
+    def _step_errors(self, legs: Sequence[Leg], run: Simulation, least: float) -> ContactErrors:
+        """Bounds of the errors by the steps, which are at least ``least``."""
+        stable, rising = error_bound.stable_step(self.scene, STABLE), run.peaks.any_rising
         if self.scene.contact is not None:
             runs = error_bound.first_order_runs(legs, stable)
-            return self._largest(runs, peaks, error_bound.first_order_safety(self.scene, rising))
+            safety = error_bound.first_order_safety(self.scene, rising)
+            return self._largest(runs, run, safety, least)
         others = [error_bound.coarser_run(legs, stable)]
         longest = max(leg.dt for leg in legs) / self.scene.contact_time
         if longest > _ERRATIC_STEP or rising or error_bound.amplifies_errors(self.scene):
             others.append(error_bound.finer_run(legs))
         safety = error_bound.second_order_safety(longest, rising, self.scene.is_plain)
-        return self._largest(others, peaks, safety)
+        return self._largest(others, run, safety, least)
 
     def _largest(
-        self, others: Sequence[error_bound.SecondRun], peaks: PeakWatch, safety: float
-    ) -> float:
-        """Return the largest bound of the error from runs with other steps."""
-        error = 0.0
-        for other in others:
-            found, factor = self._rough_peaks(other.legs), safety * other.factor
-            error = max(error, factor * largest_difference(found.force, peaks.force, ESTIMATED))
-            if self._has_rivals:
-                rival = step_error.rival_error(peaks, peaks.force, found, factor)
-                error = max(error, rival)
-        return error
+        self, others: Sequence[error_bound.SecondRun], run: Simulation, safety: float, least: float
+    ) -> ContactErrors:
+        """Return the largest bounds of errors from runs with other steps."""
+        factors = [safety * other.factor for other in others]
+        found = [self._rough(other.legs) for other in others]
+        unit = self.scene.contact_time
+
+        def bound(*differences: FloatArray) -> FloatArray:
+            scaled = [factor * each for factor, each in zip(factors, differences, strict=True)]
+            return np.asarray(np.maximum(np.maximum.reduce(scaled), least))
+
+        errors = bounds(
+            bound, *(run.seen.differences(other.seen).in_units(1 / unit) for other in found)
+        )
+        if not self._has_rivals:
+            return errors
+        rival = max(
+            step_error.rival_error(run.peaks, run.peaks.force, other.peaks, factor)
+            for other, factor in zip(found, factors, strict=True)
+        )
+        return replace(errors, peak=np.maximum(errors.peak, rival))

@@ -19,6 +19,7 @@ from hertzchain.engines.external.program import find_program, run_program, work_
 from hertzchain.engines.external.readings import Granules
 from hertzchain.engines.external.rescaling import softening
 from hertzchain.limits import RTOL, TIME_LIMIT, Deadline, check_time_limit
+from hertzchain.observables.first_pulse import wants_first
 from hertzchain.observables.history import wanted_times
 from hertzchain.observables.result import Result
 from hertzchain.scene.given import SceneLike, to_scene
@@ -53,6 +54,7 @@ class ExternalEngine(ABC):
     rtol: float
     extrapolated: bool
     time_limit: float
+    wanted: str | None
 
     def __post_init__(self) -> None:
         """Refuse impossible parameters."""
@@ -66,7 +68,7 @@ class ExternalEngine(ABC):
 
     @property
     def _steps(self) -> verlet.Steps:
-        return verlet.Steps(self.dt, self.read_every, self.rtol, self.extrapolated)
+        return verlet.Steps(self.dt, self.read_every, self.rtol, self.extrapolated, self.wanted)
 
     @abstractmethod
     def method_of(self, scene: Scene) -> str:
@@ -83,6 +85,7 @@ class ExternalEngine(ABC):
     def _simulate(self, scene: Scene, deadline: Deadline) -> verlet.Simulate:
         refuse_terms(scene, self.LABEL, self.TERMS)
         code = self._code(scene, deadline)
+        first = wants_first(scene) if self.wanted is None else self.wanted == "first"
 
         def simulate(
             legs: Sequence[Leg], strides: Sequence[int], times: FloatArray | None
@@ -92,7 +95,7 @@ class ExternalEngine(ABC):
             # are scaled back to the true scene at once.
             made = softening(scene, steps)
             deadline.refuse(self._least_time(steps, scene.chain.granules))
-            seen = Observation(scene, made, legs, times, self.LABEL)
+            seen = Observation(scene, made, legs, times, self.LABEL, first)
             return seen.simulation(*code(made.scene(scene), seen.legs, strides, seen))
 
         return simulate
@@ -168,6 +171,7 @@ class ProgramEngine(ExternalEngine):
     extrapolated: bool = False
     program: str = ""
     time_limit: float = TIME_LIMIT
+    wanted: str | None = None
 
     @abstractmethod
     def _deck(self, scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:

@@ -15,10 +15,13 @@ from hertzchain.engines.external.readings import FREE
 from hertzchain.engines.external.rescaling import Softening, round_off
 from hertzchain.engines.external.terms import wall_position
 from hertzchain.errors import OverlapTooLarge, RunFailed
+from hertzchain.observables.contact_errors import Peaks
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.damped_watch import DampedWatch
 from hertzchain.observables.error_bound import diverged
+from hertzchain.observables.first_pulse import LEAST, Contacts, FirstPulses
 from hertzchain.observables.history import Recorder
+from hertzchain.observables.notes import NoteTaker
 from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.result import Balance
 from hertzchain.observables.samples import Samples
@@ -31,7 +34,8 @@ class Observation:
     """Observes a run of the scene that a code was given, in the units of the true scene.
 
     Scene and legs are the true ones; ``made`` describes how those given to the code differ;
-    ``times`` are those of a history [s], if one is wanted; ``code`` is the name in messages.
+    ``times`` are those of a history [s], if one is wanted; ``code`` is the name in messages;
+    ``first``: first pulses are wanted.
     """
 
     def __init__(
@@ -41,13 +45,17 @@ class Observation:
         legs: Sequence[Leg],
         times: FloatArray | None,
         code: str,
+        first: bool = False,
     ) -> None:
         self._scene, self._made, self._legs, self.code = scene, made, tuple(legs), code
         self.legs = [made.leg(leg) for leg in legs]  # the legs given to the code
         granules, wall = scene.chain.granules, scene.wall is not None
         self._fastest = _fastest(scene)
         self._law = None if scene.contact is None else DampedLaw.of(scene)
-        self._damped: DampedWatch | None = None  # made with the masses of the code
+        # Those that need the masses of the code are made with them.
+        self._contacts = Contacts.of(scene) if first else None
+        self._notes: NoteTaker | None = None
+        self._damped: DampedWatch | None = None
         self._peaks = PeakWatch(granules - 1 + wall)
         self._recorder = None if times is None else Recorder(times, granules, wall, self._law)
         self._work = self._wall_impulse = self._piston_impulse = 0.0
@@ -70,6 +78,9 @@ class Observation:
             scene = self._scene
             ends = scene.wall is not None, scene.piston is not None
             self._peaks = self._damped = DampedWatch(self._law, 1 / at_rest.mass, *ends)
+        if self._contacts is not None:
+            least = LEAST * self._scene.units.force
+            self._notes = NoteTaker(self._contacts, 1 / at_rest.mass, least)
         made = self._made.scene(self._scene)
         if not self._scene.is_plain:
             self._held = _held(made)
@@ -108,6 +119,8 @@ class Observation:
             self._peaks.update(samples)
         else:
             self._damped.update(samples, leg.dt / 2)
+        if self._notes is not None:
+            self._notes.update(samples, 0.0 if self._damped is None else leg.dt / 2)
         if leg.ramp is not None:
             self._work += float(work_done(samples, leg.ramp))
         if leg.stroke is not None:
@@ -134,6 +147,7 @@ class Observation:
             recorder=self._recorder,
             watching_share=watching_share,
             version=version,
+            first=None if self._notes is None else self._notes.first_pulses(self._peaks.force),
         )
 
     def _refuse_second_neighbours(self, seen: Samples) -> None:
@@ -217,6 +231,12 @@ class Simulation:
     recorder: Recorder | None  # recorder of a history, if one was wanted
     watching_share: float | None  # time of watching over time of steps, if known
     version: str  # version of the code
+    first: FirstPulses | None = None  # where they were wanted
+
+    @property
+    def seen(self) -> Peaks:
+        """What the run saw of the contacts."""
+        return Peaks(self.peaks.force, self.peaks.time, self.peaks.passed, self.first)
 
     @property
     def steps(self) -> int:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.external.observation import Simulation
 from hertzchain.limits import RTOL
+from hertzchain.observables.contact_errors import Peaks
 from hertzchain.observables.error_bound import amplifies_errors, fly_at_others, highest_rate
 from hertzchain.observables.peaks import ESTIMATED, PeakWatch, judged_contacts
 from hertzchain.scene.scene import Scene
@@ -31,25 +33,41 @@ _OF_EXTRAPOLATED = 4.0
 _FEW_STEPS = 16
 
 
-def extrapolate(coarse: Simulation, fine: Simulation, order: int) -> tuple[FloatArray, FloatArray]:
-    """Extrapolate peak forces [N] and times [s] to steps of length 0, from n and 2n steps.
+def extrapolate(coarse: Peaks, fine: Peaks, order: int, longest: float) -> Peaks:
+    """Extrapolate peaks and first pulses to steps of length 0, from n and 2n steps.
 
-    Errors go as the step to the power ``order``: 2, or 1 where contacts are damped.
+    Errors go as the step to the power ``order``: 2, or 1 where contacts are damped. If two maxima
+    have nearly the same height, each run may have found a different one: those are more than the
+    ``longest`` step of the coarse run apart, and their times are not extrapolated.
     """
     gain = 2**order - 1
-    force = (2**order * fine.peaks.force - coarse.peaks.force) / gain
-    later = fine.peaks.time - coarse.peaks.time
-    # If two maxima have nearly the same height, each run may have found a different one.
-    same = np.abs(later) < max(leg.dt for leg in coarse.legs)
-    return force, np.where(same, fine.peaks.time + later / gain, fine.peaks.time)
+
+    def later(one: FloatArray, other: FloatArray) -> FloatArray:
+        change = other - one
+        return np.where(np.abs(change) < longest, other + change / gain, other)
+
+    def stronger(one: FloatArray, other: FloatArray) -> FloatArray:
+        return np.asarray((2**order * other - one) / gain)
+
+    first, before = fine.first, coarse.first
+    if first is not None and before is not None:
+        first = replace(
+            first,
+            force=stronger(before.force, first.force),
+            time=later(before.time, first.time),
+            arrival=later(before.arrival, first.arrival),
+            width=later(before.width, first.width),
+        )
+    force = stronger(coarse.force, fine.force)
+    return Peaks(force, later(coarse.time, fine.time), fine.passed, first)
 
 
 def extrapolation_error(
-    scene: Scene, legs: Sequence[Leg], difference: float, peaks: PeakWatch
-) -> float:
-    """Upper bound of the relative error of extrapolated peaks by the steps.
+    scene: Scene, legs: Sequence[Leg], difference: Any, peaks: PeakWatch
+) -> Any:
+    """Upper bounds of the relative errors of extrapolated peaks by the steps.
 
-    ``difference`` is the difference from peaks extrapolated with steps twice as long; legs and
+    ``difference`` has the differences from peaks extrapolated with steps twice as long; legs and
     peaks are those of the finer steps.
 
     The error is 1/15 of the difference where errors go as dt^2 and dt^4. Contacts that open leave a

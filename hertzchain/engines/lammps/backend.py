@@ -71,6 +71,9 @@ class Lammps(ExternalEngine):
     ranks
         MPI ranks of the binary, started by the ``mpiexec`` in its folder or else on the search
         path.
+    wanted
+        What ``rtol`` is asked of, ``first`` for first pulses or ``all`` for the largest forces: see
+        ``Native``.
 
     Raises
     ------
@@ -93,6 +96,7 @@ class Lammps(ExternalEngine):
     time_limit: float = TIME_LIMIT
     lmp: str | Path | None = None
     ranks: int = 1
+    wanted: str | None = None
 
     def __post_init__(self) -> None:
         deck.check_pair_style(self.pair_style)

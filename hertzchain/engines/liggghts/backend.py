@@ -46,6 +46,9 @@ class Liggghts(ProgramEngine):
         Path of the program, or its name on the search path.
     time_limit
         Time limit of a run [s], including the search for its step and its error.
+    wanted
+        What ``rtol`` is asked of, ``first`` for first pulses or ``all`` for the largest forces: see
+        ``Native``.
 
     Raises
     ------

@@ -68,7 +68,7 @@ def simulate_damped(
         raise
     # Steps are cut by the integrator: of the legs only the corners count.
     rows = leg_rows(legs or scene.schedule(scene.end_time), scene.units)
-    contacts = Contacts.of(scene) if first else None
+    contacts = Contacts.of(scene).in_units(scene.units) if first else None
     record = room_for(recorder, granules, contacts)
     control, longest = np.zeros(3), longest_step(scene) / scene.units.time
     chain, start = Chain.of(scene), start_of(scene)

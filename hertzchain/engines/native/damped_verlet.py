@@ -50,7 +50,7 @@ def simulate_damped_verlet(
     at_start, blocks = state_at_start(scene, added=start), samples_of(scene, legs, deadline, start)
     run = simulation_of(
         scene, Chain.of(scene), at_start, blocks, deadline, recorder, is_verlet=True,
-        contacts=Contacts.of(scene) if first else None,
+        contacts=Contacts.of(scene).in_units(scene.units) if first else None,
     )  # fmt: skip
     steps = sum(leg.steps for leg in legs)
     return replace(run, steps=steps, evaluations=steps)

@@ -209,7 +209,7 @@ class InNumpy:
         start = state_at_start(scene, self.dtype, self.start)
         motion = start.copy()
         blocks = integrate(chain, natural, walker, motion)
-        contacts = Contacts.of(scene) if self.first else None
+        contacts = Contacts.of(scene).in_units(scene.units) if self.first else None
         run = simulation_of(
             scene, chain, start, blocks, self.deadline, recorder, motion=motion, contacts=contacts
         )

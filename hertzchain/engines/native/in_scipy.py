@@ -131,7 +131,7 @@ def simulate_in_scipy(
     chain, counted = Chain.of(scene), list[int]()
     longest = longer * longest_step(scene) / scene.units.time
     blocks = integrate(scene, chain, tolerance, longest, counted)
-    contacts = Contacts.of(scene) if first else None
+    contacts = Contacts.of(scene).in_units(scene.units) if first else None
     run = simulation_of(
         scene, chain, state_at_start(scene), blocks, deadline, recorder, contacts=contacts
     )

@@ -145,7 +145,7 @@ class Prepared:
             own if start is None else start + own if own.size else start,
             MOVING if has_front else scene.chain.granules,
             1.0 if scene.is_plain else softest(scene),
-            Contacts.of(scene) if first else None,
+            Contacts.of(scene).in_units(scene.units) if first else None,
         )
 
     def simulate(

@@ -42,6 +42,9 @@ class Yade(ProgramEngine):
         Path of the program, or its name on the search path.
     time_limit
         Time limit of a run [s], including the search for its step and its error.
+    wanted
+        What ``rtol`` is asked of, ``first`` for first pulses or ``all`` for the largest forces: see
+        ``Native``.
 
     Raises
     ------

@@ -123,7 +123,7 @@ def test_readings_too_rare_for_a_dashpot_say_so() -> None:
             stated.append(1.0)
             continue
         assert largest_difference(result.all_peaks, TRUE) < result.error_estimate
-        stated.append(result.error_estimate)
+        stated.append(min(result.error_estimate, 1.0))  # at 1 and above no digit is known
     assert stated[0] < 0.01
     assert 0.2 < stated[1] <= stated[2]
 
