@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.observables.first_pulse import FirstPulses
-from hertzchain.observables.peaks import ESTIMATED, any_rising, judged_contacts
+from hertzchain.observables.peaks import ESTIMATED, any_rising, judged_contacts, largest_difference
 
 _DIGIT = 0.1
 """Error of a force that has one right digit."""
@@ -28,7 +28,8 @@ class ContactErrors:
     Parameters
     ----------
     peak
-        Relative, of peak forces; NaN where a peak is too low to be judged.
+        Relative, of peak forces; NaN where a peak is too low to be judged. Without first pulses it
+        is one number, for all of them.
     first
         Relative, of the forces of first pulses; NaN where there is none, infinite where another run
         has another pulse. None where first pulses were not wanted.
@@ -122,13 +123,13 @@ class Peaks:
 
     def differences(self, other: Peaks) -> ContactErrors:
         """Differences to another run, each at least those of the contacts before."""
+        mine, its = self.first, other.first
+        if mine is None or its is None:
+            return ContactErrors(np.asarray(largest_difference(other.force, self.force, ESTIMATED)))
         judged = judged_contacts(self.force, ESTIMATED)
         if not judged.any():  # no force in the whole run: then any is all wrong
             return ContactErrors(np.where(other.force > 0, 1.0, 0.0))
         peak = _causal(_relative(other.force, self.force, judged), self.time)
-        mine, its = self.first, other.first
-        if mine is None or its is None:
-            return ContactErrors(peak)
         has = ~np.isnan(mine.force)
         first = _relative(its.force, mine.force, has)
         same = (mine.is_ended == its.is_ended) & (mine.is_front == its.is_front)
@@ -154,4 +155,6 @@ def _causal(difference: FloatArray, time: Array) -> FloatArray:
 
 
 def _largest(errors: FloatArray) -> float:
+    if not errors.ndim:
+        return float(errors)
     return float(np.max(errors[~np.isnan(errors)], initial=0.0))

@@ -12,6 +12,7 @@ a level of ``FALLS``: see ``Notes``. What the first pulse is follows from them, 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -179,14 +180,20 @@ def first_pulses(notes: FloatArray, contacts: Contacts, largest: Array) -> First
         with np.errstate(invalid="ignore"):
             same = np.abs(top[other] - force) <= _SAME * force
         is_clear &= same | is_front
-    arrival = _arrivals(notes, here, contacts, force, time)
-    over = np.full(count, np.nan)
-    known = np.flatnonzero(counts & (end < here.size))
-    level = np.where(is_front, _EXCEEDS, FALLS[1])[known] * force[known] + contacts.static[known]
-    last_notes, never = notes[end[known]], np.full(known.size, np.inf)
-    over[known] = Curves(last_notes, contacts.law).crossing(
-        level, time[known], never, is_front[known]
+    arrival, over = np.full(count, np.nan), np.full(count, np.nan)
+    felt = _first_felt(notes, here, force / 2 + contacts.static, time)
+    came, went = np.flatnonzero(felt < here.size), np.flatnonzero(counts & (end < here.size))
+    rise, down = notes[felt[came]], notes[end[went]]
+    leaves = np.where(is_front, _EXCEEDS, FALLS[1])[went] * force[went] + contacts.static[went]
+    # Where the pulse is highest within its first interval, it arrives before that.
+    until = np.where(rise[:, WHEN] > rise[:, BEGIN], rise[:, WHEN], np.inf)
+    found = Curves(np.concatenate([rise, down]), contacts.law).crossing(
+        np.concatenate([force[came] / 2 + contacts.static[came], leaves]),
+        np.concatenate([rise[:, BEGIN], time[went]]),
+        np.concatenate([until, np.full(went.size, np.inf)]),
+        np.concatenate([np.ones(came.size, bool), is_front[went]]),
     )
+    arrival[came], over[went] = found[: came.size], found[came.size :]
     return FirstPulses(force, time, arrival, over - arrival, is_front & counts, is_clear)
 
 
@@ -219,24 +226,20 @@ def _fronts(
     return _first(exceeds, here, of_run.size), (before, since)
 
 
-def _arrivals(
-    notes: FloatArray, here: _Places, contacts: Contacts, force: Array, time: Array
-) -> FloatArray:
-    """When each contact first feels half of its pulse; NaN where there is none."""
-    level = force / 2 + contacts.static
+def _first_felt(notes: FloatArray, here: _Places, level: Array, time: Array) -> _Places:
+    """The first note of each contact in which its force reaches a level, or its pulse its height.
+
+    It is the number of notes where there is no pulse.
+    """
     with np.errstate(invalid="ignore"):
         reached = (notes[:, FORCE + 1] >= level[here]) | (
             notes[:, BEGIN] + notes[:, LENGTH] >= time[here]
         )
-    first = _first(reached, here, force.size)
-    arrival = np.full(force.size, np.nan)
-    known = np.flatnonzero(first < here.size)
-    those, rises = notes[first[known]], np.ones(known.size, bool)
-    begin, top = those[:, BEGIN], np.maximum(those[:, WHEN], those[:, BEGIN])
-    top = np.where(those[:, WHEN] > begin, those[:, WHEN], np.inf)
-    arrival[known] = Curves(those, contacts.law).crossing(level[known], begin, top, rises)
-    return arrival
+    return _first(reached, here, level.size)
 
+
+_RESOLVED = 1e-14
+"""How near in an interval, or in force, a crossing is found."""
 
 _PLACES = np.linspace(0, 1, 9)[:, np.newaxis]
 """Where in an interval a maximum is looked for, before the search between its neighbours."""
@@ -286,11 +289,25 @@ class Curves:
     def crossing(self, level: Array, since: Array, until: Array, rises: _Mask) -> FloatArray:
         """When forces cross a level upwards (``rises``) or downwards, between two times each."""
         low, high = (np.clip((time - self._begin) / self._h, 0.0, 1.0) for time in (since, until))
-        for _ in range(52):
-            s = (low + high) / 2
-            beyond = (self.force(s) >= level) == rises
-            low, high = np.where(beyond, low, s), np.where(beyond, s, high)
-        return np.asarray(self._begin + high * self._h)
+        s = low
+        sign = np.where(rises, 1.0, -1.0)
+        at_low, at_high = (sign * (self.force(s) - level) for s in (low, high))
+        high, at_high = np.where(at_low >= 0, low, high), np.where(at_low >= 0, 0.0, at_high)
+        was_beyond: Any = None
+        for _ in range(60):  # the method of Illinois; a dozen are enough
+            with np.errstate(divide="ignore", invalid="ignore"):
+                s = (low * at_high - high * at_low) / (at_high - at_low)
+            s = np.where((s > low) & (s < high), s, (low + high) / 2)
+            found = sign * (self.force(s) - level)
+            beyond = found >= 0
+            # Of an end that stays twice in a row the value counts half.
+            stays = np.where(beyond == was_beyond, 0.5, 1.0)
+            at_low = np.where(beyond, stays * at_low, found)
+            at_high = np.where(beyond, found, stays * at_high)
+            low, high, was_beyond = np.where(beyond, low, s), np.where(beyond, s, high), beyond
+            if np.all((high - low <= _RESOLVED) | (np.abs(found) <= _RESOLVED * level)):
+                break
+        return np.asarray(self._begin + s * self._h)
 
 
 def wants_first(scene: Scene) -> bool:
