@@ -15,6 +15,6 @@ Scalar = float | np.floating[Any]
 """A number of any precision."""
 
 
-def or_none(values: FloatArray) -> list[float | None]:
+def or_none(values: NDArray[Any]) -> list[Any]:
     """Return values for JSON: None in place of each value that is not finite."""
     return [value if np.isfinite(value) else None for value in values.tolist()]

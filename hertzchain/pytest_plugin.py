@@ -33,9 +33,9 @@ def judge_peaks(request: pytest.FixtureRequest) -> Callable[..., Judgement]:
     scene
         A scene, or the path of its file. Paths are relative to the folder of the test's file.
     peak_force
-        Peak forces [N] of contacts 2 ... N: the path of a CSV file with the columns contact and
-        peak_force_N, a mapping from contacts, or an array of shape (N - 1,) with NaN for missing
-        peaks; or any other file that ``hertzchain.judge`` takes.
+        Peak forces [N] of contacts 2 ... N, and N + 1 at a wall: the path of a CSV file with the
+        columns contact and peak_force_N, a mapping from contacts, or an array of shape (contacts,)
+        with NaN for missing peaks; or any other file that ``hertzchain.judge`` takes.
     tolerance
         Largest relative difference that passes.
     dt

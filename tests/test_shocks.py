@@ -89,7 +89,7 @@ def test_the_force_is_that_of_its_own_formula(scene: hc.Scene) -> None:
 def test_a_similar_scene_has_the_same_peaks(scene: hc.Scene) -> None:
     own, similar = (hc.Native(rtol=1e-9).run(one) for one in (scene, Softening(3).scene(scene)))
     # All factors are powers of two, but for roots of them: rounding.
-    assert similar.all_peaks == pytest.approx(own.all_peaks, rel=1e-11)
+    assert similar.peak_force == pytest.approx(own.peak_force, rel=1e-11)
     assert similar.scene.end_time == pytest.approx(8 * scene.end_time, rel=1e-14)
 
 
@@ -147,7 +147,7 @@ def test_sweep_every_number(scene: hc.Scene) -> None:
         table = hc.sweep(scene, {name: values}, backends="native").to_frame()
         assert table["failure"].isna().all(), table["failure"]
         peaks = [
-            hc.Native().run(replace(scene, shock=replace(scene.shock, **{key: one}))).all_peaks
+            hc.Native().run(replace(scene, shock=replace(scene.shock, **{key: one}))).peak_force
             for one in values
         ]
         # Both are right to 1e-6.
@@ -162,7 +162,7 @@ def test_batch(scene: hc.Scene) -> None:
     batch = hc.peak_forces([scene, stronger], rtol=1e-6)
     for k, one in enumerate((scene, stronger)):
         # Both are right to 1e-6.
-        own = hc.Native(rtol=1e-6).run(one).all_peaks
+        own = hc.Native(rtol=1e-6).run(one).peak_force
         assert batch.peak_force[k] == pytest.approx(own, rel=2e-6, abs=1e-9 * max(own))
 
 

@@ -173,7 +173,7 @@ class Judge:
             return truth.force, truth.error + ORACLE_ERROR
         backend = hc.Native(rtol=self.rtol, peaks_only=True, time_limit=JUDGE_LIMIT)
         result = backend.run(self.scene)
-        return result.all_peaks, result.error_estimate
+        return result.peak_force, result.error_estimate
 
     def native(self, name: str, backend: hc.Native, step: float = math.nan) -> Outcome:
         """Run the native backend and compare with the converged run."""
@@ -205,7 +205,7 @@ class Judge:
         outcome = functools.partial(outcome, seconds=time.perf_counter() - begin)
         json.dumps(result.to_dict(), allow_nan=False)
         try:
-            return self._compared(outcome, result.all_peaks, result.error_estimate)
+            return self._compared(outcome, result.peak_force, result.error_estimate)
         except HertzchainError as problem:
             return outcome(outcome=f"not judged: {problem}")
 

@@ -124,7 +124,7 @@ def to_contacts(given: str, scene: Scene) -> list[int]:
 
     A range is FIRST:LAST or FIRST:LAST:STEP, the last included.
     """
-    last = scene.chain.granules + (scene.wall is not None)
+    last = scene.last_contact
     wall = ", the last that with the wall" if scene.wall is not None else ""
     found: set[int] = set()
     for piece in given.split(","):

@@ -115,6 +115,7 @@ class RunFiles:
             )
             remark = recorded_below(
                 moving["motion"],
+                self.contacts,
                 says_how_many=coarse is None,
                 writes_motion=self.output is not None,
             )

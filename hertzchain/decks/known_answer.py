@@ -95,7 +95,7 @@ def _tried_step(scene: Scene, rtol: float) -> float:
     def peaks_at(dt: float) -> FloatArray:
         if scene.contact is not None:
             return _verlet_peaks(scene, scene.schedule(dt))
-        return Native("velocity-verlet", dt, peaks_only=True).run(scene).all_peaks
+        return Native("velocity-verlet", dt, peaks_only=True).run(scene).peak_force
 
     pilot = _PILOT_STEP * scene.contact_time
     longest = 2 * pilot
@@ -142,10 +142,10 @@ def known_answer(scene: Scene, layout: Layout) -> KnownAnswer | None:
     if layout.watch_every == 0:
         return None
     truth = Native("reference", peaks_only=True).run(scene)
-    if not np.any(truth.all_peaks):
+    if not np.any(truth.peak_force):
         allowed = "must be later: no contact is pressed before it"
         raise SceneError("run.end_time", scene.end_time, allowed)
-    ratio = truth.all_peaks / scene.units.force
+    ratio = truth.peak_force / scene.units.force
     peaks, least = looked_at(scene, layout.step, layout.watch_every)
     off = np.maximum(np.abs(peaks - ratio), np.abs(least - ratio))
     if not scene.is_plain:

@@ -255,7 +255,7 @@ def _peaks(scene: Scene) -> list[str]:
         "unfix largest",
         "compute peak all property/atom d_force",
         "variable contact atom id+1",
-        f"group behind id < {scene.chain.granules}",
+        f"group behind id < {scene.last_contact}",
         'print "contact,peak_force_N" file ${peaks}',
         "write_dump behind custom ${peaks} v_contact d_force modify append yes header no sort id &",
         '    format line "%.0f, %.17g"',

@@ -1,6 +1,7 @@
 """The definitions of the numbers in results, by a version; what lets a JSON document stand alone.
 
-Version 1. Contact i lies between granules i - 1 and i, i = 2 ... N. A peak is the true maximum of a
+Version 2. Contact i lies between granules i - 1 and i, i = 2 ... N; with a wall contact N + 1 lies
+between granule N and the wall (in version 1 it stood apart). A peak is the true maximum of a
 contact force over the run. LM_ratio is the impulse of the shock over the momentum of a solitary
 wave as high as it, with the paper's 139/32. p is the number of granules after which peaks of
 neighbours differ by less than 1 %, at least 5; F_SW is the peak of contact p + 1, and the
@@ -17,7 +18,7 @@ from typing import Any
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.sections import sections_of
 
-DEFINITIONS = 1
+DEFINITIONS = 2
 """Raised where a number that is right comes to mean another thing; not where digits improve."""
 
 
@@ -25,7 +26,7 @@ def context_of(scene: Scene) -> dict[str, Any]:
     """What a JSON document on a scene needs next to its numbers: the scene, contacts, versions."""
     return {
         "scene": sections_of(scene),
-        "contacts": list(range(2, scene.chain.granules + 1)),
+        "contacts": list(range(2, scene.last_contact + 1)),
         "definitions": DEFINITIONS,
         "hertzchain": version("hertzchain"),
     }

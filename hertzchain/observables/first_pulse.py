@@ -52,8 +52,6 @@ COLUMNS = 15
 derivatives at the start and at the end (the third NaN where it is not known), force at both, the
 largest force so far and its time, those within the interval included."""
 
-_REFLECTS = frozenset({"unlike granules", "striker", "wall"})
-
 WANTED = ("first", "all")
 """What can be asked for: first pulses, or the largest forces of a run."""
 
@@ -310,12 +308,7 @@ class Curves:
         return np.asarray(self._begin + s * self._h)
 
 
-def wants_first(scene: Scene) -> bool:
-    """Return whether first pulses are what one asks of a scene: where waves are reflected."""
-    return not _REFLECTS.isdisjoint(scene.terms)
-
-
-def check_wanted(wanted: str | None) -> None:
-    """Raise a SceneError for what is neither None nor in ``WANTED``."""
+def check_wanted(wanted: str) -> None:
+    """Raise a SceneError for what is not in ``WANTED``."""
     allowed = f"must be one of {', '.join(WANTED)}"
-    require(wanted is None or wanted in WANTED, "wanted", wanted, allowed)
+    require(wanted in WANTED, "wanted", wanted, allowed)

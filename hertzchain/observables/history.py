@@ -28,16 +28,13 @@ class History:
         Displacement [m] and its slope [m/s], shape (times, granules). The velocities of velocity
         Verlet itself are central differences; they differ from the slope by dt^2/6 times the jerk.
     contact_force
-        [N], shape (times, granules - 1).
-    wall_force
-        [N], shape (times,); None at a free end.
+        [N], shape (times, contacts); with a wall the last is that on the wall.
     """
 
     time: FloatArray
     displacement: FloatArray
     velocity: FloatArray
     contact_force: FloatArray
-    wall_force: FloatArray | None = None
 
 
 MOST_FRAMES = 1_000_000
@@ -125,13 +122,8 @@ class Recorder:
         self, time: FloatArray, length: float = 1.0, velocity: float = 1.0, force: float = 1.0
     ) -> History:
         """Return the history in SI units; the arguments are the units of the samples in SI."""
-        contacts, forces = self.displacement.shape[1] - 1, self.contact_force * force
         return History(
-            time,
-            self.displacement * length,
-            self.velocity * velocity,
-            forces[:, :contacts],
-            forces[:, contacts] if forces.shape[1] > contacts else None,
+            time, self.displacement * length, self.velocity * velocity, self.contact_force * force
         )
 
 

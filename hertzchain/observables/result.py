@@ -83,28 +83,12 @@ class LostDigits:
     bound: float
 
 
-def peaks_of_result(
-    scene: Scene, force: FloatArray, time: FloatArray, passed: NDArray[np.bool_]
-) -> dict[str, Any]:
-    """Return the peak fields of a ``Result`` from the peaks of all contacts, a wall's the last."""
-    contacts = scene.chain.granules - 1
-    peaks: dict[str, Any] = {
-        "peak_force": force[:contacts],
-        "peak_time": time[:contacts],
-        "peak_passed": passed[:contacts],
-    }
-    if scene.wall is not None:
-        peaks |= {
-            "wall_peak_force": float(force[contacts]),
-            "wall_peak_time": float(time[contacts]),
-            "wall_peak_passed": bool(passed[contacts]),
-        }
-    return peaks
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class Result(ShownRun):
     """Result of one backend for one scene.
+
+    Contacts have the paper's numbers, 2 ... N; with a wall there is one more, contact N + 1,
+    between granule N and the wall.
 
     Parameters
     ----------
@@ -117,10 +101,10 @@ class Result(ShownRun):
     steps, force_evaluations
         Cost of the run itself, without the runs that estimate its error.
     peak_force, peak_time
-        Peaks of contacts 2 ... N (the paper's numbers) [N] and their times [s], shape (N - 1,).
-        True maxima, not the largest samples; the time is NaN where a contact was never pressed.
+        Peaks of all contacts [N] and their times [s], shape (contacts,). True maxima, not the
+        largest samples; the time is NaN where a contact was never pressed.
     peak_passed
-        Whether the force of a contact fell again before the run ended, shape (N - 1,).
+        Whether the force of a contact fell again before the run ended, shape (contacts,).
     error_estimate
         Upper bound of the relative error of every peak of at least 1e-3 of the largest, against
         the exact solution of Eq. 1: steps, interpolation and round-off.
@@ -142,9 +126,6 @@ class Result(ShownRun):
     scheme
         Integration scheme, by the name of native's methods; empty for any other. Velocity Verlet's
         work on the ramps has a known error.
-    wall_peak_force, wall_peak_time, wall_peak_passed
-        Peak of the contact with the wall [N], its time [s], and whether the force fell again; None
-        at a free end.
     compile_time
         Time spent compiling kernels [s]; 0 where an earlier run has kept them.
     first_pulses
@@ -173,26 +154,16 @@ class Result(ShownRun):
     watching_share: float | None = None
     lost_digits: LostDigits | None = None
     scheme: str = ""
-    wall_peak_force: float | None = None
-    wall_peak_time: float | None = None
-    wall_peak_passed: bool | None = None
     compile_time: float = 0.0
     first_pulses: FirstPulses | None = None
     errors: ContactErrors | None = None
 
     @property
-    def all_peaks(self) -> FloatArray:
-        """Peak forces of all contacts [N], shape (contacts,); the last may be that on the wall."""
-        if self.wall_peak_force is None:
-            return self.peak_force
-        return np.append(self.peak_force, self.wall_peak_force)
-
-    @property
     def static_force(self) -> FloatArray | None:
-        """Force of each contact at the start [N], shape (N - 1,); None without a static load."""
+        """Force of each contact at the start [N], shape (contacts,); None without a static load."""
         if self.scene.precompression is None:
             return None
-        return self.scene.granules.static_force[: self.peak_force.size]
+        return self.scene.granules.static_force
 
     @cached_property
     def transition_granules(self) -> int | None:
@@ -221,13 +192,21 @@ class Result(ShownRun):
     @property
     def overlap_ratio(self) -> float:
         """Largest overlap over the radius R; Hertz's law holds for small overlaps."""
-        return largest_overlap_ratio(self.scene, self.all_peaks)
+        return largest_overlap_ratio(self.scene, self.peak_force)
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """Validity warnings; usually empty."""
         found = [] if (warning := overlap_warning(self.overlap_ratio)) is None else [warning]
-        if self.error_estimate > ROUGH:
+        if self.first_pulses is not None and self.errors is not None:
+            unsure = int(np.count_nonzero(self.errors.peak > ROUGH))
+            if unsure:
+                found.append(
+                    f"the largest force of {unsure} of {self.contact.size} contacts may be off by"
+                    " more than 1 %, as peak_error tells: repeated collisions amplify errors, but"
+                    " not those of first pulses"
+                )
+        elif self.error_estimate > ROUGH:
             found.append(
                 f"the peaks may be off by {self.error_estimate:.0%}, and p and all that follows"
                 " from them may be wrong: take a smaller dt, or rtol instead"
@@ -249,17 +228,24 @@ class Result(ShownRun):
         """
         if self.scene.is_plain:
             return ()
-        passed = np.append(self.peak_passed, self.wall_peak_passed is not False)
-        names = [*(f"contact {number}" for number in self.contact.tolist()), "the wall"]
-        peaks = np.append(self.peak_force, 0.0)[: passed.size]
-        peaks[-1] = self.wall_peak_force or 0.0
-        waiting = ~passed & (judged_contacts(peaks, ESTIMATED) | (peaks == 0))
-        return tuple(name for name, is_late in zip(names, waiting, strict=True) if is_late)
+        peaks = self.peak_force
+        waiting = ~self.peak_passed & (judged_contacts(peaks, ESTIMATED) | (peaks == 0))
+        return tuple(self.scene.contact_name(number) for number in self.contact[waiting].tolist())
 
     @property
     def contact(self) -> NDArray[np.int_]:
-        """Numbers of the contacts as in the paper, 2 ... N, shape (N - 1,)."""
+        """Numbers of the contacts, 2 ... N, or to N + 1 with a wall, shape (contacts,)."""
         return np.arange(2, self.peak_force.size + 2)
+
+    def peak_at(self, contact: int) -> float:
+        """Peak force of one contact [N], by its number as in ``contact``.
+
+        Raises
+        ------
+        SceneError
+            If there is no such contact.
+        """
+        return float(self.peak_force[self._place_of(contact)])
 
     def force_at(self, contact: int) -> FloatArray:
         """Force over time in one contact [N], shape (times,), at the times ``history.time``.
@@ -271,7 +257,8 @@ class Result(ShownRun):
         Parameters
         ----------
         contact
-            By the paper's number, 2 ... N: contact i lies between granules i - 1 and i.
+            Its number as in ``contact``: contact i lies between granules i - 1 and i, and contact
+            N + 1 between granule N and the wall.
 
         Raises
         ------
@@ -281,19 +268,25 @@ class Result(ShownRun):
         if self.history is None:
             allowed = "there is none: run with record = a number of frames, or times"
             raise SceneError("history", None, allowed)
+        return self.history.contact_force[:, self._place_of(contact)]
+
+    def _place_of(self, contact: int) -> int:
+        """Return the place of a contact in arrays; a SceneError where there is no such contact."""
         last = self.peak_force.size + 1
         is_there = isinstance(contact, Integral) and 2 <= contact <= last
         allowed = (
             f"must be a whole number from 2 to {last}: contact 2 lies between granules 1 and 2"
         )
+        if self.scene.wall is not None:
+            allowed += f", contact {last} at the wall"
         require(is_there, "contact", contact, allowed)
-        return self.history.contact_force[:, contact - 2]
+        return contact - 2
 
     def to_frame(self) -> pandas.DataFrame:
         """Return a table with one row per contact: contact, peak_force_N, peak_time_s.
 
         With a static load, the further columns are static_force_N and dynamic_force_N (peak less
-        static force).
+        static force); with first pulses, those of ``first_columns``.
         """
         import pandas
 
@@ -305,17 +298,41 @@ class Result(ShownRun):
         if self.static_force is not None:
             columns["static_force_N"] = self.static_force
             columns["dynamic_force_N"] = self.peak_force - self.static_force
-        return pandas.DataFrame(columns)
+        return pandas.DataFrame({**columns, **self.first_columns})
 
-    def _of_terms(self) -> dict[str, Any]:
-        """Return the JSON fields of scenes with a static load or a wall."""
-        found: dict[str, Any] = {}
-        if self.static_force is not None:
-            found["static_force_N"] = self.static_force.tolist()
-        if self.wall_peak_force is not None:
-            found["wall_peak_force_N"] = self.wall_peak_force
-            (found["wall_peak_time_s"],) = or_none(np.array([self.wall_peak_time]))
-        return found
+    @property
+    def peak_errors(self) -> FloatArray:
+        """Bounds of the relative errors of peaks, shape (contacts,).
+
+        ``error_estimate`` stands where nothing is known of the contact itself.
+        """
+        known = self.first_columns.get("peak_error", np.full(self.peak_force.size, np.nan))
+        return np.where(np.isnan(known), self.error_estimate, known)
+
+    @property
+    def first_columns(self) -> dict[str, FloatArray | NDArray[np.bool_]]:
+        """Columns of first pulses, (contacts,) each, and of errors; none without first pulses.
+
+        They are first_peak_force_N (dynamic: without the static force), first_peak_time_s,
+        arrival_time_s, first_width_s, is_front, is_clear, peak_error, first_peak_error and
+        arrival_error_s. NaN stands where a contact has no first pulse, no end of it was seen, or a
+        peak is too low to be judged. See ``observables.first_pulse``.
+        """
+        first, errors = self.first_pulses, self.errors
+        if first is None or errors is None or errors.first is None or errors.arrival is None:
+            return {}
+        has = np.isfinite(first.force)
+        return {
+            "first_peak_force_N": first.force,
+            "first_peak_time_s": first.time,
+            "arrival_time_s": first.arrival,
+            "first_width_s": first.width,
+            "is_front": first.is_front,
+            "is_clear": first.is_clear,
+            "peak_error": errors.peak,
+            "first_peak_error": np.where(has, errors.first, np.nan),
+            "arrival_error_s": np.where(has, errors.arrival, np.nan),
+        }
 
     def to_dict(self) -> dict[str, Any]:
         """Return the result and its scene as a JSON object; null stands for a missing value."""
@@ -323,7 +340,7 @@ class Result(ShownRun):
 
     def numbers(self) -> dict[str, Any]:
         """Return what ``to_dict`` has, without the scene, its contacts and the versions."""
-        wave = self.solitary_wave
+        wave, static = self.solitary_wave, self.static_force
         return {
             "backend": self.backend,
             "method": self.method,
@@ -335,7 +352,8 @@ class Result(ShownRun):
             "momentum_ratio": self.scene.momentum_ratio,
             "peak_force_N": self.peak_force.tolist(),
             "peak_time_s": or_none(self.peak_time),
-            **self._of_terms(),
+            **({} if static is None else {"static_force_N": static.tolist()}),
+            **{name: or_none(values) for name, values in self.first_columns.items()},
             "transition_granules": self.transition_granules,
             "solitary_wave": {
                 "peak_force_N": wave.peak_force,

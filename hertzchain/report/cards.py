@@ -123,7 +123,11 @@ def _of_result(result: Result) -> Card:
         facts.append(("recorded", f"{time.size:,} times, {time[0]:.4g} to {time[-1]:.4g} s"))
     facts += first_of("warning", result.warnings, 3)
     rows = [
-        (str(contact), number(result.peak_force[k], 9), number(result.peak_time[k], 6))
+        (
+            result.scene.contact_label(contact),
+            number(result.peak_force[k], 9),
+            number(result.peak_time[k], 6),
+        )
         for k, contact in enumerate(shown)
     ]
     return Card(

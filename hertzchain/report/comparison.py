@@ -79,7 +79,7 @@ def _peaks(
             else f"{column[k] / peak - 1:{'+.1e' if name in codes else '+.2%'}}"
             for name, column in columns.items()
         ]
-        return [str(native.contact[k]), number(peak, 9), *values, *differences]
+        return [native.scene.contact_label(k + 2), number(peak, 9), *values, *differences]
 
     return Peaks(
         "Peak force of each contact [N]; then its difference from native",
@@ -122,8 +122,8 @@ def _answers_with_terms(comparison: Comparison, row: Callable[..., list[str]]) -
     ]
     if comparison.scene.wall is not None:
         rows[:0] = [
-            row("largest force on the wall [N]", lambda run: number(run.wall_peak_force, 9)),
-            row("its time [s]", lambda run: number(run.wall_peak_time, 6)),
+            row("largest force on the wall [N]", lambda run: number(run.peak_force[-1], 9)),
+            row("its time [s]", lambda run: number(run.peak_time[-1], 6)),
         ]
     header = ["", *(LABELS[name] for name in comparison.wanted), ""]
     return Table("Wall and velocities", header, rows)
@@ -192,8 +192,8 @@ def _verdict(comparison: Comparison, of_formulas: Sequence[str]) -> Verdict:
     only_absent = bool(failed) and all(check.measured is None for check in failed)
     ran = [name for name in comparison.wanted if name in results and name != "native"]
     if not failed and ran:
-        peaks = [results[name].all_peaks for name in ran]
-        off = max(largest_difference(found, comparison.native.all_peaks) for found in peaks)
+        peaks = [results[name].peak_force for name in ran]
+        off = max(largest_difference(found, comparison.native.peak_force) for found in peaks)
         who = " and ".join(LABELS[name] for name in ran)
         sentence = (
             f"All {len(checks)} checks passed. Peaks by {who} differ from those of native by"

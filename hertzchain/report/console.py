@@ -6,6 +6,7 @@ import io
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
 from rich.table import Table
 from rich.text import Text
 
@@ -61,17 +62,21 @@ def print_run(console: Console, result: Result, others: str = "shown by --json")
     console.print(describe(result.scene), style="bold")
     shown = shown_contacts(result)
     static = result.static_force
+    first = result.first_pulses
     rows = [
         (
-            str(contact),
-            known_digits(result.peak_force[k], result.error_estimate),
+            result.scene.contact_label(contact),
+            known_digits(result.peak_force[k], result.peak_errors[k]),
             *(() if static is None else (number(static[k], 7),)),
             number(result.peak_time[k], 6),
+            *(() if first is None else _first_pulse(result, k)),
             "" if result.peak_passed[k] else "not peaked yet",
         )
         for k, contact in enumerate(shown)
     ]
     header = ["contact", "peak force [N]", "peak time [s]", ""]
+    if first is not None:
+        header[3:3] = ["first pulse [N]", "arrival [s]", "width [s]"]
     if static is not None:
         header.insert(2, "static force [N]")
     console.print(table(header, rows))
@@ -79,6 +84,7 @@ def print_run(console: Console, result: Result, others: str = "shown by --json")
     facts = [
         *(wave_facts(result) if result.scene.is_plain else facts_of_terms(result)),
         ("error of the peaks, at most", f"{result.error_estimate:.1e}"),
+        *_first_facts(result),
         ("largest overlap", f"{result.overlap_ratio:.2g} radii"),
         ("cost", cost(result)),
     ]
@@ -86,6 +92,31 @@ def print_run(console: Console, result: Result, others: str = "shown by --json")
         facts.append(("computed as", similar))
     print_facts(console, facts)
     _print_remarks(console, *result.warnings)
+
+
+def _first_pulse(result: Result, k: int) -> tuple[str, str, str]:
+    """Return force, arrival and width of the first pulse of a contact; empty where it has none."""
+    known = result.first_columns
+    if np.isnan(known["first_peak_force_N"][k]):
+        return "", "", ""
+    width = known["first_width_s"][k]
+    return (
+        known_digits(known["first_peak_force_N"][k], known["first_peak_error"][k]),
+        number(known["arrival_time_s"][k], 6),
+        "not over yet" if np.isnan(width) else number(width, 6),
+    )
+
+
+def _first_facts(result: Result) -> list[tuple[str, str]]:
+    """Return the largest errors of first pulses; nothing where they were not asked for."""
+    known = result.first_columns
+    if not known or not np.isfinite(known["first_peak_error"]).any():
+        return []
+    force, arrival = (np.nanmax(known[key]) for key in ("first_peak_error", "arrival_error_s"))
+    return [
+        ("error of first pulses, at most", f"{force:.1e}"),
+        ("error of arrivals, at most", with_unit(float(arrival), "s", 0.1)),
+    ]
 
 
 def wave_facts(result: Result) -> list[tuple[str, str]]:

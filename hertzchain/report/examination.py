@@ -147,8 +147,7 @@ def _small(check: DeckCheck) -> Finding:
 
 def _peaks(examination: DeckExamination) -> Peaks:
     native, given = examination.reference, examination.peak_force
-    size = native.peak_force.size
-    judged = examination.judged[:size] & np.isfinite(given)
+    judged = examination.judged & np.isfinite(given)
     pressed = np.where(native.peak_force > 0, native.peak_force, np.nan)
     off = given / pressed - 1
     failed = np.flatnonzero(judged & ~(np.abs(off) <= examination.tolerance))
@@ -156,7 +155,7 @@ def _peaks(examination: DeckExamination) -> Peaks:
     def row(k: int) -> list[str]:
         passed = "pass" if abs(off[k]) <= examination.tolerance else "FAIL"
         return [
-            str(native.contact[k]),
+            native.scene.contact_label(k + 2),
             number(given[k], 9),
             number(native.peak_force[k], 9),
             "" if np.isnan(off[k]) else f"{off[k]:+.1e}",

@@ -23,13 +23,11 @@ def describe(scene: Scene) -> str:
 def facts_of_terms(result: Result) -> list[tuple[str, str]]:
     """Return facts of a scene with terms: force on the wall, velocities, end of the run."""
     facts = []
-    if result.wall_peak_force is not None:
-        at = "" if np.isnan(result.wall_peak_time or 0.0) else f" at {result.wall_peak_time:.6g} s"
+    if result.scene.wall is not None:
+        force, time = result.peak_force[-1], result.peak_time[-1]
+        at = "" if np.isnan(time) else f" at {time:.6g} s"
         facts.append(
-            (
-                "largest force on the wall",
-                f"{known_digits(result.wall_peak_force, result.error_estimate)} N{at}",
-            )
+            ("largest force on the wall", f"{known_digits(force, result.peak_errors[-1])} N{at}")
         )
     first, last = (f"{v:.3g} m/s" for v in (result.velocity[0], result.velocity[-1]))
     if np.isfinite(result.velocity[0]):
@@ -84,6 +82,8 @@ def number(value: float | None, digits: int) -> str:
 
 def known_digits(value: float | None, error: float, most: int = 9) -> str:
     """Return a number with the digits that its relative error leaves, the last one uncertain."""
+    if error >= 1:
+        return "no digit"
     if value is None or np.isnan(value) or value == 0:
         return number(value, most)
     digits = int(np.clip(1 - np.ceil(np.log10(max(error, 1e-16))), 1, most))

@@ -48,7 +48,11 @@ def figure_of(document: Document) -> Picture:
         above.plot(contact, values, fillstyle="none", **look)
         off = differences[name]
         below.semilogy(contact, np.where(off > 0, off, np.nan), **look)
-    _draw_wall(above, below, document)
+    if native.scene.wall is not None:
+        above.plot(
+            contact[-1:], native.peak_force[-1:], "s", color=style.COLOURS["native"],
+            fillstyle="none", markersize=9, label="wall",
+        )  # fmt: skip
     for name, label, value in document.lines:
         line = ":" if name == "native" else "--"
         below.axhline(value, color=style.COLOURS[name], linewidth=0.8, linestyle=line, label=label)
@@ -68,25 +72,6 @@ def figure_of(document: Document) -> Picture:
         axes.legend(fontsize=8)
         axes.grid(alpha=0.25)
     return figure
-
-
-def _draw_wall(above: Axes, below: Axes, document: Document) -> None:
-    """Draw the largest force on a wall and its differences behind the last contact, if any."""
-    wall = document.native.wall_peak_force
-    if wall is None:
-        return
-    place = document.native.contact[-1] + 1
-    colour = style.COLOURS["native"]
-    above.plot(place, wall, "s", color=colour, fillstyle="none", markersize=9, label="wall")
-    for name in document.drawn:
-        found = document.results[name].wall_peak_force if name in document.results else None
-        if found is None:
-            continue
-        look: dict[str, Any] = {"color": style.COLOURS[name], "marker": style.MARKERS[name]}
-        look |= {"markersize": 4.5, "linestyle": "none"}
-        above.plot(place, found, fillstyle="none", **look)
-        if wall > 0 and found != wall:
-            below.semilogy(place, abs(found / wall - 1), **look)
 
 
 def _limits(document: Document) -> tuple[float, float]:

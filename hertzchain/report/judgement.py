@@ -65,7 +65,7 @@ def _peaks(judgement: Judgement, failed: NDArray[np.intp]) -> Peaks:
     def row(k: int) -> list[str]:
         one = rows[k]
         return [
-            str(one["contact"]),
+            judgement.reference.scene.contact_label(k + 2),
             number(one["given_N"], 9),
             number(one["reference_N"], 9),
             "" if one["difference"] is None else f"{one['difference']:+.1e}",
@@ -95,7 +95,8 @@ def _cases(judgement: Judgement) -> tuple[Case, ...]:
     pressed = judged_peaks(judgement.reference, judgement.given)
     allowed = np.zeros(pressed.size) if judgement.sampling is None else judgement.sampling
     for contact_at, row in enumerate(judgement.rows):
-        contact, given, reference = f"contact {row['contact']}", row["given_N"], row["reference_N"]
+        contact = judgement.reference.scene.contact_name(contact_at + 2)
+        given, reference = row["given_N"], row["reference_N"]
         assert reference is not None
         if row["passed"] is None:
             why_not = "no peak was given" if given is None else "pressed too little to be judged"

@@ -34,7 +34,11 @@ def recorded(result: Result) -> History:
 
 
 def recorded_below(
-    result: Result, *, says_how_many: bool = True, writes_motion: bool = True
+    result: Result,
+    numbers: Sequence[int] | None = None,
+    *,
+    says_how_many: bool = True,
+    writes_motion: bool = True,
 ) -> str | None:
     """A sentence where the largest recorded forces stay below the peaks, else None.
 
@@ -44,24 +48,26 @@ def recorded_below(
     ----------
     result
         A run with recorded times.
+    numbers
+        The contacts that are looked at, by default all.
     says_how_many
         Whether the sentence advises a number of times; no where another one does.
     writes_motion
         Whether the motion is written with -o.
     """
-    history, peaks = recorded(result), result.all_peaks
-    forces = history.contact_force
-    if history.wall_force is not None:
-        forces = np.column_stack([forces, history.wall_force])
+    history, peaks = recorded(result), result.peak_force
     counts = judged_contacts(peaks, ESTIMATED)
+    if numbers is not None:
+        counts &= np.isin(result.contact, numbers)
     if not counts.any():
         return None
-    below = np.where(counts, 1 - np.max(forces, axis=0) / np.where(counts, peaks, 1), 0)
+    below = np.where(
+        counts, 1 - np.max(history.contact_force, axis=0) / np.where(counts, peaks, 1), 0
+    )
     worst = int(np.argmax(below))
     if not below[worst] > _REMARKED:
         return None
-    number = worst + 2
-    where = "the wall" if number > result.contact[-1] else f"contact {number}"
+    where = result.scene.contact_name(worst + 2)
     advice = [f"--record {4 * history.time.size} comes closer"] if says_how_many else []
     advice += ["-o without --record writes the peaks"] if writes_motion else []
     return (
@@ -75,7 +81,6 @@ def at_times(result: Result, times: FloatArray) -> Result:
     """A result with the recorded times, of more, that are among these [s]."""
     history = recorded(result)
     kept = np.isin(history.time, times)
-    wall = history.wall_force
     return replace(
         result,
         history=History(
@@ -83,7 +88,6 @@ def at_times(result: Result, times: FloatArray) -> Result:
             history.displacement[kept],
             history.velocity[kept],
             history.contact_force[kept],
-            None if wall is None else wall[kept],
         ),
     )
 
@@ -100,11 +104,10 @@ def motion_arrays(result: Result, numbers: Sequence[int] | None = None) -> dict[
     applied = result.scene.applied_force(history.time)
     displacement, velocity = history.displacement, history.velocity
     force = np.column_stack([applied, history.contact_force])
-    if history.wall_force is not None:
+    if result.scene.wall is not None:
         still = np.zeros(history.time.size)
         displacement = np.column_stack([displacement, still])
         velocity = np.column_stack([velocity, still])
-        force = np.column_stack([force, history.wall_force])
     granule = np.arange(1, force.shape[1] + 1)
     kept = granule if numbers is None else np.asarray(numbers)
     return {

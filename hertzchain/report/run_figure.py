@@ -96,13 +96,13 @@ def _draw_peaks(axes: Axes, result: Result) -> None:
     from matplotlib.ticker import MaxNLocator
 
     marker = style.MARKERS["native"] if result.contact.size <= _MARKED else ""
-    peaks, colour = result.all_peaks, style.COLOURS.get(result.backend, style.COLOURS["native"])
-    contact = np.arange(2, peaks.size + 2)
+    colour = style.COLOURS.get(result.backend, style.COLOURS["native"])
+    contact, peaks = result.contact, result.peak_force
     axes.plot(contact, peaks, marker=marker, color=colour, markersize=3.5, linewidth=1.0)
     static = result.static_force
     if static is not None:
-        axes.plot(result.contact, static, color="0.5", linewidth=1.0, label="static force")
-    if result.wall_peak_force is not None:
+        axes.plot(contact, static, color="0.5", linewidth=1.0, label="static force")
+    if result.scene.wall is not None:
         axes.plot(contact[-1:], peaks[-1:], "s", color=colour, fillstyle="none", label="wall")
     if len(axes.lines) > 1:
         axes.legend(fontsize=8)
@@ -137,7 +137,7 @@ def _draw_forces(axes: Axes, result: Result, contacts: Sequence[int], unit: floa
     spread = Normalize(*ends)
     for k, contact in enumerate(contacts):
         time, force = with_peak(result, contact)
-        label = f"contact {contact}" if contact <= result.contact[-1] else "wall"
+        label = result.scene.contact_name(contact)
         shade = shades(spread(k if few else contact))
         axes.plot(time / unit, force, color=shade, linewidth=1.2, label=label)
     drawn = np.concatenate([np.asarray(line.get_ydata(), np.float64) for line in axes.lines])
@@ -166,14 +166,10 @@ def _draw_map(axes: Axes, result: Result, unit: float) -> None:
     from matplotlib.ticker import MaxNLocator
 
     history = recorded(result)
-    force = history.contact_force
-    if history.wall_force is not None:
-        force = np.column_stack([force, history.wall_force])
-    contact = np.arange(2, force.shape[1] + 2)
     shown = axes.pcolormesh(
         history.time / unit,
-        contact,
-        force.T,
+        result.contact,
+        history.contact_force.T,
         cmap=style.force_colours(),
         shading="nearest",
         rasterized=True,

@@ -46,8 +46,8 @@ def force_limits(smallest: float, largest: float) -> tuple[float, float]:
 def peak_limits(result: Result) -> tuple[float, float]:
     """Ends of an axis of the peaks of a run [N], which are never below its static forces."""
     static = result.static_force
-    smallest = 0.0 if static is None else float(np.min([*static, *result.all_peaks]))
-    return force_limits(smallest, float(np.max(result.all_peaks)))
+    smallest = 0.0 if static is None else float(np.min([*static, *result.peak_force]))
+    return force_limits(smallest, float(np.max(result.peak_force)))
 
 
 def force_colours() -> Colormap:

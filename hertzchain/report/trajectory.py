@@ -114,7 +114,6 @@ def frames(result: Result) -> Iterator[Atoms]:
     span = (sites[-1] + granules.radius[-1] + granules.radius[0]) / length
     masses = masses / mass
     applied = scene.applied_force(history.time)
-    on_wall = np.zeros(applied.size) if history.wall_force is None else history.wall_force
     for k, time in enumerate(history.time.tolist()):
         frame = Atoms(
             numbers=np.zeros(count, int),
@@ -131,7 +130,8 @@ def frames(result: Result) -> Iterator[Atoms]:
             },
         )
         moving = _along_x(history.velocity[k] / velocity)
-        known = np.concatenate([applied[k : k + 1], history.contact_force[k]]) / force
+        pressed = np.concatenate([applied[k : k + 1], history.contact_force[k]]) / force
+        known = pressed[:count]
         frame.set_array("radius", radius)
         frame.set_array("displacement", _along_x(history.displacement[k] / length))
         frame.set_array("velocity", moving)
@@ -142,7 +142,7 @@ def frames(result: Result) -> Iterator[Atoms]:
         # Not ``forces``: on reading, ASE makes a calculator from these, and copies the frame.
         # Contact i pushes granule i forwards and granule i - 1 back; only a wall is behind the last
         # granule.
-        ahead = np.append(known[1:], on_wall[k] / force)
+        ahead = np.append(pressed[1:], 0.0)[:count]
         frame.set_array("force", _along_x(known - ahead + granules.constant_force / force))
         frame.set_masses(masses)
         frame.set_velocities(moving)

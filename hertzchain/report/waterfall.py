@@ -162,11 +162,13 @@ def waterfall(results: Mapping[str, Result]) -> Plot | None:
         for place, contact in enumerate(drawn, start=1):
             curve, peak = with_peak(result, contact), float(native.peak_time[contact - 2])
             more = {"line": style, "legendgroup": key, "showlegend": place == 1}
-            traces.append(scale.trace(place, f"contact {contact}", LABELS[key], curve, peak) | more)
+            traces.append(
+                scale.trace(place, scene.contact_name(contact), LABELS[key], curve, peak) | more
+            )
     first = "striker" if scene.striker else "piston" if scene.piston else "shock"
     y = axis("contact", tickvals=list(range(len(drawn) + 1)))
     y |= {
-        "ticktext": [first, *map(str, drawn)],
+        "ticktext": [first, *map(scene.contact_label, drawn)],
         "range": [-0.4, len(drawn) + 1.9],
     }
     if long:
@@ -198,20 +200,14 @@ def _shock_times(scene: Scene) -> FloatArray:
 
 
 def with_peak(result: Result, contact: int) -> tuple[FloatArray, FloatArray]:
-    """Times [s] and contact forces [N] of a contact, or of the wall, with its peak between them."""
-    history, k = result.history, contact - 2
-    assert history is not None
-    time, peak_time = history.time, result.peak_time
-    if k < peak_time.size:
-        force = history.contact_force[:, k]
-    else:
-        assert history.wall_force is not None
-        assert result.wall_peak_time is not None
-        force, peak_time = history.wall_force, np.append(peak_time, result.wall_peak_time)
-    if np.isnan(peak_time[k]) or peak_time[k] in time:
+    """Times [s] and contact forces [N] of a contact with its peak between them."""
+    assert result.history is not None
+    time, force = result.history.time, result.force_at(contact)
+    peak_time = result.peak_time[contact - 2]
+    if np.isnan(peak_time) or peak_time in time:
         return time, force
-    at = int(np.searchsorted(time, peak_time[k]))
-    return np.insert(time, at, peak_time[k]), np.insert(force, at, result.all_peaks[k])
+    at = int(np.searchsorted(time, peak_time))
+    return np.insert(time, at, peak_time), np.insert(force, at, result.peak_at(contact))
 
 
 def _rounded(value: float, digits: int = 7) -> float:

@@ -178,6 +178,19 @@ class Scene(Shown):
         held = self.wall, self.precompression, self.contact
         return granules_of(self.chain, self.shock, *held)
 
+    @property
+    def last_contact(self) -> int:
+        """Number of the last contact: N, or N + 1, that with the wall."""
+        return self.chain.granules + (self.wall is not None)
+
+    def contact_label(self, contact: int) -> str:
+        """Return what a table calls a contact: its number, or the wall."""
+        return "wall" if contact > self.chain.granules else str(contact)
+
+    def contact_name(self, contact: int) -> str:
+        """Return what a sentence calls a contact."""
+        return "the wall" if contact > self.chain.granules else f"contact {contact}"
+
     @functools.cached_property
     def _shock_units(self) -> NaturalUnits:
         """The natural units of the first contact under the shock alone."""

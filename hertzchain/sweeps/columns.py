@@ -18,6 +18,7 @@ from hertzchain.theory.peak_map import FAR_FIELD_ERROR, PEAK_ERROR
 if TYPE_CHECKING:
     from hertzchain.engines.native import Batch
     from hertzchain.observables.result import Result
+    from hertzchain.scene.scene import Scene
     from hertzchain.theory import Prediction
 
 
@@ -191,18 +192,25 @@ _OF_WAVES = (
 _LAST_PEAK = Column(
     "last_peak_force_N",
     "peak force of contact N [N]",
-    of_result=lambda found: float(found.peak_force[-1]),
+    of_result=lambda found: found.peak_at(found.scene.chain.granules),
 )
+
+
+def _of_wall(scene: Scene, values: FloatArray) -> float | None:
+    """Return the value of the contact with the wall; None without a wall."""
+    return None if scene.wall is None else float(values[-1])
+
+
 _FOUND_WITH_WALL = (
     Column(
         "wall_peak_force_N",
         "peak force on the wall [N]",
-        of_result=lambda found: found.wall_peak_force,
+        of_result=lambda found: _of_wall(found.scene, found.peak_force),
     ),
     Column(
         "wall_peak_time_s",
         "time of the peak force on the wall [s]",
-        of_result=lambda found: found.wall_peak_time,
+        of_result=lambda found: _of_wall(found.scene, found.peak_time),
     ),
 )
 CUT_OFF = Column(

@@ -111,8 +111,7 @@ class Case:
         from hertzchain.engines.native import damped_runs
 
         run = damped_runs.simulate_damped(scene, _TOLERANCE, self.deadline)
-        between = scene.chain.granules - 1  # a wall's contact is the last
-        return np.asarray(run.peak_force[:between] * scene.units.force)
+        return np.asarray(run.peak_force * scene.units.force)
 
     def fit(self, made: Callable[[float], FloatArray], trials: Sequence[float]) -> Found:
         """Fit the parameter of a mistake that makes peaks [N].

@@ -59,7 +59,7 @@ class Judgement(ShownVerdict):
     reference
         Result of the native reference method.
     given
-        The given peaks [N], shape (N - 1,); NaN where none was given.
+        The given peaks [N], shape (contacts,); NaN where none was given.
     tolerance
         Largest relative difference that passes.
     cause
@@ -77,8 +77,8 @@ class Judgement(ShownVerdict):
         the highest samples; None if a step was given, nothing is wrong, or no step fits.
     sampling
         Relative error of the given peaks by the distance of the samples that they come from, shape
-        (N - 1,): it adds to the tolerance, and contacts where it is larger are not judged. None for
-        peaks that are not from samples.
+        (contacts,): it adds to the tolerance, and contacts where it is larger are not judged. None
+        for peaks that are not from samples.
     """
 
     reference: Result
@@ -93,7 +93,7 @@ class Judgement(ShownVerdict):
 
     @property
     def difference(self) -> FloatArray:
-        """Relative differences from the reference, shape (N - 1,); NaN where there is none."""
+        """Relative differences from the reference, shape (contacts,); NaN where there is none."""
         expected = self.reference.peak_force
         pressed = expected > 0
         ratio = self.given / np.where(pressed, expected, 1.0)
@@ -101,13 +101,13 @@ class Judgement(ShownVerdict):
 
     @property
     def judged(self) -> NDArray[np.bool_]:
-        """Contacts that were given and are pressed enough to be judged, shape (N - 1,)."""
+        """Contacts that were given and are pressed enough to be judged, shape (contacts,)."""
         judged = judged_peaks(self.reference, self.given)
         return judged if self.sampling is None else judged & (self.sampling <= self.tolerance)
 
     @property
     def passed(self) -> NDArray[np.bool_]:
-        """Judged contacts within the tolerance, shape (N - 1,)."""
+        """Judged contacts within the tolerance, shape (contacts,)."""
         allowed = self.tolerance + (0.0 if self.sampling is None else self.sampling)
         return self.judged & (np.abs(self.difference) <= allowed)
 
@@ -210,10 +210,10 @@ def judged(
     scene: Scene, peak_force: ArrayLike, tolerance: float, dt: float | None,
     sampling: FloatArray | None, time_limit: float, report_progress: Callable[[str], object],
 ) -> Judgement:  # fmt: skip
-    """Judge peak forces of all contacts [N], shape (N - 1,), as ``hertzchain.judge`` does.
+    """Judge peak forces of all contacts [N], shape (contacts,), as ``hertzchain.judge`` does.
 
-    ``sampling`` is the relative error of each by the distance of its samples, shape (N - 1,): see
-    ``Judgement``.
+    ``sampling`` is the relative error of each by the distance of its samples, shape (contacts,):
+    see ``Judgement``.
     """
     allowed = "must be a number above 0 and below 1"
     require(is_positive(tolerance) and tolerance < 1, "tolerance", tolerance, allowed)
@@ -255,13 +255,13 @@ def judged(
 
 
 def judged_peaks(reference: Result, given: FloatArray) -> NDArray[np.bool_]:
-    """Return contacts that have a peak and are pressed enough to be judged, shape (N - 1,)."""
+    """Return contacts that have a peak and are pressed enough to be judged, shape (contacts,)."""
     return np.logical_and(np.isfinite(given), judged_contacts(reference.peak_force))
 
 
 def _given(scene: Scene, given: ArrayLike) -> FloatArray:
     """Return checked peaks of all contacts [N], NaN for missing ones."""
-    contacts = scene.chain.granules - 1
+    contacts = scene.last_contact - 1
     allowed = f"must be a file, a mapping from contacts, or an array of {contacts} forces"
     try:
         values = np.asarray(given, np.float64)

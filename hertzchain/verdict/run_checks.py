@@ -127,7 +127,7 @@ def same_steps_checks(result: Result, time_limit: float = TIME_LIMIT) -> list[Ch
     measured = (
         _largest(result.displacement / units.length, twin.state.displacement, least),
         _largest(result.velocity / units.velocity, twin.state.velocity, least),
-        largest_difference(result.all_peaks / units.force, expected),
+        largest_difference(result.peak_force / units.force, expected),
     )
     remark = ""
     reason = "same scheme, same steps: only round-off may differ, and it adds up over the steps"
@@ -142,7 +142,7 @@ def same_steps_checks(result: Result, time_limit: float = TIME_LIMIT) -> list[Ch
     places = (
         f"granule {farthest(result.displacement / units.length, twin.state.displacement) + 1}",
         f"granule {farthest(result.velocity / units.velocity, twin.state.velocity) + 1}",
-        f"contact {_farthest_peak(result.all_peaks / units.force, expected)}",
+        f"contact {_farthest_peak(result.peak_force / units.force, expected)}",
     )
     checks = []
     for kind, difference, tolerance, place in zip(
@@ -242,11 +242,11 @@ def reference_check(result: Result, reference: Result) -> Check:
     return within(
         PEAKS,
         result.backend,
-        largest_difference(result.all_peaks, reference.all_peaks),
+        largest_difference(result.peak_force, reference.peak_force),
         0.0,
         result.error_estimate + reference.error_estimate,
         "its own error estimate plus that of the reference; largest at contact"
-        f" {_farthest_peak(result.all_peaks, reference.all_peaks)}",
+        f" {_farthest_peak(result.peak_force, reference.peak_force)}",
     )
 
 
@@ -289,7 +289,7 @@ def as_written_check(reference: Result, time_limit: float = TIME_LIMIT) -> Check
             reason = "its own error estimate plus that of SciPy with a wanted accuracy of 1e-6"
     except RunFailed as problem:
         return unmeasured(AS_WRITTEN, reference.backend, str(problem))
-    measured = np.asarray(reference.all_peaks / scene.units.force)
+    measured = np.asarray(reference.peak_force / scene.units.force)
     return within(
         AS_WRITTEN,
         reference.backend,
@@ -318,7 +318,7 @@ def balance_checks(result: Result) -> list[Check]:
     momentum += error if any(inexact.values()) else 0.0
     by_piston = 0.0  # work of the largest force all the time
     if piston is not None:
-        pushed = float(np.max(result.all_peaks))
+        pushed = float(np.max(result.peak_force))
         by_piston = pushed * piston.distance(scene.end_time)
         given += pushed * scene.end_time
         energy += 2 * error * by_piston

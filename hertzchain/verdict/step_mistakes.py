@@ -39,7 +39,7 @@ def velocity_verlet(
     scene: Scene, legs: Sequence[Leg], deadline: Deadline
 ) -> tuple[FloatArray, FloatArray]:
     """Return peaks by velocity Verlet [N]: interpolated maxima, and the highest samples."""
-    unit, between = scene.units, slice(scene.chain.granules - 1)  # a wall's contact is the last
+    unit = scene.units
     run = simulate(scene, legs, _VERLET.walker, deadline=deadline)
     starts = np.concatenate([leg.start + leg.dt * np.arange(leg.steps) for leg in legs])
     nodes = np.append(starts, legs[-1].end) / unit.time
@@ -49,7 +49,7 @@ def velocity_verlet(
     recorder = Recorder(np.unique(nodes[near]), scene.chain.granules, scene.wall is not None)
     simulate(scene, legs, _VERLET.walker, recorder, deadline=deadline)
     sampled = np.max(recorder.contact_force, axis=0, initial=0.0)
-    return run.peaks.force[between] * unit.force, sampled[between] * unit.force
+    return run.peaks.force * unit.force, sampled * unit.force
 
 
 def _past_corners(scene: Scene, dt: float) -> list[Leg] | None:

@@ -137,7 +137,7 @@ def tradeoff(
     for contender in running * _ROUNDS:
         report_progress(contender.name)
         try:
-            for row in measured(contender, scene, truth.all_peaks, enough):
+            for row in measured(contender, scene, truth.peak_force, enough):
                 before = found.setdefault(row.setting, row)
                 found[row.setting] = min(before, row, key=lambda row: row.wall_time)
         except BackendMissing as problem:
@@ -158,7 +158,7 @@ def _truth(scene: Scene) -> tuple[Result, float]:
         return truth, truth.error_estimate
     truth = Native("reference", TRUTH_STEP * scene.contact_time, peaks_only=True).run(scene)
     ordinary = Native("reference", peaks_only=True).run(scene)
-    return truth, largest_difference(ordinary.all_peaks, truth.all_peaks)
+    return truth, largest_difference(ordinary.peak_force, truth.peak_force)
 
 
 def _left_out(scene: Scene, engines: Sequence[str], running: Sequence[Contender]) -> Iterator[str]:

@@ -128,7 +128,7 @@ _compiled = njit(cache=True, error_model="numpy")
 
 
 @_compiled
-def _push(piece: Any, time: float) -> float:
+def push_of(piece: Any, time: float) -> float:
     if piece[4] == 0:
         return 0.0
     if piece[4] == 3:
@@ -197,7 +197,7 @@ def _step(chain: Any, start: Any, h: float, end: Any) -> None:
         now[:] = part * start.slope
         for m in range(1, parts):
             end.y[:] = start.y + now
-            push = _push(start.piece, start.time + m * part)
+            push = push_of(start.piece, start.time + m * part)
             _slope(chain, end.y, push, start.is_at, end.slope)
             for i in range(now.size):
                 before[i], now[i] = now[i], before[i] + 2 * part * end.slope[i]
@@ -208,7 +208,7 @@ def _step(chain: Any, start: Any, h: float, end: Any) -> None:
                 higher = columns[other + 1, i]
                 columns[other, i] = higher + weight * (higher - columns[other, i])
     end.y[:] = start.y + columns[0]
-    _slope(chain, end.y, _push(start.piece, start.time + h), start.is_at, end.slope)
+    _slope(chain, end.y, push_of(start.piece, start.time + h), start.is_at, end.slope)
 
 
 @_compiled
@@ -369,7 +369,7 @@ def _march(
             for i in range(contacts):
                 deepest = max(deepest, _overlap(chain, y, i))
             fastest = max(fastest, np.max(np.abs(y[size:])))
-            _slope(chain, y, _push(piece, time), is_at, slope)
+            _slope(chain, y, push_of(piece, time), is_at, slope)
             start = Start(y, slope, piece, time, is_at)
             is_last = time + 1.01 * h >= until
             if is_last:

@@ -371,8 +371,8 @@ def test_a_plot_has_the_wall_behind_the_last_contact() -> None:
     above = lines_of(comparison.plot().axes[0])
     native = comparison.native
     assert [values.tolist() for values in above["wall"]] == [
-        [native.contact[-1] + 1],
-        [native.wall_peak_force],
+        [scene.chain.granules + 1],
+        [native.peak_at(scene.chain.granules + 1)],
     ]
 
 

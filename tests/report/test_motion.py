@@ -60,11 +60,10 @@ def test_the_table_has_a_row_for_each_time_and_granule(result: hc.Result) -> Non
 def test_a_wall_is_one_more_granule_that_stands_still(on_a_wall: hc.Result) -> None:
     arrays, history = motion_arrays(on_a_wall), on_a_wall.history
     assert history is not None
-    assert history.wall_force is not None
-    assert np.max(history.wall_force) > 0
+    assert np.max(history.contact_force[:, -1]) > 0
     count = WITH_A_WALL.chain.granules
     assert arrays["granule"].tolist() == list(range(1, count + 2))
-    assert np.array_equal(arrays["contact_force_N"][:, -1], history.wall_force)
+    assert np.array_equal(arrays["contact_force_N"][:, 1:], history.contact_force)
     assert not np.any(arrays["displacement_m"][:, -1])
 
 
@@ -144,11 +143,9 @@ def test_many_contacts_have_a_colour_bar_and_the_wall_a_curve(on_a_wall: hc.Resu
     assert {"contact", "contact force [N]"} == {
         bar.get_ylabel() or bar.get_xlabel() for bar in bars
     }
-    assert on_a_wall.history is not None
-    assert on_a_wall.history.wall_force is not None
     # The wall's curve has its exact peak, too.
-    assert np.max(forces.lines[-1].get_ydata()) == on_a_wall.wall_peak_force
-    assert np.all(np.isin(on_a_wall.history.wall_force, forces.lines[-1].get_ydata()))
+    assert np.max(forces.lines[-1].get_ydata()) == on_a_wall.peak_at(21)
+    assert np.all(np.isin(on_a_wall.force_at(21), forces.lines[-1].get_ydata()))
 
 
 def test_a_colour_bar_has_the_colours_of_contacts_that_are_not_even(on_a_wall: hc.Result) -> None:
@@ -163,8 +160,7 @@ def test_a_colour_bar_has_the_colours_of_contacts_that_are_not_even(on_a_wall: h
 def test_the_wall_is_marked_among_the_peaks(on_a_wall: hc.Result) -> None:
     (marked,) = (line for line in run_figure(on_a_wall).axes[0].lines if line.get_label() == "wall")
     count = WITH_A_WALL.chain.granules
-    assert on_a_wall.wall_peak_force is not None
-    assert np.array_equal(marked.get_xydata(), [[count + 1, on_a_wall.wall_peak_force]])
+    assert np.array_equal(marked.get_xydata(), [[count + 1, on_a_wall.peak_at(count + 1)]])
 
 
 def test_a_small_wave_on_a_static_load_fills_the_panels() -> None:
@@ -215,6 +211,10 @@ def test_what_a_record_keeps_of_the_peaks_is_said(result: hc.Result) -> None:
     assert remark is not None
     assert f"contact {worst + 2} is {below[worst]:.2%} below its peak" in remark
     assert f"--record {4 * few.history.time.size} comes closer" in remark
+    others = np.delete(few.contact, worst).tolist()
+    least = recorded_below(few, others)
+    assert least is not None
+    assert f"contact {worst + 2} " not in least
     with_peaks = np.unique([*history.time, *result.peak_time])
     assert recorded_below(hc.Native(rtol=1e-6).run(result.scene, with_peaks)) is None
 

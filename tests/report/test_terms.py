@@ -53,11 +53,14 @@ def test_json_and_table_of_a_static_load_and_a_wall() -> None:
     scene = load("upright_column")
     result = hc.Native().run(scene)
     numbers = result.to_dict()
-    assert numbers["wall_peak_force_N"] == result.wall_peak_force
+    assert numbers["contacts"] == list(range(2, scene.chain.granules + 2))
+    assert numbers["peak_force_N"] == result.peak_force.tolist()
+    assert len(numbers["peak_time_s"]) == scene.chain.granules
     assert numbers["transition_granules"] is None
-    weight = 9.81 * scene.chain.granule_mass * np.arange(1, scene.chain.granules)
+    weight = 9.81 * scene.chain.granule_mass * np.arange(1, scene.chain.granules + 1)
     assert numbers["static_force_N"] == pytest.approx(weight, rel=1e-13)
     table = result.to_frame()
+    assert table["contact"].to_list() == numbers["contacts"]
     total = table["static_force_N"] + table["dynamic_force_N"]
     assert total.to_numpy() == pytest.approx(result.peak_force, rel=1e-15)
     assert "static_force_N" not in hc.Native().run(load("dimer")).to_dict()
@@ -84,11 +87,12 @@ def test_a_trajectory_shows_granules_as_they_are(tmp_path: Path) -> None:
 def test_history_of_the_force_on_a_wall() -> None:
     scene = load("striker_on_a_wall")
     result = hc.Native(rtol=1e-8).run(scene)
-    assert result.wall_peak_time is not None
-    history = hc.Native(rtol=1e-8).run(scene, record=[result.wall_peak_time]).history
-    assert history is not None
-    assert history.wall_force is not None
-    assert history.wall_force[0] == pytest.approx(result.wall_peak_force, rel=1e-8)
+    wall = scene.last_contact
+    recorded = hc.Native(rtol=1e-8).run(scene, record=[result.peak_time[-1]])
+    assert recorded.force_at(wall)[0] == pytest.approx(result.peak_at(wall), rel=1e-8)
+    for ask in (recorded.force_at, recorded.peak_at):
+        with pytest.raises(hc.SceneError, match=f"from 2 to {wall}.* {wall} at the wall"):
+            ask(wall + 1)
 
 
 def test_given_peaks_are_judged_without_a_cause() -> None:

@@ -37,9 +37,9 @@ Doctor = Callable[[hc.Result], hc.Result]
 
 def harder(result: hc.Result) -> hc.Result:
     """Pressed 1e-4 too hard in the first contact and at the wall."""
-    peaks, wall = result.peak_force.copy(), result.wall_peak_force
-    peaks[0] *= 1 + 1e-4
-    return replace(result, peak_force=peaks, wall_peak_force=wall and wall * (1 + 1e-4))
+    peaks = result.peak_force.copy()
+    peaks[[0, -1] if result.scene.wall else [0]] *= 1 + 1e-4
+    return replace(result, peak_force=peaks)
 
 
 def faster(result: hc.Result) -> hc.Result:

@@ -232,7 +232,7 @@ def impulse(result: hc.Result) -> float:
 
 def by_piston(result: hc.Result) -> tuple[float, float]:
     """Impulse [N s] and work [J] of the largest force, all the time."""
-    scene, force = result.scene, float(np.max(result.all_peaks))
+    scene, force = result.scene, float(np.max(result.peak_force))
     assert scene.piston is not None
     return force * scene.end_time, force * scene.piston.distance(scene.end_time)
 

@@ -21,7 +21,7 @@ from hertzchain.observables.contact_errors import ContactErrors, Peaks, bounds
 from hertzchain.observables.first_pulse import check_wanted
 from hertzchain.observables.history import History
 from hertzchain.observables.peaks import PeakWatch
-from hertzchain.observables.result import LostDigits, Result, peaks_of_result
+from hertzchain.observables.result import LostDigits, Result
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 from hertzchain.scene.validity import (
@@ -63,7 +63,7 @@ class Steps:
     read_every: int | None  # steps between readings, in the coarsest run; None for 0.3 time units
     rtol: float  # wanted relative error of the peaks, where no step is given
     extrapolated: bool  # peaks from two runs, one with half the steps of the other (Richardson)
-    wanted: str | None = None  # what the error is that of: see ``first_pulse.WANTED``
+    wanted: str = "all"  # what the error is that of: see ``first_pulse.WANTED``
 
     def __post_init__(self) -> None:
         if self.dt is not None:
@@ -114,7 +114,9 @@ def run(
         dt=longest,
         steps=answer.steps,
         force_evaluations=answer.steps,
-        **peaks_of_result(scene, answer.peaks.force, answer.peaks.time, answer.peaks.passed),
+        peak_force=answer.peaks.force,
+        peak_time=answer.peaks.time,
+        peak_passed=answer.peaks.passed,
         error_estimate=answer.errors.largest,
         displacement=found.displacement,
         velocity=found.velocity,

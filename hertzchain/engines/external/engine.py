@@ -19,7 +19,6 @@ from hertzchain.engines.external.program import find_program, run_program, work_
 from hertzchain.engines.external.readings import Granules
 from hertzchain.engines.external.rescaling import softening
 from hertzchain.limits import RTOL, TIME_LIMIT, Deadline, check_time_limit
-from hertzchain.observables.first_pulse import wants_first
 from hertzchain.observables.history import wanted_times
 from hertzchain.observables.result import Result
 from hertzchain.scene.given import SceneLike, to_scene
@@ -54,7 +53,7 @@ class ExternalEngine(ABC):
     rtol: float
     extrapolated: bool
     time_limit: float
-    wanted: str | None
+    wanted: str
 
     def __post_init__(self) -> None:
         """Refuse impossible parameters."""
@@ -85,7 +84,7 @@ class ExternalEngine(ABC):
     def _simulate(self, scene: Scene, deadline: Deadline) -> verlet.Simulate:
         refuse_terms(scene, self.LABEL, self.TERMS)
         code = self._code(scene, deadline)
-        first = wants_first(scene) if self.wanted is None else self.wanted == "first"
+        first = self.wanted == "first"
 
         def simulate(
             legs: Sequence[Leg], strides: Sequence[int], times: FloatArray | None
@@ -171,7 +170,7 @@ class ProgramEngine(ExternalEngine):
     extrapolated: bool = False
     program: str = ""
     time_limit: float = TIME_LIMIT
-    wanted: str | None = None
+    wanted: str = "all"
 
     @abstractmethod
     def _deck(self, scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:

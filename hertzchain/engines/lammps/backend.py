@@ -72,7 +72,7 @@ class Lammps(ExternalEngine):
         MPI ranks of the binary, started by the ``mpiexec`` in its folder or else on the search
         path.
     wanted
-        What ``rtol`` is asked of, ``first`` for first pulses or ``all`` for the largest forces: see
+        What ``rtol`` is asked of, ``all`` for the largest forces or ``first`` for first pulses: see
         ``Native``.
 
     Raises
@@ -96,7 +96,7 @@ class Lammps(ExternalEngine):
     time_limit: float = TIME_LIMIT
     lmp: str | Path | None = None
     ranks: int = 1
-    wanted: str | None = None
+    wanted: str = "all"
 
     def __post_init__(self) -> None:
         deck.check_pair_style(self.pair_style)

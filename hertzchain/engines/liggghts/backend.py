@@ -47,7 +47,7 @@ class Liggghts(ProgramEngine):
     time_limit
         Time limit of a run [s], including the search for its step and its error.
     wanted
-        What ``rtol`` is asked of, ``first`` for first pulses or ``all`` for the largest forces: see
+        What ``rtol`` is asked of, ``all`` for the largest forces or ``first`` for first pulses: see
         ``Native``.
 
     Raises

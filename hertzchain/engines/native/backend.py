@@ -33,10 +33,10 @@ from hertzchain.observables.error_bound import (
     refuse_strong_dampers,
     refuse_unstable,
 )
-from hertzchain.observables.first_pulse import check_wanted, wants_first
+from hertzchain.observables.first_pulse import check_wanted
 from hertzchain.observables.history import Recorder, wanted_times
 from hertzchain.observables.peaks import times_of_peaks
-from hertzchain.observables.result import Balance, Result, peaks_of_result
+from hertzchain.observables.result import Balance, Result
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.validity import (
@@ -96,9 +96,10 @@ class Native:
     time_limit
         Time limit of a run [s], without compiling.
     wanted
-        What ``rtol`` is asked of: ``first`` for the first pulse of each contact, ``all`` for the
-        largest force of the run. By default first pulses where there is a striker, a wall, or
-        granules that differ, and all elsewhere: then there are no first pulses.
+        What ``rtol`` is asked of: ``all`` for the largest force of each contact in the whole run,
+        ``first`` for its first pulse, before anything is reflected. With ``first`` the result has
+        ``first_pulses``, and ``errors`` contact by contact; it is refused only if no contact has a
+        right digit.
 
     Raises
     ------
@@ -114,7 +115,7 @@ class Native:
     rtol: float | None = None
     peaks_only: bool = False
     time_limit: float = TIME_LIMIT
-    wanted: str | None = None
+    wanted: str = "all"
 
     def __post_init__(self) -> None:
         if self.method is not None:
@@ -212,7 +213,9 @@ class Native:
             dt=dt,
             steps=run.steps,
             force_evaluations=run.evaluations,
-            **peaks_of_result(scene, peak_force, peak_time, run.peaks.passed),
+            peak_force=peak_force,
+            peak_time=peak_time,
+            peak_passed=run.peaks.passed,
             error_estimate=errors.largest,
             displacement=run.state.displacement * units.length,
             velocity=run.state.velocity * units.velocity,
@@ -257,14 +260,15 @@ class Native:
         """Return what integrates a scene with elastic contacts: compiled, or as it is written."""
         is_symplectic = isinstance(walker.stepper, SymplecticNystrom)
         if self.method != "numpy" and is_symplectic:
-            return Prepared.of(scene, deadline, first=self._wants_first(scene))
+            return Prepared.of(scene, deadline, first=self._first)
         from hertzchain.engines.native.in_numpy import InNumpy
 
-        return InNumpy(scene, deadline, first=self._wants_first(scene))
+        return InNumpy(scene, deadline, first=self._first)
 
-    def _wants_first(self, scene: Scene) -> bool:
-        """Return whether first pulses are wanted."""
-        return wants_first(scene) if self.wanted is None else self.wanted == "first"
+    @property
+    def _first(self) -> bool:
+        """Whether first pulses are wanted."""
+        return self.wanted == "first"
 
     def _true_errors(self, scene: Scene, run: Simulation, deadline: Deadline) -> ContactErrors:
         """Return bounds of the errors of a run: by an accurate one, and the errors of that.
@@ -304,7 +308,7 @@ class Native:
         dt = self.dt if self.dt is not None else method.step * scene.contact_time
         legs = scene.schedule(dt)
         refuse_unstable(scene, legs, method.interval, name)
-        first = self._wants_first(scene)
+        first = self._first
         run = simulate_damped_verlet(scene, legs, deadline, recorder, first=first)
         longest, errors = max(leg.dt for leg in legs), self._true_errors(scene, run, deadline)
         refuse_meaningless("native", errors.least, longest > SHORT * scene.contact_time)
@@ -314,7 +318,7 @@ class Native:
         self, scene: Scene, recorder: Recorder | None, deadline: Deadline, rtol: float
     ) -> tuple[str, float, Simulation, ContactErrors]:
         """Return method, longest step [s], run and its error, by what is cheapest for ``rtol``."""
-        first = self._wants_first(scene)
+        first = self._first
         if self.method == "scipy":
             from hertzchain.engines.native.in_scipy import accurate_in_scipy, longest_step
 

@@ -52,15 +52,15 @@ class Batch(Shown):
     Parameters
     ----------
     peak_force, peak_time
-        Peaks of contacts 2 ... N and their times, shape (scenes, N - 1): [N] and [s], or natural
-        units where the scenes were given as numbers. The time is NaN where a contact was never
-        pressed.
+        Peaks of all contacts and their times, shape (scenes, contacts), with walls the last that
+        with the wall: [N] and [s], or natural units where the scenes were given as numbers. The
+        time is NaN where a contact was never pressed.
     error_estimate
         Upper bound of the relative error of the peaks of each scene, shape (scenes,). Where it is
         above the wanted accuracy, the motion amplifies rounding errors; from 1 on the peaks have no
         right digit.
     peak_passed
-        Whether the force of a contact fell again before the run ended, shape (scenes, N - 1).
+        Whether the force of a contact fell again before the run ended, shape (scenes, contacts).
     force_evaluations
         Cost of the run itself, without the runs that estimate its error, shape (scenes,).
     """
@@ -153,6 +153,8 @@ def _common_length(scenes: Sequence[Scene]) -> int:
     lengths = sorted({scene.chain.granules for scene in scenes})
     allowed = "must be the same in all scenes: one batch for each length"
     require(len(lengths) == 1, "granules", lengths, allowed)
+    allowed = "must be in all scenes or in none: one batch with walls, one without"
+    require(len({scene.last_contact for scene in scenes}) == 1, "wall", None, allowed)
     return lengths[0]
 
 

@@ -158,7 +158,7 @@ class Prepared:
     ) -> Simulation:
         """Integrate the scene once: see the function ``simulate``."""
         granules = self.scene.chain.granules
-        leave_behind = leave_behind and self.own_start and can_leave_behind(self.scene)
+        leave_behind = leave_behind and self._can_leave_behind
         peaks, found = self._march(legs, walker, leave_behind, recorder, dtype)
         outcome, displacement, velocity = found
         if leave_behind:
@@ -183,8 +183,13 @@ class Prepared:
         Granules that cannot change any peak are dropped where that is certain. Raises as
         ``simulate``.
         """
-        leave_behind = self.own_start and can_leave_behind(self.scene)
+        leave_behind = self._can_leave_behind
         return self._march(legs, walker, leave_behind)[0]
+
+    @property
+    def _can_leave_behind(self) -> bool:
+        """Whether granules may be dropped: a first pulse may not be over when peaks are."""
+        return self.own_start and self.contacts is None and can_leave_behind(self.scene)
 
     def _refuse(
         self,
@@ -223,7 +228,8 @@ class Prepared:
         self._refuse(rows, work, stepper.stages, leave_behind, recorder)
         record = nothing_recorded()
         if recorder is not None or self.contacts is not None:
-            record = room_for(recorder, granules, self.contacts)
+            shortest = float(np.min((rows[:, 1] - rows[:, 0]) / rows[:, 2]))
+            record = room_for(recorder, granules, self.contacts, shortest)
         contacts = granules - 1 if self.scene.wall is None else granules
         force, time, control = np.zeros(contacts), np.full(contacts, np.nan), np.zeros(3)
         # An opening contact costs in proportion to stiffness over mass.

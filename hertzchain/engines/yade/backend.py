@@ -43,7 +43,7 @@ class Yade(ProgramEngine):
     time_limit
         Time limit of a run [s], including the search for its step and its error.
     wanted
-        What ``rtol`` is asked of, ``first`` for first pulses or ``all`` for the largest forces: see
+        What ``rtol`` is asked of, ``all`` for the largest forces or ``first`` for first pulses: see
         ``Native``.
 
     Raises

@@ -135,10 +135,7 @@ class Case:
     @property
     def judged(self) -> NDArray[np.bool_]:
         """Contacts that the deck has seen peak, and that count; a wall's is the last."""
-        passed = self.truth.peak_passed
-        if self.truth.wall_peak_passed is not None:
-            passed = np.append(passed, self.truth.wall_peak_passed)
-        return np.logical_and(passed, judged_contacts(self.truth.all_peaks))
+        return np.logical_and(self.truth.peak_passed, judged_contacts(self.truth.peak_force))
 
     @property
     def settles(self) -> bool:
@@ -160,7 +157,7 @@ class Case:
     @property
     def whole_effect(self) -> float:
         """How far the deck's own peaks are off, for what no chain along a line can show."""
-        return change_of_peaks(self.found.peak_force, self.truth.all_peaks, self.judged)
+        return change_of_peaks(self.found.peak_force, self.truth.peak_force, self.judged)
 
     def allowed(self, change: float | None, relative: float) -> bool:
         """Whether a difference is digits only: of a number (relative) and of the peaks."""

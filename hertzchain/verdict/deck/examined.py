@@ -127,9 +127,9 @@ class DeckExamination(ShownVerdict):
 
     @property
     def peak_force(self) -> FloatArray:
-        """Peak forces of the deck [N], shape (N - 1,), NaN where it has no such contact."""
+        """Peak forces of the deck [N], shape (contacts,), NaN where it has no such contact."""
         whole = np.full(self.reference.peak_force.size, np.nan)
-        count = min(whole.size, self.found.radius.size - 1, self.found.peak_force.size)
+        count = min(whole.size, self.found.peak_force.size)
         whole[:count] = self.found.peak_force[:count]
         return whole
 
@@ -157,7 +157,7 @@ class DeckExamination(ShownVerdict):
 
     def error_of_peaks(self, which: NDArray[np.bool_]) -> float:
         """Largest relative difference from the reference of some contacts; infinite without one."""
-        return change_of_peaks(self.found.peak_force, self.reference.all_peaks, which)
+        return change_of_peaks(self.found.peak_force, self.reference.peak_force, which)
 
     @property
     def small(self) -> tuple[DeckCheck, ...]:

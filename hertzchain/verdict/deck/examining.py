@@ -139,7 +139,7 @@ def compared(
     known = truth.error_estimate
     allowed = f"must be at least 10 times the error of the reference, {known:.1e}"
     require(tolerance >= 10 * known, "tolerance", tolerance, allowed)
-    peaks = truth.all_peaks
+    peaks = truth.peak_force
     near = (np.maximum(peaks, 1e-3 * np.max(peaks)) / scene.granules.stiffness) ** (2 / 3)
     twin, stretches = twin_of(scene), stretches_of(found, scene, start)
     case = Case(
@@ -178,7 +178,7 @@ def _no_chain(
     peaks = DeckCheck("peaks", "N", None, None, None, False, True, "the deck was not run",
                       "it is no chain", check.place)  # fmt: skip
     truth = Native("reference", time_limit=deadline.left).run(scene)
-    judged = np.zeros(truth.all_peaks.size, bool)
+    judged = np.zeros(truth.peak_force.size, bool)
     return DeckExamination(
         scene, deck, found, (check, peaks), truth, judged, tolerance, (),
         findings=(Finding((check,)),),

@@ -31,7 +31,7 @@ def _step(case: Case) -> Difference:
     unit = case.units.time
     dt = max((run.dt for run in case.found.runs), default=0.0)
     longest = stable_step(case.scene, METHODS["velocity-verlet"].interval)
-    error = change_of_peaks(case.expected.peak_force, case.truth.all_peaks, case.judged)
+    error = change_of_peaks(case.expected.peak_force, case.truth.peak_force, case.judged)
     unstable = dt >= longest
     right = _wanted_step(dt, longest, error, case)
     how = (
@@ -146,7 +146,7 @@ def motion(case: Case, failed: Iterable[DeckCheck]) -> list[Difference]:
     size = min(measured.size, expected.size)
     if not np.all(np.isfinite(expected)):
         return []
-    pressed = expected[:size] > ROUND_OFF * np.max(case.truth.all_peaks)  # else it is round-off
+    pressed = expected[:size] > ROUND_OFF * np.max(case.truth.peak_force)  # else it is round-off
     contacts = np.flatnonzero(judged_contacts(expected[:size]) & pressed & case.judged[:size])
     if contacts.size == 0:
         return _end_of_motion(case, run)
@@ -272,7 +272,7 @@ def _found_twin(case: Case) -> tuple[Twin, tuple[Stretch, ...]]:
 
 def peaks_check(case: Case) -> DeckCheck:
     """The peaks of the deck against the reference: what all of it is for."""
-    found, truth = case.found, case.truth.all_peaks
+    found, truth = case.found, case.truth.peak_force
     size = min(found.peak_force.size, truth.size)
     contacts = np.flatnonzero(case.judged[:size])
     measured = expected = change = None

@@ -37,8 +37,8 @@ def judge(
     scene
         What was computed, or the path of its file.
     results
-        Peak forces [N] of contacts by the paper's numbers, 2 ... N: a mapping from contacts to
-        forces, or an array of shape (N - 1,) with NaN for missing peaks.
+        Peak forces [N] of contacts by the paper's numbers, 2 ... N, and N + 1 at a wall: a mapping
+        from contacts to forces, or an array of shape (contacts,) with NaN for missing peaks.
 
         Or a pandas table, or a file, gzipped or not: CSV or columns of numbers, a log of LAMMPS,
         the output of ``fix ave/time`` or ``fix print``, or a text dump of granules.

@@ -125,8 +125,8 @@ class Sampled:
     digits of positions; 0 for peaks that are given as such.
     """
 
-    peak_force: FloatArray  # of contacts 2 ... N [N], shape (N - 1,), NaN where there is none
-    error: FloatArray  # shape (N - 1,)
+    peak_force: FloatArray  # of all contacts [N], shape (contacts,), NaN where there is none
+    error: FloatArray  # shape (contacts,)
     how: str  # where they come from; empty for peaks that are given as such
 
     @property

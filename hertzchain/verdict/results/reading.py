@@ -73,15 +73,15 @@ def read(
 
 def _of_table(scene: Scene, table: tables.Table, asked: Asked, dt: float | None) -> Sampled:
     """Return peaks of contacts row by row, or of series of forces or positions in columns."""
-    granules, file = scene.chain.granules, table.file
-    found = columns_of(table.names, asked, granules, file)
+    file = table.file
+    found = columns_of(table.names, asked, scene, file)
 
     def numbers(role: str) -> FloatArray:
         return table.numbers(found[role].where) * found[role].factor
 
     if {"contact", "peak_force"} <= found.keys():
         contacts, forces = numbers("contact")[:, 0], numbers("peak_force")[:, 0]
-        peaks = by_contact(contacts, forces, granules, file)
+        peaks = by_contact(contacts, forces, scene, file)
         return Sampled(peaks, np.zeros_like(peaks), "")
     series = [role for role in ("contact_force", "net_force", "position") if role in found]
     if not series:
@@ -186,22 +186,23 @@ def of_mapping(given: Mapping[int, float], scene: Scene) -> FloatArray:
         contacts, forces = np.array([*given.items()], np.float64).reshape(-1, 2).T
     except (TypeError, ValueError):
         raise SceneError("peak_force", None, "must map contacts to forces [N]") from None
-    return by_contact(contacts, forces, scene.chain.granules, None)
+    return by_contact(contacts, forces, scene, None)
 
 
 def by_contact(
-    contacts: FloatArray, forces: FloatArray, granules: int, file: str | None
+    contacts: FloatArray, forces: FloatArray, scene: Scene, file: str | None
 ) -> FloatArray:
-    """Return peaks [N], (N - 1,), NaN for missing ones, of forces with numbers of contacts."""
-    peaks = np.full(granules - 1, np.nan)
+    """Return peaks [N], (contacts,), NaN for missing ones, of forces with numbers of contacts."""
+    last = scene.last_contact
+    peaks = np.full(last - 1, np.nan)
     for row, (contact, force) in enumerate(zip(contacts.tolist(), forces.tolist(), strict=True), 1):
         key: str
         wrong: Any
-        if contact not in range(2, granules + 1):
+        if contact not in range(2, last + 1):
             key, wrong = "contact", int(contact) if contact.is_integer() else contact
             allowed = (
-                f"must be a whole number from 2 to {granules}: contact 2 lies between granules 1"
-                f" and 2{_other_numbers(contacts, granules)}"
+                f"must be a whole number from 2 to {last}: contact 2 lies between granules 1"
+                f" and 2{_other_numbers(contacts, last)}"
             )
         elif not np.isnan(peaks[int(contact) - 2]):
             key, wrong, allowed = "contact", int(contact), "is given twice"
@@ -218,11 +219,11 @@ def by_contact(
     return peaks
 
 
-def _other_numbers(contacts: FloatArray, granules: int) -> str:
+def _other_numbers(contacts: FloatArray, last: int) -> str:
     """Return a hint for contacts that are numbered from 0 or 1; empty for others."""
     least = float(np.min(contacts))
     fits = least in (0, 1) and bool(np.all(contacts == np.round(contacts)))
-    if not fits or np.max(contacts) + 2 - least > granules:
+    if not fits or np.max(contacts) + 2 - least > last:
         return ""
     return f", and these numbers begin with {least:g}: add {2 - least:g} to each"
 
@@ -236,4 +237,11 @@ def _sampled(scene: Scene, motion: Motion, source: str, file: str) -> Sampled:
         f"peaks are from {found.how} ({source}), {motion.time.size} samples {distance} apart; they"
         f" may be off by up to {found.largest_error:.1e} for that"
     )
-    return replace(found, how=how)
+    # Motion of granules says nothing of the force on a wall.
+    unknown = np.full(scene.last_contact - 1 - found.peak_force.size, np.nan)
+    return replace(
+        found,
+        peak_force=np.append(found.peak_force, unknown),
+        error=np.append(found.error, np.zeros_like(unknown)),
+        how=how,
+    )

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from hertzchain.engines.lammps.reading.units import UNITS, Units
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.quantities import to_si
+from hertzchain.scene.scene import Scene
 
 DIMENSIONS = {
     "contact": "", "peak_force": "N", "time": "s", "step": "", "position": "m", "velocity": "m/s",
@@ -88,9 +89,9 @@ def asked_for(columns: Mapping[str, str], units: str) -> Asked:
     return Asked(names, factors, UNITS.get(units))
 
 
-def columns_of(header: Sequence[str], asked: Asked, granules: int, file: str) -> dict[str, Columns]:
+def columns_of(header: Sequence[str], asked: Asked, scene: Scene, file: str) -> dict[str, Columns]:
     """Return columns of a table by role; a SceneError says what has to be named."""
-    at = _usual(header, granules)
+    at = _usual(header, scene)
     for role, name in asked.names.items():
         found = [k for k, one in enumerate(header) if one == name]
         found = found or [k for k, one in enumerate(header) if fnmatch.fnmatchcase(one, name)]
@@ -100,9 +101,10 @@ def columns_of(header: Sequence[str], asked: Asked, granules: int, file: str) ->
         at[role] = sorted(found, key=lambda k: _in_order(header[k]))
     columns = {}
     for role, where in at.items():
-        wanted = granules - (role == "contact_force") if role in SEVERAL else 1
-        if len(where) != wanted:
-            allowed = f"stands for {len(where)} columns of the file, must be {wanted}"
+        wanted = _numbers_of_columns(role, scene) if role in SEVERAL else (1,)
+        if len(where) not in wanted:
+            several = " or ".join(map(str, wanted))
+            allowed = f"stands for {len(where)} columns of the file, must be {several}"
             name = asked.names.get(role, role)
             raise SceneError(f"column {role}", name, allowed, file=file)
         says_its_unit = role not in asked.names and header[where[0]] in ("peak_force_N", "time_s")
@@ -110,7 +112,14 @@ def columns_of(header: Sequence[str], asked: Asked, granules: int, file: str) ->
     return columns
 
 
-def _usual(header: Sequence[str], granules: int) -> dict[str, list[int]]:
+def _numbers_of_columns(role: str, scene: Scene) -> tuple[int, ...]:
+    """Return how many columns a role may have: the force on a wall may be left out."""
+    if role != "contact_force":
+        return (scene.chain.granules,)
+    return tuple(dict.fromkeys((scene.chain.granules - 1, scene.last_contact - 1)))
+
+
+def _usual(header: Sequence[str], scene: Scene) -> dict[str, list[int]]:
     """Return columns that are known by their names, by role."""
     at: dict[str, list[int]] = {}
     for role, names in _USUAL.items():
@@ -123,8 +132,7 @@ def _usual(header: Sequence[str], granules: int) -> dict[str, list[int]]:
             groups.setdefault(match[1].lower(), []).append(k)
     for prefix, members in groups.items():
         for role, prefixes in _PREFIXES.items():
-            wanted = granules - (role == "contact_force")
-            if prefix in prefixes and len(members) == wanted:
+            if prefix in prefixes and len(members) in _numbers_of_columns(role, scene):
                 at.setdefault(role, sorted(members, key=lambda k: _in_order(header[k])))
     return at
 

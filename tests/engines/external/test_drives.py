@@ -52,7 +52,7 @@ def test_native_velocity_verlet_at_the_same_steps(engine: str, name: str) -> Non
         largest = np.max(np.abs(expected))
         assert found == pytest.approx(expected, rel=0, abs=1e-9 * largest)
     # Native interpolates with velocities that are no slopes of its displacements: 0.05 dt^4, 8e-9.
-    assert largest_difference(result.all_peaks, native.all_peaks) < 2e-8
+    assert largest_difference(result.peak_force, native.peak_force) < 2e-8
     assert [check for check in balance_checks(result) if not check.passed] == []
 
 
@@ -108,7 +108,7 @@ def test_a_slow_sine_has_not_diverged(law: hc.Contact | None) -> None:
     shock, pressed = hc.Sine(100.0, 100.0, 1), hc.Precompression(100.0)
     scene = hc.Scene(hc.Chain(3, **STEEL), shock, precompression=pressed, contact=law)
     result, native = (code(rtol=1e-3).run(scene) for code in (hc.Lammps, hc.Native))
-    error = largest_difference(result.all_peaks, native.all_peaks)
+    error = largest_difference(result.peak_force, native.peak_force)
     assert error <= result.error_estimate + native.error_estimate
 
 

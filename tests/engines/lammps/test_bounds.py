@@ -68,7 +68,7 @@ def truth(scene: hc.Scene) -> hc.Result:
 
 
 def test_native_has_the_digits_of_the_other_solver() -> None:
-    assert largest_difference(truth(GAPS).all_peaks, TRUE) < DIGITS
+    assert largest_difference(truth(GAPS).peak_force, TRUE) < DIGITS
 
 
 @pytest.mark.parametrize(
@@ -82,14 +82,14 @@ def test_native_has_the_digits_of_the_other_solver() -> None:
 )
 def test_dashpots_that_close_at_a_speed(lammps: hc.Lammps) -> None:
     result = lammps.run(GAPS)
-    assert largest_difference(result.all_peaks, TRUE) < result.error_estimate < lammps.rtol
+    assert largest_difference(result.peak_force, TRUE) < result.error_estimate < lammps.rtol
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("extrapolated", [False, True])
 def test_a_dashpot_of_light_granules(extrapolated: bool) -> None:
     result = hc.Lammps(rtol=1e-3, extrapolated=extrapolated).run(LIGHT)
-    assert largest_difference(result.all_peaks, truth(LIGHT).all_peaks) < result.error_estimate
+    assert largest_difference(result.peak_force, truth(LIGHT).peak_force) < result.error_estimate
     assert result.error_estimate < 1e-3
 
 
@@ -99,7 +99,7 @@ def test_extrapolated_runs_that_agree_by_chance() -> None:
     law = hc.Contact("dashpot", coefficient=100.0)
     scene = hc.Scene(chain, hc.Striker(1.0), contact=law)
     result = hc.Lammps(rtol=3e-3, extrapolated=True).run(scene)
-    error = largest_difference(result.all_peaks, truth(scene).all_peaks)
+    error = largest_difference(result.peak_force, truth(scene).peak_force)
     assert 1e-4 < error < result.error_estimate < 3e-3
 
 
@@ -107,7 +107,7 @@ def test_extrapolated_runs_of_granules_that_fly_at_others() -> None:
     """Three extrapolations within a fifth of the error of the last, 1.0014 of the bound once."""
     scene = random_hard_scene(np.random.default_rng([7, 1, 20047]), 30, 200.0, is_damped=True)
     result = hc.Lammps(rtol=3.35e-3, extrapolated=True).run(scene)
-    error = largest_difference(result.all_peaks, truth(scene).all_peaks)
+    error = largest_difference(result.peak_force, truth(scene).peak_force)
     assert 7e-4 < error < result.error_estimate < 3.35e-3
 
 
@@ -122,7 +122,7 @@ def test_readings_too_rare_for_a_dashpot_say_so() -> None:
         except Unpredictable:
             stated.append(1.0)
             continue
-        assert largest_difference(result.all_peaks, TRUE) < result.error_estimate
+        assert largest_difference(result.peak_force, TRUE) < result.error_estimate
         stated.append(min(result.error_estimate, 1.0))  # at 1 and above no digit is known
     assert stated[0] < 0.01
     assert 0.2 < stated[1] <= stated[2]
@@ -144,7 +144,7 @@ def test_a_right_deck_with_dashpots_passes() -> None:
 @pytest.mark.parametrize("extrapolated", [False, True])
 def test_a_late_blow_that_is_the_hardest(dt: float, extrapolated: bool) -> None:
     result = hc.Lammps(dt, extrapolated=extrapolated).run(LATE_BLOW)
-    error = largest_difference(result.all_peaks, truth(LATE_BLOW).all_peaks)
+    error = largest_difference(result.peak_force, truth(LATE_BLOW).peak_force)
     assert 5e-3 < error < result.error_estimate
 
 

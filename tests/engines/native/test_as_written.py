@@ -66,13 +66,13 @@ def test_runs_are_as_accurate_as_they_say(name: str, method: str) -> None:
     found, true = (hc.Native(one).run(scene, record=7) for one in (method, "reference"))
     assert found.method == method
     assert found.error_estimate <= 1e-6
-    difference = largest_difference(found.all_peaks, true.all_peaks)
+    difference = largest_difference(found.peak_force, true.peak_force)
     assert difference <= found.error_estimate + true.error_estimate
     assert [check.name for check in balance_checks(found) if not check.passed] == []
     assert found.history is not None
     assert true.history is not None
     # Forces at one time change faster than peaks, most at the front: at most 1.5e-6 was seen.
-    largest = float(np.max(true.all_peaks))
+    largest = float(np.max(true.peak_force))
     forces = found.history.contact_force / largest, true.history.contact_force / largest
     assert forces[0] == pytest.approx(forces[1], rel=0, abs=3e-6)
     high = true.peak_force > 0.01 * largest

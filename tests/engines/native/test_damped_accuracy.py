@@ -32,7 +32,7 @@ def test_a_maximum_in_a_step_as_long_as_its_leg() -> None:
     """Every run that tells the error has this step: 1.7e-7 by interpolation, the whole bound."""
     scene = random_hard_scene(np.random.default_rng([7, 1, 20364]), 30, 200.0, is_damped=True)
     result = hc.Native(rtol=4.183e-6).run(scene)
-    error = extrapolation.solve(scene).error_of(result.all_peaks)
+    error = extrapolation.solve(scene).error_of(result.peak_force)
     assert error <= result.error_estimate
     assert error < 1e-9  # 2.5e-10 by the steps
 

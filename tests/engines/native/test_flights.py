@@ -39,15 +39,15 @@ def test_a_far_wall(rtol: float) -> None:
     energy = float(each.mass[-1] * before.velocity[-1] ** 2 / 2)
     # k d^(5/2) / (5/2) is the energy where the overlap d is largest.
     hit = float(each.stiffness[-1] * (2.5 * energy / each.stiffness[-1]) ** 0.6)
-    assert result.all_peaks[-1] == pytest.approx(hit, rel=result.error_estimate + 1e-9)
+    assert result.peak_force[-1] == pytest.approx(hit, rel=result.error_estimate + 1e-9)
 
 
 def test_a_far_wall_by_steps_of_ones_own() -> None:
     """A billion steps, most of them in free flight."""
     result = hc.Native("reference", 3e-3 * FAR.contact_time).run(FAR)
     assert result.steps > 1e8
-    true = hc.Native(rtol=1e-9).run(FAR).all_peaks
-    assert largest_difference(result.all_peaks, true) <= result.error_estimate + 1e-9
+    true = hc.Native(rtol=1e-9).run(FAR).peak_force
+    assert largest_difference(result.peak_force, true) <= result.error_estimate + 1e-9
 
 
 def test_granules_that_fly_at_others_one_by_one() -> None:
@@ -157,7 +157,7 @@ def test_both_methods_agree_where_either_may_be_taken(monkeypatch: pytest.Monkey
     by_equal_steps = hc.Native(rtol=1e-6).run(GAPS)
     assert (by_events.method, by_equal_steps.method) == ("dop853", "srkn-11b")
     stated = by_events.error_estimate + by_equal_steps.error_estimate
-    assert largest_difference(by_events.all_peaks, by_equal_steps.all_peaks) < stated < 2e-6
+    assert largest_difference(by_events.peak_force, by_equal_steps.peak_force) < stated < 2e-6
 
 
 @pytest.mark.parametrize("law", [None, hc.Contact("dashpot", coefficient=20.0)], ids=["", "damped"])

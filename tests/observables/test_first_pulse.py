@@ -1,0 +1,189 @@
+"""First pulses of contacts, judged by an independent solver, and what they are for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.errors import HertzchainError, SceneError
+from hertzchain.observables import first_pulse
+from tests.conftest import STEEL, paper_scene
+from tests.oracles.first_pulses import Trace
+from validation.random_scenes import random_damped_scene, random_scene_with_terms
+
+LONGEST, LONGEST_TIME = 10, 150.0
+"""Granules and natural time units of a random scene."""
+
+ORACLE = 3e-9
+"""Error of the judge, over the force and the time unit: with a tolerance a hundred times larger it
+differs by up to 1e-9."""
+
+BLOCK, SCENES = 10, 300
+
+
+def shares(scene: hc.Scene, backend: hc.Native | hc.Lammps) -> list[float]:
+    """Errors of first pulses and arrivals over what was stated, contact by contact.
+
+    Only of contacts whose pulse is clear: elsewhere its end is a choice.
+    """
+    result = backend.run(scene)
+    first, errors, unit = result.first_pulses, result.errors, scene.contact_time
+    assert first is not None
+    assert errors is not None
+    assert errors.first is not None
+    assert errors.arrival is not None
+    truth = Trace(scene).first_pulses(scene.granules.static_force)
+    found = []
+    for k in np.flatnonzero(first.is_clear & first.is_ended & ~first.is_front):
+        true = truth[k]
+        assert true is not None, k
+        assert true.end is not None, k
+        off = abs(first.force[k] / true.force - 1) - ORACLE
+        late = abs(first.arrival[k] - true.arrival) - ORACLE * unit
+        found += [off / errors.first[k], late / errors.arrival[k]]
+        # The force falls through the end as steeply as it rises, within a factor of a hundred.
+        over = first.arrival[k] + first.width[k]
+        assert abs(over - true.end) <= 100 * errors.arrival[k] + ORACLE * unit
+    return found
+
+
+def random_scene(number: int) -> hc.Scene:
+    rng = np.random.default_rng([35, number])
+    draw = random_damped_scene if number % 3 == 0 else random_scene_with_terms
+    while True:
+        scene = draw(rng, LONGEST, LONGEST_TIME)
+        if scene.piston is None and not scene.is_driven_to_the_end:
+            return scene
+
+
+def judge(number: int) -> None:
+    """Assert that no first pulse of a random scene is off by more than what is stated."""
+    scene = random_scene(number)
+    for rtol in (1e-3, 1e-6, 1e-9):
+        try:
+            found = shares(scene, hc.Native(rtol=rtol, wanted="first"))
+        except HertzchainError:
+            continue  # a refusal is honest
+        assert max(found, default=0.0) <= 1, (number, rtol)
+
+
+@pytest.mark.parametrize("number", [0, 1, 2, 4])
+def test_random_scenes(number: int) -> None:
+    judge(number)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", range(0, SCENES, BLOCK))
+def test_many_random_scenes(first: int) -> None:
+    for number in range(first, first + BLOCK):
+        judge(number)
+
+
+TAPER = hc.Scene(
+    hc.Chain(
+        32, radius=4.76e-3 * 0.9 ** np.arange(32.0), young_modulus=193e9, poisson_ratio=0.3,
+        density=8000.0,
+    ),
+    hc.Striker(0.5),
+    hc.Run(1.5e-4),
+    wall=hc.Wall("same"),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "backend",
+    [
+        hc.Native("numpy", rtol=1e-6, wanted="first"),
+        hc.Native("scipy", rtol=1e-6, wanted="first"),
+        hc.Native("velocity-verlet", 2e-9, wanted="first"),
+        hc.Lammps(rtol=1e-4, wanted="first"),
+    ],
+    ids=["numpy", "scipy", "verlet", "LAMMPS"],
+)
+def test_others_see_the_same(backend: hc.Native | hc.Lammps) -> None:
+    scene = replace(TAPER, chain=hc.Chain(8, **STEEL), run=hc.Run(2e-4))
+    assert 1e-4 < max(shares(scene, backend)) <= 1
+
+
+def test_errors_that_are_too_small_are_seen() -> None:
+    """The bounds of velocity Verlet are a few times its errors: a tenth of them is not enough."""
+    scene = replace(TAPER, chain=hc.Chain(8, **STEEL), run=hc.Run(2e-4))
+    assert max(shares(scene, hc.Native("velocity-verlet", 2e-8, wanted="first"))) > 0.1
+
+
+def test_a_later_end_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(first_pulse, "FALLS", (0.6, 0.4, 0.4))
+    scene = replace(TAPER, chain=hc.Chain(8, **STEEL), run=hc.Run(2e-4))
+    with pytest.raises(AssertionError):
+        shares(scene, hc.Native(rtol=1e-6, wanted="first"))
+
+
+def test_chaos_at_the_end_does_not_hide_the_first_pulses() -> None:
+    """A taper that ends in granules of 0.2 mm: after 0.9 ms no digit of most peaks is left."""
+    short = hc.Native(rtol=1e-8, wanted="first").run(TAPER).first_pulses
+    late = replace(TAPER, run=hc.Run(9e-4))
+    with pytest.raises(HertzchainError, match="no right digit"):
+        hc.Native(rtol=1e-6).run(late)
+    result = hc.Native(rtol=1e-6, wanted="first").run(late)
+    assert result.first_pulses is not None
+    assert short is not None
+    assert result.errors is not None
+    assert result.errors.wanted <= 1e-6
+    assert np.nanmax(result.peak_errors) > 0.01
+    assert np.any(result.peak_errors < 1e-6)
+    assert result.first_pulses.force == pytest.approx(short.force, rel=1e-6)
+    assert "repeated collisions" in result.warnings[-1]
+
+
+def test_the_incident_wave_not_the_reflected_one() -> None:
+    """Near the free end of a long chain nothing is reflected yet when the wave comes by."""
+    short, long = (
+        hc.Scene(hc.Chain(granules, **STEEL), hc.Striker(1.0), hc.Run(1e-3), wall=wall)
+        for granules, wall in ((31, hc.Wall("rigid")), (90, None))
+    )
+    runs = [hc.Native(rtol=1e-8, wanted="first").run(scene) for scene in (short, long)]
+    reflected, incident = (run.first_pulses for run in runs)
+    assert reflected is not None
+    assert incident is not None
+    some = slice(0, 28)  # the last two contacts before the wall are pressed by both waves at once
+    assert reflected.force[some] == pytest.approx(incident.force[some], rel=1e-7)
+    assert reflected.arrival[some] == pytest.approx(incident.arrival[some], rel=1e-7)
+    assert np.any(runs[0].peak_force[some] > 1.01 * reflected.force[some])
+
+
+def test_speed_and_width_of_the_solitary_wave() -> None:
+    """Long after an equal striker: 0.84051 (A/m)^0.4 v^0.2 (Chatterjee 1999, and others)."""
+    scene = hc.Scene(hc.Chain(60, **STEEL), hc.Striker(1.0))
+    first = hc.Native(rtol=1e-8, wanted="first").run(scene).first_pulses
+    assert first is not None
+    chain = scene.chain
+    speed = 20 * 2 * chain.radius / (first.arrival[50] - first.arrival[30])
+    unit = 2 * chain.radius * (chain.contact_stiffness / chain.granule_mass) ** 0.4
+    assert speed / unit == pytest.approx(0.84051, rel=2e-4)
+
+
+def test_without_a_wave_there_is_no_pulse() -> None:
+    """A run that ends before the wave is there: empty, never 0."""
+    scene = replace(TAPER, run=hc.Run(2e-5))
+    result = hc.Native(rtol=1e-6, wanted="first").run(scene)
+    assert result.first_pulses is not None
+    assert np.isnan(result.first_pulses.force[10:]).all()
+    frame = result.to_frame()
+    assert frame["first_peak_force_N"].isna().sum() >= 22
+    assert result.to_dict()["first_peak_force_N"][-1] is None
+
+
+def test_what_was_not_asked_for_is_not_there() -> None:
+    result = hc.Native().run(paper_scene("cosine", 1.0, 2.0, 8))
+    assert result.first_pulses is None
+    assert "arrival_time_s" not in result.to_frame()
+    with pytest.raises(SceneError, match="wanted"):
+        hc.Native(wanted="some")
+
+
+def test_plain_scenes() -> None:
+    scene = paper_scene("cosine", 1.0, 2.0, 12)
+    assert 0 < max(shares(scene, hc.Native(rtol=1e-6, wanted="first"))) <= 1

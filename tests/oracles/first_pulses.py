@@ -1,0 +1,145 @@
+"""First pulses of chains with any terms, as their definition says, by SciPy: judges the package's.
+
+Nothing here is the package's: SciPy integrates from corner to corner of the applied force, and
+forces are looked at every hundredth of a time unit; maxima and crossings are then found between
+these. Only the numbers of a scene are read.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq, minimize_scalar
+
+import hertzchain as hc
+from tests.oracles.extrapolation import push_of
+from tests.oracles.scene_in_si import numbers_of, pieces_of
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Seen:
+    """First pulse of a contact, None without one; its arrival and its end, None if not seen."""
+
+    force: float
+    time: float
+    arrival: float
+    end: float | None
+
+
+class Trace:
+    """Forces over time of a scene of elastic or damped contacts without a piston."""
+
+    def __init__(self, scene: hc.Scene, tolerance: float = 1e-12) -> None:
+        self.chain, pieces = numbers_of(scene), pieces_of(scene)
+        c, count = self.chain, self.chain.inverse_mass.size
+        self.granules, self.contacts = count, c.stiffness.size
+        state = np.zeros(2 * count)
+        if isinstance(scene.shock, hc.Striker):
+            state[count] = scene.shock.velocity
+        corners = {0.0, scene.end_time, *pieces[:, 0], *pieces[:, 2]}
+        ends = sorted(corner for corner in corners if 0 <= corner <= scene.end_time)
+        self.parts: list[Any] = []
+        for begin, end in pairwise(ends):
+            acting = [p for p in pieces if p[0] <= begin < p[2] and p[4] != 0]
+
+            def rates(time: float, y: Floats, acting: list[Floats] = acting) -> Floats:
+                force = self.force(y)
+                net = np.zeros(count)
+                net[0] = sum(push_of(piece, time) for piece in acting)
+                net[1:] += force[: count - 1]
+                net[: self.contacts] -= force
+                return np.concatenate([y[count:], net * c.inverse_mass + c.constant])
+
+            scale = np.repeat([c.length, c.length / c.time], count)
+            done = solve_ivp(
+                rates, (begin, end), state, method="DOP853", rtol=tolerance,
+                atol=tolerance * scale, max_step=0.05 * c.time, dense_output=True,
+            )  # fmt: skip
+            state = done.y[:, -1]
+            self.parts.append((begin, end, done.sol))
+
+    def force(self, y: Floats) -> Floats:
+        """Forces of all contacts in a state, or in many, (2 granules, ...)."""
+        c, n = self.chain, self.granules
+        motion = np.concatenate([y, np.zeros_like(y[:1])])
+        u, v = motion[:n], y[n:]
+        ahead = [np.concatenate([x[1:], np.zeros_like(x[:1])])[: self.contacts] for x in (u, v)]
+        shape = (-1,) + (1,) * (y.ndim - 1)
+        d = u[: self.contacts] - ahead[0] - c.gap.reshape(shape)
+        w = v[: self.contacts] - ahead[1]
+        pressed = np.maximum(d, 0.0)
+        force = c.stiffness.reshape(shape) * pressed**1.5
+        if c.damping.any():
+            damper = c.damping.reshape(shape) * np.where(d > 0, pressed**c.exponent, 0.0) * w
+            force = force + damper
+            if not c.attraction:
+                force = np.maximum(force, 0.0)
+        return np.asarray(force)
+
+    def at(self, contact: int, time: float) -> float:
+        """Force of one contact at a time."""
+        for begin, end, solution in self.parts:
+            if begin <= time <= end:
+                return float(self.force(solution(time))[contact])
+        raise ValueError(time)
+
+    def first_pulses(self, static: Floats) -> list[Seen | None]:
+        """First pulses of all contacts of a scene whose drive has ended."""
+        step = 0.01 * self.chain.time
+        times = np.concatenate(
+            [
+                np.linspace(b, e, max(2, int((e - b) / step)), endpoint=False)
+                for b, e, _ in self.parts
+            ]
+            + [[self.parts[-1][1]]]
+        )
+        forces = np.concatenate([self.at_all(some) for some in np.array_split(times, 50)], axis=1)
+        dynamic = forces - static[:, np.newaxis]
+        of_run = dynamic.max(axis=1)
+        return [
+            self._seen(i, times, dynamic[i], static[i])
+            if of_run[i] >= 1e-3 * of_run.max()
+            else None
+            for i in range(self.contacts)
+        ]
+
+    def at_all(self, times: Floats) -> Floats:
+        """Forces of all contacts at increasing times, (contacts, times)."""
+        found = np.zeros((self.contacts, times.size))
+        for begin, end, solution in self.parts:
+            here = (times >= begin) & (times <= end)
+            if here.any():
+                found[:, here] = self.force(solution(times[here]))
+        return found
+
+    def _seen(self, i: int, times: Floats, f: Floats, static: float) -> Seen:
+        """The definition, step by step."""
+        run, top, best = f.max(), 0.0, 0
+        over = None
+        for k, force in enumerate(f):
+            if force > top:
+                top, best = float(force), k
+            elif force <= top / 2 and top >= 0.01 * run:
+                over = k
+                break
+        low, high = times[max(best - 1, 0)], times[min(best + 1, times.size - 1)]
+        found = minimize_scalar(
+            lambda t: -self.at(i, t), bounds=(low, high), method="bounded",
+            options={"xatol": 1e-9 * (high - low)},
+        )  # fmt: skip
+        force = max(-float(found.fun), top + static) - static
+
+        def excess(time: float) -> float:
+            return self.at(i, time) - static - force / 2
+
+        reached = int(np.argmax(f >= force / 2))
+        arrival = brentq(excess, times[reached - 1], times[reached], xtol=1e-18)
+        end = None if over is None else brentq(excess, times[over - 1], times[over], xtol=1e-18)
+        return Seen(force, float(found.x), arrival, end)
