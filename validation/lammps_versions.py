@@ -126,11 +126,6 @@ def _sampled_with_terms(scene: hc.Scene, step: float, watch_every: int) -> Float
     return np.asarray(recorder.contact_force.max(axis=0))
 
 
-def on_wall(screen: str) -> list[float]:
-    """The peak force on the wall that a deck has printed [N]; none where there is no wall."""
-    return [float(x) for x in re.findall(r"^Peak force on the wall: (\S+) N", screen, re.MULTILINE)]
-
-
 def download(folder: Path) -> list[Path]:
     """The lmp of each wheel, downloaded by pip and unpacked; RunFailed if pip cannot get one."""
     found = []
@@ -159,7 +154,6 @@ def judge(engine: Engine, entry: Entry, expected: FloatArray, ranks: int) -> Out
         difference, written = float("nan"), Path(folder) / "peaks.csv"
         if written.exists():
             peaks = np.loadtxt(written, delimiter=",", skiprows=1)[:, 1]
-            peaks = np.append(peaks, on_wall(screen))
             difference = largest_difference(peaks, expected)
     return Outcome(engine.version(), entry.scene, ranks, verdict, difference)
 

@@ -22,6 +22,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps import deck
 from hertzchain.engines.native import kernel_input, simulate_in_numpy, simulation
 from hertzchain.engines.native.simulation import Prepared
+from hertzchain.observables.contact_errors import Peaks
 from hertzchain.observables.peaks import PeakWatch
 from hertzchain.scene import schedule
 from hertzchain.scene.pulse import Pulse
@@ -77,15 +78,14 @@ def peaks_of_samples_everywhere() -> Iterator[None]:
     def of_prepared(one: Prepared, *arguments: Any, **options: Any) -> simulation.Simulation:
         return in_numpy(one.scene, *arguments, **options)
 
-    def peaks_alone(one: Prepared, *arguments: Any) -> FloatArray:
-        found: FloatArray = in_numpy(one.scene, *arguments).peaks.force
-        return found
+    def peaks_alone(one: Prepared, *arguments: Any) -> Peaks:
+        return in_numpy(one.scene, *arguments).peaks
 
     with (
         peaks_of_samples(),
         patch.object(run_checks, "simulate", in_numpy),
         patch.object(Prepared, "simulate", of_prepared),
-        patch.object(Prepared, "peak_forces", peaks_alone),
+        patch.object(Prepared, "peaks", peaks_alone),
     ):
         yield
 

@@ -141,7 +141,8 @@ def run(
     show(as_json, result.to_dict, lambda console: print_run(console, result, files.others))
     files.write(result)
     wanted = (RTOL if method is None and step is None else None) if rtol is None else rtol
-    known = result.error_estimate if result.errors is None else result.errors.wanted
+    errors = result.errors if first_pulses else None
+    known = result.error_estimate if errors is None else errors.wanted
     if wanted is not None and known > wanted:
         why = (
             f"{ENGINES[backend].label} cannot reach this accuracy in practical time;"

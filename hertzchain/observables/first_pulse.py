@@ -39,10 +39,6 @@ _SAME = 0.01
 _STANDS, _EXCEEDS = 10.0, 1.01
 """A front: how long its force has stood, time units of the contact, and what exceeds it."""
 
-_NEAR_END, _NEAR_END_OF_FRONT = 2, 7
-"""Contacts before an end where the incident and the reflected wave are one hump (measured); the
-second number is that of damped or loaded chains."""
-
 LEAST = 1e-9
 """Dynamic forces that are not noted, natural units: no pulse that counts is so weak."""
 
@@ -108,6 +104,13 @@ class FirstPulses:
         )
 
 
+def is_driven_to_the_end(scene: Scene) -> bool:
+    """Return whether a force or a moving piston still acts at the end of a run."""
+    if strokes := scene.shock.strokes:
+        return strokes[-1].velocity != 0 or strokes[-1].start > scene.end_time
+    return bool(scene.ramps) and scene.ramps[-1].end > scene.end_time
+
+
 @dataclass(frozen=True, eq=False)
 class Contacts:
     """What first pulses need to know of the contacts of a scene, in the units of a run."""
@@ -121,7 +124,7 @@ class Contacts:
         """Return those of a scene in SI units."""
         granules = scene.granules
         time = hertz.slowness(granules.stiffness, granules.contact_mass)
-        acts = scene.is_driven_to_the_end
+        acts = is_driven_to_the_end(scene)
         return cls(DampedLaw.of(scene), granules.static_force, time if acts else None)
 
     def in_units(self, units: NaturalUnits) -> Contacts:

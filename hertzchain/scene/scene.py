@@ -300,13 +300,6 @@ class Scene(Shown):
         return self.ramps[-1].end if self.ramps else 0.0
 
     @property
-    def is_driven_to_the_end(self) -> bool:
-        """Whether a force or a moving piston still acts at the end of the run."""
-        if strokes := self.shock.strokes:
-            return strokes[-1].velocity != 0 or strokes[-1].start > self.end_time
-        return bool(self.ramps) and self.ramps[-1].end > self.end_time
-
-    @property
     def start_velocity(self) -> float:
         """Velocity of granule 1 at the start [m/s]; all others are at rest."""
         return self.shock.start_velocity

@@ -55,7 +55,7 @@ def random_scene(number: int) -> hc.Scene:
     draw = random_damped_scene if number % 3 == 0 else random_scene_with_terms
     while True:
         scene = draw(rng, LONGEST, LONGEST_TIME)
-        if scene.piston is None and not scene.is_driven_to_the_end:
+        if scene.piston is None and not first_pulse.is_driven_to_the_end(scene):
             return scene
 
 

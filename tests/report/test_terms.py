@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
+from hertzchain.errors import SceneError
 from tests.command_line import Command
 from tests.conftest import STEEL
 
@@ -91,7 +92,7 @@ def test_history_of_the_force_on_a_wall() -> None:
     recorded = hc.Native(rtol=1e-8).run(scene, record=[result.peak_time[-1]])
     assert recorded.force_at(wall)[0] == pytest.approx(result.peak_at(wall), rel=1e-8)
     for ask in (recorded.force_at, recorded.peak_at):
-        with pytest.raises(hc.SceneError, match=f"from 2 to {wall}.* {wall} at the wall"):
+        with pytest.raises(SceneError, match=f"from 2 to {wall}.* {wall} at the wall"):
             ask(wall + 1)
 
 

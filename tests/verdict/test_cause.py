@@ -235,7 +235,7 @@ def test_rounding_is_named(
 def test_the_hint_of_a_scene_with_terms_says_what_was_tried() -> None:
     scene = replace(paper_scene("cosine", 1.0, 2.0, 16), wall=hc.Wall("rigid"))
     peaks = hc.Native("reference").run(scene).peak_force
-    found = hc.judge(scene, peaks * (1 + 0.01 * np.random.default_rng(0).standard_normal(15)))
+    found = hc.judge(scene, peaks * (1 + 0.01 * np.random.default_rng(0).standard_normal(16)))
     assert found.cause is None
     assert (found.hint or "").startswith("no mistake that was tried explains these peaks")
     assert found.to_dict()["hint"] == found.hint

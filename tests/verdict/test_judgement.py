@@ -75,7 +75,7 @@ def test_peaks_before_a_wall_are_judged(dt: float | None) -> None:
     found = hc.judge(scene, 1.01 * true, dt=dt)
     # The reference is right to 1e-9 here.
     assert found.largest_difference == pytest.approx(0.01, rel=1e-6, abs=0)
-    assert (found.verdict, found.passed.tolist()) == ("fail", [False] * 7)
+    assert (found.verdict, found.passed.tolist()) == ("fail", [False] * 8)
     assert (found.expected is None) == (dt is None)
 
 

@@ -187,7 +187,7 @@ TERMS = {
 @pytest.mark.parametrize("name", TERMS)
 def test_scenes_with_terms(name: str) -> None:
     scene = TERMS[name]
-    true = hc.Native(rtol=1e-8).run(scene).peak_force
+    true = hc.Native(rtol=1e-8).run(scene).peak_force[: scene.chain.granules - 1]
     samples = sampled(scene, 0.1)
     for way, make in WAYS.items():
         if scene.contact is not None and way.startswith("positions"):

@@ -100,10 +100,8 @@ def run(
             " a shorter chain or a shorter pulse"
         )
     longest = max(leg.dt for leg in found.legs)
-    asked = steps.dt is not None
-    error_bound.refuse_meaningless(
-        code, answer.errors.least, asked and longest > error_bound.SHORT * scene.contact_time
-    )
+    too_long = steps.dt is not None and longest > error_bound.SHORT * scene.contact_time
+    error_bound.refuse_meaningless(code, answer.errors.least, too_long)
     refuse_deep_overlap(largest_overlap_ratio(scene, answer.peaks.force))
     history = None if times is None else runner.history(found.legs, times)
     return Result(
@@ -384,15 +382,14 @@ class _Runner:
         """Return the largest bounds of errors from runs with other steps."""
         factors = [safety * other.factor for other in others]
         found = [self._rough(other.legs) for other in others]
-        unit = self.scene.contact_time
+        per_unit = 1 / self.scene.contact_time
 
         def bound(*differences: FloatArray) -> FloatArray:
             scaled = [factor * each for factor, each in zip(factors, differences, strict=True)]
             return np.asarray(np.maximum(np.maximum.reduce(scaled), least))
 
-        errors = bounds(
-            bound, *(run.seen.differences(other.seen).in_units(1 / unit) for other in found)
-        )
+        differences = (run.seen.differences(other.seen).in_units(per_unit) for other in found)
+        errors = bounds(bound, *differences)
         if not self._has_rivals:
             return errors
         rival = max(
