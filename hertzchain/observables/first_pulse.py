@@ -165,22 +165,23 @@ def first_pulses(notes: FloatArray, contacts: Contacts, largest: Array) -> First
     end = ends(FALLS[1], FLOOR)
     fronts, stood = _fronts(notes, here, contacts, of_run)
     is_front = fronts < end
-    end = np.minimum(end, fronts)
     last = np.append(np.flatnonzero(np.diff(here, append=count)), -1)
     last_of = np.full(count, -1)
     last_of[here[last[:-1]]] = last[:-1]
-    at = np.where(end < here.size, end, last_of)
-    counts &= at >= 0
-    force, time = np.full(count, np.nan), np.full(count, np.nan)
-    force[counts] = np.where(is_front, stood[0][at], top[at])[counts]
-    time[counts] = np.where(is_front, stood[1][at], notes[at, WHEN])[counts]
+
+    def force_at(end: _Places) -> Array:
+        """The force of each pulse that ends in these notes, or in the last, or as a front."""
+        return np.where(fronts < end, stood[0], top[np.where(end < here.size, end, last_of)])
+
+    counts &= last_of >= 0
+    force = np.where(counts, force_at(end), np.nan)
+    seen = notes[np.where(end < here.size, end, last_of), WHEN]
+    time = np.where(counts, np.where(is_front, stood[1], seen), np.nan)
     is_clear = counts.copy()
     for fall, floor in ((FALLS[0], FLOOR), (FALLS[2], FLOOR), *((FALLS[1], f) for f in _FLOORS)):
-        other = ends(fall, floor)
-        other = np.where(other < here.size, other, last_of)
         with np.errstate(invalid="ignore"):
-            same = np.abs(top[other] - force) <= _SAME * force
-        is_clear &= same | is_front
+            is_clear &= np.abs(force_at(ends(fall, floor)) - force) <= _SAME * force
+    end = np.minimum(end, fronts)
     arrival, over = np.full(count, np.nan), np.full(count, np.nan)
     felt = _first_felt(notes, here, force / 2 + contacts.static, time)
     came, went = np.flatnonzero(felt < here.size), np.flatnonzero(counts & (end < here.size))
@@ -209,22 +210,26 @@ def _first(chosen: _Mask, here: _Places, count: int) -> _Places:
 def _fronts(
     notes: FloatArray, here: _Places, contacts: Contacts, of_run: Array
 ) -> tuple[_Places, tuple[Array, Array]]:
-    """The first note of each contact that exceeds what has stood, and what had stood before it."""
-    static = contacts.static[here]
-    before = np.roll(notes[:, LARGEST], 1) - static
-    since = np.roll(notes[:, WHEN], 1)
+    """The first note of each contact that exceeds what has stood; and that force, and its time."""
+    count, static = of_run.size, contacts.static[here]
     if contacts.slowness is None:
-        return np.full(of_run.size, here.size), (before, since)
-    same = np.roll(here, 1) == here
-    if same.size:
-        same[0] = False
+        never = np.full(count, np.nan)
+        return np.full(count, here.size), (never, never)
+    before, since = np.roll(notes[:, LARGEST], 1) - static, np.roll(notes[:, WHEN], 1)
+    same = (np.roll(here, 1) == here) & (np.arange(here.size) > 0)
     with np.errstate(divide="ignore", invalid="ignore"):
         unit = contacts.slowness[here] * (before + static) ** (-1 / 6)
-        exceeds = (notes[:, LARGEST] - static > _EXCEEDS * before) & (
-            notes[:, BEGIN] - since > _STANDS * unit
-        )
-    exceeds &= same & (before >= FLOOR * of_run[here])
-    return _first(exceeds, here, of_run.size), (before, since)
+        stood = same & (notes[:, BEGIN] - since > _STANDS * unit)
+    first = _first(stood & (before >= FLOOR * of_run[here]), here, count)
+    is_known = first < here.size
+    force, time = (
+        np.where(is_known, values[np.where(is_known, first, 0)], np.nan)
+        for values in (before, since)
+    )
+    later = np.arange(here.size) >= first[here]
+    with np.errstate(invalid="ignore"):
+        exceeds = later & (notes[:, LARGEST] - static > _EXCEEDS * force[here])
+    return _first(exceeds, here, count), (force, time)
 
 
 def _first_felt(notes: FloatArray, here: _Places, level: Array, time: Array) -> _Places:

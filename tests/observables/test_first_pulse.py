@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
+from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError, SceneError
 from hertzchain.observables import first_pulse
+from hertzchain.observables.damped_law import DampedLaw
 from tests.conftest import STEEL, paper_scene
 from tests.oracles.first_pulses import Trace
 from validation.random_scenes import random_damped_scene, random_scene_with_terms
@@ -187,3 +189,29 @@ def test_what_was_not_asked_for_is_not_there() -> None:
 def test_plain_scenes() -> None:
     scene = paper_scene("cosine", 1.0, 2.0, 12)
     assert 0 < max(shares(scene, hc.Native(rtol=1e-6, wanted="first"))) <= 1
+
+
+def note(
+    begin: float, length: float, before: float, after: float, largest: float, when: float
+) -> FloatArray:
+    """Note of one contact with k = 1, from forces at both ends."""
+    ends = [(force ** (2 / 3), 0.0, 0.0, np.nan) for force in (before, after)]
+    return np.array([0.0, begin, length, *ends[0], *ends[1], before, after, largest, when])
+
+
+@pytest.mark.parametrize("growth", [1.003, 1.05])
+def test_a_front_that_rises_slowly(growth: float) -> None:
+    """What stood for ten units is the pulse, in however many steps it is exceeded."""
+    notes = [note(0.0, 1.0, 0.0, 1.0, 1.0, 1.0)]
+    time, force = 20.0, 1.0
+    while force < 1.9:
+        notes.append(note(time, 0.1, force, growth * force, growth * force, time + 0.1))
+        time, force = time + 0.1, growth * force
+    law = DampedLaw(np.ones(1), np.zeros(1), 0.5, False)
+    contacts = first_pulse.Contacts(law, np.zeros(1), np.ones(1))
+    found = first_pulse.first_pulses(np.array(notes), contacts, np.array([force]))
+    assert (found.force[0], found.time[0]) == (1.0, 1.0)
+    assert found.is_front[0]
+    assert found.is_clear[0]
+    ended = first_pulse.Contacts(law, np.zeros(1), None)
+    assert first_pulse.first_pulses(np.array(notes), ended, np.array([force])).force[0] == force
