@@ -180,7 +180,7 @@ class Scene(Shown):
 
     @property
     def last_contact(self) -> int:
-        """Number of the last contact: N, or N + 1, that with the wall."""
+        """Number of the last contact, N, or N + 1 with a wall."""
         return self.chain.granules + (self.wall is not None)
 
     def contact_label(self, contact: int) -> str:
