@@ -140,6 +140,10 @@ class Trace:
             return self.at(i, time) - static - force / 2
 
         reached = int(np.argmax(f >= force / 2))
-        arrival = brentq(excess, times[reached - 1], times[reached], xtol=1e-18)
+        if over is not None:  # of the maximum that is known now, which is a little higher
+            over = best + int(np.argmax(f[best:] <= force / 2))
+        arrival = float(times[0])  # where spheres that touch begin with a closing speed
+        if reached:
+            arrival = brentq(excess, times[reached - 1], times[reached], xtol=1e-18)
         end = None if over is None else brentq(excess, times[over - 1], times[over], xtol=1e-18)
         return Seen(force, float(found.x), arrival, end)
