@@ -20,8 +20,8 @@ LONGEST, LONGEST_TIME = 10, 150.0
 """Granules and natural time units of a random scene."""
 
 ORACLE = 3e-9
-"""Error of the judge, over the force and the time unit: with a tolerance a hundred times larger it
-differs by up to 1e-9."""
+"""Error of the judge, over the force and the time unit: with a tolerance ten times larger it is off
+by up to 1e-8 in a random scene, and its errors are proportional to it."""
 
 BLOCK, SCENES = 10, 300
 
