@@ -6,7 +6,7 @@ largest dynamic force of the run. Where the drive still acts at the end of the r
 where f exceeds an M that has stood for ten time units of its contact by more than 1 %: a front.
 
 A run notes those intervals in which a contact is pressed harder than ever before, or falls through
-a level of ``FALLS``: see ``Notes``. What the first pulse is follows from them, for every engine.
+a level of ``FALLS``: see ``notes``. What the first pulse is follows from them, for every engine.
 """
 
 from __future__ import annotations

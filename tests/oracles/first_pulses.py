@@ -68,8 +68,7 @@ class Trace:
     def force(self, y: Floats) -> Floats:
         """Forces of all contacts in a state, or in many, (2 granules, ...)."""
         c, n = self.chain, self.granules
-        motion = np.concatenate([y, np.zeros_like(y[:1])])
-        u, v = motion[:n], y[n:]
+        u, v = y[:n], y[n:]
         ahead = [np.concatenate([x[1:], np.zeros_like(x[:1])])[: self.contacts] for x in (u, v)]
         shape = (-1,) + (1,) * (y.ndim - 1)
         d = u[: self.contacts] - ahead[0] - c.gap.reshape(shape)
