@@ -35,11 +35,14 @@ class ContactErrors:
         has another pulse. None where first pulses were not wanted.
     arrival
         Of their arrivals, in the unit of the times.
+    dynamic
+        Dynamic over total force of first pulses: an error of the total force counts over this.
     """
 
     peak: FloatArray
     first: FloatArray | None = None
     arrival: FloatArray | None = None
+    dynamic: FloatArray | None = None
 
     def in_units(self, time: float) -> ContactErrors:
         """Return the same errors with those of arrivals multiplied by a unit of time."""
@@ -79,15 +82,19 @@ class ContactErrors:
 def bounds(bound: Callable[..., FloatArray], *differences: ContactErrors) -> ContactErrors:
     """Bounds of errors, from those of one number and its differences in one or several runs.
 
-    Arrivals are in natural time units: where forces are off by a part of themselves, arrivals are
-    by about that part of a unit.
+    A bound is of total forces, so what a small pulse on a large static force is off by is more. In
+    natural time units arrivals are off by about the part of a unit that forces are of themselves.
     """
     peak = bound(*(found.peak for found in differences))
     first = [found.first for found in differences if found.first is not None]
     arrival = [found.arrival for found in differences if found.arrival is not None]
-    if len(first) < len(differences):
+    dynamic = differences[0].dynamic
+    if len(first) < len(differences) or dynamic is None:
         return ContactErrors(peak)
-    return ContactErrors(peak, bound(*first), bound(*arrival))
+    first_bound, arrival_bound = (
+        bound(*(each * dynamic for each in found)) / dynamic for found in (first, arrival)
+    )
+    return ContactErrors(peak, first_bound, arrival_bound, dynamic)
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +143,8 @@ class Peaks:
         first[has & ~(same & np.isfinite(its.force))] = np.inf
         arrival = np.where(has, np.abs(its.arrival - mine.arrival), np.nan)
         arrival[np.isinf(first)] = np.inf
-        return ContactErrors(peak, _causal(first, mine.time), _causal(arrival, mine.time))
+        dynamic = mine.force / (mine.force + mine.static)
+        return ContactErrors(peak, _causal(first, mine.time), _causal(arrival, mine.time), dynamic)
 
 
 def _relative(found: Array, expected: Array, some: NDArray[np.bool_]) -> FloatArray:

@@ -11,7 +11,7 @@ a level of ``FALLS``: see ``notes``. What the first pulse is follows from them, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -67,6 +67,8 @@ class FirstPulses:
         When the force first reaches half of that.
     width
         From the arrival to the end of the pulse.
+    static
+        Force of the contacts before it.
     is_front, is_clear
         Whether the pulse ends as a front does; whether it is the same for other choices of the
         levels at which it ends and from which it counts.
@@ -76,6 +78,7 @@ class FirstPulses:
     time: FloatArray
     arrival: FloatArray
     width: FloatArray
+    static: FloatArray
     is_front: _Mask
     is_clear: _Mask
 
@@ -90,18 +93,17 @@ class FirstPulses:
             np.where(some, values, np.nan)
             for values in (self.force, self.time, self.arrival, self.width)
         )
-        return FirstPulses(force, time, arrival, width, self.is_front & some, self.is_clear & some)
+        return replace(
+            self, force=force, time=time, arrival=arrival, width=width,
+            is_front=self.is_front & some, is_clear=self.is_clear & some,
+        )  # fmt: skip
 
     def in_units(self, force: float, time: float) -> FirstPulses:
         """Return the same pulses with forces and times multiplied by units."""
-        return FirstPulses(
-            self.force * force,
-            self.time * time,
-            self.arrival * time,
-            self.width * time,
-            self.is_front,
-            self.is_clear,
-        )
+        return replace(
+            self, force=self.force * force, time=self.time * time, arrival=self.arrival * time,
+            width=self.width * time, static=self.static * force,
+        )  # fmt: skip
 
 
 def is_driven_to_the_end(scene: Scene) -> bool:
@@ -149,7 +151,7 @@ def first_pulses(notes: FloatArray, contacts: Contacts, largest: Array) -> First
     """
     if not notes.size:
         never, no = np.full(largest.size, np.nan), np.zeros(largest.size, bool)
-        return FirstPulses(never, never, never, never, no, no)
+        return FirstPulses(never, never, never, never, contacts.static, no, no)
     notes = notes[np.argsort(notes[:, CONTACT], kind="stable")]
     here = notes[:, CONTACT].astype(np.intp)
     static, count = contacts.static[here], largest.size
@@ -196,7 +198,8 @@ def first_pulses(notes: FloatArray, contacts: Contacts, largest: Array) -> First
         np.concatenate([np.ones(came.size, bool), is_front[went]]),
     )
     arrival[came], over[went] = found[: came.size], found[came.size :]
-    return FirstPulses(force, time, arrival, over - arrival, is_front & counts, is_clear)
+    width = over - arrival
+    return FirstPulses(force, time, arrival, width, contacts.static, is_front & counts, is_clear)
 
 
 def _first(chosen: _Mask, here: _Places, count: int) -> _Places:

@@ -129,9 +129,11 @@ class Trace:
                 over = k
                 break
         low, high = times[max(best - 1, 0)], times[min(best + 1, times.size - 1)]
+        # Within the interval: SciPy finds a place to 1e-8 of itself, and a dashpot that closes
+        # jumps to its maximum.
         found = minimize_scalar(
-            lambda t: -self.at(i, t), bounds=(low, high), method="bounded",
-            options={"xatol": 1e-9 * (high - low)},
+            lambda s: -self.at(i, low + s * (high - low)), bounds=(0, 1), method="bounded",
+            options={"xatol": 1e-9},
         )  # fmt: skip
         force = max(-float(found.fun), top + static) - static
 
@@ -145,4 +147,4 @@ class Trace:
         if reached:
             arrival = brentq(excess, times[reached - 1], times[reached], xtol=1e-18)
         end = None if over is None else brentq(excess, times[over - 1], times[over], xtol=1e-18)
-        return Seen(force, float(found.x), arrival, end)
+        return Seen(force, float(low + found.x * (high - low)), arrival, end)

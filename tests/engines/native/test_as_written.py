@@ -158,7 +158,7 @@ PLANTED = [
     (
         "damped_contacts.py",
         "* inverse_mass[i] +",
-        "* inverse_mass[0] +",
+        "* 1.0001 * inverse_mass[i] +",
         "terms/damped_striker_on_a_wall",
     ),
     ("damped_contacts.py", "factor = np.sqrt(root)", "factor = root", "terms/damped"),
