@@ -157,8 +157,8 @@ PLANTED = [
     ),
     (
         "damped_contacts.py",
-        "* inverse_mass[i] +",
-        "* 1.0001 * inverse_mass[i] +",
+        "elastic = stiffness[i] * d * root",
+        "elastic = stiffness[0] * d * root",
         "terms/damped_striker_on_a_wall",
     ),
     ("damped_contacts.py", "factor = np.sqrt(root)", "factor = root", "terms/damped"),
