@@ -35,6 +35,9 @@ level may.
 ENGINES = LEVELS[5]
 """They never import one another: their independence is what a comparison is worth."""
 
+THE_SAME_END = ("hertzchain.engines.external.engine", "hertzchain.engines.native.duration")
+"""The one import between engines: a default end that quick runs find is that of every engine."""
+
 OUTSIDE = ("hertzchain", "hertzchain.engines", "hertzchain.lammps")
 """Public names, from where outside scripts import them."""
 
@@ -106,6 +109,8 @@ def test_imports_go_down_only() -> None:
         for other in imported - set(OUTSIDE):
             there = room_of(other)
             ground = level[here] == level[there] == 0
+            if (name, other) == THE_SAME_END:
+                continue
             if here != there and level[there] >= level[here] and not ground:
                 wrong.append((name, other))
     assert wrong == []

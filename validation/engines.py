@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -60,12 +61,13 @@ def scene_of(name: str) -> hc.Scene:
         return load(name)
     light = {"young_modulus": 70e9, "poisson_ratio": 0.33, "density": 2700.0}
     material: Any = {key: [STEEL[key], value] * 10 for key, value in light.items()}
-    return hc.Scene(
+    scene = hc.Scene(
         hc.Chain(20, STEEL["radius"], **material),
         hc.Striker(1.0, radius=6e-3),
         wall=hc.Wall("rigid"),
         contact=hc.Contact("restitution", restitution=0.8),
     )
+    return replace(scene, run=hc.Run(scene.end_time))
 
 
 def step_of(scene: hc.Scene) -> float:

@@ -29,6 +29,13 @@ class MethodName(StrEnum):
     SCIPY = "scipy"
 
 
+class Wanted(StrEnum):
+    """What accuracy is asked of."""
+
+    FIRST = "first"
+    ALL = "all"
+
+
 def run(
     scene: options.SceneFile,
     backend: Annotated[options.Backend, typer.Option(help="Who simulates.")] = options.NATIVE,
@@ -50,14 +57,13 @@ def run(
             help="Not with native: extrapolate from two steps, an eighth of the cost.",
         ),
     ] = False,
-    first_pulses: Annotated[
-        bool,
+    wanted: Annotated[
+        Wanted | None,
         typer.Option(
-            "--first-pulses",
-            help="Also the first pulse of each contact, its arrival and width, with an error for"
-            " each contact; --rtol is then asked of first pulses, not of the largest forces.",
+            help="What --rtol is asked of: the first pulse of each contact, or all peaks, reflected"
+            " waves included. Default: first with a striker, a wall or unlike granules, else all."
         ),
-    ] = False,
+    ] = None,
     isolate: options.Isolate = False,
     lmp: options.LammpsBinary = None,
     ranks: options.Ranks = None,
@@ -111,6 +117,8 @@ def run(
     as_json: options.AsJson = False,
 ) -> None:
     """Simulate a scene with one backend: peaks, p, F_SW, speed, error, cost."""
+    from hertzchain.engines.native.backend import AS_WRITTEN
+    from hertzchain.engines.native.duration import with_end
     from hertzchain.report.console import print_run
 
     loaded = options.load_scene(scene)
@@ -126,24 +134,22 @@ def run(
     files.check(scene)
     options.refuse_without_need(backend == "lammps", isolate=isolate, lmp=lmp, ranks=ranks)
     parameters = _parameters(backend, method, step, rtol, extrapolated)
-    if first_pulses:
-        parameters["wanted"] = "first"
-    times = files.times(loaded)
-    if backend == "native":
-        from hertzchain.engines.native.backend import AS_WRITTEN
-
-        parameters["peaks_only"] = times is None and method not in AS_WRITTEN
-    elif backend == "lammps":
+    if wanted is not None:
+        parameters["wanted"] = wanted.value
+    if backend == "lammps":
         parameters |= options.lammps_options(isolate, lmp, ranks)
     with progress() as report_progress, compiling(report_progress, backend == "native"):
         report_progress(f"{backend}: running")
+        loaded = with_end(loaded)
+        times = files.times(loaded)
+        if backend == "native":
+            parameters["peaks_only"] = times is None and method not in AS_WRITTEN
         result = ENGINES[backend].make(time_limit=limit, **parameters).run(loaded, times)
     show(as_json, result.to_dict, lambda console: print_run(console, result, files.others))
     files.write(result)
-    wanted = (RTOL if method is None and step is None else None) if rtol is None else rtol
-    errors = result.errors if first_pulses else None
-    known = result.error_estimate if errors is None else errors.wanted
-    if wanted is not None and known > wanted:
+    asked = (RTOL if method is None and step is None else None) if rtol is None else rtol
+    known = result.wanted_error
+    if asked is not None and known > asked:
         why = (
             f"{ENGINES[backend].label} cannot reach this accuracy in practical time;"
             " --backend native does"
@@ -152,7 +158,7 @@ def run(
             if loaded.contact is not None
             else "repeated collisions amplify rounding errors"
         )
-        reached = f"wanted {wanted:g}, reached {known:.1g}"
+        reached = f"wanted {asked:g}, reached {known:.1g}"
         say(f"{reached}: {why}")
         raise typer.Exit(OUT_OF_TOLERANCE)
 

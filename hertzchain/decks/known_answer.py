@@ -17,6 +17,7 @@ from hertzchain.decks.standalone import check, standalone
 from hertzchain.engines.external.rescaling import NONE, predicted_loss
 from hertzchain.engines.native import METHODS, Native, simulate
 from hertzchain.engines.native.damped_verlet import samples_of, simulate_damped_verlet
+from hertzchain.engines.native.duration import with_end
 from hertzchain.errors import (
     POSITIVE,
     SceneError,
@@ -95,7 +96,7 @@ def _tried_step(scene: Scene, rtol: float) -> float:
     def peaks_at(dt: float) -> FloatArray:
         if scene.contact is not None:
             return _verlet_peaks(scene, scene.schedule(dt))
-        return Native("velocity-verlet", dt, peaks_only=True).run(scene).peak_force
+        return Native("velocity-verlet", dt, peaks_only=True, wanted="all").run(scene).peak_force
 
     pilot = _PILOT_STEP * scene.contact_time
     longest = 2 * pilot
@@ -141,7 +142,7 @@ def known_answer(scene: Scene, layout: Layout) -> KnownAnswer | None:
     """
     if layout.watch_every == 0:
         return None
-    truth = Native("reference", peaks_only=True).run(scene)
+    truth = Native("reference", peaks_only=True, wanted="all").run(scene)
     if not np.any(truth.peak_force):
         allowed = "must be later: no contact is pressed before it"
         raise SceneError("run.end_time", scene.end_time, allowed)
@@ -248,6 +249,7 @@ def lammps_deck(scene: Scene, dt: float | None, rtol: float | None, title: str, 
 
     ``how`` has the samples and the keywords of ``Layout``.
     """
+    scene = with_end(scene)
     layout = lay_out(scene, dt, rtol, title=title, **how)
     return standalone(scene, layout, known_answer(scene, layout))
 

@@ -37,7 +37,7 @@ def known_motion(scene: Scene) -> KnownMotion:
     motion starts from the overlaps of the positions as written in the test.
     """
     refuse_terms(scene, "a unit test for LAMMPS", _TERMS)
-    native = Native(rtol=RTOL)
+    native = Native(rtol=RTOL, wanted="all")
     peak_time = native.run(scene).peak_time[scene.chain.granules // 2 - 1]
     time = min(scene.ramps[-1].end, float(peak_time), scene.end_time)
     history = native.run(scene, record=[time]).history

@@ -48,6 +48,10 @@ class ContactErrors:
         """Return the same errors with those of arrivals multiplied by a unit of time."""
         return self if self.arrival is None else replace(self, arrival=self.arrival * time)
 
+    def alike(self, values: FloatArray) -> FloatArray:
+        """Values of each contact; the largest of them where the errors of peaks are one number."""
+        return values if self.peak.ndim else np.asarray(np.max(values, initial=0.0))
+
     def known(self, first: FirstPulses | None) -> FirstPulses | None:
         """Return first pulses without those that have no right digit: NaN for them."""
         if first is None or self.first is None:
@@ -65,6 +69,13 @@ class ContactErrors:
         if self.first is None or not np.isfinite(self.first).any():
             return self.largest
         return _largest(self.first[np.isfinite(self.first)])
+
+    @property
+    def share(self) -> float:
+        """The smallest part that a first pulse is of its total force; 1 without first pulses."""
+        if self.dynamic is None:
+            return 1.0
+        return float(np.min(self.dynamic[~np.isnan(self.dynamic)], initial=1.0))
 
     @property
     def least(self) -> float:
@@ -135,7 +146,8 @@ class Peaks:
             return ContactErrors(np.asarray(largest_difference(other.force, self.force, ESTIMATED)))
         judged = judged_contacts(self.force, ESTIMATED)
         if not judged.any():  # no force in the whole run: then any is all wrong
-            return ContactErrors(np.where(other.force > 0, 1.0, 0.0))
+            never = np.full(self.force.size, np.nan)
+            return ContactErrors(np.where(other.force > 0, 1.0, 0.0), never, never, never)
         peak = _causal(_relative(other.force, self.force, judged), self.time)
         has = ~np.isnan(mine.force)
         first = _relative(its.force, mine.force, has)

@@ -40,7 +40,8 @@ _STANDS, _EXCEEDS = 10.0, 1.01
 """A front: how long its force has stood, time units of the contact, and what exceeds it."""
 
 LEAST = 1e-9
-"""Dynamic forces that are not noted, natural units: no pulse that counts is so weak."""
+"""Dynamic forces that are not noted, over the natural unit plus the static force: no pulse that
+counts is so weak."""
 
 COLUMNS = 15
 (CONTACT, BEGIN, LENGTH, START, FORCE, LARGEST, WHEN) = (0, 1, 2, 3, 11, 13, 14)
@@ -247,7 +248,7 @@ def _first_felt(notes: FloatArray, here: _Places, level: Array, time: Array) -> 
     return _first(reached, here, level.size)
 
 
-_RESOLVED = 1e-14
+_RESOLVED = 1e-13
 """How near in an interval, or in force, a crossing is found."""
 
 _PLACES = np.linspace(0, 1, 9)[:, np.newaxis]
@@ -303,10 +304,12 @@ class Curves:
         at_low, at_high = (sign * (self.force(s) - level) for s in (low, high))
         high, at_high = np.where(at_low >= 0, low, high), np.where(at_low >= 0, 0.0, at_high)
         was_beyond: Any = None
+        is_found = np.zeros(s.size, bool)
         for _ in range(60):  # the method of Illinois; a dozen are enough
             with np.errstate(divide="ignore", invalid="ignore"):
-                s = (low * at_high - high * at_low) / (at_high - at_low)
-            s = np.where((s > low) & (s < high), s, (low + high) / 2)
+                new = (low * at_high - high * at_low) / (at_high - at_low)
+            new = np.where((new > low) & (new < high), new, (low + high) / 2)
+            s = np.where(is_found, s, new)
             found = sign * (self.force(s) - level)
             beyond = found >= 0
             # Of an end that stays twice in a row the value counts half.
@@ -314,12 +317,23 @@ class Curves:
             at_low = np.where(beyond, stays * at_low, found)
             at_high = np.where(beyond, found, stays * at_high)
             low, high, was_beyond = np.where(beyond, low, s), np.where(beyond, s, high), beyond
-            if np.all((high - low <= _RESOLVED) | (np.abs(found) <= _RESOLVED * level)):
+            is_found |= (high - low <= _RESOLVED) | (np.abs(found) <= _RESOLVED * level)
+            if is_found.all():
                 break
         return np.asarray(self._begin + s * self._h)
 
 
-def check_wanted(wanted: str) -> None:
-    """Raise a SceneError for what is not in ``WANTED``."""
-    allowed = f"must be one of {', '.join(WANTED)}"
-    require(wanted in WANTED, "wanted", wanted, allowed)
+def check_wanted(wanted: str | None) -> None:
+    """Raise a SceneError for what is neither None nor in ``WANTED``."""
+    allowed = f"must be one of {', '.join(WANTED)}, or left out"
+    require(wanted is None or wanted in WANTED, "wanted", wanted, allowed)
+
+
+def usually_wanted(scene: Scene) -> str:
+    """What is asked of a scene where nothing else is said.
+
+    First pulses where waves are reflected within the chain, as by a striker, a wall or unlike
+    granules; elsewhere the largest forces.
+    """
+    reflects = scene.striker is not None or scene.wall is not None
+    return "first" if reflects or "unlike granules" in scene.terms else "all"

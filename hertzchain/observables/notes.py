@@ -27,12 +27,12 @@ _Places = NDArray[np.intp]
 class NoteTaker:
     """Takes notes of the contacts of a run, in the units of its samples.
 
-    ``inverse_mass`` is 1 / m of each granule, shape (granules,); forces of at most ``least`` above
-    the static one are not noted.
+    ``inverse_mass`` is 1 / m of each granule, shape (granules,); ``unit`` is the natural unit of
+    force. Weak forces are not noted: see ``LEAST``.
     """
 
-    def __init__(self, contacts: Contacts, inverse_mass: Array, least: float = LEAST) -> None:
-        self._contacts, self._least = contacts, least
+    def __init__(self, contacts: Contacts, inverse_mass: Array, unit: float = 1.0) -> None:
+        self._contacts, self._least = contacts, LEAST * (unit + contacts.static)
         self._law, self._static = contacts.law, contacts.static
         count = self._static.size
         self._mobility = (inverse_mass + np.append(inverse_mass[1:], 0.0))[:count]
@@ -116,5 +116,5 @@ class NoteTaker:
                 self._fallen[i] += 1
                 kept[k] = True
             notes[k, 13], notes[k, 14] = self._largest[i], self._when[i]
-        kept &= notes[:, 13] - self._static[contact] > self._least
+        kept &= notes[:, 13] - self._static[contact] > self._least[contact]
         self._notes.append(notes[kept])

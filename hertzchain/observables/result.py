@@ -215,21 +215,24 @@ class Result(ShownRun):
             more = f" and {len(late) - 3} more" if len(late) > 3 else ""
             found.append(
                 f"the run ended before {', '.join(late[:3])}{more} had been pressed and had let up:"
-                " peaks may be missing, so set end_time in [run] to watch longer than"
-                f" {self.scene.end_time:.3g} s"
+                f" set end_time in [run] to watch longer than {self.scene.end_time:.3g} s"
             )
         return tuple(found)
 
     @property
     def cut_off(self) -> tuple[str, ...]:
-        """Names of the contacts whose peak may come after the end of the run; usually empty.
+        """Names of the contacts whose peak, or first pulse, may come after the end of the run.
 
         Plain scenes have none: there p is undefined where the run ended too early.
         """
         if self.scene.is_plain:
             return ()
-        peaks = self.peak_force
-        waiting = ~self.peak_passed & (judged_contacts(peaks, ESTIMATED) | (peaks == 0))
+        peaks, first = self.peak_force, self.first_pulses
+        is_judged = judged_contacts(peaks, ESTIMATED)
+        late = ~self.peak_passed & is_judged
+        if first is not None:
+            late = np.where(np.isnan(first.force), ~self.peak_passed & ~is_judged, ~first.is_ended)
+        waiting = late | (peaks == 0)
         return tuple(self.scene.contact_name(number) for number in self.contact[waiting].tolist())
 
     @property
@@ -308,6 +311,12 @@ class Result(ShownRun):
         """
         known = self.first_columns.get("peak_error", np.full(self.peak_force.size, np.nan))
         return np.where(np.isnan(known), self.error_estimate, known)
+
+    @property
+    def wanted_error(self) -> float:
+        """The largest error of what accuracy was asked of: first pulses, or all peaks."""
+        known = self.first_pulses is not None and self.errors is not None
+        return self.errors.wanted if known else self.error_estimate  # type: ignore[union-attr]
 
     @property
     def first_columns(self) -> dict[str, FloatArray | NDArray[np.bool_]]:

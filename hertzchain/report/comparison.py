@@ -11,7 +11,14 @@ from hertzchain.arrays import FloatArray
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.observables.result import Result
 from hertzchain.report.document import Document, Failure, Peaks, Table, Verdict
-from hertzchain.report.facts import difference, duration, number, shown_contacts, similar_scene
+from hertzchain.report.facts import (
+    NO_DIGIT,
+    difference,
+    duration,
+    number,
+    shown_contacts,
+    similar_scene,
+)
 from hertzchain.report.junit import case
 from hertzchain.report.style import FORMULAS, LABELS
 
@@ -70,16 +77,22 @@ def _peaks(
     columns = {**codes, **equations}
     labels = [LABELS[name] for name in columns]
 
+    errors = {name: comparison.results[name].peak_errors for name in ("native", *found)}
+
     def row(k: int) -> list[str]:
         peak = native.peak_force[k]
-        values = [number(column[k], 9 if name in codes else 6) for name, column in columns.items()]
+        values = [
+            _of_run(column[k], errors[name][k]) if name in errors else number(column[k], 6)
+            for name, column in columns.items()
+        ]
         differences = [
             ""
-            if not peak > 0 or np.isnan(column[k])
+            if not peak > 0 or np.isnan(column[k]) or errors["native"][k] >= 1
             else f"{column[k] / peak - 1:{'+.1e' if name in codes else '+.2%'}}"
             for name, column in columns.items()
         ]
-        return [native.scene.contact_label(k + 2), number(peak, 9), *values, *differences]
+        of_native = _of_run(peak, errors["native"][k])
+        return [native.scene.contact_label(k + 2), of_native, *values, *differences]
 
     return Peaks(
         "Peak force of each contact [N]; then its difference from native",
@@ -107,7 +120,7 @@ def _answers(comparison: Comparison) -> tuple[Table, list[list[str]]]:
     else:
         answers = _answers_of_wave(comparison, row)
     return answers, [
-        row("error, at most", lambda run: f"{run.error_estimate:.1e}"),
+        row("error, at most", lambda run: f"{run.wanted_error:.1e}"),
         row("method", lambda run: run.method),
         row("steps", lambda run: f"{run.steps:,}"),
         row("time", lambda run: duration(run.wall_time)),
@@ -122,7 +135,10 @@ def _answers_with_terms(comparison: Comparison, row: Callable[..., list[str]]) -
     ]
     if comparison.scene.wall is not None:
         rows[:0] = [
-            row("largest force on the wall [N]", lambda run: number(run.peak_force[-1], 9)),
+            row(
+                "largest force on the wall [N]",
+                lambda run: _of_run(run.peak_force[-1], run.peak_errors[-1]),
+            ),
             row("its time [s]", lambda run: number(run.peak_time[-1], 6)),
         ]
     header = ["", *(LABELS[name] for name in comparison.wanted), ""]
@@ -186,17 +202,29 @@ def _failure(check: Check) -> Failure:
     return Failure(check.name, found, check.kind.advice)
 
 
+def _of_run(peak: float, error: float) -> str:
+    """Return a peak with nine digits, for its differences; words where none of them is right."""
+    return NO_DIGIT if error >= 1 else number(peak, 9)
+
+
+def _seen(result: Result) -> FloatArray:
+    """Return first pulses [N], 0 where there is none; the peaks of a run without them."""
+    first = result.first_pulses
+    return result.peak_force if first is None else np.nan_to_num(first.force)
+
+
 def _verdict(comparison: Comparison, of_formulas: Sequence[str]) -> Verdict:
     checks, results = comparison.checks, comparison.results
     failed = [check for check in checks if not check.passed]
     only_absent = bool(failed) and all(check.measured is None for check in failed)
     ran = [name for name in comparison.wanted if name in results and name != "native"]
     if not failed and ran:
-        peaks = [results[name].peak_force for name in ran]
-        off = max(largest_difference(found, comparison.native.peak_force) for found in peaks)
+        seen = [_seen(results[name]) for name in ran]
+        off = max(largest_difference(found, _seen(comparison.native)) for found in seen)
         who = " and ".join(LABELS[name] for name in ran)
+        what = "Peaks" if comparison.native.first_pulses is None else "First pulses"
         sentence = (
-            f"All {len(checks)} checks passed. Peaks by {who} differ from those of native by"
+            f"All {len(checks)} checks passed. {what} by {who} differ from those of native by"
             f" {off:.1e} at most, within the errors that both claim."
         )
     elif not failed:

@@ -25,10 +25,9 @@ def facts_of_terms(result: Result) -> list[tuple[str, str]]:
     facts = []
     if result.scene.wall is not None:
         force, time = result.peak_force[-1], result.peak_time[-1]
-        at = "" if np.isnan(time) else f" at {time:.6g} s"
-        facts.append(
-            ("largest force on the wall", f"{known_digits(force, result.peak_errors[-1])} N{at}")
-        )
+        known = known_digits(force, result.peak_errors[-1])
+        at = " N" if np.isnan(time) else f" N at {time:.6g} s"
+        facts.append(("largest force on the wall", known if known == NO_DIGIT else known + at))
     first, last = (f"{v:.3g} m/s" for v in (result.velocity[0], result.velocity[-1]))
     if np.isfinite(result.velocity[0]):
         facts.append(("velocity at the end", f"granule 1 {first}, the last granule {last}"))
@@ -80,10 +79,14 @@ def number(value: float | None, digits: int) -> str:
     return "" if value is None or np.isnan(value) else f"{value:#.{digits}g}"
 
 
+NO_DIGIT = "no digit"
+"""Stands for a number of which no digit is right."""
+
+
 def known_digits(value: float | None, error: float, most: int = 9) -> str:
     """Return a number with the digits that its relative error leaves, the last one uncertain."""
     if error >= 1:
-        return "no digit"
+        return NO_DIGIT
     if value is None or np.isnan(value) or value == 0:
         return number(value, most)
     digits = int(np.clip(1 - np.ceil(np.log10(max(error, 1e-16))), 1, most))

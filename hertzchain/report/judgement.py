@@ -72,9 +72,10 @@ def _peaks(judgement: Judgement, failed: NDArray[np.intp]) -> Peaks:
             "not given" if one["given_N"] is None else words[one["passed"]],  # type: ignore[index]
         ]
 
+    what = "First pulse" if judgement.of_first_pulses else "Peak force"
     transition = range(len(shown_contacts(judgement.reference)))
     return Peaks(
-        "Peak force of each contact [N]: as given, and by the reference method",
+        f"{what} of each contact [N]: as given, and by the reference method",
         [("contact", ""), ("given", "[N]"), ("native", "[N]"), ("difference", ""), ("", "")],
         row,
         sorted({*transition, *failed[:_MOST_FAILED].tolist()}),
@@ -92,7 +93,7 @@ def _cases(judgement: Judgement) -> tuple[Case, ...]:
         text = "\n".join([*why, *judgement.remarks])
         cases = [Case("verdict", problem, "; ".join(why), text)]
     unit = "peak force [N] within the relative tolerance asked for"
-    pressed = judged_peaks(judgement.reference, judgement.given)
+    pressed = judged_peaks(judgement.truth, judgement.given)
     allowed = np.zeros(pressed.size) if judgement.sampling is None else judgement.sampling
     for contact_at, row in enumerate(judgement.rows):
         contact = judgement.reference.scene.contact_name(contact_at + 2)
@@ -124,8 +125,9 @@ def _facts(judgement: Judgement, judged: int, failed: int) -> list[tuple[str, st
     facts = [
         ("contacts", ", ".join(counts)),
         ("largest difference", "" if largest is None else f"{largest:.1e}"),
+        ("compared with", judgement.compared_with),
         ("tolerance", f"{judgement.tolerance:.1e}"),
-        ("error of native, at most", f"{reference.error_estimate:.1e}"),
+        ("error of native, at most", f"{reference.wanted_error:.1e}"),
     ]
     if judgement.sampling_error is not None:
         said = f"{judgement.sampling_error:.1e}, which adds to the tolerance"

@@ -15,7 +15,8 @@ class Run:
     Parameters
     ----------
     end_time
-        End of the run [s]; None for the default, long enough for every contact to peak.
+        End of the run [s]; None for the default, long enough for every contact to peak, or, with a
+        striker, a wall or unlike granules, twice the time at which the first pulses are over.
 
     Raises
     ------

@@ -351,7 +351,7 @@ class Scene(Shown):
 
     @functools.cached_property
     def end_time(self) -> float:
-        """End of the run [s], as given, or long enough for the wave to pass every contact."""
+        """End of the run [s], as given, or the latest by default: the wave passes each contact."""
         if self.run.end_time is not None:
             return self.run.end_time
         if self.is_plain:

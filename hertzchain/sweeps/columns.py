@@ -18,7 +18,6 @@ from hertzchain.theory.peak_map import FAR_FIELD_ERROR, PEAK_ERROR
 if TYPE_CHECKING:
     from hertzchain.engines.native import Batch
     from hertzchain.observables.result import Result
-    from hertzchain.scene.scene import Scene
     from hertzchain.theory import Prediction
 
 
@@ -196,21 +195,28 @@ _LAST_PEAK = Column(
 )
 
 
-def _of_wall(scene: Scene, values: FloatArray) -> float | None:
-    """Return the value of the contact with the wall; None without a wall."""
-    return None if scene.wall is None else float(values[-1])
+def _of_wall(found: Result, values: FloatArray) -> float | None:
+    """Return the value of the contact with the wall; None without one.
+
+    It is None, too, where the run ended before the wall was pressed and let up, or no digit of the
+    force is right.
+    """
+    scene = found.scene
+    if scene.wall is None or scene.contact_name(scene.last_contact) in found.cut_off:
+        return None
+    return float(values[-1]) if found.peak_errors[-1] < 1 else None
 
 
 _FOUND_WITH_WALL = (
     Column(
         "wall_peak_force_N",
         "peak force on the wall [N]",
-        of_result=lambda found: _of_wall(found.scene, found.peak_force),
+        of_result=lambda found: _of_wall(found, found.peak_force),
     ),
     Column(
         "wall_peak_time_s",
         "time of the peak force on the wall [s]",
-        of_result=lambda found: _of_wall(found.scene, found.peak_time),
+        of_result=lambda found: _of_wall(found, found.peak_time),
     ),
 )
 CUT_OFF = Column(

@@ -61,6 +61,7 @@ class Case:
     dt: float | None  # their step [s], if known
     tolerance: float  # largest relative difference that passes
     deadline: Deadline  # time limit of the search
+    of_first_pulses: bool = False  # whether the peaks are those of first pulses
 
     @property
     def differences(self) -> FloatArray:
@@ -94,8 +95,13 @@ class Case:
             if scene.contact is not None:
                 return self._damped(scene)
             if ramps is None:
-                run = Native(rtol=_RTOL, peaks_only=True, time_limit=max(self.deadline.left, 1e-3))
-                return run.run(scene).peak_force
+                native = Native(
+                    rtol=_RTOL, peaks_only=True, time_limit=max(self.deadline.left, 1e-3),
+                    wanted="first" if self.of_first_pulses else "all",
+                )  # fmt: skip
+                run = native.run(scene)
+                first = run.first_pulses if self.of_first_pulses else None
+                return run.peak_force if first is None else np.nan_to_num(first.force)
             chosen = plan.cheapest(_RTOL, checked=False)
             step = chosen.step * scene.units.time
             legs = chosen.walker.cut(lay_steps(ramps, scene.end_time, step))
@@ -110,8 +116,11 @@ class Case:
         """Return peaks of a scene with damped contacts, right to about 1e-8, by one run."""
         from hertzchain.engines.native import damped_runs
 
-        run = damped_runs.simulate_damped(scene, _TOLERANCE, self.deadline)
-        return np.asarray(run.peak_force * scene.units.force)
+        wants = self.of_first_pulses
+        run = damped_runs.simulate_damped(scene, _TOLERANCE, self.deadline, first=wants)
+        first = run.peaks.first
+        peaks = run.peak_force if first is None else np.nan_to_num(first.force)
+        return np.asarray(peaks * scene.units.force)
 
     def fit(self, made: Callable[[float], FloatArray], trials: Sequence[float]) -> Found:
         """Fit the parameter of a mistake that makes peaks [N].

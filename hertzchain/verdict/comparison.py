@@ -28,13 +28,12 @@ from hertzchain.showing import ShownVerdict, ShowProgress, telling
 from hertzchain.verdict.check import FAILED, NOT_RUN, Check, unmeasured
 from hertzchain.verdict.deck_numbers import examined
 from hertzchain.verdict.formulas import Formulas, formulas
-from hertzchain.verdict.run_checks import (
+from hertzchain.verdict.reference_checks import (
     as_written_check,
-    balance_checks,
-    code_checks,
     is_quickly_written,
     yardstick_check,
 )
+from hertzchain.verdict.run_checks import balance_checks, code_checks
 
 if TYPE_CHECKING:
     import pandas
@@ -204,6 +203,7 @@ def _compared(
     reference = _reference(given)
     report_progress("native: the reference method")
     native = reference.run(scene, record)
+    scene = native.scene  # with its end
     checks = [*balance_checks(native), yardstick_check(native)]
     if as_written or is_quickly_written(native):
         report_progress("native: Eq. 1 as it is written")

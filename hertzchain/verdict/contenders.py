@@ -178,7 +178,7 @@ def _numpy(walker: Walker) -> Callable[[Scene, float], Outcome]:
 
 def _with_estimate(scene: Scene, rtol: float) -> Outcome:
     """Run with a wanted accuracy as users do: method and step chosen, the error estimated."""
-    result = Native(rtol=rtol, peaks_only=True).run(scene)
+    result = Native(rtol=rtol, peaks_only=True, wanted="all").run(scene)
     return Outcome(result.peak_force, result.force_evaluations)
 
 

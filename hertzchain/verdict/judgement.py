@@ -28,6 +28,8 @@ from hertzchain.verdict.step_mistakes import velocity_verlet
 if TYPE_CHECKING:
     import pandas
 
+_NONE = 1e-9
+"""Ratios of given to true peaks below this count as it."""
 PATIENCE = 60.0  # time limit of the search for the cause [s]; 60 granules take about 1 s
 _TRIAL_STEP = 0.05  # natural time units; errors of other steps are scaled from this one's
 
@@ -58,6 +60,12 @@ class Judgement(ShownVerdict):
     ----------
     reference
         Result of the native reference method.
+    truth
+        What is judged against [N], shape (contacts,): largest forces, or first pulses; NaN where
+        the reference does not know it well enough.
+    of_first_pulses
+        Whether that are first pulses: more of the given peaks agree with them than with the largest
+        forces.
     given
         The given peaks [N], shape (contacts,); NaN where none was given.
     tolerance
@@ -82,6 +90,8 @@ class Judgement(ShownVerdict):
     """
 
     reference: Result
+    truth: FloatArray
+    of_first_pulses: bool
     given: FloatArray
     tolerance: float
     cause: str | None
@@ -94,15 +104,14 @@ class Judgement(ShownVerdict):
     @property
     def difference(self) -> FloatArray:
         """Relative differences from the reference, shape (contacts,); NaN where there is none."""
-        expected = self.reference.peak_force
-        pressed = expected > 0
-        ratio = self.given / np.where(pressed, expected, 1.0)
+        pressed = self.truth > 0
+        ratio = self.given / np.where(pressed, self.truth, 1.0)
         return np.where(pressed, ratio - 1.0, np.nan)
 
     @property
     def judged(self) -> NDArray[np.bool_]:
         """Contacts that were given and are pressed enough to be judged, shape (contacts,)."""
-        judged = judged_peaks(self.reference, self.given)
+        judged = judged_peaks(self.truth, self.given)
         return judged if self.sampling is None else judged & (self.sampling <= self.tolerance)
 
     @property
@@ -119,7 +128,7 @@ class Judgement(ShownVerdict):
     @property
     def sampled_too_rarely(self) -> int:
         """Number of contacts that are not judged for the distance of their samples alone."""
-        rare = judged_peaks(self.reference, self.given) & ~self.judged
+        rare = judged_peaks(self.truth, self.given) & ~self.judged
         return int(np.count_nonzero(rare))
 
     @property
@@ -142,6 +151,11 @@ class Judgement(ShownVerdict):
         return "pass" if judged.any() and bool(np.all(self.passed[judged])) else "fail"
 
     @property
+    def compared_with(self) -> str:
+        """What the peaks were compared with: ``largest forces`` or ``first pulses``."""
+        return "first pulses" if self.of_first_pulses else "largest forces"
+
+    @property
     def summary(self) -> str:
         """One line on the number of failed contacts and the largest difference."""
         judged, largest = int(np.count_nonzero(self.judged)), self.largest_difference
@@ -151,7 +165,7 @@ class Judgement(ShownVerdict):
         failed = judged - int(np.count_nonzero(self.passed))
         return (
             f"{failed} of {judged} contacts differ by more than {self.tolerance:.1e} from the"
-            f" reference, the largest difference is {largest:.1e}"
+            f" {self.compared_with} of the reference, the largest difference is {largest:.1e}"
         )
 
     @property
@@ -160,13 +174,13 @@ class Judgement(ShownVerdict):
 
         Values are None where nothing was given, or where a contact is not judged.
         """
-        given, difference = or_none(self.given), or_none(self.difference)
+        given, difference, truth = map(or_none, (self.given, self.difference, self.truth))
         judged, passed = self.judged, self.passed
         return [
             {
                 "contact": int(contact),
                 "given_N": given[k],
-                "reference_N": float(self.reference.peak_force[k]),
+                "reference_N": truth[k],
                 "difference": difference[k],
                 "passed": bool(passed[k]) if judged[k] else None,
             }
@@ -185,6 +199,7 @@ class Judgement(ShownVerdict):
         return {
             "verdict": self.verdict,
             "tolerance": self.tolerance,
+            "compared_with": self.compared_with,
             "largest_difference": self.largest_difference,
             "judged": int(np.count_nonzero(self.judged)),
             "not_given": self.missing,
@@ -220,17 +235,17 @@ def judged(
     given = _given(scene, peak_force)
     report_progress("native: the reference method")
     reference = Native("reference", time_limit=time_limit).run(scene)
-    known = reference.error_estimate
-    allowed = f"must be at least 10 times the error of the reference, {known:.1e}"
-    require(tolerance >= 10 * known, "tolerance", tolerance, allowed)
-    judged = judged_peaks(reference, given)
+    scene = reference.scene  # with its end
+    truth, of_first = _truth(reference, given, tolerance)
+    judged = judged_peaks(truth, given)
     if sampling is not None:
         judged = judged & (sampling <= tolerance)
     expected = like = None
     remarks = []
-    if scene.contact is not None:
+    if scene.contact is not None or of_first:
         if dt is not None:
-            remarks.append("what velocity Verlet has at that step is not known of damped contacts")
+            what = "first pulses" if of_first else "damped contacts"
+            remarks.append(f"what velocity Verlet has at that step is not known of {what}")
     elif dt is not None:
         report_progress("native: velocity Verlet at that step")
         expected = _accuracy(reference, dt, time_limit)
@@ -239,8 +254,9 @@ def judged(
         difference = np.max(np.abs(given[judged] / reference.peak_force[judged] - 1.0))
         like = _like_steps(reference, float(difference), time_limit)
     found = Judgement(
-        reference, given, float(tolerance), None, None, tuple(remarks), expected, like, sampling
-    )
+        reference, truth, of_first, given, float(tolerance), None, None, tuple(remarks), expected,
+        like, sampling,
+    )  # fmt: skip
     if np.array_equal(found.passed, judged):
         return found  # nothing is wrong by this tolerance
     if not scene.is_plain:
@@ -248,15 +264,43 @@ def judged(
         remarks.append(f"causes that were tried in a scene with {terms}: {'; '.join(tried)}")
     deadline = Deadline(min(PATIENCE, time_limit))
     allowed_in_all = found.tolerance + (found.sampling_error or 0.0)
-    case = Case(scene, reference, given, judged, dt, allowed_in_all, deadline)
+    seen = replace(reference, peak_force=np.nan_to_num(truth))
+    case = Case(scene, seen, given, judged, dt, allowed_in_all, deadline, of_first)
     why = likely_cause(case, report_progress)
     remarks += [] if why.remark is None else [why.remark]
     return replace(found, cause=why.cause, hint=why.hint, remarks=tuple(remarks))
 
 
-def judged_peaks(reference: Result, given: FloatArray) -> NDArray[np.bool_]:
+def judged_peaks(truth: FloatArray, given: FloatArray) -> NDArray[np.bool_]:
     """Return contacts that have a peak and are pressed enough to be judged, shape (contacts,)."""
-    return np.logical_and(np.isfinite(given), judged_contacts(reference.peak_force))
+    return np.logical_and(np.isfinite(given), judged_contacts(np.nan_to_num(truth)))
+
+
+def _truth(reference: Result, given: FloatArray, tolerance: float) -> tuple[FloatArray, bool]:
+    """Return the forces to judge against [N], and whether they are first pulses.
+
+    The largest forces, or the first pulses if more of the given peaks agree with these, or as many
+    and their ratios to these vary less: the unit may be wrong. NaN stands where the error is more than a tenth of the tolerance; if it is
+    everywhere, a SceneError.
+    """
+    known = [(reference.peak_force, reference.peak_errors)]
+    first, errors = reference.first_pulses, reference.errors
+    if first is not None and errors is not None and errors.first is not None:
+        known.append((first.force, errors.first))
+    sure = [np.where(10 * error <= tolerance, force, np.nan) for force, error in known]
+    least = min(float(np.nanmin(error, initial=np.inf)) for _, error in known)
+    allowed = f"must be at least 10 times the error of the reference, {least:.1e}"
+    require(tolerance >= 10 * least, "tolerance", tolerance, allowed)
+
+    def agreement(truth: FloatArray) -> tuple[int, float]:
+        judged = judged_peaks(truth, given)
+        ratio = given[judged] / truth[judged]
+        agree = int(np.count_nonzero(np.abs(ratio - 1) <= tolerance))
+        vary = float(np.std(np.log(np.maximum(ratio, _NONE)))) if judged.any() else 0.0
+        return agree, -vary
+
+    is_first = len(sure) > 1 and agreement(sure[1]) > agreement(sure[0])
+    return sure[is_first], is_first
 
 
 def _given(scene: Scene, given: ArrayLike) -> FloatArray:

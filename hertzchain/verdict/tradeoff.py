@@ -23,6 +23,7 @@ import numpy as np
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import Native
+from hertzchain.engines.native.duration import with_end
 from hertzchain.errors import BackendMissing, RunFailed, require
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.observables.result import Result
@@ -129,6 +130,7 @@ def tradeoff(
         require(name in WAYS, "engine", name, f"must be one of {', '.join(WAYS)}")
     report_progress = progress or (lambda _: None)
     report_progress("the truth: the reference method with short steps")
+    scene = with_end(scene)
     truth, moved = _truth(scene)
     running = [one for one in contenders(scene, truth) if one.engine in engines]
     found: dict[tuple[str, float | None, float | None], Row] = {}
@@ -154,10 +156,12 @@ def tradeoff(
 def _truth(scene: Scene) -> tuple[Result, float]:
     """Return a run by the reference method, and the relative error of its peaks."""
     if scene.contact is not None:
-        truth = Native("reference", peaks_only=True).run(scene)
+        truth = Native("reference", peaks_only=True, wanted="all").run(scene)
         return truth, truth.error_estimate
-    truth = Native("reference", TRUTH_STEP * scene.contact_time, peaks_only=True).run(scene)
-    ordinary = Native("reference", peaks_only=True).run(scene)
+    truth = Native("reference", TRUTH_STEP * scene.contact_time, peaks_only=True, wanted="all").run(
+        scene
+    )
+    ordinary = Native("reference", peaks_only=True, wanted="all").run(scene)
     return truth, largest_difference(ordinary.peak_force, truth.peak_force)
 
 

@@ -19,7 +19,7 @@ from hertzchain.engines.external.step_error import (
     extrapolation_error,
     interpolation_error,
     least_gain,
-    rival_error,
+    rival_errors,
 )
 from hertzchain.errors import StepUnstable, Unpredictable
 from hertzchain.observables import hermite
@@ -321,8 +321,10 @@ def test_a_second_maximum_may_be_the_highest_without_what_steps_do(
 ) -> None:
     # The steps add 0.02 to the maximum of the first contact; the second has no other one.
     seen = SimpleNamespace(force=np.array([1.02, 1.0]), rival=np.array([rival, 0.0]))
-    found = rival_error(cast(PeakWatch, seen), np.array([1.0, 1.0]))
-    assert found == pytest.approx(above, rel=1e-12, abs=1e-15)  # differences of numbers near 1
+    found = rival_errors(cast(PeakWatch, seen), np.array([1.0, 1.0]))
+    assert found == pytest.approx(
+        [above, 0.0], rel=1e-12, abs=1e-15
+    )  # differences of numbers near 1
 
 
 @pytest.mark.parametrize(

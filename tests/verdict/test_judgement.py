@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,7 +13,7 @@ from hertzchain.engines.native import METHODS
 from hertzchain.errors import SceneError
 from hertzchain.observables.error_bound import stable_step
 from hertzchain.scene.schedule import Leg
-from tests.conftest import paper_scene
+from tests.conftest import STEEL, paper_scene
 
 # Verdict
 
@@ -137,3 +139,38 @@ def test_an_impossible_tolerance_is_refused(demo: hc.Scene, tolerance: float) ->
 def test_impossible_peaks_are_refused(demo: hc.Scene, given: object, words: str) -> None:
     with pytest.raises(SceneError, match=words):
         hc.judge(demo, given)  # type: ignore[arg-type]
+
+
+def test_incident_peaks_are_judged_as_first_pulses() -> None:
+    """Contacts 3 to 10 of a walled chain: the incident wave, as a chain that is longer has it."""
+    walled, long = (
+        hc.Scene(hc.Chain(granules, **STEEL), hc.Striker(1.0), hc.Run(1e-3), wall=wall)
+        for granules, wall in ((31, hc.Wall("rigid")), (90, None))
+    )
+    incident = hc.Native(rtol=1e-9).run(long).first_pulses
+    assert incident is not None
+    given = np.full(walled.last_contact - 1, np.nan)
+    given[1:9] = incident.force[1:9]
+    found = hc.judge(walled, given, tolerance=1e-6)
+    assert (found.verdict, found.compared_with) == ("pass", "first pulses")
+    assert found.to_dict()["compared_with"] == "first pulses"
+    assert np.count_nonzero(found.judged) == 8
+    # A tenth of them would fail against the largest forces, most of which are reflected.
+    largest = hc.Native(rtol=1e-9).run(walled).peak_force
+    assert np.all(np.abs(given[1:9] / largest[1:9] - 1) > 1e-3)
+    again = hc.judge(walled, largest, tolerance=1e-6)
+    assert (again.verdict, again.compared_with) == ("pass", "largest forces")
+    wrong = hc.judge(walled, 1.003 * given, tolerance=1e-3)
+    assert wrong.verdict == "fail"
+
+
+def test_a_mistake_is_found_by_first_pulses() -> None:
+    """A deck whose peaks before reflections are those of another modulus."""
+    scene = hc.Scene(hc.Chain(12, **STEEL), hc.Striker(1.0), hc.Run(4e-4), wall=hc.Wall("rigid"))
+    soft = replace(scene, chain=replace(scene.chain, young_modulus=0.9 * STEEL["young_modulus"]))
+    first = hc.Native(rtol=1e-9).run(soft).first_pulses
+    assert first is not None
+    found = hc.judge(scene, first.force, tolerance=1e-4)
+    assert found.verdict == "fail"
+    assert found.compared_with == "first pulses"
+    assert "0.9" in str(found.cause)

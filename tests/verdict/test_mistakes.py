@@ -409,7 +409,13 @@ def case_of(at: Planting, given: Array) -> Case:
     reference = hc.Native("reference").run(at.scene)
     peaks = np.asarray(given, np.float64)
     return Case(
-        at.scene, reference, peaks, judged_peaks(reference, peaks), None, 1e-3, Deadline(60)
+        at.scene,
+        reference,
+        peaks,
+        judged_peaks(reference.peak_force, peaks),
+        None,
+        1e-3,
+        Deadline(60),
     )
 
 

@@ -21,11 +21,10 @@ from hertzchain.scene.pulse import PROFILES
 from hertzchain.verdict import run_checks
 from hertzchain.verdict.check import Check, Kind, within
 from hertzchain.verdict.judgement import Judgement, judged
+from hertzchain.verdict.reference_checks import reference_checks, yardstick_check
 from hertzchain.verdict.run_checks import (
     balance_checks,
-    reference_check,
     same_steps_checks,
-    yardstick_check,
 )
 from tests.conftest import STEEL, paper_scene
 
@@ -204,7 +203,7 @@ def test_peaks_against_the_reference() -> None:
     result = replace(accurate("free"), error_estimate=1e-5)
     reference = replace(accurate("free"), error_estimate=3e-5)
     for off, passed in ((1.2e-4, False), (-1.2e-4, False), (1.3e-5, True), (-1.3e-5, True)):
-        assert reference_check(with_peak(result, off), reference).passed is passed
+        assert reference_checks(with_peak(result, off), reference)[0].passed is passed
 
 
 @pytest.mark.parametrize(("error", "passed"), [(3e-6, False), (3.3e-7, True)])
@@ -338,7 +337,8 @@ def test_before_the_shock_states_have_rounding_errors() -> None:
 def judgement(off: FloatArray, sampling: FloatArray | None = None) -> Judgement:
     reference = accurate("free")
     given = reference.peak_force * (1 + off)
-    return Judgement(reference, given, 1e-3, None, None, (), None, None, sampling)
+    truth = reference.peak_force
+    return Judgement(reference, truth, False, given, 1e-3, None, None, (), None, None, sampling)
 
 
 @pytest.mark.parametrize(("sampling", "allowed"), [(None, 1e-3), (5e-4, 1.5e-3)])
@@ -363,9 +363,8 @@ def test_a_contact_is_judged_from_a_thousandth_of_the_largest() -> None:
     for part, counts in ((3e-3, True), (3.3e-4, False)):
         weak = reference.peak_force.copy()
         weak[3] = part * weak.max()
-        found = Judgement(
-            replace(reference, peak_force=weak), weak, 1e-3, None, None, (), None, None
-        )
+        seen = replace(reference, peak_force=weak)
+        found = Judgement(seen, weak, False, weak, 1e-3, None, None, (), None, None)
         assert found.judged.tolist() == [True, True, True, counts]
 
 

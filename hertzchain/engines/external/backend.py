@@ -18,7 +18,6 @@ from hertzchain.engines.external.rescaling import predicted_loss
 from hertzchain.errors import POSITIVE, Unpredictable, is_positive, require
 from hertzchain.observables import error_bound
 from hertzchain.observables.contact_errors import ContactErrors, Peaks, bounds
-from hertzchain.observables.first_pulse import check_wanted
 from hertzchain.observables.history import History
 from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.result import LostDigits, Result
@@ -63,7 +62,6 @@ class Steps:
     read_every: int | None  # steps between readings, in the coarsest run; None for 0.3 time units
     rtol: float  # wanted relative error of the peaks, where no step is given
     extrapolated: bool  # peaks from two runs, one with half the steps of the other (Richardson)
-    wanted: str = "all"  # what the error is that of: see ``first_pulse.WANTED``
 
     def __post_init__(self) -> None:
         if self.dt is not None:
@@ -72,7 +70,6 @@ class Steps:
             require(self.read_every >= 1, "read_every", self.read_every, "must be at least 1")
         allowed = "must be a number above 0 and below 1"
         require(is_positive(self.rtol) and self.rtol < 1, "rtol", self.rtol, allowed)
-        check_wanted(self.wanted)
 
 
 def run(
@@ -264,8 +261,9 @@ class _Runner:
             after, last = found[-1], runs[-1]
             by_steps = self._errors_of_extrapolated(found, finer, last.peaks)
             other = runs[-2].peaks if self._has_rivals else None
-            rival = step_error.rival_error(last.peaks, after.force, other, 3 / (2**self.order - 1))
-            by_steps = replace(by_steps, peak=by_steps.peak + rival)
+            factor = 3 / (2**self.order - 1)
+            rivals = step_error.rival_errors(last.peaks, after.force, other, factor)
+            by_steps = replace(by_steps, peak=by_steps.peak + by_steps.alike(rivals))
             grows, lost = 2**self.order, runs[-2].round_off(self.scene)
             lost = (grows * last.round_off(self.scene) + lost) / (grows - 1)
             by_readings = step_error.interpolation_error(self.scene, finer, apart)
@@ -392,8 +390,9 @@ class _Runner:
         errors = bounds(bound, *differences)
         if not self._has_rivals:
             return errors
-        rival = max(
-            step_error.rival_error(run.peaks, run.peaks.force, other.peaks, factor)
+        rivals = [
+            step_error.rival_errors(run.peaks, run.peaks.force, other.peaks, factor)
             for other, factor in zip(found, factors, strict=True)
-        )
-        return replace(errors, peak=np.maximum(errors.peak, rival))
+        ]
+        largest = errors.alike(np.maximum.reduce(rivals))
+        return replace(errors, peak=np.maximum(errors.peak, largest))

@@ -19,6 +19,7 @@ from hertzchain.engines.external.program import find_program, run_program, work_
 from hertzchain.engines.external.readings import Granules
 from hertzchain.engines.external.rescaling import softening
 from hertzchain.limits import RTOL, TIME_LIMIT, Deadline, check_time_limit
+from hertzchain.observables.first_pulse import check_wanted, usually_wanted
 from hertzchain.observables.history import wanted_times
 from hertzchain.observables.result import Result
 from hertzchain.scene.given import SceneLike, to_scene
@@ -53,11 +54,12 @@ class ExternalEngine(ABC):
     rtol: float
     extrapolated: bool
     time_limit: float
-    wanted: str
+    wanted: str | None
 
     def __post_init__(self) -> None:
         """Refuse impossible parameters."""
         check_time_limit(self.time_limit)
+        check_wanted(self.wanted)
         _ = self._steps
 
     @property
@@ -67,7 +69,7 @@ class ExternalEngine(ABC):
 
     @property
     def _steps(self) -> verlet.Steps:
-        return verlet.Steps(self.dt, self.read_every, self.rtol, self.extrapolated, self.wanted)
+        return verlet.Steps(self.dt, self.read_every, self.rtol, self.extrapolated)
 
     @abstractmethod
     def method_of(self, scene: Scene) -> str:
@@ -84,7 +86,7 @@ class ExternalEngine(ABC):
     def _simulate(self, scene: Scene, deadline: Deadline) -> verlet.Simulate:
         refuse_terms(scene, self.LABEL, self.TERMS)
         code = self._code(scene, deadline)
-        first = self.wanted == "first"
+        first = (usually_wanted(scene) if self.wanted is None else self.wanted) == "first"
 
         def simulate(
             legs: Sequence[Leg], strides: Sequence[int], times: FloatArray | None
@@ -130,7 +132,10 @@ class ExternalEngine(ABC):
         return self._run(to_scene(scene), record)
 
     def _run(self, scene: Scene, record: ArrayLike | None) -> Result:
+        from hertzchain.engines.native.duration import with_end
+
         begin = time.perf_counter()
+        scene = with_end(scene, record)
         times = None if record is None else wanted_times(record, scene.end_time)
         simulate = self._simulate(scene, Deadline(self.time_limit))
         method = self.method_of(scene)
@@ -170,7 +175,7 @@ class ProgramEngine(ExternalEngine):
     extrapolated: bool = False
     program: str = ""
     time_limit: float = TIME_LIMIT
-    wanted: str = "all"
+    wanted: str | None = None
 
     @abstractmethod
     def _deck(self, scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:

@@ -19,7 +19,7 @@ from hertzchain.observables.contact_errors import Peaks
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.damped_watch import DampedWatch
 from hertzchain.observables.error_bound import diverged
-from hertzchain.observables.first_pulse import LEAST, Contacts, FirstPulses
+from hertzchain.observables.first_pulse import Contacts, FirstPulses
 from hertzchain.observables.history import Recorder
 from hertzchain.observables.notes import NoteTaker
 from hertzchain.observables.peaks import PeakWatch
@@ -79,8 +79,8 @@ class Observation:
             ends = scene.wall is not None, scene.piston is not None
             self._peaks = self._damped = DampedWatch(self._law, 1 / at_rest.mass, *ends)
         if self._contacts is not None:
-            least = LEAST * self._scene.units.force
-            self._notes = NoteTaker(self._contacts, 1 / at_rest.mass, least)
+            unit = self._scene.units.force
+            self._notes = NoteTaker(self._contacts, 1 / at_rest.mass, unit)
         made = self._made.scene(self._scene)
         if not self._scene.is_plain:
             self._held = _held(made)

@@ -123,10 +123,10 @@ def usual_accuracy(scene: Scene) -> float:
     return 1e-4 if touches_at_a_speed(scene) else RTOL
 
 
-def rival_error(
+def rival_errors(
     peaks: PeakWatch, highest: FloatArray, other: PeakWatch | None = None, factor: float = 0.0
-) -> float:
-    """Bound of the relative height by which another maximum may exceed the highest.
+) -> FloatArray:
+    """Bounds of the relative heights by which another maximum may exceed the highest, (contacts,).
 
     Parameters
     ----------
@@ -140,14 +140,13 @@ def rival_error(
         the error of the second maximum. In a chain with a wall a later blow, ten times less
         accurate than the highest maximum, was the highest in truth and in neither run.
     """
-    judged = judged_contacts(highest, ESTIMATED)
-    rival, highest = peaks.rival[judged], highest[judged]
-    reached = 2 * np.abs(peaks.force[judged] - highest)
+    judged, rival = judged_contacts(highest, ESTIMATED), peaks.rival
+    reached = 2 * np.abs(peaks.force - highest)
     if other is not None:
-        again = other.rival[judged]
-        in_both = (rival > 0) & (again > 0)
-        reached = np.maximum(reached, np.where(in_both, factor * np.abs(again - rival), 0.0))
-    return float(np.max((rival + reached - highest) / highest, initial=0.0))
+        in_both = (rival > 0) & (other.rival > 0)
+        reached = np.maximum(reached, np.where(in_both, factor * np.abs(other.rival - rival), 0.0))
+    above = (rival + reached - highest) / np.where(judged, highest, 1.0)
+    return np.where(judged, np.maximum(above, 0.0), 0.0)
 
 
 def interpolation_error(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> float:

@@ -73,7 +73,7 @@ class Lammps(ExternalEngine):
         path.
     wanted
         What ``rtol`` is asked of, ``all`` for the largest forces or ``first`` for first pulses: see
-        ``Native``.
+        ``Native``, whose default it has.
 
     Raises
     ------
@@ -96,7 +96,7 @@ class Lammps(ExternalEngine):
     time_limit: float = TIME_LIMIT
     lmp: str | Path | None = None
     ranks: int = 1
-    wanted: str = "all"
+    wanted: str | None = None
 
     def __post_init__(self) -> None:
         deck.check_pair_style(self.pair_style)

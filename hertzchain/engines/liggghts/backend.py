@@ -48,7 +48,7 @@ class Liggghts(ProgramEngine):
         Time limit of a run [s], including the search for its step and its error.
     wanted
         What ``rtol`` is asked of, ``all`` for the largest forces or ``first`` for first pulses: see
-        ``Native``.
+        ``Native``, whose default it has.
 
     Raises
     ------

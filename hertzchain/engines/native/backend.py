@@ -7,7 +7,7 @@ import math
 import time
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from typing import TYPE_CHECKING, ClassVar
 
@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from hertzchain.engines.native import damped_runs
 from hertzchain.engines.native import plan as plans
+from hertzchain.engines.native.duration import with_end
 from hertzchain.engines.native.kernel_input import can_leave_behind
 from hertzchain.engines.native.methods import SymplecticNystrom
 from hertzchain.engines.native.named_methods import METHODS
@@ -33,7 +34,7 @@ from hertzchain.observables.error_bound import (
     refuse_strong_dampers,
     refuse_unstable,
 )
-from hertzchain.observables.first_pulse import check_wanted
+from hertzchain.observables.first_pulse import check_wanted, usually_wanted
 from hertzchain.observables.history import Recorder, wanted_times
 from hertzchain.observables.peaks import times_of_peaks
 from hertzchain.observables.result import Balance, Result
@@ -99,7 +100,7 @@ class Native:
         What ``rtol`` is asked of: ``all`` for the largest force of each contact in the whole run,
         ``first`` for its first pulse, before anything is reflected. With ``first`` the result has
         ``first_pulses``, and ``errors`` contact by contact; it is refused only if no contact has a
-        right digit.
+        right digit. The default is ``first`` for scenes with a striker, a wall or unlike granules.
 
     Raises
     ------
@@ -115,7 +116,7 @@ class Native:
     rtol: float | None = None
     peaks_only: bool = False
     time_limit: float = TIME_LIMIT
-    wanted: str = "all"
+    wanted: str | None = None
 
     def __post_init__(self) -> None:
         if self.method is not None:
@@ -164,6 +165,8 @@ class Native:
             If it would take, or has taken, longer than the time limit.
         """
         scene = to_scene(scene)
+        if self.wanted is None:
+            return replace(self, wanted=usually_wanted(scene)).run(scene, record)
         refuse_hopeless_overlap(scene)
         refuse_strong_dampers(scene)
         from hertzchain.engines.native.preparation import Watched
@@ -176,6 +179,7 @@ class Native:
         """As ``run``, while the preparation of kernels is watched."""
         begin = time.perf_counter()
         deadline = Deadline(self.time_limit, lambda: preparation.time)
+        scene = with_end(scene, record)
         recorder = times = None
         if record is not None:
             allowed = "must not be given with peaks_only, which leaves granules behind"
@@ -329,7 +333,7 @@ class Native:
         hard = amplifies_errors(scene)
         plan = plans.cheapest(rtol, hard=hard)
         prepared = self._prepared(scene, deadline, plan.walker)
-        before, cost, adaptive = math.inf, 0.0, None
+        before, cost, adaptive, aim = math.inf, 0.0, None, rtol
         expensive, refined = math.inf, 1.0
         if not (scene.is_plain or can_leave_behind(scene) or self.method == "numpy"):
             expensive, refined = _EXPENSIVE, 1 + _REFINED * float(np.mean(scene.granules.gap > 0))
@@ -347,13 +351,18 @@ class Native:
             rising = run.peaks.any_rising
             if left and not hard and rising:
                 # The result of such a contact is the force at one time, not a peak.
-                hard, plan, before = True, plans.cheapest(rtol, hard=True), math.inf
+                hard, plan, before = True, plans.cheapest(aim, hard=True), math.inf
                 continue
             again = scene.piston is not None or (before < math.inf and not scene.is_plain)
             errors = estimate(prepared, legs, plan, run, rising or again)
-            error = errors.wanted
-            cost = run.evaluations * scene.chain.granules
+            error, cost = errors.wanted, run.evaluations * scene.chain.granules
             if error <= rtol or plan.hopeless(error, before, cost):
+                break
+            if left and (finer := max(rtol * errors.share, plans.TIGHTEST)) < aim:
+                # A weak pulse on a large static force needs as many digits more of the total.
+                aim, plan, before = finer, plans.cheapest(finer, hard=hard), math.inf
+                continue
+            if errors.share * error <= aim:
                 break
             plan, before = plan.closer(rtol, error, has_terms=not scene.is_plain), error
         if adaptive is not None and adaptive[-1].wanted < error:

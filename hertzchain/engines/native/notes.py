@@ -22,7 +22,7 @@ def is_worth_a_note(
     """
     static = record.static[contact]
     top = largest - static
-    if not top > LEAST:
+    if not top > LEAST * (1.0 + static):
         return False
     worth = when >= begin
     if worth:

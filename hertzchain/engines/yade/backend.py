@@ -44,7 +44,7 @@ class Yade(ProgramEngine):
         Time limit of a run [s], including the search for its step and its error.
     wanted
         What ``rtol`` is asked of, ``all`` for the largest forces or ``first`` for first pulses: see
-        ``Native``.
+        ``Native``, whose default it has.
 
     Raises
     ------

@@ -11,6 +11,7 @@ import numpy as np
 
 from hertzchain.engines.lammps.reading import Edits, FoundDeck, Reader
 from hertzchain.engines.native import Native
+from hertzchain.engines.native.duration import with_end
 from hertzchain.errors import RunFailed, SceneError, is_positive, require
 from hertzchain.limits import TIME_LIMIT, TOLERANCE, Deadline, check_time_limit
 from hertzchain.observables.result import Result
@@ -80,7 +81,7 @@ def examine(
     RunFailed
         If LAMMPS stops with an error, or the deck is none that can be examined.
     """
-    scene = to_scene(scene)
+    scene = with_end(to_scene(scene))
     allowed = "must be a number above 0 and below 1"
     require(is_positive(tolerance) and tolerance < 1, "tolerance", tolerance, allowed)
     if Path(deck).suffix.lower() == ".py":

@@ -14,7 +14,8 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.verdict.run_checks import as_written_check, balance_checks, is_quickly_written
+from hertzchain.verdict.reference_checks import as_written_check, is_quickly_written
+from hertzchain.verdict.run_checks import balance_checks
 from tests.conftest import STEEL
 from tests.places import ROOT
 
@@ -168,7 +169,7 @@ PLANTED = [
 JUDGE = """
 import sys
 import hertzchain as hc
-from hertzchain.verdict.run_checks import as_written_check
+from hertzchain.verdict.reference_checks import as_written_check
 assert hc.__file__.startswith(sys.argv[2]), hc.__file__
 reference = hc.Native("reference").run(hc.Scene.from_toml(sys.argv[1]))
 print("passed", as_written_check(reference).passed)

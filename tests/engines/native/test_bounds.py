@@ -210,7 +210,7 @@ def test_an_extrapolated_maximum_with_a_rival_is_told(monkeypatch: pytest.Monkey
     lammps = hc.Lammps(0.036457414509778074 * scene.units.time, extrapolated=True)
     result = lammps.run(scene)
     holds(scene, result)
-    monkeypatch.setattr(step_error, "rival_error", lambda *_: 0.0)
+    monkeypatch.setattr(step_error, "rival_errors", lambda peaks, *_: np.zeros(peaks.force.size))
     without = lammps.run(scene)
     assert solve(scene).error_of(without.peak_force) > without.error_estimate
 

@@ -27,7 +27,8 @@ RESTITUTION = {0.9: 0.9020261, 0.8: 0.8080993, 0.7: 0.7182014, 0.5: 0.5502832, 0
 
 def restitution(scene: hc.Scene) -> float:
     """Velocity of parting over that of approach, of two spheres."""
-    velocity = hc.Native(rtol=1e-10).run(scene).velocity
+    lasting = replace(scene, run=hc.Run(scene.end_time))
+    velocity = hc.Native(rtol=1e-10, wanted="all").run(lasting).velocity
     return float(velocity[1] - velocity[0]) / scene.start_velocity
 
 

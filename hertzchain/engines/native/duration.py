@@ -1,0 +1,89 @@
+"""The default end of scenes in which waves are reflected: when the first pulses are over."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hertzchain.errors import HertzchainError
+from hertzchain.limits import Deadline
+from hertzchain.observables.first_pulse import FirstPulses, usually_wanted
+from hertzchain.scene.scene import Scene
+
+_PARTS = (4, 1)
+"""Parts of the longest end after which first pulses may be over: one run each."""
+
+_LONGER, _PARTING = 2.0, 3.0
+"""Factor of the time at which the last first pulse is over: a first reflection is seen, too; and
+natural time units after that, in which two spheres part."""
+
+_ROUGHLY, _PATIENCE = 1e-3, 60.0
+"""Accuracy and time limit [s] of these runs; they have no bound of their error."""
+
+
+def with_end(scene: Scene, record: ArrayLike | None = None) -> Scene:
+    """Return a scene with the end of its run [s], the same for every engine.
+
+    An end that is given stays. By default, scenes with a striker, a wall or unlike granules end at
+    twice the time at which the first pulse of every contact is over, as quick runs tell, and three
+    natural time units; at latest at ``Scene.end_time``, as all others.
+
+    Parameters
+    ----------
+    scene
+        What to simulate.
+    record
+        Times at which the motion is recorded [s], if any: the end is not before them.
+    """
+    if scene.run.end_time is not None or usually_wanted(scene) != "first":
+        return scene
+    until = 0.0 if record is None or np.ndim(record) == 0 else np.max(record, initial=0.0)
+    end = min(max(_end_of(scene), float(until)), scene.end_time)
+    return replace(scene, run=replace(scene.run, end_time=end))
+
+
+def _end_of(scene: Scene) -> float:
+    """The end by quick runs, each longer than the one before; the longest if pulses go on."""
+    longest, deadline = scene.end_time, Deadline(_PATIENCE)
+    for part in _PARTS:
+        tried = replace(scene, run=replace(scene.run, end_time=longest / part))
+        try:
+            first = _first_pulses(tried, deadline)
+        except HertzchainError:  # the run that is asked for says why
+            return longest
+        is_there = ~np.isnan(first.force)
+        if not (first.is_ended[is_there].all() and (part == 1 or is_there.all())):
+            continue
+        if not is_there.any():
+            return longest
+        over = float(np.max((first.arrival + first.width)[is_there], initial=0.0))
+        return _rounded_up(_LONGER * over + _PARTING) * scene.units.time
+    return longest
+
+
+def _first_pulses(scene: Scene, deadline: Deadline) -> FirstPulses:
+    """First pulses of one run, natural units."""
+    from hertzchain.engines.native import damped_runs, plan
+    from hertzchain.engines.native.simulation import Prepared
+
+    if scene.contact is not None:
+        run = damped_runs.simulate_damped(scene, _ROUGHLY, deadline, first=True)
+        first = run.peaks.first
+    else:
+        cheapest = plan.cheapest(_ROUGHLY, checked=False)
+        legs = cheapest.walker.cut(scene.schedule(cheapest.step * scene.contact_time))
+        first = Prepared.of(scene, deadline, first=True).simulate(legs, cheapest.walker).peaks.first
+    assert first is not None
+    return first
+
+
+def _rounded_up(time: float) -> float:
+    """A time with two digits, so that rounding errors of quick runs do not show.
+
+    In natural units: similar scenes have similar ends.
+    """
+    unit = 10.0 ** (math.floor(math.log10(time)) - 1)
+    return float(f"{math.ceil(time / unit * (1 - 1e-12)) * unit:.2g}")

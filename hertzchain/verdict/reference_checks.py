@@ -1,0 +1,138 @@
+"""Checks of a run against the reference, contact by contact: peaks, first pulses, arrivals."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hertzchain.arrays import Array, FloatArray
+from hertzchain.engines.native import METHODS, simulate_in_numpy
+from hertzchain.errors import RunFailed
+from hertzchain.limits import RTOL, TIME_LIMIT, Deadline
+from hertzchain.observables.peaks import judged_contacts
+from hertzchain.observables.result import Result
+from hertzchain.verdict.check import Check, Kind, unmeasured, within
+
+# largest error estimate of the reference; measured 1e-11 to 6e-10, LM_ratio 1e-4 to 100
+YARDSTICK = 1e-6
+
+_ADVICE = "do not trust its error estimate; take shorter steps"
+PEAKS = Kind("peaks against the reference", _ADVICE)
+FIRST_PULSES = Kind("first pulses against the reference", _ADVICE)
+ARRIVALS = Kind("arrivals against the reference [s]", _ADVICE)
+
+REFERENCE_ERROR = Kind(
+    "error of the reference",
+    "the reference cannot judge this scene: a shorter end_time or chain leaves it more digits",
+)
+AS_WRITTEN = Kind(
+    "compiled against Eq. 1 as written",
+    "do not use this result; the compiled loops and hertzchain/engines/native/equations.py do not"
+    " say the same: please report the scene",
+)
+_QUICKLY_WRITTEN, _BY_SCIPY, _LONG_CHAIN = 250_000.0, 10.0, 1000.0
+"""Force evaluations of the reference up to which Eq. 1 as written is integrated by default: one to
+two seconds in NumPy; how many an evaluation counts with damped contacts, which SciPy integrates
+three times; granules that double the time of one (all measured)."""
+
+_KNOWN = 0.1
+"""Sum of two errors from which on a contact is not compared: one has hardly a right digit."""
+
+_SURELY_A_PULSE = 2e-3
+"""Fraction of the largest first pulse from which on both runs must have one: twice the least."""
+
+
+def reference_checks(result: Result, reference: Result) -> list[Check]:
+    """Check a run against the reference, within the sum of both error estimates of each contact.
+
+    First pulses and their arrivals are checked where both runs have them, and peaks of those
+    contacts of which both know a digit.
+    """
+    reason = "its own error estimate plus that of the reference"
+    off = _differences(result.peak_force, reference.peak_force)
+    of_peaks = result.peak_errors + reference.peak_errors
+    peaks = _at_worst(PEAKS, result.backend, off, of_peaks, reason)
+    mine, true, errors, its = (
+        result.first_pulses, reference.first_pulses, result.errors, reference.errors
+    )  # fmt: skip
+    if mine is None or true is None or errors is None or its is None:
+        return [peaks]
+    if errors.first is None or its.first is None or errors.arrival is None or its.arrival is None:
+        return [peaks]
+    both = true.is_clear & np.isfinite(true.force)
+    off = np.where(both, np.abs(mine.force / true.force - 1.0), np.nan)
+    allowed = errors.first + its.first
+    # A run without a pulse has no error of it, either; one without a digit of it has one.
+    none = np.isnan(mine.force) & np.isnan(errors.first)
+    lacks = both & none & (true.force > _SURELY_A_PULSE * np.max(true.force[both], initial=0.0))
+    off, allowed = np.where(lacks, 1.0, off), np.where(lacks, its.first, allowed)
+    late = np.where(both & (allowed < _KNOWN), np.abs(mine.arrival - true.arrival), np.nan)
+    delay = errors.arrival + its.arrival
+    return [
+        *([] if peaks.measured is None else [peaks]),
+        _at_worst(FIRST_PULSES, result.backend, off, allowed, reason),
+        _at_worst(ARRIVALS, result.backend, late, delay, reason, np.inf),
+    ]
+
+
+def _differences(peak_force: Array, expected: Array) -> FloatArray:
+    """Relative differences of judged peaks, shape (contacts,); NaN where one is not judged."""
+    judged = judged_contacts(expected)
+    relative = np.abs(peak_force / np.where(judged, expected, np.nan) - 1.0)
+    return np.asarray(np.where(judged, relative, np.nan), np.float64)
+
+
+def _at_worst(
+    kind: Kind, engine: str, off: Array, allowed: Array, reason: str,
+    known: float = _KNOWN,
+) -> Check:  # fmt: skip
+    """Return the check of the contact that is nearest to what is allowed, or farthest beyond it."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share = np.where((allowed < known) & ~np.isnan(allowed), off / allowed, np.nan)
+    if np.isnan(share).all():
+        return unmeasured(kind, engine, "no contact has a number with a right digit in both runs")
+    k = int(np.nanargmax(share))
+    words = f"{reason}; nearest to it at contact {k + 2}"
+    return within(kind, engine, float(off[k]), 0.0, float(allowed[k]), words)
+
+
+def yardstick_check(reference: Result) -> Check:
+    """Check that the reference is accurate enough: with a large error anything would pass."""
+    return within(
+        REFERENCE_ERROR,
+        reference.backend,
+        reference.wanted_error,
+        0.0,
+        YARDSTICK,
+        "what is asked of the others, 1e-6; a reference that says more of its own error judges"
+        " nothing",
+    )
+
+
+def is_quickly_written(reference: Result) -> bool:
+    """Return whether Eq. 1 as it is written takes about a second, by the reference's forces."""
+    harder = 1.0 if reference.scene.contact is None else _BY_SCIPY
+    size = 1 + reference.scene.chain.granules / _LONG_CHAIN
+    return reference.force_evaluations * size * harder <= _QUICKLY_WRITTEN
+
+
+def as_written_check(reference: Result, time_limit: float = TIME_LIMIT) -> Check:
+    """Check the compiled reference against Eq. 1 as ``equations`` writes it, in NumPy or SciPy."""
+    scene, deadline = reference.scene, Deadline(time_limit)
+    allowed = reference.peak_errors
+    try:
+        if scene.contact is None:
+            method = METHODS["reference"]
+            legs = scene.schedule(method.step * scene.contact_time)
+            peaks = simulate_in_numpy(scene, legs, method.walker, deadline=deadline).peaks.force
+            reason = "its own error estimate; the same method and steps, so only round-off differs"
+        else:
+            from hertzchain.engines.native.in_scipy import accurate_in_scipy
+
+            first = reference.first_pulses is not None
+            by_scipy = accurate_in_scipy(scene, RTOL, deadline, first=first)
+            peaks, allowed = by_scipy.run.peaks.force, allowed + by_scipy.errors.peak
+            reason = "its own error estimate plus that of SciPy with a wanted accuracy of 1e-6"
+    except RunFailed as problem:
+        return unmeasured(AS_WRITTEN, reference.backend, str(problem))
+    off = _differences(np.asarray(reference.peak_force / scene.units.force), peaks)
+    return _at_worst(AS_WRITTEN, reference.backend, off, allowed, reason)

@@ -1,0 +1,91 @@
+"""Checks of a run against the reference, contact by contact."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.arrays import FloatArray
+from hertzchain.verdict.reference_checks import reference_checks, yardstick_check
+from tests.conftest import STEEL
+
+SCENE = hc.Scene(hc.Chain(8, **STEEL), hc.Striker(1.0), wall=hc.Wall("rigid"))
+
+
+@pytest.fixture(scope="module")
+def reference() -> hc.Result:
+    return hc.Native("reference").run(SCENE)
+
+
+def verdicts(result: hc.Result, reference: hc.Result) -> dict[str, bool]:
+    return {
+        check.kind.name.split()[0]: check.passed for check in reference_checks(result, reference)
+    }
+
+
+def other(reference: hc.Result, force: float = 0.0, late: float = 0.0) -> hc.Result:
+    """The reference with errors of 1e-5 and 1e-9 s, and one first pulse off by these numbers."""
+    first, errors = reference.first_pulses, reference.errors
+    assert first is not None
+    assert errors is not None
+    size = first.force.size
+    third: FloatArray = np.arange(size) == 3
+    said = replace(errors, first=np.full(size, 1e-5), arrival=np.full(size, 1e-9))
+    moved = replace(
+        first, force=first.force * (1 + force * third), arrival=first.arrival + late * third
+    )
+    return replace(reference, first_pulses=moved, errors=said)
+
+
+@pytest.mark.parametrize(("off", "passed"), [(3e-5, False), (-3e-5, False), (3.3e-6, True)])
+def test_first_pulses(reference: hc.Result, off: float, passed: bool) -> None:
+    found = verdicts(other(reference, force=off), reference)
+    assert found == {"peaks": True, "first": passed, "arrivals": True}
+
+
+@pytest.mark.parametrize(("late", "passed"), [(3e-9, False), (-3e-9, False), (3.3e-10, True)])
+def test_arrivals(reference: hc.Result, late: float, passed: bool) -> None:
+    found = verdicts(other(reference, late=late), reference)
+    assert found == {"peaks": True, "first": True, "arrivals": passed}
+
+
+def test_a_pulse_that_is_missing_fails(reference: hc.Result) -> None:
+    first, errors = reference.first_pulses, reference.errors
+    assert first is not None
+    assert errors is not None
+    assert errors.first is not None
+    gone = np.arange(first.force.size) == 3
+    lacks = replace(
+        reference,
+        first_pulses=first.only(~gone),
+        errors=replace(errors, first=np.where(gone, np.nan, errors.first)),
+    )
+    assert not verdicts(lacks, reference)["first"]
+    # One of which no digit is known has an error: nothing is said of it.
+    unknown = replace(lacks, errors=replace(errors, first=np.where(gone, 0.5, errors.first)))
+    assert verdicts(unknown, reference)["first"]
+
+
+def test_contacts_without_a_digit_are_not_judged(reference: hc.Result) -> None:
+    errors = reference.errors
+    assert errors is not None
+    wrong = reference.peak_force.copy()
+    wrong[3] *= 1.5
+    chaotic = replace(errors, peak=np.where(np.arange(wrong.size) == 3, 0.6, errors.peak))
+    assert verdicts(replace(reference, peak_force=wrong, errors=chaotic), reference)["peaks"]
+    assert not verdicts(replace(reference, peak_force=wrong), reference)["peaks"]
+    lost = replace(errors, peak=np.full(wrong.size, 1.5))
+    assert "peaks" not in verdicts(replace(reference, errors=lost), reference)
+
+
+def test_the_reference_is_asked_for_first_pulses(reference: hc.Result) -> None:
+    """Late collisions may leave no digit of the peaks."""
+    assert yardstick_check(replace(reference, error_estimate=1.0)).passed
+    errors = reference.errors
+    assert errors is not None
+    assert errors.first is not None
+    worse = replace(errors, first=errors.first + 3e-6)
+    assert not yardstick_check(replace(reference, errors=worse)).passed
