@@ -28,8 +28,9 @@ from hertzchain.verdict.step_mistakes import velocity_verlet
 if TYPE_CHECKING:
     import pandas
 
-_NONE = 1e-9
-"""Ratios of given to true peaks below this count as it."""
+_NONE, _CLEARLY = 1e-9, 0.1
+"""Ratios of given to true peaks below this count as it; and of two spreads, from which on the
+smaller one tells what was given."""
 PATIENCE = 60.0  # time limit of the search for the cause [s]; 60 granules take about 1 s
 _TRIAL_STEP = 0.05  # natural time units; errors of other steps are scaled from this one's
 
@@ -279,9 +280,9 @@ def judged_peaks(truth: FloatArray, given: FloatArray) -> NDArray[np.bool_]:
 def _truth(reference: Result, given: FloatArray, tolerance: float) -> tuple[FloatArray, bool]:
     """Return the forces to judge against [N], and whether they are first pulses.
 
-    The largest forces, or the first pulses if more of the given peaks agree with these, or as many
-    and their ratios to these vary less: the unit may be wrong. NaN stands where the error is more than a tenth of the tolerance; if it is
-    everywhere, a SceneError.
+    The largest forces, or the first pulses if more of the given peaks agree with these, or their
+    ratios to these vary ten times less: the unit may be wrong. NaN stands where the error is more
+    than a tenth of the tolerance; if it is everywhere, a SceneError.
     """
     known = [(reference.peak_force, reference.peak_errors)]
     first, errors = reference.first_pulses, reference.errors
@@ -296,10 +297,10 @@ def _truth(reference: Result, given: FloatArray, tolerance: float) -> tuple[Floa
         judged = judged_peaks(truth, given)
         ratio = given[judged] / truth[judged]
         agree = int(np.count_nonzero(np.abs(ratio - 1) <= tolerance))
-        vary = float(np.std(np.log(np.maximum(ratio, _NONE)))) if judged.any() else 0.0
-        return agree, -vary
+        return agree, float(np.std(np.log(np.maximum(ratio, _NONE)))) if judged.any() else 0.0
 
-    is_first = len(sure) > 1 and agreement(sure[1]) > agreement(sure[0])
+    (most, vary), (agree, less) = agreement(sure[0]), agreement(sure[-1])
+    is_first = agree > most or (agree == most and less < _CLEARLY * vary)
     return sure[is_first], is_first
 
 
