@@ -33,8 +33,8 @@ class ContactErrors:
     first
         Relative, of the forces of first pulses; NaN where there is none, infinite where another run
         has another pulse. None where first pulses were not wanted.
-    arrival
-        Of their arrivals, in the unit of the times.
+    arrival, width
+        Of their arrivals and widths, in the unit of the times.
     dynamic
         Dynamic over total force of first pulses: an error of the total force counts over this.
     """
@@ -42,11 +42,14 @@ class ContactErrors:
     peak: FloatArray
     first: FloatArray | None = None
     arrival: FloatArray | None = None
+    width: FloatArray | None = None
     dynamic: FloatArray | None = None
 
     def in_units(self, time: float) -> ContactErrors:
-        """Return the same errors with those of arrivals multiplied by a unit of time."""
-        return self if self.arrival is None else replace(self, arrival=self.arrival * time)
+        """Return the same errors with those of times multiplied by a unit of time."""
+        if self.arrival is None or self.width is None:
+            return self
+        return replace(self, arrival=self.arrival * time, width=self.width * time)
 
     def alike(self, values: FloatArray) -> FloatArray:
         """Values of each contact; the largest of them where the errors of peaks are one number."""
@@ -96,16 +99,17 @@ def bounds(bound: Callable[..., FloatArray], *differences: ContactErrors) -> Con
     A bound is of total forces, so what a small pulse on a large static force is off by is more. In
     natural time units arrivals are off by about the part of a unit that forces are of themselves.
     """
-    peak = bound(*(found.peak for found in differences))
-    first = [found.first for found in differences if found.first is not None]
-    arrival = [found.arrival for found in differences if found.arrival is not None]
-    dynamic = differences[0].dynamic
-    if len(first) < len(differences) or dynamic is None:
+    peak, dynamic = bound(*(found.peak for found in differences)), differences[0].dynamic
+    if dynamic is None:
         return ContactErrors(peak)
-    first_bound, arrival_bound = (
-        bound(*(each * dynamic for each in found)) / dynamic for found in (first, arrival)
-    )
-    return ContactErrors(peak, first_bound, arrival_bound, dynamic)
+    of_pulses = []
+    for name in ("first", "arrival", "width"):
+        found = [getattr(each, name) for each in differences]
+        if any(each is None for each in found):
+            return ContactErrors(peak)
+        of_pulses.append(bound(*(each * dynamic for each in found)) / dynamic)
+    first, arrival, width = of_pulses
+    return ContactErrors(peak, first, arrival, width, dynamic)
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,16 +151,49 @@ class Peaks:
         judged = judged_contacts(self.force, ESTIMATED)
         if not judged.any():  # no force in the whole run: then any is all wrong
             never = np.full(self.force.size, np.nan)
-            return ContactErrors(np.where(other.force > 0, 1.0, 0.0), never, never, never)
+            wrong = np.where(other.force > 0, 1.0, 0.0)
+            return ContactErrors(wrong, never, never, never, never)
         peak = _causal(_relative(other.force, self.force, judged), self.time)
         has = ~np.isnan(mine.force)
         first = _relative(its.force, mine.force, has)
         same = (mine.is_ended == its.is_ended) & (mine.is_front == its.is_front)
         first[has & ~(same & np.isfinite(its.force))] = np.inf
-        arrival = np.where(has, np.abs(its.arrival - mine.arrival), np.nan)
-        arrival[np.isinf(first)] = np.inf
+        arrival, width = (
+            np.where(np.isinf(first), np.inf, np.where(has, np.abs(difference), np.nan))
+            for difference in (its.arrival - mine.arrival, its.width - mine.width)
+        )
         dynamic = mine.force / (mine.force + mine.static)
-        return ContactErrors(peak, _causal(first, mine.time), _causal(arrival, mine.time), dynamic)
+        first, arrival, width = (_causal(each, mine.time) for each in (first, arrival, width))
+        return ContactErrors(peak, first, arrival, width, dynamic)
+
+
+def columns(first: FirstPulses | None, errors: ContactErrors | None) -> dict[str, Array]:
+    """Return columns of first pulses and of errors, (contacts,) each; none without first pulses.
+
+    They are first_peak_force_N (dynamic: without the static force), first_peak_time_s,
+    arrival_time_s, first_width_s, is_front, is_clear, peak_error, first_peak_error,
+    arrival_error_s and first_width_error_s. NaN stands where a contact has no first pulse, no end
+    of it was seen, or a peak is too low to be judged. See ``first_pulse``.
+    """
+    if first is None or errors is None:
+        return {}
+    of_pulses = errors.first, errors.arrival, errors.width
+    has = np.isfinite(first.force)
+    of_force, of_arrival, of_width = (
+        np.where(has, np.nan if each is None else each, np.nan) for each in of_pulses
+    )
+    return {
+        "first_peak_force_N": first.force,
+        "first_peak_time_s": first.time,
+        "arrival_time_s": first.arrival,
+        "first_width_s": first.width,
+        "is_front": first.is_front,
+        "is_clear": first.is_clear,
+        "peak_error": errors.peak,
+        "first_peak_error": of_force,
+        "arrival_error_s": of_arrival,
+        "first_width_error_s": of_width,
+    }
 
 
 def _relative(found: Array, expected: Array, some: NDArray[np.bool_]) -> FloatArray:

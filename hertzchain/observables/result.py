@@ -13,15 +13,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hertzchain.arrays import FloatArray, or_none
+from hertzchain.arrays import Array, FloatArray, or_none
 from hertzchain.contact import hertz
 from hertzchain.errors import SceneError, require
-from hertzchain.observables.contact_errors import ContactErrors
+from hertzchain.observables.contact_errors import ContactErrors, columns
 from hertzchain.observables.definitions import context_of
 from hertzchain.observables.first_pulse import FirstPulses
 from hertzchain.observables.history import History
 from hertzchain.observables.peaks import ESTIMATED, judged_contacts
 from hertzchain.observables.transition import SolitaryWave, solitary_wave, transition_granules
+from hertzchain.observables.wave import Wave, dict_of, usual_wave, wave_between
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.validity import largest_overlap_ratio, overlap_warning
 from hertzchain.showing import ShownRun
@@ -319,29 +320,19 @@ class Result(ShownRun):
         return self.errors.wanted if known else self.error_estimate  # type: ignore[union-attr]
 
     @property
-    def first_columns(self) -> dict[str, FloatArray | NDArray[np.bool_]]:
-        """Columns of first pulses, (contacts,) each, and of errors; none without first pulses.
+    def first_columns(self) -> dict[str, Array]:
+        """Columns of first pulses, and of errors: see ``contact_errors.columns``."""
+        return columns(self.first_pulses, self.errors)
 
-        They are first_peak_force_N (dynamic: without the static force), first_peak_time_s,
-        arrival_time_s, first_width_s, is_front, is_clear, peak_error, first_peak_error and
-        arrival_error_s. NaN stands where a contact has no first pulse, no end of it was seen, or a
-        peak is too low to be judged. See ``observables.first_pulse``.
+    def wave(self, first: int, last: int) -> Wave:
+        """Return speed, height and width of the wave from one contact to a later one.
+
+        Raises
+        ------
+        SceneError
+            Without first pulses, for contacts that are not there, or where one has no first pulse.
         """
-        first, errors = self.first_pulses, self.errors
-        if first is None or errors is None or errors.first is None or errors.arrival is None:
-            return {}
-        has = np.isfinite(first.force)
-        return {
-            "first_peak_force_N": first.force,
-            "first_peak_time_s": first.time,
-            "arrival_time_s": first.arrival,
-            "first_width_s": first.width,
-            "is_front": first.is_front,
-            "is_clear": first.is_clear,
-            "peak_error": errors.peak,
-            "first_peak_error": np.where(has, errors.first, np.nan),
-            "arrival_error_s": np.where(has, errors.arrival, np.nan),
-        }
+        return wave_between(self, first, last)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the result and its scene as a JSON object; null stands for a missing value."""
@@ -363,6 +354,7 @@ class Result(ShownRun):
             "peak_time_s": or_none(self.peak_time),
             **({} if static is None else {"static_force_N": static.tolist()}),
             **{name: or_none(values) for name, values in self.first_columns.items()},
+            **({} if self.first_pulses is None else {"wave": dict_of(usual_wave(self))}),
             "transition_granules": self.transition_granules,
             "solitary_wave": {
                 "peak_force_N": wave.peak_force,

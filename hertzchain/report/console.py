@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hertzchain.observables.result import Result
+from hertzchain.observables.wave import usual_wave
 from hertzchain.report.document import Document
 from hertzchain.report.facts import (
     cost,
@@ -83,6 +84,7 @@ def print_run(console: Console, result: Result, others: str = "shown by --json")
     print_left_out(console, result.contact.size - len(shown), result.contact[-1], others)
     facts = [
         *(wave_facts(result) if result.scene.is_plain else facts_of_terms(result)),
+        *_facts_of_wave(result),
         ("error of the peaks, at most", f"{result.error_estimate:.1e}"),
         *_first_facts(result),
         ("largest overlap", f"{result.overlap_ratio:.2g} radii"),
@@ -116,6 +118,22 @@ def _first_facts(result: Result) -> list[tuple[str, str]]:
     return [
         ("error of first pulses, at most", f"{force:.1e}"),
         ("error of arrivals, at most", with_unit(float(arrival), "s", 0.1)),
+    ]
+
+
+def _facts_of_wave(result: Result) -> list[tuple[str, str]]:
+    """Return speed, height and width of the wave by first pulses; nothing where there is none."""
+    wave = usual_wave(result)
+    if wave is None:
+        return []
+    speed = known_digits(wave.speed, wave.speed_error)
+    height = known_digits(wave.height, wave.height_error)
+    width = f"{known_digits(wave.width, wave.width_error)} s"
+    if "unlike granules" not in result.scene.terms:
+        width += f", {wave.width_granules:.3g} granules"
+    return [
+        (f"speed, contacts {wave.first} to {wave.last}", f"{speed} m/s"),
+        (f"height and width at half, contact {wave.last}", f"{height} N, {width}"),
     ]
 
 

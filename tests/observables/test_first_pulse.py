@@ -27,7 +27,7 @@ BLOCK, SCENES = 10, 300
 
 
 def shares(scene: hc.Scene, backend: hc.Native | hc.Lammps) -> list[float]:
-    """Errors of first pulses and arrivals over what was stated, contact by contact.
+    """Errors of first pulses, arrivals and widths over what was stated, contact by contact.
 
     Only of contacts whose pulse is clear: elsewhere its end is a choice.
     """
@@ -37,6 +37,7 @@ def shares(scene: hc.Scene, backend: hc.Native | hc.Lammps) -> list[float]:
     assert errors is not None
     assert errors.first is not None
     assert errors.arrival is not None
+    assert errors.width is not None
     truth = Trace(scene).first_pulses(scene.granules.static_force)
     found = []
     for k in np.flatnonzero(first.is_clear & first.is_ended & ~first.is_front):
@@ -45,10 +46,8 @@ def shares(scene: hc.Scene, backend: hc.Native | hc.Lammps) -> list[float]:
         assert true.end is not None, k
         off = abs(first.force[k] / true.force - 1) - ORACLE
         late = abs(first.arrival[k] - true.arrival) - ORACLE * unit
-        found += [off / errors.first[k], late / errors.arrival[k]]
-        # The force falls through the end as steeply as it rises, within a factor of a hundred.
-        over = first.arrival[k] + first.width[k]
-        assert abs(over - true.end) <= 100 * errors.arrival[k] + ORACLE * unit
+        wide = abs(first.width[k] - (true.end - true.arrival)) - ORACLE * unit
+        found += [off / errors.first[k], late / errors.arrival[k], wide / errors.width[k]]
     return found
 
 
@@ -119,8 +118,7 @@ def test_errors_that_are_too_small_are_seen() -> None:
 def test_a_later_end_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(first_pulse, "FALLS", (0.6, 0.4, 0.4))
     scene = replace(TAPER, chain=hc.Chain(8, **STEEL), run=hc.Run(2e-4))
-    with pytest.raises(AssertionError):
-        shares(scene, hc.Native(rtol=1e-6, wanted="first"))
+    assert max(shares(scene, hc.Native(rtol=1e-6, wanted="first"))) > 1
 
 
 def test_chaos_at_the_end_does_not_hide_the_first_pulses() -> None:

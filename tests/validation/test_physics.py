@@ -26,6 +26,7 @@ from validation.physics import (
     gapped_taper,
     precompression,
     restitution,
+    solitary_wave,
     strikers,
     two_spheres,
     walls,
@@ -175,3 +176,15 @@ def test_another_damping_of_lammps_fails(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr(damping, "tsuji", lambda asked, _: true(asked, True))
     failed_rows = [entry.what for entry in restitution.compare(True, True) if not entry.passed]
     assert failed_rows == ["damping tsuji, 0.8", "damping tsuji limit_damping, 0.8"]
+
+
+def test_a_wave_that_is_faster_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    true = hc.Result.wave
+
+    def faster_wave(self: hc.Result, first: int, last: int) -> Any:
+        found = true(self, first, last)
+        return replace(found, speed=found.speed * (1 + 3e-5))
+
+    monkeypatch.setattr(hc.Result, "wave", faster_wave)
+    wrong = [entry.what for entry in solitary_wave.compare(True, False) if not entry.passed]
+    assert [what.split()[0] for what in wrong] == ["speed"]

@@ -52,6 +52,7 @@ KEPT_ROWS = {
     "mistakes": 62,
     "two_spheres": 40,
     "strikers": 18,
+    "solitary_wave": 3,
     "gapped_taper": 7,
     "walls": 18,
     "dimers": 7,

@@ -1,0 +1,117 @@
+"""The wave between two contacts: speed from arrivals, height and width from first pulses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.errors import SceneError, require
+from hertzchain.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from hertzchain.observables.result import Result
+
+_APART, _NEAR_END, _NEAR_END_IF_SLOW = 10, 2, 7
+"""Contacts from the first to the last of the usual pair, and between that and the end: there the
+incident and the reflected wave are one hump, the longer where contacts are damped or loaded."""
+
+
+@dataclass(frozen=True)
+class Wave:
+    """The wave from one contact to another; all errors are bounds, those of others relative.
+
+    Parameters
+    ----------
+    first, last
+        Numbers of the contacts.
+    speed, speed_error
+        Distance of the contacts at rest over the difference of the arrivals [m/s].
+    height, height_error
+        Dynamic force of the first pulse of the last contact [N].
+    width, width_error
+        How long that force is above its half [s].
+    width_granules
+        How many granules of the last contact that is: width times speed over their mean diameter.
+    """
+
+    first: int
+    last: int
+    speed: float
+    speed_error: float
+    height: float
+    height_error: float
+    width: float
+    width_error: float
+    width_granules: float
+
+
+def dict_of(wave: Wave | None) -> dict[str, float | None] | None:
+    """Return a wave as a JSON object."""
+    if wave is None:
+        return None
+    return {
+        "first_contact": wave.first,
+        "last_contact": wave.last,
+        "speed_m_s": wave.speed,
+        "speed_error": wave.speed_error,
+        "height_N": wave.height,
+        "height_error": wave.height_error,
+        "width_s": wave.width,
+        "width_error": wave.width_error,
+        "width_granules": wave.width_granules,
+    }
+
+
+def places(scene: Scene) -> FloatArray:
+    """Where the contacts of a scene are at rest, from the centre of granule 1 [m], (contacts,).
+
+    It is the middle of a gap; two spheres that are pressed touch in the middle of their overlap.
+    """
+    granules = scene.granules
+    ahead = granules.position + granules.radius
+    size = granules.stiffness.size
+    half = (granules.gap[:size] - granules.static_overlap[:size]) / 2
+    return np.asarray(ahead[:size] + half)
+
+
+def wave_between(result: Result, first: int, last: int) -> Wave:
+    """Return the wave from one contact to another; see ``Result.wave``."""
+    known, size = result.first_columns, result.contact.size
+    if not known:
+        allowed = 'needs first pulses, which this run has not: ask for wanted="first"'
+        raise SceneError("wave", None, allowed)
+    allowed = f"must be two contacts from 2 to {size + 1}, the later one last"
+    require(2 <= first < last <= size + 1, "contacts", (first, last), allowed)
+    i, j = first - 2, last - 2
+    arrival, error = known["arrival_time_s"], known["arrival_error_s"]
+    apart, time = np.diff(places(result.scene)[[i, j]])[0], arrival[j] - arrival[i]
+    if not time > 0:
+        allowed = "must have first pulses of which a digit is known, the later contact a later one"
+        raise SceneError("contacts", (first, last), allowed)
+    speed, off = apart / time, (error[i] + error[j]) / time
+    width = known["first_width_s"][j]
+    radius = result.scene.granules.radius
+    diameter = radius[j] + radius[min(j + 1, radius.size - 1)]
+    return Wave(
+        first, last, float(speed), float(off / max(1.0 - off, 1e-300)),
+        float(known["first_peak_force_N"][j]), float(known["first_peak_error"][j]),
+        float(width), float(known["first_width_error_s"][j] / width),
+        float(width * speed / diameter),
+    )  # fmt: skip
+
+
+def usual_wave(result: Result) -> Wave | None:
+    """The wave over the last ten contacts that no end disturbs; None where there is none."""
+    known = result.first_columns
+    if not known:
+        return None
+    scene = result.scene
+    is_slow = scene.contact is not None or scene.precompression is not None
+    last = result.contact.size + 1 - (_NEAR_END_IF_SLOW if is_slow else _NEAR_END)
+    first = max(last - _APART, 2)
+    if first >= last or np.isnan(known["arrival_time_s"][first - 2 : last - 1]).any():
+        return None
+    return wave_between(result, first, last)
