@@ -119,6 +119,17 @@ def to_seconds(option: str, given: str | None) -> float | None:
     return None if given is None else to_si(option, given, "s")
 
 
+def to_window(option: str, given: str | None) -> tuple[float, float] | None:
+    """Return the two times that FROM:TO says [s], if it is given."""
+    if given is None:
+        return None
+    ends = given.split(":")
+    times = [to_seconds(option, end.strip()) for end in ends] if len(ends) == 2 else []
+    if len(times) != 2 or not 0 <= times[0] < times[1]:  # type: ignore[operator]
+        raise HertzchainError(f"{option} {given}: must be two times, such as '0.1 ms:0.4 ms'")
+    return times[0], times[1]  # type: ignore[return-value]
+
+
 def to_contacts(given: str, scene: Scene) -> list[int]:
     """Numbers of contacts that a list of numbers and ranges names, increasing.
 
@@ -189,6 +200,7 @@ NEEDS = {
     **dict.fromkeys(("watch_every", "pair_style", "atoms", "dump_every"), "is for --engine lammps"),
     "frames": "goes with --trajectory FILE",
     "record": "goes with -o FILE or --plot FILE",
+    "window": "goes with --record N",
     "contacts": "goes with --plot FILE or --record N",
     "coefficient": "goes with --scene FILE",
 }

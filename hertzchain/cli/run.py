@@ -86,6 +86,12 @@ def run(
             " contact force of each granule) and --plot.",
         ),
     ] = None,
+    window: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FROM:TO", help="When --record begins and ends, such as '0.1 ms:0.4 ms'."
+        ),
+    ] = None,
     contacts: Annotated[
         str | None,
         typer.Option(
@@ -125,12 +131,14 @@ def run(
     step = options.to_seconds("--dt", dt)
     limit = options.to_time_limit(time_limit)
     options.refuse_without_need(output is not None or plot is not None, record=record is not None)
+    options.refuse_without_need(record is not None, window=window is not None)
     options.refuse_without_need(
         plot is not None or record is not None, contacts=contacts is not None
     )
     options.refuse_without_need(trajectory is not None, frames=frames is not None)
     numbers = None if contacts is None else options.to_contacts(contacts, loaded)
-    files = RunFiles(output, plot, trajectory, record, frames, numbers)
+    between = options.to_window("--window", window)
+    files = RunFiles(output, plot, trajectory, record, frames, numbers, between)
     files.check(scene)
     options.refuse_without_need(backend == "lammps", isolate=isolate, lmp=lmp, ranks=ranks)
     parameters = _parameters(backend, method, step, rtol, extrapolated)
@@ -140,7 +148,7 @@ def run(
         parameters |= options.lammps_options(isolate, lmp, ranks)
     with progress() as report_progress, compiling(report_progress, backend == "native"):
         report_progress(f"{backend}: running")
-        loaded = with_end(loaded)
+        loaded = with_end(loaded, between)
         times = files.times(loaded)
         if backend == "native":
             parameters["peaks_only"] = times is None and method not in AS_WRITTEN

@@ -31,6 +31,8 @@ class RunFiles:
         How many times ``trajectory`` has.
     contacts
         Numbers of the contacts that are plotted over time, and kept of the motion.
+    window
+        From when until when ``record`` is [s]; None for the whole run.
     """
 
     output: Path | None
@@ -39,6 +41,7 @@ class RunFiles:
     record: int | None
     frames: int | None
     contacts: Sequence[int] | None
+    window: tuple[float, float] | None = None
 
     def check(self, scene: Path) -> None:
         """Raise an OutputError, before any work is done, for what cannot be written."""
@@ -84,7 +87,7 @@ class RunFiles:
         from hertzchain.report.trajectory import frame_times
 
         if self.record is not None:
-            found["motion"] = found["plot"] = frame_times(scene, self.record)
+            found["motion"] = found["plot"] = frame_times(scene, self.record, self.window)
         elif self.plot is not None:
             found["plot"] = plot_times(scene)
         if self.trajectory is not None:

@@ -42,7 +42,8 @@ def recorded_below(
 ) -> str | None:
     """A sentence where the largest recorded forces stay below the peaks, else None.
 
-    That is what lies between the recorded times; contacts that are hardly pressed do not count.
+    That is what lies between the recorded times; contacts that are hardly pressed, or
+    hardest before or after these times, do not count.
 
     Parameters
     ----------
@@ -57,6 +58,8 @@ def recorded_below(
     """
     history, peaks = recorded(result), result.peak_force
     counts = judged_contacts(peaks, ESTIMATED)
+    begin, end = history.time[0], history.time[-1]
+    counts &= (result.peak_time >= begin) & (result.peak_time <= end)
     if numbers is not None:
         counts &= np.isin(result.contact, numbers)
     if not counts.any():

@@ -90,9 +90,10 @@ def check_trajectory_format(path: Path | str) -> None:
         raise OutputError(f"{path}: a trajectory's name must end in {' or '.join(_SUFFIXES)}")
 
 
-def frame_times(scene: Scene, count: int) -> FloatArray:
-    """Return equally spaced times from 0 to the end of a run [s], shape (count,)."""
-    return np.linspace(0.0, scene.end_time, count)
+def frame_times(scene: Scene, count: int, window: tuple[float, float] | None = None) -> FloatArray:
+    """Return equally spaced times [s], shape (count,), by default from 0 to the end of a run."""
+    begin, end = (0.0, scene.end_time) if window is None else window
+    return np.linspace(begin, end, count)
 
 
 def frames(result: Result) -> Iterator[Atoms]:

@@ -48,6 +48,18 @@ def test_all_files_of_one_run(hertzchain: Command) -> None:
     assert "below its peak, which lies between two of the 20 times" in outcome.err
 
 
+def test_a_window_of_the_run(hertzchain: Command) -> None:
+    outcome = hertzchain(
+        "run", SCENE, "--record", "11", "--window", "20 us:0.03 ms", "--contacts", "5",
+        "-o", "motion.csv",
+    )  # fmt: skip
+    assert outcome.status == 0, outcome
+    frame = pd.read_csv("motion.csv")
+    assert frame["time_s"].to_numpy() == pytest.approx(np.linspace(2e-5, 3e-5, 11), rel=1e-14)
+    # Contact 5 is pressed hardest at 1.9 ms, not within the window: nothing is missed.
+    assert "below its peak" not in outcome.err
+
+
 WRITES_PEAKS = "-o without --record writes the peaks\n"
 
 
@@ -96,6 +108,9 @@ def test_where_the_other_contacts_are(hertzchain: Command) -> None:
     [
         (("--record", "20"), ("--record", "-o FILE", "--plot FILE")),
         (("--contacts", "3"), ("--contacts", "--plot FILE")),
+        (("--record", "9", "--window", "1 s", "-o", "a.csv"), ("--window 1 s", "two times")),
+        (("--record", "9", "--window", "2:1", "-o", "a.csv"), ("--window 2:1", "two times")),
+        (("--window", "1 us:2 us"), ("--window", "--record")),
         (("--frames", "3"), ("--frames", "--trajectory FILE")),
         (("--record", "20", "-o", "motion.json"), ("motion.json", ".npz")),
         (("--plot", "run.gif"), ("run.gif", ".png")),
