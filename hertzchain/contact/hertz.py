@@ -46,6 +46,14 @@ def overlap_of(stiffness: Any, force: Any) -> Any:
     return (force / stiffness) ** (2 / 3)
 
 
+def pressure_of(stiffness: Any, radius: Any, force: Any) -> Any:
+    """Largest pressure p0 = 3 F / (2 pi a^2) [Pa], in the middle of contacts, with a^2 = R* d.
+
+    ``radius`` is R*, see ``stiffness_of``; no force makes no pressure.
+    """
+    return 1.5 / math.pi * np.cbrt(stiffness**2 * force) / radius
+
+
 def slope_of(stiffness: Any, force: Any) -> Any:
     """dF/dd of contacts that carry a force: 3/2 A^(2/3) F^(1/3)."""
     return 1.5 * np.cbrt(stiffness**2 * force)

@@ -21,6 +21,7 @@ from hertzchain.observables.definitions import context_of
 from hertzchain.observables.first_pulse import FirstPulses
 from hertzchain.observables.history import History
 from hertzchain.observables.peaks import ESTIMATED, judged_contacts
+from hertzchain.observables.pressure import LargestPressure, largest_pressure, yield_warning
 from hertzchain.observables.transition import SolitaryWave, solitary_wave, transition_granules
 from hertzchain.observables.wave import Wave, dict_of, usual_wave, wave_between
 from hertzchain.scene.scene import Scene
@@ -196,9 +197,15 @@ class Result(ShownRun):
         return largest_overlap_ratio(self.scene, self.peak_force)
 
     @property
+    def largest_pressure(self) -> LargestPressure:
+        """Largest Hertz pressure of all contacts, the wall's too."""
+        return largest_pressure(self.scene, self.peak_force, self.peak_time)
+
+    @property
     def warnings(self) -> tuple[str, ...]:
         """Validity warnings; usually empty."""
-        found = [] if (warning := overlap_warning(self.overlap_ratio)) is None else [warning]
+        validity = overlap_warning(self.overlap_ratio), yield_warning(self.scene, self.peak_force)
+        found = [warning for warning in validity if warning is not None]
         if self.first_pulses is not None and self.errors is not None:
             unsure = int(np.count_nonzero(self.errors.peak > ROUGH))
             if unsure:
@@ -366,6 +373,7 @@ class Result(ShownRun):
             },
             "error_estimate": self.error_estimate,
             "overlap_ratio": self.overlap_ratio,
+            **self.largest_pressure.to_dict(),
             "warnings": list(self.warnings),
             "balance": {
                 "impulse_N_s": self.balance.impulse,

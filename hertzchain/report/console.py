@@ -88,12 +88,24 @@ def print_run(console: Console, result: Result, others: str = "shown by --json")
         ("error of the peaks, at most", f"{result.error_estimate:.1e}"),
         *_first_facts(result),
         ("largest overlap", f"{result.overlap_ratio:.2g} radii"),
+        ("largest pressure", largest_pressure(result)),
         ("cost", cost(result)),
     ]
     if (similar := similar_scene(result)) is not None:
         facts.append(("computed as", similar))
     print_facts(console, facts)
     _print_remarks(console, *result.warnings)
+
+
+def largest_pressure(result: Result) -> str:
+    """Return the largest pressure, where it is, and the strength below which a metal yields."""
+    found = result.largest_pressure
+    if found.time is None:
+        return "0 Pa: no contact was pressed"
+    return (
+        f"{found.pressure:.3g} Pa, {result.scene.contact_name(found.contact)} at"
+        f" {found.time:.3g} s; metals of yield strength < {found.needed_strength:.3g} Pa yield"
+    )
 
 
 def _first_pulse(result: Result, k: int) -> tuple[str, str, str]:

@@ -26,7 +26,9 @@ MOST_GRANULES = 2**31 - 1
 PerGranule = Any
 """One number for all granules, or a sequence with one for each (kept as a tuple)."""
 
-_POSITIVE_KEYS = {"radius": "m", "young_modulus": "Pa", "density": "kg/m^3"}
+_POSITIVE_KEYS = {
+    "radius": "m", "young_modulus": "Pa", "density": "kg/m^3", "yield_strength": "Pa",
+}  # fmt: skip
 
 MATERIAL = ("radius", "young_modulus", "poisson_ratio", "density")
 """Names of the properties of a granule."""
@@ -52,6 +54,8 @@ class Chain:
         rho [kg/m^3].
     gap
         Gap in front of each granule at the start, at least 0 [m]; the first granule has none.
+    yield_strength
+        Yield strength Y in tension [Pa], for a warning; None where it is unknown.
 
     Raises
     ------
@@ -65,20 +69,21 @@ class Chain:
     poisson_ratio: PerGranule
     density: PerGranule
     gap: PerGranule = 0.0
+    yield_strength: PerGranule | None = None
 
     def __post_init__(self) -> None:
         granules = self.granules
         is_integer = isinstance(granules, Integral) and not isinstance(granules, bool)
         allowed = f"must be an integer from 2 to {MOST_GRANULES}"
         require(is_integer and 2 <= granules <= MOST_GRANULES, "granules", granules, allowed)
-        for key in (*MATERIAL, "gap"):
+        for key in (*MATERIAL, "gap", "yield_strength"):
             value = getattr(self, key)
             if isinstance(value, np.ndarray) and value.ndim == 0:
                 value = value.item()
                 object.__setattr__(self, key, value)
             if isinstance(value, list | tuple | np.ndarray):
                 object.__setattr__(self, key, _for_each(key, value, granules))
-            else:
+            elif not (key == "yield_strength" and value is None):
                 _check(key, value)
         to_plain_numbers(self)
 
@@ -150,9 +155,9 @@ def _check(key: str, value: object, of: str = "") -> None:
 
 def check_material(part: Any, optional: bool = False) -> None:
     """Raise a SceneError for an impossible material; optional values may be None."""
-    for key in MATERIAL:
+    for key in (*MATERIAL, "yield_strength"):
         value = getattr(part, key, None)
-        if not (optional and value is None):
+        if value is not None or not (optional or key == "yield_strength"):
             _check(key, value)
 
 

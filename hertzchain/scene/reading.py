@@ -28,6 +28,7 @@ UNITS = {
     "radius": "m",
     "young_modulus": "Pa",
     "poisson_ratio": "",
+    "yield_strength": "Pa",
     "density": "kg/m^3",
     "end_time": "s",
     "gap": "m",

@@ -12,10 +12,13 @@ from hertzchain.errors import POSITIVE, SceneError, is_positive, require
 from hertzchain.files import read_rows
 from hertzchain.scene.chain import MATERIAL, MOST_UNLIKE, Chain
 
-_SAME = (*MATERIAL, "gap")
+_SAME = (*MATERIAL, "gap", "yield_strength")
 """Keys by which a granule of a segment can differ."""
 
 _COLUMNS = ("radius_m", "young_modulus_Pa", "poisson_ratio", "density_kg_m3", "gap_m")
+
+_YIELD = "yield_strength_Pa"
+"""Column of a table of granules that may be absent."""
 
 _MOST_BYTES = 50_000_000
 """Size of a table of granules [bytes], chosen: 500,000 rows."""
@@ -51,10 +54,11 @@ def expand(defaults: Chain, segments: Any, quantities: Quantities) -> Chain:
         _fill(columns, defaults, values, cells, granules, name)
     require(counts == defaults.granules, "chain.segments", None, _sum_allowed(defaults.granules))
     try:
-        chain = Chain(defaults.granules, *(columns[key] for key in _SAME))
+        chain = Chain(defaults.granules, *(columns[key] or None for key in _SAME))
     except SceneError as problem:
         raise SceneError(f"chain.{problem.key}", problem.value, problem.allowed) from None
-    chain.__dict__["_section"] = {**asdict(defaults), "segments": read}
+    given = {key: value for key, value in asdict(defaults).items() if value is not None}
+    chain.__dict__["_section"] = {**given, "segments": read}
     return chain
 
 
@@ -91,6 +95,10 @@ def _fill(
         own = {**values, **cells[k % len(cells)]}
         for key, column in columns.items():
             value = own.get(key, getattr(defaults, key))
+            if key == "yield_strength" and defaults.yield_strength is None:
+                allowed = "needs chain.yield_strength, too, for the granules that have none here"
+                require(key not in own, f"{name}.{key}", value, allowed)
+                continue
             column.append(_tapered(value, ratio, k) if key == "radius" else value)
 
 
@@ -109,13 +117,13 @@ def read_granule_table(path: Path, name: str | None = None) -> Chain:
     except ValueError as problem:
         allowed = f"cannot be read ({problem}); must be a CSV file"
         raise SceneError("chain.file", name, allowed, None if name else path) from None
-    missing = [column for column in _COLUMNS if column not in header]
-    allowed = f"must be {','.join(_COLUMNS)}"
-    is_known = not missing and len(header) == len(_COLUMNS)
+    names = (*_COLUMNS, _YIELD) if _YIELD in header else _COLUMNS
+    allowed = f"must be {','.join(_COLUMNS)}, and {_YIELD} if it is known"
+    is_known = sorted(header) == sorted(names)
     require_in(path, is_known, "first line", ",".join(header), allowed)
-    columns: dict[str, list[float]] = {column: [] for column in _COLUMNS}
+    columns: dict[str, list[float]] = {column: [] for column in names}
     for number, row in enumerate(rows, start=1):
-        allowed = f"must be {len(_COLUMNS)} numbers, {','.join(_COLUMNS)}"
+        allowed = f"must be {len(names)} numbers, {','.join(names)}"
         try:
             values = [float(cell) for cell in row]
         except ValueError:
@@ -126,7 +134,7 @@ def read_granule_table(path: Path, name: str | None = None) -> Chain:
     granules = len(rows)
     require_in(path, granules >= 2, "rows", granules, "must be at least 2 granules")
     try:
-        return Chain(granules, *(tuple(columns[column]) for column in _COLUMNS))
+        return Chain(granules, *(tuple(columns[column]) for column in names))
     except SceneError as problem:
         raise SceneError(problem.key, problem.value, problem.allowed, file=path) from None
 
@@ -139,8 +147,12 @@ def require_in(path: Path, condition: bool, key: str, value: object, allowed: st
 
 def granule_table(chain: Chain) -> str:
     """Return the text that ``read_granule_table`` reads back as the same chain."""
-    values = [getattr(chain, key) for key in _SAME]
+    known = zip(_SAME, (*_COLUMNS, _YIELD), strict=True)
+    columns = {column: getattr(chain, key) for key, column in known}
+    if chain.yield_strength is None:
+        del columns[_YIELD]
+    values = list(columns.values())
     each = [value if isinstance(value, tuple) else (value,) * chain.granules for value in values]
-    lines = [",".join(_COLUMNS)]
+    lines = [",".join(columns)]
     lines += [",".join(map(repr, row)) for row in zip(*each, strict=True)]
     return "\n".join(lines) + "\n"

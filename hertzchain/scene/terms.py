@@ -50,6 +50,8 @@ class Wall:
         ``rigid``, ``same`` (the material of the last granule) or ``elastic``.
     young_modulus, poisson_ratio
         Material of an elastic wall [Pa], [1]; None for the other kinds.
+    yield_strength
+        Yield strength of an elastic wall [Pa]; None where it is unknown.
     gap
         Gap between the last granule and the wall at the start [m].
 
@@ -63,14 +65,16 @@ class Wall:
     young_modulus: float | None = None
     poisson_ratio: float | None = None
     gap: float = 0.0
+    yield_strength: float | None = None
 
     def __post_init__(self) -> None:
         known = isinstance(self.kind, str) and self.kind in WALLS
         require(known, "kind", self.kind, f"must be one of {', '.join(WALLS)}")
-        for key in ("young_modulus", "poisson_ratio"):
+        for key in ("young_modulus", "poisson_ratio", "yield_strength"):
             value = getattr(self, key)
             if self.kind == "elastic":
-                require(value is not None, key, None, 'missing, a wall of kind "elastic" needs it')
+                given = value is not None or key == "yield_strength"
+                require(given, key, None, 'missing, a wall of kind "elastic" needs it')
             else:
                 allowed = f'only a wall of kind "elastic" has it, not "{self.kind}"'
                 require(value is None, key, value, allowed)

@@ -13,6 +13,7 @@ from hertzchain.scene.shocks import KEYS
 USUAL = {
     "radius": (1e-6, 0.5),  # grains of powder to boulders
     "young_modulus": (1e5, 2e12),  # soft gels to diamond
+    "yield_strength": (1e4, 1e12),  # gels to diamond
     "density": (10.0, 3e4),  # foams to osmium
     "force": (1e-6, 1e7),
     "gravity": (1e-6, 1e4),

@@ -165,6 +165,8 @@ def _as_before(base: Scene) -> dict[str, Any]:
     shock = sections_of(base)["shock"] if base.pulse is None else asdict(base.pulse)
     chain = asdict(base.chain)
     del chain["gap"]  # 0
+    if chain["yield_strength"] is None:
+        del chain["yield_strength"]
     return {"chain": chain, "shock": shock, "run": asdict(base.run)}
 
 

@@ -21,7 +21,7 @@ from hertzchain.sweeps.columns import OTHER_MEASURE, PARAMETERS, TERMS, is_whole
 _Part = TypeVar("_Part")
 
 _OF_GRANULE = (*MATERIAL, "gap")
-_OF_ELASTIC_WALL = ("young_modulus", "poisson_ratio")
+_OF_ELASTIC_WALL = ("young_modulus", "poisson_ratio", "yield_strength")
 _KNOWN = (*PARAMETERS, *TERMS)
 
 

@@ -36,7 +36,9 @@ TABLES = {
 
 SCENES: dict[str, dict[str, Any]] = {
     "[chain]": PLAIN,
-    "[[chain.segments]]": {"chain": {**CHAIN, "segments": [{"granules": 60}]}, "shock": PULSE},
+    "[[chain.segments]]": {
+        "chain": {**CHAIN, "yield_strength": 3e8, "segments": [{"granules": 60}]}, "shock": PULSE,
+    },
     "[shock], a pulse": PLAIN,
     "[shock], a measured pulse": {
         "chain": CHAIN, "shock": {"profile": "table", "file": "pulse.csv"},

@@ -1,0 +1,103 @@
+"""The largest pressure of runs, and warnings of yield, worked out by hand."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import hertzchain as hc
+from hertzchain.errors import SceneError
+from hertzchain.scene.sections import sections_of
+from tests.conftest import STEEL
+
+STRIKER = hc.Striker(1.0)
+LIKE = hc.Chain(2, **STEEL)
+UNLIKE = hc.Chain(2, [4.75e-3, 2e-3], [193e9, 1.46e9], [0.3, 0.46], [7958.0, 2200.0])
+ON_WALL = hc.Wall("elastic", 70e9, 0.33)
+
+
+def p0(force: float, curvature: float, compliance: float) -> float:
+    """(6 F E*^2 / (pi^3 R*^2))^(1/3), Johnson (4.24), from 1/R* and 1/E*."""
+    return float((6 * force * curvature**2 / (math.pi**3 * compliance**2)) ** (1 / 3))
+
+
+STEEL_COMPLIANCE = (1 - 0.3**2) / 193e9
+SCENES = {
+    "like spheres": (hc.Scene(LIKE, STRIKER), 2, 2 / 4.75e-3, 2 * STEEL_COMPLIANCE),
+    "unlike spheres": (
+        hc.Scene(UNLIKE, STRIKER), 2, 1 / 4.75e-3 + 1 / 2e-3,
+        STEEL_COMPLIANCE + (1 - 0.46**2) / 1.46e9,
+    ),
+    "sphere on a wall": (
+        hc.Scene(LIKE, STRIKER, wall=ON_WALL), 3, 1 / 4.75e-3,
+        STEEL_COMPLIANCE + (1 - 0.33**2) / 70e9,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_pressure_is_that_of_hertz(name: str) -> None:
+    scene, contact, curvature, compliance = SCENES[name]
+    result = hc.Native().run(scene)
+    found = p0(result.peak_at(contact), curvature, compliance)
+    others = [2 / 4.75e-3, 2 * STEEL_COMPLIANCE]
+    largest = max(found, p0(result.peak_at(2), *others)) if scene.wall else found
+    shown = result.to_dict()
+    # Round-off of a few products and roots.
+    assert result.largest_pressure.pressure == pytest.approx(largest, rel=1e-13)
+    assert shown["largest_pressure_Pa"] == result.largest_pressure.pressure
+    where = contact if largest == found else 2
+    assert shown["largest_pressure_contact"] == where
+    assert shown["largest_pressure_time_s"] == result.peak_time[where - 2]
+    assert shown["needed_yield_strength_Pa"] == pytest.approx(largest / 1.6, rel=1e-13)
+
+
+def test_a_plain_chain_has_the_same_law() -> None:
+    pulse = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0)
+    result = hc.Native().run(hc.Scene(hc.Chain(8, **STEEL), pulse))
+    by_hand = p0(float(max(result.peak_force)), 2 / 4.75e-3, 2 * STEEL_COMPLIANCE)
+    assert result.largest_pressure.pressure == pytest.approx(by_hand, rel=1e-13)  # round-off
+
+
+@pytest.mark.parametrize(("part", "yields"), [(0.999, True), (1.001, False)])
+@pytest.mark.parametrize("name", SCENES)
+def test_the_weaker_body_yields(name: str, part: float, yields: bool) -> None:
+    scene, contact, curvature, compliance = SCENES[name]
+    pressure = p0(hc.Native().run(scene).peak_at(contact), curvature, compliance)
+    strong, weak = 1e12, part * pressure / 1.6
+    if scene.wall is not None:
+        wall = replace(ON_WALL, yield_strength=weak)
+        scene = replace(scene, chain=replace(LIKE, yield_strength=strong), wall=wall)
+    else:
+        scene = replace(scene, chain=replace(scene.chain, yield_strength=[strong, weak]))
+    warnings = hc.Native().run(scene).warnings
+    assert any("yield_strength" in one for one in warnings) == yields
+
+
+def test_the_strength_goes_through_files(tmp_path: Path) -> None:
+    plain, each = (replace(LIKE, yield_strength=y) for y in (3e8, [3e8, 2e7]))
+    for chain in (plain, each):
+        scene = hc.Scene(chain, STRIKER, wall=replace(ON_WALL, yield_strength=2.5e8))
+        scene.to_toml(tmp_path / "scene.toml")
+        assert hc.Scene.from_toml(tmp_path / "scene.toml") == scene
+        assert sections_of(scene)["wall"]["yield_strength"] == 2.5e8
+    text = (
+        '[chain]\ngranules = 2\nradius = "4.75 mm"\nyoung_modulus = "193 GPa"\n'
+        'poisson_ratio = 0.3\ndensity = 7958\nyield_strength = "300 MPa"\n'
+        '[[chain.segments]]\ngranules = 2\ncell = [{}, {yield_strength = "20 MPa"}]\n'
+        "[striker]\nvelocity = 1\n"
+    )
+    file = tmp_path / "segments.toml"
+    file.write_text(text)
+    assert hc.Scene.from_toml(file).chain.yield_strength == (3e8, 2e7)
+    file.write_text(text.replace('yield_strength = "300 MPa"\n', ""))
+    with pytest.raises(SceneError, match=r"needs chain\.yield_strength"):
+        hc.Scene.from_toml(file)
+
+
+def test_only_an_elastic_wall_has_a_strength() -> None:
+    with pytest.raises(SceneError, match="only a wall of kind"):
+        hc.Wall("rigid", yield_strength=3e8)
