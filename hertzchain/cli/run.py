@@ -122,10 +122,11 @@ def run(
     ] = None,
     as_json: options.AsJson = False,
 ) -> None:
-    """Simulate a scene with one backend: peaks, p, F_SW, speed, error, cost."""
+    """Simulate a scene with one backend: peaks, p, F_SW, speed, pressure, error, cost."""
     from hertzchain.engines.native.backend import AS_WRITTEN
     from hertzchain.engines.native.duration import with_end
     from hertzchain.report.console import print_run
+    from hertzchain.report.tables import run_document
 
     loaded = options.load_scene(scene)
     step = options.to_seconds("--dt", dt)
@@ -153,7 +154,11 @@ def run(
         if backend == "native":
             parameters["peaks_only"] = times is None and method not in AS_WRITTEN
         result = ENGINES[backend].make(time_limit=limit, **parameters).run(loaded, times)
-    show(as_json, result.to_dict, lambda console: print_run(console, result, files.others))
+    show(
+        as_json,
+        lambda: run_document(result),
+        lambda console: print_run(console, result, files.others),
+    )
     files.write(result)
     asked = (RTOL if method is None and step is None else None) if rtol is None else rtol
     known = result.wanted_error

@@ -8,6 +8,7 @@ import numpy as np
 
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
+from hertzchain.theory.two_spheres import parting
 
 if TYPE_CHECKING:
     from hertzchain.verdict.check import Check
@@ -21,7 +22,7 @@ def describe(scene: Scene) -> str:
 
 
 def facts_of_terms(result: Result) -> list[tuple[str, str]]:
-    """Return facts of a scene with terms: force on the wall, velocities, end of the run."""
+    """Return facts of a scene with terms: force on the wall, velocities, damping, end."""
     facts = []
     if result.scene.wall is not None:
         force, time = result.peak_force[-1], result.peak_time[-1]
@@ -31,6 +32,10 @@ def facts_of_terms(result: Result) -> list[tuple[str, str]]:
     first, last = (f"{v:.3g} m/s" for v in (result.velocity[0], result.velocity[-1]))
     if np.isfinite(result.velocity[0]):
         facts.append(("velocity at the end", f"granule 1 {first}, the last granule {last}"))
+    if (spheres := parting(result.scene)) is not None:
+        at = "" if spheres.speed is None else f" of {spheres.speed:.3g} m/s, {spheres.whose}"
+        part = f"{spheres.restitution:.4f} of their speed{at}"
+        facts.append(("two like spheres part with", part))
     facts.append(("end of the run", f"{result.scene.end_time:.6g} s"))
     return facts
 

@@ -6,10 +6,21 @@ import importlib.util
 import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from hertzchain.errors import OutputError
 from hertzchain.files import write_text, write_with
 from hertzchain.observables.result import Result
+from hertzchain.theory.two_spheres import parting
+
+
+def run_document(result: Result) -> dict[str, Any]:
+    """Return the JSON document of a run: the result, and how two spheres part under its damping."""
+    spheres = parting(result.scene)
+    if spheres is None:
+        return result.to_dict()
+    own = {"restitution": spheres.restitution, "speed_m_s": spheres.speed}
+    return {**result.to_dict(), "two_spheres": own}
 
 
 def _write_csv(result: Result, path: Path) -> None:
@@ -17,7 +28,7 @@ def _write_csv(result: Result, path: Path) -> None:
 
 
 def _write_json(result: Result, path: Path) -> None:
-    write_text(path, json.dumps(result.to_dict(), indent=2, allow_nan=False) + "\n")
+    write_text(path, json.dumps(run_document(result), indent=2, allow_nan=False) + "\n")
 
 
 def _write_parquet(result: Result, path: Path) -> None:

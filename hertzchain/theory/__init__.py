@@ -16,11 +16,12 @@ section 5.1             granule_velocity
 
 outside_range tells where the paper's own formulas do not hold. Beyond the paper:
 hertzchain.theory.solitary_wave has the exact solitary wave, hertzchain.theory.peak_map peaks
-without a simulation, hertzchain.theory.restitution coefficients of restitution of damped contacts;
+without a simulation, hertzchain.theory.restitution coefficients of restitution of damped contacts,
+hertzchain.theory.two_spheres that of a scene;
 predict returns all that theory says of a scene.
 """
 
-from hertzchain.theory import peak_map, restitution, solitary_wave
+from hertzchain.theory import peak_map, restitution, solitary_wave, two_spheres
 from hertzchain.theory.paper import (
     acceleration,
     applied_force,
@@ -72,6 +73,7 @@ __all__ = [
     "solitary_wave_momentum",
     "solitary_wave_speed",
     "transition_granules",
+    "two_spheres",
     "unit_rise_time",
     "wave_momentum",
     "wave_profile",
