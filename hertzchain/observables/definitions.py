@@ -5,9 +5,10 @@ between granule N and the wall (in version 1 it stood apart). A peak is the true
 contact force over the run. LM_ratio is the impulse of the shock over the momentum of a solitary
 wave as high as it, with the paper's 139/32. p is the number of granules after which peaks of
 neighbours differ by less than 1 %, at least 5; F_SW is the peak of contact p + 1, and the
-far-field force that of the last contact which the free end does not touch. ``error_estimate``
-bounds the relative error of every peak of at least 1e-3 of the largest, against the exact solution
-of Eq. 1.
+far-field force that of the last contact which the free end does not touch. The largest pressure
+is Hertz's p0 = 3 F / (2 pi a^2) at a peak, and the needed yield strength p0 / 1.60.
+``error_estimate`` bounds the relative error of every peak of at least 1e-3 of the largest, against
+the exact solution of Eq. 1.
 """
 
 from __future__ import annotations

@@ -76,6 +76,8 @@ def pressures(scene: Scene, force: FloatArray) -> FloatArray:
 
 def yield_warning(scene: Scene, peak_force: FloatArray) -> str | None:
     """Return the warning where p0 exceeds 1.60 Y; None where it does not or no Y is known."""
+    if scene.chain.yield_strength is None and (scene.wall is None or not scene.wall.yield_strength):
+        return None
     weaker = _weaker(scene, peak_force.size)
     load = pressures(scene, peak_force) / (YIELDS_AT * weaker)
     k, beyond = int(np.argmax(load)), int(np.count_nonzero(load > 1))
