@@ -332,14 +332,13 @@ class Result(ShownRun):
         return columns(self.first_pulses, self.errors)
 
     def wave(self, first: int, last: int) -> Wave:
-        """Return speed, height and width of the wave from one contact to a later one.
+        """Return the wave from one contact to a later one; SceneError without first pulses."""
+        return wave_between(self.scene, self.first_columns, first, last)
 
-        Raises
-        ------
-        SceneError
-            Without first pulses, for contacts that are not there, or where one has no first pulse.
-        """
-        return wave_between(self, first, last)
+    @property
+    def usual_wave(self) -> Wave | None:
+        """The wave over the last ten contacts that no end disturbs; None where there is none."""
+        return usual_wave(self.scene, self.first_columns)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the result and its scene as a JSON object; null stands for a missing value."""
@@ -361,7 +360,7 @@ class Result(ShownRun):
             "peak_time_s": or_none(self.peak_time),
             **({} if static is None else {"static_force_N": static.tolist()}),
             **{name: or_none(values) for name, values in self.first_columns.items()},
-            **({} if self.first_pulses is None else {"wave": dict_of(usual_wave(self))}),
+            **({} if self.first_pulses is None else {"wave": dict_of(self.usual_wave)}),
             "transition_granules": self.transition_granules,
             "solitary_wave": {
                 "peak_force_N": wave.peak_force,

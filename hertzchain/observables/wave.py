@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hertzchain.arrays import FloatArray
+from hertzchain.arrays import Array, FloatArray
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.scene import Scene
-
-if TYPE_CHECKING:
-    from hertzchain.observables.result import Result
 
 _APART, _NEAR_END, _NEAR_END_IF_SLOW = 10, 2, 7
 """Contacts from the first to the last of the usual pair, and between that and the end: there the
@@ -77,9 +74,9 @@ def places(scene: Scene) -> FloatArray:
     return np.asarray(ahead[:size] + half)
 
 
-def wave_between(result: Result, first: int, last: int) -> Wave:
-    """Return the wave from one contact to another; see ``Result.wave``."""
-    known, size = result.first_columns, result.contact.size
+def wave_between(scene: Scene, known: Mapping[str, Array], first: int, last: int) -> Wave:
+    """Return the wave from one contact to another, from the columns of ``Result.first_columns``."""
+    size = scene.last_contact - 1
     if not known:
         allowed = 'needs first pulses, which this run has not: ask for wanted="first"'
         raise SceneError("wave", None, allowed)
@@ -87,13 +84,13 @@ def wave_between(result: Result, first: int, last: int) -> Wave:
     require(2 <= first < last <= size + 1, "contacts", (first, last), allowed)
     i, j = first - 2, last - 2
     arrival, error = known["arrival_time_s"], known["arrival_error_s"]
-    apart, time = np.diff(places(result.scene)[[i, j]])[0], arrival[j] - arrival[i]
+    apart, time = np.diff(places(scene)[[i, j]])[0], arrival[j] - arrival[i]
     if not time > 0:
         allowed = "must have first pulses of which a digit is known, the later contact a later one"
         raise SceneError("contacts", (first, last), allowed)
     speed, off = apart / time, (error[i] + error[j]) / time
     width = known["first_width_s"][j]
-    radius = result.scene.granules.radius
+    radius = scene.granules.radius
     diameter = radius[j] + radius[min(j + 1, radius.size - 1)]
     return Wave(
         first, last, float(speed), float(off / max(1.0 - off, 1e-300)),
@@ -103,15 +100,13 @@ def wave_between(result: Result, first: int, last: int) -> Wave:
     )  # fmt: skip
 
 
-def usual_wave(result: Result) -> Wave | None:
+def usual_wave(scene: Scene, known: Mapping[str, Array]) -> Wave | None:
     """The wave over the last ten contacts that no end disturbs; None where there is none."""
-    known = result.first_columns
     if not known:
         return None
-    scene = result.scene
     is_slow = scene.contact is not None or scene.precompression is not None
-    last = result.contact.size + 1 - (_NEAR_END_IF_SLOW if is_slow else _NEAR_END)
+    last = scene.last_contact - (_NEAR_END_IF_SLOW if is_slow else _NEAR_END)
     first = max(last - _APART, 2)
     if first >= last or np.isnan(known["arrival_time_s"][first - 2 : last - 1]).any():
         return None
-    return wave_between(result, first, last)
+    return wave_between(scene, known, first, last)

@@ -11,7 +11,6 @@ from rich.table import Table
 from rich.text import Text
 
 from hertzchain.observables.result import Result
-from hertzchain.observables.wave import usual_wave
 from hertzchain.report.document import Document
 from hertzchain.report.facts import (
     cost,
@@ -135,7 +134,7 @@ def _first_facts(result: Result) -> list[tuple[str, str]]:
 
 def _facts_of_wave(result: Result) -> list[tuple[str, str]]:
     """Return speed, height and width of the wave by first pulses; nothing where there is none."""
-    wave = usual_wave(result)
+    wave = result.usual_wave
     if wave is None:
         return []
     speed = known_digits(wave.speed, wave.speed_error)

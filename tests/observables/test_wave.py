@@ -9,7 +9,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.errors import SceneError
-from hertzchain.observables.wave import places, usual_wave
+from hertzchain.observables.wave import places
 from tests.conftest import STEEL, paper_scene
 
 LONG = hc.Scene(hc.Chain(40, **STEEL), hc.Striker(1.0))
@@ -35,14 +35,15 @@ def test_the_errors_are_bounds() -> None:
 
 def test_the_usual_pair_is_before_the_end() -> None:
     result = hc.Native(rtol=1e-6).run(LONG)
-    wave = usual_wave(result)
+    wave = result.usual_wave
+    assert wave is not None
     assert wave == result.wave(28, 38)
     assert wave.width_granules == pytest.approx(1.41, abs=0.01)
     damped = replace(LONG, contact=hc.Contact("restitution", restitution=0.95))
-    slow = usual_wave(hc.Native(rtol=1e-6).run(damped))
+    slow = hc.Native(rtol=1e-6).run(damped).usual_wave
     assert slow is not None
     assert (slow.first, slow.last) == (23, 33)
-    assert usual_wave(hc.Native().run(paper_scene("cosine", 1.0, 2.0, 12))) is None
+    assert hc.Native().run(paper_scene("cosine", 1.0, 2.0, 12)).usual_wave is None
     assert result.to_dict()["wave"]["speed_m_s"] == wave.speed
 
 
