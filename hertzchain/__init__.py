@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from hertzchain.observables.result import Result
     from hertzchain.report.trajectory import write_trajectory
     from hertzchain.scene.chain import Chain
+    from hertzchain.scene.gauge import Gauge
     from hertzchain.scene.piston import Piston
     from hertzchain.scene.pulse import Pulse, PulseTable
     from hertzchain.scene.run import Run
@@ -37,6 +38,7 @@ _HOME = {
     "Comparison": "hertzchain.verdict.comparison",
     "DeckCheck": "hertzchain.verdict.deck",
     "DeckExamination": "hertzchain.verdict.deck",
+    "Gauge": "hertzchain.scene.gauge",
     "HertzchainError": "hertzchain.errors",
     "Judgement": "hertzchain.verdict.judgement",
     "Lammps": "hertzchain.engines.lammps",
@@ -71,6 +73,7 @@ __all__ = [
     "Contact",
     "DeckCheck",
     "DeckExamination",
+    "Gauge",
     "HertzchainError",
     "Judgement",
     "Lammps",

@@ -55,7 +55,17 @@ def test_the_public_names_are_those_of_the_contract() -> None:
     expected = {"Scene", "Chain", "Pulse", "PulseTable", "Run", "Native", "Lammps", "Result"}
     expected |= {"Comparison", "compare", "theory", "HertzchainError"}
     expected |= {"Batch", "peak_forces", "similar_peak_forces", "Liggghts", "Yade"}
-    expected |= {"Sweep", "sweep", "Striker", "Wall", "Precompression", "Contact", "Piston", "Sine"}
+    expected |= {
+        "Sweep",
+        "sweep",
+        "Striker",
+        "Wall",
+        "Precompression",
+        "Contact",
+        "Piston",
+        "Sine",
+        "Gauge",
+    }
     expected |= {"DeckCheck", "DeckExamination", "examine"}
     assert set(hc.__all__) == expected | {"Judgement", "judge", "write_trajectory"}
     assert list(hc.__all__) == sorted(hc.__all__)

@@ -13,6 +13,8 @@ the exact solution of Eq. 1.
 
 from __future__ import annotations
 
+import platform
+from collections.abc import Mapping
 from importlib.metadata import version
 from typing import Any
 
@@ -21,6 +23,16 @@ from hertzchain.scene.sections import sections_of
 
 DEFINITIONS = 2
 """Raised where a number that is right comes to mean another thing; not where digits improve."""
+
+
+def provenance(versions: Mapping[str, str]) -> dict[str, str]:
+    """Return versions with those of hertzchain and Python, and the machine."""
+    return {
+        "hertzchain": version("hertzchain"),
+        **versions,
+        "python": platform.python_version(),
+        "platform": platform.platform(),
+    }
 
 
 def context_of(scene: Scene) -> dict[str, Any]:

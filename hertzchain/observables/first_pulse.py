@@ -332,8 +332,13 @@ def check_wanted(wanted: str | None) -> None:
 def usually_wanted(scene: Scene) -> str:
     """What is asked of a scene where nothing else is said.
 
-    First pulses where waves are reflected within the chain, as by a striker, a wall or unlike
-    granules; elsewhere the largest forces.
+    First pulses where waves are reflected within the chain, and for gauges; elsewhere the largest
+    forces.
     """
-    reflects = scene.striker is not None or scene.wall is not None
-    return "first" if reflects or "unlike granules" in scene.terms else "all"
+    return "first" if reflects(scene) or scene.gauges else "all"
+
+
+def reflects(scene: Scene) -> bool:
+    """Return whether a striker, a wall or unlike granules reflect waves within the chain."""
+    has_end = scene.striker is not None or scene.wall is not None
+    return has_end or "unlike granules" in scene.terms

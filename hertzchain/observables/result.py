@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import platform
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from importlib.metadata import version
 from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
@@ -17,8 +15,9 @@ from hertzchain.arrays import Array, FloatArray, or_none
 from hertzchain.contact import hertz
 from hertzchain.errors import SceneError, require
 from hertzchain.observables.contact_errors import ContactErrors, columns
-from hertzchain.observables.definitions import context_of
+from hertzchain.observables.definitions import context_of, provenance
 from hertzchain.observables.first_pulse import FirstPulses
+from hertzchain.observables.gauges import Reading, of_gauges
 from hertzchain.observables.history import History
 from hertzchain.observables.peaks import ESTIMATED, judged_contacts
 from hertzchain.observables.pressure import LargestPressure, largest_pressure, yield_warning
@@ -135,6 +134,8 @@ class Result(ShownRun):
     errors
         Bounds of the errors of each contact, those of arrivals [s]; None if there is only
         ``error_estimate``.
+    gauges
+        What the gauges of the scene read.
     """
 
     scene: Scene
@@ -159,6 +160,7 @@ class Result(ShownRun):
     compile_time: float = 0.0
     first_pulses: FirstPulses | None = None
     errors: ContactErrors | None = None
+    gauges: tuple[Reading, ...] = ()
 
     @property
     def static_force(self) -> FloatArray | None:
@@ -322,13 +324,13 @@ class Result(ShownRun):
 
     @property
     def wanted_error(self) -> float:
-        """The largest error of what accuracy was asked of: first pulses, or all peaks."""
+        """The largest error of that which accuracy was asked of, first pulses or all peaks."""
         known = self.first_pulses is not None and self.errors is not None
         return self.errors.wanted if known else self.error_estimate  # type: ignore[union-attr]
 
     @property
     def first_columns(self) -> dict[str, Array]:
-        """Columns of first pulses, and of errors: see ``contact_errors.columns``."""
+        """Columns of first pulses, and of errors, as ``contact_errors.columns`` has them."""
         return columns(self.first_pulses, self.errors)
 
     def wave(self, first: int, last: int) -> Wave:
@@ -361,6 +363,7 @@ class Result(ShownRun):
             **({} if static is None else {"static_force_N": static.tolist()}),
             **{name: or_none(values) for name, values in self.first_columns.items()},
             **({} if self.first_pulses is None else {"wave": dict_of(self.usual_wave)}),
+            **of_gauges(self.gauges),
             "transition_granules": self.transition_granules,
             "solitary_wave": {
                 "peak_force_N": wave.peak_force,
@@ -390,10 +393,5 @@ class Result(ShownRun):
                 "predicted": self.lost_digits.predicted,
                 "bound": self.lost_digits.bound,
             },
-            "provenance": {
-                "hertzchain": version("hertzchain"),
-                **self.versions,
-                "python": platform.python_version(),
-                "platform": platform.platform(),
-            },
+            "provenance": provenance(self.versions),
         }

@@ -84,6 +84,7 @@ def print_run(console: Console, result: Result, others: str = "shown by --json")
     facts = [
         *(wave_facts(result) if result.scene.is_plain else facts_of_terms(result)),
         *_facts_of_wave(result),
+        *_facts_of_gauges(result),
         ("error of the peaks, at most", f"{result.error_estimate:.1e}"),
         *_first_facts(result),
         ("largest overlap", f"{result.overlap_ratio:.2g} radii"),
@@ -132,6 +133,20 @@ def _first_facts(result: Result) -> list[tuple[str, str]]:
     ]
 
 
+def _facts_of_gauges(result: Result) -> list[tuple[str, str]]:
+    """Return the first pulse of each gauge."""
+    facts = []
+    for read in result.gauges:
+        said = "no whole first pulse"
+        if np.isfinite(read.force):
+            force = known_digits(read.force, read.force_error)
+            arrival = known_digits(read.arrival, read.arrival_error / read.arrival)
+            width = known_digits(read.width, read.width_error / read.width)
+            said = f"{force} N, arrival {arrival} s, width {width} s"
+        facts.append((f"gauge, {read.gauge.key} {read.gauge.number}", said))
+    return facts
+
+
 def _facts_of_wave(result: Result) -> list[tuple[str, str]]:
     """Return speed, height and width of the wave by first pulses; nothing where there is none."""
     wave = result.usual_wave
@@ -144,7 +159,7 @@ def _facts_of_wave(result: Result) -> list[tuple[str, str]]:
         width += f", {wave.width_granules:.3g} granules"
     return [
         (f"speed, contacts {wave.first} to {wave.last}", f"{speed} m/s"),
-        (f"height and width at half, contact {wave.last}", f"{height} N, {width}"),
+        (f"height and width, contact {wave.last}", f"{height} N, {width}"),
     ]
 
 

@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 from hertzchain.errors import SceneError, did_you_mean, require
 from hertzchain.files import read_bytes
 from hertzchain.scene.chain import Chain
+from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.quantities import to_si
 from hertzchain.scene.run import Run
@@ -52,7 +53,7 @@ _MOST_DOTS = 200
 32,000.
 """
 
-SECTIONS = ("chain", "contact", "precompression", "run", "shock", "striker", "wall")
+SECTIONS = ("chain", "contact", "gauge", "precompression", "run", "shock", "striker", "wall")
 
 
 def read_parts(path: Path, shock: Shock | None = None) -> dict[str, Any]:
@@ -78,6 +79,7 @@ def texts_of(
     wall: Wall | None,
     precompression: Precompression | None,
     contact: Contact | None,
+    gauges: tuple[Gauge, ...],
 ) -> dict[Path, str]:
     """Return the texts of a scene by path: first its tables, if any, then the TOML."""
     import tomli_w
@@ -101,6 +103,8 @@ def texts_of(
     for name, part in others.items():
         if part is not None and (values := _given(part)):
             document[name] = values
+    if gauges:
+        document["gauge"] = [_given(gauge) for gauge in gauges]
     return {**texts, path: tomli_w.dumps(document)}
 
 
@@ -134,6 +138,11 @@ def _parts(document: Mapping[str, Any], folder: Path, instead: Shock | None) -> 
     for key, value in document.items():
         allowed = f"unknown key, allowed are the sections {', '.join(SECTIONS)}"
         require(key in SECTIONS, key, value, allowed + did_you_mean(key, SECTIONS))
+        if key == "gauge":
+            allowed = "must be [[gauge]], with two brackets: there may be several"
+            is_list = isinstance(value, list) and all(isinstance(one, dict) for one in value)
+            require(is_list, key, value, allowed)
+            continue
         require(isinstance(value, dict), key, value, f"must be a section, [{key}]")
     require("chain" in document, "[chain]", None, "missing section")
     if "shock" in document and "striker" in document:
@@ -153,6 +162,8 @@ def _parts(document: Mapping[str, Any], folder: Path, instead: Shock | None) -> 
         parts["precompression"] = _section("precompression", section, Precompression)
     if "contact" in document:
         parts["contact"] = _section("contact", document["contact"], Contact)
+    if "gauge" in document:
+        parts["gauges"] = tuple(_section("gauge", one, Gauge) for one in document["gauge"])
     return parts
 
 

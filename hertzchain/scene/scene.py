@@ -15,6 +15,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.contact import hertz
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.chain import MATERIAL, MOST_UNLIKE, Chain
+from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.granules import Granules, granules_of
 from hertzchain.scene.natural_units import (
     MOMENTUM_IN_NATURAL_UNITS,
@@ -53,8 +54,8 @@ class Scene(Shown):
         Wall at the far end; None for a free end.
     precompression
         Constant forces; None for a chain without static load.
-    contact
-        Damping in the contacts; None for elastic ones.
+    contact, gauges
+        Damping in the contacts, None for elastic ones; sensors, which change nothing.
 
     Raises
     ------
@@ -69,9 +70,10 @@ class Scene(Shown):
     wall: Wall | None = None
     precompression: Precompression | None = None
     contact: Contact | None = None
+    gauges: tuple[Gauge, ...] = ()
 
     def __post_init__(self) -> None:
-        held = self.wall, self.precompression, self.contact
+        held = self.wall, self.precompression, self.contact, self.gauges
         refuse_impossible(self.chain, self.shock, self.run, *held)
         allowed = f"must be at most {MOST_UNLIKE} in a scene with {', '.join(self.terms)}"
         possible = self.is_plain or self.chain.granules <= MOST_UNLIKE
@@ -95,7 +97,7 @@ class Scene(Shown):
         ----------
         path
             A TOML file with the sections chain, shock or striker and, optionally, wall,
-            precompression, contact and run. Bare numbers are SI, strings carry units.
+            precompression, contact, gauge and run. Bare numbers are SI, strings carry units.
         shock
             Replaces the shock of the file, which then is not read; None for the file's own.
 
@@ -132,8 +134,8 @@ class Scene(Shown):
 
     def to_texts(self, path: Path | str) -> dict[Path, str]:
         """Texts that ``to_toml`` writes, by path: first tables, if any, then the TOML."""
-        parts = self.chain, self.shock, self.run, self.wall, self.precompression, self.contact
-        return texts_of(Path(path), *parts)
+        held = self.wall, self.precompression, self.contact, self.gauges
+        return texts_of(Path(path), self.chain, self.shock, self.run, *held)
 
     @functools.cached_property
     def terms(self) -> tuple[str, ...]:
@@ -341,8 +343,7 @@ class Scene(Shown):
     def given_impulse(self) -> float:
         """Momentum of all granules at the end in a scene without wall and piston [N s].
 
-        It is the sum of the impulses of the applied force and of constant forces, and of the
-        striker's momentum.
+        It is the impulse of the applied force and of constant forces, and the striker's momentum.
         """
         if self.is_plain:
             return self.applied_impulse

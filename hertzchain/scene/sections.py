@@ -9,7 +9,7 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.shock import Shock
 
 
-def sections_of(scene: Scene) -> dict[str, dict[str, Any]]:
+def sections_of(scene: Scene) -> dict[str, Any]:
     """A scene as its file has it, in SI: a JSON object for each section, each a key for a value.
 
     What is not given is left out. Tables stand in it by their columns: those of a pulse or a piston
@@ -17,12 +17,13 @@ def sections_of(scene: Scene) -> dict[str, dict[str, Any]]:
     number for each, or as the segments of the scene file.
     """
     chain, shock = scene.chain, scene.shock
-    sections = {
+    sections: dict[str, Any] = {
         "chain": dict(_given(chain) if chain.section is None else chain.section),
         shock.section: _of_shock(shock),
         "wall": _given(scene.wall),
         "precompression": _given(scene.precompression),
         "contact": _given(scene.contact),
+        "gauge": [_given(gauge) for gauge in scene.gauges],
         "run": _given(scene.run),
     }
     for section in ("chain", "wall"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.chain import Chain
+from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.run import Run
 from hertzchain.scene.shock import Shock
 from hertzchain.scene.shocks import SHOCKS
@@ -17,6 +18,7 @@ def refuse_impossible(
     wall: Wall | None,
     pressed: Precompression | None,
     contact: Contact | None,
+    gauges: tuple[Gauge, ...],
 ) -> None:
     """Raise a SceneError for parts of a wrong type, or parts that exclude one another.
 
@@ -33,6 +35,11 @@ def refuse_impossible(
     require(isinstance(pressed, Precompression | None), "precompression", pressed, allowed)
     allowed = "must be a Contact or None"
     require(isinstance(contact, Contact | None), "contact", contact, allowed)
+    allowed = "must be a tuple of Gauges"
+    is_tuple = isinstance(gauges, tuple) and all(isinstance(one, Gauge) for one in gauges)
+    require(is_tuple, "gauges", gauges, allowed)
+    for gauge in gauges:
+        gauge.check(chain.granules, wall is not None)
     shock.check_load(0.0 if pressed is None else pressed.force)
     if pressed is None:
         return

@@ -146,6 +146,7 @@ def changed(base: Scene, values: Mapping[str, Any]) -> Scene:
         _replaced("wall", base.wall, of["wall"]),
         _replaced("precompression", base.precompression, of["precompression"]),
         _replaced("contact", base.contact, of["contact"]),
+        base.gauges,
     )
 
 

@@ -55,6 +55,7 @@ SCENES: dict[str, dict[str, Any]] = {
     },
     "[precompression]": {**PLAIN, "precompression": PRESSED, "wall": {"kind": "rigid"}},
     "[contact]": {**PLAIN, "contact": {"damping": "restitution", "restitution": 0.5}},
+    "[[gauge]]": {**PLAIN, "gauge": [{"granule": 16}]},
     "[run]": {**PLAIN, "run": {"end_time": 1e-3}},
 }  # fmt: skip
 """A scene that has each section of the page."""
@@ -86,6 +87,8 @@ class Row:
 
     def document(self, value: object) -> dict[str, Any]:
         """The scene of the section with another value of the key."""
+        if self.section == "[[gauge]]":
+            return {**PLAIN, "gauge": [{self.key: value}]}
         scene = {name: dict(part) for name, part in SCENES[self.section].items()}
         if self.section == "[[chain.segments]]":
             scene["chain"]["segments"] = [{"granules": 60, self.key: value}]

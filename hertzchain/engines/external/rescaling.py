@@ -60,7 +60,7 @@ class Softening:
         gap = _times(self.length, scene.chain.gap)
         modulus = self._modulus(scene.chain.young_modulus)
         chain = replace(scene.chain, young_modulus=modulus, gap=gap)
-        return Scene(chain, shock, run, wall, pressed, self._contact(scene.contact))
+        return Scene(chain, shock, run, wall, pressed, self._contact(scene.contact), scene.gauges)
 
     def _contact(self, contact: Contact | None) -> Contact | None:
         """Return the similar damping; a restitution, a ratio of velocities, stays the same.

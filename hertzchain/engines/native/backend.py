@@ -35,6 +35,7 @@ from hertzchain.observables.error_bound import (
     refuse_unstable,
 )
 from hertzchain.observables.first_pulse import check_wanted, usually_wanted
+from hertzchain.observables.gauges import readings
 from hertzchain.observables.history import Recorder, wanted_times
 from hertzchain.observables.peaks import times_of_peaks
 from hertzchain.observables.result import Balance, Result
@@ -210,7 +211,7 @@ class Native:
         first, history = errors.known(run.peaks.first), None
         if recorder is not None and times is not None:
             history = recorder.history(times, units.length, units.velocity, units.force)
-        return Result(
+        result = Result(
             scene=scene,
             backend=self.name,
             method=method,
@@ -239,6 +240,10 @@ class Native:
             first_pulses=first and first.in_units(units.force, units.time),
             errors=errors.in_units(units.time),
         )
+        if scene.gauges:
+            again = replace(self, peaks_only=False).run
+            return replace(result, gauges=readings(scene, result.first_columns, again))
+        return result
 
     def _as_asked(
         self, scene: Scene, recorder: Recorder | None, deadline: Deadline

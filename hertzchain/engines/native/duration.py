@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from hertzchain.errors import HertzchainError
 from hertzchain.limits import Deadline
-from hertzchain.observables.first_pulse import FirstPulses, usually_wanted
+from hertzchain.observables.first_pulse import FirstPulses, reflects
 from hertzchain.scene.scene import Scene
 
 _PARTS = (4, 1)
@@ -38,7 +38,7 @@ def with_end(scene: Scene, record: ArrayLike | None = None) -> Scene:
     record
         Times at which the motion is recorded [s], if any: the end is not before them.
     """
-    if scene.run.end_time is not None or usually_wanted(scene) != "first":
+    if scene.run.end_time is not None or not reflects(scene):
         return scene
     until = 0.0 if record is None or np.ndim(record) == 0 else np.max(record, initial=0.0)
     end = min(max(_end_of(scene), float(until)), scene.end_time)

@@ -1,0 +1,204 @@
+"""What gauges read: the first pulse of a contact, or of the mean force on the sides of a granule.
+
+A sensor in the middle of a granule reads the mean of its two contacts, which is a pulse of its own:
+lower than those of the contacts, and longer. A second run records both forces while they last, and
+their splines are looked at as first pulses are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hertzchain.arrays import Array, FloatArray, or_none
+from hertzchain.observables.first_pulse import FALLS, FLOOR
+from hertzchain.observables.history import History
+from hertzchain.scene.gauge import Gauge
+from hertzchain.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
+
+_SAMPLES, _LOOKS = 500, 8
+"""Recorded times for each granule, and how many times more often their spline is looked at."""
+
+_DEGREE = 5
+
+_SAFETY = 2.0
+"""Factor of the errors that the two contacts have at recorded times, as their first pulses tell."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """The first pulse that a gauge reads; NaN where there is none.
+
+    Parameters
+    ----------
+    gauge
+        The gauge.
+    force, time, arrival, width
+        Largest dynamic force of the pulse [N] and its time [s], when half of it is reached, and how
+        long the force is above that, as for ``FirstPulses``.
+    force_error, arrival_error, width_error
+        Bounds: relative, [s] and [s].
+    """
+
+    gauge: Gauge
+    force: float
+    time: float
+    arrival: float
+    width: float
+    force_error: float
+    arrival_error: float
+    width_error: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the reading as a JSON object; null where there is no pulse."""
+        values = {
+            "first_peak_force_N": self.force,
+            "first_peak_time_s": self.time,
+            "arrival_time_s": self.arrival,
+            "first_width_s": self.width,
+            "first_peak_error": self.force_error,
+            "arrival_error_s": self.arrival_error,
+            "first_width_error_s": self.width_error,
+        }
+        known = zip(values, or_none(np.array(list(values.values()))), strict=True)
+        return {self.gauge.key: self.gauge.number, **dict(known)}
+
+
+def of_gauges(found: tuple[Reading, ...]) -> dict[str, Any]:
+    """Return readings as keys of a JSON document; none without gauges."""
+    return {"gauges": [one.to_dict() for one in found]} if found else {}
+
+
+def readings(
+    scene: Scene, known: dict[str, Array], run: Callable[[Scene, FloatArray], Any]
+) -> tuple[Reading, ...]:
+    """Return what the gauges of a scene read.
+
+    Parameters
+    ----------
+    scene
+        The scene, with the end of its run.
+    known
+        Columns of first pulses: see ``contact_errors.columns``; without these nothing is read.
+    run
+        Function that runs a scene again and records it at given times [s]; returns a ``Result``.
+    """
+    if not known:
+        return ()
+    windows = {
+        gauge: window
+        for gauge in scene.gauges
+        if gauge.granule is not None and (window := _window(scene, gauge, known)) is not None
+    }
+    history = None
+    if windows:
+        times = np.unique(np.concatenate(list(windows.values())))
+        history = run(replace(scene, gauges=()), times).history
+    found = []
+    for gauge in scene.gauges:
+        if gauge.contact is not None:
+            found.append(_of_contact(gauge, known))
+        elif gauge in windows and history is not None:
+            found.append(_of_granule(scene, gauge, known, history, windows[gauge]))
+        else:
+            found.append(Reading(gauge, *[np.nan] * 7))
+    return tuple(found)
+
+
+def _of_contact(gauge: Gauge, known: dict[str, Array]) -> Reading:
+    names = (
+        "first_peak_force_N", "first_peak_time_s", "arrival_time_s", "first_width_s",
+        "first_peak_error", "arrival_error_s", "first_width_error_s",
+    )  # fmt: skip
+    return Reading(gauge, *(float(known[name][gauge.number - 2]) for name in names))
+
+
+def _contacts(scene: Scene, gauge: Gauge) -> list[int]:
+    """Places of the contacts on the sides of a granule: two, or one before a free end."""
+    places = (gauge.number - 2, gauge.number - 1)
+    return [place for place in places if place < scene.last_contact - 1]
+
+
+def _window(scene: Scene, gauge: Gauge, known: dict[str, Array]) -> FloatArray | None:
+    """Times at which the forces on a granule are recorded [s]; None without a whole pulse."""
+    places = _contacts(scene, gauge)
+    arrival, width = known["arrival_time_s"][places], known["first_width_s"][places]
+    if np.isnan(arrival).any() or np.isnan(width).any():
+        return None
+    longest = float(np.max(width))
+    begin, end = float(np.min(arrival)) - longest, float(np.max(arrival + width)) + longest
+    return np.linspace(max(begin, 0.0), min(end, scene.end_time), _SAMPLES)
+
+
+def _of_granule(
+    scene: Scene, gauge: Gauge, known: dict[str, Array], history: History, times: FloatArray
+) -> Reading:
+    from scipy.interpolate import make_interp_spline
+
+    at, places = np.isin(history.time, times), _contacts(scene, gauge)
+    time = history.time[at]
+    forces = history.contact_force[at][:, places] - scene.granules.static_force[places]
+    found = _pulse(make_interp_spline(time, forces.sum(axis=1) / 2, _DEGREE))
+    coarse = _pulse(make_interp_spline(time[::2], forces[::2].sum(axis=1) / 2, _DEGREE))
+    if found is None or coarse is None:
+        return Reading(gauge, *[np.nan] * 7)
+    off = late = wide = 0.0
+    for k, place in enumerate(places):
+        one = _pulse(make_interp_spline(time, forces[:, k], _DEGREE))
+        if one is None:
+            return Reading(gauge, *[np.nan] * 7)
+        force, arrival, width = (
+            float(known[name][place])
+            for name in ("first_peak_force_N", "arrival_time_s", "first_width_s")
+        )
+        steepest = float(np.max(np.abs(np.gradient(forces[:, k], time))))
+        late_here = float(known["arrival_error_s"][place]) + abs(one[2] - arrival)
+        off += force * (float(known["first_peak_error"][place]) + abs(one[0] / force - 1))
+        off += steepest * late_here
+        late += late_here
+        wide += float(known["first_width_error_s"][place]) + abs(one[3] - width)
+    # The slope of the mean is at its crossings a part of the steepest of the contacts'.
+    half = _SAFETY * off / 2
+    slope = found[0] / found[3]
+    return Reading(
+        gauge, *found,
+        half / found[0] + abs(coarse[0] / found[0] - 1),
+        _SAFETY * late + half / slope + abs(coarse[2] - found[2]),
+        _SAFETY * wide + 2 * half / slope + abs(coarse[3] - found[3]),
+    )  # fmt: skip
+
+
+def _pulse(curve: BSpline) -> tuple[float, float, float, float] | None:
+    """Force, time, arrival and width of the first pulse of a curve; None where it has no end."""
+    from scipy.optimize import brentq, minimize_scalar
+
+    begin, end = curve.t[0], curve.t[-1]
+    looks = np.linspace(begin, end, _LOOKS * curve.c.size)
+    values = curve(looks)
+    top = np.maximum.accumulate(values)
+    over = np.flatnonzero((values <= FALLS[1] * top) & (top >= FLOOR * top[-1]) & (top > 0))
+    if not over.size:
+        return None
+    best = int(np.argmax(values[: over[0]]))
+    low, high = looks[max(best - 1, 0)], looks[min(best + 1, looks.size - 1)]
+    place = minimize_scalar(
+        lambda s: -float(curve(low + s * (high - low))), bounds=(0, 1), method="bounded"
+    )
+    force, time = -float(place.fun), float(low + place.x * (high - low))
+    above = values >= force / 2
+    first = int(np.argmax(above))
+    last = best + int(np.argmax(~above[best:]))
+    if first == 0 or last == best:
+        return None
+
+    def excess(t: float) -> float:
+        return float(curve(t)) - force / 2
+
+    arrival, falls = (brentq(excess, looks[k - 1], looks[k], xtol=1e-20) for k in (first, last))
+    return force, time, float(arrival), float(falls - arrival)

@@ -1,0 +1,52 @@
+"""Gauges: sensors in a chain, which change nothing in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hertzchain.errors import require
+
+
+@dataclass(frozen=True)
+class Gauge:
+    """A sensor within a granule, or the force of a contact; exactly one of the two.
+
+    Parameters
+    ----------
+    granule
+        A sensor in the middle of this granule reads the mean of the forces on its two sides.
+    contact
+        Number of a contact, between granules ``contact - 1`` and ``contact``; one more than the
+        granules is the wall's.
+
+    Raises
+    ------
+    SceneError
+        If none or both are given, or what is given is no whole number.
+    """
+
+    granule: int | None = None
+    contact: int | None = None
+
+    def __post_init__(self) -> None:
+        given = [one for one in (self.granule, self.contact) if one is not None]
+        allowed = "must have either granule or contact"
+        require(len(given) == 1, "gauge", self.granule and self.contact, allowed)
+        is_whole = isinstance(given[0], int) and not isinstance(given[0], bool)
+        require(is_whole, self.key, given[0], "must be a whole number")
+
+    @property
+    def key(self) -> str:
+        """``granule`` or ``contact``."""
+        return "contact" if self.granule is None else "granule"
+
+    @property
+    def number(self) -> int:
+        """Number of the granule or the contact."""
+        return int(self.contact if self.granule is None else self.granule)  # type: ignore[arg-type]
+
+    def check(self, granules: int, has_wall: bool) -> None:
+        """Raise a SceneError if a chain has no such granule or contact."""
+        last = granules + (self.key == "contact" and has_wall)
+        allowed = f"must be a {self.key} from 2 to {last}"
+        require(2 <= self.number <= last, f"gauge.{self.key}", self.number, allowed)

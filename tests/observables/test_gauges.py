@@ -1,0 +1,167 @@
+"""Gauges: the first pulses that sensors read, judged by an independent solver."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq, minimize_scalar
+
+import hertzchain as hc
+from hertzchain.errors import SceneError
+from tests.conftest import STEEL, paper_scene
+from tests.observables.test_first_pulse import ORACLE, random_scene
+from tests.oracles.first_pulses import Trace
+
+TAPER = hc.Chain(8, **{**STEEL, "radius": 5e-3 * 0.95 ** np.arange(8)})
+SCENES = {
+    "walled": hc.Scene(hc.Chain(8, **STEEL), hc.Striker(1.0), wall=hc.Wall("rigid")),
+    "taper": hc.Scene(TAPER, hc.Striker(1.0)),
+    "damped": hc.Scene(
+        hc.Chain(8, **STEEL), hc.Striker(1.0), contact=hc.Contact("restitution", restitution=0.8)
+    ),
+    "pressed": hc.Scene(
+        hc.Chain(8, **STEEL), hc.Striker(1.0), precompression=hc.Precompression(force=20.0)
+    ),
+    "plain": paper_scene("cosine", 1.0, 2.0, 8),
+}
+
+
+SLOW = ("taper", "damped", "pressed")
+
+
+def truth(scene: hc.Scene, granule: int) -> tuple[float, float, float]:
+    """Force, arrival and width of the mean of two contacts, by their definition step by step."""
+    trace, static = Trace(scene), scene.granules.static_force
+    places = [k for k in (granule - 2, granule - 1) if k < static.size]
+
+    def read(time: float) -> float:
+        return float(sum(trace.at(k, time) - static[k] for k in places)) / 2
+
+    times = np.linspace(0, scene.end_time, int(50 * scene.end_time / trace.chain.time))
+    values = np.array([read(time) for time in times])
+    top = best = 0
+    for k, value in enumerate(values):
+        if value > values[best]:
+            best = k
+        elif value <= values[best] / 2 and values[best] >= 0.01 * values.max():
+            top = k
+            break
+    low, width = times[best - 1], times[best + 1] - times[best - 1]
+    found = minimize_scalar(
+        lambda s: -read(low + s * width), bounds=(0, 1), method="bounded", options={"xatol": 1e-9}
+    )
+    force = -float(found.fun)
+
+    def excess(time: float) -> float:
+        return read(time) - force / 2
+
+    first = int(np.argmax(values >= force / 2))
+    arrival = brentq(excess, times[first - 1], times[first], xtol=1e-20)
+    return force, arrival, brentq(excess, times[top - 2], times[top], xtol=1e-20) - arrival
+
+
+def shares(scene: hc.Scene, backend: hc.Native | hc.Lammps, granule: int) -> list[float]:
+    """Errors of force, arrival and width over what is stated."""
+    result = backend.run(replace(scene, gauges=(hc.Gauge(granule=granule),)))
+    (found,) = result.gauges
+    force, arrival, width = truth(result.scene, granule)
+    unit = ORACLE * scene.contact_time
+    return [
+        (abs(found.force / force - 1) - ORACLE) / found.force_error,
+        (abs(found.arrival - arrival) - unit) / found.arrival_error,
+        (abs(found.width - width) - unit) / found.width_error,
+    ]
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in SCENES]
+)
+def test_errors_are_bounds(name: str) -> None:
+    """At three accuracies in a granule within the chain, and at the free end or the wall."""
+    for granule in (5, 8):
+        for rtol in (1e-3, 1e-6, 1e-9):
+            assert max(shares(SCENES[name], hc.Native(rtol=rtol), granule)) <= 1, (granule, rtol)
+
+
+def test_lammps_reads_the_same() -> None:
+    assert max(shares(SCENES["walled"], hc.Lammps(rtol=1e-4), 5)) <= 1
+
+
+def test_a_part_of_the_error_is_seen() -> None:
+    """The bounds are not so wide that anything is within them: velocity Verlet is off by 1e-3."""
+    assert max(shares(SCENES["taper"], hc.Native("velocity-verlet", 1e-6), 5)) > 1e-3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", range(0, 60, 3))
+def test_random_scenes(number: int) -> None:
+    scene = random_scene(number + 1)
+    granule = 2 + number % (scene.chain.granules - 1)
+    with_gauge = replace(scene, gauges=(hc.Gauge(granule=granule),))
+    for rtol in (1e-3, 1e-6):
+        try:
+            result = hc.Native(rtol=rtol).run(with_gauge)
+        except hc.HertzchainError:
+            continue  # a refusal is honest
+        first = result.first_pulses
+        assert first is not None
+        places = [k for k in (granule - 2, granule - 1) if k < first.force.size]
+        if not (first.is_clear[places].all() and np.isfinite(result.gauges[0].force)):
+            continue  # the end of a pulse is a choice
+        assert max(shares(scene, hc.Native(rtol=rtol), granule)) <= 1, rtol
+
+
+def test_a_contact_is_its_first_pulse() -> None:
+    scene = replace(SCENES["walled"], gauges=(hc.Gauge(contact=4), hc.Gauge(contact=9)))
+    result = hc.Native(rtol=1e-6).run(scene)
+    first = result.first_pulses
+    assert first is not None
+    assert [one.force for one in result.gauges] == [first.force[2], first.force[7]]
+    assert [one.arrival for one in result.gauges] == [first.arrival[2], first.arrival[7]]
+
+
+def test_the_mean_of_a_solitary_wave() -> None:
+    """0.7073 of the contact's peak far from the striker."""
+    chain = hc.Chain(60, **STEEL)
+    scene = hc.Scene(chain, hc.Striker(1.0), gauges=(hc.Gauge(granule=40), hc.Gauge(contact=40)))
+    granule, contact = hc.Native(rtol=1e-8).run(scene).gauges
+    assert granule.force / contact.force == pytest.approx(0.7073, abs=5e-5)
+
+
+def test_gauges_are_in_files_and_results(tmp_path: Path) -> None:
+    scene = replace(SCENES["plain"], gauges=(hc.Gauge(granule=3), hc.Gauge(contact=2)))
+    scene.to_toml(tmp_path / "scene.toml")
+    assert hc.Scene.from_toml(tmp_path / "scene.toml") == scene
+    document = hc.Native().run(scene).to_dict()
+    assert [set(one) & {"granule", "contact"} for one in document["gauges"]] == [
+        {"granule"},
+        {"contact"},
+    ]
+    assert document["scene"]["gauge"] == [{"granule": 3}, {"contact": 2}]
+    without = hc.Native().run(replace(scene, gauges=()))
+    assert without.first_pulses is None
+    assert hc.Native(wanted="all").run(scene).gauges == ()
+    assert scene.end_time == SCENES["plain"].end_time
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[gauge]\ngranule = 3\n", r"must be \[\[gauge\]\], with two brackets"),
+        ("[[gauge]]\n", "must have either granule or contact"),
+        ("[[gauge]]\ngranule = 3\ncontact = 3\n", "must have either granule or contact"),
+        ("[[gauge]]\ngranule = 1\n", "gauge.granule = 1: must be a granule from 2 to 8"),
+        ("[[gauge]]\ncontact = 9\n", "gauge.contact = 9: must be a contact from 2 to 8"),
+        ("[[gauge]]\ngranule = 2.5\n", "must be a whole number"),
+        ("[[gauge]]\nbead = 3\n", "unknown key, allowed are granule, contact"),
+    ],
+)
+def test_what_cannot_be_is_refused(text: str, words: str, tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    SCENES["plain"].to_toml(path)
+    path.write_text(path.read_text() + text)
+    with pytest.raises(SceneError, match=words):
+        hc.Scene.from_toml(path)
