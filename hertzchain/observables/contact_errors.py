@@ -162,6 +162,7 @@ class Peaks:
             np.where(np.isinf(first), np.inf, np.where(has, np.abs(difference), np.nan))
             for difference in (its.arrival - mine.arrival, its.width - mine.width)
         )
+        width[has & ~mine.is_steady] = np.inf
         dynamic = mine.force / (mine.force + mine.static)
         first, arrival, width = (_causal(each, mine.time) for each in (first, arrival, width))
         return ContactErrors(peak, first, arrival, width, dynamic)
@@ -173,7 +174,8 @@ def columns(first: FirstPulses | None, errors: ContactErrors | None) -> dict[str
     They are first_peak_force_N (dynamic: without the static force), first_peak_time_s,
     arrival_time_s, first_width_s, is_front, is_clear, peak_error, first_peak_error,
     arrival_error_s and first_width_error_s. NaN stands where a contact has no first pulse, no end
-    of it was seen, or a peak is too low to be judged. See ``first_pulse``.
+    of it was seen or it is known to no digit, or a peak is too low to be judged. See
+    ``first_pulse``.
     """
     if first is None or errors is None:
         return {}
@@ -182,11 +184,12 @@ def columns(first: FirstPulses | None, errors: ContactErrors | None) -> dict[str
     of_force, of_arrival, of_width = (
         np.where(has, np.nan if each is None else each, np.nan) for each in of_pulses
     )
+    of_width = np.where(np.isfinite(of_width), of_width, np.nan)
     return {
         "first_peak_force_N": first.force,
         "first_peak_time_s": first.time,
         "arrival_time_s": first.arrival,
-        "first_width_s": first.width,
+        "first_width_s": np.where(np.isnan(of_width), np.nan, first.width),
         "is_front": first.is_front,
         "is_clear": first.is_clear,
         "peak_error": errors.peak,

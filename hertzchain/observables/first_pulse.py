@@ -36,6 +36,12 @@ FLOOR, _FLOORS = 0.01, (0.003, 0.03)
 _SAME = 0.01
 """Difference of forces up to which two choices give the same pulse."""
 
+_STEADY = 2.0
+"""How long a steady fall from the first of ``FALLS`` to the last takes at most, over what it would
+take at its steepest slope (exponential: 1.2). Else a force may dip to a half and rise again, and
+the end is known to no digit.
+"""
+
 _STANDS, _EXCEEDS = 10.0, 1.01
 """A front: how long its force has stood, time units of the contact, and what exceeds it."""
 
@@ -73,6 +79,8 @@ class FirstPulses:
     is_front, is_clear
         Whether the pulse ends as a front does; whether it is the same for other choices of the
         levels at which it ends and from which it counts.
+    is_steady
+        Whether the force falls steadily at the end, so that the width is well defined.
     """
 
     force: FloatArray
@@ -82,6 +90,7 @@ class FirstPulses:
     static: FloatArray
     is_front: _Mask
     is_clear: _Mask
+    is_steady: _Mask
 
     @property
     def is_ended(self) -> _Mask:
@@ -97,6 +106,7 @@ class FirstPulses:
         return replace(
             self, force=force, time=time, arrival=arrival, width=width,
             is_front=self.is_front & some, is_clear=self.is_clear & some,
+            is_steady=self.is_steady & some,
         )  # fmt: skip
 
     def in_units(self, force: float, time: float) -> FirstPulses:
@@ -152,7 +162,7 @@ def first_pulses(notes: FloatArray, contacts: Contacts, largest: Array) -> First
     """
     if not notes.size:
         never, no = np.full(largest.size, np.nan), np.zeros(largest.size, bool)
-        return FirstPulses(never, never, never, never, contacts.static, no, no)
+        return FirstPulses(never, never, never, never, contacts.static, no, no, no)
     notes = notes[np.argsort(notes[:, CONTACT], kind="stable")]
     here = notes[:, CONTACT].astype(np.intp)
     static, count = contacts.static[here], largest.size
@@ -184,6 +194,7 @@ def first_pulses(notes: FloatArray, contacts: Contacts, largest: Array) -> First
     for fall, floor in ((FALLS[0], FLOOR), (FALLS[2], FLOOR), *((FALLS[1], f) for f in _FLOORS)):
         with np.errstate(invalid="ignore"):
             is_clear &= np.abs(force_at(ends(fall, floor)) - force) <= _SAME * force
+    is_steady = is_front | _falls_steadily(notes, force, [ends(fall, FLOOR) for fall in FALLS])
     end = np.minimum(end, fronts)
     arrival, over = np.full(count, np.nan), np.full(count, np.nan)
     felt = _first_felt(notes, here, force / 2 + contacts.static, time)
@@ -200,7 +211,24 @@ def first_pulses(notes: FloatArray, contacts: Contacts, largest: Array) -> First
     )
     arrival[came], over[went] = found[: came.size], found[came.size :]
     width = over - arrival
-    return FirstPulses(force, time, arrival, width, contacts.static, is_front & counts, is_clear)
+    return FirstPulses(
+        force, time, arrival, width, contacts.static, is_front & counts, is_clear,
+        is_steady & counts,
+    )  # fmt: skip
+
+
+def _falls_steadily(notes: FloatArray, force: Array, ends: list[_Places]) -> _Mask:
+    """Whether each pulse falls from level to level about as fast as it falls at its end.
+
+    ``ends`` has the notes in which it falls through each of ``FALLS``.
+    """
+    is_whole = ends[-1] < len(notes)
+    falls = [notes[np.where(is_whole, one, 0)] for one in ends]
+    slope = np.max([(one[:, FORCE] - one[:, FORCE + 1]) / one[:, LENGTH] for one in falls], axis=0)
+    lasts = falls[-1][:, BEGIN] - falls[0][:, BEGIN] - falls[0][:, LENGTH]
+    with np.errstate(invalid="ignore"):
+        is_quick = lasts * slope <= _STEADY * (FALLS[0] - FALLS[-1]) * force
+    return np.asarray(is_whole & is_quick, bool)
 
 
 def _first(chosen: _Mask, here: _Places, count: int) -> _Places:

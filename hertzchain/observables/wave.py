@@ -29,7 +29,7 @@ class Wave:
     height, height_error
         Dynamic force of the first pulse of the last contact [N].
     width, width_error
-        How long that force is above its half [s].
+        How long that force is above its half [s]; NaN where that is not known.
     width_granules
         How many granules of the last contact that is: width times speed over their mean diameter.
     """
@@ -56,10 +56,14 @@ def dict_of(wave: Wave | None) -> dict[str, float | None] | None:
         "speed_error": wave.speed_error,
         "height_N": wave.height,
         "height_error": wave.height_error,
-        "width_s": wave.width,
-        "width_error": wave.width_error,
-        "width_granules": wave.width_granules,
+        "width_s": _or_none(wave.width),
+        "width_error": _or_none(wave.width_error),
+        "width_granules": _or_none(wave.width_granules),
     }
+
+
+def _or_none(value: float) -> float | None:
+    return None if np.isnan(value) else value
 
 
 def places(scene: Scene) -> FloatArray:

@@ -117,7 +117,7 @@ def _first_pulse(result: Result, k: int) -> tuple[str, str, str]:
     return (
         known_digits(known["first_peak_force_N"][k], known["first_peak_error"][k]),
         number(known["arrival_time_s"][k], 6),
-        "not over yet" if np.isnan(width) else number(width, 6),
+        "" if np.isnan(width) else number(width, 6),
     )
 
 
@@ -154,8 +154,10 @@ def _facts_of_wave(result: Result) -> list[tuple[str, str]]:
         return []
     speed = known_digits(wave.speed, wave.speed_error)
     height = known_digits(wave.height, wave.height_error)
-    width = f"{known_digits(wave.width, wave.width_error)} s"
-    if "unlike granules" not in result.scene.terms:
+    width = "unknown"
+    if np.isfinite(wave.width):
+        width = f"{known_digits(wave.width, wave.width_error)} s"
+    if np.isfinite(wave.width) and "unlike granules" not in result.scene.terms:
         width += f", {wave.width_granules:.3g} granules"
     return [
         (f"speed, contacts {wave.first} to {wave.last}", f"{speed} m/s"),

@@ -352,7 +352,7 @@ class Scene(Shown):
 
     @functools.cached_property
     def end_time(self) -> float:
-        """End of the run [s], as given, or the latest by default: the wave passes each contact."""
+        """End of the run [s], as given, or the latest by default, when the wave has passed all."""
         if self.run.end_time is not None:
             return self.run.end_time
         if self.is_plain:

@@ -46,8 +46,10 @@ def shares(scene: hc.Scene, backend: hc.Native | hc.Lammps) -> list[float]:
         assert true.end is not None, k
         off = abs(first.force[k] / true.force - 1) - ORACLE
         late = abs(first.arrival[k] - true.arrival) - ORACLE * unit
-        wide = abs(first.width[k] - (true.end - true.arrival)) - ORACLE * unit
-        found += [off / errors.first[k], late / errors.arrival[k], wide / errors.width[k]]
+        found += [off / errors.first[k], late / errors.arrival[k]]
+        if first.is_steady[k]:
+            wide = abs(first.width[k] - (true.end - true.arrival)) - ORACLE * unit
+            found.append(wide / errors.width[k])
     return found
 
 

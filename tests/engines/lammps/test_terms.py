@@ -28,9 +28,8 @@ are off by up to 8e-7, more than round-off."""
 QUICK, SLOW = range(21, 27), range(100, 160)
 """Numbers of random scenes."""
 
-REFUSED = {102: "no right digit", 130: "cannot resolve the overlaps"}
-"""Scenes that are refused: collisions amplify the error of the steps in one, where the native run
-at the same steps is 16 % off; the overlaps of the other are lost in the coordinates."""
+REFUSED = {130: "cannot resolve the overlaps"}
+"""Scenes whose overlaps are lost in the coordinates, so that LAMMPS refuses them."""
 
 
 def drawn(number: int) -> hc.Scene:
