@@ -179,4 +179,4 @@ def _draw_map(axes: Axes, result: Result, unit: float) -> None:
     )
     axes.set_ylabel("contact")
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set_xlim(0, result.scene.end_time / unit)
+    axes.set_xlim(history.time[0] / unit, history.time[-1] / unit)

@@ -200,11 +200,11 @@ def _shock_times(scene: Scene) -> FloatArray:
 
 
 def with_peak(result: Result, contact: int) -> tuple[FloatArray, FloatArray]:
-    """Times [s] and contact forces [N] of a contact with its peak between them."""
+    """Times [s] and contact forces [N] of a contact, with its peak if it lies between them."""
     assert result.history is not None
     time, force = result.history.time, result.force_at(contact)
     peak_time = result.peak_time[contact - 2]
-    if np.isnan(peak_time) or peak_time in time:
+    if not time[0] < peak_time < time[-1] or peak_time in time:
         return time, force
     at = int(np.searchsorted(time, peak_time))
     return np.insert(time, at, peak_time), np.insert(force, at, result.peak_at(contact))

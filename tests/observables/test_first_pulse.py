@@ -157,7 +157,7 @@ def test_the_incident_wave_not_the_reflected_one() -> None:
 
 
 def test_speed_and_width_of_the_solitary_wave() -> None:
-    """Long after an equal striker: 0.84051 (A/m)^0.4 v^0.2 (Chatterjee 1999, and others)."""
+    """Long after an equal striker: 0.84051 (A/m)^0.4 v^0.2, that of the exact wave."""
     scene = hc.Scene(hc.Chain(60, **STEEL), hc.Striker(1.0))
     first = hc.Native(rtol=1e-8, wanted="first").run(scene).first_pulses
     assert first is not None
