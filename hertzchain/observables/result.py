@@ -238,10 +238,9 @@ class Result(ShownRun):
         if self.scene.is_plain:
             return ()
         peaks, first = self.peak_force, self.first_pulses
-        is_judged = judged_contacts(peaks, ESTIMATED)
-        late = ~self.peak_passed & is_judged
+        late = ~self.peak_passed & judged_contacts(peaks, ESTIMATED)
         if first is not None:
-            late = np.where(np.isnan(first.force), ~self.peak_passed & ~is_judged, ~first.is_ended)
+            late = np.where(np.isnan(first.force), ~self.peak_passed, ~first.is_ended)
         waiting = late | (peaks == 0)
         return tuple(self.scene.contact_name(number) for number in self.contact[waiting].tolist())
 

@@ -111,6 +111,9 @@ def usual_wave(scene: Scene, known: Mapping[str, Array]) -> Wave | None:
     is_slow = scene.contact is not None or scene.precompression is not None
     last = scene.last_contact - (_NEAR_END_IF_SLOW if is_slow else _NEAR_END)
     first = max(last - _APART, 2)
-    if first >= last or np.isnan(known["arrival_time_s"][first - 2 : last - 1]).any():
+    if first >= last:
+        return None
+    arrival = known["arrival_time_s"][[first - 2, last - 2]]
+    if not arrival[0] < arrival[1]:  # False for NaN, too
         return None
     return wave_between(scene, known, first, last)

@@ -47,6 +47,14 @@ def test_the_usual_pair_is_before_the_end() -> None:
     assert result.to_dict()["wave"]["speed_m_s"] == wave.speed
 
 
+def test_a_piston_that_squeezes_a_chain_sends_no_wave_from_its_end() -> None:
+    """There the far contacts reach half of their largest force before those at the piston."""
+    scene = hc.Scene(hc.Chain(6, **STEEL), hc.Piston(0.1), wall=hc.Wall("rigid"))
+    result = hc.Native(rtol=1e-6).run(scene)
+    assert result.usual_wave is None
+    assert result.to_dict()["wave"] is None
+
+
 def test_what_has_no_wave_is_refused() -> None:
     result = hc.Native(rtol=1e-6).run(replace(LONG, run=hc.Run(1e-4)))
     with pytest.raises(SceneError, match="must have first pulses"):
