@@ -17,6 +17,7 @@ from hertzchain.theory.peak_map import FAR_FIELD_ERROR, PEAK_ERROR
 
 if TYPE_CHECKING:
     from hertzchain.engines.native import Batch
+    from hertzchain.observables.gauges import Reading
     from hertzchain.observables.result import Result
     from hertzchain.theory import Prediction
 
@@ -225,6 +226,24 @@ CUT_OFF = Column(
     "int",
     of_result=lambda found: len(found.cut_off),
 )
+_OF_GAUGES: dict[str, tuple[str, Callable[[Reading], float]]] = {
+    "first_peak_force_N": ("first peak of gauge {} [N]", lambda read: read.force),
+    "arrival_time_s": ("arrival at gauge {} [s]", lambda read: read.arrival),
+}
+"""Labels of what is found of each gauge, and how to get it."""
+
+_GAUGE = re.compile(rf"gauge_(\d+)_({'|'.join(_OF_GAUGES)})")
+
+
+def _of_gauge(number: int, what: str) -> Column:
+    """Return a column of a gauge, by its number in the scene from 1 on."""
+    label, getter = _OF_GAUGES[what]
+    return Column(
+        f"gauge_{number}_{what}", label.format(number),
+        of_result=lambda found: getter(found.gauges[number - 1]) if found.gauges else None,
+    )  # fmt: skip
+
+
 _FOUND_UNDER_LOAD = Column(
     "largest_dynamic_force_N",
     "largest peak force less the static force [N]",
@@ -284,6 +303,8 @@ def column_named(name: str) -> Column:
     """Return the column of this name, also for segments of a chain."""
     if name in _BY_NAME:
         return _BY_NAME[name]
+    if (gauge := _GAUGE.fullmatch(name)) is not None:
+        return _of_gauge(int(gauge[1]), gauge[2])
     found = _SEGMENT.fullmatch(name)
     assert found is not None, name
     segment, place, key = found.groups()
@@ -311,7 +332,12 @@ def columns_of(
     profile = scene.get("shock", {}).get("profile", "")
     shock = OF_PROFILE.get(profile)
     held = held or (shock is not None and shock.is_driven)
-    if not (of_terms or unlike or "gap" in chain or held):
+    gauges = [
+        _of_gauge(number, what)
+        for number in range(1, len(scene.get("gauge", ())) + 1)
+        for what in _OF_GAUGES
+    ]
+    if not (of_terms or unlike or "gap" in chain or held or gauges):
         return ALL
     kept = [name for name in PARAMETERS if name.partition(".")[0] in {*scene, "run"}]
     if shock is not None and shock.own_keys():
@@ -332,6 +358,7 @@ def columns_of(
         *ALL[:2],
         *(column_named(name) for name in dict.fromkeys(parameters)),
         *_found(waves, walled, loaded),
+        *gauges,
         ALL[-1],
     )
 

@@ -51,7 +51,8 @@ class Design:
     def is_plain(self) -> bool:
         """True if no scene can have terms."""
         known = all(axis.name in PARAMETERS for axis in self.axes)
-        return known and self.base.is_plain and self.base.chain.section is None
+        is_plain = self.base.is_plain and not self.base.gauges
+        return known and is_plain and self.base.chain.section is None
 
     @property
     def columns(self) -> tuple[Column, ...]:

@@ -790,3 +790,20 @@ def type_in(document: dict[str, Any], name: str, value: Any) -> None:
     for step in path:
         at = at[int(step) - 1] if step.isdigit() else at[step]
     at[key] = value
+
+
+def test_gauges_have_columns() -> None:
+    scene = hc.Scene(CHAIN, hc.Striker(1.0), gauges=(hc.Gauge(granule=3), hc.Gauge(contact=2)))
+    table = hc.sweep(scene, vary={"striker.velocity": [0.5, 1.0]}).to_frame()
+    for row, velocity in enumerate((0.5, 1.0)):
+        read = hc.Native(rtol=1e-6).run(replace(scene, shock=hc.Striker(velocity))).gauges
+        for number, one in enumerate(read, 1):
+            names = f"gauge_{number}_first_peak_force_N", f"gauge_{number}_arrival_time_s"
+            found = [table[name].iloc[row] for name in names]
+            # The same run, but that it drops granules that change no peak.
+            assert found == pytest.approx([one.force, one.arrival], rel=3e-6)
+    plain = hc.Scene(
+        CHAIN, hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0), gauges=(hc.Gauge(contact=3),)
+    )
+    table = hc.sweep(plain, vary={"shock.peak_force": [50.0, 100.0]}).to_frame()
+    assert table["gauge_1_first_peak_force_N"].gt(0).all()
