@@ -125,7 +125,7 @@ def _facts(judgement: Judgement, judged: int, failed: int) -> list[tuple[str, st
     facts = [
         ("contacts", ", ".join(counts)),
         ("largest difference", "" if largest is None else f"{largest:.1e}"),
-        ("compared with", judgement.compared_with),
+        *([("compared with", judgement.compared_with)] if reference.first_pulses else []),
         ("tolerance", f"{judgement.tolerance:.1e}"),
         ("error of native, at most", f"{reference.wanted_error:.1e}"),
     ]

@@ -164,9 +164,10 @@ class Judgement(ShownVerdict):
             rare = "" if self.sampling is None else " and sampled often enough"
             return f"no contact that was given is pressed enough{rare} to be judged"
         failed = judged - int(np.count_nonzero(self.passed))
+        what = "first pulses of the reference" if self.of_first_pulses else "reference"
         return (
             f"{failed} of {judged} contacts differ by more than {self.tolerance:.1e} from the"
-            f" {self.compared_with} of the reference, the largest difference is {largest:.1e}"
+            f" {what}, the largest difference is {largest:.1e}"
         )
 
     @property

@@ -54,7 +54,8 @@ BAD_SCENES: list[tuple[Changes, tuple[str, ...]]] = [
         {"walls.left": "true"},
         (
             "walls",
-            "allowed are the sections chain, contact, precompression, run, shock, striker, wall",
+            "allowed are the sections chain, contact, gauge, precompression, run, shock, striker,"
+            " wall",
         ),
     ),
     *(({key: None}, (key, "missing")) for key in SCENE if key != "shock.momentum_ratio"),

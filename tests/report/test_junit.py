@@ -223,7 +223,7 @@ def test_a_judgement_has_a_case_for_each_contact(
         kinds = {True: None, False: "failure", None: "skipped"}
         assert cases == {f"contact {row['contact']}": kinds[row["passed"]] for row in found["rows"]}
     first, second = suite.iter("failure")
-    words = "1 of 3 contacts differ by more than 1.0e-03 from the largest forces of the reference"
+    words = "1 of 3 contacts differ by more than 1.0e-03 from the reference, the largest difference"
     assert words in first.attrib["message"]
     words = f"contact 3 [N] is {1.01 * peak[1]!r}, it should be {peak[1]!r}: off by "
     assert words in second.attrib["message"]
