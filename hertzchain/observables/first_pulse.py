@@ -77,8 +77,8 @@ class FirstPulses:
     static
         Force of the contacts before it.
     is_front, is_clear
-        Whether the pulse ends as a front does; whether it is the same for other choices of the
-        levels at which it ends and from which it counts.
+        Whether the pulse ends as a front does; whether it has ended, and is the same for other
+        choices of the levels at which it ends and from which it counts.
     is_steady
         Whether the force falls steadily at the end, so that the width is well defined.
     """
@@ -196,6 +196,7 @@ def first_pulses(notes: FloatArray, contacts: Contacts, largest: Array) -> First
             is_clear &= np.abs(force_at(ends(fall, floor)) - force) <= _SAME * force
     is_steady = is_front | _falls_steadily(notes, force, [ends(fall, FLOOR) for fall in FALLS])
     end = np.minimum(end, fronts)
+    is_clear &= end < here.size
     arrival, over = np.full(count, np.nan), np.full(count, np.nan)
     felt = _first_felt(notes, here, force / 2 + contacts.static, time)
     came, went = np.flatnonzero(felt < here.size), np.flatnonzero(counts & (end < here.size))

@@ -116,7 +116,10 @@ def _of_contact(gauge: Gauge, known: dict[str, Array]) -> Reading:
         "first_peak_force_N", "first_peak_time_s", "arrival_time_s", "first_width_s",
         "first_peak_error", "arrival_error_s", "first_width_error_s",
     )  # fmt: skip
-    return Reading(gauge, *(float(known[name][gauge.number - 2]) for name in names))
+    place = gauge.number - 2
+    if not known["is_clear"][place] and np.isnan(known["first_width_s"][place]):
+        return Reading(gauge, *[np.nan] * 7)  # it has not ended
+    return Reading(gauge, *(float(known[name][place]) for name in names))
 
 
 def _contacts(scene: Scene, gauge: Gauge) -> list[int]:

@@ -233,9 +233,9 @@ class Result(ShownRun):
     def cut_off(self) -> tuple[str, ...]:
         """Names of the contacts whose peak, or first pulse, may come after the end of the run.
 
-        Plain scenes have none: there p is undefined where the run ended too early.
+        Plain scenes without gauges have none: there p is undefined where the run ended too early.
         """
-        if self.scene.is_plain:
+        if self.scene.is_plain and self.first_pulses is None:
             return ()
         peaks, first = self.peak_force, self.first_pulses
         late = ~self.peak_passed & judged_contacts(peaks, ESTIMATED)
@@ -338,7 +338,7 @@ class Result(ShownRun):
 
     @property
     def usual_wave(self) -> Wave | None:
-        """The wave over the last ten contacts that no end disturbs; None where there is none."""
+        """The wave over the last contacts that no end disturbs, at most ten; None without one."""
         return usual_wave(self.scene, self.first_columns)
 
     def to_dict(self) -> dict[str, Any]:

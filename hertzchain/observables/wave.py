@@ -89,11 +89,12 @@ def wave_between(scene: Scene, known: Mapping[str, Array], first: int, last: int
     i, j = first - 2, last - 2
     arrival, error = known["arrival_time_s"], known["arrival_error_s"]
     apart, time = np.diff(places(scene)[[i, j]])[0], arrival[j] - arrival[i]
-    if not time > 0:
-        allowed = "must have first pulses of which a digit is known, the later contact a later one"
+    if not (time > 0 and known["is_clear"][[i, j]].all()):
+        allowed = "must have clear first pulses that have ended, the later contact a later one"
         raise SceneError("contacts", (first, last), allowed)
     speed, off = apart / time, (error[i] + error[j]) / time
-    width = known["first_width_s"][j]
+    # A front lasts until something else comes: that is no width.
+    width = np.nan if known["is_front"][j] else known["first_width_s"][j]
     radius = scene.granules.radius
     diameter = radius[j] + radius[min(j + 1, radius.size - 1)]
     return Wave(
@@ -105,7 +106,7 @@ def wave_between(scene: Scene, known: Mapping[str, Array], first: int, last: int
 
 
 def usual_wave(scene: Scene, known: Mapping[str, Array]) -> Wave | None:
-    """The wave over the last ten contacts that no end disturbs; None where there is none."""
+    """The wave over the last contacts that no end disturbs, at most ten; None without one."""
     if not known:
         return None
     is_slow = scene.contact is not None or scene.precompression is not None
@@ -113,7 +114,8 @@ def usual_wave(scene: Scene, known: Mapping[str, Array]) -> Wave | None:
     first = max(last - _APART, 2)
     if first >= last:
         return None
-    arrival = known["arrival_time_s"][[first - 2, last - 2]]
-    if not arrival[0] < arrival[1]:  # False for NaN, too
+    pair = [first - 2, last - 2]
+    arrival, is_clear = known["arrival_time_s"][pair], known["is_clear"][pair]
+    if not (arrival[0] < arrival[1] and is_clear.all()):  # False for NaN, too
         return None
     return wave_between(scene, known, first, last)

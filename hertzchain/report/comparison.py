@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.observables.peaks import largest_difference
 from hertzchain.observables.result import Result
 from hertzchain.report.document import Document, Failure, Peaks, Table, Verdict
 from hertzchain.report.facts import (
@@ -21,6 +20,7 @@ from hertzchain.report.facts import (
 )
 from hertzchain.report.junit import case
 from hertzchain.report.style import FORMULAS, LABELS
+from hertzchain.verdict.reference_checks import FIRST_PULSES, PEAKS
 
 if TYPE_CHECKING:
     from hertzchain.verdict.check import Check
@@ -207,22 +207,16 @@ def _of_run(peak: float, error: float) -> str:
     return NO_DIGIT if error >= 1 else number(peak, 9)
 
 
-def _seen(result: Result) -> FloatArray:
-    """Return first pulses [N], 0 where there is none; the peaks of a run without them."""
-    first = result.first_pulses
-    return result.peak_force if first is None else np.nan_to_num(first.force)
-
-
 def _verdict(comparison: Comparison, of_formulas: Sequence[str]) -> Verdict:
     checks, results = comparison.checks, comparison.results
     failed = [check for check in checks if not check.passed]
     only_absent = bool(failed) and all(check.measured is None for check in failed)
     ran = [name for name in comparison.wanted if name in results and name != "native"]
     if not failed and ran:
-        seen = [_seen(results[name]) for name in ran]
-        off = max(largest_difference(found, _seen(comparison.native)) for found in seen)
+        kind = PEAKS if comparison.native.first_pulses is None else FIRST_PULSES
+        off = max((check.measured or 0.0 for check in checks if check.kind == kind), default=0.0)
         who = " and ".join(LABELS[name] for name in ran)
-        what = "Peaks" if comparison.native.first_pulses is None else "First pulses"
+        what = "Peaks" if kind == PEAKS else "First pulses"
         sentence = (
             f"All {len(checks)} checks passed. {what} by {who} differ from those of native by"
             f" {off:.1e} at most, within the errors that both claim."

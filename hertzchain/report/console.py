@@ -137,12 +137,14 @@ def _facts_of_gauges(result: Result) -> list[tuple[str, str]]:
     """Return the first pulse of each gauge."""
     facts = []
     for read in result.gauges:
-        said = "no whole first pulse"
+        said = "no first pulse that is known to its end"
         if np.isfinite(read.force):
             force = known_digits(read.force, read.force_error)
             arrival = known_digits(read.arrival, read.arrival_error / read.arrival)
-            width = known_digits(read.width, read.width_error / read.width)
-            said = f"{force} N, arrival {arrival} s, width {width} s"
+            width = "unknown"
+            if np.isfinite(read.width):
+                width = f"{known_digits(read.width, read.width_error / read.width)} s"
+            said = f"{force} N, arrival {arrival} s, width {width}"
         facts.append((f"gauge, {read.gauge.key} {read.gauge.number}", said))
     return facts
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from numbers import Integral
 
 from hertzchain.errors import require
 
@@ -32,7 +33,7 @@ class Gauge:
         given = [one for one in (self.granule, self.contact) if one is not None]
         allowed = "must have either granule or contact"
         require(len(given) == 1, "gauge", self.granule and self.contact, allowed)
-        is_whole = isinstance(given[0], int) and not isinstance(given[0], bool)
+        is_whole = isinstance(given[0], Integral) and not isinstance(given[0], bool)
         require(is_whole, self.key, given[0], "must be a whole number")
 
     @property

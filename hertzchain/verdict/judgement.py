@@ -28,9 +28,9 @@ from hertzchain.verdict.step_mistakes import velocity_verlet
 if TYPE_CHECKING:
     import pandas
 
-_NONE, _CLEARLY = 1e-9, 0.1
-"""Ratios of given to true peaks below this count as it; and of two spreads, from which on the
-smaller one tells what was given."""
+_NONE, _CLEARLY, _SEVERAL = 1e-9, 0.1, 3
+"""Ratios of given to true peaks below this count as it; of two spreads, from which on the smaller
+one tells what was given; and the fewest contacts for that."""
 PATIENCE = 60.0  # time limit of the search for the cause [s]; 60 granules take about 1 s
 _TRIAL_STEP = 0.05  # natural time units; errors of other steps are scaled from this one's
 
@@ -294,14 +294,20 @@ def _truth(reference: Result, given: FloatArray, tolerance: float) -> tuple[Floa
     allowed = f"must be at least 10 times the error of the reference, {least:.1e}"
     require(tolerance >= 10 * least, "tolerance", tolerance, allowed)
 
-    def agreement(truth: FloatArray) -> tuple[int, float]:
-        judged = judged_peaks(truth, given)
-        ratio = given[judged] / truth[judged]
-        agree = int(np.count_nonzero(np.abs(ratio - 1) <= tolerance))
-        return agree, float(np.std(np.log(np.maximum(ratio, _NONE)))) if judged.any() else 0.0
+    judged = [judged_peaks(truth, given) for truth in sure]
+    if not judged[0].any() or not judged[-1].any():
+        is_first = bool(judged[-1].any() and not judged[0].any())
+        return sure[is_first], is_first
+    both = judged[0] & judged[-1]
 
-    (most, vary), (agree, less) = agreement(sure[0]), agreement(sure[-1])
-    is_first = agree > most or (agree == most and less < _CLEARLY * vary)
+    def agreement(truth: FloatArray, judged: NDArray[np.bool_]) -> tuple[int, float]:
+        agree = np.abs(given[judged] / truth[judged] - 1) <= tolerance
+        ratio = np.maximum(given[both] / truth[both], _NONE)
+        return int(np.count_nonzero(agree)), float(np.std(np.log(ratio))) if both.any() else 0.0
+
+    (most, vary), (agree, less) = map(agreement, (sure[0], sure[-1]), (judged[0], judged[-1]))
+    is_nearer = bool(np.count_nonzero(both) >= _SEVERAL and less < _CLEARLY * vary)
+    is_first = agree > most or (agree == most and is_nearer)
     return sure[is_first], is_first
 
 

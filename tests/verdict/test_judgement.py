@@ -174,3 +174,18 @@ def test_a_mistake_is_found_by_first_pulses() -> None:
     assert found.verdict == "fail"
     assert found.compared_with == "first pulses"
     assert "0.9" in str(found.cause)
+
+
+def test_one_or_two_peaks_are_compared_with_the_largest_forces() -> None:
+    """Their spread tells nothing; nor do contacts that have no first pulse yet."""
+    scene = hc.Scene(
+        hc.Chain(40, **STEEL), hc.Striker(1.0), hc.Run(2e-4),
+        precompression=hc.Precompression(force=10.0),
+    )  # fmt: skip
+    peaks = hc.Native("reference").run(scene).peak_force
+    for places in ((30, 35), (5, 35)):
+        given = np.full(peaks.size, np.nan)
+        given[list(places)] = peaks[list(places)] * [1.05, 1.3]
+        found = hc.judge(scene, given, tolerance=1e-3)
+        assert (found.verdict, found.compared_with) == ("fail", "largest forces")
+        assert np.count_nonzero(found.judged) == 2

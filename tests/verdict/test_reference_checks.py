@@ -89,3 +89,12 @@ def test_the_reference_is_asked_for_first_pulses(reference: hc.Result) -> None:
     assert errors.first is not None
     worse = replace(errors, first=errors.first + 3e-6)
     assert not yardstick_check(replace(reference, errors=worse)).passed
+
+
+def test_runs_without_any_force_agree() -> None:
+    """The striker has not crossed its gap yet."""
+    scene = hc.Scene(hc.Chain(5, **STEEL, gap=1e-3), hc.Striker(1.0), hc.Run(1e-5))
+    reference = hc.Native("reference").run(scene)
+    assert verdicts(hc.Native().run(scene), reference) == {"peaks": True}
+    pressed = replace(reference, peak_force=reference.peak_force + 1.0)
+    assert verdicts(pressed, reference) == {"peaks": False}

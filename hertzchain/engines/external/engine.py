@@ -136,7 +136,7 @@ class ExternalEngine(ABC):
         from hertzchain.engines.native.duration import with_end
 
         begin = time.perf_counter()
-        scene = with_end(scene, record)
+        scene = with_end(scene, record, self.time_limit)
         times = None if record is None else wanted_times(record, scene.end_time)
         simulate = self._simulate(scene, Deadline(self.time_limit))
         method = self.method_of(scene)

@@ -180,7 +180,7 @@ class Native:
         """As ``run``, while the preparation of kernels is watched."""
         begin = time.perf_counter()
         deadline = Deadline(self.time_limit, lambda: preparation.time)
-        scene = with_end(scene, record)
+        scene = with_end(scene, record, self.time_limit)
         recorder = times = None
         if record is not None:
             allowed = "must not be given with peaks_only, which leaves granules behind"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -24,7 +25,7 @@ _ROUGHLY, _PATIENCE = 1e-3, 60.0
 """Accuracy and time limit [s] of these runs; they have no bound of their error."""
 
 
-def with_end(scene: Scene, record: ArrayLike | None = None) -> Scene:
+def with_end(scene: Scene, record: ArrayLike | None = None, time_limit: float = math.inf) -> Scene:
     """Return a scene with the end of its run [s], the same for every engine.
 
     An end that is given stays. By default, scenes with a striker, a wall or unlike granules end at
@@ -36,18 +37,24 @@ def with_end(scene: Scene, record: ArrayLike | None = None) -> Scene:
     scene
         What to simulate.
     record
-        Times at which the motion is recorded [s], if any: the end is not before them.
+        Times at which the motion is recorded [s], if any: the end is not before them, but at latest
+        at ``Scene.end_time``.
+    time_limit
+        Of the quick runs [s]; past it, or a minute, the end is the latest.
     """
     if scene.run.end_time is not None or not reflects(scene):
         return scene
-    until = 0.0 if record is None or np.ndim(record) == 0 else np.max(record, initial=0.0)
-    end = min(max(_end_of(scene), float(until)), scene.end_time)
+    until = 0.0
+    if record is not None and np.ndim(record) == 1:
+        with suppress(TypeError, ValueError):  # no times: the engine refuses them in words
+            until = float(np.max(np.asarray(record, np.float64), initial=0.0))
+    end = min(max(_end_of(scene, min(time_limit, _PATIENCE)), until), scene.end_time)
     return replace(scene, run=replace(scene.run, end_time=end))
 
 
-def _end_of(scene: Scene) -> float:
+def _end_of(scene: Scene, time_limit: float) -> float:
     """The end by quick runs, each longer than the one before; the longest if pulses go on."""
-    longest, deadline = scene.end_time, Deadline(_PATIENCE)
+    longest, deadline = scene.end_time, Deadline(time_limit)
     for part in _PARTS:
         tried = replace(scene, run=replace(scene.run, end_time=longest / part))
         try:

@@ -68,3 +68,8 @@ def test_similar_scenes_have_similar_ends() -> None:
     fast = replace(WALLED, shock=hc.Striker(10.0))
     ratio = with_end(fast).end_time / with_end(WALLED).end_time
     assert ratio == pytest.approx(10**-0.2, rel=1e-12)
+
+
+def test_what_are_no_times_is_refused_in_words() -> None:
+    with pytest.raises(hc.HertzchainError, match="record"):
+        hc.Native().run(WALLED, record=["a"])
