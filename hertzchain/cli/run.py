@@ -61,7 +61,7 @@ def run(
         Wanted | None,
         typer.Option(
             help="What --rtol is asked of: the first pulse of each contact, or all peaks, reflected"
-            " waves included. Default: first with a striker, a wall or unlike granules, else all."
+            " waves included. Default: first with a striker, a wall, unlike granules or gauges."
         ),
     ] = None,
     isolate: options.Isolate = False,
@@ -149,7 +149,7 @@ def run(
         parameters |= options.lammps_options(isolate, lmp, ranks)
     with progress() as report_progress, compiling(report_progress, backend == "native"):
         report_progress(f"{backend}: running")
-        loaded = with_end(loaded, between)
+        loaded = with_end(loaded, between, limit)
         times = files.times(loaded)
         if backend == "native":
             parameters["peaks_only"] = times is None and method not in AS_WRITTEN

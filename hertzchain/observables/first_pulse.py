@@ -175,7 +175,8 @@ def first_pulses(notes: FloatArray, contacts: Contacts, largest: Array) -> First
         is_end = (after <= fall * top) & (top >= floor * of_run[here])
         return _first(is_end, here, count)
 
-    end = ends(FALLS[1], FLOOR)
+    falls = [ends(fall, FLOOR) for fall in FALLS]
+    end = falls[1]
     fronts, stood = _fronts(notes, here, contacts, of_run)
     is_front = fronts < end
     last = np.append(np.flatnonzero(np.diff(here, append=count)), -1)
@@ -191,10 +192,10 @@ def first_pulses(notes: FloatArray, contacts: Contacts, largest: Array) -> First
     seen = notes[np.where(end < here.size, end, last_of), WHEN]
     time = np.where(counts, np.where(is_front, stood[1], seen), np.nan)
     is_clear = counts.copy()
-    for fall, floor in ((FALLS[0], FLOOR), (FALLS[2], FLOOR), *((FALLS[1], f) for f in _FLOORS)):
+    for other in (falls[0], falls[2], *(ends(FALLS[1], floor) for floor in _FLOORS)):
         with np.errstate(invalid="ignore"):
-            is_clear &= np.abs(force_at(ends(fall, floor)) - force) <= _SAME * force
-    is_steady = is_front | _falls_steadily(notes, force, [ends(fall, FLOOR) for fall in FALLS])
+            is_clear &= np.abs(force_at(other) - force) <= _SAME * force
+    is_steady = is_front | _falls_steadily(notes, force, falls)
     end = np.minimum(end, fronts)
     is_clear &= end < here.size
     arrival, over = np.full(count, np.nan), np.full(count, np.nan)

@@ -27,6 +27,12 @@ _SAMPLES, _LOOKS = 500, 8
 
 _DEGREE = 5
 
+_COLUMNS = (
+    "first_peak_force_N", "first_peak_time_s", "arrival_time_s", "first_width_s",
+    "first_peak_error", "arrival_error_s", "first_width_error_s",
+)  # fmt: skip
+"""Columns of first pulses that a gauge has, too, in the order of ``Reading``."""
+
 _SAFETY = 2.0
 """Factor of the errors that the two contacts have at recorded times, as their first pulses tell."""
 
@@ -57,16 +63,11 @@ class Reading:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the reading as a JSON object; null where there is no pulse."""
-        values = {
-            "first_peak_force_N": self.force,
-            "first_peak_time_s": self.time,
-            "arrival_time_s": self.arrival,
-            "first_width_s": self.width,
-            "first_peak_error": self.force_error,
-            "arrival_error_s": self.arrival_error,
-            "first_width_error_s": self.width_error,
-        }
-        known = zip(values, or_none(np.array(list(values.values()))), strict=True)
+        values = (
+            self.force, self.time, self.arrival, self.width, self.force_error, self.arrival_error,
+            self.width_error,
+        )  # fmt: skip
+        known = zip(_COLUMNS, or_none(np.array(values)), strict=True)
         return {self.gauge.key: self.gauge.number, **dict(known)}
 
 
@@ -112,14 +113,10 @@ def readings(
 
 
 def _of_contact(gauge: Gauge, known: dict[str, Array]) -> Reading:
-    names = (
-        "first_peak_force_N", "first_peak_time_s", "arrival_time_s", "first_width_s",
-        "first_peak_error", "arrival_error_s", "first_width_error_s",
-    )  # fmt: skip
     place = gauge.number - 2
     if not known["is_clear"][place] and np.isnan(known["first_width_s"][place]):
         return Reading(gauge, *[np.nan] * 7)  # it has not ended
-    return Reading(gauge, *(float(known[name][place]) for name in names))
+    return Reading(gauge, *(float(known[name][place]) for name in _COLUMNS))
 
 
 def _contacts(scene: Scene, gauge: Gauge) -> list[int]:

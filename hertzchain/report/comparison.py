@@ -87,7 +87,9 @@ def _peaks(
         ]
         differences = [
             ""
-            if not peak > 0 or np.isnan(column[k]) or errors["native"][k] >= 1
+            if not peak > 0
+            or np.isnan(column[k])
+            or max(errors[one][k] for one in ("native", name) if one in errors) >= 1
             else f"{column[k] / peak - 1:{'+.1e' if name in codes else '+.2%'}}"
             for name, column in columns.items()
         ]

@@ -101,7 +101,8 @@ class Native:
         What ``rtol`` is asked of: ``all`` for the largest force of each contact in the whole run,
         ``first`` for its first pulse, before anything is reflected. With ``first`` the result has
         ``first_pulses``, and ``errors`` contact by contact; it is refused only if no contact has a
-        right digit. The default is ``first`` for scenes with a striker, a wall or unlike granules.
+        right digit. The default is ``first`` for scenes with a striker, a wall, unlike granules or
+        gauges.
 
     Raises
     ------
