@@ -16,5 +16,7 @@ Scalar = float | np.floating[Any]
 
 
 def or_none(values: NDArray[Any]) -> list[Any]:
-    """Return values for JSON: None in place of each value that is not finite."""
+    """Return values for JSON: None in place of each number that is not finite."""
+    if values.dtype == object:
+        return list(values.tolist())
     return [value if np.isfinite(value) else None for value in values.tolist()]

@@ -107,6 +107,14 @@ def run(
             help="Draw peaks, forces over time, and a map of both (png, pdf, svg).",
         ),
     ] = None,
+    traces: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Write what each [[gauge]] reads over time, without static forces: time_s,"
+            " gauge_16_N, contact_10_N, wall_N (.csv, .parquet), at the times of --record or 500.",
+        ),
+    ] = None,
     trajectory: Annotated[
         Path | None,
         typer.Option(
@@ -131,7 +139,8 @@ def run(
     loaded = options.load_scene(scene)
     step = options.to_seconds("--dt", dt)
     limit = options.to_time_limit(time_limit)
-    options.refuse_without_need(output is not None or plot is not None, record=record is not None)
+    is_recorded = any(path is not None for path in (output, plot, traces))
+    options.refuse_without_need(is_recorded, record=record is not None)
     options.refuse_without_need(record is not None, window=window is not None)
     options.refuse_without_need(
         plot is not None or record is not None, contacts=contacts is not None
@@ -139,8 +148,8 @@ def run(
     options.refuse_without_need(trajectory is not None, frames=frames is not None)
     numbers = None if contacts is None else options.to_contacts(contacts, loaded)
     between = options.to_window("--window", window)
-    files = RunFiles(output, plot, trajectory, record, frames, numbers, between)
-    files.check(scene)
+    files = RunFiles(output, plot, trajectory, traces, record, frames, numbers, between)
+    files.check(scene, loaded)
     options.refuse_without_need(backend == "lammps", isolate=isolate, lmp=lmp, ranks=ranks)
     parameters = _parameters(backend, method, step, rtol, extrapolated)
     if wanted is not None:

@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hertzchain.cli.output import say, write_file
+from hertzchain.errors import require
+from hertzchain.scene.gauge import NO_GAUGE
 
 if TYPE_CHECKING:
     from hertzchain.arrays import FloatArray
@@ -15,6 +17,7 @@ if TYPE_CHECKING:
     from hertzchain.scene.scene import Scene
 
 DEFAULT_FRAMES = 100  # of a trajectory: four seconds in a viewer
+TRACE_TIMES = 500  # of traces without --record, as force over time is usually drawn
 
 
 @dataclass(frozen=True)
@@ -23,7 +26,7 @@ class RunFiles:
 
     Parameters
     ----------
-    output, plot, trajectory
+    output, plot, trajectory, traces
         Paths, as the options have them.
     record
         How many times are recorded for ``output``, which then has the motion, and for ``plot``.
@@ -38,16 +41,22 @@ class RunFiles:
     output: Path | None
     plot: Path | None
     trajectory: Path | None
+    traces: Path | None
     record: int | None
     frames: int | None
     contacts: Sequence[int] | None
     window: tuple[float, float] | None = None
 
-    def check(self, scene: Path) -> None:
+    def check(self, file: Path, scene: Scene) -> None:
         """Raise an OutputError, before any work is done, for what cannot be written."""
         from hertzchain.files import check_outputs
 
-        check_outputs([scene], [self.output, self.plot, self.trajectory])
+        check_outputs([file], [self.output, self.plot, self.trajectory, self.traces])
+        if self.traces is not None:
+            from hertzchain.report.motion import check_traces_format
+
+            check_traces_format(self.traces)
+            require(bool(scene.gauges), "gauge", None, NO_GAUGE)
         if self.output is not None and self.record is None:
             from hertzchain.report.tables import check_result_format
 
@@ -81,7 +90,7 @@ class RunFiles:
     def _times(self, scene: Scene) -> dict[str, FloatArray]:
         """The times of each kind of file that shows motion [s]."""
         found: dict[str, FloatArray] = {}
-        if self.record is None and self.plot is self.trajectory is None:
+        if all(one is None for one in (self.record, self.plot, self.trajectory, self.traces)):
             return found
         from hertzchain.report.run_figure import plot_times
         from hertzchain.report.trajectory import frame_times
@@ -90,6 +99,8 @@ class RunFiles:
             found["motion"] = found["plot"] = frame_times(scene, self.record, self.window)
         elif self.plot is not None:
             found["plot"] = plot_times(scene)
+        if self.traces is not None:
+            found["traces"] = frame_times(scene, self.record or TRACE_TIMES, self.window)
         if self.trajectory is not None:
             found["trajectory"] = frame_times(scene, self.frames or DEFAULT_FRAMES)
         return found
@@ -104,13 +115,13 @@ class RunFiles:
         times = self._times(result.scene)
         if not times:
             return
-        from hertzchain.report.motion import at_times, recorded_below, write_motion
+        from hertzchain.report.motion import at_times, recorded_below, write_motion, write_traces
         from hertzchain.report.run_figure import coarse_times, plot_run
         from hertzchain.report.trajectory import write_trajectory
 
         moving = {name: at_times(result, time) for name, time in times.items()}
         coarse = None if self.plot is None else coarse_times(moving["plot"])
-        if self.record is not None:
+        if self.record is not None and (self.output is not None or self.plot is not None):
             write_file(
                 "Motion",
                 self.output,
@@ -127,6 +138,7 @@ class RunFiles:
         write_file("Plot", self.plot, lambda path: plot_run(moving["plot"], path, self.contacts))
         if coarse:
             say(coarse)
+        write_file("Traces", self.traces, lambda path: write_traces(moving["traces"], path))
         write_file(
             "Trajectory", self.trajectory, lambda path: write_trajectory(moving["trajectory"], path)
         )

@@ -168,14 +168,14 @@ class Peaks:
         return ContactErrors(peak, first, arrival, width, dynamic)
 
 
-def columns(first: FirstPulses | None, errors: ContactErrors | None) -> dict[str, Array]:
+def columns(first: FirstPulses | None, errors: ContactErrors | None) -> dict[str, NDArray[Any]]:
     """Return columns of first pulses and of errors, (contacts,) each; none without first pulses.
 
     They are first_peak_force_N (dynamic: without the static force), first_peak_time_s,
-    arrival_time_s, first_width_s, is_front, is_clear, peak_error, first_peak_error,
-    arrival_error_s and first_width_error_s. NaN stands where a contact has no first pulse, no end
-    of it was seen or it is known to no digit, or a peak is too low to be judged. See
-    ``first_pulse``.
+    arrival_time_s, first_width_s, kind (pulse, front, unended, or None), clear, peak_error,
+    first_peak_error, arrival_error_s and first_width_error_s. NaN stands where a contact has no
+    first pulse, no end of it was seen or it is known to no digit, or a peak is too low to be
+    judged. See ``first_pulse``.
     """
     if first is None or errors is None:
         return {}
@@ -190,8 +190,8 @@ def columns(first: FirstPulses | None, errors: ContactErrors | None) -> dict[str
         "first_peak_time_s": first.time,
         "arrival_time_s": first.arrival,
         "first_width_s": np.where(np.isnan(of_width), np.nan, first.width),
-        "is_front": first.is_front,
-        "is_clear": first.is_clear,
+        "kind": first.kind,
+        "clear": first.is_clear,
         "peak_error": errors.peak,
         "first_peak_error": of_force,
         "arrival_error_s": of_arrival,

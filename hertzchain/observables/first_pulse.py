@@ -97,6 +97,14 @@ class FirstPulses:
         """Whether the run saw the end of the pulse."""
         return ~np.isnan(self.width)
 
+    @property
+    def kind(self) -> NDArray[np.object_]:
+        """``pulse``, ``front`` or, where no end was seen, ``unended``; None without a pulse."""
+        is_ended = np.where(self.is_ended, "pulse", "unended")
+        kind = np.where(self.is_front, "front", is_ended).astype(object)
+        kind[np.isnan(self.force)] = None
+        return kind
+
     def only(self, some: _Mask) -> FirstPulses:
         """Return the pulses of some contacts, and none for all others."""
         force, time, arrival, width = (

@@ -12,10 +12,12 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from hertzchain.arrays import Array, FloatArray, or_none
+from hertzchain.arrays import FloatArray, or_none
 from hertzchain.observables.first_pulse import FALLS, FLOOR
 from hertzchain.observables.history import History
+from hertzchain.observables.wave import places
 from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.scene import Scene
 
@@ -50,6 +52,9 @@ class Reading:
         long the force is above that, as for ``FirstPulses``.
     force_error, arrival_error, width_error
         Bounds: relative, [s] and [s].
+    speed, speed_error
+        From the gauge before it in the scene [m/s], by their places at rest and arrivals, and its
+        relative bound; NaN for the first, and where the wave does not go from there to here.
     """
 
     gauge: Gauge
@@ -60,24 +65,38 @@ class Reading:
     force_error: float
     arrival_error: float
     width_error: float
+    speed: float = np.nan
+    speed_error: float = np.nan
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return the reading as a JSON object; null where there is no pulse."""
+    def to_dict(self, scene: Scene, history: History | None) -> dict[str, Any]:
+        """Return the reading as a JSON object; null where there is no pulse.
+
+        With a history it has ``time_s`` and ``force_N``, what the gauge reads over time.
+        """
         values = (
             self.force, self.time, self.arrival, self.width, self.force_error, self.arrival_error,
-            self.width_error,
+            self.width_error, self.speed, self.speed_error,
         )  # fmt: skip
-        known = zip(_COLUMNS, or_none(np.array(values)), strict=True)
-        return {self.gauge.key: self.gauge.number, **dict(known)}
+        known = zip((*_COLUMNS, "speed_m_s", "speed_error"), or_none(np.array(values)), strict=True)
+        read = {self.gauge.key: self.gauge.number, **dict(known)}
+        if history is None:
+            return read
+        force = force_over_time(scene, self.gauge, history)
+        return {**read, "time_s": history.time.tolist(), "force_N": force.tolist()}
 
 
-def of_gauges(found: tuple[Reading, ...]) -> dict[str, Any]:
-    """Return readings as keys of a JSON document; none without gauges."""
-    return {"gauges": [one.to_dict() for one in found]} if found else {}
+def force_over_time(scene: Scene, gauge: Gauge, history: History) -> FloatArray:
+    """What a gauge reads at the times of a history [N], shape (times,), without static forces.
+
+    It has no error bound.
+    """
+    places = _contacts(scene, gauge)
+    dynamic = history.contact_force[:, places] - scene.granules.static_force[places]
+    return np.asarray(dynamic.sum(axis=1) / (1 if gauge.granule is None else 2))
 
 
 def readings(
-    scene: Scene, known: dict[str, Array], run: Callable[[Scene, FloatArray], Any]
+    scene: Scene, known: dict[str, NDArray[Any]], run: Callable[[Scene, FloatArray], Any]
 ) -> tuple[Reading, ...]:
     """Return what the gauges of a scene read.
 
@@ -109,23 +128,41 @@ def readings(
             found.append(_of_granule(scene, gauge, known, history, windows[gauge]))
         else:
             found.append(Reading(gauge, *[np.nan] * 7))
-    return tuple(found)
+    return _with_speeds(scene, found)
 
 
-def _of_contact(gauge: Gauge, known: dict[str, Array]) -> Reading:
+def _with_speeds(scene: Scene, found: list[Reading]) -> tuple[Reading, ...]:
+    """Return readings with the speed from each to the next."""
+    of_contacts, of_granules = places(scene), scene.granules.position
+    at = [
+        of_granules[gauge.number - 1] if gauge.contact is None else of_contacts[gauge.number - 2]
+        for gauge in (one.gauge for one in found)
+    ]
+    speeds = found[:1]
+    for k in range(1, len(found)):
+        here, before = found[k], found[k - 1]
+        time, way = here.arrival - before.arrival, float(at[k] - at[k - 1])
+        off = (here.arrival_error + before.arrival_error) / abs(time or np.nan)
+        if way * time > 0 and off < 1:
+            here = replace(here, speed=way / time, speed_error=off / (1 - off))
+        speeds.append(here)
+    return tuple(speeds)
+
+
+def _of_contact(gauge: Gauge, known: dict[str, NDArray[Any]]) -> Reading:
     place = gauge.number - 2
-    if not known["is_clear"][place] and np.isnan(known["first_width_s"][place]):
+    if not known["clear"][place] and np.isnan(known["first_width_s"][place]):
         return Reading(gauge, *[np.nan] * 7)  # it has not ended
     return Reading(gauge, *(float(known[name][place]) for name in _COLUMNS))
 
 
 def _contacts(scene: Scene, gauge: Gauge) -> list[int]:
-    """Places of the contacts on the sides of a granule: two, or one before a free end."""
-    places = (gauge.number - 2, gauge.number - 1)
+    """Place of its contact, or of those on the sides of a granule: one before a free end."""
+    places = (gauge.number - 2, *([] if gauge.granule is None else [gauge.number - 1]))
     return [place for place in places if place < scene.last_contact - 1]
 
 
-def _window(scene: Scene, gauge: Gauge, known: dict[str, Array]) -> FloatArray | None:
+def _window(scene: Scene, gauge: Gauge, known: dict[str, NDArray[Any]]) -> FloatArray | None:
     """Times at which the forces on a granule are recorded [s]; None without a whole pulse."""
     places = _contacts(scene, gauge)
     arrival, width = known["arrival_time_s"][places], known["first_width_s"][places]
@@ -137,15 +174,16 @@ def _window(scene: Scene, gauge: Gauge, known: dict[str, Array]) -> FloatArray |
 
 
 def _of_granule(
-    scene: Scene, gauge: Gauge, known: dict[str, Array], history: History, times: FloatArray
+    scene: Scene, gauge: Gauge, known: dict[str, NDArray[Any]], history: History, times: FloatArray
 ) -> Reading:
     from scipy.interpolate import make_interp_spline
 
     at, places = np.isin(history.time, times), _contacts(scene, gauge)
     time = history.time[at]
     forces = history.contact_force[at][:, places] - scene.granules.static_force[places]
-    found = _pulse(make_interp_spline(time, forces.sum(axis=1) / 2, _DEGREE))
-    coarse = _pulse(make_interp_spline(time[::2], forces[::2].sum(axis=1) / 2, _DEGREE))
+    mean = force_over_time(scene, gauge, history)[at]
+    found = _pulse(make_interp_spline(time, mean, _DEGREE))
+    coarse = _pulse(make_interp_spline(time[::2], mean[::2], _DEGREE))
     if found is None or coarse is None:
         return Reading(gauge, *[np.nan] * 7)
     off = late = wide = 0.0

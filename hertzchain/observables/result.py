@@ -11,18 +11,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hertzchain.arrays import Array, FloatArray, or_none
+from hertzchain.arrays import FloatArray, or_none
 from hertzchain.contact import hertz
 from hertzchain.errors import SceneError, require
+from hertzchain.observables.balance import Balance, LostDigits
 from hertzchain.observables.contact_errors import ContactErrors, columns
 from hertzchain.observables.definitions import context_of, provenance
 from hertzchain.observables.first_pulse import FirstPulses
-from hertzchain.observables.gauges import Reading, of_gauges
+from hertzchain.observables.gauges import Reading, force_over_time
 from hertzchain.observables.history import History
 from hertzchain.observables.peaks import ESTIMATED, judged_contacts
 from hertzchain.observables.pressure import LargestPressure, largest_pressure, yield_warning
 from hertzchain.observables.transition import SolitaryWave, solitary_wave, transition_granules
 from hertzchain.observables.wave import Wave, dict_of, usual_wave, wave_between
+from hertzchain.scene.gauge import NO_GAUGE
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.validity import largest_overlap_ratio, overlap_warning
 from hertzchain.showing import ShownRun
@@ -32,56 +34,6 @@ if TYPE_CHECKING:
 
 
 ROUGH = 0.01  # error of the peaks above which p means nothing: p depends on changes of 1 %
-
-
-@dataclass(frozen=True)
-class Balance:
-    """Momentum and energy given to the chain, and those that it has at the end of a run.
-
-    Parameters
-    ----------
-    impulse
-        Integral of the applied force over time, from the scene [N s]; with a striker its momentum,
-        with a piston the integral of its force on granule 2, with constant forces their impulse,
-        less that on a wall.
-    momentum
-        Momentum of all granules except a piston at the end [N s].
-    work
-        Work of the applied force on the first granule, or of a piston on the second, plus the
-        energy at the start [J].
-    energy
-        Energy at the end [J]: kinetic energy of all granules except a piston, plus 2/5 F overlap
-        for each contact, less the work of constant forces.
-    dissipated
-        Energy that damping of contacts took [J].
-    """
-
-    impulse: float
-    momentum: float
-    work: float
-    energy: float
-    dissipated: float = 0.0
-
-
-@dataclass(frozen=True)
-class LostDigits:
-    """Digits that absolute coordinates cost a code, and the Young's modulus used to limit the loss.
-
-    Parameters
-    ----------
-    young_modulus
-        Modulus passed to the code [Pa]: the scene's own, or that of a similar scene which loses
-        fewer digits and whose results are scaled back.
-    predicted
-        Relative error of the peaks with the scene's own modulus, estimated before the run.
-    bound
-        Upper bound of the relative error of the peaks with the modulus used; part of the error
-        estimate.
-    """
-
-    young_modulus: float
-    predicted: float
-    bound: float
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -209,6 +161,14 @@ class Result(ShownRun):
         validity = overlap_warning(self.overlap_ratio), yield_warning(self.scene, self.peak_force)
         found = [warning for warning in validity if warning is not None]
         if self.first_pulses is not None and self.errors is not None:
+            of_first = self.errors.first
+            if of_first is not None and (lost := np.flatnonzero(np.isinf(of_first))).size:
+                names = [self.scene.contact_name(k + 2) for k in lost[:3].tolist()]
+                more = f" and {lost.size - 3} more" if lost.size > 3 else ""
+                found.append(
+                    f"no digit is known of the first pulse of {', '.join(names)}{more}: with other"
+                    " steps it is another"
+                )
             unsure = int(np.count_nonzero(self.errors.peak > ROUGH))
             if unsure:
                 found.append(
@@ -277,10 +237,28 @@ class Result(ShownRun):
         SceneError
             If nothing was recorded, or there is no such contact.
         """
+        return self._recorded.contact_force[:, self._place_of(contact)]
+
+    @property
+    def _recorded(self) -> History:
         if self.history is None:
             allowed = "there is none: run with record = a number of frames, or times"
             raise SceneError("history", None, allowed)
-        return self.history.contact_force[:, self._place_of(contact)]
+        return self.history
+
+    def to_traces(self) -> pandas.DataFrame:
+        """Return what the gauges of the scene read over time, without static forces.
+
+        Its columns are time_s and one for each gauge, as gauge_16_N of granule 16, contact_10_N, or
+        wall_N for the contact with the wall. SceneError without gauges, or without ``record``.
+        """
+        import pandas
+
+        history, scene = self._recorded, self.scene
+        require(bool(scene.gauges), "gauge", None, NO_GAUGE)
+        names = [gauge.name(scene.last_contact if scene.wall else None) for gauge in scene.gauges]
+        forces = [force_over_time(scene, gauge, history) for gauge in scene.gauges]
+        return pandas.DataFrame({"time_s": history.time, **dict(zip(names, forces, strict=True))})
 
     def _place_of(self, contact: int) -> int:
         """Return the place of a contact in arrays; a SceneError where there is no such contact."""
@@ -328,7 +306,7 @@ class Result(ShownRun):
         return self.errors.wanted if known else self.error_estimate  # type: ignore[union-attr]
 
     @property
-    def first_columns(self) -> dict[str, Array]:
+    def first_columns(self) -> dict[str, NDArray[Any]]:
         """Columns of first pulses, and of errors, as ``contact_errors.columns`` has them."""
         return columns(self.first_pulses, self.errors)
 
@@ -348,21 +326,22 @@ class Result(ShownRun):
     def numbers(self) -> dict[str, Any]:
         """Return what ``to_dict`` has, without the scene, its contacts and the versions."""
         wave, static = self.solitary_wave, self.static_force
+        scene, history, gauges = self.scene, self.history, self.gauges
         return {
             "backend": self.backend,
             "method": self.method,
             "dt_s": self.dt,
             "steps": self.steps,
             "force_evaluations": self.force_evaluations,
-            "end_time_s": self.scene.end_time,
-            "rise_time_s": self.scene.rise_time,
-            "momentum_ratio": self.scene.momentum_ratio,
+            "end_time_s": scene.end_time,
+            "rise_time_s": scene.rise_time,
+            "momentum_ratio": scene.momentum_ratio,
             "peak_force_N": self.peak_force.tolist(),
             "peak_time_s": or_none(self.peak_time),
             **({} if static is None else {"static_force_N": static.tolist()}),
             **{name: or_none(values) for name, values in self.first_columns.items()},
             **({} if self.first_pulses is None else {"wave": dict_of(self.usual_wave)}),
-            **of_gauges(self.gauges),
+            **({"gauges": [one.to_dict(scene, history) for one in gauges]} if gauges else {}),
             "transition_granules": self.transition_granules,
             "solitary_wave": {
                 "peak_force_N": wave.peak_force,

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.scene import Scene
 
@@ -78,7 +80,7 @@ def places(scene: Scene) -> FloatArray:
     return np.asarray(ahead[:size] + half)
 
 
-def wave_between(scene: Scene, known: Mapping[str, Array], first: int, last: int) -> Wave:
+def wave_between(scene: Scene, known: Mapping[str, NDArray[Any]], first: int, last: int) -> Wave:
     """Return the wave from one contact to another, from the columns of ``Result.first_columns``."""
     size = scene.last_contact - 1
     if not known:
@@ -89,12 +91,12 @@ def wave_between(scene: Scene, known: Mapping[str, Array], first: int, last: int
     i, j = first - 2, last - 2
     arrival, error = known["arrival_time_s"], known["arrival_error_s"]
     apart, time = np.diff(places(scene)[[i, j]])[0], arrival[j] - arrival[i]
-    if not (time > 0 and known["is_clear"][[i, j]].all()):
+    if not (time > 0 and known["clear"][[i, j]].all()):
         allowed = "must have clear first pulses that have ended, the later contact a later one"
         raise SceneError("contacts", (first, last), allowed)
     speed, off = apart / time, (error[i] + error[j]) / time
     # A front lasts until something else comes: that is no width.
-    width = np.nan if known["is_front"][j] else known["first_width_s"][j]
+    width = np.nan if known["kind"][j] == "front" else known["first_width_s"][j]
     radius = scene.granules.radius
     diameter = radius[j] + radius[min(j + 1, radius.size - 1)]
     return Wave(
@@ -105,7 +107,7 @@ def wave_between(scene: Scene, known: Mapping[str, Array], first: int, last: int
     )  # fmt: skip
 
 
-def usual_wave(scene: Scene, known: Mapping[str, Array]) -> Wave | None:
+def usual_wave(scene: Scene, known: Mapping[str, NDArray[Any]]) -> Wave | None:
     """The wave over the last contacts that no end disturbs, at most ten; None without one."""
     if not known:
         return None
@@ -115,7 +117,7 @@ def usual_wave(scene: Scene, known: Mapping[str, Array]) -> Wave | None:
     if first >= last:
         return None
     pair = [first - 2, last - 2]
-    arrival, is_clear = known["arrival_time_s"][pair], known["is_clear"][pair]
+    arrival, is_clear = known["arrival_time_s"][pair], known["clear"][pair]
     if not (arrival[0] < arrival[1] and is_clear.all()):  # False for NaN, too
         return None
     return wave_between(scene, known, first, last)

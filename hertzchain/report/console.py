@@ -145,6 +145,9 @@ def _facts_of_gauges(result: Result) -> list[tuple[str, str]]:
             if np.isfinite(read.width):
                 width = f"{known_digits(read.width, read.width_error / read.width)} s"
             said = f"{force} N, arrival {arrival} s, width {width}"
+            if np.isfinite(read.speed):
+                speed = known_digits(read.speed, read.speed_error)
+                said += f", {speed} m/s from the gauge before"
         facts.append((f"gauge, {read.gauge.key} {read.gauge.number}", said))
     return facts
 

@@ -148,12 +148,20 @@ def write_motion(result: Result, path: Path | str, numbers: Sequence[int] | None
     ``motion_arrays``.
     """
     check_motion_format(path)
-    suffix = Path(path).suffix.lower()
-    if suffix == ".npz":
+    if Path(path).suffix.lower() == ".npz":
         write_with(path, partial(_write_arrays, motion_arrays(result, numbers)))
-        return
-    frame = motion_frame(result, numbers)
-    if suffix == ".csv":
+    else:
+        _write_frame(motion_frame(result, numbers), Path(path))
+
+
+def write_traces(result: Result, path: Path | str) -> None:
+    """Write ``Result.to_traces``, whole or not at all, as .csv or .parquet; else an OutputError."""
+    check_traces_format(path)
+    _write_frame(result.to_traces(), Path(path))
+
+
+def _write_frame(frame: pandas.DataFrame, path: Path) -> None:
+    if path.suffix.lower() == ".csv":
         write_text(path, frame.to_csv(index=False))
     else:
         write_with(path, lambda part: frame.to_parquet(part, engine="pyarrow", index=False))
@@ -167,11 +175,17 @@ def _write_arrays(arrays: dict[str, NDArray[Any]], path: Path) -> None:
 
 def check_motion_format(path: Path | str) -> None:
     """Raise an OutputError, before any work is done, for a format that motion is not written in."""
+    _check(path, "with --record the motion is written", _SUFFIXES)
+
+
+def check_traces_format(path: Path | str) -> None:
+    """Raise an OutputError, before any work is done, for a format that traces do not have."""
+    _check(path, "traces are a table", _SUFFIXES[:2])
+
+
+def _check(path: Path | str, what: str, allowed: tuple[str, ...]) -> None:
     suffix = Path(path).suffix.lower()
-    if suffix not in _SUFFIXES:
-        raise OutputError(
-            f"{path}: with --record the motion is written, the name must end in"
-            f" {', '.join(_SUFFIXES)}"
-        )
+    if suffix not in allowed:
+        raise OutputError(f"{path}: {what}, the name must end in {', '.join(allowed)}")
     if suffix == ".parquet":
         check_parquet(path)

@@ -7,6 +7,8 @@ from numbers import Integral
 
 from hertzchain.errors import require
 
+NO_GAUGE = "there is none: the scene needs a [[gauge]] with granule or contact"
+
 
 @dataclass(frozen=True)
 class Gauge:
@@ -40,6 +42,12 @@ class Gauge:
     def key(self) -> str:
         """``granule`` or ``contact``."""
         return "contact" if self.granule is None else "granule"
+
+    def name(self, wall: int | None) -> str:
+        """Name of a column of its forces [N]; ``wall`` is the number of the wall's contact."""
+        if self.contact is not None and self.contact == wall:
+            return "wall_N"
+        return f"{'gauge' if self.granule is not None else 'contact'}_{self.number}_N"
 
     @property
     def number(self) -> int:

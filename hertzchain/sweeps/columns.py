@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -208,7 +208,23 @@ def _of_wall(found: Result, values: FloatArray) -> float | None:
     return float(values[-1]) if found.peak_errors[-1] < 1 else None
 
 
+def _first_of_wall(found: Result, name: str) -> float | None:
+    """Return the value of the first pulse on the wall; None without one."""
+    known = found.first_columns
+    return float(known[name][-1]) if known and found.scene.wall is not None else None
+
+
 _FOUND_WITH_WALL = (
+    Column(
+        "wall_first_peak_force_N",
+        "first peak force on the wall [N]",
+        of_result=lambda found: _first_of_wall(found, "first_peak_force_N"),
+    ),
+    Column(
+        "wall_arrival_time_s",
+        "arrival at the wall [s]",
+        of_result=lambda found: _first_of_wall(found, "arrival_time_s"),
+    ),
     Column(
         "wall_peak_force_N",
         "peak force on the wall [N]",
@@ -274,7 +290,14 @@ WHOLE = tuple(column.name for column in (*ALL, *_TERMS) if column.kind == "int")
 TEXT = tuple(column.name for column in (*ALL, *_TERMS) if column.kind == "str")
 
 LABELS = {column.name: column.label for column in ALL if column.label}  # on an axis
-PEAK_COLUMNS = ("scene", "backend", "contact", "peak_force_N", "peak_time_s")  # table of peaks
+FIRST_COLUMNS = ("first_peak_force_N", "arrival_time_s")
+
+
+def peak_columns(columns: Sequence[Column]) -> tuple[str, ...]:
+    """Return the columns of the table of peaks of a sweep; with terms they have first pulses."""
+    known = ("scene", "backend", "contact", "peak_force_N", "peak_time_s")
+    return known if columns is ALL else (*known, *FIRST_COLUMNS)
+
 
 OTHER_MEASURE = {
     "shock.momentum_ratio": "shock.rise_time",

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 
 from hertzchain.errors import OutputError, require
 from hertzchain.files import write_text, write_with
-from hertzchain.sweeps.columns import COUNTS, PEAK_COLUMNS, columns_of
+from hertzchain.sweeps.columns import COUNTS, columns_of, peak_columns
 from hertzchain.sweeps.measuring import Measured
 from hertzchain.sweeps.parts import Part
 
@@ -168,10 +168,9 @@ class Folder(AbstractContextManager["Folder"]):
 
     def _header(self, table: str) -> list[str]:
         """Read the names of the columns of a table."""
-        if table == "peaks":
-            return list(PEAK_COLUMNS)
         varied = [axis["name"] for axis in self._manifest["vary"]]
-        return [column.name for column in columns_of(self._manifest["scene"], varied)]
+        columns = columns_of(self._manifest["scene"], varied)
+        return list(peak_columns(columns)) if table == "peaks" else [one.name for one in columns]
 
     def _paths(self, table: str) -> list[Path]:
         return sorted((self.folder / table).glob(f"*.{self._format}"))

@@ -14,7 +14,7 @@ from hertzchain.observables.peaks import times_of_peaks
 from hertzchain.observables.result import Result
 from hertzchain.observables.transition import solitary_waves, transitions
 from hertzchain.scene.validity import IMPOSSIBLE_OVERLAP
-from hertzchain.sweeps.columns import ALL, COUNTS, PEAK_COLUMNS, BatchFound, Column
+from hertzchain.sweeps.columns import ALL, COUNTS, FIRST_COLUMNS, BatchFound, Column, peak_columns
 
 if TYPE_CHECKING:
     import pandas
@@ -48,7 +48,7 @@ class Rows:
             for column in self._found_columns
         }
         self._failure: NDArray[Any] = np.full(numbers.size, None, object)
-        self._peaks: list[tuple[FloatArray, FloatArray] | None] | None = (
+        self._peaks: list[tuple[FloatArray, ...] | None] | None = (
             [None] * numbers.size if peaks else None
         )
         self.versions: Mapping[str, str] = {}
@@ -67,7 +67,9 @@ class Rows:
         """Fill in the result of a simulation."""
         self._fill(row, {column.name: column.of_result for column in self._found_columns}, result)
         if self._peaks is not None:
-            self._peaks[row] = result.peak_force, result.peak_time
+            never = np.full(result.peak_force.size, np.nan)
+            first = [result.first_columns.get(name, never) for name in FIRST_COLUMNS]
+            self._peaks[row] = result.peak_force, result.peak_time, *first
         self.versions = result.versions
 
     def add_prediction(self, row: int, prediction: Prediction) -> None:
@@ -78,7 +80,8 @@ class Rows:
         getters = {column.name: column.of_prediction for column in self._found_columns}
         self._fill(row, getters, prediction)
         if self._peaks is not None:
-            self._peaks[row] = prediction.peak_force, np.full(prediction.peak_force.size, np.nan)
+            never = np.full(prediction.peak_force.size, np.nan)
+            self._peaks[row] = prediction.peak_force, never, never, never
 
     def _fill(
         self, row: int, getters: Mapping[str, Callable[[Any], float | None] | None], found: Any
@@ -137,21 +140,20 @@ class Rows:
         return pandas.DataFrame({column.name: columns[column.name] for column in self._columns})
 
     def peaks(self) -> pandas.DataFrame | None:
-        """Return one row per scene and contact, with the columns ``PEAK_COLUMNS``."""
+        """Return one row per scene and contact, with the columns of ``peak_columns``."""
         if self._peaks is None:
             return None
         import pandas
 
         there = [k for k, found in enumerate(self._peaks) if found is not None]
         found = [found for found in self._peaks if found is not None]
-        sizes = np.array([force.size for force, _ in found], np.int64)
+        sizes = np.array([force.size for force, *_ in found], np.int64)
         contact = np.concatenate([np.arange(2, size + 2) for size in sizes] or [np.zeros(0, int)])
-        none = [np.zeros(0)]
-        columns = (
-            np.repeat(self.numbers[there], sizes),
-            np.full(contact.size, self.backend),
-            contact,
-            np.concatenate([force for force, _ in found] or none),
-            np.concatenate([time for _, time in found] or none),
-        )
-        return pandas.DataFrame(dict(zip(PEAK_COLUMNS, columns, strict=True)))
+        names = peak_columns(self._columns)
+        values = [
+            np.concatenate([one[k] for one in found] or [np.zeros(0)])
+            for k in range(len(names) - 3)
+        ]
+        backend = np.full(contact.size, self.backend)
+        columns = (np.repeat(self.numbers[there], sizes), backend, contact, *values)
+        return pandas.DataFrame(dict(zip(names, columns, strict=True)))

@@ -18,6 +18,7 @@ YARDSTICK = 1e-6
 _ADVICE = "do not trust its error estimate; take shorter steps"
 PEAKS = Kind("peaks against the reference", _ADVICE)
 FIRST_PULSES = Kind("first pulses against the reference", _ADVICE)
+GAUGES = Kind("gauges against the reference", _ADVICE)
 ARRIVALS = Kind("arrivals against the reference [s]", _ADVICE)
 
 REFERENCE_ERROR = Kind(
@@ -73,7 +74,22 @@ def reference_checks(result: Result, reference: Result) -> list[Check]:
         *([] if peaks.measured is None else [peaks]),
         _at_worst(FIRST_PULSES, result.backend, off, allowed, reason),
         _at_worst(ARRIVALS, result.backend, late, delay, reason, np.inf),
+        *_gauge_checks(result, reference, reason),
     ]
+
+
+def _gauge_checks(result: Result, reference: Result, reason: str) -> list[Check]:
+    """Check the force of the gauge that is nearest to what is allowed; nothing without gauges."""
+    pairs = [
+        (abs(here.force / true.force - 1.0), here.force_error + true.force_error, here.gauge)
+        for here, true in zip(result.gauges, reference.gauges, strict=True)
+        if np.isfinite(here.force_error + true.force_error)
+    ]
+    if not pairs:
+        return []
+    off, allowed, gauge = max(pairs, key=lambda pair: pair[0] / pair[1])
+    words = f"{reason}; nearest to it at {gauge.key} {gauge.number}"
+    return [within(GAUGES, result.backend, off, 0.0, allowed, words)]
 
 
 def _differences(peak_force: Array, expected: Array) -> FloatArray:

@@ -6,11 +6,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.optimize import brentq, minimize_scalar
 
 import hertzchain as hc
 from hertzchain.errors import SceneError
+from tests.command_line import Command
 from tests.conftest import STEEL, paper_scene
 from tests.observables.test_first_pulse import ORACLE, random_scene
 from tests.oracles.first_pulses import Trace
@@ -165,3 +167,60 @@ def test_what_cannot_be_is_refused(text: str, words: str, tmp_path: Path) -> Non
     path.write_text(path.read_text() + text)
     with pytest.raises(SceneError, match=words):
         hc.Scene.from_toml(path)
+
+
+TWO = replace(
+    SCENES["walled"], gauges=(hc.Gauge(granule=3), hc.Gauge(granule=6), hc.Gauge(contact=9))
+)
+
+
+def test_forces_over_time() -> None:
+    """Of the mean of two recorded contacts; in JSON, too; the static force is no part of it."""
+    scene = replace(SCENES["pressed"], gauges=(hc.Gauge(granule=5), hc.Gauge(contact=4)))
+    result = hc.Native().run(scene, record=400)
+    traces = result.to_traces()
+    assert list(traces.columns) == ["time_s", "gauge_5_N", "contact_4_N"]
+    mean = (result.force_at(5) + result.force_at(6)) / 2 - 20.0
+    np.testing.assert_allclose(traces["gauge_5_N"], mean, atol=1e-9)
+    np.testing.assert_allclose(traces["contact_4_N"], result.force_at(4) - 20.0, atol=1e-9)
+    document = result.to_dict()["gauges"]
+    assert document[0]["force_N"] == traces["gauge_5_N"].tolist()
+    assert document[1]["time_s"] == traces["time_s"].tolist()
+    # 400 times see the crest of a pulse of some twenty of them to less than a per cent.
+    first = result.gauges[0]
+    during = traces["time_s"] < first.time + first.width
+    assert traces["gauge_5_N"][during].max() == pytest.approx(first.force, rel=1e-2)
+    with pytest.raises(SceneError, match="run with record"):
+        hc.Native().run(scene).to_traces()
+    with pytest.raises(SceneError, match=r"the scene needs a \[\[gauge\]\]"):
+        hc.Native().run(SCENES["plain"], record=10).to_traces()
+
+
+def test_speed_from_gauge_to_gauge() -> None:
+    """Three granules over the difference of arrivals; the wall's contact is one radius further."""
+    result = hc.Native().run(TWO, record=50)
+    first, second, wall = result.gauges
+    radius = STEEL["radius"]
+    assert np.isnan(first.speed)
+    expected = 6 * radius / (second.arrival - first.arrival)
+    assert second.speed == pytest.approx(expected, rel=1e-12)
+    assert wall.speed == pytest.approx(5 * radius / (wall.arrival - second.arrival), rel=1e-12)
+    accurate = hc.Native(rtol=1e-9).run(TWO).gauges[1].speed
+    assert abs(second.speed / accurate - 1) <= second.speed_error < 1e-4
+    assert list(result.to_traces())[1:] == ["gauge_3_N", "gauge_6_N", "wall_N"]
+    backwards = hc.Native().run(replace(TWO, gauges=TWO.gauges[1::-1])).gauges[1]
+    assert backwards.speed == pytest.approx(second.speed, rel=1e-12)
+
+
+def test_traces_are_written(tmp_path: Path, hertzchain: Command) -> None:
+    TWO.to_toml(tmp_path / "scene.toml")
+    written = tmp_path / "traces.csv"
+    done = hertzchain("run", tmp_path / "scene.toml", "--traces", written, "--record", "60")
+    assert done.status == 0, done.err
+    frame = pd.read_csv(written)
+    assert frame.shape == (60, 4)
+    np.testing.assert_allclose(frame, hc.Native(rtol=1e-6).run(TWO, record=60).to_traces())
+    SCENES["plain"].to_toml(tmp_path / "plain.toml")
+    refused = hertzchain("run", tmp_path / "plain.toml", "--traces", written)
+    assert refused.status == 2
+    assert "the scene needs a [[gauge]]" in refused.err

@@ -20,8 +20,8 @@ import tomli_w
 import hertzchain as hc
 from hertzchain import theory
 from hertzchain.errors import OutputError
+from hertzchain.observables.balance import LostDigits
 from hertzchain.observables.definitions import DEFINITIONS
-from hertzchain.observables.result import LostDigits
 from hertzchain.pulses.measured import measured_pulse
 from hertzchain.pulses.recording import read_recording
 from hertzchain.pulses.signal import Given, pulse_of
@@ -155,8 +155,8 @@ STAND_ALONE = {"run.json", "compare.json", "judge.json", "examine.json", "sweep.
 
 
 FIRST = {
-    "first_peak_force_N", "first_peak_time_s", "arrival_time_s", "first_width_s", "is_front",
-    "is_clear", "peak_error", "first_peak_error", "arrival_error_s",
+    "first_peak_force_N", "first_peak_time_s", "arrival_time_s", "first_width_s", "kind",
+    "clear", "peak_error", "first_peak_error", "arrival_error_s",
     "first_width_error_s", "wave", "gauges",
 }  # fmt: skip
 """Keys of runs with first pulses."""

@@ -100,6 +100,8 @@ def expected_row(scene: hc.Scene, result: hc.Result) -> dict[str, float]:
         found |= {
             "wall_peak_force_N": result.peak_force[-1],
             "wall_peak_time_s": result.peak_time[-1],
+            "wall_first_peak_force_N": result.first_columns["first_peak_force_N"][-1],
+            "wall_arrival_time_s": result.first_columns["arrival_time_s"][-1],
         }
     if scene.precompression is not None:
         assert result.static_force is not None
@@ -124,6 +126,9 @@ def are_rows_of(
         assert own["contact"].tolist() == result.contact.tolist()
         np.testing.assert_array_equal(own["peak_force_N"], result.peak_force)
         np.testing.assert_array_equal(own["peak_time_s"], result.peak_time)
+        for name in ("first_peak_force_N", "arrival_time_s"):
+            never = np.full(result.peak_force.size, np.nan)
+            np.testing.assert_array_equal(own[name], result.first_columns.get(name, never))
 
 
 def swept(scene: hc.Scene, vary: dict[str, Any], **more: Any) -> hc.Sweep:
@@ -375,7 +380,8 @@ def test_columns() -> None:
         *("scene", "backend", "chain.granules", "chain.radius", "chain.young_modulus"),
         *("chain.poisson_ratio", "chain.density", "striker.velocity", "wall.kind", "run.end_time"),
         *("largest_peak_force_N", "largest_peak_contact", "last_peak_force_N"),
-        *("wall_peak_force_N", "wall_peak_time_s", "contacts_cut_off", "overlap_ratio"),
+        *("wall_first_peak_force_N", "wall_arrival_time_s", "wall_peak_force_N"),
+        *("wall_peak_time_s", "contacts_cut_off", "overlap_ratio"),
         *("error_estimate", "force_evaluations", "failure"),
     ]
     typed = hc.Scene(hc.Chain(6, 1, 10**9, 0, 7800), hc.Striker(1), wall=hc.Wall("rigid"))

@@ -52,6 +52,19 @@ def test_arrivals(reference: hc.Result, late: float, passed: bool) -> None:
     assert found == {"peaks": True, "first": True, "arrivals": passed}
 
 
+@pytest.mark.parametrize(("off", "passed"), [(3.0, False), (-3.0, False), (1 / 3, True)])
+def test_gauges(off: float, passed: bool) -> None:
+    """One of two is off by parts of what both say of their errors."""
+    true = hc.Native("reference").run(
+        replace(SCENE, gauges=(hc.Gauge(granule=4), hc.Gauge(contact=3)))
+    )
+    one, two = true.gauges
+    said = one.force * 2 * one.force_error
+    mine = replace(true, gauges=(replace(one, force=one.force + off * said), two))
+    found = verdicts(mine, true)
+    assert found == {"peaks": True, "first": True, "arrivals": True, "gauges": passed}
+
+
 def test_a_pulse_that_is_missing_fails(reference: hc.Result) -> None:
     first, errors = reference.first_pulses, reference.errors
     assert first is not None

@@ -17,10 +17,11 @@ from hertzchain.engines.external.observation import Simulation
 from hertzchain.engines.external.rescaling import predicted_loss
 from hertzchain.errors import POSITIVE, Unpredictable, is_positive, require
 from hertzchain.observables import error_bound
+from hertzchain.observables.balance import LostDigits
 from hertzchain.observables.contact_errors import ContactErrors, Peaks, bounds
 from hertzchain.observables.history import History
 from hertzchain.observables.peaks import PeakWatch
-from hertzchain.observables.result import LostDigits, Result
+from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 from hertzchain.scene.validity import (

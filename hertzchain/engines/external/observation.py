@@ -15,6 +15,7 @@ from hertzchain.engines.external.readings import FREE
 from hertzchain.engines.external.rescaling import Softening, round_off
 from hertzchain.engines.external.terms import wall_position
 from hertzchain.errors import OverlapTooLarge, RunFailed
+from hertzchain.observables.balance import Balance
 from hertzchain.observables.contact_errors import Peaks
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.damped_watch import DampedWatch
@@ -23,7 +24,6 @@ from hertzchain.observables.first_pulse import Contacts, FirstPulses
 from hertzchain.observables.history import Recorder
 from hertzchain.observables.notes import NoteTaker
 from hertzchain.observables.peaks import PeakWatch
-from hertzchain.observables.result import Balance
 from hertzchain.observables.samples import Samples
 from hertzchain.observables.work import contact_impulse, work_done
 from hertzchain.scene.scene import Scene

@@ -25,6 +25,7 @@ from hertzchain.engines.native.run_error import error_bound, estimate
 from hertzchain.engines.native.simulation import Prepared, Simulation, work_of
 from hertzchain.errors import POSITIVE, StepUnstable, is_positive, require
 from hertzchain.limits import RTOL, TIME_LIMIT, Deadline, check_time_limit
+from hertzchain.observables.balance import Balance
 from hertzchain.observables.contact_errors import ContactErrors, bounds
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.error_bound import (
@@ -38,7 +39,7 @@ from hertzchain.observables.first_pulse import check_wanted, usually_wanted
 from hertzchain.observables.gauges import readings
 from hertzchain.observables.history import Recorder, wanted_times
 from hertzchain.observables.peaks import times_of_peaks
-from hertzchain.observables.result import Balance, Result
+from hertzchain.observables.result import Result
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.validity import (

@@ -6,11 +6,11 @@ In natural units a scene is given by its profile, LM_ratio, n and N; a batch has
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from numbers import Integral
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,6 +29,7 @@ from hertzchain.limits import (
     refuse_memory,
     usable_cores,
 )
+from hertzchain.observables.first_pulse import WANTED, check_wanted, usually_wanted
 from hertzchain.observables.peaks import ESTIMATED, are_rising, largest_differences, times_of_peaks
 from hertzchain.observables.result import Result
 from hertzchain.scene.chain import MOST_GRANULES
@@ -63,6 +64,9 @@ class Batch(Shown):
         Whether the force of a contact fell again before the run ended, shape (scenes, contacts).
     force_evaluations
         Cost of the run itself, without the runs that estimate its error, shape (scenes,).
+    first_columns
+        First pulses and errors of each contact by name, shape (scenes, contacts) each, as those of
+        a ``Result``; none where they were not wanted.
     """
 
     peak_force: FloatArray
@@ -70,9 +74,13 @@ class Batch(Shown):
     error_estimate: FloatArray
     peak_passed: NDArray[np.bool_]
     force_evaluations: NDArray[np.int64]
+    first_columns: Mapping[str, NDArray[Any]] = field(default_factory=dict)
 
     def to_frame(self) -> pandas.DataFrame:
-        """Return one row per scene and contact: scene, contact, peak_force_N, peak_time_s."""
+        """Return one row per scene and contact: scene, contact, peak_force_N, peak_time_s.
+
+        With first pulses, the further columns are those of ``first_columns``.
+        """
         import pandas
 
         scenes, contacts = self.peak_force.shape
@@ -82,12 +90,16 @@ class Batch(Shown):
                 "contact": np.tile(np.arange(2, contacts + 2), scenes),
                 "peak_force_N": self.peak_force.ravel(),
                 "peak_time_s": self.peak_time.ravel(),
+                **{name: values.ravel() for name, values in self.first_columns.items()},
             }
         )
 
 
 def peak_forces(
-    scenes: Sequence[SceneLike], rtol: float = RTOL, time_limit: float = TIME_LIMIT
+    scenes: Sequence[SceneLike],
+    rtol: float = RTOL,
+    time_limit: float = TIME_LIMIT,
+    wanted: str | None = None,
 ) -> Batch:
     """Compute peak forces of scenes whose chains have the same number of granules.
 
@@ -99,6 +111,10 @@ def peak_forces(
         Wanted relative accuracy of the peaks, from 1e-10 to 0.01.
     time_limit
         Time limit of all scenes together [s].
+    wanted
+        What ``rtol`` is asked of, as for ``Native``; by default ``first`` if that is the default of
+        any of the scenes. First pulses of plain scenes, whose largest forces are the same in all
+        but the last contacts, take as long as single runs.
 
     Returns
     -------
@@ -116,14 +132,17 @@ def peak_forces(
     """
     listed = isinstance(scenes, Iterable) and not isinstance(scenes, str | os.PathLike)
     require(listed, "scenes", None, "must be a list of scenes, or of paths of their files")
-    return _peaks_of([to_scene(scene) for scene in scenes], rtol, time_limit)
+    check_wanted(wanted)
+    return _peaks_of([to_scene(scene) for scene in scenes], rtol, time_limit, wanted)
 
 
-def _peaks_of(scenes: Sequence[Scene], rtol: float, time_limit: float) -> Batch:
+def _peaks_of(scenes: Sequence[Scene], rtol: float, time_limit: float, wanted: str | None) -> Batch:
     """Peaks of scenes in SI units; as ``peak_forces``."""
     require(len(scenes) > 0, "scenes", len(scenes), "must be at least one")
-    if not all(scene.is_plain for scene in scenes):
-        return _one_by_one(scenes, rtol, time_limit)
+    if wanted is None:
+        wanted = min(map(usually_wanted, scenes), key=WANTED.index)
+    if wanted == "first" or not all(scene.is_plain for scene in scenes):
+        return _one_by_one(scenes, rtol, time_limit, wanted)
     granules = _common_length(scenes)
 
     def legs(plan: plans.Plan, wanted: NDArray[np.intp]) -> FloatArray:
@@ -158,24 +177,26 @@ def _common_length(scenes: Sequence[Scene]) -> int:
     return lengths[0]
 
 
-def _one_by_one(scenes: Sequence[Scene], rtol: float, time_limit: float) -> Batch:
-    """Run scenes with terms one by one, in parallel on all cores."""
+def _one_by_one(scenes: Sequence[Scene], rtol: float, time_limit: float, wanted: str) -> Batch:
+    """Run scenes one by one, in parallel on all cores."""
     _common_length(scenes)
     deadline = Deadline(time_limit)
 
     def one(scene: Scene) -> Result:
         if deadline.left <= 0:
             raise deadline.passed()
-        return Native(rtol=rtol, time_limit=deadline.left).run(scene)
+        return Native(rtol=rtol, time_limit=deadline.left, wanted=wanted).run(scene)
 
     with ThreadPoolExecutor(usable_cores()) as pool:
         results = list(pool.map(one, scenes))
+    first = [result.first_columns for result in results]
     return Batch(
         np.array([result.peak_force for result in results]),
         np.array([result.peak_time for result in results]),
         np.array([result.error_estimate for result in results]),
         np.array([result.peak_passed for result in results]),
         np.array([result.force_evaluations for result in results], np.int64),
+        {name: np.array([columns[name] for columns in first]) for name in first[0]},
     )
 
 

@@ -127,6 +127,24 @@ def test_a_table_of_peaks() -> None:
     assert frame["peak_force_N"].to_numpy()[:3] == pytest.approx(one, rel=1e-4, abs=0)
 
 
+def test_first_pulses_of_a_batch() -> None:
+    """Those of single runs to the last digit, in arrays and in the table; plain scenes, too."""
+    chain = hc.Chain(6, **STEEL)
+    walled = [hc.Scene(chain, hc.Striker(v), wall=hc.Wall("rigid")) for v in (0.5, 1.0)]
+    plain = [paper_scene("cosine", 1.0, 2.0, 6), paper_scene("triangular", 0.5, 2.0, 6)]
+    for given, wanted in ((walled, None), (plain, "first")):
+        batch = peak_forces(given, 1e-6, wanted=wanted)
+        frame = batch.to_frame()
+        for k, scene in enumerate(given):
+            alone = hc.Native(rtol=1e-6, wanted=wanted).run(scene).first_columns
+            for name, values in alone.items():
+                np.testing.assert_array_equal(batch.first_columns[name][k], values)
+                np.testing.assert_array_equal(frame[name][frame["scene"] == k], values)
+    assert peak_forces(plain, 1e-4).first_columns == {}
+    with pytest.raises(hc.HertzchainError, match="must be one of first, all"):
+        peak_forces(plain, wanted="second")
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
