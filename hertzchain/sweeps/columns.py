@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -208,22 +209,20 @@ def _of_wall(found: Result, values: FloatArray) -> float | None:
     return float(values[-1]) if found.peak_errors[-1] < 1 else None
 
 
-def _first_of_wall(found: Result, name: str) -> float | None:
+def _first_of_wall(name: str, found: Result) -> float | None:
     """Return the value of the first pulse on the wall; None without one."""
     known = found.first_columns
     return float(known[name][-1]) if known and found.scene.wall is not None else None
 
 
+_FIRST_OF_WALL = {
+    "first_peak_force_N": "first peak force on the wall [N]",
+    "arrival_time_s": "arrival at the wall [s]",
+}
 _FOUND_WITH_WALL = (
-    Column(
-        "wall_first_peak_force_N",
-        "first peak force on the wall [N]",
-        of_result=lambda found: _first_of_wall(found, "first_peak_force_N"),
-    ),
-    Column(
-        "wall_arrival_time_s",
-        "arrival at the wall [s]",
-        of_result=lambda found: _first_of_wall(found, "arrival_time_s"),
+    *(
+        Column(f"wall_{name}", label, of_result=partial(_first_of_wall, name))
+        for name, label in _FIRST_OF_WALL.items()
     ),
     Column(
         "wall_peak_force_N",
