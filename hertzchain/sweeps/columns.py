@@ -215,14 +215,13 @@ def _first_of_wall(name: str, found: Result) -> float | None:
     return float(known[name][-1]) if known and found.scene.wall is not None else None
 
 
-_FIRST_OF_WALL = {
-    "first_peak_force_N": "first peak force on the wall [N]",
-    "arrival_time_s": "arrival at the wall [s]",
-}
 _FOUND_WITH_WALL = (
     *(
         Column(f"wall_{name}", label, of_result=partial(_first_of_wall, name))
-        for name, label in _FIRST_OF_WALL.items()
+        for name, label in (
+            ("first_peak_force_N", "first peak force on the wall [N]"),
+            ("arrival_time_s", "arrival at the wall [s]"),
+        )
     ),
     Column(
         "wall_peak_force_N",
@@ -375,11 +374,10 @@ def columns_of(
     ]
     shock_and_run = [name for name in kept if name not in of_chain]
     parameters = (*of_chain, *gap, *segments, *shock_and_run[:-1], *others, shock_and_run[-1])
-    waves = not (unlike or held)
     return (
         *ALL[:2],
         *(column_named(name) for name in dict.fromkeys(parameters)),
-        *_found(waves, walled, loaded),
+        *_found(not (unlike or held), walled, loaded),
         *gauges,
         ALL[-1],
     )
