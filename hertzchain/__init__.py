@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from hertzchain.verdict.deck import DeckCheck, DeckExamination, examine
     from hertzchain.verdict.judgement import Judgement
     from hertzchain.verdict.results.judging import judge
+    from hertzchain.verdict.traces.judging import TraceJudgement, judge_traces
 
 _HOME = {
     "Batch": "hertzchain.engines.native",
@@ -55,11 +56,13 @@ _HOME = {
     "Sine": "hertzchain.scene.sine",
     "Striker": "hertzchain.scene.striker",
     "Sweep": "hertzchain.sweeps",
+    "TraceJudgement": "hertzchain.verdict.traces.judging",
     "Wall": "hertzchain.scene.terms",
     "Yade": "hertzchain.engines.yade",
     "compare": "hertzchain.verdict.comparison",
     "examine": "hertzchain.verdict.deck",
     "judge": "hertzchain.verdict.results.judging",
+    "judge_traces": "hertzchain.verdict.traces.judging",
     "peak_forces": "hertzchain.engines.native",
     "similar_peak_forces": "hertzchain.engines.native",
     "sweep": "hertzchain.sweeps",
@@ -89,11 +92,13 @@ __all__ = [
     "Sine",
     "Striker",
     "Sweep",
+    "TraceJudgement",
     "Wall",
     "Yade",
     "compare",
     "examine",
     "judge",
+    "judge_traces",
     "peak_forces",
     "similar_peak_forces",
     "sweep",

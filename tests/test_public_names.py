@@ -67,7 +67,9 @@ def test_the_public_names_are_those_of_the_contract() -> None:
         "Gauge",
     }
     expected |= {"DeckCheck", "DeckExamination", "examine"}
-    assert set(hc.__all__) == expected | {"Judgement", "judge", "write_trajectory"}
+    assert set(hc.__all__) == expected | {
+        "Judgement", "TraceJudgement", "judge", "judge_traces", "write_trajectory",
+    }  # fmt: skip
     assert list(hc.__all__) == sorted(hc.__all__)
 
 

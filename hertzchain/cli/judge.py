@@ -10,6 +10,7 @@ import typer
 
 from hertzchain.cli import options, output
 from hertzchain.cli.verdicts import Shown
+from hertzchain.errors import require
 from hertzchain.limits import TOLERANCE
 
 Units = StrEnum("Units", {name: name for name in ("si", "cgs", "micro", "nano", "lj")})  # type: ignore[misc]
@@ -25,7 +26,8 @@ def judge(
         typer.Argument(
             metavar="FILE",
             help="CSV with the columns contact, peak_force_N, or samples of forces or positions:"
-            " tables, LAMMPS logs and dumps (all files of one dump), which may be gzipped.",
+            " tables, LAMMPS logs and dumps (all files of one dump), which may be gzipped; or"
+            " measured traces: time_s, gauge_16_N, contact_10_N, wall_N, or any with --column.",
         ),
     ],
     column: Annotated[
@@ -34,7 +36,8 @@ def judge(
             metavar="WHAT=NAME",
             help="Which columns are what; repeatable. WHAT: contact, peak_force, time, step,"
             " contact_force, net_force, position, velocity, id. NAME may have * for"
-            " numbers and a unit: 'contact_force=F* [kN]'.",
+            " numbers and a unit: 'contact_force=F* [kN]'. Of traces: time, gauge_16,"
+            " contact_10, wall, as in 'gauge_16=CH1 [25 N]'.",
         ),
     ] = None,
     units: Annotated[
@@ -45,6 +48,10 @@ def judge(
         typer.Option(help='The step of the code, seconds or with a unit ("20 ns").'),
     ] = None,
     tolerance: options.Tolerance = TOLERANCE,
+    no_shift: Annotated[
+        bool,
+        typer.Option("--no-shift", help="The clock of traces is that of the run: do not shift it."),
+    ] = False,
     time_limit: options.TimeLimit = "1 h",
     as_json: options.AsJson = False,
     plot: options.Plot = None,
@@ -52,14 +59,31 @@ def judge(
     junit: options.Junit = None,
 ) -> None:
     """Judge peaks of any code, contact by contact, with the likely cause of differences."""
-    from hertzchain.report.judgement import of_judgement
+    from hertzchain.report.cards import document_of
     from hertzchain.verdict.results import judging
+    from hertzchain.verdict.traces.judging import judge_traces
+    from hertzchain.verdict.traces.traces import is_traces, names_in
 
     shown = Shown(scene, results, as_json, plot, report, junit)
     columns = options.by_name("--column", column or [], "peak_force=F")
     step, limit = options.to_seconds("--dt", dt), options.to_time_limit(time_limit)
     loaded = options.load_scene(scene)
+    of_traces = len(results) == 1 and is_traces(names_in(results[0]), loaded, columns)
+    options.refuse_without_need(of_traces, no_shift=no_shift)
     with output.progress() as report_progress, output.compiling(report_progress):
+        if of_traces:
+            allowed = "are in the header of a trace, or named by --column 'gauge_16=CH1 [25 N]'"
+            require(units is SI and step is None, "units and dt", None, allowed)
+            traces = judge_traces(
+                loaded,
+                results[0],
+                columns=columns,
+                tolerance=tolerance,
+                shift=not no_shift,
+                time_limit=limit,
+                progress=report_progress,
+            )
+            shown.end(document_of(traces))
         judgement = judging.judge(
             loaded,
             results,
@@ -70,4 +94,4 @@ def judge(
             time_limit=limit,
             progress=report_progress,
         )
-    shown.end(of_judgement(judgement))
+    shown.end(document_of(judgement))

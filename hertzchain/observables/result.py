@@ -23,7 +23,7 @@ from hertzchain.observables.history import History
 from hertzchain.observables.peaks import ESTIMATED, judged_contacts
 from hertzchain.observables.pressure import LargestPressure, largest_pressure, yield_warning
 from hertzchain.observables.transition import SolitaryWave, solitary_wave, transition_granules
-from hertzchain.observables.wave import Wave, dict_of, usual_wave, wave_between
+from hertzchain.observables.wave import Wave, dict_of, is_near_end, usual_wave, wave_between
 from hertzchain.scene.gauge import NO_GAUGE
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.validity import largest_overlap_ratio, overlap_warning
@@ -307,8 +307,13 @@ class Result(ShownRun):
 
     @property
     def first_columns(self) -> dict[str, NDArray[Any]]:
-        """Columns of first pulses, and of errors, as ``contact_errors.columns`` has them."""
-        return columns(self.first_pulses, self.errors)
+        """Columns of first pulses and errors, as ``contact_errors.columns`` has them, and near_end.
+
+        That is true of the last contacts, where incident and reflected wave are one hump: two, or
+        seven if contacts are damped or loaded.
+        """
+        known = columns(self.first_pulses, self.errors)
+        return {**known, "near_end": is_near_end(self.scene)} if known else {}
 
     def wave(self, first: int, last: int) -> Wave:
         """Return the wave from one contact to a later one; SceneError without first pulses."""

@@ -80,6 +80,13 @@ def places(scene: Scene) -> FloatArray:
     return np.asarray(ahead[:size] + half)
 
 
+def is_near_end(scene: Scene) -> NDArray[np.bool_]:
+    """Whether contacts are so near the last that two waves are one hump there, (contacts,)."""
+    is_slow = scene.contact is not None or scene.precompression is not None
+    count = scene.last_contact - 1
+    return np.arange(count) >= count - (_NEAR_END_IF_SLOW if is_slow else _NEAR_END)
+
+
 def wave_between(scene: Scene, known: Mapping[str, NDArray[Any]], first: int, last: int) -> Wave:
     """Return the wave from one contact to another, from the columns of ``Result.first_columns``."""
     size = scene.last_contact - 1
@@ -111,8 +118,7 @@ def usual_wave(scene: Scene, known: Mapping[str, NDArray[Any]]) -> Wave | None:
     """The wave over the last contacts that no end disturbs, at most ten; None without one."""
     if not known:
         return None
-    is_slow = scene.contact is not None or scene.precompression is not None
-    last = scene.last_contact - (_NEAR_END_IF_SLOW if is_slow else _NEAR_END)
+    last = int(np.count_nonzero(~is_near_end(scene))) + 1
     first = max(last - _APART, 2)
     if first >= last:
         return None

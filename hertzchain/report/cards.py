@@ -44,11 +44,13 @@ def document_of(verdict: Any) -> Document:
     from hertzchain.report.comparison import of_comparison
     from hertzchain.report.examination import of_examination
     from hertzchain.report.judgement import of_judgement
+    from hertzchain.report.traces import of_traces
 
     makers: Mapping[str, Callable[[Any], Document]] = {
         "Comparison": of_comparison,
         "Judgement": of_judgement,
         "DeckExamination": of_examination,
+        "TraceJudgement": of_traces,
     }
     return makers[type(verdict).__name__](verdict)
 

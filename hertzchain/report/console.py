@@ -265,7 +265,7 @@ def print_document(console: Console, document: Document, others: str = "shown by
         for k in peaks.shown
     ]
     console.print(table((label for label, _ in peaks.columns), rows))
-    left = native.contact.size - len(peaks.shown)
+    left = native.contact.size - len(peaks.shown) if peaks.of_contacts else 0
     print_left_out(console, left, native.contact[-1], others)
     console.print()
     answers = document.answers

@@ -59,6 +59,7 @@ class Peaks:
     columns: Sequence[tuple[str, str]]  # label and unit
     row: Callable[[int], list[str]]  # function from the index of a contact to its cells
     shown: Sequence[int]
+    of_contacts: bool = True  # of gauges otherwise, all of which are shown
 
 
 @dataclass(frozen=True)

@@ -46,6 +46,8 @@ def _peak_tables(document: Document) -> list[Table]:
     native, row = document.native, document.peaks.row
     header = [f"{label} {unit}".strip() for label, unit in document.peaks.columns]
     size, first = native.contact.size, len(shown_contacts(native))
+    if not document.peaks.of_contacts:
+        return [Table(document.peaks.heading, header, [row(k) for k in document.peaks.shown], 1)]
     caption = "Peak force of each contact"
     if size <= _UNDIVIDED or first >= size:
         return [Table(caption, header, [row(k) for k in range(size)], 0)]

@@ -80,3 +80,14 @@ def test_a_pulse_that_goes_on_at_the_end_is_none() -> None:
         with pytest.raises(SceneError, match="must have clear first pulses"):
             result.wave(2, contact)
     assert any(f"contact {late[0] + 2}" in text for text in result.warnings)
+
+
+def test_contacts_near_the_end_are_marked() -> None:
+    """Two, and seven where contacts are damped: there the usual wave does not go."""
+    for contact, count in ((None, 2), (hc.Contact("restitution", restitution=0.9), 7)):
+        scene = hc.Scene(hc.Chain(20, **STEEL), hc.Striker(1.0), contact=contact)
+        result = hc.Native().run(scene)
+        marked = result.contact[result.first_columns["near_end"]]
+        assert marked.tolist() == list(range(21 - count, 21))
+        assert result.usual_wave is not None
+        assert result.usual_wave.last == 20 - count

@@ -156,7 +156,7 @@ STAND_ALONE = {"run.json", "compare.json", "judge.json", "examine.json", "sweep.
 
 FIRST = {
     "first_peak_force_N", "first_peak_time_s", "arrival_time_s", "first_width_s", "kind",
-    "clear", "peak_error", "first_peak_error", "arrival_error_s",
+    "clear", "near_end", "peak_error", "first_peak_error", "arrival_error_s",
     "first_width_error_s", "wave", "gauges",
 }  # fmt: skip
 """Keys of runs with first pulses."""

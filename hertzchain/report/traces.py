@@ -1,0 +1,91 @@
+"""The document of a judgement of measured traces."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hertzchain.report.document import Document, Failure, Peaks, Verdict
+from hertzchain.report.facts import number
+from hertzchain.report.junit import case
+
+if TYPE_CHECKING:
+    from hertzchain.verdict.traces.judging import TraceJudgement
+
+
+def of_traces(judgement: TraceJudgement) -> Document:
+    """Return the document of a judgement of measured forces over time."""
+    checks, tolerance = judgement.checks, judgement.tolerance
+    failed = [check for check in checks if not check.passed]
+    if not checks:
+        sentence = "Nothing could be judged."
+    elif failed:
+        sentence = f"{len(failed)} of {len(checks)} numbers are off by more than {tolerance:.1e}."
+    else:
+        sentence = f"All {len(checks)} numbers are within {tolerance:.1e} of the reference."
+    failures = [
+        Failure(
+            check.name, f"{check.measured:.6g}, expected {check.expected:.6g}", check.kind.advice
+        )
+        for check in failed
+    ]
+    return Document(
+        kind="Judgement of measured traces",
+        name="judgement",
+        numbers=judgement.to_dict,
+        command="judge",
+        cases=tuple(
+            case(
+                check.name, check.measured or 0.0, check.expected or 0.0, check.tolerance or 0.0,
+                check.passed, check.reason, check.name,
+            )
+            for check in checks
+        ),
+        results={"native": judgement.reference},
+        verdict=Verdict(
+            None if not checks else not failed,
+            sentence,
+            failures,
+            [*judgement.remarks, *judgement.reference.warnings],
+        ),
+        peaks=_pulses(judgement),
+        drawn={},
+        limits=[],
+        checks=checks,
+        facts=[
+            ("the run begins at", f"{judgement.shift:.6g} s of the measured clock"),
+            ("the reference is known until", f"{judgement.known.until:.3g} s of the run"),
+            ("tolerance", f"{tolerance:.1e}, and the noise"),
+        ],
+        remarks=judgement.remarks,
+    )  # fmt: skip
+
+
+def _pulses(judgement: TraceJudgement) -> Peaks:
+    """Return the first pulse of each gauge next to that of the reference."""
+    readings, traces = judgement.known.readings, judgement.traces
+    noise = traces.noise
+
+    def row(k: int) -> list[str]:
+        read, pulse = readings[k], judgement.pulses[k]
+        height = f"{noise[k] / read.force:.1e}" if read.force > 0 else ""
+        if pulse is None:
+            return [f"{read.gauge.key} {read.gauge.number}", "", "", "", "", height]
+        return [
+            f"{read.gauge.key} {read.gauge.number}",
+            number(pulse.height * read.force, 6),
+            number(read.force, 6),
+            f"{pulse.height - 1:+.1e}",
+            f"{pulse.stretch - 1:+.1e}",
+            height,
+        ]
+
+    return Peaks(
+        "First pulse of each gauge [N]: as measured, and by the reference method",
+        [
+            ("gauge", ""), ("measured", "[N]"), ("native", "[N]"), ("height", ""), ("width", ""),
+            ("noise", ""),
+        ],
+        row,
+        range(len(readings)),
+        of_contacts=False,
+    )  # fmt: skip

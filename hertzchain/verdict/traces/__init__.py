@@ -1,0 +1,1 @@
+"""Measured forces over time: read, laid over those of a scene, and judged."""

@@ -1,0 +1,240 @@
+"""The judgement of measured traces: first peaks, widths, times of travel, and the whole trace."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hertzchain.engines.native import Native
+from hertzchain.errors import is_positive, require
+from hertzchain.limits import TIME_LIMIT, TOLERANCE
+from hertzchain.observables.definitions import context_of
+from hertzchain.observables.result import Result
+from hertzchain.scene.given import SceneLike, to_scene
+from hertzchain.showing import ShownVerdict, ShowProgress, telling
+from hertzchain.verdict.check import Check, Kind, within
+from hertzchain.verdict.traces.matching import Expected, Matched, aligned, expected, matched
+from hertzchain.verdict.traces.traces import Traces, read_traces
+
+if TYPE_CHECKING:
+    import pandas
+
+_ADVICE = "the scene is not what was measured, or the calibration is not what was given"
+PEAK = Kind("first peak [N]", _ADVICE)
+WIDTH = Kind("width of the first pulse [s]", _ADVICE)
+TRAVEL = Kind("time of travel [s]", "the scene has another speed: try E, density, damping, loads")
+ARRIVAL = Kind("arrival [s]", "the clock of the recording is not that of the scene")
+TRACE = Kind("whole trace, rms of differences over the first peak", _ADVICE)
+
+_DEVIATIONS = 3.0
+"""Standard deviations of noise that add to a tolerance: one of 400 is beyond."""
+
+_NOISE = 1.2
+"""Times the noise that the differences of a whole trace may have: its own measurement is within
+10 % with 60 quiet samples."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TraceJudgement(ShownVerdict):
+    """Measured traces against the reference; true if the verdict is ``pass``.
+
+    Parameters
+    ----------
+    reference
+        Result of the native reference method, with the gauges that were measured.
+    traces
+        What was measured, without the offset that it has before the first arrival.
+    known
+        What the gauges read in the reference.
+    shift
+        Time on the measured clock at which the run begins [s].
+    tolerance
+        Largest relative difference that passes, besides the noise.
+    pulses
+        How the first pulse of each gauge differs from that of the reference; None where it is not
+        whole.
+    checks
+        Each number that could be judged.
+    remarks
+        Sentences on what could not be judged; usually empty.
+    """
+
+    reference: Result
+    traces: Traces
+    known: Expected
+    shift: float
+    tolerance: float
+    pulses: tuple[Matched | None, ...]
+    checks: tuple[Check, ...]
+    remarks: tuple[str, ...]
+
+    @property
+    def verdict(self) -> str:
+        """``pass`` if something was judged and all of it passed, otherwise ``fail``."""
+        passed = bool(self.checks) and all(check.passed for check in self.checks)
+        return "pass" if passed else "fail"
+
+    @property
+    def summary(self) -> str:
+        """One line on how many numbers failed."""
+        failed = sum(not check.passed for check in self.checks)
+        return f"{failed} of {len(self.checks)} numbers differ by more than {self.tolerance:.1e}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the judgement as a JSON object."""
+        return {
+            "verdict": self.verdict,
+            "tolerance": self.tolerance,
+            "shift_s": self.shift,
+            "known_until_s": self.known.until,
+            "checks": [check.to_dict() for check in self.checks],
+            "remarks": list(self.remarks),
+            "reference": self.reference.numbers(),
+            **context_of(self.reference.scene),
+        }
+
+
+def judge_traces(
+    scene: SceneLike,
+    traces: Path | str | pandas.DataFrame,
+    *,
+    columns: Mapping[str, str] | None = None,
+    tolerance: float = TOLERANCE,
+    shift: bool = True,
+    time_limit: float = TIME_LIMIT,
+    progress: ShowProgress = None,
+) -> TraceJudgement:
+    """Judge measured forces over time: each first pulse, times between them, and all samples.
+
+    Parameters
+    ----------
+    scene
+        What was measured, or the path of its file; its own gauges do not matter.
+    traces
+        Forces over time of one or several gauges, without static forces: a text file in any layout,
+        as oscilloscopes write it, or a pandas table, with the columns time_s and gauge_16_N (in
+        granule 16), contact_10_N, wall_N, or any that ``columns`` names.
+    columns
+        Columns by ``time``, ``gauge_16``, ``contact_10``, ``wall``, and what a unit of theirs is:
+        ``{"gauge_16": "CH1 [25 N]"}``.
+    tolerance
+        Largest relative difference that passes, besides noise; between 0 and 1.
+    shift
+        Whether the measured clock begins at another time than the run, which is found.
+    time_limit
+        Time limit of each run of the reference [s].
+    progress
+        True for a line in the terminal or notebook on what is being done, or a function that is
+        called with each such line.
+
+    Raises
+    ------
+    SceneError
+        For anything but a scene, gauges that it cannot have, or samples that say nothing.
+    HertzchainError
+        For a file that cannot be read, or columns that it does not have.
+    RunFailed
+        If the reference cannot be computed.
+    """
+    allowed = "must be a number above 0 and below 1"
+    require(is_positive(tolerance) and tolerance < 1, "tolerance", tolerance, allowed)
+    scene = to_scene(scene)
+    measured = read_traces(scene, traces, columns or {})
+    with telling(progress) as report_progress:
+        report_progress("native: the reference method")
+        known = expected(scene, measured.gauges, Native("reference", time_limit=time_limit))
+        report_progress("laying the traces over those of the reference")
+        measured, begin = aligned(measured, known, None if shift else 0.0)
+        pulses = [matched(measured, known, begin, k) for k in range(len(measured.gauges))]
+    found = _Findings(measured, known, tolerance)
+    for k, pulse in enumerate(pulses):
+        found.judge_pulse(k, pulse, has_clock=not shift)
+    if shift:
+        found.judge_travel(pulses)
+    for k in range(len(pulses)):
+        found.judge_trace(k, begin)
+    return TraceJudgement(
+        known.result, measured, known, begin, float(tolerance), tuple(pulses),
+        tuple(found.checks), tuple(found.remarks),
+    )  # fmt: skip
+
+
+class _Findings:
+    """Checks of numbers that could be judged, and remarks on the others."""
+
+    def __init__(self, traces: Traces, known: Expected, tolerance: float) -> None:
+        self._traces, self._known, self._tolerance = traces, known, tolerance
+        self.checks: list[Check] = []
+        self.remarks: list[str] = []
+
+    def _name(self, k: int) -> str:
+        gauge = self._traces.gauges[k]
+        return f"{gauge.key} {gauge.number}"
+
+    def _judge(
+        self, kind: Kind, name: str, found: float, true: float, deviation: float, error: float
+    ) -> None:
+        """Judge a number, or say that its noise hides what the tolerance allows."""
+        noise = _DEVIATIONS * deviation
+        if noise > self._tolerance * true:
+            self.remarks.append(
+                f"{name}: {kind.name} is not judged, its noise of {deviation / true:.1e} hides the"
+                f" tolerance of {self._tolerance:.1e}"
+            )
+            return
+        reason = "what was asked for, three deviations of the noise, and the error of the reference"
+        allowed = self._tolerance * true + noise + error
+        self.checks.append(within(kind, name, found, true, allowed, reason))
+
+    def judge_pulse(self, k: int, pulse: Matched | None, *, has_clock: bool) -> None:
+        """Judge height and width of a first pulse, and its arrival by a clock that is known."""
+        name, read = self._name(k), self._known.readings[k]
+        if pulse is None:
+            self.remarks.append(f"{name}: the first pulse is not whole, only the trace is judged")
+            return
+        force, width = read.force, read.width
+        deviation, error = pulse.height_deviation * force, read.force_error * force
+        self._judge(PEAK, name, pulse.height * force, force, deviation, error)
+        deviation = pulse.stretch_deviation * width
+        self._judge(WIDTH, name, pulse.stretch * width, width, deviation, read.width_error)
+        if has_clock:
+            early = (pulse.stretch - 1) * (read.time - read.arrival)
+            self._judge(
+                ARRIVAL, name, read.arrival + pulse.delay - early, read.arrival,
+                pulse.delay_deviation, read.arrival_error,
+            )  # fmt: skip
+
+    def judge_travel(self, pulses: list[Matched | None]) -> None:
+        """Judge times between first pulses of gauges, each after the one before it."""
+        readings = self._known.readings
+        there = [(readings[k], pulse, k) for k, pulse in enumerate(pulses) if pulse is not None]
+        there.sort(key=lambda one: one[0].time)
+        for (before, one, i), (after, two, j) in itertools.pairwise(there):
+            true = after.time - before.time
+            if true > 0:
+                self._judge(
+                    TRAVEL, f"{self._name(i)} to {self._name(j)}", true + two.delay - one.delay,
+                    true, float(np.hypot(one.delay_deviation, two.delay_deviation)),
+                    before.arrival_error + after.arrival_error,
+                )  # fmt: skip
+
+    def judge_trace(self, k: int, shift: float) -> None:
+        """Judge all samples of a gauge at which the reference is known."""
+        known, name = self._known, self._name(k)
+        time = self._traces.time - shift
+        during = (time >= 0) & (time <= known.until)
+        peak = float(np.max(np.abs(known.force[known.time <= known.until, k])))
+        if not during.any() or peak == 0:
+            self.remarks.append(f"{name}: nothing was measured while the reference is known")
+            return
+        off = self._traces.force[during, k] - known.at(k, time[during])
+        rms = float(np.sqrt(np.mean(off**2))) / peak
+        noise = float(self._traces.noise[k]) / peak
+        reason = f"what was asked for, and {_NOISE:g} times the noise of the samples"
+        allowed = float(np.hypot(self._tolerance, _NOISE * noise))
+        self.checks.append(within(TRACE, name, rms, 0.0, allowed, reason))

@@ -1,0 +1,212 @@
+"""Measured traces laid over those of a scene: the shift of the clock, and each first pulse."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hertzchain.arrays import Array, FloatArray
+from hertzchain.engines.native import Native
+from hertzchain.errors import SceneError, require
+from hertzchain.observables.gauges import Reading, force_over_time
+from hertzchain.observables.result import Result
+from hertzchain.scene.gauge import Gauge
+from hertzchain.scene.scene import Scene
+from hertzchain.verdict.traces.traces import Traces
+
+_FINE, _MOST_TIMES = 60, 20_000
+"""Recorded times for each width of the narrowest pulse: a cubic spline is within 1e-6 of its force
+(measured); and the most of them."""
+
+_COARSE = 10
+"""Steps of the search for the shift for each width; least squares find the rest."""
+
+_UNSURE = 1e-4
+"""Difference of two accurate runs, over the peak, from which on later forces are not known."""
+
+_AFTER = 1.2
+"""Until when a first pulse is laid over the measured one, in widths from its arrival: a little
+more than to the end, where it has fallen to a half."""
+
+_SHARPEST = 1e-6
+"""Least deviation of a delay, in widths, in the mean over gauges: that of the splines."""
+
+_FEWEST = 8
+"""Fewest samples of a first pulse that tell its height, time and width."""
+
+
+@dataclass(frozen=True, eq=False)
+class Expected:
+    """What the gauges of a scene read over time.
+
+    Parameters
+    ----------
+    result
+        A run with these gauges.
+    time
+        Times [s], shape (times,).
+    force
+        Without static forces [N], shape (times, gauges).
+    until
+        From this time on the forces are not known [s]: collisions amplify errors.
+    """
+
+    result: Result
+    time: FloatArray
+    force: FloatArray
+    until: float
+
+    @property
+    def readings(self) -> tuple[Reading, ...]:
+        """The first pulse of each gauge."""
+        return self.result.gauges
+
+    def at(self, gauge: int, time: Array) -> FloatArray:
+        """Force of a gauge at times [N]; 0 before the start, that at the end after it."""
+        from scipy.interpolate import CubicSpline
+
+        curve = CubicSpline(self.time, self.force[:, gauge])
+        return np.where(time < 0, 0.0, curve(np.clip(time, 0.0, self.time[-1])))
+
+
+def expected(scene: Scene, gauges: tuple[Gauge, ...], native: Native) -> Expected:
+    """Run a scene with gauges, and record what they read until its end.
+
+    SceneError if no pulse arrives at any of them.
+    """
+    result = native.run(replace(scene, gauges=gauges))
+    widths = np.array([one.width for one in result.gauges])
+    allowed = "reads no whole first pulse in this scene: name others, or give a later end_time"
+    require(bool(np.isfinite(widths).any()), "gauge", None, allowed)
+    end = result.scene.end_time
+    count = int(min(_FINE * end / np.nanmin(widths), _MOST_TIMES)) + 2
+    time = np.linspace(0.0, end, count)
+    force = recorded(result.scene, gauges, native, time)
+    other = recorded(result.scene, gauges, Native(rtol=1e-6, time_limit=native.time_limit), time)
+    off = np.abs(other - force) > _UNSURE * np.max(np.abs(force), axis=0)
+    unsure = np.flatnonzero(off.any(axis=1))
+    last = np.nanmax([one.arrival + one.width for one in result.gauges])
+    until = end if not unsure.size else max(float(time[unsure[0]]), float(last))
+    return Expected(result, time, force, until)
+
+
+def recorded(
+    scene: Scene, gauges: tuple[Gauge, ...], native: Native, time: FloatArray
+) -> FloatArray:
+    """Return what gauges read at some times [N], shape (times, gauges)."""
+    run = replace(native, peaks_only=False, wanted="first").run(replace(scene, gauges=()), time)
+    assert run.history is not None
+    return np.stack([force_over_time(scene, gauge, run.history) for gauge in gauges], axis=1)
+
+
+def without_offset(traces: Traces, known: Expected, shift: float) -> Traces:
+    """Return traces less the mean of what was measured before anything arrived, if enough was."""
+    force = traces.force.copy()
+    for k, read in enumerate(known.readings):
+        width = read.width if np.isfinite(read.width) else 0.0
+        before = traces.time - shift < min(read.arrival - 2 * width, known.until)
+        if np.count_nonzero(before) >= _FEWEST:
+            force[:, k] -= force[before, k].mean()
+    return replace(traces, force=force)
+
+
+def shift_of(traces: Traces, known: Expected) -> float:
+    """Time on the measured clock at which the run begins [s], to a fraction of a pulse's width.
+
+    It has the least sum of squares of all differences, in parts of the largest force of each gauge;
+    nothing is measured outside of the recording, and the first samples are taken for the offset.
+    """
+    from scipy.signal import correlate
+
+    step = float(np.nanmin([one.width for one in known.readings])) / _COARSE
+    size = int((traces.time[-1] - traces.time[0]) / step) + 1
+    allowed = f"last {np.ptp(traces.time):.3g} s, which is less than a first pulse: check the unit"
+    require(size > _COARSE, "times", None, allowed)
+    require(size < 100 * _MOST_TIMES, "times", None, "last far longer than the run: check the unit")
+    grid = traces.time[0] + step * np.arange(size)
+    own = step * np.arange(int(known.until / step) + 1)
+    cost = np.zeros(size + own.size - 1)
+    for k in range(len(traces.gauges)):
+        force = traces.force[:, k] - traces.force[:_FEWEST, k].mean()
+        measured = np.interp(grid, traces.time, force)
+        model = known.at(k, own)
+        scale = np.max(np.abs(model)) ** 2
+        cost += (
+            correlate(measured**2, np.ones(own.size), method="fft")
+            - 2 * correlate(measured, model, method="fft")
+        ) / scale
+    return float(traces.time[0] + step * (int(np.argmin(cost)) - own.size + 1))
+
+
+@dataclass(frozen=True)
+class Matched:
+    """A measured first pulse as that of the scene: higher, later and wider, with deviations.
+
+    Parameters
+    ----------
+    height, stretch
+        Ratios to the pulse of the scene.
+    delay
+        How much later it is than there [s], after the shift.
+    height_deviation, stretch_deviation, delay_deviation
+        Standard deviations, from the noise.
+    """
+
+    height: float
+    stretch: float
+    delay: float
+    height_deviation: float
+    stretch_deviation: float
+    delay_deviation: float
+
+
+def matched(traces: Traces, known: Expected, shift: float, k: int) -> Matched | None:
+    """Return the first pulse of a gauge; None where the scene or the recording has none whole."""
+    from scipy.optimize import least_squares
+
+    read = known.readings[k]
+    if not np.isfinite(read.width):
+        return None
+    begin, end = read.arrival - read.width, read.arrival + _AFTER * read.width
+    during = (traces.time - shift >= begin) & (traces.time - shift <= end)
+    time, force = traces.time[during] - shift, traces.force[during, k]
+    if time.size < _FEWEST or time[-1] < read.arrival + read.width * 0.9:
+        return None
+
+    def residuals(p: FloatArray) -> FloatArray:
+        height, stretch, delay = p
+        there = read.time + (time - read.time - delay * read.width) / stretch
+        return np.asarray((height * known.at(k, there) - force) / read.force)
+
+    found = least_squares(residuals, [1.0, 1.0, 0.0], bounds=([0, 0.2, -3], [np.inf, 5, 3]))
+    noise = float(traces.noise[k]) / read.force
+    try:
+        slopes = np.asarray(found.jac)
+        spread = noise * np.sqrt(np.diag(np.linalg.inv(slopes.T @ slopes)))
+    except np.linalg.LinAlgError:
+        return None
+    height, stretch, delay = (float(one) for one in found.x)
+    return Matched(
+        height, stretch, delay * read.width,
+        float(spread[0]), float(spread[1]), float(spread[2]) * read.width,
+    )  # fmt: skip
+
+
+def aligned(traces: Traces, known: Expected, shift: float | None) -> tuple[Traces, float]:
+    """Return traces without offsets, and the shift of their clock, found where it is not given."""
+    at = shift_of(traces, known) if shift is None else shift
+    for _ in range(2):  # the second time with offsets of quiet times that are known now
+        traces = without_offset(traces, known, at)
+        if shift is not None:
+            continue
+        pulses = [matched(traces, known, at, k) for k in range(len(traces.gauges))]
+        sure = [one for one in pulses if one is not None]
+        if not sure:
+            allowed = "have no whole first pulse of this scene: check clock, unit and gauges"
+            raise SceneError("traces", None, allowed)
+        # A trace without noise is known to a part of a pulse, too, by its samples.
+        least = _SHARPEST * float(np.nanmin([one.width for one in known.readings]))
+        weights = [1 / (one.delay_deviation + least) ** 2 for one in sure]
+        at += float(np.average([one.delay for one in sure], weights=weights))
+    return traces, at

@@ -1,0 +1,198 @@
+"""Measured traces against the reference, with traces made from other codes' motion and by hand."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import hertzchain as hc
+from hertzchain.errors import HertzchainError
+from tests.command_line import Command
+from tests.conftest import STEEL
+
+CHAIN = hc.Chain(16, **STEEL)
+SCENE = hc.Scene(CHAIN, hc.Striker(0.5), wall=hc.Wall("same"))
+GAUGES = (hc.Gauge(granule=6), hc.Gauge(granule=11), hc.Gauge(contact=17))
+
+
+def traces_of(
+    scene: hc.Scene, noise: float = 0.0, late: float = 3.3e-4, offset: float = 0.0
+) -> pd.DataFrame:
+    """Traces of LAMMPS's motion, on a clock that is late, with an offset and noise."""
+    result = hc.Lammps(rtol=1e-4).run(replace(scene, gauges=GAUGES), record=1500)
+    traces = result.to_traces()
+    random = np.random.default_rng(7)
+    traces["time_s"] += late
+    for name in traces.columns[1:]:
+        peak = traces[name].max()
+        traces[name] += offset * peak + noise * peak * random.normal(size=len(traces))
+    return traces
+
+
+@pytest.fixture(scope="module")
+def measured() -> pd.DataFrame:
+    return traces_of(SCENE)
+
+
+def failed(judgement: hc.TraceJudgement) -> set[str]:
+    """The kinds of numbers that failed."""
+    return {check.kind.name.split()[0] for check in judgement.checks if not check.passed}
+
+
+def test_a_code_passes(measured: pd.DataFrame) -> None:
+    """Its time of the start is found, and each number is nearer than a tenth of the tolerance."""
+    judgement = hc.judge_traces(SCENE, measured, tolerance=1e-3)
+    assert judgement, judgement
+    assert judgement.shift == pytest.approx(3.3e-4, abs=1e-8)
+    assert len(judgement.checks) == 2 * 3 + 2 + 3
+    assert judgement.remarks == ()
+    assert "All 11 numbers" in str(judgement) or "pass" in str(judgement)
+
+
+@pytest.mark.parametrize("noise", [3e-3, 1e-2])
+@pytest.mark.parametrize("offset", [-0.3, 0.05])
+def test_noise_and_offset_do_not_matter(noise: float, offset: float) -> None:
+    traces = traces_of(SCENE, noise, offset=offset)
+    judgement = hc.judge_traces(SCENE, traces, tolerance=0.05)
+    assert judgement
+    assert judgement.shift == pytest.approx(3.3e-4, abs=1e-6)
+    for pulse in judgement.pulses:
+        assert pulse is not None
+        assert abs(pulse.height - 1) < 4 * pulse.height_deviation < 0.1
+        assert abs(pulse.stretch - 1) < 4 * pulse.stretch_deviation < 0.1
+
+
+@pytest.mark.parametrize(("times", "fails"), [(3.0, True), (-3.0, True), (0.33, False)])
+def test_a_gain(measured: pd.DataFrame, times: float, fails: bool) -> None:
+    """One gauge is off by parts of the tolerance: its height alone, and its whole trace, fail."""
+    traces = measured.copy()
+    traces["gauge_11_N"] *= 1 + times * 0.03
+    judgement = hc.judge_traces(SCENE, traces, tolerance=0.03)
+    assert failed(judgement) - {"whole"} == ({"first"} if fails else set())
+    wrong = {check.engine for check in judgement.checks if not check.passed}
+    assert wrong == ({"granule 11"} if fails else set())
+
+
+@pytest.mark.parametrize(("times", "fails"), [(3.0, True), (-3.0, True), (0.33, False)])
+def test_a_clock_that_is_fast(measured: pd.DataFrame, times: float, fails: bool) -> None:
+    """All times are off by parts of the tolerance: widths and times of travel fail, not heights."""
+    traces = measured.copy()
+    traces["time_s"] *= 1 + times * 0.02
+    judgement = hc.judge_traces(SCENE, traces, tolerance=0.02)
+    assert failed(judgement) - {"whole"} == ({"width", "time"} if fails else set())
+
+
+@pytest.mark.parametrize(("times", "fails"), [(3.0, True), (-3.0, True), (0.33, False)])
+def test_a_clock_that_is_known(measured: pd.DataFrame, times: float, fails: bool) -> None:
+    traces = measured.copy()
+    arrival = hc.judge_traces(SCENE, traces).known.readings[0].arrival
+    traces["time_s"] += times * 0.02 * arrival - 3.3e-4
+    judgement = hc.judge_traces(SCENE, traces, tolerance=0.02, shift=False)
+    # The first gauge has the earliest arrival; the others are late by a smaller part of theirs.
+    assert ("arrival" in failed(judgement)) == fails
+    assert judgement.shift == 0
+
+
+@pytest.mark.parametrize(("times", "fails"), [(3.0, True), (0.33, False)])
+def test_what_is_no_pulse_of_the_scene(measured: pd.DataFrame, times: float, fails: bool) -> None:
+    """A ripple of some parts of the tolerance before the pulse is seen in the whole trace alone."""
+    traces = measured.copy()
+    time, peak = traces["time_s"], traces["gauge_11_N"].max()
+    size = times * 0.02 * np.sqrt(2) * peak
+    traces["gauge_11_N"] += size * np.sin(2 * np.pi * time / 1.7e-5)
+    judgement = hc.judge_traces(SCENE, traces, tolerance=0.02)
+    whole = [check for check in judgement.checks if check.kind.name.startswith("whole")]
+    # The ripple is no noise of a wrong size: second differences hardly see it.
+    assert all(check.passed for check in whole) != fails
+
+
+def test_another_modulus() -> None:
+    """The speed goes with E^0.4: 8 % of E are 3 % of the times."""
+    other = replace(SCENE, chain=replace(CHAIN, young_modulus=1.08 * STEEL["young_modulus"]))
+    traces = traces_of(other)
+    assert "time" in failed(hc.judge_traces(SCENE, traces, tolerance=1e-2))
+    assert hc.judge_traces(other, traces, tolerance=1e-3)
+
+
+def test_noise_that_hides_the_tolerance_is_said() -> None:
+    judgement = hc.judge_traces(SCENE, traces_of(SCENE, 0.03), tolerance=1e-3)
+    assert any("hides the tolerance of 1.0e-03" in remark for remark in judgement.remarks)
+    assert {check.kind.name.split()[0] for check in judgement.checks} == {"whole"}
+
+
+def test_a_recording_that_ends_within_a_pulse(measured: pd.DataFrame) -> None:
+    judgement = hc.judge_traces(SCENE, measured, tolerance=1e-3)
+    end = judgement.shift + judgement.known.readings[1].time
+    before = measured[measured["time_s"] < end].drop(columns="wall_N")
+    cut = hc.judge_traces(SCENE, before, tolerance=1e-3)
+    assert cut
+    assert [pulse is None for pulse in cut.pulses] == [False, True]
+    assert any("not whole" in remark for remark in cut.remarks)
+
+
+def test_files_of_oscilloscopes(
+    measured: pd.DataFrame, tmp_path: Path, hertzchain: Command
+) -> None:
+    """Semicolons, decimal commas, microseconds and volts; the command, its JSON and its status."""
+    SCENE.to_toml(tmp_path / "scene.toml")
+    lines = ["Time (us);CH1 (V);CH2 (V)"]
+    for time, first, _, wall in measured.to_numpy():
+        row = f"{1e6 * time:.9g};{first / 25:.9g};{wall / 50:.9g}"
+        lines.append(row.replace(".", ","))
+    path = tmp_path / "scope.csv"
+    path.write_text("\n".join(lines) + "\n")
+    columns = ("--column", "gauge_6=CH1 [25 N]", "--column", "wall=CH2 [50 N]")
+    done = hertzchain(
+        "judge", tmp_path / "scene.toml", path, *columns, "--tolerance", "1e-3", "--json"
+    )
+    assert done.status == 0, done.err
+    assert done.json()["verdict"] == "pass"
+    assert len(done.json()["checks"]) == 2 * 2 + 1 + 2
+    wrong = ("--column", "gauge_6=CH1 [24 N]", "--column", "wall=CH2 [50 N]")
+    done = hertzchain("judge", tmp_path / "scene.toml", path, *wrong, "--tolerance", "1e-2")
+    assert done.status == 1
+    assert "granule 6: first peak [N]" in done.out
+
+
+def test_a_page_and_a_figure(measured: pd.DataFrame, tmp_path: Path) -> None:
+    judgement = hc.judge_traces(SCENE, measured, tolerance=1e-3)
+    judgement.report(tmp_path / "page.html")
+    assert "Judgement of measured traces" in (tmp_path / "page.html").read_text()
+    assert judgement.plot() is not None
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"gauge_17_N": 1.0}, "must be a granule from 2 to 16"),
+        ({"contact_1_N": 1.0}, "must be a contact from 2 to 17"),
+        ({"gauge_6_N": 0.0}, "is 0 throughout"),
+        ({"gauge_6_N": np.nan}, "must be finite"),
+        ({"time_s": 0.0}, "must increase"),
+        ({"time_s": np.arange(1500.0)}, "last far longer than the run: check the unit"),
+        ({"time_s": 1e-12 * np.arange(1500)}, "less than a first pulse: check the unit"),
+    ],
+)
+def test_what_cannot_be_judged(measured: pd.DataFrame, change: dict[str, Any], words: str) -> None:
+    with pytest.raises(HertzchainError, match=words):
+        hc.judge_traces(SCENE, measured.assign(**change))
+
+
+def test_names_that_do_not_fit(measured: pd.DataFrame) -> None:
+    for columns, words in (
+        ({"gauge_6": "CH1"}, "CH1': is no column of the table"),
+        ({"bead_6": "gauge_6_N"}, "must be gauge_ and the number"),
+        ({"gauge_6": "gauge_6_N [5 m]"}, "gauge_6"),
+    ):
+        with pytest.raises(HertzchainError, match=words):
+            hc.judge_traces(SCENE, measured, columns=columns)
+    free = replace(SCENE, wall=None)
+    with pytest.raises(HertzchainError, match="without \\[wall\\]"):
+        hc.judge_traces(free, measured.rename(columns={"contact_17_N": "wall_N"}))
+    with pytest.raises(HertzchainError, match="tolerance"):
+        hc.judge_traces(SCENE, measured, tolerance=2.0)
