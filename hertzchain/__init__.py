@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from hertzchain.engines.native import Batch, Native, peak_forces, similar_peak_forces
     from hertzchain.engines.yade import Yade
     from hertzchain.errors import HertzchainError
+    from hertzchain.fits.fit import fit
+    from hertzchain.fits.fitted import Fit
     from hertzchain.observables.result import Result
     from hertzchain.report.trajectory import write_trajectory
     from hertzchain.scene.chain import Chain
@@ -39,6 +41,7 @@ _HOME = {
     "Comparison": "hertzchain.verdict.comparison",
     "DeckCheck": "hertzchain.verdict.deck",
     "DeckExamination": "hertzchain.verdict.deck",
+    "Fit": "hertzchain.fits.fitted",
     "Gauge": "hertzchain.scene.gauge",
     "HertzchainError": "hertzchain.errors",
     "Judgement": "hertzchain.verdict.judgement",
@@ -61,6 +64,7 @@ _HOME = {
     "Yade": "hertzchain.engines.yade",
     "compare": "hertzchain.verdict.comparison",
     "examine": "hertzchain.verdict.deck",
+    "fit": "hertzchain.fits.fit",
     "judge": "hertzchain.verdict.results.judging",
     "judge_traces": "hertzchain.verdict.traces.judging",
     "peak_forces": "hertzchain.engines.native",
@@ -76,6 +80,7 @@ __all__ = [
     "Contact",
     "DeckCheck",
     "DeckExamination",
+    "Fit",
     "Gauge",
     "HertzchainError",
     "Judgement",
@@ -97,6 +102,7 @@ __all__ = [
     "Yade",
     "compare",
     "examine",
+    "fit",
     "judge",
     "judge_traces",
     "peak_forces",

@@ -25,6 +25,7 @@ LEVELS = (
     ("verdict",),
     ("report",),
     ("sweeps",),
+    ("fits",),
     ("cli", "pytest_plugin"),
     ("__main__",),
 )

@@ -10,6 +10,7 @@ from hertzchain.cli.compare import compare
 from hertzchain.cli.deck import deck, lint, unit_test
 from hertzchain.cli.doctor import doctor
 from hertzchain.cli.examine import examine
+from hertzchain.cli.fit import fit
 from hertzchain.cli.init import init
 from hertzchain.cli.judge import judge
 from hertzchain.cli.plot import plot
@@ -56,6 +57,7 @@ app.command()(pulse)
 app.command()(run)
 app.command()(compare)
 app.command()(judge)
+app.command()(fit)
 app.command()(examine)
 app.command()(tradeoff)
 app.command()(sweep)

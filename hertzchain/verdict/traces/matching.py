@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -56,6 +57,12 @@ class Expected:
     time: FloatArray
     force: FloatArray
     until: float
+
+    def of(self, gauges: Sequence[int]) -> Expected:
+        """Return the same of some gauges alone, by their places."""
+        chosen = tuple(self.result.gauges[k] for k in gauges)
+        result = replace(self.result, gauges=chosen)
+        return replace(self, result=result, force=self.force[:, list(gauges)])
 
     @property
     def readings(self) -> tuple[Reading, ...]:

@@ -1,0 +1,76 @@
+"""hertzchain fit: values of a scene by which it reads what was measured."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hertzchain.cli import options
+from hertzchain.cli.output import OUT_OF_TOLERANCE, compiling, progress, say, show, write_file
+
+
+def fit(
+    scene: options.SceneFile,
+    traces: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="FILE",
+            help="Forces over time, as for judge: time_s, gauge_16_N, contact_10_N, wall_N, or any"
+            " with --column; several files are fitted at once.",
+        ),
+    ],
+    free: Annotated[
+        list[str],
+        typer.Option(
+            metavar="KEY",
+            help="A key of the scene to be fitted, such as chain.young_modulus; repeatable. gain:"
+            " what all measured forces are over what they are said to be.",
+        ),
+    ],
+    column: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="WHAT=NAME",
+            help="Which columns are what, and what a unit is; repeatable: time=Time,"
+            " 'gauge_16=CH1 [25 N]', contact_10=CH2, wall=CH3.",
+        ),
+    ] = None,
+    no_shift: Annotated[
+        bool, typer.Option("--no-shift", help="The clocks of the files are that of the run.")
+    ] = False,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="FILE", help="Write the fitted scene (.toml)."),
+    ] = None,
+    time_limit: options.TimeLimit = "1 h",
+    as_json: options.AsJson = False,
+) -> None:
+    """Fit values of a scene to measured forces over time, with their 95 % intervals.
+
+    The search starts from the values in the scene file. The status is 1 if more than noise is left.
+    """
+    from hertzchain.files import check_outputs
+    from hertzchain.fits import fit as fits
+
+    check_outputs([scene, *traces], [output])
+    columns = options.by_name("--column", column or [], "gauge_16=CH1")
+    limit = options.to_time_limit(time_limit)
+    loaded = options.load_scene(scene)
+    with progress() as report_progress, compiling(report_progress):
+        found = fits.fit(
+            loaded,
+            traces,
+            free,
+            columns=columns,
+            shift=not no_shift,
+            time_limit=limit,
+            progress=report_progress,
+        )
+    show(as_json, found.to_dict, lambda console: console.print(repr(found)))
+    write_file("Scene", output, found.scene.to_toml)
+    for remark in found.remarks:
+        say(remark)
+    if not found.is_noise:
+        raise typer.Exit(OUT_OF_TOLERANCE)

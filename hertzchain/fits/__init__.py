@@ -1,0 +1,1 @@
+"""Fits of a scene to measured forces over time."""

@@ -1,0 +1,160 @@
+"""What a fit found: values with their intervals, and what is left."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.observables.definitions import context_of
+from hertzchain.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from hertzchain.report.card import Card
+
+NOISE_KNOWN = 1.35
+"""Mean square of differences over the noise above which they are no noise: that is measured to 5 %
+in 200 samples, and counts squared."""
+
+_NORMAL_95 = 1.959964
+"""Standard deviations of a normal distribution with 95 % on both sides."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A fitted value.
+
+    Parameters
+    ----------
+    key
+        Its key in the scene file, or ``gain``.
+    value, start
+        What was found, and what the scene had, in SI units.
+    deviation
+        Its standard deviation.
+    unit
+        The unit, as text; empty for a pure number.
+    """
+
+    key: str
+    value: float
+    start: float
+    deviation: float
+    unit: str
+
+    @property
+    def interval_95(self) -> tuple[float, float]:
+        """Ends of the interval that holds the true value in 95 of 100 experiments."""
+        half = _NORMAL_95 * self.deviation
+        return self.value - half, self.value + half
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the parameter as a JSON object."""
+        return {
+            "key": self.key,
+            "value": self.value,
+            "interval_95": list(self.interval_95),
+            "unit": self.unit,
+            "start": self.start,
+        }
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Fit:
+    """A scene fitted to traces.
+
+    Parameters
+    ----------
+    scene
+        The scene with the values that were found.
+    parameters
+        The values, with deviations.
+    correlation
+        Correlations of the values, shape (parameters, parameters).
+    shifts
+        Time on the clock of each file at which the run begins [s].
+    mean_square
+        Mean square of the differences over the noise: 1 if they are noise and nothing else.
+    autocorrelation
+        Correlation of differences with those of the next sample: 0 for white noise.
+    samples, runs
+        How many samples were compared, and how many runs that took.
+    """
+
+    scene: Scene
+    parameters: tuple[Parameter, ...]
+    correlation: FloatArray
+    shifts: tuple[float, ...]
+    mean_square: float
+    autocorrelation: float
+    samples: int
+    runs: int
+
+    def __repr__(self) -> str:
+        return self._card.text
+
+    def _repr_html_(self) -> str:
+        return self._card.html
+
+    @property
+    def is_noise(self) -> bool:
+        """Whether the scene differs from what was measured by no more than its noise."""
+        return self.mean_square <= NOISE_KNOWN
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Sentences on what is left; usually empty."""
+        if self.is_noise:
+            return ()
+        left = (
+            f"what is left is {np.sqrt(self.mean_square):.2g} times the noise: something else than"
+            " the fitted values is not as in the scene, and the intervals are widened by that"
+        )
+        return (left,)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the fit as a JSON object."""
+        return {
+            "parameters": [one.to_dict() for one in self.parameters],
+            "correlation": self.correlation.tolist(),
+            "shift_s": list(self.shifts),
+            "residuals": {
+                "mean_square_over_noise": self.mean_square,
+                "autocorrelation": self.autocorrelation,
+                "samples": self.samples,
+            },
+            "runs": self.runs,
+            "remarks": list(self.remarks),
+            **context_of(self.scene),
+        }
+
+    @property
+    def _card(self) -> Card:
+        from hertzchain.report.card import Card
+        from hertzchain.report.facts import known_digits
+
+        facts = []
+        for one in self.parameters:
+            low, high = one.interval_95
+            error = one.deviation / abs(one.value)
+            value = known_digits(one.value, error)
+            ends = " to ".join(known_digits(end, error / 10) for end in (low, high))
+            facts.append((one.key, f"{value} {one.unit}".rstrip() + f", 95 % within {ends}"))
+        if len(self.parameters) > 1:
+            pairs = [
+                (abs(float(self.correlation[i, j])), self.parameters[i].key, self.parameters[j].key)
+                for i in range(len(self.parameters))
+                for j in range(i)
+            ]
+            size, first, second = max(pairs)
+            facts.append(("strongest correlation", f"{size:.3f}, {first} and {second}"))
+        shifts = ", ".join(f"{shift:.6g}" for shift in self.shifts)
+        facts += [
+            ("the run begins at", f"{shifts} s of the measured clock"),
+            ("what is left, over the noise", f"{self.mean_square**0.5:.3g}"),
+            ("samples, runs", f"{self.samples:,}, {self.runs:,}"),
+            *(("remark", remark) for remark in self.remarks),
+        ]
+        return Card("Fit", facts)

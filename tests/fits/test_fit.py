@@ -1,0 +1,161 @@
+"""Fits to synthetic experiments whose truth is known, computed by other codes or with noise."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import hertzchain as hc
+from hertzchain.errors import HertzchainError, SceneError
+from tests.command_line import Command
+from tests.conftest import STEEL
+
+E, SPEED, RESTITUTION = STEEL["young_modulus"], 0.5, 0.93
+GAUGES = (hc.Gauge(granule=4), hc.Gauge(granule=9))
+TRUE = hc.Scene(
+    hc.Chain(12, **STEEL),
+    hc.Striker(SPEED),
+    contact=hc.Contact("restitution", restitution=RESTITUTION),
+    gauges=GAUGES,
+)
+START = replace(
+    TRUE,
+    chain=hc.Chain(12, **{**STEEL, "young_modulus": 0.93 * E}),
+    shock=hc.Striker(0.55),
+    contact=hc.Contact("restitution", restitution=0.9),
+    gauges=(),
+)
+FREE = ["chain.young_modulus", "contact.restitution", "striker.velocity"]
+TRUTH = (E, RESTITUTION, SPEED)
+
+
+def experiment(
+    noise: float,
+    seed: int = 0,
+    scene: hc.Scene = TRUE,
+    backend: hc.Native | hc.Lammps | None = None,
+) -> pd.DataFrame:
+    """Traces on another clock, with an offset and white noise, in parts of each peak."""
+    random = np.random.default_rng(seed)
+    traces = (backend or hc.Native(rtol=1e-8)).run(scene, record=1000).to_traces()
+    traces["time_s"] += random.uniform(-1e-3, 1e-3)
+    for name in traces.columns[1:]:
+        peak = traces[name].max()
+        traces[name] += peak * (0.05 * random.normal() + noise * random.normal(size=len(traces)))
+    return traces
+
+
+def deviations(fit: hc.Fit) -> list[float]:
+    """Errors of the values over what is said of them."""
+    return [
+        (one.value - true) / one.deviation for one, true in zip(fit.parameters, TRUTH, strict=True)
+    ]
+
+
+def test_the_motion_of_another_code() -> None:
+    """LAMMPS's, at steps for 1e-4: the values come out as near."""
+    fit = hc.fit(START, experiment(0.0, backend=hc.Lammps(rtol=1e-4)), FREE)
+    for one, true in zip(fit.parameters, TRUTH, strict=True):
+        assert one.value == pytest.approx(true, rel=1e-3)
+    assert fit.scene.chain.young_modulus == fit.parameters[0].value
+    assert fit.scene.run == START.run
+
+
+def test_intervals_hold_the_truth() -> None:
+    """In one experiment: no value is off by four deviations, and what is left is the noise."""
+    fit = hc.fit(START, experiment(0.01, seed=3), FREE)
+    assert max(map(abs, deviations(fit))) < 4
+    assert fit.mean_square == pytest.approx(1.0, abs=0.2)
+    assert abs(fit.autocorrelation) < 0.1
+    assert fit.is_noise
+    # A second file of the same experiment with a clock of its own makes them narrower by root 2.
+    both = hc.fit(START, [experiment(0.01, seed=3), experiment(0.01, seed=4)], FREE)
+    ratio = both.parameters[0].deviation / fit.parameters[0].deviation
+    assert ratio == pytest.approx(0.71, abs=0.1)
+    assert len(both.shifts) == 2
+
+
+@pytest.mark.slow
+def test_intervals_hold_the_truth_in_95_of_100() -> None:
+    """60 experiments, three values each: 95 %, less three binomial deviations; spread of errors 1.
+
+    The values of one experiment are correlated, so the number of independent ones is about 60.
+    """
+    found = [deviations(hc.fit(START, experiment(0.02, seed), FREE)) for seed in range(60)]
+    inside = np.abs(found) < 1.96
+    assert inside.mean(axis=0).min() > 0.95 - 3 * np.sqrt(0.95 * 0.05 / 60)
+    assert np.std(found, axis=0) == pytest.approx(1.0, abs=0.3)
+
+
+def test_another_model_is_told_from_noise() -> None:
+    """A gap that the scene has not: more than the noise is left, and the fit says so."""
+    gap = [0.0] * 11 + [0.0]
+    gap[6] = 2e-6
+    chain = hc.Chain(12, **{key: [value] * 12 for key, value in STEEL.items()}, gap=gap)
+    traces = experiment(0.003, scene=replace(TRUE, chain=chain))
+    fit = hc.fit(START, traces, FREE)
+    assert not fit.is_noise
+    assert "times the noise" in fit.remarks[0]
+
+
+@pytest.mark.parametrize(
+    ("free", "words"),
+    [
+        (
+            ["chain.young_modulus", "chain.poisson_ratio"],
+            r"known is chain.young_modulus \* \(chain.poisson_ratio\)\^0.198",
+        ),
+        (
+            ["chain.young_modulus", "chain.density", "gain"],
+            r"young_modulus by \+1 %, chain.density by \+1 %, gain by -1 % changes nothing",
+        ),
+        (["chain.granules"], "must be a number other than 0"),
+        (["chain.gap"], "must be a number other than 0"),
+        (["gain", "gain"], "names a key twice"),
+        (["wall.young_modulus"], "the scene has no"),
+        ([], "must be a list of keys"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_what_cannot_be_fitted(free: list[str], words: str) -> None:
+    """E and nu enter by E / (1 - nu^2), whose exponent of nu is 2 nu^2 / (1 - nu^2) = 0.198."""
+    with pytest.raises(SceneError, match=words):
+        hc.fit(START, experiment(0.01), free)
+
+
+def test_what_the_gauges_do_not_feel() -> None:
+    """A wall's modulus, by gauges that are far from it and a recording that ends before."""
+    walled = replace(TRUE, wall=hc.Wall("elastic", 70e9, 0.33), contact=None)
+    traces = experiment(0.01, scene=walled)
+    early = traces[: np.argmax(traces["gauge_4_N"]) + 40]
+    with pytest.raises(HertzchainError, match="changes nothing at these gauges"):
+        hc.fit(replace(walled, gauges=()), early[["time_s", "gauge_4_N"]], ["wall.young_modulus"])
+
+
+def test_the_command(tmp_path: Path, hertzchain: Command) -> None:
+    START.to_toml(tmp_path / "start.toml")
+    experiment(0.01).to_csv(tmp_path / "traces.csv", index=False)
+    free = [word for key in FREE for word in ("--free", key)]
+    files = (tmp_path / "start.toml", tmp_path / "traces.csv")
+    done = hertzchain("fit", *files, *free, "-o", tmp_path / "fitted.toml", "--json")
+    assert done.status == 0, done.err
+    document = done.json()
+    assert [one["key"] for one in document["parameters"]] == FREE
+    assert [one["unit"] for one in document["parameters"]] == ["Pa", "", "m/s"]
+    for one, true in zip(document["parameters"], TRUTH, strict=True):
+        low, high = one["interval_95"]
+        assert low < one["value"] < high
+        assert abs(one["value"] - true) < 2 * (high - low)
+    assert np.shape(document["correlation"]) == (3, 3)
+    fitted = hc.Scene.from_toml(tmp_path / "fitted.toml")
+    assert fitted.chain.young_modulus == document["parameters"][0]["value"]
+    said = hertzchain("fit", *files, *free)
+    assert "chain.young_modulus" in said.out
+    assert "95 % within" in said.out
+    refused = hertzchain("fit", *files, "--free", "chain.young")
+    assert refused.status == 2
+    assert "did you mean chain.young_modulus?" in refused.err
