@@ -50,7 +50,7 @@ LEAST = 1e-9
 counts is so weak."""
 
 COLUMNS = 15
-(CONTACT, BEGIN, LENGTH, START, FORCE, LARGEST, WHEN) = (0, 1, 2, 3, 11, 13, 14)
+(CONTACT, BEGIN, LENGTH, START, END, FORCE, LARGEST, WHEN) = (0, 1, 2, 3, 7, 11, 13, 14)
 """Columns of notes: contact, begin and length of the interval, then overlap and its first three
 derivatives at the start and at the end (the third NaN where it is not known), force at both, the
 largest force so far and its time, those within the interval included."""
@@ -303,7 +303,7 @@ class Curves:
     def __init__(self, notes: FloatArray, law: DampedLaw) -> None:
         self._law, self._contact = law, notes[:, CONTACT].astype(np.intp)
         self._begin, self._h = notes[:, BEGIN], notes[:, LENGTH]
-        start, end = ([notes[:, first + k] for k in range(4)] for first in (START, START + 4))
+        start, end = ([notes[:, first + k] for k in range(4)] for first in (START, END))
         smooth = np.isfinite(start[3]) & np.isfinite(end[3])
         self._overlap = np.zeros((8, self._h.size))
         for known, some in ((4, smooth), (3, ~smooth)):

@@ -8,9 +8,17 @@ from numpy.typing import NDArray
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.observables.damped_watch import first_touch
 from hertzchain.observables.first_pulse import (
+    BEGIN,
     COLUMNS,
+    CONTACT,
+    END,
     FALLS,
+    FORCE,
+    LARGEST,
     LEAST,
+    LENGTH,
+    START,
+    WHEN,
     Contacts,
     Curves,
     FirstPulses,
@@ -62,7 +70,7 @@ class NoteTaker:
         found = self._notes_of(samples, interval, contact, late)
         curves = Curves(found, self._law)
         above, place = curves.highest()
-        self._keep(found, contact, above, found[:, 1] + place * found[:, 2])
+        self._keep(found, contact, above, found[:, BEGIN] + place * found[:, LENGTH])
 
     def _notes_of(
         self, samples: Samples, interval: _Places, contact: _Places, late: float
@@ -70,29 +78,34 @@ class NoteTaker:
         """Notes of intervals without the largest force so far."""
         derivatives = samples.overlap_derivatives
         notes = np.full((interval.size, COLUMNS), np.nan)
-        notes[:, 0], notes[:, 1] = contact, samples.time[interval]
-        notes[:, 2] = np.diff(samples.time)[interval]
+        notes[:, CONTACT], notes[:, BEGIN] = contact, samples.time[interval]
+        notes[:, LENGTH] = np.diff(samples.time)[interval]
         for k, values in enumerate(derivatives[:4]):
-            notes[:, 3 + k], notes[:, 7 + k] = (
+            notes[:, START + k], notes[:, END + k] = (
                 values[interval, contact],
                 values[interval + 1, contact],
             )
         force = samples.contact_force
-        notes[:, 11], notes[:, 12] = force[interval, contact], force[interval + 1, contact]
-        jumps = (notes[:, 3] <= 0) & (notes[:, 7] > 0)
+        notes[:, FORCE], notes[:, FORCE + 1] = (
+            force[interval, contact],
+            force[interval + 1, contact],
+        )
+        jumps = (notes[:, START] <= 0) & (notes[:, END] > 0)
         if self._law.exponent != 0 or not jumps.any():
             return notes
         # The overlap is no polynomial across the jump of a dashpot: the interval starts there.
         which, some = contact[jumps], notes[jumps]
         own, damping = self._mobility[which], self._law.damping[which]
-        felt = some[:, 12] - late * damping * some[:, 9]
+        felt = some[:, FORCE + 1] - late * damping * some[:, END + 2]
         later, speed, growth, _ = first_touch(
-            list(some[:, 3:6].T), some[:, 9] + own * felt, some[:, 2]
+            list(some[:, START : START + 3].T), some[:, END + 2] + own * felt, some[:, LENGTH]
         )
-        some[:, 1] += later
-        some[:, 2] = np.maximum(some[:, 2] - later, 1e-9 * some[:, 2])
-        some[:, 3], some[:, 4], some[:, 5] = 0.0, speed, growth - own * damping * speed
-        some[:, 11] = damping * np.maximum(speed, 0.0)
+        some[:, BEGIN] += later
+        length = some[:, LENGTH]
+        some[:, LENGTH] = np.maximum(length - later, 1e-9 * length)
+        starts = np.zeros_like(speed), speed, growth - own * damping * speed
+        some[:, START : START + 3] = np.stack(starts, axis=1)
+        some[:, FORCE] = damping * np.maximum(speed, 0.0)
         notes[jumps] = some
         return notes
 
@@ -102,19 +115,21 @@ class NoteTaker:
         for k, i in enumerate(contact):
             before = self._largest[i]
             for force, time in (
-                (notes[k, 11], notes[k, 1]),
+                (notes[k, FORCE], notes[k, BEGIN]),
                 (above[k], when[k]),
-                (notes[k, 12], notes[k, 1] + notes[k, 2]),
+                (notes[k, FORCE + 1], notes[k, BEGIN] + notes[k, LENGTH]),
             ):
                 if force > self._largest[i]:
                     self._largest[i], self._when[i] = force, time
             kept[k] = self._largest[i] > before
             if kept[k]:
                 self._fallen[i] = 0
-            rest = (notes[k, 12] - self._static[i]) / (self._largest[i] - self._static[i] or 1.0)
+            rest = (notes[k, FORCE + 1] - self._static[i]) / (
+                self._largest[i] - self._static[i] or 1.0
+            )
             while self._fallen[i] < len(FALLS) and rest <= FALLS[self._fallen[i]]:
                 self._fallen[i] += 1
                 kept[k] = True
-            notes[k, 13], notes[k, 14] = self._largest[i], self._when[i]
-        kept &= notes[:, 13] - self._static[contact] > self._least[contact]
+            notes[k, LARGEST], notes[k, WHEN] = self._largest[i], self._when[i]
+        kept &= notes[:, LARGEST] - self._static[contact] > self._least[contact]
         self._notes.append(notes[kept])
