@@ -43,6 +43,7 @@ def compare(
         ),
     ] = False,
     time_limit: options.TimeLimit = "1 h",
+    every: options.EveryContact = False,
     as_json: options.AsJson = False,
     plot: options.Plot = None,
     report: options.Report = None,
@@ -60,7 +61,7 @@ def compare(
     if results or deck or moved:
         raise HertzchainError(_where_to_go(str(scene), results, deck))
     names = dict.fromkeys(["native", *map(str, backend or compared_by_default())])
-    shown = Shown(scene, (), as_json, plot, report, junit)
+    shown = Shown(scene, (), as_json, plot, report, junit, every)
     with_lammps = "lammps" in names
     options.refuse_without_need(with_lammps, isolate=isolate, lmp=lmp, ranks=ranks)
     loaded = options.load_scene(scene)

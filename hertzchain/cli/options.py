@@ -26,6 +26,7 @@ Backend = StrEnum("Backend", {name.upper(): name for name in ENGINES})  # type: 
 NATIVE = Backend("native")
 
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file (TOML).")]
+EveryContact = Annotated[bool, typer.Option("--all", help="Print every contact.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 Isolate = Annotated[
     bool,

@@ -120,6 +120,7 @@ def run(
             help="How many times --trajectory has, equally spaced. Default: 100.",
         ),
     ] = None,
+    every: options.EveryContact = False,
     as_json: options.AsJson = False,
 ) -> None:
     """Simulate a scene with one backend: peaks, p, F_SW, speed, pressure, error, cost."""
@@ -157,7 +158,7 @@ def run(
     show(
         as_json,
         lambda: run_document(result),
-        lambda console: print_run(console, result, files.others),
+        lambda console: print_run(console, result, files.others, every),
     )
     files.write(result)
     asked = (RTOL if method is None and step is None else None) if rtol is None else rtol

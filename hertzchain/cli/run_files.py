@@ -69,7 +69,7 @@ class RunFiles:
     def others(self) -> str:
         """Where the contacts are that the terminal does not show."""
         has_peaks = self.output is not None and self.record is None
-        return f"in {self.output}" if has_peaks else "shown by --json"
+        return f"in {self.output}" if has_peaks else "shown by --all"
 
     def times(self, scene: Scene) -> FloatArray | None:
         """All times that any of the files needs [s], increasing; None where none does."""

@@ -31,6 +31,8 @@ class Shown:
         Whether stdout has one JSON object.
     plot, report, junit
         Files to write, if any.
+    every
+        Whether stdout has every contact.
     """
 
     scene: Path
@@ -39,6 +41,7 @@ class Shown:
     plot: Path | None
     report: Path | None
     junit: Path | None
+    every: bool = False
 
     def __post_init__(self) -> None:
         from hertzchain.files import check_outputs
@@ -64,7 +67,9 @@ class Shown:
         seconds = time.perf_counter() - self._begin
         suite = document.suite(self.scene.stem, self._begun, seconds)
         output.show(
-            self.as_json, document.numbers, lambda console: print_document(console, document)
+            self.as_json,
+            document.numbers,
+            lambda console: print_document(console, document, every=self.every),
         )
         output.write_file("Plot", self.plot, lambda path: figures.plot_document(document, path))
         output.write_file(

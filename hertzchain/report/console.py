@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import re
+import textwrap
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
 
@@ -45,6 +47,26 @@ def table(
     return drawn
 
 
+# Commands within sentences, which are for copying.
+_COMMAND = re.compile(
+    r"`[^`]+`|pip install ('[^']+'|\"[^\"]+\"|\S+)"
+    r"|hertzchain [a-z]+( (SCENE|DECK|FILE|--[\w-]+|[\w./-]+\.\w+))*"
+)
+_KEPT = "\N{NO-BREAK SPACE}"  # stands for the spaces of a command while lines are broken
+
+
+def print_prose(console: Console, text: str, label: str = "", style: str = "") -> None:
+    """Print a sentence, after a label in a style, in lines that end between words.
+
+    No line ends within a command, even where that makes it longer than the terminal.
+    """
+    kept = _COMMAND.sub(lambda found: found[0].replace(" ", _KEPT), label + text)
+    lines = textwrap.fill(kept, console.width, break_long_words=False, break_on_hyphens=False)
+    shown = Text(lines.replace(_KEPT, " "))
+    shown.stylize(style, 0, len(label))
+    console.print(shown, soft_wrap=True)
+
+
 def plain_text(show: Callable[[Console], object], width: int = 120) -> str:
     """Return the text that a function prints on a console, without colours."""
     from rich.console import Console
@@ -54,13 +76,15 @@ def plain_text(show: Callable[[Console], object], width: int = 120) -> str:
     return "\n".join(line.rstrip() for line in text.getvalue().splitlines())
 
 
-def print_run(console: Console, result: Result, others: str = "shown by --json") -> None:
+def print_run(
+    console: Console, result: Result, others: str = "shown by --all", every: bool = False
+) -> None:
     """Print the main results of a run: peaks of the transition, p, F_SW, speed, error, cost.
 
-    ``others`` says where the peaks of all other contacts are.
+    ``others`` says where the peaks of all other contacts are; ``every``: all are printed.
     """
     console.print(describe(result.scene), style="bold")
-    shown = shown_contacts(result)
+    shown = result.contact.tolist() if every else shown_contacts(result)
     static = result.static_force
     first = result.first_pulses
     rows = [
@@ -252,18 +276,23 @@ def _predicted_facts(prediction: Prediction) -> list[tuple[str, str]]:
     return facts
 
 
-def print_document(console: Console, document: Document, others: str = "shown by --json") -> None:
-    """Print the peaks of the transition, the checks, the verdict, and where to find the rest."""
+def print_document(
+    console: Console, document: Document, others: str | None = None, every: bool = False
+) -> None:
+    """Print the peaks of the transition, the checks, the verdict, and where to find the rest.
+
+    ``others`` says where the peaks of all other contacts are; ``every``: all are printed.
+    """
     native, peaks = document.native, document.peaks
     console.print(describe(native.scene), style="bold", end="\n\n")
     console.print(peaks.heading)
     rows = [
         [Text(cell, _STYLES[cell]) if cell in _STYLES else cell for cell in peaks.row(k)]
-        for k in peaks.shown
+        for k in (range(native.contact.size) if every else peaks.shown)
     ]
     console.print(table((label for label, _ in peaks.columns), rows))
-    left = native.contact.size - len(peaks.shown)
-    print_left_out(console, left, native.contact[-1], others)
+    has_all = "shown by --all" if document.command == "compare" else "shown by --json"
+    print_left_out(console, native.contact.size - len(rows), native.contact[-1], others or has_all)
     console.print()
     answers = document.answers
     if answers is not None:
@@ -271,11 +300,12 @@ def print_document(console: Console, document: Document, others: str = "shown by
     if document.facts:
         print_facts(console, document.facts)
     for remark in (*document.formulas, *document.similar):
-        console.print(f"{remark}.")
+        print_prose(console, f"{remark}.")
     if document.findings:
         _print_findings(console, document)
     if document.cause is not None:
-        console.print(f"\nLikely cause: {document.cause}.")
+        console.print()
+        print_prose(console, f"Likely cause: {document.cause}.")
     _print_remarks(console, document.hint, *document.remarks, *native.warnings)
     if document.checks:
         _print_checks(console, document)
@@ -317,10 +347,10 @@ def _print_checks(console: Console, document: Document) -> None:
     for check in checks:
         if not check.passed:
             why = check.reason if check.measured is None else f"out of tolerance ({check.reason})"
-            console.print(Text(check.name, "red") + Text(f": {why}", ""))
+            print_prose(console, f": {why}", check.name, "red")
     for check in checks:
         if check.remark:
-            console.print(f"{check.name}: {check.remark}.")
+            print_prose(console, f"{check.name}: {check.remark}.")
 
 
 def print_left_out(
@@ -343,7 +373,8 @@ def print_facts(console: Console, facts: Iterable[tuple[str, str]]) -> None:
 def _print_remarks(console: Console, *remarks: str | None) -> None:
     for remark in remarks:
         if remark:
-            console.print(f"\n{_capitalised(remark)}.")
+            console.print()
+            print_prose(console, f"{_capitalised(remark)}.")
 
 
 def _capitalised(remark: str) -> str:

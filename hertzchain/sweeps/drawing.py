@@ -28,6 +28,7 @@ from hertzchain.sweeps.selection import (
     full_name,
     names_of_columns,
     selected_rows,
+    varied_names,
 )
 
 if TYPE_CHECKING:
@@ -69,9 +70,9 @@ def draw(
     """
     from hertzchain.report.picture import Picture
 
-    columns = names_of_columns(sweep.manifest)
-    x, y = full_name(x, columns), full_name(y, columns)
-    colour = None if colour is None else full_name(colour, columns)
+    known = names_of_columns(sweep.manifest), varied_names(sweep.manifest)
+    x, y = full_name(x, *known), full_name(y, *known)
+    colour = None if colour is None else full_name(colour, *known)
     for name in (x, y):
         allowed = "is text: --x and --y must be columns of numbers, text is for --colour"
         require(name not in TEXT, name, None, allowed)

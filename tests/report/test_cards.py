@@ -268,7 +268,7 @@ def console() -> Console:
 
 def text_on(screen: Console) -> list[str]:
     text = screen.file.getvalue()  # type: ignore[attr-defined]
-    return [line.rstrip() for line in text.replace("shown by --json", "in to_frame()").splitlines()]
+    return [line.rstrip() for line in text.replace("shown by --all", "in to_frame()").splitlines()]
 
 
 def test_a_result_is_printed_as_run_does(result: hc.Result) -> None:

@@ -444,6 +444,11 @@ def test_the_section_may_be_left_out() -> None:
     assert [full_name(name) for name in ("F0", "n", "N")] == [
         *("shock.peak_force", "shock.duration_ratio", "chain.granules")
     ]
+    both = ["chain.young_modulus", "wall.young_modulus"]
+    assert full_name("young_modulus", both, ["wall.young_modulus"]) == both[1]
+    for varied in ([], both):
+        with pytest.raises(hc.HertzchainError, match="is in several sections: name one of"):
+            full_name("young_modulus", both, varied)
     with pytest.raises(hc.HertzchainError, match=r"did you mean shock.momentum_ratio\?$"):
         full_name("shock.momentum_ration")
     assert len({name.partition(".")[2] or name for name in COLUMNS}) == len(COLUMNS)
