@@ -46,6 +46,7 @@ def compare(
     every: options.EveryContact = False,
     as_json: options.AsJson = False,
     plot: options.Plot = None,
+    size: options.Size = None,
     report: options.Report = None,
     junit: options.Junit = None,
     results: Annotated[str | None, typer.Option(hidden=True)] = None,
@@ -61,7 +62,7 @@ def compare(
     if results or deck or moved:
         raise HertzchainError(_where_to_go(str(scene), results, deck))
     names = dict.fromkeys(["native", *map(str, backend or compared_by_default())])
-    shown = Shown(scene, (), as_json, plot, report, junit, every)
+    shown = Shown(scene, (), as_json, plot, report, junit, every, size)
     with_lammps = "lammps" in names
     options.refuse_without_need(with_lammps, isolate=isolate, lmp=lmp, ranks=ranks)
     loaded = options.load_scene(scene)
@@ -73,7 +74,7 @@ def compare(
         own["lammps"] |= options.lammps_options(isolate, lmp, ranks)
     engines = [ENGINES[name].make(time_limit=limit, **own[name]) for name in names]
     with output.progress() as report_progress, output.compiling(report_progress):
-        record = None if report is None else record_times(loaded)
+        record = record_times(loaded) if report or plot else None
         compared = comparison.compare(
             loaded, engines, record=record, as_written=as_written, progress=report_progress
         )

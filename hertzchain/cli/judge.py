@@ -48,6 +48,7 @@ def judge(
     time_limit: options.TimeLimit = "1 h",
     as_json: options.AsJson = False,
     plot: options.Plot = None,
+    size: options.Size = None,
     report: options.Report = None,
     junit: options.Junit = None,
 ) -> None:
@@ -55,7 +56,7 @@ def judge(
     from hertzchain.report.judgement import of_judgement
     from hertzchain.verdict.results import judging
 
-    shown = Shown(scene, results, as_json, plot, report, junit)
+    shown = Shown(scene, results, as_json, plot, report, junit, size=size)
     columns = options.by_name("--column", column or [], "peak_force=F")
     step, limit = options.to_seconds("--dt", dt), options.to_time_limit(time_limit)
     loaded = options.load_scene(scene)

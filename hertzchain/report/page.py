@@ -1,10 +1,11 @@
-"""Verdicts as pages: one file of HTML, with Plotly inlined, that needs no network."""
+"""Runs and verdicts as pages: one file of HTML that needs no network."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,16 +13,20 @@ from hertzchain.errors import OutputError
 from hertzchain.files import write_text
 from hertzchain.report.document import Document, Table
 from hertzchain.report.facts import describe, difference, shown_contacts
-from hertzchain.report.page_plots import LONG, difference_plot, peak_plot, plotted_contacts
-from hertzchain.report.waterfall import waterfall, why_no_waterfall
+from hertzchain.report.waterfall import why_no_waterfall
 
 if TYPE_CHECKING:
+    from markupsafe import Markup
+
+    from hertzchain.report.picture import Picture
     from hertzchain.verdict.check import Check
 
 TEMPLATES = Path(__file__).parent / "templates"
 
 _ROWS = 10_000  # most rows of a table, a megabyte; all further numbers are in the page's JSON
 _UNDIVIDED = 30  # most contacts in a single table
+_NARROW, _LOWER = 3.8, 0.9  # width of the figure on a phone [inches]; its height over the wide one
+_FOLDED = 200  # rows from which on a table is folded
 
 
 @dataclass(frozen=True)
@@ -64,14 +69,12 @@ def _peak_tables(document: Document) -> list[Table]:
 
 def page_of(document: Document, file: str = "scene.toml", given: str = "") -> str:
     """Return a document as an HTML page, with the names of the files of scene and given peaks."""
-    native, results = document.native, document.results
-    plotted = plotted_contacts(document)
-    waves = waterfall(results)
-    plots = [peak_plot(document, plotted), difference_plot(document, plotted)]
-    plots += [] if waves is None else [waves]
+    from hertzchain.report.figures import figure_of
+
+    native = document.native
     texts = native.scene.to_texts(Path("scene.toml"))
     versions: dict[str, str] = {}
-    for result in results.values():
+    for result in document.results.values():
         versions |= result.numbers()["provenance"]
     return render(
         "verdict.html.jinja",
@@ -82,10 +85,10 @@ def page_of(document: Document, file: str = "scene.toml", given: str = "") -> st
             "given": given,
             "verdict": document.verdict,
             "it": document,
-            "plots": {plot.name: plot for plot in plots},
-            "no_waterfall": why_no_waterfall(native),
+            "pictures": pictures(partial(figure_of, document)),
+            "caption": _caption(document),
             "peaks": _peak_tables(document),
-            "long": LONG,
+            "long": _FOLDED,
             "rows": [_check_row(check) for check in document.checks],
             "texts": [(path.name, text) for path, text in reversed(texts.items())],
             "versions": list(versions.items()),
@@ -97,12 +100,44 @@ def page_of(document: Document, file: str = "scene.toml", given: str = "") -> st
     )
 
 
+def pictures(draw: Callable[..., Picture]) -> list[Markup]:
+    """Return a figure as SVG for a wide and a narrow window; ``draw`` takes its size [inches]."""
+    from markupsafe import Markup
+
+    wide = draw()
+    narrow = draw(size=(_NARROW, wide.get_figheight() * _LOWER))
+    shown = {"wide": wide, "narrow": narrow}
+    return [Markup(figure.inline(name)) for name, figure in shown.items()]  # noqa: S704
+
+
+def _caption(document: Document) -> str:
+    """Return sentences on what the figure of a document shows."""
+    native = document.native
+    from hertzchain.report.figures import panels_of
+
+    panels, p = panels_of(document), native.transition_granules
+    said = ["Contact i lies between granules i \u2212 1 and i."]
+    if p is not None:
+        said.append(f"p = {p} is the number of granules in the transition.")
+    if document.absent:
+        said.append(f"{' and '.join(document.absent)}: not run.")
+    if "differences" in panels:
+        said.append(
+            "Differences are relative and without their sign; lines are what each simulation says"
+            " of its own error, at most. Exact agreement is not drawn on the logarithmic scale."
+        )
+    if "stacked" in panels:
+        said.append("Forces over time stand one above the other, each with its exact peak.")
+    elif "forces" not in panels:
+        said.append(f"Forces over time are not drawn: {why_no_waterfall(native)}.")
+    return " ".join(said)
+
+
 def render(template: str, content: Mapping[str, Any], templates: Sequence[Path] = ()) -> str:
     """Fill a template, from here or another folder, with content, which is escaped."""
     from importlib.metadata import version
 
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
-    from plotly.offline import get_plotlyjs
 
     environment = Environment(
         loader=FileSystemLoader([*templates, TEMPLATES]),
@@ -115,7 +150,6 @@ def render(template: str, content: Mapping[str, Any], templates: Sequence[Path] 
     environment.policies["json.dumps_kwargs"] = compact
     return environment.get_template(template).render(
         content,
-        plotly=get_plotlyjs(),
         version=version("hertzchain"),
         date=f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC",
     )

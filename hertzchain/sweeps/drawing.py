@@ -12,15 +12,14 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError, SceneError, require
+from hertzchain.report.facts import MULTIPLES, in_prefixed
 from hertzchain.sweeps.columns import TEXT, column_named, is_whole
 from hertzchain.sweeps.looks import (
-    SMALL,
     colour_bar,
     is_log,
     legend,
     looks_of,
     set_scale,
-    with_small_letters,
 )
 from hertzchain.sweeps.selection import (
     Drawable,
@@ -68,7 +67,7 @@ def draw(
     a number selects the nearest value of the sweep, if both agree to three digits. ``size`` is
     width and height [inches].
     """
-    from hertzchain.report.picture import Picture
+    from hertzchain.report.picture import Picture, fit_letters
 
     known = names_of_columns(sweep.manifest), varied_names(sweep.manifest)
     x, y = full_name(x, *known), full_name(y, *known)
@@ -79,17 +78,15 @@ def draw(
     require(colour != "failure", "failure", None, "is a sentence and cannot be a colour")
     require(len({x, y, colour}) == 3, x if x in (y, colour) else y, None, "given twice")
     rows = selected_rows(sweep, (x, y), colour, where or {})
-    figure = Picture(figsize=size, layout="constrained", dpi=150)
+    figure = Picture(size)
     axes = figure.subplots()
     if y in rows.left:
         drawn = _draw_map(axes, rows, x, y, colour)
     else:
         drawn = _draw_lines(axes, rows, x, y, colour or rows.default_colour)
-    axes.set(xlabel=column_named(x).label, ylabel=column_named(y).label)
     set_scale(rows, x, axes.set_xscale, axes.xaxis)
     set_scale(rows, y, axes.set_yscale, axes.yaxis)
-    if size[0] < SMALL:
-        with_small_letters(figure)
+    fit_letters(figure)
     remarks = (*rows.remarks, *drawn)
     if remarks:
         figure.supxlabel(
@@ -103,6 +100,8 @@ def draw(
 
 def _set_title(figure: Figure, axes: Axes, title: str, width: float) -> bool:
     """Draw a title on lines that the picture [inches] has room for, or none; return whether."""
+    from hertzchain.report.picture import SMALL
+
     engine = figure.get_layout_engine()
     assert engine is not None
     size = "medium" if width >= SMALL else "small"
@@ -141,7 +140,7 @@ def _draw_lines(axes: Axes, rows: Rows, x: str, y: str, colour: str | None) -> l
     elif looks := looks_of(rows.column[colour], colour):
         for value, look in looks.items():
             _draw_points(axes, rows, x, y, look, rows.column[colour] == value)
-        legend(axes, colour)
+        legend(axes, rows.column[colour], colour)
     else:
         _draw_coloured(axes, rows, x, y, colour)
     return (
@@ -197,7 +196,7 @@ def _draw_each(
             look["drawstyle"] = "steps-mid"
         axes.plot(at[order], to[order], **({"linewidth": 1.2} | look))
     if looks and colour is not None:
-        legend(axes, colour)
+        legend(axes, rows.column[colour], colour)
 
 
 def _draw_points(
@@ -298,11 +297,20 @@ _SHOCKS = {"table": "pulse table", "piston": "piston", "sine": "sine"}  # else "
 def _title(rows: Rows, shown: set[str | None]) -> str:
     """Return a title with the parameters that are the same in all of the picture."""
     said = [
-        _SHOCKS.get(value, column_named(name).title.format(value))
+        _SHOCKS.get(value) or _in_title(column_named(name).title, value)
         for name, value in rows.fixed.items()
         if name not in shown and value == value  # noqa: PLR0124
     ]
     return ", ".join(said)
+
+
+def _in_title(title: str, value: Any) -> str:
+    """Return the words of a title for a value, in a multiple of its unit that reads."""
+    before, number, after = title.partition("{:.4g} ")
+    unit, _, end = after.partition(" ")
+    if not number or unit not in MULTIPLES:
+        return title.format(value)
+    return f"{before}{in_prefixed(float(value), unit)} {end}".rstrip()
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -129,7 +129,7 @@ def test_the_other_measure_of_a_pulse_has_lines_too(grid: hc.Sweep) -> None:
     table = grid.to_frame()
     for n, (x, _) in zip((4, 2, 9), drawn_lines(drawn.figure), strict=True):
         np.testing.assert_array_equal(x, table["shock.rise_time"][table[N] == n])
-    assert drawn.figure.axes[0].get_xlabel() == "rise time t0 [s]"
+    assert drawn.figure.axes[0].get_xlabel() == "rise time t0 [µs]"
     assert drawn.remarks == ()
 
 
