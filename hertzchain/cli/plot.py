@@ -23,7 +23,8 @@ def plot(
         typer.Option(
             "--x",
             metavar="NAME",
-            help="A column of numbers, such as shock.momentum_ratio; the section may be left out.",
+            help="A column of numbers, such as shock.momentum_ratio; the section may be left out."
+            " contact: along the chain, of a sweep with --peaks.",
         ),
     ],
     y: Annotated[

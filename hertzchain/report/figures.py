@@ -109,19 +109,20 @@ def _title(document: Document) -> str:
     return f"{describe(native.scene)}\n{by}"
 
 
-def plot_tradeoff(tradeoffs: Sequence[Tradeoff], path: Path | str) -> None:
+def plot_tradeoff(
+    tradeoffs: Sequence[Tradeoff], path: Path | str, size: tuple[float, float] | None = None
+) -> None:
     """Draw error against wall time, a line for each contender, and the frontier.
 
     Of several scenes medians are drawn, and the range of the errors.
     """
-    from matplotlib.figure import Figure
-
+    from hertzchain.report.picture import SMALL, Picture, fit_letters, in_units
     from hertzchain.verdict.contenders import NUMPY
     from hertzchain.verdict.tradeoff import frontier, typical
 
     points = typical(tradeoffs)
     known = max(one.truth_error for one in tradeoffs)
-    figure = Figure(figsize=(10.5, 6.5), layout="constrained", dpi=100)
+    figure = Picture(size or (10.5, 6.5))
     axes = figure.subplots()
     axes.set(xscale="log", yscale="log")
     _draw_frontier(axes, frontier([p.row for p in points if p.row.self_contained], known), known)
@@ -161,13 +162,16 @@ def plot_tradeoff(tradeoffs: Sequence[Tradeoff], path: Path | str) -> None:
         ha="right", va="center", transform=axes.get_yaxis_transform(),
     )  # fmt: skip
     axes.set_ylim(known / 10, None)
-    axes.set(xlabel="wall time [s]", ylabel="largest relative error of the peaks")
+    axes.set_ylabel("largest relative error of the peaks")
+    in_units(axes.xaxis, "wall time [s]")
     title = f"{len(tradeoffs)} scenes, medians and the range of the errors"
     if len(tradeoffs) == 1:
         title = describe(tradeoffs[0].scene)
-    axes.set_title(f"What accuracy costs: {title}", fontsize=10)
+    if figure.get_figwidth() >= SMALL:
+        axes.set_title(f"What accuracy costs: {title}", fontsize=10)
     axes.grid(alpha=0.25)
-    figure.legend(loc="outside right center", fontsize=8, frameon=False)
+    figure.legend(loc="outside right center", fontsize="x-small", frameon=False)
+    fit_letters(figure)
     write_with(path, figure.savefig)
 
 

@@ -34,10 +34,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from hertzchain.report.picture import Picture
+
 
 SIZE = (8.0, 5.0)  # width and height by default [inches]
 _LETTERS, _LETTERS_OF_TITLE = 15, 11  # letters in an inch of width: remarks, title
 _LEAST_TITLE = 12  # letters of the narrowest title (chosen)
+_KEPT = "\N{NO-BREAK SPACE}"  # stands for spaces at which a title is not broken
 _LEAST_HEIGHT = 0.4  # of the picture for the axes; with less the title is left out (chosen)
 _MOST_LINES = 1000  # most lines, chosen: more cannot be told apart, and each costs a millisecond
 _MOST_MARKED = 60  # most points of a line with markers; more would overlap
@@ -48,7 +51,7 @@ _MOST_VECTORS = 5000  # number of points from which PDF and SVG contain a bitmap
 class Drawn:
     """A picture of a sweep, with sentences on what it omits, which also stand below it."""
 
-    figure: Figure
+    figure: Picture
     remarks: tuple[str, ...]
 
 
@@ -65,10 +68,12 @@ def draw(
     It is a map where ``y`` is a parameter that varies. ``colour`` is a column; the default is the
     backend where there are several. ``where`` selects rows by values of parameters or ``backend``;
     a number selects the nearest value of the sweep, if both agree to three digits. ``size`` is
-    width and height [inches].
+    width and height [inches]. Where the peaks of all contacts were kept, ``x`` may be ``contact``.
     """
-    from hertzchain.report.picture import Picture, fit_letters
+    from hertzchain.report.picture import Picture
 
+    if x == "contact":
+        return _draw_chains(Picture(size), sweep, y, colour, where or {})
     known = names_of_columns(sweep.manifest), varied_names(sweep.manifest)
     x, y = full_name(x, *known), full_name(y, *known)
     colour = None if colour is None else full_name(colour, *known)
@@ -86,13 +91,21 @@ def draw(
         drawn = _draw_lines(axes, rows, x, y, colour or rows.default_colour)
     set_scale(rows, x, axes.set_xscale, axes.xaxis)
     set_scale(rows, y, axes.set_yscale, axes.yaxis)
+    return _finished(figure, rows, drawn, {x, y, colour})
+
+
+def _finished(figure: Picture, rows: Rows, said: Sequence[str], shown: set[str | None]) -> Drawn:
+    """Add the title of a picture, and what it omits below it."""
+    from hertzchain.report.picture import fit_letters
+
+    axes, size = figure.axes[0], figure.get_size_inches()
     fit_letters(figure)
-    remarks = (*rows.remarks, *drawn)
+    remarks = (*rows.remarks, *said)
     if remarks:
         figure.supxlabel(
             textwrap.fill("; ".join(remarks), int(_LETTERS * size[0])), fontsize=7, color="0.35"
         )
-    title = _title(rows, {x, y, colour})
+    title = _title(rows, shown)
     if not _set_title(figure, axes, title, size[0]):
         remarks = (*remarks, f"the picture has no room for its title: {title}")
     return Drawn(figure, remarks)
@@ -105,8 +118,10 @@ def _set_title(figure: Figure, axes: Axes, title: str, width: float) -> bool:
     engine = figure.get_layout_engine()
     assert engine is not None
     size = "medium" if width >= SMALL else "small"
+    kept = ", ".join(part.replace(" ", _KEPT) for part in title.split(", "))
     for letters in range(int(_LETTERS_OF_TITLE * width), _LEAST_TITLE, -3):
-        axes.set_title(textwrap.fill(title, letters), fontsize=size)
+        lines = textwrap.fill(kept, letters, break_long_words=False)
+        axes.set_title(lines.replace(_KEPT, " "), fontsize=size)
         engine.execute(figure)
         drawn = axes.title.get_window_extent()
         if figure.bbox.x0 <= drawn.x0 and drawn.x1 <= figure.bbox.x1:
@@ -223,6 +238,45 @@ def _draw_coloured(axes: Axes, rows: Rows, x: str, y: str, colour: str) -> None:
         cmap=bar.cmap,
         rasterized=values.size > _MOST_VECTORS,
     )
+
+
+_ALONG = {"peak_force_N": "peak force [N]", "peak_time_s": "time of the peak [s]"}
+"""Columns of the table of all contacts, and their labels."""
+
+
+def _draw_chains(
+    figure: Picture, sweep: Drawable, y: str, colour: str | None, where: Mapping[str, Any]
+) -> Drawn:
+    """Draw the peaks of all contacts along the chain, a line for each scene and backend."""
+    from hertzchain.report.picture import at_whole_numbers, in_units
+
+    require(y in _ALONG, y, None, f"must be one of {', '.join(_ALONG)} where --x is contact")
+    known = names_of_columns(sweep.manifest), varied_names(sweep.manifest)
+    several = [axis["name"] for axis in sweep.manifest["vary"]]
+    colour = full_name(colour, *known) if colour else several[0]
+    rows = selected_rows(sweep, ("scene",), colour, where)
+    peaks = sweep.peaks_to_frame().groupby(["scene", "backend"], observed=True)
+    values = rows.column[colour]
+    require(values.size <= _MOST_LINES, "--where", None, "must leave 1,000 lines at most")
+    axes = figure.subplots()
+    looks = looks_of(values, colour)
+    bar: Any = None if looks else colour_bar(axes, rows, colour)
+    for row, value in enumerate(values):
+        chain = peaks.get_group((rows.column["scene"][row], rows.column["backend"][row]))
+        look = dict(looks[value]) if looks else {"color": bar.to_rgba(value)}
+        look |= {"marker": ""} if len(chain) > _MOST_MARKED else {}
+        if value in values[:row]:
+            look.pop("label", None)
+        axes.plot(chain["contact"], chain[y], **({"linewidth": 1.2} | look))
+    axes.grid(alpha=0.3)
+    axes.xaxis.set_major_locator(at_whole_numbers())
+    if looks:
+        legend(axes, values, colour)
+    in_units(axes.xaxis, "contact")
+    in_units(axes.yaxis, _ALONG[y])
+    hidden = _listed(rows.hidden(colour))
+    said = [f"{hidden}, too: lines of all values are drawn"] if hidden else []
+    return _finished(figure, rows, said, {colour})
 
 
 # Maps

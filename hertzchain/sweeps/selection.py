@@ -54,6 +54,9 @@ class Drawable(Protocol):
     def to_frame(self, columns: Sequence[str] | None = None) -> pandas.DataFrame:
         """Return a table with one row per scene and backend."""
 
+    def peaks_to_frame(self) -> pandas.DataFrame:
+        """Return a table with one row per scene, backend and contact."""
+
 
 def full_name(name: str, columns: Sequence[str] = COLUMNS, varied: Collection[str] = ()) -> str:
     """Return the full name of a column, given with or without its section, or as in the paper.
@@ -123,7 +126,7 @@ class Rows:
 
 
 def selected_rows(
-    sweep: Drawable, numbers: tuple[str, str], colour: str | None, where: Mapping[str, Any]
+    sweep: Drawable, numbers: Sequence[str], colour: str | None, where: Mapping[str, Any]
 ) -> Rows:
     """Select the rows of a sweep that have the numbers and the wanted values."""
     manifest = sweep.manifest
