@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any
 from hertzchain.errors import OutputError
 from hertzchain.files import write_text
 from hertzchain.report.document import Document, Table
-from hertzchain.report.facts import describe, difference, shown_contacts
-from hertzchain.report.waterfall import why_no_waterfall
+from hertzchain.report.facts import describe, difference
 
 if TYPE_CHECKING:
     from markupsafe import Markup
@@ -23,10 +22,8 @@ if TYPE_CHECKING:
 
 TEMPLATES = Path(__file__).parent / "templates"
 
-_ROWS = 10_000  # most rows of a table, a megabyte; all further numbers are in the page's JSON
-_UNDIVIDED = 30  # most contacts in a single table
+_ROWS = 200  # most rows of a table; all further numbers are in the page's JSON
 _NARROW, _LOWER = 3.8, 0.9  # width of the figure on a phone [inches]; its height over the wide one
-_FOLDED = 200  # rows from which on a table is folded
 
 
 @dataclass(frozen=True)
@@ -46,25 +43,15 @@ def _check_row(check: Check) -> CheckRow:
     return CheckRow(check.passed, check.name, check.reason, [*numbers, *off])
 
 
-def _peak_tables(document: Document) -> list[Table]:
-    """Return tables of the transition and of the rest; a single table for a short chain."""
-    native, row = document.native, document.peaks.row
+def _peak_table(document: Document) -> Table:
+    """Return the table of peaks, of the first contacts in a long chain."""
     header = [f"{label} {unit}".strip() for label, unit in document.peaks.columns]
-    size, first = native.contact.size, len(shown_contacts(native))
+    size = document.native.contact.size
+    rows = [document.peaks.row(k) for k in range(min(size, _ROWS))]
     caption = "Peak force of each contact"
-    if size <= _UNDIVIDED or first >= size:
-        return [Table(caption, header, [row(k) for k in range(size)], 0)]
-    left = [row(k) for k in range(first, min(size, first + _ROWS))]
-    p = native.transition_granules
-    of_transition = "the first contacts" if p is None else "the transition and the contact after it"
-    rest = f"{size - first:,} further contacts, {native.contact[first]} to {native.contact[-1]}"
-    if len(left) < size - first:
-        rest += f"; here to {left[-1][0]}, the rest is in the JSON"
-    told = [at for at in range(len(header)) if any(cells[at] for cells in left)]
-    return [
-        Table(f"{caption}: {of_transition}", header, [row(k) for k in range(first)], 0),
-        Table(rest, [header[at] for at in told], [[cells[at] for at in told] for cells in left], 0),
-    ]
+    if size > _ROWS:
+        caption = f"Peak force of the first {_ROWS} of {size:,} contacts; all are in the JSON"
+    return Table(caption, header, rows, 0)
 
 
 def page_of(document: Document, file: str = "scene.toml", given: str = "") -> str:
@@ -87,8 +74,7 @@ def page_of(document: Document, file: str = "scene.toml", given: str = "") -> st
             "it": document,
             "pictures": pictures(partial(figure_of, document)),
             "caption": _caption(document),
-            "peaks": _peak_tables(document),
-            "long": _FOLDED,
+            "peaks": _peak_table(document),
             "rows": [_check_row(check) for check in document.checks],
             "texts": [(path.name, text) for path, text in reversed(texts.items())],
             "versions": list(versions.items()),
@@ -129,7 +115,8 @@ def _caption(document: Document) -> str:
     if "stacked" in panels:
         said.append("Forces over time stand one above the other, each with its exact peak.")
     elif "forces" not in panels:
-        said.append(f"Forces over time are not drawn: {why_no_waterfall(native)}.")
+        why = "no motion was recorded" if native.history is None else "it has too few times"
+        said.append(f"Forces over time are not drawn: {why}.")
     return " ".join(said)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,15 +15,7 @@ from hertzchain.report.document import Document
 from hertzchain.report.facts import in_prefixed
 from hertzchain.report.motion import recorded
 from hertzchain.report.picture import at_whole_numbers, in_units, legend_above
-from hertzchain.report.waterfall import (
-    AROUND,
-    CURVES,
-    drawn_contacts,
-    gaps,
-    shock_times,
-    wave_time,
-    with_peak,
-)
+from hertzchain.report.waterfall import CURVES, drawn_contacts, with_peak
 from hertzchain.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -240,37 +232,26 @@ def draw_stacked(axes: Axes, document: Document) -> None:
     scene, time = native.scene, recorded(native).time
     box = axes.get_position().height * axes.figure.get_figheight()  # type: ignore[union-attr]
     drawn = drawn_contacts(native, int(np.clip(box / _LINE, 2, CURVES)))
-    # The waves of a long chain are as narrow as lines: each is drawn around its own peak.
-    long = bool(np.any(gaps(time)))
-    around = AROUND * wave_time(scene)
     largest = max(float(np.max(native.peak_force)), scene.peak_force)
-
-    def draw(place: int, curve: tuple[FloatArray, FloatArray], peak: float, **look: Any) -> None:
-        at, force = curve
-        inside = np.abs(at - peak) <= around if long else np.ones(at.size, bool)
-        axes.plot(
-            (at - peak if long else at)[inside], place + _HIGH / largest * force[inside], **look
-        )
-
+    scale = _HIGH / largest
     if scene.ramps:
-        at = shock_times(scene)
-        applied = scene.applied_force(at)
-        look: dict[str, Any] = {"color": "0.6", "linewidth": 1.0, "label": "applied force"}
-        draw(0, (at, applied), float(at[np.argmax(applied)]), **look)
+        applied = scale * scene.applied_force(time)
+        axes.plot(time, applied, color="0.6", linewidth=1.0, label="applied force")
     for key, result in document.results.items():
         if result.history is None:
             continue
-        look = {"color": style.COLOURS[key], "linewidth": 1.0}
-        look |= {} if key == "native" else {"linestyle": "--", "linewidth": 1.2}
+        line, width = ("-", 1.0) if key == "native" else ("--", 1.2)
         for place, contact in enumerate(drawn, start=1):
-            label = style.LABELS[key] if place == 1 else "_"
-            peak = float(native.peak_time[contact - 2])
-            draw(place, with_peak(result, contact), peak, label=label, **look)
+            at, force = with_peak(result, contact)
+            axes.plot(
+                at, place + scale * force, color=style.COLOURS[key], linestyle=line,
+                linewidth=width, label=style.LABELS[key] if place == 1 else "_",
+            )  # fmt: skip
     first = "striker" if scene.striker else "piston" if scene.piston else "shock"
     axes.set_yticks(range(len(drawn) + 1), [first, *map(scene.contact_label, drawn)])
     axes.set(ylabel="contact", ylim=(-0.4, len(drawn) + _HIGH + 0.3))
-    axes.set_xlim(*((-around, around) if long else what_happens(native, drawn)))
-    in_units(axes.xaxis, "time before and after its peak [s]" if long else "time [s]")
+    axes.set_xlim(*what_happens(native, drawn))
+    in_units(axes.xaxis, "time [s]")
     axes.grid(alpha=0.25)
     _draw_scale(axes, largest)
     legend_above(axes)

@@ -28,7 +28,7 @@ from hertzchain.report.figures import figure_of
 from hertzchain.report.judgement import of_judgement
 from hertzchain.report.motion import at_times
 from hertzchain.report.page import check_page_format, page_of, write_page
-from hertzchain.report.waterfall import drawn_contacts, record_times, wave_time
+from hertzchain.report.waterfall import drawn_contacts, plot_times
 from hertzchain.verdict import deck_numbers
 from hertzchain.verdict.check import NOT_RUN, Check, Kind, unmeasured
 from tests.conftest import chromium, paper_scene
@@ -107,7 +107,7 @@ class Reader(HTMLParser):
 def compared() -> hc.Comparison:
     """A chain of 12, p = 5, and as if LAMMPS had found peaks one part in a million higher."""
     scene = paper_scene("cosine-triangular", 1.0, 2.0, granules=12)
-    found = hc.compare(scene, ["native"], record=record_times(scene))
+    found = hc.compare(scene, ["native"], record=plot_times(scene))
     return with_lammps(found)
 
 
@@ -190,24 +190,6 @@ def values_of(line: Line2D) -> tuple[FloatArray, FloatArray]:
     return np.asarray(x, np.float64), np.asarray(y, np.float64)
 
 
-def test_the_figure_has_the_numbers_of_the_json(compared: hc.Comparison) -> None:
-    rows = compared.rows
-    found = panels(compared)
-    named = lines_of(found["peak force"])
-    assert list(named) == ["native, reference", "LAMMPS", "Eq. 6", "Eq. 9"]
-    for name, key in zip(named, ("native_N", "lammps_N", "eq6_N", "eq9_N"), strict=True):
-        wanted = [np.nan if entry[key] is None else entry[key] for entry in rows]
-        np.testing.assert_array_equal(named[name].get_xdata(), [row["contact"] for row in rows])
-        np.testing.assert_array_equal(named[name].get_ydata(), wanted)
-    off = compared.results["lammps"].peak_force / compared.native.peak_force - 1
-    differences = found["relative difference"]
-    np.testing.assert_array_equal(differences.lines[0].get_ydata(), np.abs(off))
-    named = lines_of(differences)
-    assert values_of(named["LAMMPS, error estimate"])[1].tolist() == [2e-6] * 2
-    error = compared.native.error_estimate
-    assert values_of(named["reference, error estimate"])[1].tolist() == [error] * 2
-
-
 def test_stacked_forces_have_each_contact_with_its_exact_peak(compared: hc.Comparison) -> None:
     axes, native = panels(compared)["contact"], compared.native
     assert drawn_contacts(native) == list(range(2, 13))
@@ -233,18 +215,9 @@ def test_without_times_no_forces_are_drawn(compared: hc.Comparison) -> None:
     still = replace(compared, results=results)
     assert set(panels(still)) == {"peak force", "relative difference"}
     assert "not drawn: no motion was recorded" in Reader(comparison_page(still)).text
-
-
-def test_why_no_wave_is_drawn_is_said(compared: hc.Comparison) -> None:
-    """A single time is no curve."""
-    few = {
-        name: replace(found, history=None)
-        if found.history is None
-        else at_times(found, found.history.time[:1])
-        for name, found in compared.results.items()
-    }
+    few = {name: at_times(one, one.history.time[::40]) for name, one in compared.results.items()}  # type: ignore[union-attr]
     read = Reader(comparison_page(replace(compared, results=few)))
-    assert "not drawn: no contact has its peak within closely recorded times." in read.text
+    assert "not drawn: it has too few times." in read.text
 
 
 def test_peaks_on_a_static_load_have_an_axis_around_them(compared: hc.Comparison) -> None:
@@ -317,7 +290,7 @@ def test_a_failed_check_decides_whatever_is_missing_beside_it(compared: hc.Compa
 def test_a_scene_can_be_copied_and_run(compared: hc.Comparison, tmp_path: Path) -> None:
     pulse = hc.PulseTable((0.0, 2e-5, 6e-5), (0.0, 100.0, 0.0), "<b>.csv")
     for scene in (compared.scene, replace(compared.scene, shock=pulse)):
-        found = hc.compare(scene, ["native"], record=record_times(scene))
+        found = hc.compare(scene, ["native"], record=plot_times(scene))
         page = comparison_page(found)
         texts = re.findall(r"<pre tabindex=\"0\">(.*?)</pre>", page, re.DOTALL)
         for name, text in zip(("scene.toml", "scene.csv"), texts, strict=False):
@@ -330,7 +303,7 @@ def test_a_scene_can_be_copied_and_run(compared: hc.Comparison, tmp_path: Path) 
 
 def test_contacts_that_are_never_pressed(compared: hc.Comparison) -> None:
     scene = replace(compared.scene, run=hc.Run(2e-5))
-    found = hc.compare(scene, ["native"], record=record_times(scene))
+    found = hc.compare(scene, ["native"], record=plot_times(scene))
     assert np.isnan(found.native.peak_time).any()
     read = Reader(comparison_page(with_lammps(found)))
     last = read.table("Peak force of each contact")[-1]
@@ -341,7 +314,7 @@ def test_contacts_that_are_never_pressed(compared: hc.Comparison) -> None:
 @pytest.fixture(scope="module")
 def long() -> hc.Comparison:
     scene = paper_scene("cosine", 0.5, 4.0, granules=1000)
-    return with_lammps(hc.compare(scene, ["native"], record=record_times(scene)))
+    return with_lammps(hc.compare(scene, ["native"], record=plot_times(scene)))
 
 
 def test_a_long_chain_shows_the_transition_first(long: hc.Comparison) -> None:
@@ -350,30 +323,22 @@ def test_a_long_chain_shows_the_transition_first(long: hc.Comparison) -> None:
     read = Reader(page)
     p = long.native.transition_granules
     assert p is not None
-    assert len(read.table("Peak force of each contact")) == 1 + p
-    rest = read.table(f"{999 - p} further contacts")
-    assert [int(cells[0]) for cells in rest[1:]] == list(range(p + 2, 1001))
-    assert "<details><summary>" in page
+    rows = read.table("Peak force of the first 200 of 999 contacts")
+    assert [int(cells[0]) for cells in rows[1:]] == list(range(2, 202))
+    assert len(read.data["numbers"]["rows"]) == 999
     found = panels(long)
     contacts, _ = values_of(lines_of(found["peak force"])["LAMMPS"])
     assert contacts.size < 200
     assert {2, p, p + 1, 1000} <= set(contacts.tolist())
     assert 15 <= len(drawn_contacts(long.native)) <= 20
-    # Each line is around its own peak, at zero.
-    for line in found["contact"].lines[1:]:
-        time, force = values_of(line)
-        unit = wave_time(long.native.scene)
-        assert time[int(np.argmax(force))] == pytest.approx(0.0, abs=0.1 * unit)
-        assert time.size > 15
 
 
 @pytest.mark.parametrize("granules", [2, 60, 150, 1000, 100_000, 5_000_000])
 def test_times_to_record_are_some_and_within_the_run(granules: int) -> None:
     for momentum_ratio in (1e-3, 0.5, 2.0, 300.0):
         scene = paper_scene("cosine", momentum_ratio, 4.0, granules)
-        times = record_times(scene)
-        assert 1 <= times.size <= 510
-        assert times.size * granules <= 1e7
+        times = plot_times(scene)
+        assert 2 <= times.size <= max(2, 4e6 / granules)
         assert np.all(np.diff(times) > 0)
         assert times[0] == 0
         assert times[-1] <= scene.end_time
