@@ -17,7 +17,6 @@ PACKAGE = Path(hc.__file__).parent
 HEAVY = {
     "ase",
     "jinja2",
-    "plotly",
     "pyarrow",
     "numpy",
     "scipy",

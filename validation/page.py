@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import base64
-import html
 import math
-import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,8 +14,8 @@ import hertzchain as hc
 from hertzchain.errors import OutputError
 from hertzchain.files import check_writable, write_text
 from hertzchain.report.document import Failure, Verdict
-from hertzchain.report.page import CheckRow, render
-from hertzchain.report.plotly import Plot, axis, layout
+from hertzchain.report.page import CheckRow, pictures, render
+from hertzchain.report.picture import Picture, fit_letters, legend_above
 from hertzchain.verdict.tradeoff import provenance
 from validation.rows import Row
 from validation.script import write_figure, write_table
@@ -103,7 +102,8 @@ def write_report(folder: Path, sections: Sequence[Section], document: dict[str, 
         "file": "",
         "verdict": Verdict(not failed, sentence, named, more),
         "sections": sections,
-        "overview": _overview(outcomes),
+        "overview": pictures(partial(_overview, outcomes)),
+        "caption": OVERVIEW,
         "few": _FEW,
         "versions": list(provenance().items()),
         "numbers": document,
@@ -136,54 +136,44 @@ def _times(entry: Row) -> float | None:
     return off / entry.tolerance if math.isfinite(off) and entry.tolerance > 0 else None
 
 
-def _overview(outcomes: Sequence[Outcome]) -> Plot:
-    """Every row: how far off it is, in tolerances, script by script."""
-    names = [outcome.name for outcome in outcomes]
-    traces = []
-    for passed, label, symbol, colour in (
-        (True, "passes", "circle-open", "#0072B2"),
+def _overview(outcomes: Sequence[Outcome], size: tuple[float, float] | None = None) -> Picture:
+    """Draw every row: how far off it is, in tolerances, script by script."""
+    figure = Picture(size or (8.0, 1.2 + 0.28 * len(outcomes)))
+    axes = figure.subplots()
+    for passed, label, marker, colour in (
+        (True, "passes", "o", "#0072B2"),
         (False, "fails", "x", "#D55E00"),
     ):
         points = [
-            (line, place, entry)
+            # Neighbours lie on seven heights, so that they do not cover one another.
+            (_drawn_at(entry), line + 0.1 * (place % 7 - 3))
             for line, outcome in enumerate(outcomes)
             for place, entry in enumerate(outcome.rows)
             if entry.passed == passed
         ]
-        traces.append({
-            "type": "scatter", "mode": "markers", "name": label,
-            "x": [_drawn_at(entry) for _, _, entry in points],
-            # Neighbours lie on seven heights, so that they do not cover one another.
-            "y": [line + 0.1 * (place % 7 - 3) for line, place, _ in points],
-            "customdata": [
-                [names[line], _broken(_name(entry)), f"{entry.measured:.6g}",
-                 f"{entry.expected:.6g}", f"{entry.tolerance:.2g}", _broken(entry.reason)]
-                for line, _, entry in points
-            ],
-            "hovertemplate": "<b>%{customdata[0]}</b>: %{customdata[1]}<br>measured"
-            " %{customdata[2]}, expected %{customdata[3]}, tolerance %{customdata[4]}"
-            "<br>%{customdata[5]}<extra></extra>",
-            "marker": {"symbol": symbol, "color": colour, "size": 8, "line": {"width": 1.3}},
-        })  # fmt: skip
-    x = axis("difference / tolerance", type="log", exponentformat="power", tickangle=0)
-    y = axis("", tickvals=list(range(len(names))), ticktext=names)
-    y["range"] = [len(names) - 0.4, -0.6]
-    drawn = layout(x, y, 130 + 34 * len(names))
-    line = {"color": "#555", "width": 1}
-    drawn["shapes"] = [
-        {"type": "line", "x0": 1, "x1": 1, "y0": 0, "y1": 1, "yref": "paper", "line": line}
-    ]
-    return Plot(
-        "overview",
-        "The difference of every row in units of its tolerance, script by script; the numbers are"
-        " in the tables below.",
-        "Every row of every script: its difference in units of its tolerance, of which 1 (the line)"
-        " is the limit, except for planted mistakes, which have to be off. Differences below"
-        f" {_LEAST:g}, among them those of numbers that have to be met exactly, are drawn at"
-        f" {_LEAST:g}; rows without a number, and what is off by more, at {_MOST:g}.",
-        traces,
-        drawn,
-    )
+        look: dict[str, Any] = {
+            "marker": marker,
+            "color": colour,
+            "markersize": 4,
+            "fillstyle": "none",
+        }
+        x, y = zip(*points, strict=True) if points else ((), ())
+        axes.plot(x, y, linestyle="none", label=label, **look)
+    axes.axvline(1, color="0.35", linewidth=1)
+    axes.set_xscale("log")
+    axes.set(xlabel="difference / tolerance", ylim=(len(outcomes) - 0.4, -0.6))
+    axes.set_yticks(range(len(outcomes)), [outcome.name for outcome in outcomes])
+    legend_above(axes)
+    fit_letters(figure)
+    return figure
+
+
+OVERVIEW = (
+    "Every row of every script: its difference in units of its tolerance, of which 1 (the line) is"
+    " the limit, except for planted mistakes, which have to be off. Differences below"
+    f" {_LEAST:g}, among them those of numbers that have to be met exactly, are drawn at"
+    f" {_LEAST:g}; rows without a number, and what is off by more, at {_MOST:g}."
+)
 
 
 def _drawn_at(entry: Row) -> float:
@@ -191,8 +181,3 @@ def _drawn_at(entry: Row) -> float:
     if times is None:
         return _LEAST if entry.passed else _MOST
     return min(max(times, _LEAST), _MOST)
-
-
-def _broken(text: str, width: int = 70) -> str:
-    """Return text for a hover box, in lines, with escaped HTML."""
-    return "<br>".join(html.escape(line, quote=False) for line in textwrap.wrap(text, width))

@@ -24,7 +24,7 @@ _LONGEST = 60.0  # seconds until LAMMPS counts as hanging in a run that does lit
 
 PACKAGES = (
     *("hertzchain", "numpy", "scipy", "pandas", "matplotlib", "ase", "filelock"),
-    *("jinja2", "numba", "pint", "plotly", "rich", "tomli-w", "typer"),
+    *("jinja2", "numba", "pint", "rich", "tomli-w", "typer"),
 )
 
 OPTIONAL = (

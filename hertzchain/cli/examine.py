@@ -21,6 +21,7 @@ def examine(
     time_limit: options.TimeLimit = "1 h",
     as_json: options.AsJson = False,
     plot: options.Plot = None,
+    size: options.Size = None,
     report: options.Report = None,
     junit: options.Junit = None,
     fix: Annotated[
@@ -37,7 +38,7 @@ def examine(
     from hertzchain.report.examination import of_examination
     from hertzchain.verdict.deck import examine as examined
 
-    shown = Shown(scene, [deck], as_json, plot, report, junit)
+    shown = Shown(scene, [deck], as_json, plot, report, junit, size=size)
     check_outputs([scene, deck], [plot, report, junit, fix])
     given = options.by_name("--var", variables or [], "F0=100")
     limit = options.to_time_limit(time_limit)

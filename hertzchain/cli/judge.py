@@ -55,6 +55,7 @@ def judge(
     time_limit: options.TimeLimit = "1 h",
     as_json: options.AsJson = False,
     plot: options.Plot = None,
+    size: options.Size = None,
     report: options.Report = None,
     junit: options.Junit = None,
 ) -> None:
@@ -64,7 +65,7 @@ def judge(
     from hertzchain.verdict.traces.judging import judge_traces
     from hertzchain.verdict.traces.traces import is_traces, names_in
 
-    shown = Shown(scene, results, as_json, plot, report, junit)
+    shown = Shown(scene, results, as_json, plot, report, junit, size=size)
     columns = options.by_name("--column", column or [], "peak_force=F")
     step, limit = options.to_seconds("--dt", dt), options.to_time_limit(time_limit)
     loaded = options.load_scene(scene)

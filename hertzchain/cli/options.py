@@ -17,6 +17,7 @@ from hertzchain.errors import HertzchainError
 if TYPE_CHECKING:
     from hertzchain.scene.scene import Scene
 
+_LEAST, _LARGEST = 2, 50  # inches; chosen: room for the axes, and a poster
 _ODD_RATIO = 1e4  # LM_ratio that suggests a missing unit; chosen: a pulse of 33,000 natural units
 LMP = "HERTZCHAIN_LMP"  # environment variable that names a binary to run instead of the module
 
@@ -26,6 +27,7 @@ Backend = StrEnum("Backend", {name.upper(): name for name in ENGINES})  # type: 
 NATIVE = Backend("native")
 
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file (TOML).")]
+EveryContact = Annotated[bool, typer.Option("--all", help="Print every contact.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 Isolate = Annotated[
     bool,
@@ -52,6 +54,10 @@ LargestStep = Annotated[
     typer.Option(help='Instead of --rtol: the largest step, seconds or with a unit ("20 ns").'),
 ]
 
+Size = Annotated[
+    str | None,
+    typer.Option(metavar="WxH", help="Width and height of the picture in inches, such as 3.4x2.6."),
+]
 Plot = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Draw peaks and differences (png, pdf, svg).")
 ]
@@ -117,6 +123,23 @@ def to_seconds(option: str, given: str | None) -> float | None:
     from hertzchain.scene.quantities import to_si
 
     return None if given is None else to_si(option, given, "s")
+
+
+def to_inches(size: str | None) -> tuple[float, float] | None:
+    """Return the width and height that an option says, if it is given."""
+    if size is None:
+        return None
+    try:
+        width, height = (float(number) for number in size.lower().split("x"))
+        fits = all(_LEAST <= one <= _LARGEST for one in (width, height))
+    except ValueError:
+        fits = False
+    if not fits:
+        raise HertzchainError(
+            f"--size {size}: must be width and height from {_LEAST} to {_LARGEST} inches, such as"
+            " 3.4x2.6"
+        )
+    return width, height
 
 
 def to_window(option: str, given: str | None) -> tuple[float, float] | None:
@@ -202,6 +225,8 @@ NEEDS = {
     "record": "goes with -o FILE or --plot FILE",
     "window": "goes with --record N",
     "contacts": "goes with --plot FILE or --record N",
+    "size": "goes with --plot FILE",
+    "draw": "goes with --plot FILE",
     "coefficient": "goes with --scene FILE",
 }
 """Options that need another one, with that option."""

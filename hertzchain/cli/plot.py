@@ -9,11 +9,9 @@ from typing import Annotated
 
 import typer
 
-from hertzchain.cli.options import by_name
+from hertzchain.cli.options import Size, by_name, to_inches
 from hertzchain.cli.output import progress, say, write_file
 from hertzchain.errors import HertzchainError
-
-_LEAST, _LARGEST = 2, 50  # inches; chosen: room for the axes, and a poster
 
 
 def plot(
@@ -25,7 +23,8 @@ def plot(
         typer.Option(
             "--x",
             metavar="NAME",
-            help="A column of numbers, such as shock.momentum_ratio; the section may be left out.",
+            help="A column of numbers, such as shock.momentum_ratio; the section may be left out."
+            " contact: along the chain, of a sweep with --peaks.",
         ),
     ],
     y: Annotated[
@@ -58,12 +57,7 @@ def plot(
             "-o", "--output", metavar="FILE", help="Picture (png, pdf, svg). Default: OUT/plot.png."
         ),
     ] = None,
-    size: Annotated[
-        str | None,
-        typer.Option(
-            metavar="WxH", help="Width and height in inches, such as 3.4x2.6. Default: 8x5."
-        ),
-    ] = None,
+    size: Size = None,
     style: Annotated[
         str | None,
         typer.Option(
@@ -87,7 +81,7 @@ def plot(
     check_plot_format(target)
     check_outputs([folder / "sweep.json"], [target])
     fixed = by_name("--where", where or [], "shock.profile=cosine")
-    inches = SIZE if size is None else _inches(size)
+    inches = to_inches(size) or SIZE
     with _styled(style):
         with progress() as report_progress:
             report_progress(f"drawing {folder}")
@@ -95,21 +89,6 @@ def plot(
         for remark in drawn.remarks:
             say(remark)
         write_file("Plot", target, drawn.figure.savefig)
-
-
-def _inches(size: str) -> tuple[float, float]:
-    """The width and height that an option says."""
-    try:
-        width, height = (float(number) for number in size.lower().split("x"))
-        fits = all(_LEAST <= one <= _LARGEST for one in (width, height))
-    except ValueError:
-        fits = False
-    if not fits:
-        raise HertzchainError(
-            f"--size {size}: must be width and height from {_LEAST} to {_LARGEST} inches, such as"
-            " 3.4x2.6"
-        )
-    return width, height
 
 
 @contextmanager

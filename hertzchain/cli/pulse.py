@@ -7,7 +7,14 @@ from typing import Annotated
 
 import typer
 
-from hertzchain.cli.options import AsJson, remark_on_units, to_seconds
+from hertzchain.cli.options import (
+    AsJson,
+    Size,
+    refuse_without_need,
+    remark_on_units,
+    to_inches,
+    to_seconds,
+)
 from hertzchain.cli.output import compiling, progress, say, show, write_file
 
 
@@ -96,6 +103,7 @@ def pulse(
         Path | None,
         typer.Option(metavar="FILE", help="Draw recording, baseline and rows (png, pdf, svg)."),
     ] = None,
+    size: Size = None,
     as_json: AsJson = False,
 ) -> None:
     """Make a pulse table of a recording: without baseline, from start to end, with few rows.
@@ -114,6 +122,8 @@ def pulse(
 
     check_outputs([recording, scene], [output, plot])
     check_accuracy(rtol)
+    refuse_without_need(plot is not None, size=size is not None)
+    inches = to_inches(size)
     if plot is not None:
         check_plot_format(plot)
     times = {"--start": start, "--end": end, "--smooth": smooth}
@@ -145,7 +155,7 @@ def pulse(
             f' profile = "table" and file = {json.dumps(output.name, ensure_ascii=False)}',
             err=True,
         )
-    write_file("Plot", plot, lambda path: plot_pulse(found, path))
+    write_file("Plot", plot, lambda path: plot_pulse(found, path, inches))
 
 
 def _number(option: str, given: str | None, unit: str) -> float | None:

@@ -29,6 +29,15 @@ class MethodName(StrEnum):
     SCIPY = "scipy"
 
 
+class Panel(StrEnum):
+    """The panels of a picture of a run."""
+
+    PEAKS = "peaks"
+    FORCES = "forces"
+    STACKED = "stacked"
+    MAP = "map"
+
+
 class Wanted(StrEnum):
     """What accuracy is asked of."""
 
@@ -115,6 +124,15 @@ def run(
             " gauge_16_N, contact_10_N, wall_N (.csv, .parquet), at the times of --record or 500.",
         ),
     ] = None,
+    size: options.Size = None,
+    draw: Annotated[
+        list[Panel] | None,
+        typer.Option(help="What --plot draws; repeatable. Default: what there is room for."),
+    ] = None,
+    report: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write a page (html): plots, tables, all numbers."),
+    ] = None,
     trajectory: Annotated[
         Path | None,
         typer.Option(
@@ -128,6 +146,7 @@ def run(
             help="How many times --trajectory has, equally spaced. Default: 100.",
         ),
     ] = None,
+    every: options.EveryContact = False,
     as_json: options.AsJson = False,
 ) -> None:
     """Simulate a scene with one backend: peaks, p, F_SW, speed, pressure, error, cost."""
@@ -145,10 +164,14 @@ def run(
     options.refuse_without_need(
         plot is not None or record is not None, contacts=contacts is not None
     )
+    options.refuse_without_need(plot is not None, size=size is not None, draw=draw is not None)
     options.refuse_without_need(trajectory is not None, frames=frames is not None)
     numbers = None if contacts is None else options.to_contacts(contacts, loaded)
     between = options.to_window("--window", window)
-    files = RunFiles(output, plot, trajectory, traces, record, frames, numbers, between)
+    files = RunFiles(
+        output, plot, trajectory, traces, record, frames, numbers, between,
+        report, options.to_inches(size), draw,
+    )  # fmt: skip
     files.check(scene, loaded)
     options.refuse_without_need(backend == "lammps", isolate=isolate, lmp=lmp, ranks=ranks)
     parameters = _parameters(backend, method, step, rtol, extrapolated)
@@ -166,9 +189,9 @@ def run(
     show(
         as_json,
         lambda: run_document(result),
-        lambda console: print_run(console, result, files.others),
+        lambda console: print_run(console, result, files.others, every),
     )
-    files.write(result)
+    files.write(result, scene.name)
     asked = (RTOL if method is None and step is None else None) if rtol is None else rtol
     known = result.wanted_error
     if asked is not None and known > asked:

@@ -36,6 +36,10 @@ class RunFiles:
         Numbers of the contacts that are plotted over time, and kept of the motion.
     window
         From when until when ``record`` is [s]; None for the whole run.
+    report
+        Path of a page.
+    size, draw
+        Width and height [inches], and the panels, of ``plot``.
     """
 
     output: Path | None
@@ -46,12 +50,15 @@ class RunFiles:
     frames: int | None
     contacts: Sequence[int] | None
     window: tuple[float, float] | None = None
+    report: Path | None = None
+    size: tuple[float, float] | None = None
+    draw: Sequence[str] | None = None
 
     def check(self, file: Path, scene: Scene) -> None:
         """Raise an OutputError, before any work is done, for what cannot be written."""
         from hertzchain.files import check_outputs
 
-        check_outputs([file], [self.output, self.plot, self.trajectory, self.traces])
+        check_outputs([file], [self.output, self.plot, self.trajectory, self.traces, self.report])
         if self.traces is not None:
             from hertzchain.report.motion import check_traces_format
 
@@ -69,6 +76,10 @@ class RunFiles:
             from hertzchain.report.figures import check_plot_format
 
             check_plot_format(self.plot)
+        if self.report is not None:
+            from hertzchain.report.page import check_page_format
+
+            check_page_format(self.report)
         if self.trajectory is not None:
             from hertzchain.report.trajectory import check_trajectory_format
 
@@ -78,7 +89,7 @@ class RunFiles:
     def others(self) -> str:
         """Where the contacts are that the terminal does not show."""
         has_peaks = self.output is not None and self.record is None
-        return f"in {self.output}" if has_peaks else "shown by --json"
+        return f"in {self.output}" if has_peaks else "shown by --all"
 
     def times(self, scene: Scene) -> FloatArray | None:
         """All times that any of the files needs [s], increasing; None where none does."""
@@ -90,14 +101,15 @@ class RunFiles:
     def _times(self, scene: Scene) -> dict[str, FloatArray]:
         """The times of each kind of file that shows motion [s]."""
         found: dict[str, FloatArray] = {}
-        if all(one is None for one in (self.record, self.plot, self.trajectory, self.traces)):
+        shown = (self.record, self.plot, self.trajectory, self.traces, self.report)
+        if all(one is None for one in shown):
             return found
-        from hertzchain.report.run_figure import plot_times
         from hertzchain.report.trajectory import frame_times
+        from hertzchain.report.waterfall import plot_times
 
         if self.record is not None:
             found["motion"] = found["plot"] = frame_times(scene, self.record, self.window)
-        elif self.plot is not None:
+        elif self.plot is not None or self.report is not None:
             found["plot"] = plot_times(scene)
         if self.traces is not None:
             found["traces"] = frame_times(scene, self.record or TRACE_TIMES, self.window)
@@ -105,8 +117,8 @@ class RunFiles:
             found["trajectory"] = frame_times(scene, self.frames or DEFAULT_FRAMES)
         return found
 
-    def write(self, result: Result) -> None:
-        """Write all files, each with its own times."""
+    def write(self, result: Result, scene: str) -> None:
+        """Write all files, each with its own times; ``scene`` is the name of its file."""
         if self.output is not None and self.record is None:
             from hertzchain.report.tables import write_result
 
@@ -115,13 +127,17 @@ class RunFiles:
         times = self._times(result.scene)
         if not times:
             return
+        from hertzchain.report.figures import plot_document
         from hertzchain.report.motion import at_times, recorded_below, write_motion, write_traces
-        from hertzchain.report.run_figure import coarse_times, plot_run
+        from hertzchain.report.page import write_page
+        from hertzchain.report.run import of_result
         from hertzchain.report.trajectory import write_trajectory
+        from hertzchain.report.waterfall import coarse_times
 
         moving = {name: at_times(result, time) for name, time in times.items()}
-        coarse = None if self.plot is None else coarse_times(moving["plot"])
-        if self.record is not None and (self.output is not None or self.plot is not None):
+        is_drawn = self.plot is not None or self.report is not None
+        coarse = coarse_times(moving["plot"]) if is_drawn else None
+        if self.record is not None and (is_drawn or self.output is not None):
             write_file(
                 "Motion",
                 self.output,
@@ -135,7 +151,11 @@ class RunFiles:
             )
             if remark:
                 say(remark)
-        write_file("Plot", self.plot, lambda path: plot_run(moving["plot"], path, self.contacts))
+        if is_drawn:
+            shown = of_result(moving["plot"])
+            how = self.contacts, self.size, self.draw
+            write_file("Plot", self.plot, lambda path: plot_document(shown, path, *how))
+            write_file("Report", self.report, lambda path: write_page(shown, path, scene))
         if coarse:
             say(coarse)
         write_file("Traces", self.traces, lambda path: write_traces(moving["traces"], path))

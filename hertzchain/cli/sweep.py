@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hertzchain.cli import options
-from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, compiling, print_json, say
+from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, compiling, print_json, say, write_file
 from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
 from hertzchain.limits import RTOL
@@ -88,6 +88,10 @@ def sweep(
     ] = False,
     lmp: options.LammpsBinary = None,
     time_limit: options.TimeLimit = "1 h",
+    report: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write a page (html): a plot and the first rows."),
+    ] = None,
     as_json: options.AsJson = False,
 ) -> None:
     """Measure many scenes: a row for each with its parameters, p, F_SW, speed, largest peak, error.
@@ -97,13 +101,19 @@ def sweep(
     A sweep that was stopped or killed continues when it is started again. A scene that fails is a
     row with the reason.
     """
+    from hertzchain.files import check_outputs
+    from hertzchain.report.page import check_page_format
     from hertzchain.sweeps import sweep as measure
+    from hertzchain.sweeps.page import write_page
     from hertzchain.sweeps.parts import backend_named
 
     if output.suffix.lower() in (".csv", ".parquet"):
         raise HertzchainError(
             f"-o {output}: is to be a folder; for one file of text in it say --format csv"
         )
+    if report is not None:
+        check_outputs([scene], [report])
+        check_page_format(report)
     limit = options.to_time_limit(time_limit)
     wanted = backend or [Source("native")]
     options.refuse_without_need("lammps" in wanted, extrapolated=extrapolated, lmp=lmp)
@@ -147,6 +157,7 @@ def sweep(
         )
     else:
         typer.echo(f"{counts.done:,} rows in {output}, {_how_to_open(output, file_format)}")
+    write_file("Report", report, lambda path: write_page(swept, path, scene.name))
     _warn(counts, rtol)
     raise typer.Exit(OUT_OF_TOLERANCE if counts.failed or counts.missed else DONE)
 

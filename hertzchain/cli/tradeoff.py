@@ -7,7 +7,14 @@ from typing import Annotated
 
 import typer
 
-from hertzchain.cli.options import AsJson, SceneFile, load_scene
+from hertzchain.cli.options import (
+    AsJson,
+    SceneFile,
+    Size,
+    load_scene,
+    refuse_without_need,
+    to_inches,
+)
 from hertzchain.cli.output import (
     UNUSABLE,
     compiling,
@@ -24,6 +31,7 @@ def tradeoff(
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Draw error against time (png, pdf, svg).")
     ] = None,
+    size: Size = None,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Write all that was measured (CSV).")
     ] = None,
@@ -37,6 +45,8 @@ def tradeoff(
     from hertzchain.report.tradeoff import print_tradeoff
     from hertzchain.verdict.tradeoff import tradeoff as measure
 
+    refuse_without_need(plot is not None, size=size is not None)
+    inches = to_inches(size)
     loaded = load_scene(scene)
     check_outputs([scene], [plot, output])
     if plot is not None:
@@ -46,7 +56,7 @@ def tradeoff(
     show(as_json, measured.to_dict, lambda console: print_tradeoff(console, [measured]))
     for remark in measured.remarks:
         say(remark)
-    write_file("Plot", plot, lambda path: figures.plot_tradeoff([measured], path))
+    write_file("Plot", plot, lambda path: figures.plot_tradeoff([measured], path, inches))
     write_file(
         "Table", output, lambda path: write_text(path, measured.to_frame().to_csv(index=False))
     )

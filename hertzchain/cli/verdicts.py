@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NoReturn
 
 import typer
 
-from hertzchain.cli import output
+from hertzchain.cli import options, output
 
 if TYPE_CHECKING:
     from hertzchain.report.document import Document
@@ -31,6 +31,10 @@ class Shown:
         Whether stdout has one JSON object.
     plot, report, junit
         Files to write, if any.
+    every
+        Whether stdout has every contact.
+    size
+        Width and height of the plot, as the option has them.
     """
 
     scene: Path
@@ -39,11 +43,15 @@ class Shown:
     plot: Path | None
     report: Path | None
     junit: Path | None
+    every: bool = False
+    size: str | None = None
 
     def __post_init__(self) -> None:
         from hertzchain.files import check_outputs
         from hertzchain.report import figures, page
 
+        options.refuse_without_need(self.plot is not None, size=self.size is not None)
+        self._inches = options.to_inches(self.size)
         self._begun, self._begin = datetime.now(UTC), time.perf_counter()
         check_outputs([self.scene, *self.given], [self.plot, self.report, self.junit])
         if self.plot is not None:
@@ -64,9 +72,15 @@ class Shown:
         seconds = time.perf_counter() - self._begin
         suite = document.suite(self.scene.stem, self._begun, seconds)
         output.show(
-            self.as_json, document.numbers, lambda console: print_document(console, document)
+            self.as_json,
+            document.numbers,
+            lambda console: print_document(console, document, every=self.every),
         )
-        output.write_file("Plot", self.plot, lambda path: figures.plot_document(document, path))
+        output.write_file(
+            "Plot",
+            self.plot,
+            lambda path: figures.plot_document(document, path, size=self._inches),
+        )
         output.write_file(
             "Report", self.report, lambda path: page.write_page(document, path, *names)
         )

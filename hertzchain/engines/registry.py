@@ -31,20 +31,6 @@ class Simulator(Protocol):
         """Simulate a scene; see ``hertzchain.Native.run``."""
 
 
-MARKERS = {
-    ".": "circle",
-    "o": "circle-open",
-    "x": "x-thin-open",
-    "+": "cross-thin-open",
-    "s": "square-open",
-    "^": "triangle-up-open",
-    "v": "triangle-down-open",
-    "D": "diamond-open",
-    "*": "star-open",
-}
-"""Markers of Matplotlib, with their names in Plotly."""
-
-
 @dataclass(frozen=True)
 class Engine:
     """Registry entry of an engine: all that the rest of the package knows of it.
@@ -57,16 +43,11 @@ class Engine:
     home: str  # module that has the factory, loaded when used
     factory: str  # takes the keywords dt, rtol, extrapolated, time_limit, and perhaps others
     colour: str
-    marker: str  # Matplotlib's marker, one of ``MARKERS``
-    dash: str  # Plotly's dash style
+    marker: str  # Matplotlib's
     compared: bool = False  # compared by default
     swept: bool = False  # can measure the scenes of sweeps
     program: str | None = None  # program that a user has to install, if any
     deck: str = ""  # function of decks.known_answer that writes its deck; empty for none
-
-    def __post_init__(self) -> None:
-        if self.marker not in MARKERS:
-            raise ValueError(f"marker {self.marker!r} must be one of {' '.join(MARKERS)}")
 
     def make(self, **parameters: Any) -> Simulator:
         """Return the engine with numerical parameters: a frozen object with ``run``."""
@@ -82,19 +63,19 @@ class Engine:
 _ALL = (
     Engine(
         "native", "native", "hertzchain.engines.native", "Native",
-        "#000000", ".", "solid", compared=True, swept=True,
+        "#000000", ".", compared=True, swept=True,
     ),
     Engine(
         "lammps", "LAMMPS", "hertzchain.engines.lammps", "Lammps",
-        "#0072B2", "o", "dash", compared=True, swept=True, deck="lammps_deck",
+        "#0072B2", "o", compared=True, swept=True, deck="lammps_deck",
     ),
     Engine(
         "liggghts", "LIGGGHTS", "hertzchain.engines.liggghts", "Liggghts",
-        "#CC79A7", "x", "dot", program="liggghts", deck="liggghts_deck",
+        "#CC79A7", "x", program="liggghts", deck="liggghts_deck",
     ),
     Engine(
         "yade", "Yade", "hertzchain.engines.yade", "Yade",
-        "#E69F00", "+", "dashdot", program="yade", deck="yade_deck",
+        "#E69F00", "+", program="yade", deck="yade_deck",
     ),
 )  # fmt: skip
 

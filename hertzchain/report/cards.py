@@ -39,20 +39,23 @@ def card_of(shown: object) -> Card:
     return next(known)(shown)
 
 
-def document_of(verdict: Any) -> Document:
-    """The document of a comparison, a judgement or an examination of a deck."""
+def document_of(shown: Any) -> Document:
+    """The document of a result, a comparison, a judgement or an examination of a deck."""
     from hertzchain.report.comparison import of_comparison
     from hertzchain.report.examination import of_examination
     from hertzchain.report.judgement import of_judgement
+    from hertzchain.report.run import of_result
     from hertzchain.report.traces import of_traces
 
+    if isinstance(shown, Result):
+        return of_result(shown)
     makers: Mapping[str, Callable[[Any], Document]] = {
         "Comparison": of_comparison,
         "Judgement": of_judgement,
         "DeckExamination": of_examination,
         "TraceJudgement": of_traces,
     }
-    return makers[type(verdict).__name__](verdict)
+    return makers[type(shown).__name__](shown)
 
 
 def printed(shown: Any) -> str:
@@ -73,9 +76,8 @@ def printed(shown: Any) -> str:
 def drawn(shown: Any) -> Picture:
     """The figure of a result or a verdict."""
     from hertzchain.report.figures import figure_of
-    from hertzchain.report.run_figure import run_figure
 
-    return run_figure(shown) if isinstance(shown, Result) else figure_of(document_of(shown))
+    return figure_of(document_of(shown))
 
 
 def _elsewhere(shown: object) -> str:
@@ -108,7 +110,7 @@ def _range(values: Any, unit: str) -> str:
 
 
 def _of_result(result: Result) -> Card:
-    from hertzchain.report.console import wave_facts
+    from hertzchain.report.run import wave_facts
 
     shown = shown_contacts(result)[:_MOST_ROWS]
     facts = [("largest peak", _largest(result.contact, result.peak_force))]

@@ -90,8 +90,18 @@ class Listing:
 
 
 @dataclass(frozen=True, eq=False)
+class Overlay:
+    """What a gauge measured, and what the reference reads at the same times [N], (samples,)."""
+
+    label: str
+    time: FloatArray
+    measured: FloatArray
+    expected: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
 class Document:
-    """The content of all reports on a comparison, a judgement of peaks or an examined deck."""
+    """The content of all reports on a run, a comparison, judged peaks or an examined deck."""
 
     kind: str  # title of the page
     name: str  # name of the JSON document
@@ -99,7 +109,7 @@ class Document:
     command: str  # compare or judge, in the name of the JUnit suite
     cases: tuple[Case, ...]  # of the JUnit suite
     results: Mapping[str, Result]  # results by the names of the engines
-    verdict: Verdict
+    verdict: Verdict  # without a sentence for a run
     peaks: Peaks
     drawn: Mapping[str, FloatArray]  # peak forces [N] next to native's, by the names of styles
     limits: Sequence[tuple[str, str, float]]  # style, label, value of lines among differences
@@ -116,12 +126,13 @@ class Document:
     remarks: Sequence[str] = ()  # sentences on parts that could not be done
     # differences in a user's deck, in the order in which to mend them
     findings: Sequence[Finding] = ()
+    overlays: Sequence[Overlay] = ()  # measured traces, drawn in place of peaks
     listings: Sequence[Listing] = ()  # the files of the deck
 
     @property
     def native(self) -> Result:
-        """The reference."""
-        return self.results["native"]
+        """The reference; a run itself."""
+        return next(iter(self.results.values()))
 
     @property
     def lines(self) -> list[tuple[str, str, float]]:

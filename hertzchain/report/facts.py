@@ -13,6 +13,12 @@ from hertzchain.theory.two_spheres import parting
 if TYPE_CHECKING:
     from hertzchain.verdict.check import Check
 
+_PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+MULTIPLES = {"N": 6, "Pa": 9, "m": 0, "s": 0, "m/s": 0, "N s": 0, "J": 3}
+"""Units with multiples, and the largest power of ten in use for each."""
+
+_LONG = (1e-2, 1e5)  # beyond these, numbers at an axis are long (chosen)
+
 
 def describe(scene: Scene) -> str:
     """Return one line that describes a scene."""
@@ -60,12 +66,24 @@ def duration(seconds: float) -> str:
     return f"{seconds:.3g} s" if seconds >= 1 else f"{1e3 * seconds:.3g} ms"
 
 
-def time_unit(end: float) -> tuple[str, float]:
-    """Return a unit for times up to an end [s] that gives readable numbers, and its seconds."""
-    for name, unit in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6), ("ns", 1e-9)):
-        if end >= 2 * unit:
-            return name, unit
-    return "s", 1.0
+def prefixed(largest: float, unit: str) -> tuple[str, float]:
+    """Return a multiple of a unit in which a number is 1 to 1000, and its value in the unit.
+
+    Units that have no multiples in use stand after a power of ten, where numbers are long.
+    """
+    if not 0 < largest < np.inf or (unit not in MULTIPLES and _LONG[0] <= largest < _LONG[1]):
+        return unit, 1.0
+    power = 3 * int(np.floor(np.log10(largest * (1 + 1e-9)) / 3))
+    if unit in MULTIPLES:
+        power = min(max(power, -12), MULTIPLES[unit])
+        return _PREFIXES[power] + unit, float(f"1e{power}")
+    return f"$10^{{{power}}}$ {unit}".rstrip(), float(f"1e{power}")
+
+
+def in_prefixed(value: float, unit: str) -> str:
+    """Return a number of four digits with a multiple of its unit that reads."""
+    name, scale = prefixed(abs(value), unit)
+    return f"{value / scale:.4g} {name}".rstrip()
 
 
 def similar_scene(result: Result) -> str | None:

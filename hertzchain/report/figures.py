@@ -1,19 +1,18 @@
-"""Plots of a comparison and of a trade-off, as files."""
+"""Pictures of a run, a verdict and a trade-off."""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from hertzchain.errors import OutputError
 from hertzchain.files import write_with
 from hertzchain.report import style
 from hertzchain.report.document import Document
 from hertzchain.report.facts import describe
+from hertzchain.report.waterfall import drawn_contacts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,82 +21,118 @@ if TYPE_CHECKING:
     from hertzchain.verdict.tradeoff import Row, Tradeoff
 
 
-def plot_document(document: Document, path: Path | str) -> None:
-    """Draw peak forces along the chain and their differences, in the format of the suffix."""
-    write_with(path, figure_of(document).savefig)
+PANELS = ("peaks", "differences", "forces", "stacked", "map", "traces")
+"""Panels of a picture, from above: along the chain, then over time."""
+
+_WIDE = 8.0  # width of a picture by default [inches]
+_HEIGHTS = {
+    "peaks": 3.0,
+    "differences": 2.4,
+    "forces": 3.0,
+    "stacked": 4.5,
+    "map": 3.2,
+    "traces": 4.5,
+}
+_LEAST = 1.7  # height of a panel with room for its labels [inches]; chosen
 
 
-def figure_of(document: Document) -> Picture:
-    """Draw peak forces along the chain and their differences from native."""
-    from matplotlib.ticker import MaxNLocator
+def panels_of(document: Document) -> tuple[str, ...]:
+    """Return the panels that a document has numbers for."""
+    if document.overlays:
+        return ("traces",)
+    known = ["peaks", *(["differences"] if document.drawn else [])]
+    moved = document.native.history is not None
+    if moved and document.command == "run":
+        known += ["forces", "map"]
+    elif moved and drawn_contacts(document.native):
+        known += ["stacked"]
+    return tuple(known)
 
-    from hertzchain.report.picture import Picture
 
-    figure = Picture(figsize=(8, 7), layout="constrained", dpi=150)
-    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-    native, differences = document.native, document.differences
-    contact = native.contact
-    above.plot(
-        contact, native.peak_force, "-", color=style.COLOURS["native"], label="native, reference"
-    )
-    if native.static_force is not None:
-        above.plot(contact, native.static_force, color="0.5", linewidth=1.0, label="static force")
-    for name, values in document.drawn.items():
-        look: dict[str, Any] = {"color": style.COLOURS[name], "marker": style.MARKERS[name]}
-        look |= {"markersize": 4.5, "linestyle": "none", "label": style.LABELS[name]}
-        above.plot(contact, values, fillstyle="none", **look)
-        off = differences[name]
-        below.semilogy(contact, np.where(off > 0, off, np.nan), **look)
-    if native.scene.wall is not None:
-        above.plot(
-            contact[-1:], native.peak_force[-1:], "s", color=style.COLOURS["native"],
-            fillstyle="none", markersize=9, label="wall",
-        )  # fmt: skip
-    for name, label, value in document.lines:
-        line = ":" if name == "native" else "--"
-        below.axhline(value, color=style.COLOURS[name], linewidth=0.8, linestyle=line, label=label)
-    p = native.transition_granules
-    if p is not None:
-        for axes in (above, below):
-            axes.axvline(p, color="0.6", linewidth=0.8)
-        above.annotate(
-            f"p = {p}", (p, 0.02), (4, 0), ("data", "axes fraction"), "offset points", color="0.35"
+def figure_of(
+    document: Document,
+    contacts: Sequence[int] | None = None,
+    size: tuple[float, float] | None = None,
+    only: Sequence[str] | None = None,
+) -> Picture:
+    """Draw a run or a verdict: along the chain and, where it was recorded, over time.
+
+    ``contacts`` are those whose force over time is drawn, ``only`` names panels. A picture of a
+    ``size`` [inches] has as many panels as have room.
+    """
+    from hertzchain.report import panels
+    from hertzchain.report.picture import SMALL, Picture, fit_letters
+
+    shown = [name for name in PANELS if name in (only or panels_of(document))]
+    width, height = size or (_WIDE, sum(_HEIGHTS[name] for name in shown) + 0.6)
+    shown = shown[: max(1, int(height / _LEAST))]
+    figure = Picture((width, height))
+    if width >= SMALL:
+        figure.suptitle(_title(document), fontsize=10)
+    heights = [_HEIGHTS[name] for name in shown]
+    axes = dict(
+        zip(
+            shown,
+            figure.subplots(len(shown), 1, squeeze=False, height_ratios=heights)[:, 0],
+            strict=True,
         )
-    above.set_title(describe(native.scene), fontsize=10)
-    above.set(ylabel="peak force [N]", ylim=_limits(document))
-    below.xaxis.set_major_locator(MaxNLocator(integer=True))
-    below.set_xlabel("contact (i lies between granules i - 1 and i)")
-    below.set_ylabel("relative difference from native")
-    for axes in (above, below):
-        axes.legend(fontsize=8)
-        axes.grid(alpha=0.25)
+    )
+    for above, below in (("peaks", "differences"), ("forces", "map")):
+        if {above, below} <= axes.keys():
+            axes[above].sharex(axes[below])
+    draw: dict[str, Callable[[Axes], object]] = {
+        "peaks": lambda one: panels.draw_peaks(one, document),
+        "differences": lambda one: panels.draw_differences(one, document),
+        "forces": lambda one: panels.draw_forces(
+            one, document, contacts or panels.plotted_contacts(document.native.scene)
+        ),
+        "stacked": lambda one: panels.draw_stacked(one, document),
+        "map": lambda one: panels.draw_map(one, document),
+        "traces": lambda one: panels.draw_traces(one, document),
+    }
+    for name, one in axes.items():
+        draw[name](one)
+    for above, below in (("peaks", "differences"), ("forces", "map")):
+        if {above, below} <= axes.keys():
+            axes[above].tick_params(labelbottom=False)
+            axes[above].set_xlabel("")
+    fit_letters(figure)
     return figure
 
 
-def _limits(document: Document) -> tuple[float, float]:
-    """Ends of the axis of peaks [N], with all that are drawn."""
-    low, high = style.peak_limits(document.native)
-    drawn = [values[np.isfinite(values)] for values in document.drawn.values()]
-    for values in drawn:
-        if values.size:
-            least, most = style.force_limits(float(np.min(values)), float(np.max(values)))
-            low, high = min(low, least), max(high, most)
-    return low, high
+def plot_document(
+    document: Document,
+    path: Path | str,
+    contacts: Sequence[int] | None = None,
+    size: tuple[float, float] | None = None,
+    only: Sequence[str] | None = None,
+) -> None:
+    """Write ``figure_of`` a document, in the format of the suffix, whole or not at all."""
+    write_with(path, figure_of(document, contacts, size, only).savefig)
 
 
-def plot_tradeoff(tradeoffs: Sequence[Tradeoff], path: Path | str) -> None:
+def _title(document: Document) -> str:
+    native = document.native
+    if document.command != "run":
+        return describe(native.scene)
+    by = f"{native.backend}, {native.method}, peaks within {native.error_estimate:.1e}"
+    return f"{describe(native.scene)}\n{by}"
+
+
+def plot_tradeoff(
+    tradeoffs: Sequence[Tradeoff], path: Path | str, size: tuple[float, float] | None = None
+) -> None:
     """Draw error against wall time, a line for each contender, and the frontier.
 
     Of several scenes medians are drawn, and the range of the errors.
     """
-    from matplotlib.figure import Figure
-
+    from hertzchain.report.picture import SMALL, Picture, fit_letters, in_units
     from hertzchain.verdict.contenders import NUMPY
     from hertzchain.verdict.tradeoff import frontier, typical
 
     points = typical(tradeoffs)
     known = max(one.truth_error for one in tradeoffs)
-    figure = Figure(figsize=(10.5, 6.5), layout="constrained", dpi=100)
+    figure = Picture(size or (10.5, 6.5))
     axes = figure.subplots()
     axes.set(xscale="log", yscale="log")
     _draw_frontier(axes, frontier([p.row for p in points if p.row.self_contained], known), known)
@@ -137,13 +172,16 @@ def plot_tradeoff(tradeoffs: Sequence[Tradeoff], path: Path | str) -> None:
         ha="right", va="center", transform=axes.get_yaxis_transform(),
     )  # fmt: skip
     axes.set_ylim(known / 10, None)
-    axes.set(xlabel="wall time [s]", ylabel="largest relative error of the peaks")
+    axes.set_ylabel("largest relative error of the peaks")
+    in_units(axes.xaxis, "wall time [s]")
     title = f"{len(tradeoffs)} scenes, medians and the range of the errors"
     if len(tradeoffs) == 1:
         title = describe(tradeoffs[0].scene)
-    axes.set_title(f"What accuracy costs: {title}", fontsize=10)
+    if figure.get_figwidth() >= SMALL:
+        axes.set_title(f"What accuracy costs: {title}", fontsize=10)
     axes.grid(alpha=0.25)
-    figure.legend(loc="outside right center", fontsize=8, frameon=False)
+    figure.legend(loc="outside right center", fontsize="x-small", frameon=False)
+    fit_letters(figure)
     write_with(path, figure.savefig)
 
 

@@ -1,27 +1,29 @@
-"""Verdicts as pages: one file of HTML, with Plotly inlined, that needs no network."""
+"""Runs and verdicts as pages: one file of HTML that needs no network."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hertzchain.errors import OutputError
 from hertzchain.files import write_text
 from hertzchain.report.document import Document, Table
-from hertzchain.report.facts import describe, difference, shown_contacts
-from hertzchain.report.page_plots import LONG, difference_plot, peak_plot, plotted_contacts
-from hertzchain.report.waterfall import waterfall, why_no_waterfall
+from hertzchain.report.facts import describe, difference
 
 if TYPE_CHECKING:
+    from markupsafe import Markup
+
+    from hertzchain.report.picture import Picture
     from hertzchain.verdict.check import Check
 
 TEMPLATES = Path(__file__).parent / "templates"
 
-_ROWS = 10_000  # most rows of a table, a megabyte; all further numbers are in the page's JSON
-_UNDIVIDED = 30  # most contacts in a single table
+_ROWS = 200  # most rows of a table; all further numbers are in the page's JSON
+_NARROW, _LOWER = 3.8, 0.9  # width of the figure on a phone [inches]; its height over the wide one
 
 
 @dataclass(frozen=True)
@@ -41,39 +43,28 @@ def _check_row(check: Check) -> CheckRow:
     return CheckRow(check.passed, check.name, check.reason, [*numbers, *off])
 
 
-def _peak_tables(document: Document) -> list[Table]:
-    """Return tables of the transition and of the rest; a single table for a short chain."""
-    native, row = document.native, document.peaks.row
+def _peak_table(document: Document) -> Table:
+    """Return the table of peaks, of the first contacts in a long chain."""
     header = [f"{label} {unit}".strip() for label, unit in document.peaks.columns]
-    size, first = native.contact.size, len(shown_contacts(native))
     if not document.peaks.of_contacts:
-        return [Table(document.peaks.heading, header, [row(k) for k in document.peaks.shown], 1)]
+        rows = [document.peaks.row(k) for k in document.peaks.shown]
+        return Table(document.peaks.heading, header, rows, 1)
+    size = document.native.contact.size
+    rows = [document.peaks.row(k) for k in range(min(size, _ROWS))]
     caption = "Peak force of each contact"
-    if size <= _UNDIVIDED or first >= size:
-        return [Table(caption, header, [row(k) for k in range(size)], 0)]
-    left = [row(k) for k in range(first, min(size, first + _ROWS))]
-    p = native.transition_granules
-    of_transition = "the first contacts" if p is None else "the transition and the contact after it"
-    rest = f"{size - first:,} further contacts, {native.contact[first]} to {native.contact[-1]}"
-    if len(left) < size - first:
-        rest += f"; here to {left[-1][0]}, the rest is in the JSON"
-    told = [at for at in range(len(header)) if any(cells[at] for cells in left)]
-    return [
-        Table(f"{caption}: {of_transition}", header, [row(k) for k in range(first)], 0),
-        Table(rest, [header[at] for at in told], [[cells[at] for at in told] for cells in left], 0),
-    ]
+    if size > _ROWS:
+        caption = f"Peak force of the first {_ROWS} of {size:,} contacts; all are in the JSON"
+    return Table(caption, header, rows, 0)
 
 
 def page_of(document: Document, file: str = "scene.toml", given: str = "") -> str:
     """Return a document as an HTML page, with the names of the files of scene and given peaks."""
-    native, results = document.native, document.results
-    plotted = plotted_contacts(document)
-    waves = waterfall(results)
-    plots = [peak_plot(document, plotted), difference_plot(document, plotted)]
-    plots += [] if waves is None else [waves]
+    from hertzchain.report.figures import figure_of
+
+    native = document.native
     texts = native.scene.to_texts(Path("scene.toml"))
     versions: dict[str, str] = {}
-    for result in results.values():
+    for result in document.results.values():
         versions |= result.numbers()["provenance"]
     return render(
         "verdict.html.jinja",
@@ -84,10 +75,9 @@ def page_of(document: Document, file: str = "scene.toml", given: str = "") -> st
             "given": given,
             "verdict": document.verdict,
             "it": document,
-            "plots": {plot.name: plot for plot in plots},
-            "no_waterfall": why_no_waterfall(native),
-            "peaks": _peak_tables(document),
-            "long": LONG,
+            "pictures": pictures(partial(figure_of, document)),
+            "caption": _caption(document),
+            "peaks": _peak_table(document),
             "rows": [_check_row(check) for check in document.checks],
             "texts": [(path.name, text) for path, text in reversed(texts.items())],
             "versions": list(versions.items()),
@@ -99,12 +89,45 @@ def page_of(document: Document, file: str = "scene.toml", given: str = "") -> st
     )
 
 
+def pictures(draw: Callable[..., Picture]) -> list[Markup]:
+    """Return a figure as SVG for a wide and a narrow window; ``draw`` takes its size [inches]."""
+    from markupsafe import Markup
+
+    wide = draw()
+    narrow = draw(size=(_NARROW, wide.get_figheight() * _LOWER))
+    shown = {"wide": wide, "narrow": narrow}
+    return [Markup(figure.inline(name)) for name, figure in shown.items()]  # noqa: S704
+
+
+def _caption(document: Document) -> str:
+    """Return sentences on what the figure of a document shows."""
+    native = document.native
+    from hertzchain.report.figures import panels_of
+
+    panels, p = panels_of(document), native.transition_granules
+    said = ["Contact i lies between granules i \u2212 1 and i."]
+    if p is not None:
+        said.append(f"p = {p} is the number of granules in the transition.")
+    if document.absent:
+        said.append(f"{' and '.join(document.absent)}: not run.")
+    if "differences" in panels:
+        said.append(
+            "Differences are relative and without their sign; lines are what each simulation says"
+            " of its own error, at most. Exact agreement is not drawn on the logarithmic scale."
+        )
+    if "stacked" in panels:
+        said.append("Forces over time stand one above the other, each with its exact peak.")
+    elif "forces" not in panels:
+        why = "no motion was recorded" if native.history is None else "it has too few times"
+        said.append(f"Forces over time are not drawn: {why}.")
+    return " ".join(said)
+
+
 def render(template: str, content: Mapping[str, Any], templates: Sequence[Path] = ()) -> str:
     """Fill a template, from here or another folder, with content, which is escaped."""
     from importlib.metadata import version
 
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
-    from plotly.offline import get_plotlyjs
 
     environment = Environment(
         loader=FileSystemLoader([*templates, TEMPLATES]),
@@ -117,7 +140,6 @@ def render(template: str, content: Mapping[str, Any], templates: Sequence[Path] 
     environment.policies["json.dumps_kwargs"] = compact
     return environment.get_template(template).render(
         content,
-        plotly=get_plotlyjs(),
         version=version("hertzchain"),
         date=f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC",
     )

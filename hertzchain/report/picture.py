@@ -1,16 +1,171 @@
-"""A Matplotlib figure that notebooks show without pyplot."""
+"""A Matplotlib figure that notebooks show without pyplot, and pages as SVG; its axes and letters.
+
+Nothing here changes Matplotlib's settings for others.
+"""
 
 from __future__ import annotations
 
-from io import BytesIO
+import re
+from collections.abc import Collection, Sequence
+from io import BytesIO, StringIO
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from matplotlib import rc_context
 from matplotlib.figure import Figure
+from matplotlib.ticker import Formatter, MaxNLocator
+
+from hertzchain.report.facts import MULTIPLES, prefixed
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+SMALL = 6.0
+"""Width below which a picture has small letters, and no room for sentences [inches]; chosen."""
+
+_SAVED: Any = {"pdf.fonttype": 42, "ps.fonttype": 42}
+"""Fonts of PDF as journals ask for them: TrueType, not Matplotlib's Type 3."""
+
+_INLINE: Any = {"svg.fonttype": "none", "path.simplify_threshold": 0.3, "savefig.dpi": 110}
+"""For a page: text as text, lines to a third of a pixel, bitmaps as fine as most screens."""
+
+_OF_AN_ENTRY, _LETTERS = 0.42, 20.0
+"""Of an entry of a legend: line and space [inches]; letters in an inch, at least."""
+
+_OF_LABELS = 0.6  # width of the labels of an axis [inches]
+
+_PLAIN = (1e-3, 1e4)  # between these values a logarithmic axis has plain numbers, not powers of ten
+_ROUNDING = 1e-6  # largest rounding of the number at a tick, over the distance of ticks
 
 
 class Picture(Figure):
     """A figure that belongs to no window; a notebook shows it as the last value of a cell."""
 
+    def __init__(self, size: tuple[float, float]) -> None:
+        """An empty figure of a size [inches]."""
+        super().__init__(figsize=size, layout="constrained", dpi=150)
+
+    def savefig(self, *given: Any, **options: Any) -> None:
+        """Write the figure as Matplotlib does, with fonts that journals take."""
+        with rc_context(_SAVED):
+            super().savefig(*given, **options)
+
     def _repr_png_(self) -> bytes:
         stream = BytesIO()
         self.savefig(stream, format="png")
         return stream.getvalue()
+
+    def inline(self, name: str) -> str:
+        """Return the figure as an SVG element for a page, where no other one has this name."""
+        stream = StringIO()
+        with rc_context(_INLINE | {"svg.hashsalt": name}):
+            self.savefig(stream, format="svg", metadata={"Date": None})
+        svg = stream.getvalue()
+        svg = re.sub(r'<g id="[^"]*"', "<g", svg[svg.index("<svg") :])
+        svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
+        # A hundredth of a point is less than can be seen.
+        svg = re.sub(r' d="[^"]*"|<use [^>]*>', lambda found: _rounded(found[0]), svg)
+        return re.sub(r' (width|height)="[^"]*pt"', "", svg, count=2)  # as wide as there is room
+
+
+def _rounded(numbers: str) -> str:
+    return re.sub(r"(\.\d\d)\d+", r"\1", numbers).replace("\n", " ")
+
+
+class _Scaled(Formatter):
+    """Numbers at ticks in another unit, all with the same number of decimals."""
+
+    def __init__(self, scale: float) -> None:
+        self._scale = scale
+
+    def __call__(self, x: float, pos: int | None = None) -> str:  # noqa: ARG002
+        """Return a number alone."""
+        return self.fix_minus(f"{x / self._scale:.6g}")
+
+    def format_ticks(self, values: Sequence[float]) -> list[str]:
+        """Return the numbers at all ticks of an axis."""
+        scaled = np.asarray(values, np.float64) / self._scale
+        if not scaled.size:
+            return []
+        allowed = _ROUNDING * (np.min(np.diff(np.sort(scaled))) if scaled.size > 1 else scaled[0])
+        fits = (
+            d for d in range(12) if np.all(np.abs(np.round(scaled, d) - scaled) <= abs(allowed))
+        )
+        decimals = next(fits, 12)
+        return [self.fix_minus(f"{value + 0.0:.{decimals}f}") for value in scaled.round(decimals)]
+
+
+def in_units(axis: Any, label: str) -> None:
+    """Label an axis or colour bar, whose limits are final, in a multiple of its unit that reads.
+
+    The label has the unit in brackets. Data stay in SI units.
+    """
+    before, unit, after = parts_of(label)
+    low, high = sorted(abs(end) for end in axis.get_view_interval())
+    is_log = axis.get_scale() == "log"
+    name, scale = prefixed(float(np.sqrt(low * high)) if is_log else high, unit)
+    if is_log and unit not in MULTIPLES:
+        name, scale = unit, 1.0
+    axis.set_label_text(f"{before}{f' [{name}]' if name else ''}{after}")
+    if not is_log:
+        axis.set_major_formatter(_Scaled(scale))
+    elif low / scale >= _PLAIN[0] and high / scale <= _PLAIN[1]:
+        digits = "23456789" if high < 5 * low else "235" if high < 50 * low else ""
+        axis.set_major_formatter(lambda value, _: f"{value / scale:g}")
+        axis.set_minor_formatter(
+            lambda value, _: f"{value / scale:g}" if f"{value:.0e}"[0] in digits else ""
+        )
+    elif scale != 1:
+        axis.set_major_formatter(lambda value, _: f"$10^{{{np.log10(value / scale):.0f}}}$")
+
+
+def parts_of(label: str) -> tuple[str, str, str]:
+    """Return a label before its unit, the unit, and what stands behind it."""
+    found = re.fullmatch(r"(.*?) \[([^]]*)\](.*)", label)
+    return (found[1], found[2], found[3]) if found else (label, "", "")
+
+
+def at_whole_numbers() -> MaxNLocator:
+    """Return a locator of as many ticks at whole numbers as have room."""
+    return MaxNLocator("auto", integer=True, min_n_ticks=1, steps=[1, 2, 5, 10])
+
+
+def legend_above(axes: Axes, named: Collection[str] = ()) -> None:
+    """Draw a legend above the axes, in as many columns as have room, of what is not yet named."""
+    found = zip(*axes.get_legend_handles_labels(), strict=True)
+    shown = {label: handle for handle, label in found if label not in named}
+    width = axes.figure.get_figwidth() - _OF_LABELS  # type: ignore[union-attr]
+    if shown:
+        axes.legend(
+            shown.values(), shown.keys(), loc="lower left", bbox_to_anchor=(0, 1),
+            borderaxespad=0.2, **legend_look(list(shown), width),
+        )  # fmt: skip
+
+
+def legend_look(labels: Sequence[str], width: float) -> dict[str, Any]:
+    """Return the look of a legend without a frame, with columns for a width [inches]."""
+    entries = [_OF_AN_ENTRY + len(label) / _LETTERS for label in labels]
+
+    def total(columns: int) -> float:
+        return float(sum(np.max(column) for column in np.array_split(entries, columns)))
+
+    fits = (n for n in range(len(entries), 1, -1) if total(n) <= width)
+    return {
+        "ncols": next(fits, 1),
+        "fontsize": "small" if width >= SMALL else "x-small",
+        "title_fontsize": "small" if width >= SMALL else "x-small",
+        "handlelength": 2.2,
+        "columnspacing": 1.0,
+        "labelspacing": 0.3,
+        "frameon": False,
+    }
+
+
+def fit_letters(figure: Figure) -> None:
+    """Make the letters at all axes of a small picture smaller."""
+    if figure.get_figwidth() >= SMALL:
+        return
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.label.set_fontsize("small")
+        axes.tick_params(which="both", labelsize="small")

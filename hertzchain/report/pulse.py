@@ -77,49 +77,46 @@ def _with_deviation(value: Value, unit: str = "") -> str:
     return f"{shown} ± {deviation}{end}"
 
 
-def plot_pulse(pulse: MeasuredPulse, path: Path | str) -> None:
+def plot_pulse(
+    pulse: MeasuredPulse, path: Path | str, size: tuple[float, float] | None = None
+) -> None:
     """Draw the recording, its baseline and the rows, in the format of the suffix.
 
     Below is the difference of the samples from the rows.
     """
-    from matplotlib.figure import Figure
+    from hertzchain.report.picture import SMALL, Picture, fit_letters, in_units, legend_above
 
     signal, table = pulse.signal, pulse.table
-    clock, unit = _scale_of_time(table.time[-1])
-    figure = Figure(figsize=(8, 7), layout="constrained", dpi=150)
+    figure = Picture(size or (8, 7))
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1.4))
-    time = (pulse.recording.time - signal.start) * clock
+    time = pulse.recording.time - signal.start
     label = f"recording, {time.size:,} samples"
     raw = {"color": "0.6", "linewidth": 0.6, "marker": ".", "markersize": 1.5}
     above.plot(time, pulse.recording.force, **raw, label=label)
     above.axhline(signal.baseline, color="#D55E00", linewidth=0.9, linestyle="--", label="baseline")
     rows = {"color": style.COLOURS["native"], "marker": "o", "markersize": 3.5, "linewidth": 1.3}
-    corners = np.array(table.time) * clock
+    corners = np.array(table.time)
     label = f"pulse, {corners.size} rows"
     above.plot(corners, np.array(table.force) + signal.baseline, **rows, label=label)
     off = signal.force - np.interp(signal.time, table.time, table.force)
-    below.plot(signal.time * clock, off, color="0.45", linewidth=0.6, label="samples less rows")
+    below.plot(signal.time, off, color="0.45", linewidth=0.6, label="samples less rows")
     for factor in (-1, 1):
         level = factor * signal.noise.deviation
         name = "noise, standard deviation" if factor > 0 else "_"  # not in the legend
         below.axhline(level, color="#D55E00", linewidth=0.9, linestyle=":", label=name)
     duration = corners[-1]
     above.set_xlim(max(time[0], -0.3 * duration), min(time[-1], 1.3 * duration))
-    above.set_title(
-        f"F0 = {_with_deviation(pulse.peak_force, 'N')},"
-        f" impulse = {_with_deviation(pulse.impulse, 'N s')}",
-        fontsize=10,
-    )
-    above.set_ylabel("force, with the baseline [N]")
-    below.set_xlabel(f"time since the start of the pulse [{unit}]")
-    below.set_ylabel("difference [N]")
+    if figure.get_figwidth() >= SMALL:
+        figure.suptitle(
+            f"F0 = {_with_deviation(pulse.peak_force, 'N')},"
+            f" impulse = {_with_deviation(pulse.impulse, 'N s')}",
+            fontsize=10,
+        )
+    in_units(above.yaxis, "force, with the baseline [N]")
+    in_units(below.xaxis, "time since the start of the pulse [s]")
+    in_units(below.yaxis, "difference [N]")
     for axes in (above, below):
-        axes.legend(fontsize=8)
+        legend_above(axes)
         axes.grid(alpha=0.25)
+    fit_letters(figure)
     write_with(path, figure.savefig)
-
-
-def _scale_of_time(duration: float) -> tuple[float, str]:
-    """Return the units of time in a second, and the unit, so that a duration is at least 1."""
-    units = ((1.0, "s"), (1e3, "ms"), (1e6, "us"), (1e9, "ns"))
-    return next(((scale, unit) for scale, unit in units if duration * scale >= 1), units[-1])

@@ -11,24 +11,20 @@ from hertzchain.engines.registry import ENGINES
 if TYPE_CHECKING:
     from matplotlib.colors import Colormap
 
-    from hertzchain.observables.result import Result
-
 FORMULAS = ("eq6", "eq9")  # formulas with peaks: fields of ``verdict.formulas.Formulas``
 GIVEN = "given"  # given peaks, which belong to no engine
 
-# Label, colour, marker as Matplotlib names it, dash as Plotly names it. Okabe and Ito's colours;
-# Tol's wine for what is given.
+# Label, colour and marker. Okabe and Ito's colours; Tol's wine for what is given.
 _LOOKS = {
-    **{one.name: (one.label, one.colour, one.marker, one.dash) for one in ENGINES.values()},
-    "eq6": ("Eq. 6", "#D55E00", "s", ""),
-    "eq9": ("Eq. 9", "#009E73", "^", ""),
-    GIVEN: ("given", "#882255", "D", "longdash"),
+    **{one.name: (one.label, one.colour, one.marker) for one in ENGINES.values()},
+    "eq6": ("Eq. 6", "#D55E00", "s"),
+    "eq9": ("Eq. 9", "#009E73", "^"),
+    GIVEN: ("given", "#882255", "D"),
 }
 
-LABELS = {name: label for name, (label, _, _, _) in _LOOKS.items()}
-COLOURS = {name: colour for name, (_, colour, _, _) in _LOOKS.items()}
-MARKERS = {name: marker for name, (_, _, marker, _) in _LOOKS.items()}
-DASHES = {name: dash for name, (_, _, _, dash) in _LOOKS.items() if dash}
+LABELS = {name: label for name, (label, _, _) in _LOOKS.items()}
+COLOURS = {name: colour for name, (_, colour, _) in _LOOKS.items()}
+MARKERS = {name: marker for name, (_, _, marker) in _LOOKS.items()}
 
 _NEAR, _ROOM = 0.5, 0.08
 """From this share of the largest force on for the smallest, an axis need not start at 0; room above
@@ -41,13 +37,6 @@ def force_limits(smallest: float, largest: float) -> tuple[float, float]:
     around = smallest > _NEAR * largest
     room = _ROOM * (largest - smallest if around and largest > smallest else largest)
     return (smallest - room, largest + room) if around else (0.0, largest + room or 1.0)
-
-
-def peak_limits(result: Result) -> tuple[float, float]:
-    """Ends of an axis of the peaks of a run [N], which are never below its static forces."""
-    static = result.static_force
-    smallest = 0.0 if static is None else float(np.min([*static, *result.peak_force]))
-    return force_limits(smallest, float(np.max(result.peak_force)))
 
 
 def force_colours() -> Colormap:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hertzchain.report.document import Document, Failure, Peaks, Verdict
+from hertzchain.report.document import Document, Failure, Overlay, Peaks, Verdict
 from hertzchain.report.facts import number
 from hertzchain.report.junit import case
 
@@ -51,6 +51,7 @@ def of_traces(judgement: TraceJudgement) -> Document:
         drawn={},
         limits=[],
         checks=checks,
+        overlays=_overlays(judgement),
         facts=[
             ("the run begins at", f"{judgement.shift:.6g} s of the measured clock"),
             ("the reference is known until", f"{judgement.known.until:.3g} s of the run"),
@@ -58,6 +59,20 @@ def of_traces(judgement: TraceJudgement) -> Document:
         ],
         remarks=judgement.remarks,
     )  # fmt: skip
+
+
+def _overlays(judgement: TraceJudgement) -> list[Overlay]:
+    """Return the traces with the reference, while it is known."""
+    known, traces = judgement.known, judgement.traces
+    time = traces.time - judgement.shift
+    during = (time >= 0) & (time <= known.until)
+    return [
+        Overlay(
+            f"{gauge.key} {gauge.number}", time[during], traces.force[during, k],
+            known.at(k, time[during]),
+        )
+        for k, gauge in enumerate(traces.gauges)
+    ]  # fmt: skip
 
 
 def _pulses(judgement: TraceJudgement) -> Peaks:

@@ -64,7 +64,7 @@ _PARAMETERS = (
     Column("chain.granules", "granules N", "int", "{} granules"),
     Column("chain.radius", "radius R [m]", title="R = {:.4g} m"),
     Column("chain.young_modulus", "Young's modulus E [Pa]", title="E = {:.4g} Pa"),
-    Column("chain.poisson_ratio", "Poisson's ratio", title="Poisson's ratio {:.4g}"),
+    Column("chain.poisson_ratio", "Poisson's ratio", title="ν = {:.4g}"),  # noqa: RUF001
     Column("chain.density", "density [kg/m³]", title="{:.4g} kg/m³"),
     *_of_shock(Pulse),
     Column("run.end_time", "end of the run [s]", title="until {:.4g} s"),
@@ -76,10 +76,10 @@ _TERMS = (
     Column("chain.gap", "gap before each granule [m]", title="gaps of {:.4g} m"),
     *(column for kind in SHOCKS for column in _of_shock(kind) if column.name not in PARAMETERS),
     Column("wall.kind", "wall", "str", "{} wall"),
-    Column("wall.young_modulus", "Young's modulus of the wall [Pa]", title="wall of E = {:.4g} Pa"),
+    Column("wall.young_modulus", "Young's modulus of the wall [Pa]", title="wall E = {:.4g} Pa"),
     Column(
         "wall.poisson_ratio", "Poisson's ratio of the wall",
-        title="wall of Poisson's ratio {:.4g}",
+        title="wall ν = {:.4g}",  # noqa: RUF001
     ),
     Column("wall.gap", "gap before the wall [m]", title="{:.4g} m before the wall"),
     Column("precompression.force", "precompression [N]", title="precompression {:.4g} N"),
@@ -333,7 +333,9 @@ def column_named(name: str) -> Column:
     own = {"granules": "granules", "radius_ratio": "radius over that of the granule before"}
     label = own.get(key) or _BY_NAME[f"chain.{key}"].label
     kind = "int" if key == "granules" else "float"
-    return Column(name, f"{label}, {where}", kind, f"{label}, {where}: {{:.4g}}")
+    plain, _, unit = label.partition(" [")
+    title = f"{plain}, {where}: {{:.4g}} {unit[:-1]}".rstrip()
+    return Column(name, f"{label}, {where}", kind, title)
 
 
 def is_whole(name: str) -> bool:

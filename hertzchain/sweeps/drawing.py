@@ -12,15 +12,14 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError, SceneError, require
+from hertzchain.report.facts import MULTIPLES, in_prefixed
 from hertzchain.sweeps.columns import TEXT, column_named, is_whole
 from hertzchain.sweeps.looks import (
-    SMALL,
     colour_bar,
     is_log,
     legend,
     looks_of,
     set_scale,
-    with_small_letters,
 )
 from hertzchain.sweeps.selection import (
     Drawable,
@@ -28,16 +27,20 @@ from hertzchain.sweeps.selection import (
     full_name,
     names_of_columns,
     selected_rows,
+    varied_names,
 )
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from hertzchain.report.picture import Picture
+
 
 SIZE = (8.0, 5.0)  # width and height by default [inches]
 _LETTERS, _LETTERS_OF_TITLE = 15, 11  # letters in an inch of width: remarks, title
 _LEAST_TITLE = 12  # letters of the narrowest title (chosen)
+_KEPT = "\N{NO-BREAK SPACE}"  # stands for spaces at which a title is not broken
 _LEAST_HEIGHT = 0.4  # of the picture for the axes; with less the title is left out (chosen)
 _MOST_LINES = 1000  # most lines, chosen: more cannot be told apart, and each costs a millisecond
 _MOST_MARKED = 60  # most points of a line with markers; more would overlap
@@ -48,7 +51,7 @@ _MOST_VECTORS = 5000  # number of points from which PDF and SVG contain a bitmap
 class Drawn:
     """A picture of a sweep, with sentences on what it omits, which also stand below it."""
 
-    figure: Figure
+    figure: Picture
     remarks: tuple[str, ...]
 
 
@@ -65,36 +68,44 @@ def draw(
     It is a map where ``y`` is a parameter that varies. ``colour`` is a column; the default is the
     backend where there are several. ``where`` selects rows by values of parameters or ``backend``;
     a number selects the nearest value of the sweep, if both agree to three digits. ``size`` is
-    width and height [inches].
+    width and height [inches]. Where the peaks of all contacts were kept, ``x`` may be ``contact``.
     """
     from hertzchain.report.picture import Picture
 
-    columns = names_of_columns(sweep.manifest)
-    x, y = full_name(x, columns), full_name(y, columns)
-    colour = None if colour is None else full_name(colour, columns)
+    if x == "contact":
+        return _draw_chains(Picture(size), sweep, y, colour, where or {})
+    known = names_of_columns(sweep.manifest), varied_names(sweep.manifest)
+    x, y = full_name(x, *known), full_name(y, *known)
+    colour = None if colour is None else full_name(colour, *known)
     for name in (x, y):
         allowed = "is text: --x and --y must be columns of numbers, text is for --colour"
         require(name not in TEXT, name, None, allowed)
     require(colour != "failure", "failure", None, "is a sentence and cannot be a colour")
     require(len({x, y, colour}) == 3, x if x in (y, colour) else y, None, "given twice")
     rows = selected_rows(sweep, (x, y), colour, where or {})
-    figure = Picture(figsize=size, layout="constrained", dpi=150)
+    figure = Picture(size)
     axes = figure.subplots()
     if y in rows.left:
         drawn = _draw_map(axes, rows, x, y, colour)
     else:
         drawn = _draw_lines(axes, rows, x, y, colour or rows.default_colour)
-    axes.set(xlabel=column_named(x).label, ylabel=column_named(y).label)
     set_scale(rows, x, axes.set_xscale, axes.xaxis)
     set_scale(rows, y, axes.set_yscale, axes.yaxis)
-    if size[0] < SMALL:
-        with_small_letters(figure)
-    remarks = (*rows.remarks, *drawn)
+    return _finished(figure, rows, drawn, {x, y, colour})
+
+
+def _finished(figure: Picture, rows: Rows, said: Sequence[str], shown: set[str | None]) -> Drawn:
+    """Add the title of a picture, and what it omits below it."""
+    from hertzchain.report.picture import fit_letters
+
+    axes, size = figure.axes[0], figure.get_size_inches()
+    fit_letters(figure)
+    remarks = (*rows.remarks, *said)
     if remarks:
         figure.supxlabel(
             textwrap.fill("; ".join(remarks), int(_LETTERS * size[0])), fontsize=7, color="0.35"
         )
-    title = _title(rows, {x, y, colour})
+    title = _title(rows, shown)
     if not _set_title(figure, axes, title, size[0]):
         remarks = (*remarks, f"the picture has no room for its title: {title}")
     return Drawn(figure, remarks)
@@ -102,11 +113,15 @@ def draw(
 
 def _set_title(figure: Figure, axes: Axes, title: str, width: float) -> bool:
     """Draw a title on lines that the picture [inches] has room for, or none; return whether."""
+    from hertzchain.report.picture import SMALL
+
     engine = figure.get_layout_engine()
     assert engine is not None
     size = "medium" if width >= SMALL else "small"
+    kept = ", ".join(part.replace(" ", _KEPT) for part in title.split(", "))
     for letters in range(int(_LETTERS_OF_TITLE * width), _LEAST_TITLE, -3):
-        axes.set_title(textwrap.fill(title, letters), fontsize=size)
+        lines = textwrap.fill(kept, letters, break_long_words=False)
+        axes.set_title(lines.replace(_KEPT, " "), fontsize=size)
         engine.execute(figure)
         drawn = axes.title.get_window_extent()
         if figure.bbox.x0 <= drawn.x0 and drawn.x1 <= figure.bbox.x1:
@@ -140,7 +155,7 @@ def _draw_lines(axes: Axes, rows: Rows, x: str, y: str, colour: str | None) -> l
     elif looks := looks_of(rows.column[colour], colour):
         for value, look in looks.items():
             _draw_points(axes, rows, x, y, look, rows.column[colour] == value)
-        legend(axes, colour)
+        legend(axes, rows.column[colour], colour)
     else:
         _draw_coloured(axes, rows, x, y, colour)
     return (
@@ -196,7 +211,7 @@ def _draw_each(
             look["drawstyle"] = "steps-mid"
         axes.plot(at[order], to[order], **({"linewidth": 1.2} | look))
     if looks and colour is not None:
-        legend(axes, colour)
+        legend(axes, rows.column[colour], colour)
 
 
 def _draw_points(
@@ -223,6 +238,45 @@ def _draw_coloured(axes: Axes, rows: Rows, x: str, y: str, colour: str) -> None:
         cmap=bar.cmap,
         rasterized=values.size > _MOST_VECTORS,
     )
+
+
+_ALONG = {"peak_force_N": "peak force [N]", "peak_time_s": "time of the peak [s]"}
+"""Columns of the table of all contacts, and their labels."""
+
+
+def _draw_chains(
+    figure: Picture, sweep: Drawable, y: str, colour: str | None, where: Mapping[str, Any]
+) -> Drawn:
+    """Draw the peaks of all contacts along the chain, a line for each scene and backend."""
+    from hertzchain.report.picture import at_whole_numbers, in_units
+
+    require(y in _ALONG, y, None, f"must be one of {', '.join(_ALONG)} where --x is contact")
+    known = names_of_columns(sweep.manifest), varied_names(sweep.manifest)
+    several = [axis["name"] for axis in sweep.manifest["vary"]]
+    colour = full_name(colour, *known) if colour else several[0]
+    rows = selected_rows(sweep, ("scene",), colour, where)
+    peaks = sweep.peaks_to_frame().groupby(["scene", "backend"], observed=True)
+    values = rows.column[colour]
+    require(values.size <= _MOST_LINES, "--where", None, "must leave 1,000 lines at most")
+    axes = figure.subplots()
+    looks = looks_of(values, colour)
+    bar: Any = None if looks else colour_bar(axes, rows, colour)
+    for row, value in enumerate(values):
+        chain = peaks.get_group((rows.column["scene"][row], rows.column["backend"][row]))
+        look = dict(looks[value]) if looks else {"color": bar.to_rgba(value)}
+        look |= {"marker": ""} if len(chain) > _MOST_MARKED else {}
+        if value in values[:row]:
+            look.pop("label", None)
+        axes.plot(chain["contact"], chain[y], **({"linewidth": 1.2} | look))
+    axes.grid(alpha=0.3)
+    axes.xaxis.set_major_locator(at_whole_numbers())
+    if looks:
+        legend(axes, values, colour)
+    in_units(axes.xaxis, "contact")
+    in_units(axes.yaxis, _ALONG[y])
+    hidden = _listed(rows.hidden(colour))
+    said = [f"{hidden}, too: lines of all values are drawn"] if hidden else []
+    return _finished(figure, rows, said, {colour})
 
 
 # Maps
@@ -297,11 +351,20 @@ _SHOCKS = {"table": "pulse table", "piston": "piston", "sine": "sine"}  # else "
 def _title(rows: Rows, shown: set[str | None]) -> str:
     """Return a title with the parameters that are the same in all of the picture."""
     said = [
-        _SHOCKS.get(value, column_named(name).title.format(value))
+        _SHOCKS.get(value) or _in_title(column_named(name).title, value)
         for name, value in rows.fixed.items()
         if name not in shown and value == value  # noqa: PLR0124
     ]
     return ", ".join(said)
+
+
+def _in_title(title: str, value: Any) -> str:
+    """Return the words of a title for a value, in a multiple of its unit that reads."""
+    before, number, after = title.partition("{:.4g} ")
+    unit, _, end = after.partition(" ")
+    if not number or unit not in MULTIPLES:
+        return title.format(value)
+    return f"{before}{in_prefixed(float(value), unit)} {end}".rstrip()
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
+from hertzchain.report.facts import prefixed
 from hertzchain.report.style import COLOURS
 from hertzchain.sweeps.axes import Span
 from hertzchain.sweeps.columns import TEXT, column_named, is_whole
@@ -18,14 +19,7 @@ from hertzchain.sweeps.selection import Rows
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import Normalize
-    from matplotlib.figure import Figure
 
-
-SMALL = 6.0
-"""Width below which a picture has small letters, and its legend above the axes [inches]; chosen."""
-
-_OF_AN_ENTRY, _LETTERS = 0.5, 14.0
-"""Of an entry of a small legend: line and space [inches]; letters in an inch."""
 
 _NAMED: dict[str, dict[str, str]] = {
     "cosine": {"color": "#0072B2", "marker": "o"},
@@ -45,7 +39,7 @@ _MARKERS, _DASHES = "os^Dv<>P", ("-", "--", "-.", ":")
 
 _FEW = len(_MARKERS)  # most values in a legend; more get a colour bar
 _DECADES = 100.0  # ratio of the largest value to the smallest from which an axis is logarithmic
-_PLAIN = (1e-3, 1e4)  # between these values a logarithmic axis has plain numbers, not powers of ten
+_DIGITS = 3  # least digits of a value in a legend
 
 
 def looks_of(values: NDArray[Any], name: str) -> dict[Any, dict[str, Any]]:
@@ -56,14 +50,14 @@ def looks_of(values: NDArray[Any], name: str) -> dict[Any, dict[str, Any]]:
     if len(found) > _FEW:
         return {}
     shades = colormaps["viridis"](np.linspace(0, 0.88, len(found)))
+    labels = found if name in TEXT else _labels(found, name)
     looks = {}
     for k, value in enumerate(found):
         look: dict[str, Any] = {"color": shades[k], "marker": _MARKERS[k]}
-        label = value if name in TEXT else f"{value:.4g}"
         if name in TEXT:
             look = dict(_NAMED[value])
         looks[value] = look | {
-            "label": label,
+            "label": labels[k],
             "linestyle": _DASHES[k % len(_DASHES)],
             "fillstyle": "full" if k == 0 else "none",
             "markersize": 4 + k * min(2.5, 8 / len(found)),
@@ -71,47 +65,45 @@ def looks_of(values: NDArray[Any], name: str) -> dict[Any, dict[str, Any]]:
     return looks
 
 
-def legend(axes: Axes, colour: str) -> None:
+def legend(axes: Axes, values: NDArray[Any], colour: str) -> None:
     """Draw a legend of the colours beside the axes, or above them in a small picture."""
-    title = column_named(colour).label
+    from hertzchain.report.picture import SMALL, legend_look, parts_of
+
     figure: Any = axes.figure
-    if figure.get_figwidth() >= SMALL:
+    width, labels = figure.get_figwidth(), axes.get_legend_handles_labels()[1]
+    before, unit, after = parts_of(column_named(colour).label)
+    name = "" if colour in TEXT else prefixed(float(np.max(values)), unit)[0]
+    title = f"{before}{f' [{name}]' if name else ''}{after}"
+    if width >= SMALL:
         figure.legend(loc="outside right upper", title=title, fontsize="small")
-        return
-    labels = axes.get_legend_handles_labels()[1]
-    entry = _OF_AN_ENTRY + max(map(len, labels)) / _LETTERS  # its width [inches]
-    figure.legend(
-        loc="outside upper center",
-        title=title,
-        ncols=max(1, min(len(labels), int(figure.get_figwidth() / entry))),
-        fontsize="x-small",
-        title_fontsize="x-small",
-        handlelength=2.2,
-        columnspacing=1.0,
-        labelspacing=0.3,
-        frameon=False,
-    )
+    else:
+        figure.legend(loc="outside upper center", title=title, **legend_look(labels, width))
 
 
-def with_small_letters(figure: Figure) -> None:
-    """Make the letters at all axes of a picture smaller."""
-    for axes in figure.axes:
-        for axis in (axes.xaxis, axes.yaxis):
-            axis.label.set_fontsize("small")
-        axes.tick_params(which="both", labelsize="small")
+def _labels(values: Any, name: str) -> list[str]:
+    """Return values of a column in its unit, with the digits that tell them from one another."""
+    from hertzchain.report.picture import parts_of
+
+    scale = prefixed(float(values[-1]), parts_of(column_named(name).label)[1])[1]
+    digits = range(_DIGITS, 18)
+    each = ([f"{value / scale:.{count}g}" for value in values] for count in digits)
+    return next(labels for labels in each if len(set(labels)) == len(labels))
 
 
 def colour_bar(axes: Axes, rows: Rows, name: str) -> Any:
     """Draw a colour bar for a column of numbers; return the colours of its values."""
     from matplotlib.cm import ScalarMappable
 
+    from hertzchain.report.picture import at_whole_numbers, in_units
+
     values = rows.column[name]
     scale = ScalarMappable(_norm(values, is_whole(name), is_log(rows, name)), "viridis")
-    bar = axes.figure.colorbar(scale, ax=axes, label=column_named(name).label)
+    bar = axes.figure.colorbar(scale, ax=axes)
     if is_whole(name) and not is_log(rows, name):
-        bar.locator = _at_whole_numbers()
+        bar.locator = at_whole_numbers()
         bar.minorticks_off()
         bar.update_ticks()
+    in_units(bar.ax.yaxis, column_named(name).label)
     return scale
 
 
@@ -138,21 +130,11 @@ def is_log(rows: Rows, name: str) -> bool:
 
 
 def set_scale(rows: Rows, name: str, to: Callable[[str], None], axis: Any) -> None:
-    """Make an axis of the picture logarithmic, or put its ticks at whole numbers."""
+    """Make an axis of the picture logarithmic, or put its ticks at whole numbers; label it."""
+    from hertzchain.report.picture import at_whole_numbers, in_units
+
     if is_log(rows, name):
         to("log")
-        low, high = float(np.min(rows.column[name])), float(np.max(rows.column[name]))
-        if low >= _PLAIN[0] and high <= _PLAIN[1]:
-            digits = "23456789" if high < 5 * low else "235" if high < 50 * low else ""
-            axis.set_major_formatter(lambda value, _: f"{value:g}")
-            axis.set_minor_formatter(
-                lambda value, _: f"{value:g}" if f"{value:.0e}"[0] in digits else ""
-            )
     elif is_whole(name):
-        axis.set_major_locator(_at_whole_numbers())
-
-
-def _at_whole_numbers() -> Any:
-    from matplotlib.ticker import MaxNLocator
-
-    return MaxNLocator(integer=True, min_n_ticks=1, steps=[1, 2, 5, 10])
+        axis.set_major_locator(at_whole_numbers())
+    in_units(axis, column_named(name).label)

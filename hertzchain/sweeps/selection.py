@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -54,11 +54,19 @@ class Drawable(Protocol):
     def to_frame(self, columns: Sequence[str] | None = None) -> pandas.DataFrame:
         """Return a table with one row per scene and backend."""
 
+    def peaks_to_frame(self) -> pandas.DataFrame:
+        """Return a table with one row per scene, backend and contact."""
 
-def full_name(name: str, columns: Sequence[str] = COLUMNS) -> str:
-    """Return the full name of a column, given with or without its section, or as in the paper."""
+
+def full_name(name: str, columns: Sequence[str] = COLUMNS, varied: Collection[str] = ()) -> str:
+    """Return the full name of a column, given with or without its section, or as in the paper.
+
+    Of several sections that have it, the one that varies is meant.
+    """
     meant = PAPER_NAMES.get(name, name)
     found = [one for one in columns if meant in (one, one.partition(".")[2] or one)]
+    if len(found) > 1:
+        found = [one for one in found if one in varied] or found
     if len(found) > 1:
         raise SceneError(name, None, f"is in several sections: name one of {', '.join(found)}")
     allowed = f"is no column of a sweep, which has {', '.join(columns)}"
@@ -66,10 +74,15 @@ def full_name(name: str, columns: Sequence[str] = COLUMNS) -> str:
     return found[0]
 
 
+def varied_names(manifest: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the names of the parameters that vary in a sweep."""
+    return tuple(axis["name"] for axis in manifest["vary"])
+
+
 def names_of_columns(manifest: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the names of the columns of a sweep."""
-    varied = [axis["name"] for axis in manifest["vary"]]
-    return tuple(column.name for column in columns_of(manifest["scene"], varied))
+    columns = columns_of(manifest["scene"], varied_names(manifest))
+    return tuple(column.name for column in columns)
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,14 +126,14 @@ class Rows:
 
 
 def selected_rows(
-    sweep: Drawable, numbers: tuple[str, str], colour: str | None, where: Mapping[str, Any]
+    sweep: Drawable, numbers: Sequence[str], colour: str | None, where: Mapping[str, Any]
 ) -> Rows:
     """Select the rows of a sweep that have the numbers and the wanted values."""
     manifest = sweep.manifest
     axes = {axis.name: axis for axis in map(_axis, manifest["vary"])}
     backends = tuple(one["name"] for one in manifest["backends"])
     columns = names_of_columns(manifest)
-    fixed = {full_name(name, columns): value for name, value in where.items()}
+    fixed = {full_name(name, columns, axes): value for name, value in where.items()}
     allowed = f"is fixed twice: by {' and '.join(where)}"
     require(len(fixed) == len(where), next(iter(fixed), ""), None, allowed)
     fixed_to = {name: _number(name, value, axes, backends) for name, value in fixed.items()}

@@ -12,7 +12,7 @@ import pytest
 from hertzchain.cli.options import to_contacts
 from hertzchain.cli.output import say
 from hertzchain.errors import HertzchainError
-from hertzchain.report import run_figure
+from hertzchain.report import panels
 from hertzchain.scene.scene import Scene
 from tests.command_line import Command, is_refused
 from tests.places import ROOT
@@ -83,7 +83,7 @@ def test_contacts_are_those_of_the_plot(
     hertzchain: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     drawn: list[object] = []
-    monkeypatch.setattr(run_figure, "_draw_forces", lambda *given: drawn.append(given[2]))
+    monkeypatch.setattr(panels, "draw_forces", lambda *given: drawn.append(given[2]))
     assert hertzchain("run", SCENE, "--plot", "run.png", "--contacts", "5,9").status == 0
     assert drawn == [[5, 9]]
 
@@ -115,6 +115,9 @@ def test_where_the_other_contacts_are(hertzchain: Command) -> None:
         (("--record", "20", "-o", "motion.json"), ("motion.json", ".npz")),
         (("--plot", "run.gif"), ("run.gif", ".png")),
         (("--plot", "a.png", "-o", "a.png"), ("a.png",)),
+        (("--size", "3x2"), ("--size goes with --plot",)),
+        (("--plot", "a.png", "--size", "1x9"), ("--size 1x9: must be width and height",)),
+        (("--report", "a.pdf"), ("a.pdf", ".html")),
         (("--plot", "a.png", "--contacts", "1"), ("--contacts 1", "2 to 60")),
     ],
 )

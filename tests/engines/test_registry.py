@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from importlib import metadata
 from pathlib import Path
 
@@ -47,7 +46,7 @@ START = """
 import contextlib, dataclasses, json, sys
 from hertzchain.engines.registry import ENGINES, Engine
 
-dummy = Engine("dummy", "Dummy", "dummy", "Dummy", "#56B4E9", "D", "dot", program="dummy-program")
+dummy = Engine("dummy", "Dummy", "dummy", "Dummy", "#56B4E9", "D", program="dummy-program")
 ENGINES["dummy"] = dummy
 ENGINES["other"] = dataclasses.replace(dummy, name="other", label="Other", factory="Other")
 
@@ -109,7 +108,7 @@ def test_run_knows_it(folder: Path) -> None:
 def test_doctor_knows_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(
         ENGINES, "dummy",
-        Engine("dummy", "Dummy", __name__, "Installed", "#56B4E9", "D", "dot", program="none"),
+        Engine("dummy", "Dummy", __name__, "Installed", "#56B4E9", "D", program="none"),
     )  # fmt: skip
     (found,) = [one for one in diagnosis._other_codes() if one.name == "Dummy"]
     assert found.text == "only for --backend dummy; brew install dummy"
@@ -150,11 +149,6 @@ def test_same_steps_are_for_velocity_verlet_alone(folder: Path) -> None:
 
 
 def test_entries_are_told_apart() -> None:
-    for look in (style.LABELS, style.COLOURS, style.MARKERS, style.DASHES):
+    for look in (style.LABELS, style.COLOURS, style.MARKERS):
         assert len(set(look.values())) == len(look)  # formulas have looks, too
     assert all(name == engine.name for name, engine in ENGINES.items())
-
-
-def test_a_marker_that_plotly_does_not_have_is_refused() -> None:
-    with pytest.raises(ValueError, match="marker 'h' must be one of"):
-        replace(ENGINES["yade"], marker="h")

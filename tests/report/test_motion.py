@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib import rcParams
 from matplotlib.colors import to_rgba
 from PIL import Image
 
 import hertzchain as hc
 from hertzchain.errors import OutputError, SceneError
+from hertzchain.report.figures import figure_of, plot_document
 from hertzchain.report.motion import (
     at_times,
     motion_arrays,
@@ -20,7 +23,9 @@ from hertzchain.report.motion import (
     recorded_below,
     write_motion,
 )
-from hertzchain.report.run_figure import coarse_times, plot_run, plot_times, run_figure
+from hertzchain.report.run import of_result
+from hertzchain.report.waterfall import coarse_times, plot_times
+from tests.conftest import paper_scene
 from tests.places import ROOT
 
 SCENES = ROOT / "validation" / "scenes"
@@ -118,7 +123,7 @@ def test_times_of_one_file_among_those_of_others(demo: hc.Scene) -> None:
 
 
 def test_the_figure_draws_the_result(result: hc.Result) -> None:
-    peaks, forces, space_time, *_ = run_figure(result, [5, 30]).axes
+    peaks, forces, space_time, *_ = figure_of(of_result(result), [5, 30]).axes
     assert np.array_equal(peaks.lines[0].get_ydata(), result.peak_force)
     assert (legend := forces.get_legend()) is not None
     assert [text.get_text() for text in legend.get_texts()] == [
@@ -131,12 +136,65 @@ def test_the_figure_draws_the_result(result: hc.Result) -> None:
         assert np.max(line.get_ydata()) == result.peak_force[contact - 2]
     (colours,) = space_time.collections
     assert result.history is not None
-    assert np.array_equal(np.asarray(colours.get_array()), result.history.contact_force.T)
-    assert (space_time.get_xlabel(), space_time.get_ylabel()) == ("time [µs]", "contact")
+    begin, end = space_time.get_xlim()
+    shown = (result.history.time >= begin) & (result.history.time <= end)
+    force = result.history.contact_force
+    assert np.array_equal(np.asarray(colours.get_array()), force[shown].T)
+    assert np.max(force[~shown], initial=0.0) < 0.01 * np.max(force)  # nothing to see
+    assert (space_time.get_xlabel(), space_time.get_ylabel()) == ("time [ms]", "contact")
+
+
+def test_first_pulses_are_drawn_where_they_were_asked_for() -> None:
+    """Contacts without one are a gap, which the legend names."""
+    plain = paper_scene("cosine", 1.0, 2.0, granules=9)
+    short = replace(plain, run=hc.Run(6e-5))  # ends before the wave is at the last contacts
+    result = hc.Native(rtol=1e-4, wanted="first").run(short)
+    force = result.first_columns["first_peak_force_N"]
+    lacks = np.flatnonzero(np.isnan(force)) + 2
+    assert 0 < lacks.size < result.contact.size
+    (axes,) = figure_of(of_result(result)).axes
+    line = axes.lines[0]
+    np.testing.assert_array_equal(line.get_ydata(), force)
+    assert line.get_marker() == "."  # a contact between two gaps has no line
+    assert line.get_label() == f"first pulse; none: contacts {lacks[0]}–{lacks[-1]}"  # noqa: RUF001
+    assert axes.get_ylabel() == "first pulse [N]"
+    all_peaks = hc.Native(rtol=1e-4, wanted="all").run(plain)
+    (axes,) = figure_of(of_result(all_peaks)).axes
+    np.testing.assert_array_equal(axes.lines[0].get_ydata(), all_peaks.peak_force)
+    assert axes.get_ylabel() == "peak force [N]"
+
+
+@pytest.mark.parametrize("only", [["peaks"], ["forces"], ["stacked"], ["map"]])
+def test_labels_of_a_small_picture_do_not_overlap(result: hc.Result, only: list[str]) -> None:
+    figure = figure_of(of_result(result), [5, 30, 50], (3.4, 2.6), only)
+    figure.draw_without_rendering()
+    axes = figure.axes[0]
+    boxes = [axes.xaxis.label.get_window_extent(), axes.yaxis.label.get_window_extent()]
+    for axis in (axes.xaxis, axes.yaxis):
+        low, high = axis.get_view_interval()
+        ticks = zip(axis.get_majorticklocs(), axis.get_ticklabels(), strict=True)
+        shown = [text.get_window_extent() for at, text in ticks if low <= at <= high]
+        assert len(shown) >= 3
+        boxes += shown
+    if (legend := axes.get_legend()) is not None:
+        boxes.append(legend.get_window_extent())
+        assert not legend.get_window_extent().overlaps(axes.bbox.padded(-1))
+    for k, box in enumerate(boxes):
+        assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
+        assert not any(box.overlaps(other) for other in boxes[:k])
+
+
+def test_fonts_of_pdf_are_true_type_and_settings_stay(result: hc.Result, tmp_path: Path) -> None:
+    before = dict(rcParams)
+    plot_document(of_result(result), tmp_path / "run.pdf", only=["peaks"])
+    assert dict(rcParams) == before
+    written = (tmp_path / "run.pdf").read_bytes()
+    assert b"/FontFile2" in written
+    assert b"/Type3" not in written
 
 
 def test_many_contacts_have_a_colour_bar_and_the_wall_a_curve(on_a_wall: hc.Result) -> None:
-    figure = run_figure(on_a_wall, range(2, 22))
+    figure = figure_of(of_result(on_a_wall), range(2, 22))
     _, forces, _, *bars = figure.axes
     assert len(forces.lines) == 20
     assert forces.get_legend() is None
@@ -150,7 +208,7 @@ def test_many_contacts_have_a_colour_bar_and_the_wall_a_curve(on_a_wall: hc.Resu
 
 def test_a_colour_bar_has_the_colours_of_contacts_that_are_not_even(on_a_wall: hc.Result) -> None:
     contacts = [*range(2, 14), 21]
-    _, forces, _, *bars = run_figure(on_a_wall, contacts).axes
+    _, forces, _, *bars = figure_of(of_result(on_a_wall), contacts).axes
     (bar,) = (bar for bar in bars if bar.get_xlabel() == "contact")
     colours = bar._colorbar.mappable  # type: ignore[attr-defined]
     for line, contact in zip(forces.lines, contacts, strict=True):
@@ -158,7 +216,9 @@ def test_a_colour_bar_has_the_colours_of_contacts_that_are_not_even(on_a_wall: h
 
 
 def test_the_wall_is_marked_among_the_peaks(on_a_wall: hc.Result) -> None:
-    (marked,) = (line for line in run_figure(on_a_wall).axes[0].lines if line.get_label() == "wall")
+    (marked,) = (
+        line for line in figure_of(of_result(on_a_wall)).axes[0].lines if line.get_label() == "wall"
+    )
     count = WITH_A_WALL.chain.granules
     assert np.array_equal(marked.get_xydata(), [[count + 1, on_a_wall.peak_at(count + 1)]])
 
@@ -168,7 +228,7 @@ def test_a_small_wave_on_a_static_load_fills_the_panels() -> None:
     pulse = hc.Pulse("cosine", 2.0, 2.0, momentum_ratio=1.0)
     scene = hc.Scene(chain, pulse, precompression=hc.Precompression(force=20.0))
     result = hc.Native(rtol=1e-4).run(scene, 200)
-    peaks, forces, *_ = run_figure(result).axes
+    peaks, forces, *_ = figure_of(of_result(result)).axes
     for axes in (peaks, forces):
         low, high = axes.get_ylim()
         drawn = np.concatenate([np.asarray(line.get_ydata(), float) for line in axes.lines])
@@ -178,7 +238,7 @@ def test_a_small_wave_on_a_static_load_fills_the_panels() -> None:
     (applied,) = (one for one in forces.lines if one.get_label() == "applied and static force")
     assert result.history is not None
     assert np.array_equal(applied.get_ydata(), scene.applied_force(result.history.time) + 20)
-    without = run_figure(hc.Native(rtol=1e-4).run(hc.Scene(chain, pulse), 200))
+    without = figure_of(of_result(hc.Native(rtol=1e-4).run(hc.Scene(chain, pulse), 200)))
     assert [axes.get_ylim()[0] for axes in without.axes[:2]] == [0, 0]
 
 
@@ -220,6 +280,6 @@ def test_what_a_record_keeps_of_the_peaks_is_said(result: hc.Result) -> None:
 
 
 def test_a_plot_is_a_picture(tmp_path: Path, on_a_wall: hc.Result) -> None:
-    plot_run(on_a_wall, tmp_path / "run.png")
+    plot_document(of_result(on_a_wall), tmp_path / "run.png")
     with Image.open(tmp_path / "run.png") as picture:
-        assert picture.size == (1200, 1500)
+        assert picture.size == (1200, 1470)

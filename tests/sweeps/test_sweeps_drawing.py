@@ -18,6 +18,7 @@ import hertzchain as hc
 from hertzchain.cli import main
 from hertzchain.sweeps.columns import COLUMNS, LABELS
 from hertzchain.sweeps.drawing import cell_edges, draw
+from hertzchain.sweeps.page import page_of
 from hertzchain.sweeps.selection import full_name
 from tests.conftest import paper_scene
 
@@ -129,7 +130,7 @@ def test_the_other_measure_of_a_pulse_has_lines_too(grid: hc.Sweep) -> None:
     table = grid.to_frame()
     for n, (x, _) in zip((4, 2, 9), drawn_lines(drawn.figure), strict=True):
         np.testing.assert_array_equal(x, table["shock.rise_time"][table[N] == n])
-    assert drawn.figure.axes[0].get_xlabel() == "rise time t0 [s]"
+    assert drawn.figure.axes[0].get_xlabel() == "rise time t0 [µs]"
     assert drawn.remarks == ()
 
 
@@ -281,6 +282,50 @@ def test_a_result_over_a_result_is_points(grid: hc.Sweep) -> None:
     shown = np.concatenate([line.get_ydata() for line in figure.axes[0].lines])
     np.testing.assert_array_equal(np.sort(shown), np.sort(table["speed_m_s"].dropna()))
     assert all(line.get_linestyle() == "None" for line in figure.axes[0].lines)
+
+
+# Along the chain
+
+
+def test_peaks_of_all_contacts_are_lines_along_the_chain() -> None:
+    swept = hc.sweep(BASE, {"chain.young_modulus": "1e11,1.46e11", N: "2,4"}, peaks=True)
+    drawn = draw(swept, "contact", "peak_force_N", N, {"young_modulus": "146 GPa"})
+    axes = drawn.figure.axes[0]
+    table = swept.peaks_to_frame()
+    for line, scene in zip(axes.lines, (2, 3), strict=True):
+        own = table[table["scene"] == scene]
+        np.testing.assert_array_equal(line.get_ydata(), own["peak_force_N"])
+        np.testing.assert_array_equal(line.get_xdata(), own["contact"])
+    assert legend(drawn.figure) == ["2", "4"]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("contact", "peak force [N]")
+    assert "E = 146 GPa" in axes.get_title()
+    drawn = draw(swept, "contact", "peak_force_N")
+    assert legend(drawn.figure) == ["100", "146"]
+    assert drawn.figure.legends[0].get_title().get_text() == "Young's modulus E [GPa]"
+    assert drawn.remarks == (f"{N} varies, too: lines of all values are drawn",)
+    with pytest.raises(hc.HertzchainError, match="must be one of peak_force_N, peak_time_s"):
+        draw(swept, "contact", F_SW)
+    page = page_of(swept, "scene.toml")
+    assert page.count("<svg") == 2
+    assert "Sweep over chain.young_modulus and shock.duration_ratio" in page
+    assert len(page) < 500_000
+
+
+def test_peaks_that_were_not_kept_are_not_drawn(grid: hc.Sweep) -> None:
+    with pytest.raises(hc.HertzchainError, match="not asked for"):
+        draw(grid, "contact", "peak_force_N")
+
+
+@pytest.mark.parametrize(
+    ("values", "labels"),
+    [
+        ("1e11,1.0001e11", ["100", "100.01"]),
+        ("1e11,1.46e11,2e11", ["100", "146", "200"]),
+    ],
+)
+def test_a_legend_has_the_digits_that_vary(values: str, labels: list[str]) -> None:
+    swept = hc.sweep(BASE, {"chain.young_modulus": values, RATIO: "1,2"}, backends="formulas")
+    assert legend(draw(swept, RATIO, F_SW, "young_modulus").figure) == labels
 
 
 # Maps
@@ -444,6 +489,11 @@ def test_the_section_may_be_left_out() -> None:
     assert [full_name(name) for name in ("F0", "n", "N")] == [
         *("shock.peak_force", "shock.duration_ratio", "chain.granules")
     ]
+    both = ["chain.young_modulus", "wall.young_modulus"]
+    assert full_name("young_modulus", both, ["wall.young_modulus"]) == both[1]
+    for varied in ([], both):
+        with pytest.raises(hc.HertzchainError, match="is in several sections: name one of"):
+            full_name("young_modulus", both, varied)
     with pytest.raises(hc.HertzchainError, match=r"did you mean shock.momentum_ratio\?$"):
         full_name("shock.momentum_ration")
     assert len({name.partition(".")[2] or name for name in COLUMNS}) == len(COLUMNS)

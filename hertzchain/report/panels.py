@@ -1,0 +1,287 @@
+"""Panels of pictures of a run or a verdict: along the chain, over time, and both as a map."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.arrays import FloatArray
+from hertzchain.observables.result import Result
+from hertzchain.report import style
+from hertzchain.report.document import Document
+from hertzchain.report.facts import in_prefixed
+from hertzchain.report.motion import recorded
+from hertzchain.report.picture import at_whole_numbers, in_units, legend_above
+from hertzchain.report.waterfall import CURVES, drawn_contacts, with_peak
+from hertzchain.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+LONG = 200  # contacts from which on axes are logarithmic and not all points are drawn
+_POINTS = 150  # most contacts then: more cannot be told apart
+
+_BY_DEFAULT = 6  # contacts whose force over time is drawn
+_MARKED = 80  # contacts up to which each peak has a marker; more would melt into a band
+_NAMED = 12  # curves that a legend names without covering them; more have a colour bar
+_LIGHTEST = 0.9  # shade of a curve; the last tenth of the colours is too light on white
+_STILL, _MARGIN = 0.01, 0.03
+"""Change of a force over the largest that is too small to be seen; room before and after what
+happens, over its time (both chosen)."""
+
+_LINE, _HIGH = 0.2, 1.6
+"""Height of a line of stacked forces [inches], and of its largest force [lines]."""
+
+
+def plotted_contacts(scene: Scene) -> list[int]:
+    """The contacts whose force over time is drawn by default, closer at the shock."""
+    wanted = np.geomspace(2, scene.chain.granules, _BY_DEFAULT)
+    return [int(contact) for contact in np.unique(np.rint(wanted))]
+
+
+def marked_contacts(document: Document) -> NDArray[np.intp]:
+    """Return the indices of contacts with markers: all, or the first, some others, and the worst.
+
+    The worst have the largest differences from the reference.
+    """
+    size = document.native.contact.size
+    if size <= LONG:
+        return np.arange(size)
+    first = np.arange(_POINTS // 3)
+    later = np.geomspace(first[-1], size - 1, _POINTS - first.size).astype(np.intp)
+    off = document.differences.values()
+    worst = [np.nanargmax(values) for values in off if np.any(np.isfinite(values))]
+    last = np.arange(size - 3, size)
+    return np.unique(np.concatenate([first, later, last, np.asarray(worst, np.intp)]))
+
+
+def draw_peaks(axes: Axes, document: Document) -> None:
+    """Draw the peak of each contact, or its first pulse where a run was asked for these."""
+    native = document.native
+    contact, what = native.contact, "peak force"
+    peaks = np.asarray(native.peak_force)
+    label = "_" if native.static_force is None else what
+    if document.drawn:
+        label = "native, reference"
+    elif document.command == "run" and native.first_pulses is not None:
+        what = "first pulse"
+        peaks = np.asarray(native.first_columns["first_peak_force_N"], np.float64)
+        label = f"first pulse{_without(native, np.isnan(peaks))}"
+        if native.static_force is not None:
+            what = "first pulse, less the static force"
+    colour = style.COLOURS.get(native.backend, style.COLOURS["native"])
+    marked = contact.size <= _MARKED or bool(np.isnan(peaks).any())
+    axes.plot(
+        contact, peaks, marker=style.MARKERS["native"] if marked else "", color=colour,
+        markersize=3.5, linewidth=1.0, label=label,
+    )  # fmt: skip
+    static = native.static_force
+    if static is not None:
+        axes.plot(contact, static, color="0.5", linewidth=1.0, label="static force")
+    _draw_points(axes, document, document.drawn)
+    if native.scene.wall is not None:
+        axes.plot(
+            contact[-1:], peaks[-1:], "s", color=colour, fillstyle="none", markersize=7,
+            label="wall",
+        )  # fmt: skip
+    all_drawn = np.concatenate(
+        [peaks, *document.drawn.values(), *([] if static is None else [static])]
+    )
+    known = all_drawn[np.isfinite(all_drawn)]
+    least = 0.0 if static is None else float(np.min(known))
+    axes.set_ylim(*style.force_limits(least, float(np.max(known, initial=0.0))))
+    p = native.transition_granules
+    if p is not None:
+        place = ("data", "axes fraction")
+        axes.annotate(
+            f"p = {p}", (p, 0.04), (4, 0), place, "offset points", color="0.35", fontsize="small"
+        )
+    _finish_along(axes, document)
+    in_units(axes.yaxis, f"{what} [N]")
+
+
+def _without(result: Result, lacks: NDArray[np.bool_]) -> str:
+    """Return words for the contacts that have no first pulse; empty if all have one."""
+    if not lacks.any():
+        return ""
+    numbers = result.contact[lacks]
+    ranges = np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1)
+    named = [str(r[0]) if r.size == 1 else f"{r[0]}–{r[-1]}" for r in ranges]  # noqa: RUF001
+    named = named if len(named) <= _BY_DEFAULT else [*named[:_BY_DEFAULT], "others"]
+    return f"; none: {'contact' if numbers.size == 1 else 'contacts'} {', '.join(named)}"
+
+
+def _draw_points(axes: Axes, document: Document, drawn: Mapping[str, FloatArray]) -> None:
+    """Draw values of named engines as open markers."""
+    some = marked_contacts(document)
+    for name, values in drawn.items():
+        axes.plot(
+            document.native.contact[some], values[some], linestyle="none", fillstyle="none",
+            color=style.COLOURS[name], marker=style.MARKERS[name], markersize=4.5,
+            label=style.LABELS[name],
+        )  # fmt: skip
+
+
+def draw_differences(axes: Axes, document: Document) -> None:
+    """Draw differences from native on a logarithmic axis, with a line for each error."""
+    axes.set_yscale("log")
+    shown = {name: np.where(off > 0, off, np.nan) for name, off in document.differences.items()}
+    values = np.concatenate([*shown.values(), [value for _, _, value in document.lines]])
+    if (known := values[values > 0]).size:
+        axes.set_ylim(np.min(known) / 3, 3 * np.max(known))
+    _draw_points(axes, document, shown)
+    for name, label, value in document.lines:
+        line = ":" if name == "native" else "--"
+        axes.axhline(value, color=style.COLOURS[name], linewidth=0.8, linestyle=line, label=label)
+    axes.set_ylabel("relative difference")
+    _finish_along(axes, document, {style.LABELS[name] for name in document.drawn})
+
+
+def _finish_along(axes: Axes, document: Document, named: Collection[str] = ()) -> None:
+    """Draw what all panels along the chain have, with a legend of what is not named elsewhere."""
+    native = document.native
+    if native.transition_granules is not None:
+        axes.axvline(native.transition_granules, color="0.6", linewidth=0.8, zorder=0)
+    axes.set_xlim(1, native.contact[-1] + 1)
+    if native.contact.size > LONG and native.scene.is_plain:
+        axes.set_xscale("log")
+        axes.set_xlim(1.8, native.contact[-1] * 1.1)
+    else:
+        axes.xaxis.set_major_locator(at_whole_numbers())
+    in_units(axes.xaxis, "contact")
+    axes.grid(alpha=0.25)
+    legend_above(axes, named)
+
+
+def what_happens(result: Result, contacts: Sequence[int]) -> tuple[float, float]:
+    """Return from when until when forces of contacts change [s], with a little room."""
+    history, static = recorded(result), result.static_force
+    some = np.asarray(contacts) - 2
+    moving = np.abs(history.contact_force[:, some] - (0.0 if static is None else static[some]))
+    largest = np.max(moving)
+    at = np.flatnonzero(np.any(moving > _STILL * largest, axis=1))
+    if not largest > 0:
+        return float(history.time[0]), float(history.time[-1])
+    begin, end = history.time[max(at[0] - 1, 0)], history.time[min(at[-1] + 1, moving.shape[0] - 1)]
+    room = _MARGIN * (end - begin)
+    return max(begin - room, history.time[0]), min(end + room, history.time[-1])
+
+
+def draw_forces(axes: Axes, document: Document, contacts: Sequence[int]) -> None:
+    """Draw contact forces over time, each with its exact peak, and the applied force."""
+    from matplotlib import colormaps
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import ListedColormap, Normalize
+
+    result = document.native
+    history = recorded(result)
+    if result.scene.ramps:
+        applied, label = result.scene.applied_force(history.time), "applied force"
+        load = result.scene.precompression
+        if load is not None and load.force:
+            applied, label = applied + load.force, "applied and static force"
+        axes.plot(history.time, applied, "--", color="0.6", label=label)
+    shades = ListedColormap(colormaps["viridis"](np.linspace(0, _LIGHTEST, 256)))
+    few = len(contacts) <= _NAMED
+    ends = (0, max(len(contacts) - 1, 1)) if few else (min(contacts), max(contacts))
+    spread = Normalize(*ends)
+    for k, contact in enumerate(contacts):
+        time, force = with_peak(result, contact)
+        label = result.scene.contact_name(contact)
+        shade = shades(spread(k if few else contact))
+        axes.plot(time, force, color=shade, linewidth=1.2, label=label)
+    drawn = np.concatenate([np.asarray(line.get_ydata(), np.float64) for line in axes.lines])
+    axes.set_ylim(*style.force_limits(float(np.min(drawn)), float(np.max(drawn))))
+    axes.set_xlim(*what_happens(result, contacts))
+    in_units(axes.yaxis, "contact force [N]")
+    in_units(axes.xaxis, "time [s]")
+    axes.grid(alpha=0.25)
+    if few:
+        legend_above(axes)
+    else:
+        if result.scene.ramps:
+            axes.legend(handles=axes.lines[:1], fontsize="x-small")
+        shown = ScalarMappable(spread, shades)
+        axes.figure.colorbar(shown, ax=axes, label="contact", location="top", aspect=60)
+
+
+def draw_map(axes: Axes, document: Document) -> None:
+    """Draw the contact force of all contacts over time."""
+    result = document.native
+    history = recorded(result)
+    begin, end = what_happens(result, result.contact.tolist())
+    some = (history.time >= begin) & (history.time <= end)
+    shown = axes.pcolormesh(
+        history.time[some], result.contact, history.contact_force[some].T,
+        cmap=style.force_colours(), shading="nearest", rasterized=True,
+    )  # fmt: skip
+    bar = axes.figure.colorbar(shown, ax=axes, location="bottom", aspect=60, pad=0.02)
+    in_units(bar.ax.xaxis, "contact force [N]")
+    axes.yaxis.set_major_locator(at_whole_numbers())
+    axes.set_ylabel("contact")
+    axes.set_xlim(begin, end)
+    in_units(axes.xaxis, "time [s]")
+
+
+def draw_stacked(axes: Axes, document: Document) -> None:
+    """Draw contact forces over time, a line for each contact, one above the other."""
+    native = document.native
+    scene, time = native.scene, recorded(native).time
+    box = axes.get_position().height * axes.figure.get_figheight()  # type: ignore[union-attr]
+    drawn = drawn_contacts(native, int(np.clip(box / _LINE, 2, CURVES)))
+    largest = max(float(np.max(native.peak_force)), scene.peak_force)
+    scale = _HIGH / largest
+    if scene.ramps:
+        applied = scale * scene.applied_force(time)
+        axes.plot(time, applied, color="0.6", linewidth=1.0, label="applied force")
+    for key, result in document.results.items():
+        if result.history is None:
+            continue
+        line, width = ("-", 1.0) if key == "native" else ("--", 1.2)
+        for place, contact in enumerate(drawn, start=1):
+            at, force = with_peak(result, contact)
+            axes.plot(
+                at, place + scale * force, color=style.COLOURS[key], linestyle=line,
+                linewidth=width, label=style.LABELS[key] if place == 1 else "_",
+            )  # fmt: skip
+    first = "striker" if scene.striker else "piston" if scene.piston else "shock"
+    axes.set_yticks(range(len(drawn) + 1), [first, *map(scene.contact_label, drawn)])
+    axes.set(ylabel="contact", ylim=(-0.4, len(drawn) + _HIGH + 0.3))
+    axes.set_xlim(*what_happens(native, drawn))
+    in_units(axes.xaxis, "time [s]")
+    axes.grid(alpha=0.25)
+    _draw_scale(axes, largest)
+    legend_above(axes)
+
+
+def _draw_scale(axes: Axes, largest: float) -> None:
+    """Draw how high a round force is in a panel of stacked forces, to its right."""
+    power = 10.0 ** np.floor(np.log10(largest))
+    round_force = next(float(n * power) for n in (5, 2, 1) if n * power <= largest * (1 + 1e-9))
+    right = axes.secondary_yaxis("right", functions=(lambda y: y, lambda y: y))
+    right.set_yticks([0, _HIGH * round_force / largest], ["0", in_prefixed(round_force, "N")])
+    right.tick_params(labelsize="small")
+
+
+def draw_traces(axes: Axes, document: Document) -> None:
+    """Draw measured traces one below the other, and what the reference reads as lines on them."""
+    overlays = document.overlays
+    apart = 1.1 * max(float(np.max(np.abs(one.expected))) for one in overlays)
+    for k, one in enumerate(overlays):
+        base = (len(overlays) - 1 - k) * apart
+        measured, reference = ("measured", "native, reference") if k == 0 else ("_", "_")
+        axes.plot(one.time, one.measured + base, ".", color="0.6", markersize=2, label=measured,
+            rasterized=True,
+        )  # fmt: skip
+        axes.plot(
+            one.time, one.expected + base, color=style.COLOURS["native"], linewidth=1.0,
+            label=reference,
+        )  # fmt: skip
+        axes.annotate(one.label, (one.time[0], base), (0, 3), textcoords="offset points")
+    axes.set_ylim(-0.15 * apart, len(overlays) * apart)
+    in_units(axes.yaxis, "force without the static one, one above the other [N]")
+    in_units(axes.xaxis, "time of the run [s]")
+    legend_above(axes)

@@ -1,0 +1,177 @@
+"""The document of a run."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hertzchain.observables.result import Result
+from hertzchain.report.document import Document, Peaks, Verdict
+from hertzchain.report.facts import (
+    cost,
+    facts_of_terms,
+    known_digits,
+    number,
+    shown_contacts,
+    similar_scene,
+    with_unit,
+)
+from hertzchain.report.tables import run_document
+
+
+def of_result(result: Result) -> Document:
+    """Return the document of a run, which has no verdict."""
+    return Document(
+        kind="Run",
+        name="run",
+        numbers=lambda: run_document(result),
+        command="run",
+        cases=(),
+        results={result.backend: result},
+        verdict=Verdict(None, ""),
+        peaks=_peaks(result),
+        drawn={},
+        limits=(),
+        facts=_facts(result),
+        remarks=result.warnings,
+    )
+
+
+def _peaks(result: Result) -> Peaks:
+    """Return peaks with the digits that are known, and what else is known of each contact."""
+    static, first = result.static_force, result.first_pulses
+    of_static = [] if static is None else [("static force", "[N]")]
+    of_first = [("first pulse", "[N]"), ("arrival", "[s]"), ("width", "[s]")]
+
+    def row(k: int) -> list[str]:
+        return [
+            result.scene.contact_label(k + 2),
+            known_digits(result.peak_force[k], result.peak_errors[k]),
+            *([] if static is None else [number(static[k], 7)]),
+            number(result.peak_time[k], 6),
+            *([] if first is None else _first_pulse(result, k)),
+            "" if result.peak_passed[k] else "not peaked yet",
+        ]
+
+    return Peaks(
+        "Peak force of each contact",
+        [
+            ("contact", ""),
+            ("peak force", "[N]"),
+            *of_static,
+            ("peak time", "[s]"),
+            *([] if first is None else of_first),
+            ("", ""),
+        ],
+        row,
+        range(len(shown_contacts(result))),
+    )
+
+
+def _facts(result: Result) -> list[tuple[str, str]]:
+    """Return label and value of all that is known of the run as a whole."""
+    facts = [
+        *(wave_facts(result) if result.scene.is_plain else facts_of_terms(result)),
+        *_facts_of_wave(result),
+        *_facts_of_gauges(result),
+        ("error of the peaks, at most", f"{result.error_estimate:.1e}"),
+        *_first_facts(result),
+        ("largest overlap", f"{result.overlap_ratio:.2g} radii"),
+        ("largest pressure", largest_pressure(result)),
+        ("cost", cost(result)),
+    ]
+    if (similar := similar_scene(result)) is not None:
+        facts.append(("computed as", similar))
+    return facts
+
+
+def largest_pressure(result: Result) -> str:
+    """Return the largest pressure, where it is, and the strength below which a metal yields."""
+    found = result.largest_pressure
+    if found.time is None:
+        return "0 Pa: no contact was pressed"
+    return (
+        f"{found.pressure:.3g} Pa, {result.scene.contact_name(found.contact)} at"
+        f" {found.time:.3g} s; metals of yield strength < {found.needed_strength:.3g} Pa yield"
+    )
+
+
+def _first_pulse(result: Result, k: int) -> tuple[str, str, str]:
+    """Return force, arrival and width of the first pulse of a contact; empty where it has none."""
+    known = result.first_columns
+    if np.isnan(known["first_peak_force_N"][k]):
+        return "", "", ""
+    width = known["first_width_s"][k]
+    return (
+        known_digits(known["first_peak_force_N"][k], known["first_peak_error"][k]),
+        number(known["arrival_time_s"][k], 6),
+        "" if np.isnan(width) else number(width, 6),
+    )
+
+
+def _first_facts(result: Result) -> list[tuple[str, str]]:
+    """Return the largest errors of first pulses; nothing where they were not asked for."""
+    known = result.first_columns
+    if not known or not np.isfinite(known["first_peak_error"]).any():
+        return []
+    force, arrival = (np.nanmax(known[key]) for key in ("first_peak_error", "arrival_error_s"))
+    return [
+        ("error of first pulses, at most", f"{force:.1e}"),
+        ("error of arrivals, at most", with_unit(float(arrival), "s", 0.1)),
+    ]
+
+
+def _facts_of_gauges(result: Result) -> list[tuple[str, str]]:
+    """Return the first pulse of each gauge."""
+    facts = []
+    for read in result.gauges:
+        said = "no first pulse that is known to its end"
+        if np.isfinite(read.force):
+            force = known_digits(read.force, read.force_error)
+            arrival = known_digits(read.arrival, read.arrival_error / read.arrival)
+            width = "unknown"
+            if np.isfinite(read.width):
+                width = f"{known_digits(read.width, read.width_error / read.width)} s"
+            said = f"{force} N, arrival {arrival} s, width {width}"
+            if np.isfinite(read.speed):
+                speed = known_digits(read.speed, read.speed_error)
+                said += f", {speed} m/s from the gauge before"
+        facts.append((f"gauge, {read.gauge.key} {read.gauge.number}", said))
+    return facts
+
+
+def _facts_of_wave(result: Result) -> list[tuple[str, str]]:
+    """Return speed, height and width of the wave by first pulses; nothing where there is none."""
+    wave = result.usual_wave
+    if wave is None:
+        return []
+    speed = known_digits(wave.speed, wave.speed_error)
+    height = known_digits(wave.height, wave.height_error)
+    width = "unknown"
+    if np.isfinite(wave.width):
+        width = f"{known_digits(wave.width, wave.width_error)} s"
+    if np.isfinite(wave.width) and "unlike granules" not in result.scene.terms:
+        width += f", {wave.width_granules:.3g} granules"
+    return [
+        (f"speed, contacts {wave.first} to {wave.last}", f"{speed} m/s"),
+        (f"height and width, contact {wave.last}", f"{height} N, {width}"),
+    ]
+
+
+def wave_facts(result: Result) -> list[tuple[str, str]]:
+    """Return the facts of a plain scene: the transition and the wave after it."""
+    wave, p, known = result.solitary_wave, result.transition_granules, result.error_estimate
+    return [
+        ("transition, p", "none ends here" if p is None else f"{p} granules"),
+        ("solitary wave, F_SW", with_unit(wave.peak_force, "N", known)),
+        ("far-field force", _settled(wave.far_field_force, "N", wave.far_field_error, known)),
+        ("speed", _settled(wave.speed, "m/s", wave.speed_error, known)),
+    ]
+
+
+def _settled(value: float | None, unit: str, error: float | None, known: float) -> str:
+    """Return words for a number of the wave, and its largest difference from the settled wave."""
+    if error is None:
+        return with_unit(value, unit, known)
+    if value is None:
+        return f"not reached: the wave may change by {error:.0%} in a longer chain"
+    return f"{with_unit(value, unit, max(known, error))}, settled to {error:.1e}"
