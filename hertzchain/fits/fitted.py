@@ -109,8 +109,8 @@ class Fit:
         if self.is_noise:
             return ()
         left = (
-            f"what is left is {np.sqrt(self.mean_square):.2g} times the noise: something else than"
-            " the fitted values is not as in the scene, and the intervals are widened by that"
+            f"the residual is {np.sqrt(self.mean_square):.2g} times the noise: something other than"
+            " the fitted values differs from the scene, and the intervals are widened by that factor"
         )
         return (left,)
 
@@ -153,7 +153,7 @@ class Fit:
         shifts = ", ".join(f"{shift:.6g}" for shift in self.shifts)
         facts += [
             ("the run begins at", f"{shifts} s of the measured clock"),
-            ("what is left, over the noise", f"{self.mean_square**0.5:.3g}"),
+            ("residual over the noise", f"{self.mean_square**0.5:.3g}"),
             ("samples, runs", f"{self.samples:,}, {self.runs:,}"),
             *(("remark", remark) for remark in self.remarks),
         ]
