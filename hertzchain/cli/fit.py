@@ -49,7 +49,8 @@ def fit(
 ) -> None:
     """Fit values of a scene to measured forces over time, with their 95 % intervals.
 
-    The search starts from the values in the scene file. The status is 1 if the residual is more than noise.
+    The search starts from the values in the scene file. The status is 1 if the residual is more
+    than noise.
     """
     from hertzchain.files import check_outputs
     from hertzchain.fits import fit as fits

@@ -109,8 +109,8 @@ class Fit:
         if self.is_noise:
             return ()
         left = (
-            f"the residual is {np.sqrt(self.mean_square):.2g} times the noise: something other than"
-            " the fitted values differs from the scene, and the intervals are widened by that factor"
+            f"the residual is {np.sqrt(self.mean_square):.2g} times the noise: something other"
+            " than the fitted values differs from the scene, and the intervals are widened by that"
         )
         return (left,)
 

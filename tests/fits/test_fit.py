@@ -99,7 +99,7 @@ def test_another_model_is_told_from_noise() -> None:
     traces = experiment(0.003, scene=replace(TRUE, chain=chain))
     fit = hc.fit(START, traces, FREE)
     assert not fit.is_noise
-    assert "times the noise" in fit.remarks[0]
+    assert "times the noise: something other" in fit.remarks[0]
 
 
 @pytest.mark.parametrize(
