@@ -12,6 +12,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.errors import HertzchainError
+from hertzchain.verdict.traces.traces import is_traces
 from tests.command_line import Command
 from tests.conftest import STEEL
 
@@ -181,6 +182,24 @@ def test_a_page_and_a_figure(measured: pd.DataFrame, tmp_path: Path) -> None:
 def test_what_cannot_be_judged(measured: pd.DataFrame, change: dict[str, Any], words: str) -> None:
     with pytest.raises(HertzchainError, match=words):
         hc.judge_traces(SCENE, measured.assign(**change))
+
+
+@pytest.mark.parametrize(
+    ("names", "columns", "expected"),
+    [
+        (["time_s", "gauge_6_N"], {}, True),
+        (["t", "CH1"], {"wall": "CH1"}, True),
+        (["time (us)", "contact_3 (kN)"], {}, True),
+        (["contact", "peak_force_N"], {}, False),
+        (["time_s", *(f"contact_{k}_N" for k in range(2, 17))], {}, False),
+        (["time_s", *(f"contact_{k}" for k in range(15))], {}, False),
+        (["step", "x1", "x2"], {}, False),
+    ],
+    ids=str,
+)
+def test_which_files_are_traces(names: list[str], columns: dict[str, str], expected: bool) -> None:
+    """A column for each contact, numbered in any way, is a code's; it has a way of its own."""
+    assert is_traces(names, SCENE, columns) == expected
 
 
 def test_names_that_do_not_fit(measured: pd.DataFrame) -> None:
