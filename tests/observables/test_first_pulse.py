@@ -85,6 +85,23 @@ def test_many_random_scenes(first: int) -> None:
         judge(number)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("first", range(0, 60, BLOCK))
+def test_lammps_on_random_scenes(first: int) -> None:
+    """At 1e-4: none above its bound; a scene that it cannot reach in a minute is left out."""
+    judged = 0
+    for number in range(first, first + BLOCK):
+        try:
+            found = shares(
+                random_scene(number), hc.Lammps(rtol=1e-4, wanted="first", time_limit=60)
+            )
+        except HertzchainError:
+            continue  # a refusal is honest
+        judged += len(found)
+        assert max(found, default=0.0) <= 1, number
+    assert judged > 3 * BLOCK
+
+
 TAPER = hc.Scene(
     hc.Chain(
         32, radius=4.76e-3 * 0.9 ** np.arange(32.0), young_modulus=193e9, poisson_ratio=0.3,
