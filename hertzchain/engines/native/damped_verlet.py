@@ -110,8 +110,9 @@ def states_of(
     deadline: Deadline,
     stride: int = 1,
     led: FloatArray = _NOT_LED,
+    block: int = _BLOCK,
 ) -> Iterator[tuple[NDArray[np.intp], FloatArray]]:
-    """Take equal steps; which steps are kept, and their states, (kept, 4, granules), in blocks.
+    """Take equal steps; which steps are kept, and their states, (4, kept, granules), in blocks.
 
     The first of a block is the last of the block before. States are displacement, velocity,
     acceleration and force of the contact ahead of each granule, all in the units of ``walk``.
@@ -121,11 +122,11 @@ def states_of(
     """
     from hertzchain.engines.native.damped_verlet_kernel import take_steps
 
-    for done, last in itertools.pairwise([*range(0, max(steps, 1), _BLOCK * stride), steps]):
+    for done, last in itertools.pairwise([*range(0, max(steps, 1), block * stride), steps]):
         if deadline.left <= 0:
             raise deadline.passed()
-        kept = np.array([*range(done, last, stride), last])
-        states = np.zeros((kept.size, 4, walk.chain.inverse_mass.size))
+        kept = np.append(np.arange(done, last, stride), last)
+        states = np.empty((4, kept.size, walk.chain.inverse_mass.size))
         forces = np.ascontiguousarray(applied(np.arange(done, last + 1)))
         take_steps(walk, dt, forces, led[done : last + 1], stride, done == 0, states)
         yield kept, states
@@ -141,6 +142,6 @@ def stride_of(scene: Scene, leg: Leg) -> int:
 
 
 def _samples(time: FloatArray, states: FloatArray, gap: Array) -> Samples:
-    u, v, a, f = (np.ascontiguousarray(states[:, k]) for k in range(4))
+    u, v, a, f = states
     overlap = closing(u, gap.size) - gap
     return Samples(time, u, v, a, overlap, f[:, : gap.size])

@@ -15,6 +15,9 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.compiling import ONE, compiled, compiled_and_kept
 from hertzchain.engines.native.equations import Chain
 
+_ROOTS = 0.0, 0.25, 0.5
+"""Exponents of dampers that scenes have: no power need be computed."""
+
 
 class Walk(NamedTuple):
     """A chain that moves step by step, in any units.
@@ -30,7 +33,8 @@ class Walk(NamedTuple):
         Granules on which forces are applied, counted from 0.
     power, drag
         The exponent of overlap in the law of each contact, with an entry for the free end, and the
-        drag over velocity of each granule; both None for a chain of Hertz's contacts without drag.
+        drag over velocity of each granule; both None for Hertz's contacts without drag, whose
+        dampers have an exponent of a scene: the compiler makes vectors of their loops.
     """
 
     chain: Chain
@@ -50,7 +54,13 @@ class Walk(NamedTuple):
     ) -> Walk:  # fmt: skip
         """Return a chain with all of its granules as they are at the start, (granules,) each."""
         u, v = (np.append(np.asarray(values, float), 0.0) for values in (displacement, velocity))
-        if power is not None:
+        if (
+            power is None
+            or drag is None
+            or not (drag.any() or np.any(power != 1.5) or chain.exponent not in _ROOTS)
+        ):
+            power = drag = None
+        else:
             power = np.append(power, np.full(v.size - 1 - power.size, 1.5))
         f, a, push = np.zeros((3, v.size))
         return cls(chain.padded(), u, v, f, a, push, np.array(pushed, np.intp), power, drag)
@@ -78,7 +88,7 @@ def _evaluate(walk: Any, power: Any, drag: Any, least: float) -> None:
             factor = root
         elif c.exponent == 0.25:
             factor = np.sqrt(root)
-        elif c.exponent != 0.0:
+        elif power is not None and c.exponent != 0.0:
             factor = d**c.exponent if d > 0.0 else 0.0
         force = elastic + c.damping[i] * factor * (v[i] - v[i + ONE])
         f[i + ONE] = force if force > least else least
@@ -116,7 +126,7 @@ def take_steps(
         Whether forces are computed before the first step: these are the first steps of a run.
     into
         Filled with displacements, velocities, accelerations and forces of contacts: before the
-        first step, after every ``stride``, and after the last; shape (states, 4, granules).
+        first step, after every ``stride``, and after the last; shape (4, states, granules).
     """
     u, v, a = walk.u, walk.v, walk.a
     granules, steps = walk.chain.inverse_mass.size, applied.shape[0] - 1
@@ -138,6 +148,6 @@ def take_steps(
                 v[i] += h / 2 * a[i]
         if step % stride == 0 or step == steps:
             for i in range(granules):
-                into[kept, 0, i], into[kept, 1, i] = u[i], v[i]
-                into[kept, 2, i], into[kept, 3, i] = a[i], walk.f[i + 1]
+                into[0, kept, i], into[1, kept, i] = u[i], v[i]
+                into[2, kept, i], into[3, kept, i] = a[i], walk.f[i + 1]
             kept += 1
