@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from llvmlite import ir
 from numba import njit
 from numba.core.caching import FunctionCache
 from numba.core.options import DefaultOptions
@@ -118,19 +117,15 @@ def compiled_without_nan(function: Any) -> Any:
     )(function)
 
 
-def _larger_of_two(_: Any, a: Any, b: Any) -> Any:
+@intrinsic
+def larger(_: Any, a: Any, b: Any) -> Any:
     """The larger of two numbers of one type, neither NaN.
 
     Of ``max`` LLVM makes vector instructions in some places and not in others.
     """
 
-    def lowered(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        kind = context.get_value_type(signature.return_type)
-        of_two = ir.FunctionType(kind, [kind, kind])
-        maxnum = builder.module.declare_intrinsic("llvm.maxnum", [kind], of_two)
-        return builder.call(maxnum, arguments, fastmath=("nnan", "nsz"))
+    def lowered(_: Any, builder: Any, __: Any, numbers: Any) -> Any:
+        sure = {"flags": ("nnan", "nsz")}
+        return builder.select(builder.fcmp_ordered(">", *numbers, **sure), *numbers, **sure)
 
     return (a(a, a), lowered) if a == b else None
-
-
-larger: Any = intrinsic(_larger_of_two)
