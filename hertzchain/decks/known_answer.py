@@ -44,7 +44,7 @@ _PILOT_STEP = 0.04  # natural time units; step of the first run in the search fo
 _LOOKING_INTERVAL = 0.005  # natural time units between two samples: costs the peaks 5e-6
 _MOST_LOST = 3e-5  # largest relative error of the peaks by coordinates, of softer granules (chosen)
 _SHIFTS = 4  # number of random starts that measure the amplification of rounding (chosen)
-_MOST_STEPS = 1e7  # most steps of a deck with terms: minutes of LAMMPS (chosen)
+_MOST_STEPS = 1e7  # most steps of a deck: minutes of LAMMPS with 60 granules
 _RTOL_OF_DAMPED = 1e-4  # default relative error, damped: errors go as dt, and 1e-6 takes hours
 _UNSTABLE = 0.5  # largest fraction of the longest stable step, damped (chosen)
 # fraction of the step found by trials, damped: sampling costs some accuracy (chosen)
@@ -65,11 +65,7 @@ def deck_step(scene: Scene, dt: float | None = None, rtol: float | None = None) 
         require(is_positive(dt), "dt", dt, f"{POSITIVE} [s]")
         legs, interval = scene.schedule(dt), METHODS["velocity-verlet"].interval
         refuse_unstable(scene, legs, interval, "velocity-verlet")
-        if not scene.is_plain and scene.end_time / dt > _MOST_STEPS:
-            raise TooExpensive(
-                f"a deck with steps of {dt:g} s would take {scene.end_time / dt:.0e} of them, more"
-                f" than {_MOST_STEPS:.0e}: ask for a larger dt, or for a shorter end_time"
-            )
+        _refuse_many(scene.end_time / dt, "a larger dt, or for a shorter end_time")
         return dt / unit
     if rtol is None:
         rtol = RTOL if scene.contact is None else _RTOL_OF_DAMPED
@@ -81,13 +77,17 @@ def deck_step(scene: Scene, dt: float | None = None, rtol: float | None = None) 
     natural = _tried_step(scene, rtol) / unit
     digit = 10.0 ** (math.floor(math.log10(natural)) - 1)
     step = float(f"{math.floor(natural / digit) * digit:.2g}")
-    if not scene.is_plain and scene.end_time / unit / step > _MOST_STEPS:
-        raise TooExpensive(
-            f"peaks of this scene right to {rtol:g} would take velocity Verlet"
-            f" {scene.end_time / unit / step:.0e} steps, more than {_MOST_STEPS:.0e}: ask for a"
-            " larger rtol, or for a dt"
-        )
+    _refuse_many(scene.end_time / unit / step, "a larger rtol, or for a dt")
     return step
+
+
+def _refuse_many(steps: float, other: str) -> None:
+    """Raise TooExpensive for more steps than a deck may take; ``other`` is what to ask for."""
+    if steps > _MOST_STEPS:
+        raise TooExpensive(
+            f"this deck would take velocity Verlet {steps:.0e} steps, more than {_MOST_STEPS:.0e}:"
+            f" ask for {other}"
+        )
 
 
 def _tried_step(scene: Scene, rtol: float) -> float:
@@ -104,11 +104,7 @@ def _tried_step(scene: Scene, rtol: float) -> float:
         longest = _UNSTABLE * stable_step(scene, METHODS["velocity-verlet"].interval)
         pilot = min(pilot, longest)
     # Trials never find a longer step, and may take hours themselves.
-    if not scene.is_plain and scene.end_time / longest > _MOST_STEPS:
-        raise TooExpensive(
-            f"a deck of this scene would take velocity Verlet {scene.end_time / longest:.0e}"
-            f" steps or more, more than {_MOST_STEPS:.0e}: ask for a dt, or for a shorter end_time"
-        )
+    _refuse_many(scene.end_time / longest, "a dt, or for a shorter end_time")
     if scene.contact is None:
         return second_order_step(peaks_at, pilot, rtol)
     # Errors go as dt: the difference is the error of the shorter step. The deck's tolerance is

@@ -68,7 +68,7 @@ def standalone(scene: Scene, layout: Layout, known: KnownAnswer | None = None) -
 def check(scene: Scene, layout: Layout) -> None:
     """Raise RunFailed for a layout that is impossible with terms."""
     refuse_pair_style(scene, layout.pair_style)
-    if layout.atoms != "create" and not scene.is_plain:
+    if layout.atoms != "create" and scene.terms:
         raise RunFailed(
             f"a data file holds equal granules that touch, not {' and '.join(scene.terms)}: leave"
             " out --atoms data, the deck names every granule"
@@ -105,7 +105,7 @@ def _header(
     run = f"lmp -in {layout.name}"
     count, terms = scene.chain.granules, list(scene.terms)
     elastic = " elastic" if scene.contact is None else ""
-    which = "pushed at one end" if scene.is_plain else f"with {' and '.join(terms)}"
+    which = f"with {' and '.join(terms)}" if terms else "pushed at one end"
     needed = oldest(scene)
     since = OLDEST if needed is None else needed[1]
     changed = ["watch", "peaks"] if known is not None else []

@@ -39,7 +39,7 @@ def amplifies_errors(scene: Scene) -> bool:
     return not scene.is_plain or scene.pulse is None or bool(short)
 
 
-def second_order_safety(natural_step: float, rising: bool, is_plain: bool = True) -> float:
+def second_order_safety(scene: Scene, natural_step: float, rising: bool) -> float:
     """Ratio of bound to estimate for second-order methods; the step is in natural time units.
 
     Opening contacts add a term h^2.5 to h^2, and steps above 0.15 add a term h^4 (measured: 1.95
@@ -49,7 +49,7 @@ def second_order_safety(natural_step: float, rising: bool, is_plain: bool = True
     """
     if rising and natural_step > 0.5:
         return 8.0
-    short = 1.5 if is_plain else 3.0
+    short = 1.5 if scene.is_plain else 3.0
     return short if natural_step <= 0.15 and not rising else 4.0
 
 

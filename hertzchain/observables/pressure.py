@@ -70,9 +70,6 @@ def pressures(scene: Scene, force: FloatArray) -> FloatArray:
     The force of a damped contact has the part of its damper, so that p0 is above that of the
     overlap: by 0.06 % for two spheres of restitution 0.9, by 3 % for 0.5 (measured).
     """
-    if scene.is_plain:
-        chain = scene.chain
-        return np.asarray(hertz.pressure_of(chain.contact_stiffness, chain.radius / 2, force))
     one = scene.granules.radius
     radius = np.append(one[:-1] * one[1:] / (one[:-1] + one[1:]), one[-1])[: force.size]
     return np.asarray(hertz.pressure_of(scene.granules.stiffness, radius, force))

@@ -14,7 +14,6 @@ from hertzchain.report.document import Document
 from hertzchain.report.facts import (
     cost,
     describe,
-    facts_of_terms,
     number,
     shown_contacts,
     similar_scene,
@@ -110,11 +109,11 @@ def _range(values: Any, unit: str) -> str:
 
 
 def _of_result(result: Result) -> Card:
-    from hertzchain.report.run import wave_facts
+    from hertzchain.report.run import main_facts
 
     shown = shown_contacts(result)[:_MOST_ROWS]
     facts = [("largest peak", _largest(result.contact, result.peak_force))]
-    facts += wave_facts(result) if result.scene.is_plain else facts_of_terms(result)
+    facts += main_facts(result)
     facts += [
         ("error of the peaks, at most", f"{result.error_estimate:.1e}"),
         ("largest overlap", f"{result.overlap_ratio:.2g} radii"),

@@ -31,8 +31,8 @@ def of_comparison(comparison: Comparison) -> Document:
     """Return the document of a comparison."""
     formulas = comparison.formulas
     others = {name: found for name, found in comparison.results.items() if name != "native"}
-    is_plain = comparison.scene.is_plain  # the formulas hold for plain scenes only
-    equations = {name: getattr(formulas, name) for name in FORMULAS if is_plain}
+    named = FORMULAS if comparison.scene.is_plain else ()  # they are about nothing else
+    equations = {name: getattr(formulas, name) for name in named}
     drawn = {name: result.peak_force for name, result in others.items()}
     answers, efforts = _answers(comparison)
     of_formulas = [f"Formulas: {text}" for text in (formulas.applicable, formulas.note) if text]

@@ -21,7 +21,6 @@ from hertzchain.report.facts import (
 )
 from hertzchain.report.run import of_result
 from hertzchain.theory import Prediction, peak_map
-from hertzchain.theory.prediction import constants
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -112,11 +111,11 @@ def print_prediction(console: Console, prediction: Prediction) -> None:
         console.print(table(("contact", "map", *("Eq. 6", "Eq. 9") * 2), rows))
         print_left_out(console, len(known) - len(shown), known[-1]["contact"])
         print_facts(console, _predicted_facts(prediction))
-    if prediction.scene.pulse is not None and prediction.scene.is_plain:
+    if prediction.scene.pulse is not None and prediction.constants:
         console.print()
         rows = [
             (one.name, f"{one.paper:.6f}", f"{one.exact:.6f}", f"{one.difference:+.2%}")
-            for one in constants()
+            for one in prediction.constants
         ]
         header = ("constant", "paper", "exact", "difference")
         console.print(table(header, rows, left=("constant",)))

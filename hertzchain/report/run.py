@@ -70,7 +70,7 @@ def _peaks(result: Result) -> Peaks:
 def _facts(result: Result) -> list[tuple[str, str]]:
     """Return label and value of all that is known of the run as a whole."""
     facts = [
-        *(wave_facts(result) if result.scene.is_plain else facts_of_terms(result)),
+        *main_facts(result),
         *_facts_of_wave(result),
         *_facts_of_gauges(result),
         ("error of the peaks, at most", f"{result.error_estimate:.1e}"),
@@ -157,7 +157,12 @@ def _facts_of_wave(result: Result) -> list[tuple[str, str]]:
     ]
 
 
-def wave_facts(result: Result) -> list[tuple[str, str]]:
+def main_facts(result: Result) -> list[tuple[str, str]]:
+    """Return what a run is about besides its peaks: the wave, or with terms the ends."""
+    return _wave_facts(result) if result.scene.is_plain else facts_of_terms(result)
+
+
+def _wave_facts(result: Result) -> list[tuple[str, str]]:
     """Return the facts of a plain scene: the transition and the wave after it."""
     wave, p, known = result.solitary_wave, result.transition_granules, result.error_estimate
     return [

@@ -102,7 +102,7 @@ def frames(result: Result) -> Iterator[Atoms]:
 
     scene, history = result.scene, result.history
     assert history is not None
-    count, is_plain, granules = scene.chain.granules, scene.is_plain, scene.granules
+    count, granules = scene.chain.granules, scene.granules
     length, velocity, force = (
         power_of_1000(unit)
         for unit in (scene.units.length, scene.units.velocity, scene.units.force)
@@ -111,7 +111,7 @@ def frames(result: Result) -> Iterator[Atoms]:
     masses = np.asarray(granule_mass(granules.radius, granules.density))
     mass = power_of_1000(float(masses[0]))
     radius, widest = granules.radius / length, 2 * float(np.max(granules.radius)) / length
-    sites = 2 * scene.chain.radius * np.arange(count) if is_plain else granules.position
+    sites = granules.position
     span = (sites[-1] + granules.radius[-1] + granules.radius[0]) / length
     masses = masses / mass
     applied = scene.applied_force(history.time)
@@ -119,7 +119,7 @@ def frames(result: Result) -> Iterator[Atoms]:
         frame = Atoms(
             numbers=np.zeros(count, int),
             positions=_along_x((sites + history.displacement[k]) / length),
-            cell=[count * widest if is_plain else span, widest, widest],
+            cell=[span, widest, widest],
             pbc=False,
             info={
                 "Origin": np.array([-radius[0], -widest / 2, -widest / 2]),

@@ -73,6 +73,16 @@ class Granules:
         return _contact_mass(self.mass, self.stiffness.size)
 
 
+def like_granules(chain: Chain) -> Granules:
+    """Return the granules of a uniform free chain, to the last digit those of its properties."""
+    count = chain.granules
+    values = {key: np.full(count, getattr(chain, key)) for key in MATERIAL}
+    stiffness, none = np.full(count - 1, chain.contact_stiffness), np.zeros(count)
+    mass = np.full(count, chain.granule_mass)
+    return Granules(**values, mass=mass, stiffness=stiffness, gap=none[1:], constant_force=none,
+                    static_force=none[1:])  # fmt: skip
+
+
 def granules_of(
     chain: Chain,
     shock: Shock | None,

@@ -16,12 +16,11 @@ from hertzchain.contact import hertz
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.chain import MATERIAL, MOST_UNLIKE, Chain
 from hertzchain.scene.gauge import Gauge
-from hertzchain.scene.granules import Granules, granules_of
+from hertzchain.scene.granules import Granules, granules_of, like_granules
 from hertzchain.scene.natural_units import (
     MOMENTUM_IN_NATURAL_UNITS,
     NaturalUnits,
     length_and_time,
-    natural_units,
 )
 from hertzchain.scene.piston import Piston
 from hertzchain.scene.pulse import Pulse
@@ -177,6 +176,8 @@ class Scene(Shown):
     @functools.cached_property
     def granules(self) -> Granules:
         """All granules and contacts, with striker or piston, wall, precompression and damping."""
+        if self.is_plain:
+            return like_granules(self.chain)
         held = self.wall, self.precompression, self.contact
         return granules_of(self.chain, self.shock, *held)
 
@@ -196,14 +197,14 @@ class Scene(Shown):
     @functools.cached_property
     def _shock_units(self) -> NaturalUnits:
         """The natural units of the first contact under the shock alone."""
-        if self.is_plain:
-            return natural_units(self.chain, self.peak_force)
         stiffness, mass = self._first_contact
         return NaturalUnits(self.peak_force, *length_and_time(stiffness, mass, self.peak_force))
 
     @property
     def _first_contact(self) -> tuple[float, float]:
         """A [N m^(-3/2)] and 2 m* [kg] of the first contact: in a uniform chain, A and m."""
+        if self.is_plain:  # without a list of all granules, which may be many
+            return self.chain.contact_stiffness, self.chain.granule_mass
         granules = self.granules
         return float(granules.stiffness[0]), 2 * float(granules.contact_mass[0])
 
@@ -329,14 +330,14 @@ class Scene(Shown):
     @property
     def first_mass(self) -> float:
         """Mass of granule 1 [kg]; infinite for a piston."""
-        return self.chain.granule_mass if self.is_plain else float(self.granules.mass[0])
+        return float(self.granules.mass[0])
 
     @property
     def largest_impulse(self) -> float:
         """Sum of all impulses that push the chain forwards [N s]; no momentum is larger."""
-        if self.is_plain:
-            return self.applied_impulse
-        constant = float(np.sum(np.maximum(self.granules.constant_force, 0.0)))
+        constant = 0.0
+        if self.precompression is not None:
+            constant = float(np.sum(np.maximum(self.granules.constant_force, 0.0)))
         return self.applied_impulse + self.start_momentum + constant * self.end_time
 
     @property
@@ -345,9 +346,9 @@ class Scene(Shown):
 
         It is the impulse of the applied force and of constant forces, and the striker's momentum.
         """
-        if self.is_plain:
-            return self.applied_impulse
-        constant = float(np.sum(self.granules.constant_force))
+        constant = 0.0
+        if self.precompression is not None:
+            constant = float(np.sum(self.granules.constant_force))
         return self.applied_impulse + self.start_momentum + constant * self.end_time
 
     @functools.cached_property
@@ -390,8 +391,7 @@ def _is_representable(scene: Scene) -> bool:
             return False
     elif not hold_digits(scene.granules, force, has_piston):
         return False
-    mass = scene.chain.granule_mass if scene.is_plain else scene._first_contact[1]
-    units = scene.units
+    mass, units = scene._first_contact[1], scene.units
     of_units = (units.length, mass * units.length, units.time**2, units.velocity)
     if not are_normal(*of_units, units.momentum, units.energy):
         return False

@@ -48,16 +48,16 @@ class Design:
     seed: int = 0
 
     @property
-    def is_plain(self) -> bool:
+    def are_plain(self) -> bool:
         """True if no scene can have terms."""
         known = all(axis.name in PARAMETERS for axis in self.axes)
-        is_plain = self.base.is_plain and not self.base.gauges
-        return known and is_plain and self.base.chain.section is None
+        free = self.base.is_plain and not self.base.gauges
+        return known and free and self.base.chain.section is None
 
     @property
     def columns(self) -> tuple[Column, ...]:
         """The columns of the table."""
-        if self.is_plain:
+        if self.are_plain:
             return ALL
         return columns_of(sections_of(self.base), [axis.name for axis in self.axes])
 
@@ -92,7 +92,7 @@ class Design:
 
     def parameters(self, scenes: NDArray[np.int64]) -> dict[str, NDArray[Any]]:
         """Return all parameters of scenes in SI, by name, shape (some,); NaN or "" for none."""
-        base = _flat(self.base) if self.is_plain else self._base_values()
+        base = _flat(self.base) if self.are_plain else self._base_values()
         found = {name: np.full(scenes.size, value) for name, value in base.items()}
         numbers = np.unravel_index(scenes, self.shape)
         for axis, number in zip(self.grid, numbers, strict=False):
@@ -105,7 +105,7 @@ class Design:
         for given, other in OTHER_MEASURE.items():
             if given in names:
                 found[other] = np.full(scenes.size, np.nan)
-        return found if self.is_plain else self._of_file(found)
+        return found if self.are_plain else self._of_file(found)
 
     def _base_values(self) -> dict[str, Any]:
         """Parameters of the base by name, including those that vary."""
@@ -145,14 +145,14 @@ class Design:
 
     def scene(self, parameters: Mapping[str, NDArray[Any]], k: int) -> Scene:
         """Return the k-th scene of these parameters."""
-        if not self.is_plain or self.base.pulse is None:
+        if not self.are_plain or self.base.pulse is None:
             varied = {axis.name: parameters[axis.name][k].item() for axis in self.axes}
             return changed(self.base, varied)
         return _with(self.base, {name: values[k].item() for name, values in parameters.items()})
 
     def to_dict(self) -> dict[str, Any]:
         """Return all that identifies this design, as a JSON object."""
-        scene = _as_before(self.base) if self.is_plain else sections_of(self.base)
+        scene = _as_before(self.base) if self.are_plain else sections_of(self.base)
         drawn = None
         if self.sampled:
             from importlib.metadata import version
@@ -230,7 +230,7 @@ def design(
     require(not both, "shock.momentum_ratio", None, allowed)
     _check_granules("chain.granules", scene.chain.granules)
     for axis in axes:
-        for value in axis.ends if found.is_plain else _extremes(axis):
+        for value in axis.ends if found.are_plain else _extremes(axis):
             _check(found, axis.name, value)
     return found
 
@@ -240,7 +240,7 @@ def _check(found: Design, name: str, value: Value) -> None:
     scene = found.base
     section, _, key = name.partition(".")
     _check_granules(name, value)
-    if not found.is_plain:
+    if not found.are_plain:
         _check_with_terms(found, name, value)
         return
     part: Any = {"chain": scene.chain, "shock": scene.shock, "run": scene.run}[section]

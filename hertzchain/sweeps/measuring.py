@@ -59,7 +59,7 @@ def measure(
     numbers = np.arange(part.start, part.stop)
     given = design.parameters(numbers)
     parameters = dict(given)
-    if design.is_plain:
+    if design.are_plain:
         similar = natural(given)
         parameters["shock.momentum_ratio"] = similar.momentum_ratio
         parameters["shock.rise_time"] = similar.rise_time
@@ -73,7 +73,7 @@ def measure(
         for row in np.nonzero(alone)[0].tolist():
             try:
                 scene = design.scene(given, row)
-                if not scene.striker and not (design.is_plain and scene.pulse):
+                if not scene.striker and not (design.are_plain and scene.pulse):
                     rows.set_measures(row, scene.momentum_ratio, scene.rise_time)
                 run(rows, row, scene)
             except BackendMissing:
@@ -103,7 +103,7 @@ def _batches(
 
     rtol = RTOL if native.rtol is None else native.rtol
     profile, granules = given["shock.profile"], given["chain.granules"]
-    fit = similar.is_plain & (similar.duration * granules < _LONG)
+    fit = similar.is_moderate & (similar.duration * granules < _LONG)
     alike = [
         np.nonzero((profile == one) & (granules == count) & fit)[0]
         for one in np.unique(profile)

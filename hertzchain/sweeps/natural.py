@@ -27,7 +27,7 @@ class Natural:
     momentum_ratio: FloatArray  # LM_ratio, given or from t0
     rise_time: FloatArray  # t0 [s]
     duration: FloatArray  # until every contact has peaked [natural units]
-    is_plain: NDArray[np.bool_]  # derived numbers are far from the limits of floats
+    is_moderate: NDArray[np.bool_]  # derived numbers are far from the limits of floats
 
 
 def natural(given: Mapping[str, NDArray[Any]]) -> Natural:
@@ -46,7 +46,7 @@ def natural(given: Mapping[str, NDArray[Any]]) -> Natural:
         ratio, rise = np.where(by_ratio, ratio, rise / unit), np.where(by_ratio, ratio * unit, rise)
         duration = n * rise / time + watched_time(given["chain.granules"], ratio)
         derived = (radius**3, stiffness, mass, force, length, time, time**2, mass * length, ratio)
-        is_plain = np.isfinite(duration)
+        is_moderate = np.isfinite(duration)
         for values in (*derived, rise, length / time, force * time, force * length):
-            is_plain &= (values > 1 / _PLAIN) & (values < _PLAIN)
-    return Natural(length, time, ratio, rise, duration, is_plain)
+            is_moderate &= (values > 1 / _PLAIN) & (values < _PLAIN)
+    return Natural(length, time, ratio, rise, duration, is_moderate)

@@ -73,7 +73,7 @@ def is_batched(design: Design, backend: Backend) -> bool:
     if not isinstance(backend, Native) or backend.method is not None or backend.dt is not None:
         return False
     varies = any(axis.name == "run.end_time" for axis in design.axes)
-    fits = design.is_plain and design.base.pulse is not None
+    fits = design.are_plain and design.base.pulse is not None
     return fits and not varies and design.base.run.end_time is None
 
 
@@ -100,7 +100,7 @@ def is_short(design: Design, backend: Backend) -> bool:
 
 def _mean_seconds(design: Design, backend: Backend) -> float:
     """Estimate the mean time of a scene on one core from some of them [s]."""
-    if not design.is_plain:
+    if not design.are_plain:
         return _mean_seconds_with_terms(design, backend)
     given = design.parameters(design.some(_LOOKED_AT))
     duration = natural(given).duration

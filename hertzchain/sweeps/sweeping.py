@@ -314,7 +314,7 @@ def _refuse_formulas(found: Design, backends: Iterable[parts.Backend]) -> None:
     terms = ", ".join(found.base.terms or varied or ["segments"])
     allowed = f"are about uniform free chains, and this sweep has {terms}: leave them out"
     is_asked = any(isinstance(backend, parts.Formulas) for backend in backends)
-    require(found.is_plain or not is_asked, who, None, allowed)
+    require(found.are_plain or not is_asked, who, None, allowed)
 
 
 def _joined(frames: Iterable[pandas.DataFrame]) -> pandas.DataFrame:

@@ -193,6 +193,11 @@ class Prediction:
         names = ("contact", "map_N", "eq6_N", "eq9_N")
         return [dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)]
 
+    @property
+    def constants(self) -> tuple[Constant, ...]:
+        """The paper's constants next to the exact ones, if they are about this scene's chain."""
+        return constants() if self.scene.is_plain else ()
+
     def to_dict(self) -> dict[str, Any]:
         """Return the prediction as a JSON object; null stands for a missing value."""
         return {
@@ -212,7 +217,7 @@ class Prediction:
             "eq3_transition_granules": self.eq3,
             "speed_m_s": None if self.speed is None else self.speed.to_dict(),
             "momentum_N_s": None if self.momentum is None else self.momentum.to_dict(),
-            "constants": [asdict(one) for one in constants()] if self.scene.is_plain else [],
+            "constants": [asdict(one) for one in self.constants],
             "map_error": {
                 "peak_force": peak_map.PEAK_ERROR,
                 "last_peak_force": LAST_PEAK_ERROR,
@@ -220,6 +225,15 @@ class Prediction:
             },
             "provenance": {"hertzchain": version("hertzchain"), "numpy": version("numpy")},
         }
+
+
+def not_about(scene: Scene, what: str) -> str | None:
+    """Return why formulas are not about a scene, a sentence; None for the paper's own scenes."""
+    if not scene.is_plain:
+        return f"{what} are about uniform free chains, this one has {', '.join(scene.terms)}"
+    if scene.pulse is None:
+        return f"the shock is a {scene.shock.noun}: {what} are about Table 1's profiles"
+    return None
 
 
 def predict(scene: SceneLike) -> Prediction:
@@ -244,17 +258,9 @@ def predict(scene: SceneLike) -> Prediction:
     scene = to_scene(scene)
     chain, pulse = scene.chain, scene.pulse
     nothing = np.full(min(chain.granules, peak_map.LAST_CONTACT) - 1, np.nan)
-    if not scene.is_plain:
-        has = ", ".join(scene.terms)
-        missing = (
-            "Eqs. 3 to 9, their constants and the map are about uniform free chains, this one has"
-            f" {has}"
-        )
+    if (missing := not_about(scene, "Eqs. 3 to 9 and the map")) is not None:
         return Prediction(scene, missing, None, nothing)
-    if pulse is None:
-        what = scene.shock.noun
-        missing = f"the shock is a {what}: Eqs. 3 to 9 and the map are about Table 1's profiles"
-        return Prediction(scene, missing, None, nothing)
+    assert pulse is not None
     ratio, n = scene.momentum_ratio, pulse.duration_ratio
     note = paper.outside_range(ratio, n)
     reason = _outside_map(chain, ratio, n)

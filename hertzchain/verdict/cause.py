@@ -91,7 +91,7 @@ def _joined(sentences: Iterable[str], left: float) -> str:
 def _hint(case: Case, found: list[tuple[Found, Mistake]], all_tried: bool) -> str:
     """Return a sentence on the mistake nearest to the peaks, or on their noise."""
     several = "no single known mistake explains these peaks"
-    if not all_tried or not case.scene.is_plain:
+    if not all_tried or case.scene.terms:
         several = "no mistake that was tried explains these peaks"
     if _is_noise(case):
         rms, most = _rms(case.differences), float(np.max(np.abs(case.differences)))

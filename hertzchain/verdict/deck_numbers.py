@@ -137,8 +137,6 @@ def _granules(scene: Scene, found: FoundDeck) -> Iterator[Number]:
     radius, mass = scene.granules.radius, scene.granules.mass
     yield Number("granule radius [m]", found.radius, radius, EXAMINED * radius,
                  f"half of the diameter: {_ONLY}", _at_granule)  # fmt: skip
-    if scene.is_plain:
-        mass = np.full(count, scene.chain.granule_mass)
     first = 0 if scene.piston is None else 1  # the mass of a piston has no effect
     yield Number(
         "granule mass [kg]", found.mass[first:], mass[first:], EXAMINED * mass[first:],
@@ -191,8 +189,6 @@ def _contacts(scene: Scene, found: FoundDeck) -> Iterator[Number]:
     """Numbers of the law of contacts, by known overlaps."""
     overlap, force, closing, damped_overlap, damped_force = _tries(scene, found)
     granules, stiffness = scene.granules, scene.granules.stiffness
-    if scene.is_plain:
-        stiffness = np.full(scene.chain.granules - 1, scene.chain.contact_stiffness)
     reach = granules.radius[:-1] + granules.radius[1:]
     if scene.wall is not None:
         reach = np.append(reach, _length(scene))

@@ -11,7 +11,7 @@ from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from hertzchain.observables.result import Result
 from hertzchain.theory import solitary_wave as exact
-from hertzchain.theory.prediction import transition_peaks
+from hertzchain.theory.prediction import not_about, transition_peaks
 
 
 @dataclass(frozen=True)
@@ -55,15 +55,15 @@ def formulas(reference: Result) -> Formulas:
     """Evaluate the formulas with p and F_SW of a simulation, and the exact solitary wave."""
     scene, p, wave = reference.scene, reference.transition_granules, reference.solitary_wave
     nothing = np.full(reference.contact.size, np.nan)
-    if not scene.is_plain:
-        reason = f"Eqs. 3 to 9 are about uniform free chains, this one has {', '.join(scene.terms)}"
-        return Formulas(reason, None, None, nothing, nothing, None, None)
-    if (pulse := scene.pulse) is None:
-        reason = f"the shock is a {scene.shock.noun}: Eqs. 3 to 9 are about the profiles of Table 1"
-        return Formulas(reason, None, None, nothing, nothing, None, None)
-    if p is None or wave.peak_force is None:
+    reason = not_about(scene, "Eqs. 3 to 9")
+    if reason is None and (p is None or wave.peak_force is None):
         reason = "the transition does not end within this chain and run: no p, no F_SW"
+    if reason is not None:
         return Formulas(reason, None, None, nothing, nothing, None, None)
+    pulse = scene.pulse
+    assert pulse is not None
+    assert p is not None
+    assert wave.peak_force is not None
     chain, rise_time = scene.chain, scene.rise_time
     assert rise_time is not None
     eq6, eq9 = nothing.copy(), nothing.copy()

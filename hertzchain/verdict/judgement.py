@@ -261,8 +261,8 @@ def judged(
     )  # fmt: skip
     if np.array_equal(found.passed, judged):
         return found  # nothing is wrong by this tolerance
-    if not scene.is_plain:
-        terms, tried = ", ".join(scene.terms), [one.name for one in families_for(scene)]
+    if terms := ", ".join(scene.terms):
+        tried = [one.name for one in families_for(scene)]
         remarks.append(f"causes that were tried in a scene with {terms}: {'; '.join(tried)}")
     deadline = Deadline(min(PATIENCE, time_limit))
     allowed_in_all = found.tolerance + (found.sampling_error or 0.0)

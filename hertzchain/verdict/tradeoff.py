@@ -167,10 +167,9 @@ def _truth(scene: Scene) -> tuple[Result, float]:
 
 def _left_out(scene: Scene, engines: Sequence[str], running: Sequence[Contender]) -> Iterator[str]:
     """Return sentences on wanted engines without contenders."""
-    if not scene.is_plain:
+    if has := ", ".join(scene.terms):
         wanted = [one for one in PLAIN_ONLY if one in engines]
         if wanted:
-            has = ", ".join(scene.terms)
             yield (
                 f"{', '.join(wanted)}: left out, they are for uniform free chains, and this one has"
                 f" {has}"

@@ -252,10 +252,8 @@ def test_a_deck_that_would_take_too_many_steps_is_refused(monkeypatch: pytest.Mo
     # Steps of 0.08 contact times, the longest that trials can find, are 1,143.
     monkeypatch.setattr("hertzchain.decks.known_answer._MOST_STEPS", 1e3)
     monkeypatch.setattr("hertzchain.decks.known_answer.second_order_step", None)  # no trials
-    with pytest.raises(TooExpensive, match=r"steps or more, more than 1e\+03: ask for a dt, or"):
+    with pytest.raises(TooExpensive, match=r"steps, more than 1e\+03: ask for a dt, or"):
         deck_step(ALL, rtol=1e-2)
-    with pytest.raises(
-        TooExpensive, match=r"1e\+03 of them, more than 1e\+03: ask for a larger dt"
-    ):
+    with pytest.raises(TooExpensive, match=r"1e\+03 steps, more than 1e\+03: ask for a larger dt"):
         deck_step(ALL, ALL.end_time / 1001)
     assert deck_step(ALL, ALL.end_time / 999) > 0

@@ -154,7 +154,7 @@ def test_long_steps_and_contacts_that_rise_need_more_safety(
     step: float, rising: bool, safety: float
 ) -> None:
     """Seen: 1.95 times the estimate above 0.15; at a rising end 2.9, above 0.5 there 6.8 times."""
-    assert second_order_safety(step, rising) == safety
+    assert second_order_safety(paper_scene("cosine", 1.0, 2.0), step, rising) == safety
 
 
 def test_an_error_of_1_leaves_no_digit() -> None:

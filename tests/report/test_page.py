@@ -297,7 +297,7 @@ def test_a_scene_can_be_copied_and_run(compared: hc.Comparison, tmp_path: Path) 
             (tmp_path / name).write_text(text.replace("&#34;", '"'))
         assert hc.Scene.from_toml(tmp_path / "scene.toml") == scene
         read = Reader(page)
-        assert ("Eqs. 3 to 9 are about the profiles" in read.text) == (scene.shock is pulse)
+        assert ("Eqs. 3 to 9 are about Table 1's" in read.text) == (scene.shock is pulse)
         assert "each with its exact peak" in read.text
 
 

@@ -296,7 +296,7 @@ class _Runner:
         """Return the step [s] for the wanted error, by trials."""
         pilot = _PILOT_STEP * self.scene.contact_time
         if self.scene.contact is None:
-            safety = error_bound.second_order_safety(0.0, False, self.scene.is_plain)
+            safety = error_bound.second_order_safety(self.scene, 0.0, False)
             return error_bound.second_order_step(peaks_at, pilot, self.steps.rtol, safety)
         longest = _UNSTABLE * error_bound.stable_step(self.scene, STABLE)
         step = error_bound.first_order_step(
@@ -372,7 +372,7 @@ class _Runner:
         longest = max(leg.dt for leg in legs) / self.scene.contact_time
         if longest > _ERRATIC_STEP or rising or error_bound.amplifies_errors(self.scene):
             others.append(error_bound.finer_run(legs))
-        safety = error_bound.second_order_safety(longest, rising, self.scene.is_plain)
+        safety = error_bound.second_order_safety(self.scene, longest, rising)
         return self._largest(others, run, safety, least)
 
     def _largest(

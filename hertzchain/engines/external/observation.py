@@ -82,8 +82,7 @@ class Observation:
             unit = self._scene.units.force
             self._notes = NoteTaker(self._contacts, 1 / at_rest.mass, unit)
         made = self._made.scene(self._scene)
-        if not self._scene.is_plain:
-            self._held = _held(made)
+        self._held = _held(made)
         self._law_given = None if made.contact is None else DampedLaw.of(made)
 
     def update(
@@ -191,8 +190,6 @@ class Observation:
 
 def _fastest(scene: Scene) -> float:
     """Half an upper bound of all velocities [m/s]; faster granules mean a diverged motion."""
-    if scene.is_plain:
-        return scene.impulse / scene.chain.granule_mass  # all the impulse in one granule
     # All energy in one granule of the smallest mass; static contacts have energy too.
     lightest = float(np.min(scene.granules.mass))
     at_rest = hertz.energy_of(scene.granules.static_force, scene.granules.static_overlap)

@@ -112,19 +112,21 @@ def softening(scene: Scene, steps: int) -> Softening:
     Otherwise overlaps become as deep as allowed and useful: where the chain flies farther than its
     length, coordinates grow with the overlaps.
     """
-    length, smallest = scene.units.length, _smallest_radius(scene)
-    deepest = _DEEPEST * smallest / _deepest_overlap(scene)
+    length, smallest = scene.units.length, float(np.min(scene.granules.radius))
+    overlap, _, flight = _expected(scene)
+    deepest = _DEEPEST * smallest / overlap
     if length <= deepest and predicted_loss(scene, steps) <= TOLERABLE:
         return NONE
-    useful = _FARTHEST * _length(scene) / _flight(scene)
+    useful = _FARTHEST * _length(scene) / flight
     wanted = math.log(min(deepest, useful)) - math.log(length)
     return Softening(min(math.floor(wanted / math.log(4)), _SOFTEST))
 
 
 def predicted_loss(scene: Scene, steps: int, made: Softening = NONE) -> float:
     """Estimate the error of the peaks by coordinates before a run: see ``round_off``."""
-    reach = _length(scene) / (scene.units.length * made.length) + _flight(scene)
-    return _loss(reach, _shallowest_overlap(scene), steps)
+    _, shallowest, flight = _expected(scene)
+    reach = _length(scene) / (scene.units.length * made.length) + flight
+    return _loss(reach, shallowest, steps)
 
 
 def round_off(
@@ -137,12 +139,8 @@ def round_off(
     last granule of a plain scene is only pushed forwards, so that it moves farthest.
     """
     judged = judged_contacts(peak_force)
-    if scene.is_plain:
-        smallest = np.min(peak_force[judged]) if judged.any() else 0.0
-        overlap = hertz.overlap_of(scene.chain.contact_stiffness, smallest)
-    else:
-        overlaps = hertz.overlap_of(scene.granules.stiffness, peak_force)
-        overlap = np.min(overlaps[judged]) if judged.any() else 0.0
+    overlaps = hertz.overlap_of(scene.granules.stiffness, peak_force)
+    overlap = np.min(overlaps[judged]) if judged.any() else 0.0
     if overlap == 0:
         # 0 is right if the run ends before a table pushes; otherwise overlaps are lost in
         # coordinates.
@@ -167,31 +165,21 @@ def _overlap(peak_force: float) -> float:
 
 def _length(scene: Scene) -> float:
     """Length of the chain from end to end [m]."""
-    if scene.is_plain:
-        return float(2 * scene.chain.radius * scene.chain.granules)
     return float(2 * np.sum(scene.granules.radius) + np.sum(scene.granules.gap))
 
 
-def _smallest_radius(scene: Scene) -> float:
-    return float(scene.chain.radius if scene.is_plain else np.min(scene.granules.radius))
-
-
-def _deepest_overlap(scene: Scene) -> float:
+def _expected(scene: Scene) -> tuple[float, float, float]:
+    """Estimated deepest overlap, shallowest that is judged, and way of the last granule."""
     if scene.is_plain:
-        return _overlap(_highest_peak(scene))
-    return _overlap(_HIGHEST_WITH_TERMS * _softness(scene, np.min))
-
-
-def _shallowest_overlap(scene: Scene) -> float:
-    if scene.is_plain:
-        return _overlap(_lowest_peak(scene))
-    return _overlap(_LOWEST_WITH_TERMS * _softness(scene, np.max))
-
-
-def _softness(scene: Scene, which: Any) -> float:
-    """Ratio of the first contact's stiffness to that of the softest, or the stiffest, contact."""
+        return _overlap(_highest_peak(scene)), _overlap(_lowest_peak(scene)), _flight(scene)
     stiffness = scene.granules.stiffness
-    return float(stiffness[0] / which(stiffness))
+    # All the time as fast as a granule that the shock throws ahead.
+    flight = 2.0 * min(1.0, scene.momentum_ratio) * scene.end_time / scene.units.time
+    return (
+        _overlap(_HIGHEST_WITH_TERMS * float(stiffness[0] / np.min(stiffness))),
+        _overlap(_LOWEST_WITH_TERMS * float(stiffness[0] / np.max(stiffness))),
+        flight,
+    )
 
 
 def _impulse(scene: Scene) -> float:
@@ -225,9 +213,6 @@ def _lowest_peak(scene: Scene) -> float:
 
 def _flight(scene: Scene) -> float:
     """Estimated way of the last granule: with the chain, and ahead of it after the wave."""
-    if not scene.is_plain:
-        # All the time as fast as a granule that the shock throws ahead.
-        return 2.0 * min(1.0, scene.momentum_ratio) * scene.end_time / scene.units.time
     units, end = scene.units, scene.end_time
     chain = math.fsum(
         ramp.impulse * (end - (ramp.start + ramp.end) / 2)

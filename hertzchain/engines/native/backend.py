@@ -172,6 +172,7 @@ class Native:
             return replace(self, wanted=usually_wanted(scene)).run(scene, record)
         refuse_hopeless_overlap(scene)
         refuse_strong_dampers(scene)
+        import hertzchain.engines.native.elastic  # noqa: F401 - loaded before any clock starts
         from hertzchain.engines.native.preparation import Watched
 
         versions(self.method)  # looked up once, which takes longer than most runs

@@ -294,6 +294,7 @@ def _accurate_enough(
     """
     plans.check(rtol)
     check_time_limit(time_limit)
+    import hertzchain.engines.native.elastic  # noqa: F401 - loaded before any clock starts
     from hertzchain.engines.native.preparation import Watched
 
     with Watched() as preparation:

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from llvmlite import ir
 from numba import njit
-from numba.core.caching import FunctionCache
-from numba.core.options import DefaultOptions
-from numba.core.runtime.nrt import rtsys
 from numba.extending import intrinsic, register_jitable
+
+from hertzchain.engines.native.keeping import UNCOUNTED, kept
 
 ONE = np.uint64(1)
 
@@ -25,10 +22,6 @@ _HOW: dict[str, Any] = {
     "fastmath": {"contract"},
     "no_cfunc_wrapper": True,
 }
-
-# What makes no arrays need not count references to them; counting costs a sixth of a run. Numba
-# has no public name for that.
-UNCOUNTED = {"_nrt": False} if hasattr(DefaultOptions, "_nrt") else {}
 
 
 def compiled(function: Any) -> Any:
@@ -45,36 +38,6 @@ def part(function: Any) -> Any:
     return register_jitable(**_HOW, **UNCOUNTED)(function)
 
 
-class _Kept(FunctionCache):
-    """Compiled code on disk; whatever is wrong with that, it is compiled again.
-
-    Numba itself lets every problem through: a disk that is full, an index that was cut off. And
-    of two processes that keep different versions at the same moment, one can get the other's.
-    """
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """What is kept for types of arguments, or None."""
-        try:
-            # Numba's own method first loads all that it compiles with, a quarter of the time that a
-            # short command takes; what is compiled already needs its runtime alone.
-            rtsys.initialize(target_context)
-            found = None
-            with self._guard_against_spurious_io_errors():  # Windows: another process writes
-                found = self._load_overload(sig, target_context)
-            if found is None or tuple(found.signature.args) == tuple(sig):
-                return found
-        except Exception:  # noqa: S110 - what was damaged can raise anything
-            pass
-        with suppress(Exception):
-            self.flush()  # what cannot be read could not be replaced either
-        return None
-
-    def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep code, if that can be done."""
-        with suppress(Exception):
-            super().save_overload(sig, data)
-
-
 def compiled_and_kept(**how: Any) -> Callable[[Any], Any]:
     """A kernel, called from Python: compiled once, and kept on disk with all that it calls.
 
@@ -84,11 +47,7 @@ def compiled_and_kept(**how: Any) -> Callable[[Any], Any]:
 
     def keep(function: Any) -> Any:
         kernel = njit(**_HOW, **how)(function)
-        # njit(cache=True) fails where there is no place to keep it.
-        with suppress(RuntimeError, OSError):  # no folder can be written
-            cache = _Kept(function)
-            cache._cache_file._source_stamp = _stamps(Path(function.__code__.co_filename))
-            kernel._cache = cache
+        kernel._cache = kept(function, _stamps(Path(function.__code__.co_filename)))
         return kernel
 
     return keep
@@ -124,11 +83,9 @@ def _larger_of_two(_: Any, a: Any, b: Any) -> Any:
     Of ``max`` LLVM makes vector instructions in some places and not in others.
     """
 
-    def lowered(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        kind = context.get_value_type(signature.return_type)
-        of_two = ir.FunctionType(kind, [kind, kind])
-        maxnum = builder.module.declare_intrinsic("llvm.maxnum", [kind], of_two)
-        return builder.call(maxnum, arguments, fastmath=("nnan", "nsz"))
+    def lowered(_: Any, builder: Any, __: Any, numbers: Any) -> Any:
+        sure = {"flags": ("nnan", "nsz")}
+        return builder.select(builder.fcmp_ordered(">", *numbers, **sure), *numbers, **sure)
 
     return (a(a, a), lowered) if a == b else None
 

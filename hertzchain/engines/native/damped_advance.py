@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.compiling import compiled
 from hertzchain.engines.native.damped_contacts import (
-    energy,
     held,
     keep_history,
 )
@@ -41,6 +40,7 @@ from hertzchain.engines.native.damped_step import (
     rate_of_dampers,
     take_step,
 )
+from hertzchain.engines.native.elastic_chain import energy_of
 from hertzchain.engines.native.elastic_state import is_stopped
 from hertzchain.engines.native.notes import note_damped
 
@@ -277,7 +277,7 @@ def advance(
             control[1], control[2] = time, control[2] + 1
             if is_stopped(control):
                 status = STOPPED
-            elif is_diverged(energy(u0, v0, hi, c), given, total, c):
+            elif is_diverged(energy_of(u0, v0, 0, hi, c), given, total, c):
                 status = DIVERGED
     return Counts(
         time, following, fresh, hi, kept, steps, evaluations, look, allowed, status

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from hertzchain.engines.native.compiling import ONE, compiled
-from hertzchain.engines.native.elastic_chain import applied_force, applied_force_rate
 from hertzchain.engines.native.interpolant import curvature_at, hermite, slope_at, value_at
 
 PARTS = 8
@@ -328,25 +327,3 @@ def held(u: Any, i: int, c: Any) -> float:
     """Elastic energy of contact i."""
     d = u[i] - u[i + 1] - c.gap[i]
     return float(0.4 * c.stiffness[i] * d * d * math.sqrt(d)) if d > 0.0 else 0.0
-
-
-@compiled
-def energy(u: Any, v: Any, hi: int, c: Any) -> float:
-    """Energy of all granules and contacts, with that in constant forces."""
-    total = 0.0
-    for i in range(hi):
-        mass = 1.0 / c.inverse_mass[i] if c.inverse_mass[i] > 0.0 else 0.0
-        total += mass * (v[i] * v[i] / 2 - c.constant[i] * u[i]) + held(u, i, c)
-    return total
-
-
-@compiled
-def applied(leg: Any, time: float) -> float:
-    """The applied force on a leg."""
-    return applied_force(leg, time)
-
-
-@compiled
-def applied_rate(leg: Any, time: float) -> float:
-    """How fast the applied force grows on a leg."""
-    return applied_force_rate(leg, time)

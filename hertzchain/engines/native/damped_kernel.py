@@ -19,7 +19,6 @@ from hertzchain.engines.native.damped_advance import (
     is_diverged,
 )
 from hertzchain.engines.native.damped_contacts import (
-    energy,
     held,
 )
 from hertzchain.engines.native.damped_events import (
@@ -47,7 +46,15 @@ from hertzchain.engines.native.damped_state import (
 from hertzchain.engines.native.damped_step import (
     evaluate,
 )
-from hertzchain.engines.native.elastic_chain import END, PLACE, SHAPE, START, VELOCITY, Record
+from hertzchain.engines.native.elastic_chain import (
+    END,
+    PLACE,
+    SHAPE,
+    START,
+    VELOCITY,
+    Record,
+    energy_of,
+)
 from hertzchain.engines.native.elastic_state import is_stopped
 from hertzchain.engines.native.equations import Chain
 
@@ -131,7 +138,7 @@ def march(
     u, v, on = state.u, state.v, state.on
     u[:granules], v[:granules] = start[0], start[1]
     fresh = start_modes(u, v, on, c)
-    given = energy(u, v, granules, c)
+    given = energy_of(u, v, 0, granules, c)
     # Only a part of the chain is computed where granules fly, but not where loads move them all.
     parted = np.any(c.gap > 0.0) and not np.any(c.constant) and record.time.size == 0
     since = np.full(granules, legs[0, START])
@@ -236,7 +243,7 @@ def march(
             break
     if parted:
         fly_on(u, v, since, counts.time, 0, granules)
-    left = energy(u, v, counts.hi, c)
+    left = energy_of(u, v, 0, counts.hi, c)
     momentum = 0.0
     for i in range(counts.hi):
         if on[i] == 0.0:

@@ -10,12 +10,11 @@ import numpy as np
 from hertzchain.engines.native.compiling import ONE, compiled, compiled_without_nan, larger
 from hertzchain.engines.native.damped_contacts import (
     accelerations,
-    applied,
-    applied_rate,
     force_rates,
     forces,
     power_of,
 )
+from hertzchain.engines.native.elastic_chain import applied_force, applied_force_rate
 
 _AHEAD = 8
 """Granules that the window of moving granules grows by."""
@@ -171,7 +170,7 @@ def take_step(
         _combine(u1, v1, size, twice, rows, s, k, min(s, stages), hi)
         if s == stages:
             break
-        f[0] = applied(leg, begin + past)
+        f[0] = applied_force(leg, begin + past)
         forces(u1, v1, on, f, power, c.stiffness, c.damping, c.gap, c.exponent, hi)
         if f[hi] > _LEAST and hi < granules:
             grown = min(hi + _AHEAD, granules)
@@ -228,7 +227,7 @@ def evaluate(
     c: Any,
 ) -> None:  # fmt: skip
     """Forces, how fast they grow, and accelerations of a state."""
-    f[0], r[0] = applied(leg, time), applied_rate(leg, time)
+    f[0], r[0] = applied_force(leg, time), applied_force_rate(leg, time)
     forces(u, v, on, f, power, c.stiffness, c.damping, c.gap, c.exponent, hi)
     accelerations(f, a, c.inverse_mass, c.constant, hi)
     force_rates(u, v, a, on, r, c.stiffness, c.damping, c.gap, c.exponent, hi)

@@ -1,17 +1,18 @@
-"""Scenes with damped contacts by velocity Verlet, at the steps that are asked for."""
+"""Velocity Verlet of any chain at the steps that are asked for, and scenes with damped contacts."""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.external.step_error import damped_interval_at
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.kernel_input import leg_rows
 from hertzchain.engines.native.sampled import simulation_of, state_at_start
 from hertzchain.engines.native.simulation import Simulation
 from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
@@ -23,11 +24,16 @@ from hertzchain.observables.samples import Samples, closing
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
+if TYPE_CHECKING:
+    from hertzchain.engines.native.damped_verlet_kernel import Walk
+
 _SAMPLES_PER_RAMP = 8
 """At least, if there are so many steps: the work of a short pulse needs them (chosen)."""
 
 _BLOCK = 256
-"""Samples looked at together (chosen)."""
+"""Samples looked at together: with 60 granules they fit into a cache of 1 MB."""
+
+_NOT_LED = np.zeros(0)
 
 
 def simulate_damped_verlet(
@@ -69,33 +75,61 @@ def samples_of(
     and at the ends of legs; by default as readings of other codes. Forces are by the velocities of
     the samples. Otherwise as ``simulate_damped_verlet``.
     """
-    from hertzchain.engines.native.damped_verlet_kernel import take_steps
+    from hertzchain.engines.native.damped_verlet_kernel import Walk
 
     deadline = deadline or Deadline(TIME_LIMIT)
-    granules, chain = scene.chain.granules, Chain.of(scene)
-    refuse_memory(8.0 * granules * 20 * _BLOCK)
-    padded = chain.padded()
+    chain, unit = Chain.of(scene), scene.units
+    refuse_memory(8.0 * scene.chain.granules * 20 * _BLOCK)
     law = DampedLaw(chain.stiffness, chain.damping, chain.exponent, chain.attraction)
-    u, v, f, a = (np.zeros(granules + 1) for _ in range(4))
-    u[:granules], v[:granules] = state_at_start(scene, added=start)
-    unit = scene.units
-    for leg, row in zip(legs, leg_rows(legs, unit), strict=True):
+    walk = Walk.of(chain, *state_at_start(scene, added=start))
+    for leg in legs:
         stride = every or stride_of(scene, leg)
         natural = leg.in_units(unit.time, unit.force, unit.length)
         if natural.stroke is not None:
-            u[0] = natural.stroke.displacement_at(natural.start)
-            v[0] = natural.stroke.velocity
-        for done, last in itertools.pairwise([*range(0, leg.steps, _BLOCK * stride), leg.steps]):
-            if deadline.left <= 0:
-                raise deadline.passed()
-            kept = np.array([*range(done, last, stride), last])
-            states = np.zeros((kept.size, 4, granules))
-            take_steps(row, done, last, stride, padded, u, v, f, a, states)
+            walk.u[0] = natural.stroke.displacement_at(natural.start)
+            walk.v[0] = natural.stroke.velocity
+
+        def time_at(steps: NDArray[np.intp], leg: Leg = natural) -> FloatArray:
+            return np.where(steps < leg.steps, leg.start + leg.dt * steps, leg.end)
+
+        def applied(steps: NDArray[np.intp], leg: Leg = natural) -> FloatArray:
+            force = 0.0 if leg.ramp is None else leg.ramp.force(time_at(steps, leg))
+            return np.broadcast_to(force, steps.shape)[:, np.newaxis]
+
+        for kept, states in states_of(walk, natural.dt, leg.steps, applied, deadline, stride):
             if not np.all(np.isfinite(states)):
                 raise diverged("native")
-            time = natural.start + natural.dt * kept
-            time[-1] = natural.end if last == leg.steps else time[-1]
-            yield natural, true_forces(_samples(time, states, chain.gap), law, natural)
+            yield natural, true_forces(_samples(time_at(kept), states, chain.gap), law, natural)
+
+
+def states_of(
+    walk: Walk,
+    dt: float,
+    steps: int,
+    applied: Callable[[NDArray[np.intp]], FloatArray],
+    deadline: Deadline,
+    stride: int = 1,
+    led: FloatArray = _NOT_LED,
+    block: int = _BLOCK,
+) -> Iterator[tuple[NDArray[np.intp], FloatArray]]:
+    """Take equal steps; which steps are kept, and their states, (4, kept, granules), in blocks.
+
+    The first of a block is the last of the block before. States are displacement, velocity,
+    acceleration and force of the contact ahead of each granule, all in the units of ``walk``.
+    ``applied`` gives the forces on the pushed granules after some steps, (steps, pushed);
+    ``led`` is the displacement of a piston before the first step and after each, if the velocity of
+    granule 1 does not tell it. Raises TooExpensive.
+    """
+    from hertzchain.engines.native.damped_verlet_kernel import take_steps
+
+    for done, last in itertools.pairwise([*range(0, max(steps, 1), block * stride), steps]):
+        if deadline.left <= 0:
+            raise deadline.passed()
+        kept = np.append(np.arange(done, last, stride), last)
+        states = np.empty((4, kept.size, walk.chain.inverse_mass.size))
+        forces = np.ascontiguousarray(applied(np.arange(done, last + 1)))
+        take_steps(walk, dt, forces, led[done : last + 1], stride, done == 0, states)
+        yield kept, states
 
 
 def stride_of(scene: Scene, leg: Leg) -> int:
@@ -108,6 +142,6 @@ def stride_of(scene: Scene, leg: Leg) -> int:
 
 
 def _samples(time: FloatArray, states: FloatArray, gap: Array) -> Samples:
-    u, v, a, f = (np.ascontiguousarray(states[:, k]) for k in range(4))
+    u, v, a, f = states
     overlap = closing(u, gap.size) - gap
     return Samples(time, u, v, a, overlap, f[:, : gap.size])

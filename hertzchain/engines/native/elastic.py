@@ -19,7 +19,7 @@ import math
 from typing import Any
 
 from hertzchain.arrays import Array, FloatArray
-from hertzchain.engines.native.compiling import UNCOUNTED, compiled_and_kept, part
+from hertzchain.engines.native.compiling import compiled_and_kept, part
 from hertzchain.engines.native.elastic_chain import (
     END,
     FREE_END,
@@ -103,6 +103,7 @@ from hertzchain.engines.native.elastic_step import (
 )
 from hertzchain.engines.native.elastic_window import is_settled, leave_behind_in
 from hertzchain.engines.native.equations import Chain
+from hertzchain.engines.native.keeping import UNCOUNTED
 from hertzchain.engines.native.notes import note_elastic
 
 _CHECK = 4.0

@@ -202,7 +202,7 @@ class InNumpy:
         scene, units = self.scene, self.scene.units
         refuse_memory(8.0 * _ARRAYS * _BLOCK * scene.chain.granules)
         chain = Chain.of(scene, self.dtype)
-        if isinstance(walker, Refined) and not scene.is_plain:
+        if isinstance(walker, Refined):
             # An opening contact costs in proportion to stiffness over mass.
             walker = replace(walker, tolerance=walker.tolerance * softest(scene))
         natural = [leg.in_units(units.time, units.force, units.length) for leg in legs]

@@ -26,14 +26,18 @@ MOVING = 8
 """Number of granules in the window at the start of a run."""
 
 
+def is_single_pulse(scene: Scene) -> bool:
+    """Return whether a scene is one of the paper's: a plain chain and a pulse."""
+    return scene.pulse is not None and scene.is_plain
+
+
 def can_leave_behind(scene: Scene) -> bool:
     """Return whether granules behind the wave may be dropped: only after a single push.
 
     After a second push a broad packet can break up into waves stronger than any before. A push is a
     pulse, or a striker of any size. Different granules, gaps and walls reflect waves.
     """
-    single = scene.pulse is not None and scene.is_plain
-    return single or scene.terms == ("striker",)
+    return is_single_pulse(scene) or scene.terms == ("striker",)
 
 
 def chain_of(scene: Scene) -> Chain | None:

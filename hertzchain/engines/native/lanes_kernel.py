@@ -45,7 +45,7 @@ from hertzchain.engines.native.lanes_loops import (
     place,
     take_stage,
 )
-from hertzchain.engines.native.lanes_maxima import QUEUE, SIZE, empty_queue, keep_maxima
+from hertzchain.engines.native.lanes_maxima import keep_maxima
 
 _CHECK_EVERY = 16
 """Steps between two looks at what may be left behind: fewer cost more than they save (measured)."""
@@ -216,7 +216,7 @@ def _march(
     """Integrate as many scenes as there are legs, at most as many as stand side by side."""
     granules, scenes, single = one.shape[1] - 1, lanes.legs.shape[0], state.itemsize == 4
     old, new = Motion(state[0], state[1], state[2]), Motion(state[3], state[4], state[5])
-    state[:], lanes.places[SIZE] = 0.0, 0
+    state[:] = 0.0
     old.u[0] = math.sqrt(SINGLE[TINY] if single else DOUBLE[TINY])
     least, old.u[0] = old.u[0], 0.0  # a number of the precision of the run
     for k in range(lanes_of(state)):
@@ -241,7 +241,6 @@ def _march(
             if control[0] < 0:
                 return
             control[2] += 1
-            empty_queue(lanes, b)
         lo, pushed = granules, False
         for k in range(scenes):
             scene = lanes.scenes[k]
@@ -252,7 +251,6 @@ def _march(
             if looks or ends:
                 ends |= _look(new, lanes, k, leaves[k] and not ends, hi, one, parts)
             if ends:
-                empty_queue(lanes, b)
                 _end_scene(new, lanes, k, hi)
                 active -= 1
             else:
@@ -299,13 +297,12 @@ def march_lanes(
     number, size = lanes_of(state), state.shape[1]
     granules, scenes = size // number - 2, np.zeros(number, _SCENE)
     highest, highest_at, marks = state[7], np.zeros(size), np.zeros(size, np.uint8)
-    queue, places = np.zeros(QUEUE), np.zeros(SIZE + 1, np.int64)
     one, b, parts = np.zeros((3, granules + 1)), np.zeros(7), np.zeros(LATE + 1, np.int64)
     for first in range(0, legs.shape[0], number):
         some = slice(first, min(first + number, legs.shape[0]))
         lanes = Lanes(
             state[6], highest, highest_at, marks, marks.view(np.uint64), state[8:], scenes,
-            legs[some], queue, places,
+            legs[some],
         )  # fmt: skip
         _march(
             state, lanes, leaves[some], kicks, drifts, tolerance, starting, one, parts, b, control,

@@ -43,8 +43,6 @@ class Lanes(NamedTuple):
     scan: Array  # fastest contacts and granules
     scenes: Any  # a record of each scene
     legs: FloatArray
-    queue: FloatArray
-    places: Any  # entries of the steps in the queue, and at the end how many there are
 
 
 def lanes_of(x: Array) -> int:

@@ -1,8 +1,4 @@
-"""The time that kernels take before they can run: compiling them, or loading what is kept.
-
-Of events that Numba reports, ``numba:compile`` is compiling alone; its lock is held for both. Numba
-reports those of all threads to all listeners.
-"""
+"""The time that kernels take before they can run: compiling them, or loading what is kept."""
 
 from __future__ import annotations
 
@@ -12,43 +8,56 @@ from collections.abc import Callable
 from contextvars import ContextVar, Token
 
 import numpy.ma  # noqa: F401 - Numba asks for it at the first array
-from numba.core import event
-
-import hertzchain.engines.native.elastic  # noqa: F401 - loaded before any clock starts
-
-_COMPILED, _PREPARED = "numba:compile", "numba:compiler_lock"
 
 _RUNS: ContextVar[tuple[Watched, ...]] = ContextVar("runs", default=())
 """The runs that are watched here. Threads of a run work in copies of its context."""
 
 
+def begins(compiles: bool = False) -> None:
+    """A kernel begins to be prepared in this thread, or after that to be compiled."""
+    for run in _RUNS.get():
+        run.begins(compiles)
+
+
+def ends(compiles: bool = False) -> None:
+    """What began in this thread has ended."""
+    for run in _RUNS.get():
+        run.ends(compiles)
+
+
 class Watched:
-    """Measures how long Numba prepares kernels for a run, in a ``with`` block.
+    """Measures how long kernels are prepared for a run, in a ``with`` block.
 
     Only threads count that work in the context of the block, or in a copy of it.
 
     Parameters
     ----------
     on_compiling
-        Called each time that compiling a function starts.
+        Called each time that compiling a kernel starts.
     """
 
     def __init__(self, on_compiling: Callable[[], object] | None = None) -> None:
-        # Numba's own listeners and their contexts would take a tenth of the time of a short run.
-        self._compiled, self._prepared = _Clock(self, on_compiling), _Clock(self)
+        self._on_compiling = on_compiling
+        self._prepared, self._compiled = _Clock(), _Clock()
         self._token: Token[tuple[Watched, ...]] | None = None
 
     def __enter__(self) -> Watched:
         self._token = _RUNS.set((*_RUNS.get(), self))
-        event.register(_COMPILED, self._compiled)  # type: ignore[no-untyped-call]
-        event.register(_PREPARED, self._prepared)  # type: ignore[no-untyped-call]
         return self
 
     def __exit__(self, *_: object) -> None:
-        event.unregister(_PREPARED, self._prepared)  # type: ignore[no-untyped-call]
-        event.unregister(_COMPILED, self._compiled)  # type: ignore[no-untyped-call]
         if self._token is not None:
             _RUNS.reset(self._token)
+
+    def begins(self, compiles: bool) -> None:
+        """A kernel begins to be prepared, or to be compiled."""
+        (self._compiled if compiles else self._prepared).start()
+        if compiles and self._on_compiling is not None:
+            self._on_compiling()
+
+    def ends(self, compiles: bool) -> None:
+        """It has ended."""
+        (self._compiled if compiles else self._prepared).stop()
 
     @property
     def compile_time(self) -> float:
@@ -61,39 +70,29 @@ class Watched:
         return self._prepared.duration
 
 
-class _Clock(event.Listener):
-    """Adds up the time in which any thread of a run is within an event."""
+class _Clock:
+    """Adds up the time in which any thread of a run is at something."""
 
-    def __init__(self, run: Watched, on_start: Callable[[], object] | None = None) -> None:
-        self._run, self._on_start = run, on_start
+    def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._depth: dict[int, int] = {}  # how many events a thread is in, one within the other
+        self._busy: set[int] = set()  # threads
         self._begin = self._done = 0.0
 
     @property
     def duration(self) -> float:
-        """The time so far [s], including an event that has not ended yet."""
+        """The time so far [s], including what has not ended yet."""
         with self._lock:
-            return self._done + (time.perf_counter() - self._begin if self._depth else 0.0)
+            return self._done + (time.perf_counter() - self._begin if self._busy else 0.0)
 
-    def on_start(self, _: object) -> None:
-        if self._run not in _RUNS.get():
-            return
-        thread = threading.get_ident()
+    def start(self) -> None:
         with self._lock:
-            if not self._depth:
+            if not self._busy:
                 self._begin = time.perf_counter()
-            self._depth[thread] = self._depth.get(thread, 0) + 1
-        if self._on_start is not None:
-            self._on_start()
+            self._busy.add(threading.get_ident())
 
-    def on_end(self, _: object) -> None:
-        thread = threading.get_ident()
+    def stop(self) -> None:
         with self._lock:
-            if thread not in self._depth:
-                return
-            self._depth[thread] -= 1
-            if self._depth[thread] == 0:
-                del self._depth[thread]
-                if not self._depth:
-                    self._done += time.perf_counter() - self._begin
+            self._busy.discard(threading.get_ident())
+            if not self._busy and self._begin:
+                self._done += time.perf_counter() - self._begin
+                self._begin = 0.0

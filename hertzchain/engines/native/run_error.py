@@ -43,11 +43,9 @@ def estimate(
     random runs exceeded its bound twice, and another 3.5 times, while short legs had as many steps
     in the second run as in the third.
     """
-    scene = prepared.scene
     others = [tuple(leg.in_steps(plans.other_step(leg.steps)) for leg in legs)]
     if twice:
-        finer = finer_run(legs).legs
-        others.append(finer if scene.is_plain else _other_than(others[0], finer))
+        others.append(_other_than(others[0], finer_run(legs).legs))
     differences = [run.peaks.differences(prepared.peaks(other, plan.coarser)) for other in others]
     return bounds(
         lambda *found: plan.estimate(np.maximum.reduce(found), run.evaluations), *differences
@@ -79,7 +77,7 @@ def error_bound(
     differences = [run.peaks.differences(prepared.peaks(other.legs, walker)) for other in others]
     safety = method.safety
     if walker.stepper.order == 2:
-        safety = second_order_safety(longest, run.peaks.any_rising)
+        safety = second_order_safety(scene, longest, run.peaks.any_rising)
     least = method.floor + plans.round_off(run.evaluations)
 
     def bound(*found: FloatArray) -> FloatArray:

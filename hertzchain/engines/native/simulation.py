@@ -17,6 +17,7 @@ from hertzchain.engines.native.kernel_input import (
     MOVING,
     can_leave_behind,
     chain_of,
+    is_single_pulse,
     leg_rows,
     noted_pulses,
     nothing_recorded,
@@ -144,7 +145,7 @@ class Prepared:
             chain,
             own if start is None else start + own if own.size else start,
             MOVING if has_front else scene.chain.granules,
-            1.0 if scene.is_plain else softest(scene),
+            1.0 if chain is None else softest(scene),
             Contacts.of(scene).in_units(scene.units) if first else None,
         )
 
@@ -276,9 +277,9 @@ def _least_time(scene: Scene, rows: FloatArray, stages: int, leave_behind: bool)
     while all granules fly.
     """
     granules = scene.chain.granules
-    single = scene.is_plain and scene.pulse is not None
+    single = is_single_pulse(scene)
     speed = 0.4 * math.pow(force_scale(scene.momentum_ratio), 1 / 6)
-    may_fly = not scene.is_plain and not scene.granules.constant_force.any()
+    may_fly = not single and not scene.granules.constant_force.any()
     evaluations = 0.0
     for row in rows:
         start, end, steps, shape = row[:4]

@@ -10,11 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native.compiling import compiled_and_kept
+from hertzchain.engines.native.damped_verlet import states_of
+from hertzchain.engines.native.damped_verlet_kernel import Walk
+from hertzchain.engines.native.equations import Chain
 from hertzchain.limits import Deadline
 from hertzchain.scene.scene import Scene
 
-_PIECE = 100_000  # steps between two looks at the clock: 0.1 s with 60 granules
+_BLOCK = 2048
+"""States looked at together: with 20 granules fewer would cost as much as the steps."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,82 +98,44 @@ def twin_of(scene: Scene) -> Twin:
 
 def run_twin(twin: Twin, stretches: Iterable[Stretch], deadline: Deadline) -> TwinRun:
     """Integrate a twin; peaks are not finite where the motion diverges. Raises TooExpensive."""
-    contacts = twin.stiffness.size
-    force, reach = np.zeros(contacts), np.zeros(2)
-    state = np.array([np.zeros_like(twin.velocity), twin.velocity])
-    for stretch in stretches:
-        steps = len(stretch.applied) - 1
-        for first in range(0, max(steps, 1), _PIECE):
-            if deadline.left <= 0:
-                raise deadline.passed()
-            _advance(
-                twin, np.ascontiguousarray(stretch.applied[first : first + _PIECE + 1]),
-                stretch.driven[first : first + _PIECE + 1],
-                stretch.dt, state, force, reach,
-            )  # fmt: skip
-    if not np.all(np.isfinite(state)):
-        force = np.full(contacts, np.nan)
-    return TwinRun(force, float(-reach[0]), float(reach[1]), state[0], state[1])
+    contacts, granules = twin.stiffness.size, twin.mass.size
+    stretches = tuple(stretches)
+    inverse_mass = 1 / twin.mass
+    if any(stretch.driven.size for stretch in stretches):
+        inverse_mass[0] = 0.0
+    chain = Chain(
+        twin.stiffness, inverse_mass, twin.opening, twin.constant_force * inverse_mass,
+        twin.damping, twin.damping_exponent, twin.attraction,
+    )  # fmt: skip
+    walk = Walk.of(chain, np.zeros(granules), twin.velocity, twin.pushed, twin.exponent, twin.drag)
+    force, backwards, forwards = np.zeros(contacts), 0.0, 0.0
+    for one in stretches:
+        before = np.full((1, contacts), np.inf)
+        steps, force_at = len(one.applied) - 1, one.applied.__getitem__
+        run = states_of(walk, one.dt, steps, force_at, deadline, led=one.driven, block=_BLOCK)
+        for _, states in run:
+            if not np.all(np.isfinite(states[:, -1])):
+                force[:] = np.nan
+                return TwinRun(force, backwards, forwards, walk.u[:-1], walk.v[:-1])
+            seen = np.concatenate([before, states[3, :, :contacts]])
+            force, before = np.maximum(force, _highest(seen)), seen[-2:-1]
+            backwards = max(backwards, float(-np.min(states[0, :, 0])))
+            forwards = max(forwards, float(np.max(states[0, :, -1])))
+    return TwinRun(force, backwards, forwards, walk.u[:-1], walk.v[:-1])
 
 
-@compiled_and_kept()
-def _advance(  # noqa: PLR0912 - one loop over steps and contacts, as it is read
-    twin: Twin,
-    applied: FloatArray,
-    driven: FloatArray,
-    dt: float,
-    state: FloatArray,
-    force: FloatArray,
-    reach: FloatArray,
-) -> None:
-    """Advance a twin by a stretch, or a piece of it.
+def _highest(force: FloatArray) -> FloatArray:
+    """The highest force of each contact, by a parabola where one lies between its neighbours.
 
-    Changes ``state``, displacement and velocity of shape (2, granules), the largest ``force`` of
-    each contact, and how far the first and last granule have moved against and along
-    the chain (``reach``). Damping and drag take the velocity half a step before.
+    Forces have the shape (samples, contacts); the first sample, which may be infinite, is only a
+    neighbour.
     """
-    granules, contacts = twin.mass.size, twin.stiffness.size
-    u, v = state[0], state[1]
-    net = np.empty(granules)
-    before, now = np.full(contacts, np.inf), np.full(contacts, np.inf)
-    for step in range(applied.shape[0]):
-        if step > 0:
-            for i in range(granules):
-                v[i] += 0.5 * dt * net[i] / twin.mass[i]
-                u[i] += dt * v[i]
-            if driven.size > 0:
-                u[0], v[0] = driven[step], (driven[step] - driven[step - 1]) / dt
-        for i in range(granules):
-            net[i] = twin.constant_force[i] - twin.drag[i] * v[i]
-        for k in range(twin.pushed.size):
-            net[twin.pushed[k]] += applied[step, k]
-        for i in range(contacts):
-            free = i + 1 == granules  # the other side is a wall
-            overlap = u[i] - twin.opening[i] - (0.0 if free else u[i + 1])
-            pushed = 0.0
-            if overlap > 0:
-                pushed = twin.stiffness[i] * overlap ** twin.exponent[i]
-                if twin.damping[i] != 0.0:
-                    rate = v[i] - (0.0 if free else v[i + 1])
-                    pushed += twin.damping[i] * overlap**twin.damping_exponent * rate
-                    if pushed < 0 and not twin.attraction:
-                        pushed = 0.0
-                net[i] -= pushed
-                if not free:
-                    net[i + 1] += pushed
-            top = pushed
-            if now[i] >= before[i] and now[i] > pushed:  # of the parabola through three samples
-                bend, slope = before[i] - 2 * now[i] + pushed, pushed - before[i]
-                if bend < 0:
-                    top = now[i] - slope * slope / (8 * bend)
-            force[i] = max(force[i], top)
-            before[i], now[i] = now[i], pushed
-        if step > 0:
-            for i in range(granules):
-                if i > 0 or driven.size == 0:
-                    v[i] += 0.5 * dt * net[i] / twin.mass[i]
-        reach[0] = min(reach[0], u[0])
-        reach[1] = max(reach[1], u[granules - 1])
+    before, now, after = force[:-2], force[1:-1], force[2:]
+    top = force[1:].max(axis=0)
+    at = np.nonzero((now >= before) & (now > after))
+    slope, bend = after[at] - before[at], before[at] - 2 * now[at] + after[at]
+    np.maximum.at(top, at[1], now[at] - slope**2 / (8 * bend))
+    return np.asarray(top)
 
 
 def change_of_peaks(found: FloatArray, expected: FloatArray, judged: NDArray[np.bool_]) -> float:

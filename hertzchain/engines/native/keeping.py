@@ -1,0 +1,60 @@
+"""Compiled code on disk, by parts of Numba without a public name.
+
+Numba lets through: full disks, cut indices, another version by a process at the same moment.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from typing import Any
+
+from numba.core.caching import FunctionCache, NullCache
+from numba.core.options import DefaultOptions
+from numba.core.runtime.nrt import rtsys
+
+from hertzchain.engines.native.preparation import begins, ends
+
+UNCOUNTED = {"_nrt": False} if hasattr(DefaultOptions, "_nrt") else {}
+"""What makes no arrays need not count references to them: counting costs a quarter of a run."""
+
+
+class _Telling:
+    """Tells the runs that are watched when a kernel is loaded or compiled."""
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        begins()
+        found = self._found(sig, target_context)
+        (begins if found is None else ends)(compiles=found is None)
+        return found
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        ends(compiles=True)
+        with suppress(Exception):
+            super().save_overload(sig, data)  # type: ignore[misc]
+        ends()
+
+    def _found(self, *_: Any) -> Any: ...
+
+
+class Kept(_Telling, FunctionCache):
+    """A folder keeps compiled code; whatever is wrong with that, it is compiled again."""
+
+    def _found(self, sig: Any, target_context: Any) -> Any:
+        with suppress(Exception):  # what was damaged can raise anything
+            rtsys.initialize(target_context)  # Numba loads more: a quarter of a short command
+            with self._guard_against_spurious_io_errors():  # Windows: another process writes
+                found = self._load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+            if found is None or tuple(found.signature.args) == tuple(sig):
+                return found
+        with suppress(Exception):  # what cannot be read could not be replaced either
+            self.flush()  # type: ignore[no-untyped-call]
+        return None
+
+
+def kept(function: Any, stamp: Any) -> Any:
+    """What keeps the code of a function while its source has a stamp."""
+    with suppress(RuntimeError, OSError):  # no folder can be written
+        cache = Kept(function)  # type: ignore[no-untyped-call]
+        cache._cache_file._source_stamp = stamp
+        return cache
+    return type("Nowhere", (_Telling, NullCache), {})()
