@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hertzchain.errors import OutputError
 from hertzchain.files import write_with
 from hertzchain.report import style
 from hertzchain.report.document import Document
@@ -15,14 +14,9 @@ from hertzchain.report.facts import describe
 from hertzchain.report.waterfall import drawn_contacts
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from hertzchain.report.picture import Picture
-    from hertzchain.verdict.tradeoff import Row, Tradeoff
+    from hertzchain.verdict.tradeoff import Tradeoff
 
-
-PANELS = ("peaks", "differences", "forces", "stacked", "map", "traces")
-"""Panels of a picture, from above: along the chain, then over time."""
 
 _WIDE = 8.0  # width of a picture by default [inches]
 _HEIGHTS = {
@@ -63,7 +57,7 @@ def figure_of(
     from hertzchain.report import panels
     from hertzchain.report.picture import SMALL, Picture, fit_letters
 
-    shown = [name for name in PANELS if name in (only or panels_of(document))]
+    shown = [name for name in panels.DRAW if name in (only or panels_of(document))]
     width, height = size or (_WIDE, sum(_HEIGHTS[name] for name in shown) + 0.6)
     shown = shown[: max(1, int(height / _LEAST))]
     figure = Picture((width, height))
@@ -80,18 +74,8 @@ def figure_of(
     for above, below in (("peaks", "differences"), ("forces", "map")):
         if {above, below} <= axes.keys():
             axes[above].sharex(axes[below])
-    draw: dict[str, Callable[[Axes], object]] = {
-        "peaks": lambda one: panels.draw_peaks(one, document),
-        "differences": lambda one: panels.draw_differences(one, document),
-        "forces": lambda one: panels.draw_forces(
-            one, document, contacts or panels.plotted_contacts(document.native.scene)
-        ),
-        "stacked": lambda one: panels.draw_stacked(one, document),
-        "map": lambda one: panels.draw_map(one, document),
-        "traces": lambda one: panels.draw_traces(one, document),
-    }
     for name, one in axes.items():
-        draw[name](one)
+        panels.DRAW[name](one, document, contacts)
     for above, below in (("peaks", "differences"), ("forces", "map")):
         if {above, below} <= axes.keys():
             axes[above].tick_params(labelbottom=False)
@@ -135,7 +119,12 @@ def plot_tradeoff(
     figure = Picture(size or (10.5, 6.5))
     axes = figure.subplots()
     axes.set(xscale="log", yscale="log")
-    _draw_frontier(axes, frontier([p.row for p in points if p.row.self_contained], known), known)
+    best = frontier([point.row for point in points if point.row.self_contained], known)
+    axes.plot(
+        [row.wall_time for row in best], [max(row.error, known) for row in best],
+        color="#F0E442", linewidth=9, drawstyle="steps-post", solid_capstyle="round", zorder=1,
+        label="frontier: nothing is\ncheaper and as accurate",
+    )  # fmt: skip
     sides = itertools.cycle(((7, "bottom"), (-7, "top")))
     for name in dict.fromkeys(point.row.contender for point in points):
         own = [point for point in points if point.row.contender == name]
@@ -183,24 +172,3 @@ def plot_tradeoff(
     figure.legend(loc="outside right center", fontsize="x-small", frameon=False)
     fit_letters(figure)
     write_with(path, figure.savefig)
-
-
-def _draw_frontier(axes: Axes, rows: Sequence[Row], known: float) -> None:
-    """Draw the least error for each time, a staircase."""
-    axes.plot(
-        [row.wall_time for row in rows],
-        [max(row.error, known) for row in rows],
-        color="#F0E442",
-        linewidth=9,
-        drawstyle="steps-post",
-        solid_capstyle="round",
-        label="frontier: nothing is\ncheaper and as accurate",
-        zorder=1,
-    )
-
-
-def check_plot_format(path: Path | str) -> None:
-    """Raise an OutputError, before any work is done, for a suffix that cannot be drawn."""
-    known = (".pdf", ".png", ".svg")
-    if Path(path).suffix.lower() not in known:
-        raise OutputError(f"{path}: cannot be drawn, the name must end in {', '.join(known)}")

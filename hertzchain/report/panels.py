@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -58,7 +58,7 @@ def marked_contacts(document: Document) -> NDArray[np.intp]:
     return np.unique(np.concatenate([first, later, last, np.asarray(worst, np.intp)]))
 
 
-def draw_peaks(axes: Axes, document: Document) -> None:
+def draw_peaks(axes: Axes, document: Document, *_: object) -> None:
     """Draw the peak of each contact, or its first pulse where a run was asked for these."""
     native = document.native
     contact, what = native.contact, "peak force"
@@ -125,7 +125,7 @@ def _draw_points(axes: Axes, document: Document, drawn: Mapping[str, FloatArray]
         )  # fmt: skip
 
 
-def draw_differences(axes: Axes, document: Document) -> None:
+def draw_differences(axes: Axes, document: Document, *_: object) -> None:
     """Draw differences from native on a logarithmic axis, with a line for each error."""
     axes.set_yscale("log")
     shown = {name: np.where(off > 0, off, np.nan) for name, off in document.differences.items()}
@@ -170,8 +170,9 @@ def what_happens(result: Result, contacts: Sequence[int]) -> tuple[float, float]
     return max(begin - room, history.time[0]), min(end + room, history.time[-1])
 
 
-def draw_forces(axes: Axes, document: Document, contacts: Sequence[int]) -> None:
+def draw_forces(axes: Axes, document: Document, contacts: Sequence[int] | None) -> None:
     """Draw contact forces over time, each with its exact peak, and the applied force."""
+    contacts = contacts or plotted_contacts(document.native.scene)
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import ListedColormap, Normalize
@@ -208,7 +209,7 @@ def draw_forces(axes: Axes, document: Document, contacts: Sequence[int]) -> None
         axes.figure.colorbar(shown, ax=axes, label="contact", location="top", aspect=60)
 
 
-def draw_map(axes: Axes, document: Document) -> None:
+def draw_map(axes: Axes, document: Document, *_: object) -> None:
     """Draw the contact force of all contacts over time."""
     result = document.native
     history = recorded(result)
@@ -226,7 +227,7 @@ def draw_map(axes: Axes, document: Document) -> None:
     in_units(axes.xaxis, "time [s]")
 
 
-def draw_stacked(axes: Axes, document: Document) -> None:
+def draw_stacked(axes: Axes, document: Document, *_: object) -> None:
     """Draw contact forces over time, a line for each contact, one above the other."""
     native = document.native
     scene, time = native.scene, recorded(native).time
@@ -266,7 +267,7 @@ def _draw_scale(axes: Axes, largest: float) -> None:
     right.tick_params(labelsize="small")
 
 
-def draw_traces(axes: Axes, document: Document) -> None:
+def draw_traces(axes: Axes, document: Document, *_: object) -> None:
     """Draw measured traces one below the other, and what the reference reads as lines on them."""
     overlays = document.overlays
     apart = 1.1 * max(float(np.max(np.abs(one.expected))) for one in overlays)
@@ -285,3 +286,14 @@ def draw_traces(axes: Axes, document: Document) -> None:
     in_units(axes.yaxis, "force without the static one, one above the other [N]")
     in_units(axes.xaxis, "time of the run [s]")
     legend_above(axes)
+
+
+DRAW: Mapping[str, Callable[[Axes, Document, Sequence[int] | None], None]] = {
+    "peaks": draw_peaks,
+    "differences": draw_differences,
+    "forces": draw_forces,
+    "stacked": draw_stacked,
+    "map": draw_map,
+    "traces": draw_traces,
+}
+"""Functions that draw the panels of a picture, from above, and contacts over time."""

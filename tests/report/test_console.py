@@ -30,7 +30,8 @@ from hertzchain.report.console import (
     print_run,
 )
 from hertzchain.report.facts import describe, known_digits
-from hertzchain.report.figures import check_plot_format, plot_document, plot_tradeoff
+from hertzchain.report.figures import plot_document, plot_tradeoff
+from hertzchain.report.formats import check_format
 from hertzchain.report.judgement import of_judgement
 from hertzchain.report.style import COLOURS
 from hertzchain.report.tradeoff import print_tradeoff
@@ -405,7 +406,7 @@ def test_the_suffix_says_how_to_draw(
     native: hc.Comparison, tmp_path: Path, suffix: str, start: bytes
 ) -> None:
     path = tmp_path / f"plot.{suffix}"
-    check_plot_format(path)
+    check_format(path, "plot")
     plot_comparison(native, path)
     assert path.read_bytes().startswith(start)
 
@@ -444,7 +445,7 @@ def test_a_plot_without_formulas_is_drawn(
 @pytest.mark.parametrize("name", ["plot", "plot.xyz", "plot.", ".png", "png"])
 def test_an_unknown_format_is_an_error_that_names_the_known(name: str) -> None:
     with pytest.raises(OutputError, match=r"pdf, .*png, .*svg"):
-        check_plot_format(name)
+        check_format(name, "plot")
 
 
 def test_a_plot_that_cannot_be_written_leaves_nothing(
@@ -544,7 +545,7 @@ def test_a_plot_of_a_tradeoff_shows_every_contender(
                 "DOP853, SciPy",
                 "Eq. 6, given p and F_SW",
             ),
-            *("frontier", "wall time [s]", "largest relative error of the peaks"),
+            *("frontier", "wall time [ms]", "largest relative error of the peaks"),
             describe(traded.scene) if len(tradeoffs) == 1 else "2 scenes",
         ):
             assert words in comments
