@@ -16,7 +16,6 @@ from hertzchain.report.facts import in_prefixed
 from hertzchain.report.motion import recorded
 from hertzchain.report.picture import at_whole_numbers, in_units, legend_above
 from hertzchain.report.waterfall import CURVES, drawn_contacts, with_peak
-from hertzchain.scene.scene import Scene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,12 +35,6 @@ _LINE, _HIGH = 0.2, 1.6
 """Height of a line of stacked forces [inches], and of its largest force [lines]."""
 
 
-def plotted_contacts(scene: Scene) -> list[int]:
-    """The contacts whose force over time is drawn by default, closer at the shock."""
-    wanted = np.geomspace(2, scene.chain.granules, _BY_DEFAULT)
-    return [int(contact) for contact in np.unique(np.rint(wanted))]
-
-
 def marked_contacts(document: Document) -> NDArray[np.intp]:
     """Return the indices of contacts with markers: all, or the first, some others, and the worst.
 
@@ -50,12 +43,10 @@ def marked_contacts(document: Document) -> NDArray[np.intp]:
     size = document.native.contact.size
     if size <= LONG:
         return np.arange(size)
-    first = np.arange(_POINTS // 3)
-    later = np.geomspace(first[-1], size - 1, _POINTS - first.size).astype(np.intp)
+    some = np.geomspace(1, size, _POINTS).astype(np.intp) - 1
     off = document.differences.values()
     worst = [np.nanargmax(values) for values in off if np.any(np.isfinite(values))]
-    last = np.arange(size - 3, size)
-    return np.unique(np.concatenate([first, later, last, np.asarray(worst, np.intp)]))
+    return np.unique(np.concatenate([some, np.asarray(worst, np.intp)]))
 
 
 def draw_peaks(axes: Axes, document: Document, *_: object) -> None:
@@ -172,7 +163,7 @@ def what_happens(result: Result, contacts: Sequence[int]) -> tuple[float, float]
 
 def draw_forces(axes: Axes, document: Document, contacts: Sequence[int] | None) -> None:
     """Draw contact forces over time, each with its exact peak, and the applied force."""
-    contacts = contacts or plotted_contacts(document.native.scene)
+    contacts = contacts or drawn_contacts(document.native, _BY_DEFAULT, coarse=True)
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import ListedColormap, Normalize
@@ -288,7 +279,10 @@ def draw_traces(axes: Axes, document: Document, *_: object) -> None:
     legend_above(axes)
 
 
-DRAW: Mapping[str, Callable[[Axes, Document, Sequence[int] | None], None]] = {
+HEIGHTS = {"peaks": 3, "differences": 2.4, "forces": 3, "stacked": 4.5, "map": 3.2, "traces": 4.5}
+"""Heights of panels in a picture of no given size [inches]."""
+
+DRAW: dict[str, Callable[[Axes, Document, Sequence[int] | None], None]] = {
     "peaks": draw_peaks,
     "differences": draw_differences,
     "forces": draw_forces,

@@ -38,7 +38,6 @@ from hertzchain.report.tradeoff import print_tradeoff
 from hertzchain.verdict.check import NOT_RUN, Check, Kind, unmeasured
 from hertzchain.verdict.tradeoff import Row, Tradeoff
 from tests.conftest import paper_scene
-from tests.places import ROOT
 
 WELL = Check(Kind("all is well"), "native", 1.0, 1.0, 1e-9, True, "why not")
 ODD = Check(Kind("one thing is odd"), "native", 1.5, 1.0, 0.25, False, "it should be 1")
@@ -388,17 +387,6 @@ def test_a_plot_has_a_point_for_every_number(
         np.testing.assert_array_equal(below[label], (native.contact, off))
     assert set(below["LAMMPS, error estimate"][1]) == {lammps.error_estimate}
     assert set(below["reference, error estimate"][1]) == {native.error_estimate}
-
-
-def test_a_plot_has_the_wall_behind_the_last_contact() -> None:
-    scene = hc.Scene.from_toml(ROOT / "validation" / "scenes" / "terms" / "striker_on_a_wall.toml")
-    comparison = hc.compare(scene, ["native"])
-    above = lines_of(comparison.plot().axes[0])
-    native = comparison.native
-    assert [values.tolist() for values in above["wall"]] == [
-        [scene.chain.granules + 1],
-        [native.peak_at(scene.chain.granules + 1)],
-    ]
 
 
 @pytest.mark.parametrize(("suffix", "start"), [("png", b"\x89PNG"), ("PDF", b"%PDF")])

@@ -533,21 +533,6 @@ def test_paper_has_everything(opened: tuple[Page, list[str]]) -> None:
 
 
 @pytest.mark.chromium
-def test_without_scripts_tables_and_verdict_are_there(
-    browser: Browser, compared: hc.Comparison, tmp_path: Path
-) -> None:
-    write_page(of_comparison(compared), tmp_path / "page.html")
-    context = browser.new_context(java_script_enabled=False, offline=True)
-    page = context.new_page()
-    page.goto((tmp_path / "page.html").as_uri())
-    assert page.locator(".verdict .word").inner_text() == "✓ PASS"
-    assert page.locator(".plot.wide svg").is_visible()
-    assert page.locator("tbody tr").count() > 20
-    assert not page.get_by_text("Save all numbers").is_visible()
-    context.close()
-
-
-@pytest.mark.chromium
 @pytest.mark.slow
 def test_a_browser_draws_the_report_of_all_scripts(browser: Browser, tmp_path: Path) -> None:
     found = outcomes(passed=False)
