@@ -22,7 +22,7 @@ import hertzchain as hc
 from hertzchain.engines.lammps.engine import engine
 from hertzchain.errors import BackendMissing
 from hertzchain.files import check_outputs, write_text, write_with
-from hertzchain.report.figures import check_plot_format
+from hertzchain.report.formats import check_format
 from hertzchain.report.junit import ERROR, Case, Suite, case, to_xml
 from hertzchain.verdict.tradeoff import provenance
 from validation.drawing import new_figure
@@ -82,7 +82,7 @@ class Script:
         try:
             check_outputs([], [chosen.output, chosen.plot, chosen.junit])
             if chosen.plot is not None:
-                check_plot_format(chosen.plot)
+                check_format(chosen.plot, "plot")
             if missing:
                 print(f"{missing}; everything else is measured", file=sys.stderr)
             table = self.measure(chosen.quick, missing is None)

@@ -70,10 +70,15 @@ def compiling(report_progress: Callable[[str], object], is_native: bool = True) 
 
 
 def write_file(what: str, path: Path | None, write: Callable[[Path], object]) -> None:
-    """Write a file, if wanted, after the results are printed: the disk may be full."""
+    """Write a file, if wanted, after the results are printed: the disk may be full.
+
+    What ``write`` returns may be a sentence on what the file has not.
+    """
     if path is None:
         return
     with progress() as report_progress:
         report_progress(f"writing {path}")
-        write(path)
+        remark = write(path)
     typer.echo(f"{what} written to {path}", err=True)
+    if isinstance(remark, str):
+        say(remark)

@@ -72,13 +72,13 @@ def plot(
     is drawn spans more than two decades.
     """
     from hertzchain.files import check_outputs
-    from hertzchain.report.figures import check_plot_format
+    from hertzchain.report.formats import check_format
     from hertzchain.sweeps import Sweep
     from hertzchain.sweeps.drawing import SIZE, draw
 
     swept = Sweep.load(folder)
     target = folder / "plot.png" if output is None else output
-    check_plot_format(target)
+    check_format(target, "plot")
     check_outputs([folder / "sweep.json"], [target])
     fixed = by_name("--where", where or [], "shock.profile=cosine")
     inches = to_inches(size) or SIZE

@@ -117,15 +117,14 @@ def pulse(
     from hertzchain.pulses.measured import check_accuracy, measured_pulse
     from hertzchain.pulses.recording import read_recording
     from hertzchain.pulses.signal import Given, pulse_of
-    from hertzchain.report.figures import check_plot_format
+    from hertzchain.report.formats import check_format
     from hertzchain.report.pulse import plot_pulse, print_pulse
 
     check_outputs([recording, scene], [output, plot])
     check_accuracy(rtol)
     refuse_without_need(plot is not None, size=size is not None)
     inches = to_inches(size)
-    if plot is not None:
-        check_plot_format(plot)
+    check_format(plot, "plot")
     times = {"--start": start, "--end": end, "--smooth": smooth}
     given = Given(
         _number("--baseline", baseline, "in the unit of the column"),

@@ -57,33 +57,15 @@ class RunFiles:
     def check(self, file: Path, scene: Scene) -> None:
         """Raise an OutputError, before any work is done, for what cannot be written."""
         from hertzchain.files import check_outputs
+        from hertzchain.report.formats import check_format
 
         check_outputs([file], [self.output, self.plot, self.trajectory, self.traces, self.report])
-        if self.traces is not None:
-            from hertzchain.report.motion import check_traces_format
-
-            check_traces_format(self.traces)
-            require(bool(scene.gauges), "gauge", None, NO_GAUGE)
-        if self.output is not None and self.record is None:
-            from hertzchain.report.tables import check_result_format
-
-            check_result_format(self.output)
-        if self.output is not None and self.record is not None:
-            from hertzchain.report.motion import check_motion_format
-
-            check_motion_format(self.output)
-        if self.plot is not None:
-            from hertzchain.report.figures import check_plot_format
-
-            check_plot_format(self.plot)
-        if self.report is not None:
-            from hertzchain.report.page import check_page_format
-
-            check_page_format(self.report)
-        if self.trajectory is not None:
-            from hertzchain.report.trajectory import check_trajectory_format
-
-            check_trajectory_format(self.trajectory)
+        require(self.traces is None or bool(scene.gauges), "gauge", None, NO_GAUGE)
+        check_format(self.traces, "traces")
+        check_format(self.output, "result" if self.record is None else "motion")
+        check_format(self.plot, "plot")
+        check_format(self.report, "page")
+        check_format(self.trajectory, "trajectory")
 
     @property
     def others(self) -> str:

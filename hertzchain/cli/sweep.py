@@ -102,7 +102,7 @@ def sweep(
     row with the reason.
     """
     from hertzchain.files import check_outputs
-    from hertzchain.report.page import check_page_format
+    from hertzchain.report.formats import check_format
     from hertzchain.sweeps import sweep as measure
     from hertzchain.sweeps.page import write_page
     from hertzchain.sweeps.parts import backend_named
@@ -111,9 +111,8 @@ def sweep(
         raise HertzchainError(
             f"-o {output}: is to be a folder; for one file of text in it say --format csv"
         )
-    if report is not None:
-        check_outputs([scene], [report])
-        check_page_format(report)
+    check_outputs([scene], [report])
+    check_format(report, "page")
     limit = options.to_time_limit(time_limit)
     wanted = backend or [Source("native")]
     options.refuse_without_need("lammps" in wanted, extrapolated=extrapolated, lmp=lmp)

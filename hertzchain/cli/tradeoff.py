@@ -42,6 +42,7 @@ def tradeoff(
     """
     from hertzchain.files import check_outputs, write_text
     from hertzchain.report import figures
+    from hertzchain.report.formats import check_format
     from hertzchain.report.tradeoff import print_tradeoff
     from hertzchain.verdict.tradeoff import tradeoff as measure
 
@@ -49,8 +50,7 @@ def tradeoff(
     inches = to_inches(size)
     loaded = load_scene(scene)
     check_outputs([scene], [plot, output])
-    if plot is not None:
-        figures.check_plot_format(plot)
+    check_format(plot, "plot")
     with progress() as report_progress, compiling(report_progress):
         measured = measure(loaded, progress=report_progress)
     show(as_json, measured.to_dict, lambda console: print_tradeoff(console, [measured]))

@@ -48,16 +48,14 @@ class Shown:
 
     def __post_init__(self) -> None:
         from hertzchain.files import check_outputs
-        from hertzchain.report import figures, page
+        from hertzchain.report.formats import check_format
 
         options.refuse_without_need(self.plot is not None, size=self.size is not None)
         self._inches = options.to_inches(self.size)
         self._begun, self._begin = datetime.now(UTC), time.perf_counter()
         check_outputs([self.scene, *self.given], [self.plot, self.report, self.junit])
-        if self.plot is not None:
-            figures.check_plot_format(self.plot)
-        if self.report is not None:
-            page.check_page_format(self.report)
+        check_format(self.plot, "plot")
+        check_format(self.report, "page")
 
     def end(self, document: Document) -> NoReturn:
         """Print the document, write the files, and end with the status of the verdict."""

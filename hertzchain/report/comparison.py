@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,7 +35,6 @@ def of_comparison(comparison: Comparison) -> Document:
     named = FORMULAS if comparison.scene.is_plain else ()  # they are about nothing else
     equations = {name: getattr(formulas, name) for name in named}
     drawn = {name: result.peak_force for name, result in others.items()}
-    answers, efforts = _answers(comparison)
     of_formulas = [f"Formulas: {text}" for text in (formulas.applicable, formulas.note) if text]
     return Document(
         kind="Comparison",
@@ -54,9 +54,7 @@ def of_comparison(comparison: Comparison) -> Document:
             for name, result in others.items()
         ],
         absent=[LABELS[name] for name in comparison.wanted if name not in comparison.results],
-        answers=answers,
-        efforts=efforts,
-        cost=_cost(comparison),
+        answers=_answers(comparison),
         checks=comparison.checks,
         formulas=of_formulas,
         similar=[
@@ -108,25 +106,23 @@ def _peaks(
     )
 
 
-def _answers(comparison: Comparison) -> tuple[Table, list[list[str]]]:
+def _answers(comparison: Comparison) -> Table:
     """Return the other results of each oracle, and their cost."""
-    scene = comparison.scene
     simulated = [comparison.results.get(name) for name in comparison.wanted]
 
     def row(label: str, shown: Callable[[Result], str], of_formulas: str = "") -> list[str]:
         cells = ["" if result is None else shown(result) for result in simulated]
         return [label, *cells, of_formulas]
 
-    if not scene.is_plain:
-        answers = _answers_with_terms(comparison, row)
-    else:
-        answers = _answers_of_wave(comparison, row)
-    return answers, [
+    is_plain = comparison.scene.is_plain
+    answers = (_answers_of_wave if is_plain else _answers_with_terms)(comparison, row)
+    efforts = [
         row("error, at most", lambda run: f"{run.wanted_error:.1e}"),
         row("method", lambda run: run.method),
         row("steps", lambda run: f"{run.steps:,}"),
         row("time", lambda run: duration(run.wall_time)),
     ]
+    return replace(answers, rows=[*answers.rows, *efforts])
 
 
 def _answers_with_terms(comparison: Comparison, row: Callable[..., list[str]]) -> Table:
@@ -168,32 +164,6 @@ def _answers_of_wave(comparison: Comparison, row: Callable[..., list[str]]) -> T
             row("speed [m/s]", lambda run: number(run.solitary_wave.speed, 7), speed),
         ],
     )
-
-
-def _cost(comparison: Comparison) -> Table:
-    """Return cost and error of each answer of a comparison."""
-    header = ["", "method", "largest step [s]", "steps", "force evaluations", "wall time"]
-    rows = [
-        [
-            LABELS[name],
-            result.method,
-            f"{result.dt:.3g}",
-            f"{result.steps:,}",
-            f"{result.force_evaluations:,}",
-            duration(result.wall_time),
-            f"{result.error_estimate:.1e}",
-        ]
-        for name, result in comparison.results.items()
-    ]
-    rows += [
-        [LABELS[name], "did not run", *[""] * 5]
-        for name in comparison.wanted
-        if name not in comparison.results
-    ]
-    if comparison.scene.is_plain:
-        said = "see differences" if comparison.formulas.applicable is None else ""
-        rows.append(["formulas", "Eqs. 3 to 9, given p and F_SW", "", "0", "0", "0", said])
-    return Table("What each answer cost", [*header, "error of the peaks, at most"], rows, text=2)
 
 
 def _failure(check: Check) -> Failure:

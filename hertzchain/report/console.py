@@ -174,7 +174,7 @@ def print_document(
     console.print()
     answers = document.answers
     if answers is not None:
-        console.print(table(answers.header, [*answers.rows, *document.efforts], left=("",)))
+        console.print(table(answers.header, answers.rows, left=("",)))
     if document.facts:
         print_facts(console, document.facts)
     for remark in (*document.formulas, *document.similar):

@@ -115,8 +115,6 @@ class Document:
     limits: Sequence[tuple[str, str, float]]  # style, label, value of lines among differences
     absent: Sequence[str] = ()  # labels of engines that did not run
     answers: Table | None = None  # the transition by each engine of a comparison
-    efforts: Sequence[Sequence[str]] = ()  # further rows of it: method, steps and time, in short
-    cost: Table | None = None  # method, steps and time in full
     checks: Sequence[Check] = ()  # on which the verdict of a comparison rests
     formulas: Sequence[str] = ()  # remarks on the formulas
     similar: Sequence[str] = ()  # remarks on engines that computed a similar chain

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hertzchain.errors import OutputError
 from hertzchain.files import write_with
 from hertzchain.report import style
 from hertzchain.report.document import Document
@@ -15,24 +14,12 @@ from hertzchain.report.facts import describe
 from hertzchain.report.waterfall import drawn_contacts
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from hertzchain.report.picture import Picture
-    from hertzchain.verdict.tradeoff import Row, Tradeoff
+    from hertzchain.verdict.tradeoff import Tradeoff
 
-
-PANELS = ("peaks", "differences", "forces", "stacked", "map", "traces")
-"""Panels of a picture, from above: along the chain, then over time."""
 
 _WIDE = 8.0  # width of a picture by default [inches]
-_HEIGHTS = {
-    "peaks": 3.0,
-    "differences": 2.4,
-    "forces": 3.0,
-    "stacked": 4.5,
-    "map": 3.2,
-    "traces": 4.5,
-}
+_SHARED = (("peaks", "differences"), ("forces", "map"))  # panels with the same axis below them
 _LEAST = 1.7  # height of a panel with room for its labels [inches]; chosen
 
 
@@ -49,6 +36,17 @@ def panels_of(document: Document) -> tuple[str, ...]:
     return tuple(known)
 
 
+def _with_room(
+    document: Document, size: tuple[float, float] | None, only: Sequence[str] | None
+) -> tuple[list[str], list[str]]:
+    """Return the panels of a picture, and those that it has no room for."""
+    from hertzchain.report.panels import DRAW
+
+    wanted = [name for name in DRAW if name in (only or panels_of(document))]
+    count = len(wanted) if size is None else max(1, int(size[1] / _LEAST))
+    return wanted[:count], wanted[count:]
+
+
 def figure_of(
     document: Document,
     contacts: Sequence[int] | None = None,
@@ -63,39 +61,21 @@ def figure_of(
     from hertzchain.report import panels
     from hertzchain.report.picture import SMALL, Picture, fit_letters
 
-    shown = [name for name in PANELS if name in (only or panels_of(document))]
-    width, height = size or (_WIDE, sum(_HEIGHTS[name] for name in shown) + 0.6)
-    shown = shown[: max(1, int(height / _LEAST))]
-    figure = Picture((width, height))
-    if width >= SMALL:
+    shown, _ = _with_room(document, size, only)
+    heights = [panels.HEIGHTS[name] for name in shown]
+    figure = Picture(size or (_WIDE, sum(heights) + 0.6))
+    if figure.get_figwidth() >= SMALL:
         figure.suptitle(_title(document), fontsize=10)
-    heights = [_HEIGHTS[name] for name in shown]
-    axes = dict(
-        zip(
-            shown,
-            figure.subplots(len(shown), 1, squeeze=False, height_ratios=heights)[:, 0],
-            strict=True,
-        )
-    )
-    for above, below in (("peaks", "differences"), ("forces", "map")):
-        if {above, below} <= axes.keys():
-            axes[above].sharex(axes[below])
-    draw: dict[str, Callable[[Axes], object]] = {
-        "peaks": lambda one: panels.draw_peaks(one, document),
-        "differences": lambda one: panels.draw_differences(one, document),
-        "forces": lambda one: panels.draw_forces(
-            one, document, contacts or panels.plotted_contacts(document.native.scene)
-        ),
-        "stacked": lambda one: panels.draw_stacked(one, document),
-        "map": lambda one: panels.draw_map(one, document),
-        "traces": lambda one: panels.draw_traces(one, document),
-    }
+    drawn = figure.subplots(len(shown), 1, squeeze=False, height_ratios=heights)[:, 0]
+    axes = dict(zip(shown, drawn, strict=True))
+    shared = [pair for pair in _SHARED if {*pair} <= axes.keys()]
+    for above, below in shared:
+        axes[above].sharex(axes[below])
     for name, one in axes.items():
-        draw[name](one)
-    for above, below in (("peaks", "differences"), ("forces", "map")):
-        if {above, below} <= axes.keys():
-            axes[above].tick_params(labelbottom=False)
-            axes[above].set_xlabel("")
+        panels.DRAW[name](one, document, contacts)
+    for above, _ in shared:
+        axes[above].tick_params(labelbottom=False)
+        axes[above].set_xlabel("")
     fit_letters(figure)
     return figure
 
@@ -106,9 +86,14 @@ def plot_document(
     contacts: Sequence[int] | None = None,
     size: tuple[float, float] | None = None,
     only: Sequence[str] | None = None,
-) -> None:
-    """Write ``figure_of`` a document, in the format of the suffix, whole or not at all."""
+) -> str | None:
+    """Write ``figure_of`` a document, in the format of the suffix, whole or not at all.
+
+    Return a sentence where there is no room for a panel.
+    """
     write_with(path, figure_of(document, contacts, size, only).savefig)
+    left = _with_room(document, size, only)[1]
+    return f"{path} has no room for {', '.join(left)}: take a higher --size" if left else None
 
 
 def _title(document: Document) -> str:
@@ -126,6 +111,8 @@ def plot_tradeoff(
 
     Of several scenes medians are drawn, and the range of the errors.
     """
+    from matplotlib import colormaps
+
     from hertzchain.report.picture import SMALL, Picture, fit_letters, in_units
     from hertzchain.verdict.contenders import NUMPY
     from hertzchain.verdict.tradeoff import frontier, typical
@@ -135,14 +122,18 @@ def plot_tradeoff(
     figure = Picture(size or (10.5, 6.5))
     axes = figure.subplots()
     axes.set(xscale="log", yscale="log")
-    _draw_frontier(axes, frontier([p.row for p in points if p.row.self_contained], known), known)
+    best = frontier([point.row for point in points if point.row.self_contained], known)
+    axes.plot(
+        [row.wall_time for row in best], [max(row.error, known) for row in best],
+        color="#F0E442", linewidth=9, drawstyle="steps-post", solid_capstyle="round", zorder=1,
+        label="frontier: nothing is\ncheaper and as accurate",
+    )  # fmt: skip
     sides = itertools.cycle(((7, "bottom"), (-7, "top")))
-    for name in dict.fromkeys(point.row.contender for point in points):
+    for k, name in enumerate(dict.fromkeys(point.row.contender for point in points)):
         own = [point for point in points if point.row.contender == name]
         engine = own[0].row.engine
         marker, line, filling = style.WAYS[engine]
-        method = name.partition(",")[0]
-        colour = style.CONTENDER_COLOURS.get(name, style.METHOD_COLOURS.get(method, "#000000"))
+        method, colour = name.partition(",")[0], colormaps["tab20"](k % 20)
         time = [point.row.wall_time for point in own]
         error = [max(point.row.error, known) for point in own]
         if line == "none":  # a single point
@@ -183,24 +174,3 @@ def plot_tradeoff(
     figure.legend(loc="outside right center", fontsize="x-small", frameon=False)
     fit_letters(figure)
     write_with(path, figure.savefig)
-
-
-def _draw_frontier(axes: Axes, rows: Sequence[Row], known: float) -> None:
-    """Draw the least error for each time, a staircase."""
-    axes.plot(
-        [row.wall_time for row in rows],
-        [max(row.error, known) for row in rows],
-        color="#F0E442",
-        linewidth=9,
-        drawstyle="steps-post",
-        solid_capstyle="round",
-        label="frontier: nothing is\ncheaper and as accurate",
-        zorder=1,
-    )
-
-
-def check_plot_format(path: Path | str) -> None:
-    """Raise an OutputError, before any work is done, for a suffix that cannot be drawn."""
-    known = (".pdf", ".png", ".svg")
-    if Path(path).suffix.lower() not in known:
-        raise OutputError(f"{path}: cannot be drawn, the name must end in {', '.join(known)}")

@@ -11,18 +11,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.errors import OutputError, SceneError
+from hertzchain.errors import SceneError
 from hertzchain.files import write_text, write_with
 from hertzchain.observables.history import History
 from hertzchain.observables.peaks import ESTIMATED, judged_contacts
 from hertzchain.observables.result import Result
-from hertzchain.report.tables import check_parquet
+from hertzchain.report.formats import check_format
 
 if TYPE_CHECKING:
     import pandas
     from numpy.typing import NDArray
 
-_SUFFIXES = (".csv", ".parquet", ".npz")
 _REMARKED = 1e-3  # of a peak: less than that below it is no remark (chosen)
 
 
@@ -147,7 +146,7 @@ def write_motion(result: Result, path: Path | str, numbers: Sequence[int] | None
     ``.csv`` and ``.parquet`` have the table of ``motion_frame``, ``.npz`` the arrays of
     ``motion_arrays``.
     """
-    check_motion_format(path)
+    check_format(path, "motion")
     if Path(path).suffix.lower() == ".npz":
         write_with(path, partial(_write_arrays, motion_arrays(result, numbers)))
     else:
@@ -156,7 +155,7 @@ def write_motion(result: Result, path: Path | str, numbers: Sequence[int] | None
 
 def write_traces(result: Result, path: Path | str) -> None:
     """Write ``Result.to_traces``, whole or not at all, as .csv or .parquet; else an OutputError."""
-    check_traces_format(path)
+    check_format(path, "traces")
     _write_frame(result.to_traces(), Path(path))
 
 
@@ -171,21 +170,3 @@ def _write_arrays(arrays: dict[str, NDArray[Any]], path: Path) -> None:
     # To a name that does not end in .npz, as .NPZ, NumPy would add that.
     with path.open("wb") as stream:
         np.savez_compressed(stream, **arrays)  # type: ignore[arg-type] # no array is allow_pickle
-
-
-def check_motion_format(path: Path | str) -> None:
-    """Raise an OutputError, before any work is done, for a format that motion is not written in."""
-    _check(path, "with --record the motion is written", _SUFFIXES)
-
-
-def check_traces_format(path: Path | str) -> None:
-    """Raise an OutputError, before any work is done, for a format that traces do not have."""
-    _check(path, "traces are a table", _SUFFIXES[:2])
-
-
-def _check(path: Path | str, what: str, allowed: tuple[str, ...]) -> None:
-    suffix = Path(path).suffix.lower()
-    if suffix not in allowed:
-        raise OutputError(f"{path}: {what}, the name must end in {', '.join(allowed)}")
-    if suffix == ".parquet":
-        check_parquet(path)

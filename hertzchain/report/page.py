@@ -9,10 +9,10 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hertzchain.errors import OutputError
 from hertzchain.files import write_text
 from hertzchain.report.document import Document, Table
 from hertzchain.report.facts import describe, difference
+from hertzchain.report.formats import check_format
 
 if TYPE_CHECKING:
     from markupsafe import Markup
@@ -145,15 +145,9 @@ def render(template: str, content: Mapping[str, Any], templates: Sequence[Path] 
     )
 
 
-def check_page_format(path: Path | str) -> None:
-    """Raise an OutputError, before any work is done, for a name without the suffix of a page."""
-    if Path(path).suffix.lower() not in (".html", ".htm"):
-        raise OutputError(f"{path}: a report is a page, the name must end in .html or .htm")
-
-
 def write_page(
     document: Document, path: Path | str, file: str = "scene.toml", given: str = ""
 ) -> None:
     """Write ``page_of`` a document to a file, completely or not at all; OutputError on failure."""
-    check_page_format(path)
+    check_format(path, "page")
     write_text(path, page_of(document, file, given))

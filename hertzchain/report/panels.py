@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,7 +16,6 @@ from hertzchain.report.facts import in_prefixed
 from hertzchain.report.motion import recorded
 from hertzchain.report.picture import at_whole_numbers, in_units, legend_above
 from hertzchain.report.waterfall import CURVES, drawn_contacts, with_peak
-from hertzchain.scene.scene import Scene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,12 +35,6 @@ _LINE, _HIGH = 0.2, 1.6
 """Height of a line of stacked forces [inches], and of its largest force [lines]."""
 
 
-def plotted_contacts(scene: Scene) -> list[int]:
-    """The contacts whose force over time is drawn by default, closer at the shock."""
-    wanted = np.geomspace(2, scene.chain.granules, _BY_DEFAULT)
-    return [int(contact) for contact in np.unique(np.rint(wanted))]
-
-
 def marked_contacts(document: Document) -> NDArray[np.intp]:
     """Return the indices of contacts with markers: all, or the first, some others, and the worst.
 
@@ -50,15 +43,13 @@ def marked_contacts(document: Document) -> NDArray[np.intp]:
     size = document.native.contact.size
     if size <= LONG:
         return np.arange(size)
-    first = np.arange(_POINTS // 3)
-    later = np.geomspace(first[-1], size - 1, _POINTS - first.size).astype(np.intp)
+    some = np.geomspace(1, size, _POINTS).astype(np.intp) - 1
     off = document.differences.values()
     worst = [np.nanargmax(values) for values in off if np.any(np.isfinite(values))]
-    last = np.arange(size - 3, size)
-    return np.unique(np.concatenate([first, later, last, np.asarray(worst, np.intp)]))
+    return np.unique(np.concatenate([some, np.asarray(worst, np.intp)]))
 
 
-def draw_peaks(axes: Axes, document: Document) -> None:
+def draw_peaks(axes: Axes, document: Document, *_: object) -> None:
     """Draw the peak of each contact, or its first pulse where a run was asked for these."""
     native = document.native
     contact, what = native.contact, "peak force"
@@ -125,7 +116,7 @@ def _draw_points(axes: Axes, document: Document, drawn: Mapping[str, FloatArray]
         )  # fmt: skip
 
 
-def draw_differences(axes: Axes, document: Document) -> None:
+def draw_differences(axes: Axes, document: Document, *_: object) -> None:
     """Draw differences from native on a logarithmic axis, with a line for each error."""
     axes.set_yscale("log")
     shown = {name: np.where(off > 0, off, np.nan) for name, off in document.differences.items()}
@@ -170,8 +161,9 @@ def what_happens(result: Result, contacts: Sequence[int]) -> tuple[float, float]
     return max(begin - room, history.time[0]), min(end + room, history.time[-1])
 
 
-def draw_forces(axes: Axes, document: Document, contacts: Sequence[int]) -> None:
+def draw_forces(axes: Axes, document: Document, contacts: Sequence[int] | None) -> None:
     """Draw contact forces over time, each with its exact peak, and the applied force."""
+    contacts = contacts or drawn_contacts(document.native, _BY_DEFAULT, coarse=True)
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import ListedColormap, Normalize
@@ -208,7 +200,7 @@ def draw_forces(axes: Axes, document: Document, contacts: Sequence[int]) -> None
         axes.figure.colorbar(shown, ax=axes, label="contact", location="top", aspect=60)
 
 
-def draw_map(axes: Axes, document: Document) -> None:
+def draw_map(axes: Axes, document: Document, *_: object) -> None:
     """Draw the contact force of all contacts over time."""
     result = document.native
     history = recorded(result)
@@ -226,7 +218,7 @@ def draw_map(axes: Axes, document: Document) -> None:
     in_units(axes.xaxis, "time [s]")
 
 
-def draw_stacked(axes: Axes, document: Document) -> None:
+def draw_stacked(axes: Axes, document: Document, *_: object) -> None:
     """Draw contact forces over time, a line for each contact, one above the other."""
     native = document.native
     scene, time = native.scene, recorded(native).time
@@ -266,7 +258,7 @@ def _draw_scale(axes: Axes, largest: float) -> None:
     right.tick_params(labelsize="small")
 
 
-def draw_traces(axes: Axes, document: Document) -> None:
+def draw_traces(axes: Axes, document: Document, *_: object) -> None:
     """Draw measured traces one below the other, and what the reference reads as lines on them."""
     overlays = document.overlays
     apart = 1.1 * max(float(np.max(np.abs(one.expected))) for one in overlays)
@@ -285,3 +277,17 @@ def draw_traces(axes: Axes, document: Document) -> None:
     in_units(axes.yaxis, "force without the static one, one above the other [N]")
     in_units(axes.xaxis, "time of the run [s]")
     legend_above(axes)
+
+
+HEIGHTS = {"peaks": 3, "differences": 2.4, "forces": 3, "stacked": 4.5, "map": 3.2, "traces": 4.5}
+"""Heights of panels in a picture of no given size [inches]."""
+
+DRAW: dict[str, Callable[[Axes, Document, Sequence[int] | None], None]] = {
+    "peaks": draw_peaks,
+    "differences": draw_differences,
+    "forces": draw_forces,
+    "stacked": draw_stacked,
+    "map": draw_map,
+    "traces": draw_traces,
+}
+"""Functions that draw the panels of a picture, from above, and contacts over time."""

@@ -48,7 +48,7 @@ def force_colours() -> Colormap:
     return LinearSegmentedColormap.from_list("forces", ["white", *darker])
 
 
-# Plots of a trade-off: markers and lines stand for engines, colours for methods.
+# Plots of a trade-off: markers and lines stand for engines.
 
 WAYS = {
     "formulas": ("*", "none", "full"),
@@ -59,21 +59,3 @@ WAYS = {
     LABELS["lammps"]: ("^", "-.", "none"),
 }
 """Marker, line and filling, by Matplotlib's names."""
-
-METHOD_COLOURS = {
-    "velocity-verlet": "#E69F00",
-    "rk4": "#56B4E9",
-    "dprkn-6": "#009E73",
-    "srkn-6b": "#0072B2",
-    "srkn-11b": "#D55E00",
-    "reference": "#CC79A7",
-    LABELS["lammps"]: "#E69F00",  # its scheme is velocity Verlet
-    "DOP853": "#666666",
-}
-
-CONTENDER_COLOURS = {
-    "srkn-6b, float32": "#8FB9DB",
-    "rtol, without estimate": "#999999",
-    "LAMMPS, extrapolated": "#7A4B00",
-}
-"""Colours of contenders that share engine and method with another."""

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from hertzchain.errors import OutputError
 from hertzchain.files import write_text, write_with
 from hertzchain.observables.result import Result
+from hertzchain.report.formats import check_format
 from hertzchain.theory.two_spheres import parting
 
 
@@ -50,23 +49,5 @@ def write_result(result: Result, path: Path | str) -> None:
     ``.csv`` and ``.parquet`` have a row for each contact, as ``Result.to_frame``; ``.json`` has the
     whole result, as ``Result.to_dict``.
     """
-    check_result_format(path)
+    check_format(path, "result")
     _WRITERS[Path(path).suffix.lower()](result, Path(path))
-
-
-def check_result_format(path: Path | str) -> None:
-    """Raise an OutputError, before any work is done, for a format that cannot be written."""
-    suffix = Path(path).suffix.lower()
-    if suffix not in _WRITERS:
-        known = ", ".join(name for name in _WRITERS if name)
-        raise OutputError(f"{path}: cannot be written, the name must end in {known}")
-    if suffix == ".parquet":
-        check_parquet(path)
-
-
-def check_parquet(path: Path | str) -> None:
-    """Raise an OutputError where nothing writes Parquet."""
-    if importlib.util.find_spec("pyarrow") is None:
-        raise OutputError(
-            f"{path}: Parquet needs pyarrow: pip install 'hertzchain[parquet]', or write a .csv"
-        )

@@ -10,16 +10,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.errors import OutputError, SceneError
+from hertzchain.errors import SceneError
 from hertzchain.files import write_with
 from hertzchain.observables.result import Result
+from hertzchain.report.formats import check_format
 from hertzchain.scene.chain import granule_mass
 from hertzchain.scene.scene import Scene
 
 if TYPE_CHECKING:
     from ase import Atoms
-
-_SUFFIXES = (".xyz", ".extxyz")
 
 
 def write_trajectory(result: Result, path: Path | str) -> None:
@@ -74,7 +73,7 @@ def write_trajectory(result: Result, path: Path | str) -> None:
     """
     from ase.io.extxyz import write_xyz
 
-    check_trajectory_format(path)
+    check_format(path, "trajectory")
     if result.history is None:
         raise SceneError(
             "history", None, "there is none: run with record = a number of frames, or times"
@@ -82,12 +81,6 @@ def write_trajectory(result: Result, path: Path | str) -> None:
     # Frames have no results, and without these ASE does not copy each frame: its copies set the
     # shape of an array, for which NumPy warns from 2.5 on.
     write_with(path, lambda part: write_xyz(part, frames(result), write_results=False))
-
-
-def check_trajectory_format(path: Path | str) -> None:
-    """Raise an OutputError, before any work is done, for a suffix of another format."""
-    if Path(path).suffix.lower() not in _SUFFIXES:
-        raise OutputError(f"{path}: a trajectory's name must end in {' or '.join(_SUFFIXES)}")
 
 
 def frame_times(scene: Scene, count: int, window: tuple[float, float] | None = None) -> FloatArray:

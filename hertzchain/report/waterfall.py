@@ -43,16 +43,16 @@ def wave_time(scene: Scene) -> float:
     return float(scene.units.time * force_scale(scene.momentum_ratio) ** (-1 / 6))
 
 
-def drawn_contacts(result: Result, most: int = CURVES) -> list[int]:
+def drawn_contacts(result: Result, most: int = CURVES, *, coarse: bool = False) -> list[int]:
     """Return numbers of contacts to draw, closer together near the shock.
 
-    There are none where motion was recorded at no or too few times.
+    There are none where motion was recorded at no or, unless they may be ``coarse``, few times.
     """
     history = result.history
     if history is None or history.time.size < 2:
         return []
     time = history.time
-    if np.max(np.diff(time)) > _FEWEST * wave_time(result.scene):
+    if not coarse and np.max(np.diff(time)) > _FEWEST * wave_time(result.scene):
         return []
     pressed = result.contact[(result.peak_time > time[0]) & (result.peak_time < time[-1])]
     if pressed.size <= most:

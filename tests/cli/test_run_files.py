@@ -13,7 +13,9 @@ from hertzchain.cli.options import to_contacts
 from hertzchain.cli.output import say
 from hertzchain.errors import HertzchainError
 from hertzchain.report import panels
+from hertzchain.report.facts import describe
 from hertzchain.scene.scene import Scene
+from tests.cli.short_chain import embedded
 from tests.command_line import Command, is_refused
 from tests.places import ROOT
 from tests.processes import names
@@ -83,9 +85,25 @@ def test_contacts_are_those_of_the_plot(
     hertzchain: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     drawn: list[object] = []
-    monkeypatch.setattr(panels, "draw_forces", lambda *given: drawn.append(given[2]))
+    monkeypatch.setitem(panels.DRAW, "forces", lambda *given: drawn.append(given[2]))
     assert hertzchain("run", SCENE, "--plot", "run.png", "--contacts", "5,9").status == 0
     assert drawn == [[5, 9]]
+
+
+def test_a_picture_without_room_for_all_panels_says_so(hertzchain: Command) -> None:
+    small = ("run", SCENE, "--plot", "run.png", "--size", "3.4x2.6")
+    assert "run.png has no room for forces, map: take a higher --size" in hertzchain(*small).err
+    assert "no room" not in hertzchain(*small, "--draw", "forces", "--contacts", "5,9").err
+
+
+def test_a_page_of_a_run(hertzchain: Command) -> None:
+    done = hertzchain("run", SCENE, "--json", "--report", "run.html")
+    page = Path("run.html").read_text("utf-8")
+    assert (done.status, done.err.splitlines()[-1]) == (0, "Report written to run.html")
+    assert f"<title>{describe(Scene.from_toml(SCENE))}</title>" in page  # there is no verdict
+    assert page.count("<svg") == 2
+    assert embedded(page)["peak_force_N"] == done.json()["peak_force_N"]
+    assert len(page) < 500_000
 
 
 def test_lines_to_stderr_go_where_a_progress_bar_catches_them(

@@ -30,14 +30,14 @@ from hertzchain.report.console import (
     print_run,
 )
 from hertzchain.report.facts import describe, known_digits
-from hertzchain.report.figures import check_plot_format, plot_document, plot_tradeoff
+from hertzchain.report.figures import plot_document, plot_tradeoff
+from hertzchain.report.formats import check_format
 from hertzchain.report.judgement import of_judgement
 from hertzchain.report.style import COLOURS
 from hertzchain.report.tradeoff import print_tradeoff
 from hertzchain.verdict.check import NOT_RUN, Check, Kind, unmeasured
 from hertzchain.verdict.tradeoff import Row, Tradeoff
 from tests.conftest import paper_scene
-from tests.places import ROOT
 
 WELL = Check(Kind("all is well"), "native", 1.0, 1.0, 1e-9, True, "why not")
 ODD = Check(Kind("one thing is odd"), "native", 1.5, 1.0, 0.25, False, "it should be 1")
@@ -389,23 +389,12 @@ def test_a_plot_has_a_point_for_every_number(
     assert set(below["reference, error estimate"][1]) == {native.error_estimate}
 
 
-def test_a_plot_has_the_wall_behind_the_last_contact() -> None:
-    scene = hc.Scene.from_toml(ROOT / "validation" / "scenes" / "terms" / "striker_on_a_wall.toml")
-    comparison = hc.compare(scene, ["native"])
-    above = lines_of(comparison.plot().axes[0])
-    native = comparison.native
-    assert [values.tolist() for values in above["wall"]] == [
-        [scene.chain.granules + 1],
-        [native.peak_at(scene.chain.granules + 1)],
-    ]
-
-
 @pytest.mark.parametrize(("suffix", "start"), [("png", b"\x89PNG"), ("PDF", b"%PDF")])
 def test_the_suffix_says_how_to_draw(
     native: hc.Comparison, tmp_path: Path, suffix: str, start: bytes
 ) -> None:
     path = tmp_path / f"plot.{suffix}"
-    check_plot_format(path)
+    check_format(path, "plot")
     plot_comparison(native, path)
     assert path.read_bytes().startswith(start)
 
@@ -444,7 +433,7 @@ def test_a_plot_without_formulas_is_drawn(
 @pytest.mark.parametrize("name", ["plot", "plot.xyz", "plot.", ".png", "png"])
 def test_an_unknown_format_is_an_error_that_names_the_known(name: str) -> None:
     with pytest.raises(OutputError, match=r"pdf, .*png, .*svg"):
-        check_plot_format(name)
+        check_format(name, "plot")
 
 
 def test_a_plot_that_cannot_be_written_leaves_nothing(
@@ -544,7 +533,7 @@ def test_a_plot_of_a_tradeoff_shows_every_contender(
                 "DOP853, SciPy",
                 "Eq. 6, given p and F_SW",
             ),
-            *("frontier", "wall time [s]", "largest relative error of the peaks"),
+            *("frontier", "wall time [ms]", "largest relative error of the peaks"),
             describe(traded.scene) if len(tradeoffs) == 1 else "2 scenes",
         ):
             assert words in comments

@@ -25,9 +25,10 @@ from hertzchain.errors import OutputError
 from hertzchain.report import style
 from hertzchain.report.comparison import of_comparison
 from hertzchain.report.figures import figure_of
+from hertzchain.report.formats import check_format
 from hertzchain.report.judgement import of_judgement
 from hertzchain.report.motion import at_times
-from hertzchain.report.page import check_page_format, page_of, write_page
+from hertzchain.report.page import page_of, write_page
 from hertzchain.report.waterfall import drawn_contacts, plot_times
 from hertzchain.verdict import deck_numbers
 from hertzchain.verdict.check import NOT_RUN, Check, Kind, unmeasured
@@ -165,12 +166,10 @@ def test_numbers_of_the_page_are_those_of_the_json(compared: hc.Comparison) -> N
         assert numbers(cells[2:4]) == pytest.approx(
             [check["measured"], check["expected"]], rel=1e-8, abs=0
         )
-    cost = {cells[0]: cells for cells in read.table("What each answer cost")[1:]}
-    assert set(cost) == {"native", "LAMMPS", "formulas"}
-    assert int(cost["native"][3].replace(",", "")) == document["results"]["native"]["steps"]
-    assert cost["formulas"][3:6] == ["0", "0", "0"]
     answers = {cells[0]: cells[1:] for cells in read.table("The transition")[1:]}
     assert answers["p, granules"][:2] == ["5", "5"]
+    steps = document["results"]["native"]["steps"]
+    assert int(answers["steps"][0].replace(",", "")) == steps
 
 
 def panels(comparison: hc.Comparison) -> dict[str, Axes]:
@@ -269,9 +268,6 @@ def test_a_missing_backend_is_said_plainly(compared: hc.Comparison) -> None:
     assert "UNDECIDED" in read.text
     assert ABSENT.reason in read.text
     assert "LAMMPS: not run" in read.text
-    assert {cells[0]: cells[1] for cells in read.table("What each answer cost")}[
-        "LAMMPS"
-    ] == "did not run"
     rows = read.table("Peak force of each contact")[1:]
     assert [cells[2] for cells in rows] == [""] * 11
     read = Reader(comparison_page(replace(compared, results=native, wanted=("native",))))
@@ -358,7 +354,7 @@ def test_what_makes_pages_is_loaded_for_a_page_only() -> None:
 @pytest.mark.parametrize("name", ["report", "report.pdf", "html"])
 def test_a_name_that_is_no_page_is_refused(name: str, compared: hc.Comparison) -> None:
     with pytest.raises(OutputError, match=r"must end in \.html or \.htm"):
-        check_page_format(name)
+        check_format(name, "page")
     with pytest.raises(OutputError, match=r"must end in \.html or \.htm"):
         write_page(of_comparison(compared), name)
 
@@ -534,21 +530,6 @@ def test_paper_has_everything(opened: tuple[Page, list[str]]) -> None:
     pdf = page.pdf(prefer_css_page_size=True)
     assert 2 <= len(re.findall(rb"/Type /Page\b", pdf)) <= 8
     assert wrong == []
-
-
-@pytest.mark.chromium
-def test_without_scripts_tables_and_verdict_are_there(
-    browser: Browser, compared: hc.Comparison, tmp_path: Path
-) -> None:
-    write_page(of_comparison(compared), tmp_path / "page.html")
-    context = browser.new_context(java_script_enabled=False, offline=True)
-    page = context.new_page()
-    page.goto((tmp_path / "page.html").as_uri())
-    assert page.locator(".verdict .word").inner_text() == "✓ PASS"
-    assert page.locator(".plot.wide svg").is_visible()
-    assert page.locator("tbody tr").count() > 20
-    assert not page.get_by_text("Save all numbers").is_visible()
-    context.close()
 
 
 @pytest.mark.chromium

@@ -23,7 +23,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import OutputError, SceneError
-from hertzchain.report import tables
+from hertzchain.report.formats import check_format
 from hertzchain.report.tables import write_result
 from hertzchain.report.trajectory import frame_times, power_of_1000
 from tests.conftest import paper_scene
@@ -247,7 +247,7 @@ def test_parquet_without_pyarrow_is_refused_before_any_work(
 
     monkeypatch.setattr(importlib.util, "find_spec", nothing)
     with pytest.raises(OutputError, match=r"pip install 'hertzchain\[parquet\]'"):
-        tables.check_result_format(tmp_path / "peaks.parquet")
+        check_format(tmp_path / "peaks.parquet", "result")
 
 
 def test_a_failure_leaves_no_trajectory(tmp_path: Path) -> None:
