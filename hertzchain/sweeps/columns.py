@@ -283,7 +283,6 @@ _BY_NAME = {
 
 _COUNTED = (*FOUND_COLUMNS, CUT_OFF)
 COUNTS = tuple(column.name for column in _COUNTED if column.kind == "int")  # 0: missing
-
 WHOLE = tuple(column.name for column in (*ALL, *_TERMS) if column.kind == "int")
 TEXT = tuple(column.name for column in (*ALL, *_TERMS) if column.kind == "str")
 
