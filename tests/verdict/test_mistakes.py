@@ -22,6 +22,8 @@ from hertzchain.verdict.mistakes import with_rise_time
 from hertzchain.verdict.slips import (
     SLIPS_OF_FORCE,
     UNITS_OF_PEAKS,
+    near,
+    slips_of_stiffness,
     slips_of_stretch,
     stretch_in_words,
 )
@@ -483,6 +485,15 @@ def test_a_known_factor_is_named_where_it_is_near(
     scene = replace(scene, chain=replace(scene.chain, poisson_ratio=nu))
     for off, named in ((0.9, True), (-0.9, True), (1.1, False), (-1.1, False)):
         assert (name in stretch_in_words(scene, stretch * (1 + off * within))) is named
+
+
+def test_factors_that_cannot_be_told_apart_have_no_name() -> None:
+    """1 - nu^2 is 1 - 9e-4; of two factors that are that far apart the nearer one is named."""
+    scene = planting(QUICK[0]).in_seconds
+    scene = replace(scene, chain=replace(scene.chain, poisson_ratio=0.03))
+    known = slips_of_stiffness(scene)
+    assert near(known, 1 - 0.03**2) == []
+    assert near(known, 2.0) == ["effective modulus E/(1 - nu^2) in place of half of it"]
 
 
 @pytest.mark.parametrize(("contacts", "sought"), [(11, False), (12, True)])

@@ -12,6 +12,7 @@ from hertzchain.engines.lammps.reading import FoundWall
 from hertzchain.verdict.deck.deck_check import Case, Indices, groups, values
 from hertzchain.verdict.deck.measured import EXPONENT, far_wall, law_of
 from hertzchain.verdict.deck.number import Difference, Number, changed, same
+from hertzchain.verdict.deck.own_words import right_law
 from hertzchain.verdict.deck.places import NUMBER, WITHOUT, Pairs, place
 from hertzchain.verdict.slips import near, slips_of_stiffness
 
@@ -87,13 +88,14 @@ def _stiffness(case: Case) -> list[Difference]:
         k, who = int(alike[np.argmax(np.abs(ratio[alike] - 1))]), case.contact_name(alike)
         stiffness = changed(case.twin.stiffness, alike, (expected * ratio)[alike])
         measured, right = float(ratio[k] * expected[k]), float(expected[k])
+        at, tried = right_law(case, k)
         made.append(
             Difference(
                 measured, right, f"stiffness of {who}", relative=float(ratio[k] - 1),
                 changes={"stiffness": stiffness}, role=role_of(case, alike),
                 sentence=f"stiffness of {who} {values(measured, right, 'N m^-1.5')}"
                 f" ({_times(ratio[k])}{_slip(case, who, float(ratio[k]))})",
-                stands=_moduli(case, k, float(ratio[k])),
+                stands=() if tried else _moduli(case, k, float(ratio[k])), at=at, tried=tried,
             )
         )  # fmt: skip
     return made or [same(laws[0].stiffness, expected[0])]

@@ -130,7 +130,7 @@ def compared(
     if not found.is_chain:
         return _no_chain(scene, deck, found, tolerance, deadline)
     found, units = in_si(found, scene)
-    found = with_loads(found)
+    found = with_loads(found, scene)
     start = start_of_shock(found, scene)
     truths = {} if truths is None else truths
     end = found.end_time - start

@@ -15,6 +15,7 @@ from hertzchain.verdict.deck.corrections import pushed_alone
 from hertzchain.verdict.deck.deck_check import ACTS, ROUND_OFF, Case, Indices, names, values
 from hertzchain.verdict.deck.measured import displacement, stretches_of
 from hertzchain.verdict.deck.number import Difference, Number, changed, same
+from hertzchain.verdict.deck.own_words import right_force
 from hertzchain.verdict.deck.places import WITHOUT, commands_of, formula_of, is_of, place_at
 from hertzchain.verdict.deck.pulse import of_shock, pulse, pushing_changes
 
@@ -226,13 +227,14 @@ def _shock(case: Case) -> list[Difference]:
     if scene.ramps and largest.size and largest[0] > least:
         return pulse(case)
     if scene.ramps and not others.size and case.found.applied_sideways <= least:
-        return [
-            of_shock(case, Difference(
-                top, scene.peak_force, "applied force on granule 1", effect=1.0,
-                sentence="no applied force acts along the chain on granule 1, the scene pushes it"
-                f" with up to {scene.peak_force:.4g} N",
-            ))
-        ]  # fmt: skip
+        one = Difference(
+            top, scene.peak_force, "applied force on granule 1", effect=1.0,
+            sentence="no applied force acts along the chain on granule 1, the scene pushes it"
+            f" with up to {scene.peak_force:.4g} N",
+        )  # fmt: skip
+        time = np.linspace(0.0, scene.pulse_end, 101)[1:-1]
+        at, tried = right_force(case, time, np.zeros(time.size), scene.applied_force(time))
+        return [replace(one, at=at, tried=tried) if tried else of_shock(case, one)]
     if scene.ramps or top <= least:
         return []
     return [

@@ -10,11 +10,14 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.reading.units import UNITS
 from hertzchain.verdict.deck.deck_check import ROUND_OFF, Case, Indices, groups, names, values
 from hertzchain.verdict.deck.measured import far_wall
 from hertzchain.verdict.deck.number import Difference, Number, changed, same
+from hertzchain.verdict.deck.own_words import right_plane
 from hertzchain.verdict.deck.places import Pairs, is_same
 
+_SAME_UNIT = 0.1  # relative: lengths in other units are off by 100 or more (chosen)
 _PLACES = 1e-7  # of an overlap: gaps below are rounded coordinates (chosen)
 
 
@@ -54,6 +57,24 @@ def _alike(
     return made or [same(measured[0], expected[0])]
 
 
+def _with_units(case: Case, one: Difference) -> Difference:
+    """A difference of radii with the line of the units, where all lengths are in other ones."""
+    both = [_both(case.found.radius, case.scene.granules.radius),
+            _both(case.found.position, case.scene.granules.position)]  # fmt: skip
+    for index, command in enumerate(case.found.commands):
+        words = command.text.split()
+        if words[:1] != ["units"] or words[1] not in UNITS:
+            continue
+        for name, other in UNITS.items():
+            factor = other.length / case.units.length
+            fits = [np.allclose(found * factor, own, _SAME_UNIT, _SAME_UNIT * own[-1])
+                    for found, own in both]  # fmt: skip
+            if factor != 1 and all(fits):
+                at = command.file, command.line, command.written
+                return replace(one, at=index, stands=(), tried=({at: (f"units {name}",)},))
+    return one
+
+
 def _radius(case: Case) -> list[Difference]:
     measured, expected = _both(case.found.radius, case.scene.granules.radius)
     off, unit = measured / expected - 1, case.units.length
@@ -66,9 +87,10 @@ def _radius(case: Case) -> list[Difference]:
             opening[max(granule - 1, 0) : granule + 1] += expected[granule] - measured[granule]
         return {"mass": mass, "opening": opening}
 
-    return _alike(measured, expected, off, "radius", changes,
+    made = _alike(measured, expected, off, "radius", changes,
                   lambda old, new, _: [(2 * old / unit, 2 * new / unit), (old / unit, new / unit)],
                   )  # fmt: skip
+    return [_with_units(case, one) for one in made]
 
 
 def _mass(case: Case) -> list[Difference]:
@@ -141,8 +163,9 @@ def _wall_place(case: Case) -> Difference | list[Difference]:
     measured = wall.position - float(case.found.position[-1])
     rounding = 8 * np.finfo(np.float64).eps * last
     opening = changed(case.twin.opening, -1, case.twin.opening[-1] + measured - expected)
+    at, tried = right_plane(case)
     return Difference(
-        measured, expected, relative=0.0, changes={"opening": opening},
+        measured, expected, relative=0.0, at=at, tried=tried, changes={"opening": opening},
         differs=bool(abs(measured - expected) > _PLACES * float(case.near[-1]) + rounding),
         sentence=f"the wall {values(measured, expected, 'm')} from the centre of the last granule",
     )  # fmt: skip

@@ -23,6 +23,7 @@ _WHOLE = 0.02  # of a step: a start found so near to one is that (chosen)
 EXPONENT = 0.01  # of 3/2: two tries of a law of Hertz are within 1e-9, Hooke's is 0.5 off (chosen)
 _NO_FORCE = 1e-6  # of Hertz's: a contact with less pushes not at all (chosen)
 _HELD = 1e-5  # of its overlap: a granule that moves less may as well be held (chosen)
+_STAYS = 0.05  # of all time: a static load is there for longer after the shock (chosen)
 _QUIET = 1e-9  # of the largest force: a force below is round-off (chosen; 1e-12 is usual)
 
 
@@ -160,13 +161,22 @@ def dampers(found: FoundDeck, scene: Scene, made: Sequence[Law]) -> list[Damper]
     return dampings
 
 
-def with_loads(found: FoundDeck) -> FoundDeck:
-    """The deck with what its formulas of forces have before and after the shock as static loads."""
-    force = found.applied_force
+def with_loads(found: FoundDeck, scene: Scene) -> FoundDeck:
+    """The deck with what its formulas of forces have before and after the shock as static loads.
+
+    A force that stays at no value for a while is none, unless the scene has static loads.
+    """
+    force, time = found.applied_force, found.applied_time
     if force.shape[0] < 2:
         return found
     least = _QUIET * float(np.max(np.abs(force), initial=0.0))
-    load = np.where(np.abs(force[-1] - force[0]) <= least, force[0], 0.0)
+    rests = np.abs(force - force[0]) <= least
+    # From when on each granule has it: after the last reading without.
+    since = np.max(np.where(rests, -np.inf, time[:, np.newaxis]), axis=0, initial=-np.inf)
+    stays = rests[-1] & (since < found.end_time - _STAYS * (found.end_time - time[0]))
+    if np.any(scene.granules.constant_force):
+        stays = rests[-1]
+    load = np.where(stays, force[0], 0.0)
     constant = found.constant_force + load[:, np.newaxis] * np.array([1.0, 0.0, 0.0])
     return replace(found, applied_force=force - load, constant_force=constant)
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field, replace
 from hertzchain.engines.lammps.reading import Edits
 from hertzchain.errors import RunFailed
 from hertzchain.verdict.deck.deck_check import DeckCheck
-from hertzchain.verdict.deck.examined import DeckExamination, Finding, by_command
-from hertzchain.verdict.deck.places import Changes
+from hertzchain.verdict.deck.examined import Correction, DeckExamination, Finding, by_command
+from hertzchain.verdict.deck.places import Changes, place_at
 
 _WORSE = 1e-2, 1e-5
 """How much a correction may add to the error of a peak, as a share of it and in all: readings lie
@@ -101,12 +101,14 @@ def with_findings(prover: Prover) -> DeckExamination:
         kinds = {check.kind for check in checks}
         edits = [proof[0]] if proof else [one for named, one in steps if named & kinds]
         corrections.append(first.corrections_of(edits[0]) if edits and cause is None else ())
-    right = {(at.file, at.line): "\n".join(at.commands) for one in corrections for at in one}
+    right = {
+        id(check): _with_correction(first, check, corrections[k])
+        for k, checks in enumerate(groups)
+        for check in checks
+    }
 
     def with_command(check: DeckCheck) -> DeckCheck:
-        place = check.place
-        at = None if place is None else (place.file, place.line)
-        return check if at not in right else replace(check, command=right[at])
+        return right.get(id(check), check)
 
     # What follows from a finding stands behind it.
     heads = [k if cause is None else cause for k, cause in enumerate(causes)]
@@ -123,6 +125,21 @@ def with_findings(prover: Prover) -> DeckExamination:
         first, checks=tuple(map(with_command, first.checks)), findings=tuple(findings), edits=whole,
         remarks=(*first.remarks, *[_NOT_ALL] * prover.cut_short),
     )  # fmt: skip
+
+
+def _with_correction(
+    first: DeckExamination, check: DeckCheck, lines: Sequence[Correction]
+) -> DeckCheck:
+    """A check with the command that is proven; a variable that is right is not to blame."""
+    at, commands = check.place, first.found.commands
+    own = next((one for one in lines if at and (one.file, one.line) == (at.file, at.line)), None)
+    others = [one for one in lines if one.written not in one.commands]
+    if own is None and others and at is not None and at.written.startswith("variable"):
+        own = others[0]
+        index = next(k for k, one in enumerate(commands) if one.written == own.written
+                     and (one.file, one.line) == (own.file, own.line))  # fmt: skip
+        at = place_at(first.found, index)
+    return check if own is None else replace(check, command="\n".join(own.commands), place=at)
 
 
 def _cause(checks: Sequence[DeckCheck], proofs: Sequence[Proof | None]) -> int | None:

@@ -199,15 +199,21 @@ def law_commands(case: Case) -> list[str] | None:
     return lines
 
 
+def wall_plane(case: Case) -> float:
+    """Where the wall of the scene stands in a deck along an axis, in the deck's units."""
+    granules, found = case.scene.granules, case.found
+    k = "xyz".index(found.axis)
+    far = float(granules.position[-1] + granules.radius[-1] + case.twin.opening[-1])
+    return round(float(found.origin[k] + found.direction[k] * far) / case.units.length, 15)
+
+
 def wall_commands(case: Case) -> list[str] | None:
     """The wall of the scene as a fix; None without a wall, or across a diagonal."""
     scene, found, unit = case.scene, case.found, case.units
     if scene.wall is None or found.axis not in "xyz":
         return None
     k = "xyz".index(found.axis)
-    beyond = float(scene.granules.radius[-1] + case.twin.opening[-1])
-    far = float(scene.granules.position[-1]) + beyond
-    where = number(float(found.origin[k] + found.direction[k] * far) / unit.length)
+    where = f"{wall_plane(case):.15g}"
     side = f"NULL {where}" if found.direction[k] > 0 else f"{where} NULL"
     normal = number(4 / 3 * case.reduced_modulus(case.near.size - 1) / unit.pressure)
     eta, words = damping_words(case, case.near.size - 1, found.version)

@@ -12,6 +12,7 @@ def _density_before_diameter(deck: Deck) -> Found:
     """The mass is made when the density is set, with the diameter of that moment."""
     pending: Command | None = None
     last = max((command.place for command, _ in deck.given("density")), default=-1)
+    first = min((command.place for command, _ in deck.given("diameter")), default=-1)
     for command in deck.named("set"):
         density, diameter = command.after("density"), command.after("diameter")
         words = command.words
@@ -24,7 +25,9 @@ def _density_before_diameter(deck: Deck) -> Found:
             pending = None
         elif diameter is not None and pending is not None:
             covers = pending.words[1:3] == words[1:3] or "all" in (words[2], pending.words[2])
-            if covers and last < command.place:
+            if covers and last < command.place and first < pending.place:
+                yield command, "warning", _LATER
+            elif covers and last < command.place:
                 yield pending, "error", _DENSITY
             pending = None
 
@@ -33,6 +36,11 @@ _DENSITY = (
     "the density is set before the diameter, so that granules keep the mass that the old diameter"
     " made (1e6 times too large for a radius of 5 mm, and only the first one moves): set the"
     " diameter first, then the density"
+)
+
+_LATER = (
+    "this diameter is set after the density: these granules keep the mass that the diameter before"
+    " made; set their density again behind it, if their mass should follow"
 )
 
 

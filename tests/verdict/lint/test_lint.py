@@ -112,6 +112,10 @@ TRAPS = {
         "density-before-diameter", "error", DIAMETER + DENSITY,
         "set group all density 7958 diameter $(2*v_R)\n", "peaks", 0.99,
     ),
+    "one diameter later": Trap(
+        "density-before-diameter", "warning", DENSITY,
+        DENSITY + "set atom 5 diameter $(2.2*v_R)\n", "peaks", 1e-3,
+    ),
     "no density": Trap("diameter-missing", "error", DENSITY, "", "peaks", 0.99),
     "no diameter": Trap("diameter-missing", "error", DIAMETER, "", "stops"),
     "no ghost velocities": Trap("ghost-velocity", "error", "comm_modify vel yes\n", "", "stops"),

@@ -133,6 +133,8 @@ def _is_reversed(probes: Probes, seen: Watched, applied: Applied, scene: Scene |
     signs = [
         _middle(shocked), -pushed, float(walls == ["first"]) - float(walls == ["last"]),
         0.0 if scene is None else _misfit(granules, scene, 1) - _misfit(granules, scene, -1),
+        # Weight and loads push towards the far end.
+        0.0 if scene is None or scene.precompression is None else -np.sum(applied.constant[:, 0]),
     ]  # fmt: skip
     first, last = granules.ids[granules.order[[0, -1]]]
     return bool(np.sum(np.sign(signs)) + 0.5 * np.sign(float(first - last)) > 0)
