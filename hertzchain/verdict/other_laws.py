@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,36 +11,21 @@ from hertzchain.arrays import FloatArray
 from hertzchain.limits import Deadline
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.watching import watched_time
-from hertzchain.verdict.case import Case, Found, Mistake, fixed
+from hertzchain.verdict.case import Case, Found, Mistake
 
 _STEP = 0.1  # natural time units: error 1e-5 of the peaks, mostly the same as with Eq. 1
 
 
-@dataclass(frozen=True)
-class Law:
-    """An elastic force between granules, overlap^exponent."""
-
-    exponent: float = 1.5  # 3/2 for Hertz; a multiple of 1/4
-    pulls: bool = False  # whether contacts pull as hard as they push
-
-    def force(self, overlap: FloatArray) -> FloatArray:
-        """Return the force of each contact."""
-        pushed = _power(np.maximum(overlap, 0.0), self.exponent)
-        return pushed - _power(np.maximum(-overlap, 0.0), self.exponent) if self.pulls else pushed
-
-
-HERTZ = Law()
+HERTZ = 1.5  # exponent of the overlap
 
 
 def _power(values: FloatArray, exponent: float) -> FloatArray:
-    """Return a power that is a multiple of 1/4, by roots, which take a tenth of the time."""
-    whole, quarters = divmod(round(4 * exponent), 4)
-    found = values**whole
-    if quarters >= 2:
-        found = found * np.sqrt(values)
-    if quarters % 2:
-        found = found * np.sqrt(np.sqrt(values))
-    return np.asarray(found, np.float64)
+    """Return a power, 1/4 or 1/2 above a whole one by roots, which take a tenth of the time."""
+    found = np.asarray(values ** int(exponent), np.float64)
+    if exponent % 1:
+        root = np.sqrt(values)
+        found = found * (root if exponent % 1 == 0.5 else np.sqrt(root))
+    return found
 
 
 class _Highest:
@@ -64,13 +48,13 @@ class _Highest:
 
 def peaks(
     scene: Scene,
-    law: Law,
+    exponent: float,
     deadline: Deadline,
     stretched: FloatArray | float = 1.0,
     damping: FloatArray | float = 0.0,
     drag: FloatArray | float = 0.0,
 ) -> FloatArray:
-    """Return peaks of the elastic forces of many chains under one law over F0, (chains, contacts).
+    """Return peaks of overlap^exponent in many chains over F0, (chains, contacts).
 
     They are not finite where a motion diverged. Each chain has a factor of the pulse's duration, a
     damping of its contacts, which goes as overlap^(1/2) times the rate, and a drag, which goes as
@@ -91,7 +75,7 @@ def peaks(
 
     def acceleration(u: FloatArray, v: FloatArray, pushed: FloatArray) -> tuple[FloatArray, ...]:
         overlap = u[:-1] - u[1:]
-        elastic = whole = law.force(overlap)
+        elastic = whole = _power(np.maximum(overlap, 0.0), exponent)
         if damping.any():
             whole = elastic + damping * np.sqrt(np.maximum(overlap, 0.0)) * (v[:-1] - v[1:])
         a = np.concatenate([pushed[np.newaxis], whole]) - drag * v
@@ -118,10 +102,9 @@ def peaks(
 
 
 _OTHERS = {
-    "contact force linear in the overlap": Law(exponent=1.0),
-    "springs that push and pull": Law(exponent=1.0, pulls=True),
-    "contact force that goes as overlap^(5/4)": Law(exponent=1.25),
-    "contact force that goes as overlap^2": Law(exponent=2.0),
+    "contact force linear in the overlap": 1.0,
+    "contact force that goes as overlap^(5/4)": 1.25,
+    "contact force that goes as overlap^2": 2.0,
 }
 
 # trial coefficients of damping, natural units: dense near 0
@@ -133,21 +116,18 @@ _HOPEFUL = 0.3  # most a curve may leave, of the differences, to be refined (cho
 
 
 def other_contacts(case: Case) -> Iterator[Mistake]:
-    """Yield another exponent, or contacts that pull; with any stiffness."""
-    for text, law in _OTHERS.items():
+    """Yield another exponent, with any stiffness."""
+    for text, exponent in _OTHERS.items():
 
-        def made(logs: FloatArray, law: Law = law) -> FloatArray:
-            return peaks(case.scene, law, case.deadline, np.exp(logs)) * case.scene.units.force
+        def made(logs: FloatArray, exponent: float = exponent) -> FloatArray:
+            found = peaks(case.scene, exponent, case.deadline, np.exp(logs))
+            return found * case.scene.units.force
 
-        def words(log: float, text: str = text, law: Law = law) -> str:
-            times = math.exp(2 * law.exponent * log)
+        def words(log: float, text: str = text, exponent: float = exponent) -> str:
+            times = math.exp(2 * exponent * log)
             return f"{text}, with {times:.3g} times the stiffness at F0"
 
         yield Mistake(words, search=_by_curve(np.linspace(-2.0, 2.0, 17), made))
-    by_hertz, pulling = (
-        peaks(case.scene, law, case.deadline)[0] for law in (HERTZ, Law(pulls=True))
-    )
-    yield fixed("contacts that pull", _corrected(case, pulling, by_hertz))
 
 
 def late_forces(case: Case) -> Iterator[Mistake]:

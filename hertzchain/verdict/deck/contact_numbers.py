@@ -13,7 +13,7 @@ from hertzchain.verdict.deck.deck_check import Case, Indices, groups, values
 from hertzchain.verdict.deck.measured import EXPONENT, far_wall, law_of
 from hertzchain.verdict.deck.number import Difference, Number, changed, same
 from hertzchain.verdict.deck.own_words import right_law
-from hertzchain.verdict.deck.places import NUMBER, WITHOUT, Pairs, place
+from hertzchain.verdict.deck.places import NUMBER, WITHOUT
 from hertzchain.verdict.slips import near, slips_of_stiffness
 
 _BENT = 0.01  # of the force at other overlaps than the largest expected (chosen)
@@ -95,7 +95,7 @@ def _stiffness(case: Case) -> list[Difference]:
                 changes={"stiffness": stiffness}, role=role_of(case, alike),
                 sentence=f"stiffness of {who} {values(measured, right, 'N m^-1.5')}"
                 f" ({_times(ratio[k])}{_slip(case, who, float(ratio[k]))})",
-                stands=() if tried else _moduli(case, k, float(ratio[k])), at=at, tried=tried,
+                at=at, tried=tried,
             )
         )  # fmt: skip
     return made or [same(laws[0].stiffness, expected[0])]
@@ -132,25 +132,6 @@ def _slip(case: Case, who: str, ratio: float) -> str:
         slips = {f"LAMMPS of {case.found.version[:4]} takes E/(2(1-nu)) {text}": 1 + nu}
     names = near(slips, ratio)
     return f": {' or '.join(names)}" if names else ""
-
-
-def _moduli(case: Case, k: int, ratio: float) -> Pairs:
-    """As what the wrong and the right stiffness of a contact may stand in a line, deck's units."""
-    granules, unit = case.scene.granules, case.units.pressure
-    right = 4 / 3 * case.reduced_modulus(k) / unit
-    if k + 1 >= granules.mass.size:  # a wall has no modulus in the line, but its own stiffness
-        return [(right * ratio, right)]
-    modulus, poisson = float(granules.young_modulus[k]), float(granules.poisson_ratio[k])
-    where = place(case.found, "contacts")
-    text = "" if where is None else case.found.commands[where.index].text
-    written = re.search(r"hertz/material\s+(\S+)\s+\S+\s+(\S+)", text)
-    pairs = [(modulus * ratio / unit, modulus / unit)]
-    pairs += [(share * right * ratio, share * right) for share in (1.0, 0.75, 1.5)]
-    if written is None:
-        return pairs
-    if abs(float(written[2]) / poisson - 1 if poisson else 0) > 1e-6:
-        return [(float(written[2]), poisson), *pairs]
-    return [(float(written[1]), float(written[1]) / ratio), *pairs]
 
 
 def elsewhere(case: Case) -> list[Difference]:
