@@ -12,6 +12,7 @@ import numpy as np
 
 from hertzchain.engines.lammps.reading import Executed
 from hertzchain.verdict.deck.deck_check import ACTS, Case, DeckCheck
+from hertzchain.verdict.deck.formula import in_text
 from hertzchain.verdict.deck.places import (
     SIZES,
     WITHOUT,
@@ -28,7 +29,6 @@ from hertzchain.verdict.deck.right_commands import (
     load_commands,
     motion_commands,
     neighbour_commands,
-    number,
     piston_commands,
     place_commands,
     shock_commands,
@@ -153,7 +153,7 @@ def _from_others(case: Case, check: DeckCheck, role: str) -> Iterator[Changes]:
                 tried.append(old + (right - mine) / case.units.length)
             for new in tried:
                 if new != old:
-                    yield {_at(texts[at]): (f"{text[:start]}{number(new)}{text[end:]}",)}
+                    yield {_at(texts[at]): (f"{text[:start]}{in_text(new)}{text[end:]}",)}
 
 
 _DERIVED = {"place", "contacts"}

@@ -25,7 +25,7 @@ _OF_PLAIN = 4  # characters, with the point: others in their places are not mean
 
 _BINARY: dict[type, Callable[[Any, Any], Any]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul,
-    ast.Div: operator.truediv, ast.Pow: operator.pow, ast.Mod: np.fmod,
+    ast.Div: operator.truediv, ast.Pow: np.power, ast.Mod: np.fmod,
     ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge,
     ast.Eq: operator.eq, ast.NotEq: operator.ne, ast.And: np.logical_and, ast.Or: np.logical_or,
 }  # fmt: skip
@@ -50,17 +50,9 @@ class Span:
     text: str
 
 
-def written_number(value: float) -> str:
+def in_text(value: float) -> str:
     """A number as commands have it."""
     return f"{value:.10g}"
-
-
-def plain_number(text: str) -> float | None:
-    """The number that a word is; None for another word."""
-    try:
-        return float(text)
-    except ValueError:
-        return None
 
 
 @dataclass(frozen=True)
@@ -100,7 +92,7 @@ class Formula:
         try:
             with np.errstate(all="ignore"):
                 return np.asarray(_value(own, definitions, self.given), np.float64)
-        except (_Unknown, ZeroDivisionError, OverflowError, RecursionError):
+        except (_Unknown, TypeError, ZeroDivisionError, OverflowError, RecursionError):
             return None
 
     def _numbers(self) -> Iterator[Span]:
@@ -171,7 +163,7 @@ class Formula:
 
 def _with(span: Span, number: float, commands: Sequence[Executed]) -> Span:
     """A number in a place; with the sign before it, where that changes."""
-    text, start, words = commands[span.command].written, span.start, written_number(number)
+    text, start, words = commands[span.command].written, span.start, in_text(number)
     if number <= 0 and text[start - 1] in "-+":
         sign = "+" if text[start - 1] == "-" else "-"
         begins = sign == "+" and (text[start - 2].isspace() or text[start - 2] in "(,\"'*/=")

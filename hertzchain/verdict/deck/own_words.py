@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fnmatch
 import math
 import re
 from collections.abc import Callable, Iterator, Sequence
@@ -15,16 +14,11 @@ from hertzchain.engines.lammps.reading import FoundDeck
 from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.sine import Sine
 from hertzchain.verdict.deck.deck_check import Case
-from hertzchain.verdict.deck.formula import (
-    EXACT,
-    Formula,
-    Span,
-    plain_number,
-    written_number,
-)
+from hertzchain.verdict.deck.formula import EXACT, Formula, Span, in_text
 from hertzchain.verdict.deck.measured import far_wall
 from hertzchain.verdict.deck.places import Changes, commands_of
 from hertzchain.verdict.deck.right_commands import damping_words, wall_plane
+from hertzchain.verdict.lint.script import number, types_of
 
 _LAW = re.compile(r"hertz/material|hertz|jkr|dmt")
 _FORCE = 1e-6  # of the peak force: formulas of forces have rounded numbers, too (chosen)
@@ -62,16 +56,8 @@ def laws_of(found: FoundDeck, k: int) -> list[int]:
 
 def _covers(first: str, second: str, low: int, high: int) -> bool:
     """Whether the types of a pair_coeff are these."""
-    both = ((low, high), (high, low))
-    return any(_is_type(first, one) and _is_type(second, other) for one, other in both)
-
-
-def _is_type(word: str, kind: int) -> bool:
-    """Whether a word for types such as ``2``, ``*`` or ``1*3`` has a type."""
-    low, star, high = word.partition("*")
-    if not star:
-        return fnmatch.fnmatch(str(kind), word)
-    return int(low or 1) <= kind <= int(high or kind)
+    one, other = types_of(first, high) or (), types_of(second, high) or ()
+    return (low in one and high in other) or (high in one and low in other)
 
 
 def _only(values: Sequence[float] | FloatArray) -> float | None:
@@ -114,7 +100,8 @@ def _damping_target(case: Case, k: int, words: list[str], at: int) -> Iterator[T
     """The number of damping, where the kind of damping is the scene's."""
     kind = words[words.index("damping") + 1] if "damping" in words[:-1] else "viscoelastic"
     value, behind = damping_words(case, k, case.found.version)
-    if not behind or kind in behind.split():
+    # Without damping a restitution is 1, or it has another meaning.
+    if kind in (behind.split() or ("velocity", "mass_velocity", "viscoelastic")):
         yield at, float(value)
 
 
@@ -185,7 +172,7 @@ def _right_word(case: Case, index: int, target: Target) -> list[Span]:
     known = {*_known(case), value}
     return [
         *formula.right_numbers(np.array(value), known),
-        Span(index, *spans[k], written_number(value)),
+        Span(index, *spans[k], in_text(value)),
     ]
 
 
@@ -227,7 +214,7 @@ def _right(
     for index in lines:
         words = case.found.commands[index].text.split()
         for at, value in targets(case, index):
-            own = plain_number(words[at]) if at < len(words) else None
+            own = number(words[at]) if at < len(words) else None
             least = max(EXACT * abs(value), _TINY)
             if own is not None and abs(own - value) > least:
                 wrong.append(_right_word(case, index, (at, value)))

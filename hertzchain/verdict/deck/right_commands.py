@@ -15,6 +15,7 @@ from hertzchain.engines.lammps.reading import FoundDeck, FoundFix
 from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.sine import Sine
 from hertzchain.verdict.deck.deck_check import Case
+from hertzchain.verdict.deck.formula import in_text
 
 _MOST_LINES = 64  # commands that a correction may add, one for each granule (chosen)
 _MOST_ROWS = 40  # rows of a table that are written as one formula (chosen)
@@ -76,11 +77,6 @@ def first_alone(found: FoundDeck, fixes: Sequence[FoundFix]) -> dict[int, list[s
 # ---- Commands
 
 
-def number(value: float) -> str:
-    """A number as commands have it."""
-    return f"{value:.10g}"
-
-
 def vector(case: Case, value: str) -> str:
     """Three components of a value along the chain, from granule 1 on."""
     parts = []
@@ -90,7 +86,7 @@ def vector(case: Case, value: str) -> str:
         elif abs(share) == 1:
             parts.append(value if share > 0 else f"-{value}".replace("--", ""))
         else:
-            parts.append(number(float(value) * share))
+            parts.append(in_text(float(value) * share))
     return " ".join(parts)
 
 
@@ -114,8 +110,8 @@ def granule_commands(case: Case) -> list[str]:
     volume = 4 / 3 * math.pi * granules.radius**3
     density = granules.mass / volume / unit.density
     return [
-        *_each(case, lambda v: f"diameter {number(v)}", 2 * granules.radius / unit.length),
-        *_each(case, lambda v: f"density {number(v)}", density),
+        *_each(case, lambda v: f"diameter {in_text(v)}", 2 * granules.radius / unit.length),
+        *_each(case, lambda v: f"density {in_text(v)}", density),
     ]
 
 
@@ -137,7 +133,7 @@ def velocity_commands(case: Case) -> list[str]:
     if np.any(case.found.spin):
         commands.append("set group all omega 0.0 0.0 0.0")
     if case.scene.start_velocity > 0 and case.scene.piston is None:
-        speed = number(case.scene.start_velocity / case.units.velocity)
+        speed = in_text(case.scene.start_velocity / case.units.velocity)
         moving = f"velocity {{group}} set {vector(case, speed)} units box"
         commands += _on_granule(case.found, 0, moving)
     return commands
@@ -150,13 +146,13 @@ def damping_words(case: Case, k: int, version: str) -> tuple[str, str]:
         return "0.0", ""
     limit = "" if contact.attraction or version < "20220804" else " limit_damping"
     if contact.restitution is not None:
-        return number(contact.restitution), f" damping coeff_restitution{limit}"
+        return in_text(contact.restitution), f" damping coeff_restitution{limit}"
     if contact.relaxation_time is not None:
         rate = 2 * contact.relaxation_time * case.reduced_modulus(k)
         mass = float(granules.contact_mass[min(k, granules.contact_mass.size - 1)])
-        return number(rate / mass * unit.length * unit.time), f" damping viscoelastic{limit}"
+        return in_text(rate / mass * unit.length * unit.time), f" damping viscoelastic{limit}"
     assert contact.coefficient is not None
-    return number(contact.coefficient / unit.mass * unit.time), f" damping velocity{limit}"
+    return in_text(contact.coefficient / unit.mass * unit.time), f" damping velocity{limit}"
 
 
 _NO_FRICTION = "tangential linear_nohistory 0.0 0.0"
@@ -183,9 +179,11 @@ def law_commands(case: Case) -> list[str] | None:
         normal, eta, words = next(iter(coefficients.values()))
         if len(moduli) == 1:
             modulus, poisson = moduli.pop()
-            law = f"hertz/material {number(modulus / case.units.pressure)} {eta} {number(poisson)}"
+            law = (
+                f"hertz/material {in_text(modulus / case.units.pressure)} {eta} {in_text(poisson)}"
+            )
         else:
-            law = f"hertz {number(normal)} {eta}"
+            law = f"hertz {in_text(normal)} {eta}"
         return ["pair_style granular", f"pair_coeff * * {law} {_NO_FRICTION}{words}"]
     lines = ["pair_style granular"]
     kinds = range(1, max(high for _, high in coefficients) + 1)
@@ -194,7 +192,7 @@ def law_commands(case: Case) -> list[str] | None:
     for pair in itertools.combinations_with_replacement(kinds, 2):
         normal, eta, words = coefficients.get(pair, others)
         lines.append(
-            f"pair_coeff {pair[0]} {pair[1]} hertz {number(normal)} {eta} {_NO_FRICTION}{words}"
+            f"pair_coeff {pair[0]} {pair[1]} hertz {in_text(normal)} {eta} {_NO_FRICTION}{words}"
         )
     return lines
 
@@ -215,7 +213,7 @@ def wall_commands(case: Case) -> list[str] | None:
     k = "xyz".index(found.axis)
     where = f"{wall_plane(case):.15g}"
     side = f"NULL {where}" if found.direction[k] > 0 else f"{where} NULL"
-    normal = number(4 / 3 * case.reduced_modulus(case.near.size - 1) / unit.pressure)
+    normal = in_text(4 / 3 * case.reduced_modulus(case.near.size - 1) / unit.pressure)
     eta, words = damping_words(case, case.near.size - 1, found.version)
     if scene.contact is None:  # a wall without damping needs a number for it in some versions
         eta, words = "1e-300", " damping velocity"
@@ -231,11 +229,11 @@ def load_commands(case: Case) -> list[str]:
         return []
     commands = []
     if pressed.gravity:
-        size = number(pressed.gravity / (unit.length / unit.time**2))
+        size = in_text(pressed.gravity / (unit.length / unit.time**2))
         name = _unused(found, "fix", "gravity")
         commands.append(f"fix {name} all gravity {size} vector {vector(case, '1')}")
     if pressed.force:
-        size = number(pressed.force / unit.force)
+        size = in_text(pressed.force / unit.force)
         ends = {0: size} if case.scene.wall else {0: size, found.ids.size - 1: f"-{size}"}
         for granule, value in ends.items():
             name = _unused(found, "fix", f"load{granule + 1}")
@@ -249,7 +247,7 @@ def piston_commands(case: Case) -> list[str] | None:
     piston = case.scene.piston
     if piston is None or piston.velocity is None:
         return None
-    speed = number(piston.velocity / case.units.velocity)
+    speed = in_text(piston.velocity / case.units.velocity)
     name = _unused(case.found, "fix", "piston")
     right = f"fix {name} {{group}} move linear {vector(case, speed)}"
     return _on_granule(case.found, 0, right)
@@ -269,7 +267,7 @@ def motion_commands(case: Case) -> list[str]:
 
 def neighbour_commands(case: Case) -> list[str]:
     """A search for neighbours in each step, far enough; velocities of all of them."""
-    skin = number(0.5 * float(np.min(case.scene.granules.radius)) / case.units.length)
+    skin = in_text(0.5 * float(np.min(case.scene.granules.radius)) / case.units.length)
     return [
         f"neighbor {skin} bin", "neigh_modify delay 0 every 1 check yes",
         "comm_modify mode single vel yes",
@@ -300,16 +298,16 @@ def _formula(case: Case) -> str | None:
     """The force of the scene over the deck's time, in its units; None for a table of many rows."""
     shock, unit = case.scene.shock, case.units
     if isinstance(shock, Sine):
-        begin = "time" if case.start == 0 else f"(time-{number(case.start / unit.time)})"
-        turns = number(2 * math.pi * shock.frequency * unit.time)
-        last = number(shock.cycles / shock.frequency / unit.time)
-        size = number(shock.amplitude / unit.force)
+        begin = "time" if case.start == 0 else f"(time-{in_text(case.start / unit.time)})"
+        turns = in_text(2 * math.pi * shock.frequency * unit.time)
+        last = in_text(shock.cycles / shock.frequency / unit.time)
+        size = in_text(shock.amplitude / unit.force)
         begun = "" if case.start == 0 else f"*({begin}>=0)"
         return f"{size}*sin({turns}*{begin})*({begin}<{last}){begun}"
     pieces = []
     for ramp in case.scene.ramps:
-        begin, end = (number((case.start + time) / unit.time) for time in (ramp.start, ramp.end))
-        low, high = (float(number(f / unit.force)) for f in (ramp.start_force, ramp.end_force))
+        begin, end = (in_text((case.start + time) / unit.time) for time in (ramp.start, ramp.end))
+        low, high = (float(in_text(f / unit.force)) for f in (ramp.start_force, ramp.end_force))
         force = force_formula(Ramp(float(begin), float(end), low, high, ramp.shape))
         pieces.append(f"(time>={begin})*(time<{end})*({force.removeprefix('0.0+')})")
     return "+".join(pieces) if len(pieces) < _MOST_ROWS else None

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-import re
 
 from hertzchain.engines.lammps import dialect
 from hertzchain.engines.lammps.damping import BEFORE_ROOT_2, tsuji
 from hertzchain.verdict.lint.deck import CLASSIC, Deck, Found, Law, Severity
-from hertzchain.verdict.lint.script import number
+from hertzchain.verdict.lint.script import number, types_of
 
 _NO_DAMPING = 1e-100  # a number up to this stands for 0, in all units (chosen)
 
@@ -129,7 +128,7 @@ def _mixed_pairs(deck: Deck) -> Found:
     count = int(types[0])
     given: set[tuple[int, int]] = set()
     for command in deck.named("pair_coeff"):
-        first, second = _types_of(command.word(1), count), _types_of(command.word(2), count)
+        first, second = types_of(command.word(1), count), types_of(command.word(2), count)
         if not first or not second:
             return
         given |= {(min(i, j), max(i, j)) for i in first for j in second}
@@ -148,16 +147,6 @@ def _mixed_pairs(deck: Deck) -> Found:
 
 
 _MOST_TYPES = 100  # a deck with more is not examined pair by pair
-
-
-def _types_of(word: str, count: int) -> range | None:
-    """The types of a word such as 2, *, 2*3; None for one that cannot be known."""
-    match = re.fullmatch(r"(\d*)(\*?)(\d*)", word)
-    if not word or match is None or (not match[2] and match[3]):
-        return None
-    first = int(match[1] or 1)
-    last = first if not match[2] else int(match[3] or count)
-    return range(first, last + 1)
 
 
 def _wall(deck: Deck) -> Found:

@@ -76,6 +76,16 @@ def number(word: str | None) -> float | None:
     return value if math.isfinite(value) else None
 
 
+def types_of(word: str, count: int) -> range | None:
+    """The types of a word such as 2, *, 2*3; None for one that cannot be known."""
+    match = re.fullmatch(r"(\d*)(\*?)(\d*)", word)
+    if not word or match is None or (not match[2] and match[3]):
+        return None
+    first = int(match[1] or 1)
+    last = first if not match[2] else int(match[3] or count)
+    return range(first, last + 1)
+
+
 def script_of(
     path: Path,
     text: str,
