@@ -15,34 +15,18 @@ from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
 from hertzchain.limits import RTOL
 
+_METHODS = (
+    "velocity-verlet", "rk4", "dprkn-6", "srkn-6b", "srkn-11b", "reference", "numpy", "scipy",
+)  # fmt: skip
+MethodName = StrEnum("MethodName", {name.upper(): name for name in _METHODS})  # type: ignore[misc]
+"""The native methods."""
 
-class MethodName(StrEnum):
-    """The native methods."""
+_PANELS = ("peaks", "forces", "stacked", "map")
+Panel = StrEnum("Panel", {name.upper(): name for name in _PANELS})  # type: ignore[misc]
+"""The panels of a picture of a run."""
 
-    VELOCITY_VERLET = "velocity-verlet"
-    RK4 = "rk4"
-    DPRKN_6 = "dprkn-6"
-    SRKN_6B = "srkn-6b"
-    SRKN_11B = "srkn-11b"
-    REFERENCE = "reference"
-    NUMPY = "numpy"
-    SCIPY = "scipy"
-
-
-class Panel(StrEnum):
-    """The panels of a picture of a run."""
-
-    PEAKS = "peaks"
-    FORCES = "forces"
-    STACKED = "stacked"
-    MAP = "map"
-
-
-class Wanted(StrEnum):
-    """What accuracy is asked of."""
-
-    FIRST = "first"
-    ALL = "all"
+Wanted = StrEnum("Wanted", {"FIRST": "first", "ALL": "all"})
+"""What accuracy is asked of."""
 
 
 def run(
@@ -220,7 +204,7 @@ def _parameters(
         if extrapolated:
             raise HertzchainError("--extrapolated is not for --backend native; leave it out")
         return {"method": None if method is None else method.value, "dt": dt, "rtol": rtol}
-    if method not in (None, MethodName.VELOCITY_VERLET):
+    if method not in (None, MethodName("velocity-verlet")):
         label = ENGINES[backend].label
         raise HertzchainError(
             f"--method {method}: {label} has only velocity-verlet; leave the option out"

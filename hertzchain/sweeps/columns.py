@@ -286,7 +286,6 @@ COUNTS = tuple(column.name for column in _COUNTED if column.kind == "int")  # 0:
 WHOLE = tuple(column.name for column in (*ALL, *_TERMS) if column.kind == "int")
 TEXT = tuple(column.name for column in (*ALL, *_TERMS) if column.kind == "str")
 
-LABELS = {column.name: column.label for column in ALL if column.label}  # on an axis
 FIRST_COLUMNS = ("first_peak_force_N", "arrival_time_s")
 
 
@@ -333,8 +332,8 @@ def column_named(name: str) -> Column:
     label = own.get(key) or _BY_NAME[f"chain.{key}"].label
     kind = "int" if key == "granules" else "float"
     plain, _, unit = label.partition(" [")
-    title = f"{plain}, {where}: {{:.4g}} {unit[:-1]}".rstrip()
-    return Column(name, f"{label}, {where}", kind, title)
+    title = f"{plain}, {where}: {{:.4g}} {unit[:-1]}"
+    return Column(name, f"{label}, {where}", kind, title.rstrip())
 
 
 def is_whole(name: str) -> bool:
