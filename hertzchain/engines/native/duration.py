@@ -21,8 +21,9 @@ _LONGER, _PARTING = 2.0, 3.0
 """Factor of the time at which the last first pulse is over: a first reflection is seen, too; and
 natural time units after that, in which two spheres part."""
 
-_ROUGHLY, _PATIENCE = 1e-3, 60.0
-"""Accuracy and time limit [s] of these runs; they have no bound of their error."""
+_ROUGHLY, _MOST_WORK = 1e-3, 1e9
+"""Accuracy of these runs, which have no bound of their error, and their largest work, in force
+evaluations of a granule: half a minute on a fast machine, and the same end on any."""
 
 
 def with_end(scene: Scene, record: ArrayLike | None = None, time_limit: float = math.inf) -> Scene:
@@ -40,7 +41,8 @@ def with_end(scene: Scene, record: ArrayLike | None = None, time_limit: float = 
         Times at which the motion is recorded [s], if any: the end is not before them, but at latest
         at ``Scene.end_time``.
     time_limit
-        Of the quick runs [s]; past it, or a minute, the end is the latest.
+        Of the quick runs [s], without compiling; past it, or with too much work, the end is the
+        latest.
     """
     if scene.run.end_time is not None or not reflects(scene):
         return scene
@@ -48,13 +50,20 @@ def with_end(scene: Scene, record: ArrayLike | None = None, time_limit: float = 
     if record is not None and np.ndim(record) == 1:
         with suppress(TypeError, ValueError):  # no times: the engine refuses them in words
             until = float(np.max(np.asarray(record, np.float64), initial=0.0))
-    end = min(max(_end_of(scene, min(time_limit, _PATIENCE)), until), scene.end_time)
+    end = min(max(_end_of(scene, time_limit), until), scene.end_time)
     return replace(scene, run=replace(scene.run, end_time=end))
 
 
 def _end_of(scene: Scene, time_limit: float) -> float:
     """The end by quick runs, each longer than the one before; the longest if pulses go on."""
-    longest, deadline = scene.end_time, Deadline(time_limit)
+    from hertzchain.engines.native.preparation import Watched
+
+    longest = scene.end_time
+    with Watched() as preparation:
+        return _tried(scene, longest, Deadline(time_limit, lambda: preparation.time))
+
+
+def _tried(scene: Scene, longest: float, deadline: Deadline) -> float:
     for part in _PARTS:
         tried = replace(scene, run=replace(scene.run, end_time=longest / part))
         try:
@@ -74,14 +83,18 @@ def _end_of(scene: Scene, time_limit: float) -> float:
 def _first_pulses(scene: Scene, deadline: Deadline) -> FirstPulses:
     """First pulses of one run, natural units."""
     from hertzchain.engines.native import damped_runs, plan
-    from hertzchain.engines.native.simulation import Prepared
+    from hertzchain.engines.native.simulation import Prepared, work_of
 
     if scene.contact is not None:
-        run = damped_runs.simulate_damped(scene, _ROUGHLY, deadline, first=True)
+        run = damped_runs.simulate_damped(
+            scene, _ROUGHLY, deadline, most_work=_MOST_WORK, first=True
+        )
         first = run.peaks.first
     else:
         cheapest = plan.cheapest(_ROUGHLY, checked=False)
         legs = cheapest.walker.cut(scene.schedule(cheapest.step * scene.contact_time))
+        if work_of(scene, legs, cheapest.walker.stepper.stages) > _MOST_WORK:
+            raise damped_runs.TooMuchWork("the quick run for the default end takes too much work")
         first = Prepared.of(scene, deadline, first=True).simulate(legs, cheapest.walker).peaks.first
     assert first is not None
     return first

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
+from hertzchain.engines.native import duration, preparation
 from hertzchain.engines.native.duration import with_end
 from tests.conftest import STEEL, paper_scene
 from tests.oracles.first_pulses import Trace
@@ -68,6 +69,22 @@ def test_similar_scenes_have_similar_ends() -> None:
     fast = replace(WALLED, shock=hc.Striker(10.0))
     ratio = with_end(fast).end_time / with_end(WALLED).end_time
     assert ratio == pytest.approx(10**-0.2, rel=1e-12)
+
+
+@pytest.mark.parametrize("contact", [None, hc.Contact("restitution", restitution=0.8)])
+def test_the_end_does_not_depend_on_how_fast_the_machine_is(
+    contact: hc.Contact | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Preparing kernels for an hour changes nothing; too much work does, and there is no time."""
+    scene = replace(WALLED, contact=contact)
+    end = with_end(scene).end_time
+    with monkeypatch.context() as patch:
+        patch.setattr(preparation.Watched, "time", property(lambda _: 3600.0))
+        clock = iter(np.arange(0.0, 1e9, 3000.0))
+        patch.setattr("hertzchain.limits.time.monotonic", lambda: next(clock))
+        assert with_end(scene, time_limit=1e8).end_time == end
+    monkeypatch.setattr(duration, "_MOST_WORK", 1.0)
+    assert with_end(scene).end_time == scene.end_time > end
 
 
 def test_what_are_no_times_is_refused_in_words() -> None:
