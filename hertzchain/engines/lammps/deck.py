@@ -243,7 +243,8 @@ def _law(k: str, mass: str, contact: Contact | None) -> str:
 
 def held(scene: Scene) -> list[str]:
     """Return the commands for the wall, the constant forces and the striker's velocity."""
-    lines = [] if scene.is_plain else [f"group last id {scene.chain.granules}"]
+    loaded = scene.wall is not None or scene.precompression is not None
+    lines = [f"group last id {scene.chain.granules}"] if loaded else []
     if scene.wall is not None:
         last = _kinds(scene)[1][-1]
         law = _law("k_wall", f"v_m{last}", scene.contact)
