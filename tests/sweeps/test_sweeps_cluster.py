@@ -213,36 +213,6 @@ def test_a_worker_killed_in_the_middle_changes_nothing(
 
 @pytest.mark.slow
 @pytest.mark.lammps
-@pytest.mark.parametrize("with_nanny", [False, True])
-def test_a_worker_with_a_nanny_killed_changes_nothing(
-    with_nanny: bool, tmp_path: Path, here: hc.Sweep
-) -> None:
-    with scheduler(tmp_path) as (address, _), worker(address, tmp_path, "--nworkers", "2") as both:
-        await_workers(address, 2)
-        killed: list[int] = []
-        nannies = psutil.Process(both.pid)
-
-        def kill_it(done: int, _: int) -> None:
-            if not killed and done >= 4:
-                one = next(
-                    child
-                    for child in nannies.children()
-                    if "spawn_main" in " ".join(child.cmdline())
-                )
-                killed.append(one.pid)
-                if with_nanny:
-                    kill(both)
-                    stack.enter_context(worker(address, tmp_path, name="another"))
-                else:
-                    one.kill()
-
-        with ExitStack() as stack:
-            assert_same(sweep(address, progress=kill_it), here)
-        assert killed
-
-
-@pytest.mark.slow
-@pytest.mark.lammps
 def test_a_worker_that_is_told_to_end_gives_its_part_to_another(
     tmp_path: Path, here: hc.Sweep
 ) -> None:
@@ -322,15 +292,6 @@ def test_what_is_no_scheduler_is_refused(
     assert "\n" not in str(it.value)
     assert not (tmp_path / "out").exists()
     assert capfd.readouterr() == ("", "")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", NO_SCHEDULER)
-def test_the_command_says_so(name: str, tmp_path: Path) -> None:
-    with NO_SCHEDULER[name]() as address:
-        status, said = run(tmp_path, address)
-    assert (status, in_one_sentence(said)) == (2, True), said
-    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.slow
