@@ -95,12 +95,7 @@ UNWRITABLE = ["no/there.png", "folder.png", "scene.toml/there.png", "x" * 300 + 
 
 @pytest.mark.usefixtures("hasty")
 @pytest.mark.parametrize(
-    "name",
-    [
-        *UNWRITABLE,
-        pytest.param("/proc/nope.png", marks=linux),
-    ],
-    ids=lambda name: name[:25],
+    "name", [*UNWRITABLE, pytest.param("/proc/nope.png", marks=linux)], ids=lambda name: name[:25]
 )
 @pytest.mark.parametrize(
     "command",

@@ -14,14 +14,7 @@ from hertzchain.cli.run import MethodName
 from hertzchain.engines.native import Native
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
-from tests.cli.short_chain import (
-    GET_IT,
-    TABLE,
-    Changes,
-    rows_of,
-    scene_file,
-    table_file,
-)
+from tests.cli.short_chain import GET_IT, TABLE, Changes, rows_of, scene_file, table_file
 from tests.command_line import MAIN, Command, Outcome, is_refused, process
 from tests.oracles.json_schema import problems
 from tests.places import ROOT

@@ -281,10 +281,7 @@ NO_SCHEDULER: dict[str, Callable[[], AbstractContextManager[str]]] = {
 
 @pytest.mark.parametrize("name", NO_SCHEDULER)
 def test_what_is_no_scheduler_is_refused(
-    name: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capfd: pytest.CaptureFixture[str],
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(cluster, "_PATIENCE", 0.5)
     with NO_SCHEDULER[name]() as address, pytest.raises(RunFailed, match="cannot be reached") as it:

