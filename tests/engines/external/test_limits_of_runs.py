@@ -344,3 +344,18 @@ def test_bounded_memory_is_half_of_what_there_is() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert "Cannot allocate memory" in done.stdout
+
+
+def test_times_in_words() -> None:
+    assert [in_words(s) for s in (0.3, 100.0, 3600.0, 1e5, 1e6, 1e9)] == [
+        *("0.3 s", "100 s", "60 min", "27.8 hours", "11.6 days", "31.7 years")
+    ]
+
+
+def test_weak_shocks_allow_longer_steps() -> None:
+    """Softer contacts: F to the power 1/6 in the frequency."""
+    weak, strong = paper_scene("cosine", 1e-3, 2.0), paper_scene("cosine", 2.0, 2.0)
+    longer = stable_step(weak, 2.0) / weak.units.time
+    assert longer > 3 * stable_step(strong, 2.0) / strong.units.time
+    result = hc.Native("velocity-verlet", 0.1 * longer * weak.units.time).run(weak)
+    assert result.error_estimate < 0.3
