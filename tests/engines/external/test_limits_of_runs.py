@@ -20,7 +20,7 @@ from hertzchain.engines.native.in_numpy import simulate_in_numpy
 from hertzchain.engines.native.methods import RungeKuttaNystrom, SymplecticNystrom
 from hertzchain.engines.native.refinement import Fixed
 from hertzchain.errors import RunFailed, StepUnstable, TooExpensive, Unpredictable
-from hertzchain.limits import Deadline, refuse_memory
+from hertzchain.limits import Deadline, in_words, refuse_memory
 from hertzchain.observables import error_bound
 from hertzchain.observables.error_bound import stable_step
 from hertzchain.observables.peaks import largest_difference
