@@ -401,12 +401,7 @@ OTHER = (other_hertzchain, RunFailed, "has hertzchain 99.0, this is ")
 
 @pytest.mark.parametrize(
     ("differ", "error", "said", "late"),
-    [
-        pytest.param(*NONE, False, marks=pytest.mark.slow),
-        (*NONE, True),
-        (*OTHER, False),
-        pytest.param(*OTHER, True, marks=pytest.mark.slow),
-    ],
+    [(*NONE, True), (*OTHER, False)],
 )
 def test_workers_without_this_hertzchain_are_named(
     differ: Callable[[Path], None],

@@ -195,23 +195,6 @@ def test_the_work_of_a_pulse_shorter_than_the_readings_are_apart() -> None:
     assert result.balance.energy == pytest.approx(result.balance.work, rel=energy, abs=0)
 
 
-@pytest.mark.parametrize(
-    ("material", "peak_force"),
-    [
-        ({**STEEL, "radius": 0.02}, 2e4),
-        ({"radius": 1e-3, "young_modulus": 3e9, "poisson_ratio": 0.45, "density": 1180.0}, 2.0),
-        ({"radius": 0.3, "young_modulus": 70e9, "poisson_ratio": -0.2, "density": 2700.0}, 5e6),
-    ],
-)
-def test_scaled_scenes_in_si(material: dict[str, float], peak_force: float) -> None:
-    pulse = hc.Pulse("triangular", peak_force, 3.0, momentum_ratio=1.3)
-    scene = hc.Scene(hc.Chain(12, **material), pulse)
-    dt = 0.01 * scene.units.time
-    natural = simulate(scene, scene.schedule(dt), VERLET).peaks.force
-    result = hc.Lammps(dt).run(scene)
-    assert largest_difference(result.peak_force / peak_force, natural) < 1e-7
-
-
 def test_a_pulse_table_with_jumps_against_native() -> None:
     # It starts late and at a force, jumps to zero in between two rows' slopes and ends at a force.
     table = hc.PulseTable((1e-5, 2e-5, 5e-5, 6e-5), (40.0, 100.0, 0.0, 70.0))
