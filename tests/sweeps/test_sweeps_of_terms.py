@@ -519,7 +519,7 @@ def test_a_map_over_segments(segmented: hc.Scene) -> None:
     drawn = draw(swept(segmented, vary), x, y, "last_peak_force_N")
     axes, bar = drawn.figure.axes
     assert axes.get_xlabel() == "granules, segment 1"
-    assert axes.get_ylabel() == "radius R [m], segment 2"
+    assert axes.get_ylabel() == "radius R [mm], segment 2"
     assert bar.get_ylabel() == "peak force of contact N [N]"
     title = "cosine pulse, n = 2, LM_ratio = 1, F0 = 100 N, native"
     assert axes.get_title() == title  # without N, which varies
@@ -531,7 +531,7 @@ def test_a_title_names_a_segment_that_is_fixed(segmented: hc.Scene) -> None:
     where = {"chain.segments.2.radius": "3 mm"}
     drawn = draw(swept(segmented, vary), "chain.density", "last_peak_force_N", where=where)
     title = drawn.figure.axes[0].get_title().replace("\n", " ")  # it is wrapped
-    assert title.endswith("native, radius R [m], segment 2: 0.003")
+    assert title.endswith("native, radius R, segment 2: 3 mm")
 
 
 def test_parameters_of_plain_scenes_are_not_those_of_terms() -> None:
