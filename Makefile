@@ -18,8 +18,8 @@ setup: $(STAMP) ## .venv with the project and all that its tests need
 demo: $(STAMP) ## one scene through Eq. 1, LAMMPS and the paper's formulas, side by side
 	$(BIN)/hertzchain compare validation/scenes/demo.toml --plot demo.png --report demo.html
 
-test: $(STAMP) ## the test suite, without the slow ones
-	$(BIN)/pytest
+test: $(STAMP) ## the test suite, without the slow ones; of one room with ROOM=sweeps
+	$(BIN)/pytest tests/$(ROOM)
 
 test-all: $(STAMP) ## the whole test suite
 	$(BIN)/pytest -m "slow or not slow"

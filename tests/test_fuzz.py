@@ -314,26 +314,17 @@ def test_an_endless_file_is_refused(name: str, read: Callable[[Path], object]) -
 
 @posix
 @pytest.mark.parametrize("read", READERS)
-def test_a_pipe_that_nobody_writes_to_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, read: Callable[[Path], object]
-) -> None:
-    monkeypatch.setattr(files, "_PATIENCE", 0.1)
-    os.mkfifo(tmp_path / "pipe")
-    said = outcome(lambda: read(tmp_path / "pipe"))
-    assert "cannot be read (nothing came out of it for 0.1 s)" in said
-
-
-@posix
-@pytest.mark.parametrize("read", READERS)
 def test_a_pipe_that_falls_silent_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, read: Callable[[Path], object]
 ) -> None:
     monkeypatch.setattr(files, "_PATIENCE", 0.1)
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
+    said = "cannot be read (nothing came out of it for 0.1 s)"
+    assert said in outcome(lambda: read(pipe))  # nobody writes to it
     silent = os.open(pipe, os.O_RDWR)
     os.write(silent, b"[chain]\n")
-    assert "cannot be read (nothing came out of it" in outcome(lambda: read(pipe))
+    assert said in outcome(lambda: read(pipe))
     os.close(silent)
 
 
@@ -349,13 +340,3 @@ def test_a_scene_may_come_through_a_pipe(tmp_path: Path, demo: hc.Scene) -> None
     late.join()
     assert read == hc.Scene.from_toml(_written(tmp_path / "scene.toml", text.encode()))
     assert read.shock == demo.shock
-
-
-@posix
-def test_a_file_without_permission_is_refused(tmp_path: Path) -> None:
-    path = _written(tmp_path / "secret.toml", SCENE.encode())
-    path.chmod(0)
-    if os.access(path, os.R_OK):  # root may read everything: then it is a scene
-        assert hc.Scene.from_toml(path).chain.granules == 60
-    else:
-        assert "Permission denied" in outcome(lambda: hc.Scene.from_toml(path))

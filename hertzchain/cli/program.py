@@ -16,6 +16,7 @@ from hertzchain.errors import HertzchainError
 if TYPE_CHECKING:
     from sys import UnraisableHookArgs
 
+_CLOSED_PIPE = 141  # status of programs that SIGPIPE ends, in shells
 _MOMENT = 0.02  # seconds until a lost stop is tried again
 
 
@@ -79,11 +80,21 @@ def main() -> None:
         _refuse(problem)
     except MemoryError:
         _refuse("there is not enough memory for this scene")
-    except OSError as problem:  # standard output is full or gone
-        # The rest of its buffer must not fail again when Python ends.
-        with suppress(OSError):
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except SystemExit as end:
+        # Typer gives it the status 1, which says here that a check failed.
+        if not isinstance(end.__context__, BrokenPipeError):
+            raise
+        _drop_output()
+        sys.exit(_CLOSED_PIPE)
+    except OSError as problem:  # standard output is full
+        _drop_output()
         _refuse(problem)
+
+
+def _drop_output() -> None:
+    """Let the rest of standard output's buffer not fail again when Python ends."""
+    with suppress(OSError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _say(what: object) -> None:

@@ -49,63 +49,6 @@ def table_file(*rows: str, header: str = "time_s,force_N") -> None:
     Path("pulse.csv").write_text("\n".join([header, *rows, ""]))
 
 
-RUN_KEYS: dict[str, type] = {
-    "backend": str,
-    "method": str,
-    "end_time_s": float,
-    "rise_time_s": float,
-    "momentum_ratio": float,
-    "dt_s": float,
-    "peak_force_N": list,
-    "peak_time_s": list,
-    "transition_granules": int,
-    "solitary_wave": dict,
-    "error_estimate": float,
-    "overlap_ratio": float,
-    "largest_pressure_Pa": float,
-    "largest_pressure_contact": int,
-    "largest_pressure_time_s": float,
-    "needed_yield_strength_Pa": float,
-    "warnings": list,
-    "wall_time_s": float,
-    "compile_time_s": float,
-    "provenance": dict,
-    # What scripts may like to have besides.
-    "steps": int,
-    "force_evaluations": int,
-    "balance": dict,
-}
-
-CONTEXT_KEYS = {"scene": dict, "contacts": list, "definitions": int, "hertzchain": str}
-"""Of a document on one scene, which stands alone."""
-
-
-def has_the_numbers_of_a_run(document: dict[str, Any]) -> None:
-    of_lammps = document["backend"] == "lammps"
-    told = {
-        "watching_share": float if of_lammps else type(None),
-        "lost_digits": dict if of_lammps else type(None),
-    }
-    assert {key: type(value) for key, value in document.items()} == RUN_KEYS | told
-    if of_lammps:
-        lost = document["lost_digits"]
-        assert set(lost) == {"young_modulus_Pa", "predicted", "bound"}
-        assert 0 < lost["bound"] <= document["error_estimate"]
-    for key in ("peak_force_N", "peak_time_s"):
-        assert [type(value) for value in document[key]] == [float] * CONTACTS
-    wave = document["solitary_wave"]
-    assert {key: type(value) for key, value in wave.items()} == {
-        "peak_force_N": float,
-        "far_field_force_N": float,
-        "far_field_error": float,
-        "far_field_reason": type(None),
-        "speed_m_s": float,
-        "speed_error": float,
-    }
-    assert {type(value) for value in document["provenance"].values()} == {str}
-    assert {"hertzchain", "python", "platform"} <= document["provenance"].keys()
-
-
 def rows_of(text: str) -> list[list[str]]:
     """The lines of a printed table of contacts."""
     return [

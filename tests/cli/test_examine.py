@@ -98,21 +98,6 @@ def test_why_lammps_does_not_run_a_deck_is_said(hertzchain: Command, tmp_path: P
     assert "requires ghost atoms store velocity" in " ".join(done.out.split())
 
 
-def test_a_program_that_writes_a_deck_is_refused(hertzchain: Command, tmp_path: Path) -> None:
-    deck = tmp_path / "chain.py"
-    deck.write_text('"""A chain\nof granules."""\nimport lammps\n', encoding="utf-8")
-    is_refused(hertzchain("examine", SCENE, deck), "chain.py", "must be a LAMMPS input script")
-
-
-def test_a_deck_that_is_not_there(hertzchain: Command, tmp_path: Path) -> None:
-    is_refused(hertzchain("examine", SCENE, tmp_path / "in.none"), "in.none")
-
-
-def test_a_binary_that_is_not_there(hertzchain: Command, tmp_path: Path) -> None:
-    there = tmp_path / "lmp"
-    is_refused(hertzchain("examine", SCENE, DECK, "--lmp", there), str(there))
-
-
 @pytest.mark.parametrize(
     ("options", "words"),
     [
@@ -122,6 +107,7 @@ def test_a_binary_that_is_not_there(hertzchain: Command, tmp_path: Path) -> None
         (["--plot", "a.txt"], ["a.txt"]),
         (["--report", DECK], ["in.steel_plain"]),
         (["--fix", DECK], ["in.steel_plain"]),
+        (["--lmp", "/no/lmp"], ["/no/lmp"]),
     ],
     ids=str,
 )
@@ -129,3 +115,10 @@ def test_options_that_cannot_be(
     options: list[object], words: list[str], hertzchain: Command
 ) -> None:
     is_refused(hertzchain("examine", SCENE, DECK, *options), *words)
+
+
+def test_files_that_are_no_decks(hertzchain: Command, tmp_path: Path) -> None:
+    deck = tmp_path / "chain.py"
+    deck.write_text('"""A chain\nof granules."""\nimport lammps\n', encoding="utf-8")
+    is_refused(hertzchain("examine", SCENE, deck), "chain.py", "must be a LAMMPS input script")
+    is_refused(hertzchain("examine", SCENE, tmp_path / "in.none"), "in.none")

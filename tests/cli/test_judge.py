@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import gzip
 from pathlib import Path
 
 import pytest
 
 from tests.cli.short_chain import CONTACTS, embedded, rows_of, scene_file
 from tests.command_line import Command, Outcome, is_refused
+from tests.oracles.json_schema import problems
 from tests.processes import names
 
 pytestmark = pytest.mark.usefixtures("folder")
@@ -25,8 +25,9 @@ def peaks_file(native: Outcome, factor: float = 1.0) -> None:
 def test_peaks_from_a_file_are_judged(hertzchain: Command, native: Outcome) -> None:
     scene_file()
     peaks_file(native)
-    outcome = hertzchain(*JUDGE)
-    assert (outcome.status, outcome.err) == (0, "")
+    outcome = hertzchain(*JUDGE, "--plot", "plot.png")
+    assert (outcome.status, outcome.err) == (0, "Plot written to plot.png\n")
+    assert Path("plot.png").read_bytes().startswith(b"\x89PNG")
     assert [row[0] for row in rows_of(outcome.out)] == ["2", "3", "4", "5", "6"]
     assert "11 judged, 0 failed, 0 not given" in outcome.out
     assert "cause" not in outcome.out
@@ -49,9 +50,8 @@ def test_wrong_peaks_are_status_1_with_a_cause(hertzchain: Command, native: Outc
     assert document["verdict"] == "fail"
     assert document["tolerance"] == 0.5
     assert "in units of kN" in document["cause"]
+    assert problems(document, "judge.json") == []
     assert [row["contact"] for row in document["rows"]] == list(range(2, 2 + CONTACTS))
-    keys = ["contact", "given_N", "reference_N", "difference", "passed"]
-    assert [list(row) for row in document["rows"]] == [keys] * CONTACTS
 
 
 def test_peaks_of_a_damped_scene_are_judged(hertzchain: Command, native: Outcome) -> None:
@@ -80,14 +80,6 @@ def test_a_judgement_with_a_report(hertzchain: Command, native: Outcome) -> None
     assert names() == ["peaks.csv", "report.html", "scene.toml"]
 
 
-def test_given_peaks_are_drawn(hertzchain: Command, native: Outcome) -> None:
-    scene_file()
-    peaks_file(native)
-    outcome = hertzchain(*JUDGE, "--plot", "plot.png")
-    assert (outcome.status, outcome.err) == (0, "Plot written to plot.png\n")
-    assert Path("plot.png").read_bytes().startswith(b"\x89PNG")
-
-
 def test_what_cannot_be_judged_is_refused(hertzchain: Command, native: Outcome) -> None:
     scene_file()
     peaks_file(native)
@@ -100,14 +92,6 @@ def test_what_cannot_be_judged_is_refused(hertzchain: Command, native: Outcome) 
     is_refused(hertzchain("judge", "none.toml", "peaks.csv"), "none.toml")
     is_refused(hertzchain(*JUDGE, "--report", "report.pdf"), "report.pdf", ".html or .htm")
     assert names() == ["peaks.csv", "scene.toml"]
-
-
-def test_peaks_may_be_gzipped(hertzchain: Command, native: Outcome) -> None:
-    scene_file()
-    peaks_file(native)
-    Path("peaks.csv.gz").write_bytes(gzip.compress(Path("peaks.csv").read_bytes()))
-    packed = hertzchain("judge", "scene.toml", "peaks.csv.gz", "--json").json()
-    assert packed["rows"] == hertzchain(*JUDGE, "--json").json()["rows"]
 
 
 def test_a_deck_is_none_of_its_files(hertzchain: Command) -> None:

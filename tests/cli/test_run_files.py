@@ -161,19 +161,12 @@ def test_lists_of_contacts(given: str, found: list[int], demo: Scene) -> None:
 
 
 @pytest.mark.parametrize(
-    "given", ["1", "61", "5:4", "5:9:0", "5:9:1:1", "", "5,", "a", "-5", "2.5"]
+    "given", ["1", "99", "3,99", "5:4", "5:9:0", "5:9:1:1", "", "5,", "a", "-5", "2.5"]
 )
 def test_impossible_contacts_are_refused(given: str, demo: Scene) -> None:
-    with pytest.raises(HertzchainError, match="--contacts"):
+    with pytest.raises(HertzchainError, match="--contacts") as refused:
         to_contacts(given, demo)
-
-
-@pytest.mark.parametrize(("given", "is_range"), [("99", False), ("3,99", False), ("9:5", True)])
-def test_only_a_range_is_told_to_count_up(given: str, is_range: bool, demo: Scene) -> None:
-    with pytest.raises(HertzchainError) as refused:
-        to_contacts(given, demo)
-    up = "; a range counts up" * is_range
-    assert str(refused.value) == f"--contacts {given}: contacts of this scene are 2 to 60{up}"
+    assert ("a range counts up" in str(refused.value)) == (given in ("5:4", "5:9:0"))
 
 
 def test_the_last_contact_of_a_chain_at_a_wall_is_that_of_the_wall() -> None:

@@ -12,11 +12,8 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.decks.known_answer import deck_step, known_answer, lay_out, looked_at
-from hertzchain.decks.layout import Layout
-from hertzchain.decks.standalone import data_file, standalone
-from hertzchain.decks.unit_test import known_motion
-from hertzchain.errors import RunFailed, TooExpensive, Unpredictable
+from hertzchain.decks.known_answer import deck_step, known_answer, lay_out
+from hertzchain.errors import TooExpensive, Unpredictable
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.verdict.results.judging import judge
 from tests.command_line import Command
@@ -154,28 +151,6 @@ def test_the_law_is_checked_much_more_closely_than_peaks(tmp_path: Path) -> None
     assert [float(found[k]) for k in (3, 4)] == pytest.approx([0, 0], rel=0, abs=1e-11)
 
 
-@pytest.mark.parametrize("name", ["gaps, wall", "all at once"])
-def test_what_looks_can_find_is_what_they_do_find(name: str) -> None:
-    # Wherever the looks fall, the maxima of samples lie between the peak and the least of it.
-    scene = SCENES[name]
-    for watch_every in (3, 20):
-        peak, least = looked_at(scene, 0.005, watch_every)
-        sampled = sampled_maxima(scene, 0.005, watch_every)
-        assert np.all(sampled <= peak * (1 + 1e-12))
-        assert np.all(sampled >= least * (1 - 1e-6))  # a parabola is not quite what a peak is
-
-
-@pytest.mark.lammps
-def test_lean_deck_with_a_trajectory(tmp_path: Path) -> None:
-    path = written(ALL, tmp_path, RTOL, watch_every=0, dump_every=500)
-    for word in ("looks", "compute", "d_true", "PASS"):
-        assert word not in path.read_text()
-    status, screen = run(path, tmp_path)
-    assert status == 0, screen
-    assert (tmp_path / "chain.final").exists()
-    assert (tmp_path / "chain.lammpstrj").read_text().count("ITEM: TIMESTEP") > 2
-
-
 WRITERS = {
     "data file": (("deck", "--atoms", "data"), "leave out --atoms data"),
     "pair style": (("deck", "--pair-style", "gran/hertz/history"), "take granular for a scene"),
@@ -196,19 +171,6 @@ def test_nothing_is_written(hertzchain: Command, tmp_path: Path, writer: str) ->
     assert why in outcome.err
     assert "Traceback" not in outcome.err
     assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
-
-
-@pytest.mark.parametrize("name", SCENES)
-def test_no_text_is_made_in_python(name: str) -> None:
-    scene = SCENES[name]
-    for write in (
-        lambda: data_file(scene),
-        lambda: known_motion(scene),
-    ):
-        with pytest.raises(RunFailed, match="does not support "):
-            write()
-    with pytest.raises(RunFailed, match="leave out --atoms data"):
-        standalone(scene, Layout(0.01, 0, atoms="data"))
 
 
 @pytest.mark.slow

@@ -262,13 +262,6 @@ def test_noise_and_digits_alone_are_no_drift_and_no_cut_off_top(noise: float, di
         assert pulse_of(recording(force)).warnings == ()
 
 
-@pytest.mark.parametrize("noise", [0.001, 0.01])
-def test_a_drift_above_the_noise_is_said(noise: float) -> None:
-    for seed in range(10):
-        read = noisy(noise=noise, seed=seed)
-        assert pulse_of(recording(read.force + np.linspace(0, 5, 2000))).warnings != ()
-
-
 @pytest.mark.parametrize(("equal", "is_said"), [(4, False), (5, True), (200, True)])
 def test_a_cut_off_top_is_said(equal: int, is_said: bool) -> None:
     force = noisy().force

@@ -133,11 +133,6 @@ def test_a_shape_is_one_function(shape: Shape) -> None:
         assert quad(shape.growth, 0.0, s)[0] == pytest.approx(shape.integral(s), rel=1e-12)
 
 
-def test_an_unknown_shape_is_an_error() -> None:
-    with pytest.raises(SceneError, match="must be one of linear, cosine"):
-        Ramp(0.0, 1.0, 0.0, 1.0, "square")
-
-
 def test_a_further_shape_is_one_entry(monkeypatch: pytest.MonkeyPatch) -> None:
     """Kernels have formulas of their own, and refuse a shape without one."""
     third = Shape(lambda s: s**3, lambda s: 3 * s**2, lambda s: s**4 / 4, 0.25, "({}) ** 3")
@@ -186,6 +181,7 @@ BAD_POSITIVE: list[object] = [0, -1.0, math.inf, math.nan, "1", True]
     ("key", "value"),
     [
         *(("profile", value) for value in ("sine", "Cosine", "", "table", 3, None, True)),
+        *(("profile", value) for value in (["cosine"], {"cosine": 1}, [], {})),
         *(("peak_force", value) for value in (*BAD_POSITIVE, None)),
         *(("duration_ratio", value) for value in (1, 1.0, 0.5, *BAD_POSITIVE, None)),
         *(("momentum_ratio", value) for value in BAD_POSITIVE),
@@ -201,20 +197,13 @@ def test_an_impossible_value_is_an_error_with_key_and_value(key: str, value: obj
     assert caught.value.value is value
 
 
-@pytest.mark.parametrize("profile", [["cosine"], {"cosine": 1}, [], {}], ids=str)
-def test_a_profile_that_is_no_name_is_an_error(profile: Any) -> None:
-    with pytest.raises(SceneError, match="profile"):
-        hc.Pulse(profile, F0, 2.0, momentum_ratio=1.0)
-
-
-def test_both_momentum_ratio_and_rise_time_are_too_much() -> None:
+def test_a_pulse_has_one_measure_and_ramps_a_known_shape() -> None:
     with pytest.raises(SceneError, match="momentum_ratio and rise_time: both are given"):
         hc.Pulse("cosine", F0, 2.0, momentum_ratio=1.0, rise_time=T0)
-
-
-def test_neither_momentum_ratio_nor_rise_time_is_too_little() -> None:
     with pytest.raises(SceneError, match="momentum_ratio or rise_time: missing"):
         hc.Pulse("cosine", F0, 2.0)
+    with pytest.raises(SceneError, match="must be one of linear, cosine"):
+        Ramp(0.0, 1.0, 0.0, 1.0, "square")
 
 
 def test_a_table_is_linear_between_its_rows() -> None:
@@ -294,23 +283,16 @@ def test_a_pulse_table_is_read(tmp_path: Path, text: str) -> None:
     ("content", "words"),
     [
         (b"", "time_s,force_N"),
-        (b"\n\n", "time_s,force_N"),
         (b"t,f\n0,1\n1,1\n", "time_s,force_N"),
         (b"force_N,time_s\n0,1\n1,1\n", "time_s,force_N"),
         (b"time_s;force_N\n0;1\n1;1\n", "time_s,force_N"),
-        (b"0,1\n1,1\n", "time_s,force_N"),
-        (b"time_s,force_N\n", "at least 2 rows"),
         (b"time_s,force_N\n0,1\n", "at least 2 rows"),
         (b"time_s,force_N\n0,1\n1,one\n", "row 2 = '1,one': must be two numbers"),
         (b"time_s,force_N\n0,1\n1\n", "row 2 = '1': must be two numbers"),
         (b"time_s,force_N\n0,1,2\n1,1,2\n", "row 1 = '0,1,2': must be two numbers"),
         (b"time_s,force_N\n0,1\n0,2\n", "time_s in row 2 = 0.0: must be above 0.0"),
-        (b"time_s,force_N\n2,1\n1,2\n", "time_s in row 2 = 1.0: must be above 2.0"),
-        (b"time_s,force_N\n-1,1\n1,2\n", "time_s in row 1 = -1.0: must be at least 0"),
-        (b"time_s,force_N\n0,1\n1,-2\n", "force_N in row 2 = -2.0: must be"),
         (b"time_s,force_N\n0,1\n1,1e999\n", "force_N in row 2 = inf: must be"),
         (b"time_s,force_N\n0,1\nnan,1\n", "time_s in row 2 = nan: must be"),
-        (b"time_s,force_N\n0,0\n1,0\n", "positive in at least one row"),
         (b"time_s,force_N\n0,1\n1,\x00\n", "row 2"),
         (b"\x89PNG\r\n\x1a\n\x00\xff\xfe", "must be a CSV file"),
     ],

@@ -111,12 +111,6 @@ def test_nonsense_is_an_error(value: str) -> None:
         to_si("key", value, "m")
 
 
-@pytest.mark.parametrize("value", [True, False, None, [1.0], {"a": 1}, 1j, b"1 m", ("1", "m")])
-def test_what_is_no_number_and_no_string_is_an_error(value: object) -> None:
-    with pytest.raises(SceneError, match="must be"):
-        to_si("key", value, "m")
-
-
 HOSTILE = [
     *("10**10**10 m", "__import__('os')", "1e999 m", "1 __import__('os')", "9**9**9**9"),
     *("1 m**9**9**9", "1 m^9^9^9^9", "1 m**(9**9**9)", "1 m**9**9**9**9**9**9", "1 m**-9**9**9"),
@@ -203,33 +197,20 @@ def test_unusual_units_are_known_too() -> None:
         ("193 mpa", "Pa", "MPa"),
         ("4 MM", "m", "mm"),  # megamolar
         ("20 kn", "N", "kN"),  # knots
+        ("4,75 mm", "m", '"4.75 mm"'),
+        ("7.9 g/cm3", "kg/m^3", '"7.9 g/cm^3"'),
+        ("7,9 g/cm3", "kg/m^3", '"7.9 g/cm^3"'),
+        (" -3 N/m2", "Pa", '"-3 N/m^2"'),
+        *((text, "m", "") for text in ("1,234,567 m", "four mm", "1 m2x", "2 kg m-3", "5 N")),
     ],
 )
-def test_a_unit_that_looks_like_a_usual_one(text: str, unit: str, meant: str) -> None:
-    with pytest.raises(SceneError, match=rf"did you mean {re.escape(meant)}\?$"):
+def test_what_looks_like_another_unit_has_a_hint(text: str, unit: str, meant: str) -> None:
+    hint = rf"; did you mean {re.escape(meant)}\?" if meant else f" or a string such as '1 {unit}'"
+    with pytest.raises(SceneError, match=f"{hint}$"):
         to_si("key", text, unit)
 
 
-@pytest.mark.parametrize(
-    ("text", "unit", "meant"),
-    [
-        ("4,75 mm", "m", "4.75 mm"),
-        ("7.9 g/cm3", "kg/m^3", "7.9 g/cm^3"),
-        ("7,9 g/cm3", "kg/m^3", "7.9 g/cm^3"),
-        (" -3 N/m2", "Pa", "-3 N/m^2"),
-    ],
-)
-def test_a_decimal_comma_and_a_power_without_its_sign(text: str, unit: str, meant: str) -> None:
-    with pytest.raises(SceneError, match=rf'; did you mean "{re.escape(meant)}"\?$'):
-        to_si("key", text, unit)
-
-
-@pytest.mark.parametrize("text", ["1,234,567 m", "four mm", "1 m2x", "2 kg m-3"])
-def test_what_could_mean_anything_has_no_hint(text: str) -> None:
-    with pytest.raises(SceneError, match=r"or a string such as '1 m'$"):
-        to_si("key", text, "m")
-
-
-def test_a_unit_that_looks_like_no_other() -> None:
-    with pytest.raises(SceneError, match=r"must be a number \[m\] or a string such as '1 m'$"):
-        to_si("key", "5 N", "m")
+@pytest.mark.parametrize("value", [True, False, None, [1.0], {"a": 1}, 1j, b"1 m", ("1", "m")])
+def test_what_is_no_number_and_no_string_is_an_error(value: object) -> None:
+    with pytest.raises(SceneError, match="must be"):
+        to_si("key", value, "m")

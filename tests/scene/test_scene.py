@@ -179,35 +179,19 @@ def test_values_that_are_odd_in_toml_are_refused(tmp_path: Path, old: str, new: 
     assert "scene.toml" in refusal(tmp_path, TEXT.replace(old, new))
 
 
-@pytest.mark.parametrize(
-    "content",
-    [
-        b"[chain",
-        b"chain = ",
-        b"a = 1\na = 2\n",
-        b"\xff\xfe",
-        b"\x00",
-        b"\x89PNG\r\n",
-        b"{}",
-        b"a: 1",
-    ],
-    ids=repr,
-)
+NOT_TOML = [b"[chain", b"chain = ", b"\xff\xfe", b"\x00", b"\x89PNG\r\n", b"{}", b"a: 1"]
+TWICE = [b"a = 1\na = 2\n", b"[chain]\na = 1\na = 2", b"[chain]\n[shock]\n[chain]"]
+TWICE += [b"a = {b = 1, b = 2}"]
+
+
+@pytest.mark.parametrize("content", [*NOT_TOML, *TWICE], ids=repr)
 def test_what_is_not_toml_is_refused(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "scene.toml"
     path.write_bytes(content)
-    with pytest.raises(SceneError, match=r"scene\.toml: is not TOML"):
+    with pytest.raises(SceneError, match=r"scene\.toml: is not TOML") as refused:
         hc.Scene.from_toml(path)
-
-
-@pytest.mark.parametrize(
-    "content", ["[chain]\na = 1\na = 2", "[chain]\n[shock]\n[chain]", "a = {b = 1, b = 2}"]
-)
-def test_what_is_given_twice_is_said(tmp_path: Path, content: str) -> None:
-    path = tmp_path / "scene.toml"
-    path.write_text(content)
-    with pytest.raises(SceneError, match="a key or a section is given twice: delete one of them"):
-        hc.Scene.from_toml(path)
+    twice = "a key or a section is given twice: delete one of them"
+    assert (twice in str(refused.value)) == (content in TWICE)
 
 
 @pytest.mark.parametrize("name", [".", "missing.toml", "x" * 5000, "with\0nul.toml"])
@@ -231,9 +215,6 @@ def test_a_file_that_cannot_be_read_is_refused(tmp_path: Path, name: str) -> Non
 def test_an_impossible_table_section_is_refused(tmp_path: Path, new: str, words: str) -> None:
     (tmp_path / "pulse.csv").write_text("time_s,force_N\n0,0\n1e-5,100\n")
     assert words in refusal(tmp_path, CHAIN_TEXT + "[shock]\n" + new)
-
-
-def test_a_bad_row_is_refused_with_the_name_of_the_table(tmp_path: Path) -> None:
     (tmp_path / "pulse.csv").write_text("time_s,force_N\n0,0\n0,100\n")
     said = refusal(tmp_path, TABLE_TEXT)
     assert said == f"{tmp_path / 'pulse.csv'}: time_s in row 2 = 0.0: must be above 0.0"
@@ -274,13 +255,9 @@ def test_numbers_that_would_lose_digits_are_refused(change: dict[str, float], fo
     pulse = hc.Pulse("cosine", force, 2.0, momentum_ratio=1.0)
     with pytest.raises(SceneError, match="too small to be represented; check the units"):
         hc.Scene(chain, pulse)
-
-
-def test_a_table_whose_momentum_ratio_underflows_is_refused() -> None:
-    """NumPy used to warn of a division by zero."""
-    chain = hc.Chain(60, **(STEEL | {"young_modulus": 2e-322}))
-    with pytest.raises(SceneError, match="too small"):
-        hc.Scene(chain, hc.PulseTable((0.0, 1e-5), (0.0, 100.0)))
+    tiny = hc.Chain(60, **(STEEL | {"young_modulus": 2e-322}))
+    with pytest.raises(SceneError, match="too small"):  # and NumPy does not warn
+        hc.Scene(tiny, hc.PulseTable((0.0, 1e-5), (0.0, 100.0)))
 
 
 PULSE = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0)

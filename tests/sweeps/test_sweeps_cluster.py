@@ -213,36 +213,6 @@ def test_a_worker_killed_in_the_middle_changes_nothing(
 
 @pytest.mark.slow
 @pytest.mark.lammps
-@pytest.mark.parametrize("with_nanny", [False, True])
-def test_a_worker_with_a_nanny_killed_changes_nothing(
-    with_nanny: bool, tmp_path: Path, here: hc.Sweep
-) -> None:
-    with scheduler(tmp_path) as (address, _), worker(address, tmp_path, "--nworkers", "2") as both:
-        await_workers(address, 2)
-        killed: list[int] = []
-        nannies = psutil.Process(both.pid)
-
-        def kill_it(done: int, _: int) -> None:
-            if not killed and done >= 4:
-                one = next(
-                    child
-                    for child in nannies.children()
-                    if "spawn_main" in " ".join(child.cmdline())
-                )
-                killed.append(one.pid)
-                if with_nanny:
-                    kill(both)
-                    stack.enter_context(worker(address, tmp_path, name="another"))
-                else:
-                    one.kill()
-
-        with ExitStack() as stack:
-            assert_same(sweep(address, progress=kill_it), here)
-        assert killed
-
-
-@pytest.mark.slow
-@pytest.mark.lammps
 def test_a_worker_that_is_told_to_end_gives_its_part_to_another(
     tmp_path: Path, here: hc.Sweep
 ) -> None:
@@ -311,10 +281,7 @@ NO_SCHEDULER: dict[str, Callable[[], AbstractContextManager[str]]] = {
 
 @pytest.mark.parametrize("name", NO_SCHEDULER)
 def test_what_is_no_scheduler_is_refused(
-    name: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capfd: pytest.CaptureFixture[str],
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(cluster, "_PATIENCE", 0.5)
     with NO_SCHEDULER[name]() as address, pytest.raises(RunFailed, match="cannot be reached") as it:
@@ -322,15 +289,6 @@ def test_what_is_no_scheduler_is_refused(
     assert "\n" not in str(it.value)
     assert not (tmp_path / "out").exists()
     assert capfd.readouterr() == ("", "")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", NO_SCHEDULER)
-def test_the_command_says_so(name: str, tmp_path: Path) -> None:
-    with NO_SCHEDULER[name]() as address:
-        status, said = run(tmp_path, address)
-    assert (status, in_one_sentence(said)) == (2, True), said
-    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.slow
@@ -443,12 +401,7 @@ OTHER = (other_hertzchain, RunFailed, "has hertzchain 99.0, this is ")
 
 @pytest.mark.parametrize(
     ("differ", "error", "said", "late"),
-    [
-        pytest.param(*NONE, False, marks=pytest.mark.slow),
-        (*NONE, True),
-        (*OTHER, False),
-        pytest.param(*OTHER, True, marks=pytest.mark.slow),
-    ],
+    [(*NONE, True), (*OTHER, False)],
 )
 def test_workers_without_this_hertzchain_are_named(
     differ: Callable[[Path], None],

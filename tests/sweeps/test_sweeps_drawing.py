@@ -109,14 +109,6 @@ def test_one_line_where_nothing_else_varies(both: hc.Sweep) -> None:
     assert drawn.remarks == ()
 
 
-def test_a_parameter_of_one_value_is_fixed() -> None:
-    sweep = hc.sweep(BASE, {RATIO: "0.1:2:5:log", N: [3.0]}, backends="formulas")
-    drawn = draw(sweep, RATIO, F_SW)
-    assert len(drawn_lines(drawn.figure)) == 1
-    assert drawn.remarks == ()
-    assert drawn.figure.legends == []
-
-
 def test_values_are_in_order_though_they_were_not_given_so(grid: hc.Sweep) -> None:
     (x, y), *_ = lines = drawn_lines(grid.plot(N, F_SW, RATIO))
     np.testing.assert_array_equal(x, [2, 4, 9])
@@ -157,15 +149,6 @@ def test_axes_are_logarithmic_where_values_span_decades(failing: hc.Sweep) -> No
 def test_p_is_drawn_as_steps(both: hc.Sweep, y: str, style: str) -> None:
     figure = draw(both, RATIO, y, where={"shock.profile": "cosine", "backend": "native"}).figure
     assert [line.get_drawstyle() for line in figure.axes[0].lines] == [style]
-
-
-def test_the_size_is_as_wanted_and_the_title_fits(both: hc.Sweep) -> None:
-    figure = draw(both, RATIO, F_SW, size=(3.4, 2.6)).figure
-    assert tuple(figure.get_size_inches()) == (3.4, 2.6)
-    figure.draw_without_rendering()
-    title = figure.axes[0].title.get_window_extent()
-    assert figure.bbox.x0 <= title.x0
-    assert title.x1 <= figure.bbox.x1
 
 
 @pytest.mark.parametrize("count", [3, 8, 12])

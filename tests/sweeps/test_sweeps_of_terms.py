@@ -28,7 +28,6 @@ from hertzchain.sweeps.drawing import draw
 from hertzchain.sweeps.keys import names_of
 from tests.command_line import Command, is_refused
 from tests.conftest import STEEL
-from tests.processes import ended, linux, names, start, wait_for
 
 PTFE = {"radius": 4.75e-3, "young_modulus": 1.46e9, "poisson_ratio": 0.46, "density": 2200.0}
 PULSE = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0)
@@ -173,23 +172,6 @@ def test_a_striker_and_a_wall() -> None:
         np.testing.assert_allclose(ratio, 10**1.2, rtol=1e-9)
 
 
-def test_the_material_of_striker_and_wall() -> None:
-    scene = hc.Scene(CHAIN, hc.Striker(1.0), wall=hc.Wall("elastic", 70e9, 0.33))
-    sweep = swept(scene, {"striker.radius": "6 mm,8 mm", "wall.young_modulus": "70 GPa,200 GPa"})
-    are_rows_of(
-        sweep,
-        (
-            (
-                {"striker.radius": radius, "wall.young_modulus": modulus},
-                hc.Scene(
-                    CHAIN, hc.Striker(1.0, radius=radius), wall=hc.Wall("elastic", modulus, 0.33)
-                ),
-            )
-            for radius, modulus in itertools.product((0.006, 0.008), (70e9, 200e9))
-        ),
-    )
-
-
 def test_segments_do_what_the_file_would(segmented: hc.Scene) -> None:
     """Defaults reach segments and cells that do not name them."""
     sweep = swept(
@@ -230,8 +212,7 @@ def test_segments_do_what_the_file_would(segmented: hc.Scene) -> None:
 def test_loads() -> None:
     scene = replace(LOADED, wall=hc.Wall("same"))
     sweep = swept(
-        scene,
-        {"precompression.force": [5.0, 20.0], "gravity": [0.0, 9.81], "rise_time": ["30 us"]},
+        scene, {"precompression.force": [5.0, 20.0], "gravity": [0.0, 9.81], "rise_time": ["30 us"]}
     )
     are_rows_of(
         sweep,
@@ -291,26 +272,6 @@ def test_granules_listed_one_by_one_and_a_pulse_table() -> None:
     found = sweep.to_frame()
     assert found["chain.radius"].isna().all()
     assert found["shock.momentum_ratio"].tolist() == [one.momentum_ratio for one in scenes]
-
-
-def test_drawn_values() -> None:
-    vary = {"striker.velocity": "0.1:10:log", "chain.granules": "3:6"}
-    sweep = swept(STRIKER, vary, samples=5, seed=2)
-    table = sweep.to_frame()
-    assert table["chain.granules"].between(3, 6).all()
-    assert table["striker.velocity"].between(0.1, 10.0).all()
-    are_rows_of(
-        sweep,
-        (
-            (
-                {"striker.velocity": velocity},
-                hc.Scene(hc.Chain(granules, **STEEL), hc.Striker(velocity), wall=hc.Wall("rigid")),
-            )
-            for velocity, granules in zip(
-                table["striker.velocity"], table["chain.granules"].tolist(), strict=True
-            )
-        ),
-    )
 
 
 @pytest.mark.lammps
@@ -509,70 +470,15 @@ def test_formulas_are_refused() -> None:
         assert words in str(problem.value)
 
 
-BAD = {
-    "no wall": (("--vary", "wall.gap=0,1 um"), "the scene has no [wall]; add the section"),
-    "formulas": (
-        ("--vary", "velocity=1,2", "--backend", "formulas"),
-        "formulas: are about uniform",
-    ),
-    "a word for a number": (("--vary", "striker.velocity=1,fast"), "striker.velocity = 'fast'"),
-}
-
-
-@pytest.mark.parametrize("what", BAD)
-def test_the_command_refuses_in_one_sentence_and_makes_nothing(
-    hertzchain: Command, what: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "scene.toml").write_text(CHAIN_SECTION + '[striker]\nvelocity = "1 m/s"\n')
-    arguments, words = BAD[what]
-    is_refused(hertzchain("sweep", "scene.toml", *arguments, "-o", "out"), words)
-    assert names() == ["scene.toml"]
-
-
 # Stored sweeps
 
 
-def test_the_command_resumes_what_was_stopped(
-    hertzchain: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "scene.toml").write_text(CHAIN_SECTION + SEGMENTS + SHOCK)
-    command = (
-        *("sweep", "scene.toml", "--vary", "chain.segments.1.granules=2:20:10"),
-        *("--vary", "segments.2.gap=0,1 um", "--rtol", "1e-3", "--peaks", "-o", "out"),
-    )
-    assert hertzchain(*command).status == 0
-    whole = hc.Sweep.load("out")
-    table, peaks = whole.to_frame(), whole.peaks_to_frame()
-    parts = sorted(Path("out/scenes").glob("*.parquet"))
-    assert len(parts) > 2
-    written = {path: path.stat().st_mtime_ns for path in parts[2:]}
-    for path in parts[:2]:  # as if it had been stopped there
-        path.unlink()
-    assert hertzchain(*command).status == 0
-    pd.testing.assert_frame_equal(hc.Sweep.load("out").to_frame(), table, check_exact=True)
-    pd.testing.assert_frame_equal(hc.Sweep.load("out").peaks_to_frame(), peaks, check_exact=True)
-    assert {path: path.stat().st_mtime_ns for path in parts[2:]} == written
-    text = (CHAIN_SECTION + SEGMENTS + SHOCK).replace("0.46", "0.45")
-    (tmp_path / "scene.toml").write_text(text)
-    is_refused(hertzchain(*command), "belongs to another sweep")
-
-
-def test_csv_has_what_parquet_has(tmp_path: Path) -> None:
-    vary = {"wall.kind": "rigid,same", "striker.velocity": [1.0, 5000.0]}  # the second too deep
-    kinds: tuple[Any, ...] = ("parquet", "csv")
-    for kind in kinds:
-        swept(STRIKER, vary, output=tmp_path / kind, file_format=kind)
-    parquet, csv = (hc.Sweep.load(tmp_path / kind) for kind in kinds)
-    for table in ("to_frame", "peaks_to_frame"):
-        found, expected = (getattr(one, table)() for one in (csv, parquet))
-        pd.testing.assert_frame_equal(found, expected, check_exact=True, check_dtype=False)
-    columns = ["wall.kind", "wall_peak_force_N"]
-    assert list(csv.to_frame(columns).columns) == columns
-    other = replace(STRIKER, wall=hc.Wall("rigid", gap=1e-6))
+def test_a_segment_belongs_to_the_sweep(segmented: hc.Scene, tmp_path: Path) -> None:
+    vary = {"chain.segments.2.gap": [0.0, 1e-6]}
+    swept(segmented, vary, output=tmp_path / "out")
+    (tmp_path / "other.toml").write_text((CHAIN_SECTION + SEGMENTS + SHOCK).replace("0.46", "0.45"))
     with pytest.raises(OutputError, match="belongs to another sweep"):
-        swept(other, vary, output=tmp_path / "csv", file_format="csv")
+        swept(hc.Scene.from_toml(tmp_path / "other.toml"), vary, output=tmp_path / "out")
 
 
 # Pictures
@@ -613,7 +519,7 @@ def test_a_map_over_segments(segmented: hc.Scene) -> None:
     drawn = draw(swept(segmented, vary), x, y, "last_peak_force_N")
     axes, bar = drawn.figure.axes
     assert axes.get_xlabel() == "granules, segment 1"
-    assert axes.get_ylabel() == "radius R [m], segment 2"
+    assert axes.get_ylabel() == "radius R [mm], segment 2"
     assert bar.get_ylabel() == "peak force of contact N [N]"
     title = "cosine pulse, n = 2, LM_ratio = 1, F0 = 100 N, native"
     assert axes.get_title() == title  # without N, which varies
@@ -625,36 +531,11 @@ def test_a_title_names_a_segment_that_is_fixed(segmented: hc.Scene) -> None:
     where = {"chain.segments.2.radius": "3 mm"}
     drawn = draw(swept(segmented, vary), "chain.density", "last_peak_force_N", where=where)
     title = drawn.figure.axes[0].get_title().replace("\n", " ")  # it is wrapped
-    assert title.endswith("native, radius R [m], segment 2: 0.003")
+    assert title.endswith("native, radius R, segment 2: 3 mm")
 
 
 def test_parameters_of_plain_scenes_are_not_those_of_terms() -> None:
     assert not set(PARAMETERS) & set(TERMS)
-
-
-@pytest.mark.slow
-@pytest.mark.lammps
-@linux
-def test_a_killed_sweep_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Two codes, in processes of their own, killed when some parts are there."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "scene.toml").write_text(CHAIN_SECTION + SEGMENTS + SHOCK)
-    command = (
-        *("sweep", "scene.toml", "--vary", "chain.segments.1.granules=2:20:10"),
-        *("--backend", "native", "--backend", "lammps", "--rtol", "1e-3", "--peaks", "-o"),
-    )
-    assert ended(start(*command, "whole"))[0] == 0
-    running = start(*command, "killed")
-    wait_for(lambda: len(list(Path("killed/scenes").glob("*.parquet"))) > 11)
-    running.kill()
-    ended(running)
-    before = {path: path.stat().st_mtime_ns for path in Path("killed/scenes").glob("*.parquet")}
-    assert ended(start(*command, "killed"))[0] == 0
-    assert {path: path.stat().st_mtime_ns for path in before} == before
-    whole, killed = (hc.Sweep.load(name) for name in ("whole", "killed"))
-    assert killed.count().done == 20 > len(before)
-    pd.testing.assert_frame_equal(killed.to_frame(), whole.to_frame(), check_exact=True)
-    pd.testing.assert_frame_equal(killed.peaks_to_frame(), whole.peaks_to_frame(), check_exact=True)
 
 
 # Any file

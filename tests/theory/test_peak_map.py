@@ -20,7 +20,6 @@ from hertzchain.theory import peak_map
 from tests.conftest import paper_scene
 from tests.test_public_names import modules_after
 from validation import make_map
-from validation.script import leave_with
 
 FAR = 300
 """Granules; peaks beyond contact 298 differ from it by 1e-7 at most, which is what they are right
@@ -183,16 +182,6 @@ def test_the_script_writes_what_the_reader_reads(
             # Once more through steps, and through float32.
             off = np.abs(peak_map.decode(file[profile]) - peak_map.table(profile))
             assert off.max() < peak_map.STEP + 5e-7
-
-
-def test_the_script_refuses_a_folder_that_is_not_there(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(sys, "argv", ["make_map.py", "-o", "no/map.npz"])
-    with pytest.raises(SystemExit) as caught:
-        leave_with(make_map.run)
-    assert caught.value.code == 2
-    assert "does not exist" in capsys.readouterr().err
 
 
 def test_the_file_is_small() -> None:

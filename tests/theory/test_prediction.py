@@ -65,16 +65,6 @@ def test_the_equations_vs_those_of_a_comparison(name: str) -> None:
     assert predicted.speed.exact == pytest.approx(expected.exact_speed, rel=NODE, abs=0)
 
 
-def test_eq9_begins_with_eq6() -> None:
-    predicted = theory.predict(paper_scene("triangular", 1.6, 6.0))
-    assert predicted.eq6 is not None
-    assert predicted.eq9 is not None
-    assert predicted.eq9[0] == predicted.eq6[0]
-    assert predicted.eq6[-1] == predicted.wave_force
-    # 2.5 - 2.4 + 0.9 is 1 to round-off.
-    assert predicted.eq9[-1] == pytest.approx(predicted.wave_force, rel=1e-15, abs=0)
-
-
 def test_other_granules_and_forces_are_alike() -> None:
     scene = paper_scene("cosine", 1.7, 5.0)
     glass = hc.Chain(60, radius=1e-3, young_modulus=70e9, poisson_ratio=0.2, density=2500.0)
@@ -153,20 +143,6 @@ def test_short_chains_vs_runs(seed: int) -> None:
     assert kinds == {(True, True), (True, False), (False, True), (False, False)}
 
 
-@pytest.mark.parametrize("profile", PROFILES)
-def test_shorter_chains_are_not_like_long_ones(profile: str) -> None:
-    """Refused chains really differ: the free end lowers F_2 under a long rise."""
-    scene = paper_scene(profile, 10.0, 2.0, granules=20)
-    predicted = theory.predict(scene)
-    assert predicted.missing is not None
-    assert "chain of 20 granules: the map is for at least 41" in predicted.missing
-    assert np.isnan(predicted.peak_force).all()
-    assert predicted.transition_granules is predicted.wave_force is None
-    long = 100.0 * peak_map.peaks(profile, 10.0, 2.0).peak_force[:18]
-    short = run(scene).peak_force[:18]
-    assert np.max(np.abs(short / long - 1)) > 0.02
-
-
 def test_the_end_of_the_run_changes_nothing() -> None:
     scene = paper_scene("cosine", 1.0, 4.0)
     cut = replace(scene, run=hc.Run(end_time=1e-6))
@@ -235,15 +211,6 @@ def says_nothing(predicted: theory.Prediction) -> None:
     assert document["eq3_transition_granules"] is document["speed_m_s"] is None
 
 
-def test_of_a_pulse_table_nothing_is_said() -> None:
-    table = hc.PulseTable((0.0, 2e-5, 4e-5), (0.0, 100.0, 0.0), "pulse.csv")
-    predicted = theory.predict(hc.Scene(hc.Chain(12, **STEEL), table))
-    assert predicted.missing is not None
-    assert "pulse table" in predicted.missing
-    assert predicted.peak_force.size == 11
-    says_nothing(predicted)
-
-
 @pytest.mark.parametrize(
     ("ratio", "n", "covered"),
     [(0.05, 2.0, "tables"), (11.0, 4.0, "tables"), (1.0, 1.5, "at least 2"), (1.0, 60.0, "tables")],
@@ -310,14 +277,3 @@ def test_constants_vs_their_exact_values() -> None:
         assert constant.paper == paper
         assert constant.exact == pytest.approx(exact, rel=1e-10, abs=0)
         assert constant.difference == pytest.approx(paper / exact - 1, rel=1e-6, abs=0)
-
-
-def test_rows_have_what_the_equations_say_and_nothing_beyond() -> None:
-    predicted = theory.predict(paper_scene("cosine-triangular", 2.0, 2.0))
-    p = predicted.transition_granules
-    assert p == 9
-    rows = predicted.rows
-    assert [row["contact"] for row in rows] == list(range(2, 61))
-    assert [row["contact"] for row in rows if row["eq6_N"] is not None] == list(range(2, 10))
-    assert [row["contact"] for row in rows if row["eq9_N"] is not None] == list(range(2, 11))
-    assert [row["map_N"] for row in rows] == predicted.peak_force.tolist()

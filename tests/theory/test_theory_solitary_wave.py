@@ -96,14 +96,3 @@ def test_momentum_of_the_papers_steel_at_100_N() -> None:
     printed = 4.3445078540 * inside ** (1 / 3) * 100 ** (5 / 6)
     # Eleven digits of the coefficient are given.
     assert exact.momentum(chain, 100.0) == pytest.approx(printed, rel=2e-11, abs=0)
-
-
-def test_a_simulated_wave_moves_at_the_exact_speed(demo_reference: hc.Result) -> None:
-    """Contacts 40 to 50 of the demo, where the wave has left what follows it behind."""
-    time, force = demo_reference.peak_time, demo_reference.peak_force
-    diameter = 2 * demo_reference.scene.chain.radius
-    measured = 10 * diameter / (time[48] - time[38])
-    # Its height still changes by 1e-9 over these contacts, and the speed goes as its sixth root.
-    assert measured == pytest.approx(
-        exact.speed(demo_reference.scene.chain, force[43]), rel=2e-10, abs=0
-    )

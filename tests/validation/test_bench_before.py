@@ -6,7 +6,7 @@ import contextlib
 import itertools
 import shutil
 import subprocess
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -17,7 +17,6 @@ from validation.bench_before import (
     FRESH,
     Compared,
     NoCommit,
-    Worker,
     by_turns,
     checked_out,
     compare,
@@ -36,43 +35,29 @@ def with_ratio(ratio: float) -> Compared:
     return Compared(1.0, ratio, ratio)
 
 
-def planted(
-    ratios: Mapping[str, Sequence[float]],
-) -> tuple[Callable[[Sequence[str], int], dict[str, Compared]], list[list[str]]]:
-    """Return a measurement with given ratios, by attempt, and the list of what it is asked for."""
-    asked: list[list[str]] = []
+@pytest.mark.parametrize(
+    ("ratios", "is_slower", "lowest"),
+    [
+        ([1.15], False, 1.15),
+        ([1.3, 1.16, 1.2], True, 1.16),  # slower in each of three measurements
+        ([1.5, 1.1], False, 1.1),
+        ([1.5, 1.5, 1.1], False, 1.1),
+    ],
+)
+def test_what_is_slower_three_times_is_slower(
+    ratios: list[float], is_slower: bool, lowest: float
+) -> None:
+    asked: list[Sequence[str]] = []
 
     def measure(names: Sequence[str], attempt: int) -> dict[str, Compared]:
-        asked.append(list(names))
-        return {name: with_ratio(ratios[name][attempt]) for name in names}
+        asked.append(names)
+        planted = {"demo": ratios[attempt], "batch": 1.0}
+        return {name: with_ratio(planted[name]) for name in names}
 
-    return measure, asked
-
-
-def test_a_ratio_at_the_limit_passes_and_is_measured_once() -> None:
-    measure, asked = planted({"demo": [1.15]})
-    assert slower(judge(measure, ["demo"], 1.15), 1.15) == []
-    assert asked == [["demo"]]
-
-
-def test_a_ratio_above_the_limit_is_slower_after_three_measurements() -> None:
-    measure, asked = planted({"demo": [1.3, 1.16, 1.2], "batch": [1.0]})
-    pairs = judge(measure, ["demo", "batch"], 1.15)
-    assert slower(pairs, 1.15) == ["demo"]
-    assert pairs["demo"].ratio == 1.16
-    assert asked == [["demo", "batch"], ["demo"], ["demo"]]
-
-
-@pytest.mark.parametrize("ratios", [[1.5, 1.1], [1.5, 1.5, 1.1]])
-def test_one_measurement_below_the_limit_is_enough(ratios: list[float]) -> None:
-    measure, asked = planted({"demo": ratios, "batch": [0.9]})
-    pairs = judge(measure, ["demo", "batch"], 1.15)
-    assert slower(pairs, 1.15) == []
-    assert pairs == {"demo": with_ratio(1.1), "batch": with_ratio(0.9)}
-    assert len(asked) == len(ratios)
-
-
-def test_a_ratio_that_is_no_number_does_not_pass() -> None:
+    found = judge(measure, ["demo", "batch"], 1.15)
+    assert found == {"demo": with_ratio(lowest), "batch": with_ratio(1.0)}
+    assert slower(found, 1.15) == ["demo"] * is_slower
+    assert asked == [["demo", "batch"], *[["demo"]] * (len(ratios) - 1)]
     assert slower({"demo": with_ratio(float("nan"))}) == ["demo"]
 
 
@@ -119,25 +104,20 @@ def clone(tmp_path: Path) -> Path:
     return root
 
 
-def test_the_commit_before_is_checked_out_and_removed(clone: Path) -> None:
+def test_the_commit_before_is_there_for_a_while(clone: Path) -> None:
     with checked_out(find_commit("HEAD~1", clone), clone) as tree:
         assert (tree / "hertzchain" / "a.py").read_text(encoding="utf-8") == "# old\n"
-    assert not tree.parent.exists()
-    assert len(git(clone, "worktree", "list").splitlines()) == 1
-
-
-@pytest.mark.parametrize("how", [KeyboardInterrupt, SystemExit, RunFailed])
-def test_nothing_is_left_behind_at_an_interrupt(clone: Path, how: type[BaseException]) -> None:
     trees = []
 
     def interrupted() -> None:
         with checked_out("HEAD", clone) as tree:
             git(clone, "worktree", "lock", str(tree))  # as while git checks it out
             trees.append(tree)
-            raise how
+            raise KeyboardInterrupt
 
-    with pytest.raises(how):
+    with pytest.raises(KeyboardInterrupt):
         interrupted()
+    assert not tree.parent.exists()
     assert not trees[0].parent.exists()
     assert len(git(clone, "worktree", "list").splitlines()) == 1
 
@@ -151,34 +131,26 @@ def test_only_what_the_package_changed_is_measured(clone: Path) -> None:
     assert not is_same("HEAD", clone)
 
 
-def test_a_shallow_clone_says_that_it_is_shallow(clone: Path, tmp_path: Path) -> None:
+def test_a_commit_that_is_not_there_is_one_sentence(
+    clone: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     shallow = tmp_path / "shallow"
     git(tmp_path, "clone", "--quiet", "--depth", "1", clone.as_uri(), str(shallow))
-    with pytest.raises(NoCommit, match=r"^HEAD~1 is not a commit of this clone; .* shallow"):
-        find_commit("HEAD~1", shallow)
-    with pytest.raises(NoCommit, match=r"^HEAD~2 is not a commit of this clone; name another"):
-        find_commit("HEAD~2", clone)
-
-
-@pytest.mark.parametrize("inside", [False, True])
-def test_a_folder_that_is_no_clone_says_so(clone: Path, tmp_path: Path, inside: bool) -> None:
-    folder = clone / "hertzchain" if inside else tmp_path
-    with pytest.raises(NoCommit, match="is not a git clone"):
-        find_commit("HEAD", folder)
-
-
-@pytest.mark.parametrize("ci", [False, True])
-def test_a_missing_commit_is_skipped_in_ci_alone(
-    ci: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+    for revision, folder, words in (
+        ("HEAD~1", shallow, r"^HEAD~1 is not a commit of this clone; .* shallow"),
+        ("HEAD~2", clone, r"^HEAD~2 is not a commit of this clone; name another"),
+        ("HEAD", clone / "hertzchain", "is not a git clone"),
+        ("HEAD", tmp_path, "is not a git clone"),
+    ):
+        with pytest.raises(NoCommit, match=words):
+            find_commit(revision, folder)
     monkeypatch.delenv("CI", raising=False)
-    if ci:
-        monkeypatch.setenv("CI", "true")
-    status = bench_before.run(["--revision", "no-such-commit"])
-    out, err = capsys.readouterr()
-    assert status == (0 if ci else 2)
-    assert (out.startswith("bench_before.py: skipped: "), err == "") == (ci, ci)
-    assert (out + err).count("\n") == 1
+    for ci, status in ((False, 2), (True, 0)):
+        if ci:
+            monkeypatch.setenv("CI", "true")
+        assert bench_before.run(["--revision", "no-such-commit"]) == status
+        out, err = capsys.readouterr()
+        assert (out.startswith("bench_before.py: skipped: "), err == "") == (ci, ci)
 
 
 @pytest.mark.parametrize("ratio", [1.15, 1.3])
@@ -204,12 +176,9 @@ def test_the_last_line_is_the_verdict(
 # Two trees
 
 
-def test_a_tree_without_the_package_is_refused(tmp_path: Path) -> None:
+def test_trees_that_cannot_be_measured(tmp_path: Path) -> None:
     with pytest.raises(RunFailed, match="no package hertzchain"), workers([tmp_path]):
         pass
-
-
-def test_a_worker_that_ends_is_an_error_and_all_are_ended(tmp_path: Path) -> None:
     package = tmp_path / "hertzchain"
     package.mkdir()
     (package / "__init__.py").write_text("", encoding="utf-8")
@@ -218,38 +187,6 @@ def test_a_worker_that_ends_is_an_error_and_all_are_ended(tmp_path: Path) -> Non
         with pytest.raises(RunFailed, match="ended with status 1"):
             both[0].answer()
     assert all(worker.status is not None for worker in both)
-
-
-def test_what_an_older_commit_does_not_run_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    def missing() -> Callable[[], object]:
-        raise AttributeError("no such function")
-
-    monkeypatch.setattr(bench_worker, "WORKLOADS", {"here": lambda: int, "missing": missing})
-    ready: dict[str, Callable[[], object]] = {}
-    problems = bench_worker.prepare(["here", "missing"], ready)
-    assert problems == {"here": None, "missing": "AttributeError: no such function"}
-    assert list(ready) == ["here"]
-
-    class Answering(Worker):
-        def __init__(self, answer: object) -> None:
-            self._answer = answer
-
-        def ask(self, request: str, *names: str) -> None:
-            assert (request, *names) == ("prepare", "here", "missing")
-
-        def answer(self) -> object:
-            return self._answer
-
-    good = Answering({"here": None, "missing": None})
-    assert bench_before.prepared([good, Answering(problems)], ["here", "missing"]) == (
-        ["here"],
-        {"missing": "AttributeError: no such function"},
-    )
-    with pytest.raises(RunFailed, match="missing does not run: AttributeError"):
-        bench_before.prepared([Answering(problems), good], ["here", "missing"])
-
-
-def test_a_fresh_process_that_fails_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(RunFailed, match="fails in"):
         started_once(tmp_path, ["-c", "raise SystemExit(3)"])
 

@@ -19,8 +19,7 @@ from tests.conftest import STEEL, paper_scene
 
 SCENE = paper_scene("cosine-triangular", 2.0, 2.0, granules=16)
 TABLE = hc.Scene(
-    hc.Chain(8, **STEEL),
-    hc.PulseTable((1e-5, 3e-5, 4e-5, 7e-5), (20.0, 100.0, 60.0, 0.0)),
+    hc.Chain(8, **STEEL), hc.PulseTable((1e-5, 3e-5, 4e-5, 7e-5), (20.0, 100.0, 60.0, 0.0))
 )
 
 
@@ -86,9 +85,15 @@ def test_native_alone_has_no_checks_of_lammps(native_only: hc.Comparison) -> Non
     assert all(row["lammps_N"] is None for row in native_only.rows)
 
 
-@pytest.mark.parametrize("profile", ["cosine", "triangular", "cosine-triangular"])
 @pytest.mark.parametrize(
-    ("momentum_ratio", "n"), [(0.002, 3.0), (0.02, 6.0), (0.2, 2.0), (0.4, 1.05), (20.0, 1.3)]
+    ("profile", "momentum_ratio", "n"),
+    [
+        ("cosine", 0.002, 3.0),
+        ("triangular", 0.02, 6.0),
+        ("cosine-triangular", 0.2, 2.0),
+        ("triangular", 0.4, 1.05),
+        ("cosine", 20.0, 1.3),
+    ],
 )
 def test_momentum_and_energy_balance_whatever_the_pulse(
     profile: str, momentum_ratio: float, n: float
@@ -158,36 +163,6 @@ def test_a_backend_runs_with_its_parameters() -> None:
     assert list(one.rows[0]) == list(other.rows[0])
 
 
-# Rows
-
-
-KEYS = ["contact", "native_N", "lammps_N", "eq6_N", "eq9_N"]
-
-
-def test_rows_have_the_promised_keys(native_only: hc.Comparison) -> None:
-    assert [row["contact"] for row in native_only.rows] == list(range(2, 17))
-    assert all(list(row) == KEYS for row in native_only.rows)
-    assert list(native_only.to_frame().columns) == KEYS
-    assert [row["native_N"] for row in native_only.rows] == native_only.native.peak_force.tolist()
-
-
-def test_rows_have_the_formulas_where_they_say_something(native_only: hc.Comparison) -> None:
-    """Eq. 6 for contacts 2 to p, Eq. 9 to p + 1, nothing beyond; p is 9 here."""
-    has_eq6 = [row["contact"] for row in native_only.rows if row["eq6_N"] is not None]
-    has_eq9 = [row["contact"] for row in native_only.rows if row["eq9_N"] is not None]
-    assert has_eq6 == list(range(2, 10))
-    assert has_eq9 == list(range(2, 11))
-
-
-def test_comparison_is_json(native_only: hc.Comparison) -> None:
-    document = json.loads(json.dumps(native_only.to_dict(), allow_nan=False))
-    assert document["verdict"] == "pass"
-    assert document["rows"] == native_only.rows
-    assert [list(check) for check in document["checks"]] == [
-        ["name", "measured", "expected", "tolerance", "passed", "reason"]
-    ] * len(native_only.checks)
-
-
 # Formulas
 
 
@@ -210,13 +185,6 @@ def test_formulas_vs_the_theory_with_p_and_wave_force_of_the_run(
     assert found.exact_speed is not None
     ratio = 0.7 / theory.solitary_wave.speed_coefficient()
     assert found.speed / found.exact_speed == pytest.approx(ratio, rel=1e-14, abs=0)
-
-
-def test_exact_speed_vs_the_simulated_one(demo_reference: hc.Result) -> None:
-    found, wave = formulas(demo_reference), demo_reference.solitary_wave
-    # Between contacts p + 1 and p + 11 the force still grows by 1.9 %, the speed by a sixth of it:
-    # whichever of these forces the exact speed is for, it is as near as that.
-    assert found.exact_speed == pytest.approx(wave.speed, rel=4e-3, abs=0)
 
 
 def test_formulas_do_not_apply_to_a_pulse_table() -> None:

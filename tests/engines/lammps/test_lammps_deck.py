@@ -89,19 +89,6 @@ def test_every_line_of_the_deck_is_needed(
     assert idle == [line for line in lines if line.startswith("neighbor ")]
 
 
-@pytest.mark.lammps
-@pytest.mark.parametrize("granules", [2, 10_000])
-def test_a_chain_has_as_many_granules_as_it_should(granules: int) -> None:
-    # A box that is shrunk to its atoms is 1e-4 longer at first, at each end: a granule in 5,000.
-    pulse = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0)
-    scene = hc.Scene(hc.Chain(granules, **STEEL), pulse)
-    with engine() as lammps:
-        command(lammps, set_up(scene))
-        position = np.array(lammps.numpy.extract_atom("x"))[:, 0]
-    sites = 2 * scene.chain.radius * np.arange(granules)
-    assert position == pytest.approx(sites, rel=1e-15, abs=0)
-
-
 def test_a_step_is_given_once() -> None:
     # The two ramps of the demo scene are equally long.
     assert whole_deck(scenes.load("demo"), 1e-7).count("timestep") == 2

@@ -46,26 +46,6 @@ def test_a_batch_vs_one_by_one(rtol: float) -> None:
         assert off < 3 * np.sqrt(rtol)
 
 
-def test_numbers_vs_scenes() -> None:
-    ratio, n = np.array([0.2, 1.0, 5.0]), np.array([2.0, 1.5, 30.0])
-    for profile in ("cosine", "triangular", "cosine-triangular"):
-        numbers = similar_peak_forces(profile, ratio, n, 40, 1e-7)
-        of_scenes = peak_forces(
-            [paper_scene(profile, *pair, 40) for pair in zip(ratio, n, strict=True)], 1e-7
-        )
-        # The same steps, but for rounding: scenes are in SI, here F0 is 100 N.
-        assert numbers.peak_force == pytest.approx(of_scenes.peak_force / 100, rel=1e-10, abs=0)
-
-
-def test_material_and_force_do_not_matter() -> None:
-    steel, soft = (
-        hc.Scene(hc.Chain(30, **material), hc.Pulse("cosine", force, 2.0, momentum_ratio=0.7))
-        for material, force in ((STEEL, 100.0), (SOFT, 1e-3))
-    )
-    batch = peak_forces([steel, soft], 1e-6)
-    assert batch.peak_force[1] == pytest.approx(batch.peak_force[0] * 1e-5, rel=1e-10, abs=0)
-
-
 def test_numbers_broadcast() -> None:
     batch = similar_peak_forces("cosine", [0.5, 1.0, 2.0], 2.0, 10)
     assert batch.peak_force.shape == (3, 9)
