@@ -34,6 +34,10 @@ themselves, some 1e-5: traces do not tell it."""
 _UNKNOWN = 0.5
 """Relative deviation from which on a value is not known."""
 
+_LEAST_SQUARE = 0.5
+"""Least mean square of differences over the noise by which intervals are scaled. The noise may be
+overestimated by what a coarsely sampled pulse bends; without any noise it is that of splines."""
+
 _OTHER_STARTS = (0.8, 1.25)
 """Start values over those of the scene that are tried where a fit leaves more than noise."""
 
@@ -174,7 +178,7 @@ def _of(
     along = float(np.sum(centred[1:] * centred[:-1]) / max(float(np.sum(centred**2)), 1e-300))
     is_white = abs(along) < 3 / np.sqrt(off.size)
     wider = 1.0 if is_white else max((1 + along) / max(1 - along, 1e-3), 1.0)
-    covariance = np.linalg.inv(slopes.T @ slopes) * max(mean_square, 1.0) * wider
+    covariance = np.linalg.inv(slopes.T @ slopes) * max(mean_square, _LEAST_SQUARE) * wider
     deviation = np.sqrt(np.diag(covariance))
     count = len(keys)
     relative = deviation[:count] / np.abs(x[:count])

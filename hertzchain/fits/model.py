@@ -181,5 +181,5 @@ class Model:
 
 
 def _centred(values: FloatArray) -> FloatArray:
-    """Values of gauges less their mean, shape (samples,): an offset of a gauge changes nothing."""
-    return np.asarray((values - values.mean(axis=0)).ravel())
+    """Values of gauges less their mean, gauge by gauge: an offset of a gauge changes nothing."""
+    return np.asarray((values - values.mean(axis=0)).T.ravel())

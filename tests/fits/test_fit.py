@@ -91,6 +91,22 @@ def test_intervals_hold_the_truth_in_95_of_100() -> None:
     assert np.std(found, axis=0) == pytest.approx(1.0, abs=0.3)
 
 
+def test_noise_that_is_correlated_widens_the_intervals() -> None:
+    """Of each sample held for four, a quarter are independent: deviations are twice as large."""
+    traces = experiment(0.0)
+    random = np.random.default_rng(5)
+    held = traces.copy()
+    for name in traces.columns[1:]:
+        noise = 0.01 * traces[name].max() * random.normal(size=len(traces))
+        traces[name] += noise
+        held[name] += np.repeat(noise[::4], 4)
+    white, correlated = (hc.fit(START, each, FREE) for each in (traces, held))
+    assert correlated.autocorrelation == pytest.approx(0.75, abs=0.1)
+    # (1 + r) / (1 - r) with r = 3/4 is 7, of which the root is 2.6: not less than the true 2.
+    ratio = correlated.parameters[0].deviation / white.parameters[0].deviation
+    assert 1.9 < ratio < 3.5
+
+
 def test_another_model_is_told_from_noise() -> None:
     """A gap that the scene has not: more than the noise is left, and the fit says so."""
     gap = [0.0] * 11 + [0.0]
