@@ -59,7 +59,7 @@ def judge(
     report: options.Report = None,
     junit: options.Junit = None,
 ) -> None:
-    """Judge peaks of any code, contact by contact, with the likely cause of differences."""
+    """Judge peaks of any code, with the likely cause of differences, or measured forces."""
     from hertzchain.report.cards import document_of
     from hertzchain.verdict.results import judging
     from hertzchain.verdict.traces.judging import judge_traces

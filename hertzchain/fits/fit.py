@@ -44,7 +44,7 @@ _OTHER_STARTS = (0.8, 1.25)
 _RANGE = 100.0
 """Greatest change of a value by a factor."""
 
-_LIMITS = {"restitution": (1e-3, 0.9999), "poisson_ratio": (1e-3, 0.499)}
+_LIMITS = {"restitution": (1e-3, 0.9999), "poisson_ratio": (-0.999, 0.5)}
 """Ranges of values that have one."""
 
 
@@ -129,13 +129,18 @@ def _free(
     for key in keys:
         value: Any = 1.0 if key == GAIN else base_values(scene, [key])[key]
         is_number = isinstance(value, float) and not (key != GAIN and is_whole(key))
-        allowed = "must be a number other than 0 in the scene, from which the fit starts"
+        allowed = (
+            "cannot be fitted: the scene must have a number other than 0, and no whole number, from"
+            " which the fit starts"
+        )
         require(is_number and np.isfinite(value) and value != 0, key, value, allowed)
         least, most = _LIMITS.get(key.rpartition(".")[2], (-np.inf, np.inf))
         ends = sorted((least / value, most / value))
         start.append(float(value))
         low.append(max(ends[0], 1 / _RANGE))
         high.append(min(ends[1], _RANGE))
+        allowed = f"must be within {least:g} and {most:g}, not at an end, to be fitted"
+        require(low[-1] < 1 < high[-1], key, value, allowed)
     return keys, start, (np.array(low), np.array(high))
 
 
@@ -164,6 +169,9 @@ def _least_squares(
         model.differences, np.clip(begin, low, high), jac=model.slopes, bounds=(low, high),
         x_scale="jac", xtol=1e-7, ftol=1e-9,
     )  # fmt: skip
+    for key, side, value in zip(model.keys, found.active_mask, found.x, strict=False):
+        allowed = "is at the end of what it can be: start elsewhere, or leave it out"
+        require(side == 0, key, model.values(found.x)[key] if value else None, allowed)
     left = max(model.size - model.series - begin.size, 1)
     return found.x, 2 * float(found.cost) / left, np.asarray(found.fun), np.asarray(found.jac)
 

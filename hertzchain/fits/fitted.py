@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -133,15 +134,14 @@ class Fit:
     @property
     def _card(self) -> Card:
         from hertzchain.report.card import Card
-        from hertzchain.report.facts import known_digits
 
         facts = []
         for one in self.parameters:
-            low, high = one.interval_95
-            error = one.deviation / abs(one.value)
-            value = known_digits(one.value, error)
-            ends = " to ".join(known_digits(end, error / 10) for end in (low, high))
-            facts.append((one.key, f"{value} {one.unit}".rstrip() + f", 95 % within {ends}"))
+            # Two digits more than are known, so that value and interval belong together.
+            digits = max(3, 2 - math.floor(math.log10(one.deviation / abs(one.value))))
+            low, high = (f"{end:.{digits}g}" for end in one.interval_95)
+            value = f"{one.value:.{digits}g} {one.unit}".rstrip()
+            facts.append((one.key, f"{value}, 95 % within {low} to {high}"))
         if len(self.parameters) > 1:
             pairs = [
                 (abs(float(self.correlation[i, j])), self.parameters[i].key, self.parameters[j].key)

@@ -10,12 +10,13 @@ import numpy as np
 
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.native import Native
+from hertzchain.errors import RunFailed, SceneError, require
 from hertzchain.limits import Deadline
 from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.run import Run
 from hertzchain.scene.scene import Scene
 from hertzchain.sweeps.keys import changed
-from hertzchain.verdict.traces.matching import Expected, recorded
+from hertzchain.verdict.traces.matching import FEWEST, Expected, recorded
 from hertzchain.verdict.traces.traces import Traces
 
 GAIN = "gain"
@@ -93,12 +94,19 @@ class Model:
         during = (traces.time >= shift) & (traces.time - shift <= known.until)
         least = _LEAST_NOISE * np.max(np.abs(known.force[:, list(places)]), axis=0)
         noise = np.maximum(traces.noise, least)
+        allowed = "have no samples while the scene is known: check clock and unit"
+        require(int(np.count_nonzero(during)) > FEWEST, "traces", None, allowed)
         return Samples(traces.time[during], traces.force[during], noise, places)
 
     @property
     def gauges(self) -> tuple[Gauge, ...]:
         """The gauges of all files."""
         return self._gauges
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The keys whose values vary."""
+        return self._keys
 
     @property
     def size(self) -> int:
@@ -135,7 +143,11 @@ class Model:
             return self._last[1]
         self.runs += 1
         native = Native(rtol=_RTOL, wanted="all", time_limit=max(self._deadline.left, 1e-3))
-        force = recorded(self.scene(x), self._gauges, native, self._time)
+        try:
+            force = recorded(self.scene(x), self._gauges, native, self._time)
+        except SceneError as problem:
+            tried = ", ".join(f"{key} = {value:.6g}" for key, value in self.values(x).items())
+            raise RunFailed(f"with {tried}, which the fit tried: {problem}") from None
         self._last = x[: len(self._keys)].copy(), force * self.values(x).get(GAIN, 1.0)
         return self._last[1]
 

@@ -104,6 +104,8 @@ def _caption(document: Document) -> str:
     native = document.native
     from hertzchain.report.figures import panels_of
 
+    if document.overlays:
+        return "Dots are measured, lines are the reference, each gauge above its own zero."
     panels, p = panels_of(document), native.transition_granules
     said = ["Contact i lies between granules i \u2212 1 and i."]
     if p is not None:

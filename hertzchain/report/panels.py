@@ -273,8 +273,9 @@ def draw_traces(axes: Axes, document: Document, *_: object) -> None:
             label=reference,
         )  # fmt: skip
         axes.annotate(one.label, (one.time[0], base), (0, 3), textcoords="offset points")
-    axes.set_ylim(-0.15 * apart, len(overlays) * apart)
-    in_units(axes.yaxis, "force without the static one, one above the other [N]")
+    highest = float(np.max(overlays[0].measured, initial=0.0)) + (len(overlays) - 1) * apart
+    axes.set_ylim(-0.15 * apart, max(len(overlays) * apart, 1.05 * highest))
+    in_units(axes.yaxis, "force, shifted [N]")
     in_units(axes.xaxis, "time of the run [s]")
     legend_above(axes)
 

@@ -21,7 +21,7 @@ def of_traces(judgement: TraceJudgement) -> Document:
     elif failed:
         sentence = f"{len(failed)} of {len(checks)} numbers are off by more than {tolerance:.1e}."
     else:
-        sentence = f"All {len(checks)} numbers are within {tolerance:.1e} of the reference."
+        sentence = f"All {len(checks)} numbers are within {tolerance:.1e} and their noise."
     failures = [
         Failure(
             check.name, f"{check.measured:.6g}, expected {check.expected:.6g}", check.kind.advice

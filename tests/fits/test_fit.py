@@ -129,8 +129,8 @@ def test_another_model_is_told_from_noise() -> None:
             ["chain.young_modulus", "chain.density", "gain"],
             r"young_modulus by \+1 %, chain.density by \+1 %, gain by -1 % changes nothing",
         ),
-        (["chain.granules"], "must be a number other than 0"),
-        (["chain.gap"], "must be a number other than 0"),
+        (["chain.granules"], "must have a number other than 0"),
+        (["chain.gap"], "must have a number other than 0"),
         (["gain", "gain"], "names a key twice"),
         (["wall.young_modulus"], "the scene has no"),
         ([], "must be a list of keys"),
@@ -150,6 +150,24 @@ def test_what_the_gauges_do_not_feel() -> None:
     early = traces[: np.argmax(traces["gauge_4_N"]) + 40]
     with pytest.raises(HertzchainError, match="changes nothing at these gauges"):
         hc.fit(replace(walled, gauges=()), early[["time_s", "gauge_4_N"]], ["wall.young_modulus"])
+
+
+def test_a_gain_that_is_not_known() -> None:
+    traces = experiment(0.01)
+    traces[list(traces.columns[1:])] *= 0.04
+    gain, modulus = hc.fit(START, traces, ["gain", "chain.young_modulus"]).parameters
+    assert gain.value == pytest.approx(0.04, rel=0.1)
+    assert modulus.value > 0
+
+
+def test_values_that_stand_at_an_end_are_refused() -> None:
+    """No losses, and the restitution of the scene below 1: it goes to its end."""
+    lossless = replace(TRUE, contact=None)
+    with pytest.raises(SceneError, match="is at the end of what it can be"):
+        hc.fit(START, experiment(0.01, scene=lossless), FREE)
+    half = replace(START, chain=replace(START.chain, poisson_ratio=0.5))
+    with pytest.raises(SceneError, match="not at an end, to be fitted"):
+        hc.fit(half, experiment(0.01), ["chain.poisson_ratio"])
 
 
 def test_the_command(tmp_path: Path, hertzchain: Command) -> None:

@@ -18,7 +18,7 @@ from hertzchain.observables.result import Result
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.showing import ShownVerdict, ShowProgress, telling
 from hertzchain.verdict.check import Check, Kind, within
-from hertzchain.verdict.traces.matching import Expected, Matched, aligned, expected, matched
+from hertzchain.verdict.traces.matching import FEWEST, Expected, Matched, aligned, expected, matched
 from hertzchain.verdict.traces.traces import Traces, read_traces
 
 if TYPE_CHECKING:
@@ -33,6 +33,9 @@ TRACE = Kind("whole trace, rms of differences over the first peak", _ADVICE)
 
 _DEVIATIONS = 3.0
 """Standard deviations of noise that add to a tolerance: one of 400 is beyond."""
+
+_PULSE = 0.1
+"""Part of the largest force above which the reference is within a pulse."""
 
 _NOISE = 1.2
 """Times the noise that the differences of a whole trace may have: its own measurement is within
@@ -181,14 +184,14 @@ class _Findings:
     ) -> None:
         """Judge a number, or say that its noise hides what the tolerance allows."""
         noise = _DEVIATIONS * deviation
-        if noise > self._tolerance * true:
-            self.remarks.append(
-                f"{name}: {kind.name} is not judged, its noise of {deviation / true:.1e} hides the"
-                f" tolerance of {self._tolerance:.1e}"
-            )
-            return
         reason = "what was asked for, three deviations of the noise, and the error of the reference"
         allowed = self._tolerance * true + noise + error
+        if noise > self._tolerance * true and abs(found - true) <= allowed:
+            self.remarks.append(
+                f"{name}: {kind.name} is not judged, three deviations of its noise,"
+                f" {noise / true:.1e}, hide the tolerance of {self._tolerance:.1e}"
+            )
+            return
         self.checks.append(within(kind, name, found, true, allowed, reason))
 
     def judge_pulse(self, k: int, pulse: Matched | None, *, has_clock: bool) -> None:
@@ -229,11 +232,14 @@ class _Findings:
         time = self._traces.time - shift
         during = (time >= 0) & (time <= known.until)
         peak = float(np.max(np.abs(known.force[known.time <= known.until, k])))
-        if not during.any() or peak == 0:
-            self.remarks.append(f"{name}: nothing was measured while the reference is known")
+        true = known.at(k, time[during])
+        is_pulse = np.abs(true) > _PULSE * peak
+        if np.count_nonzero(is_pulse) < FEWEST:
+            self.remarks.append(f"{name}: nothing was measured within a pulse of the reference")
             return
-        off = self._traces.force[during, k] - known.at(k, time[during])
-        rms = float(np.sqrt(np.mean(off**2))) / peak
+        off = (self._traces.force[during, k] - true) / peak
+        # Quiet samples must not hide a difference within a pulse.
+        rms = max(float(np.sqrt(np.mean(some**2))) for some in (off, off[is_pulse]))
         noise = float(self._traces.noise[k]) / peak
         reason = f"what was asked for, and {_NOISE:g} times the noise of the samples"
         allowed = float(np.hypot(self._tolerance, _NOISE * noise))

@@ -12,9 +12,10 @@ from hertzchain.engines.native import Native
 from hertzchain.errors import SceneError, require
 from hertzchain.observables.gauges import Reading, force_over_time
 from hertzchain.observables.result import Result
+from hertzchain.pulses.noise import noise_before, resolution_of
 from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.scene import Scene
-from hertzchain.verdict.traces.traces import Traces
+from hertzchain.verdict.traces.traces import ENOUGH, Traces
 
 _FINE, _MOST_TIMES = 60, 20_000
 """Recorded times for each width of the narrowest pulse: a cubic spline is within 1e-6 of its force
@@ -33,7 +34,7 @@ more than to the end, where it has fallen to a half."""
 _SHARPEST = 1e-6
 """Least deviation of a delay, in widths, in the mean over gauges: that of the splines."""
 
-_FEWEST = 8
+FEWEST = 8
 """Fewest samples of a first pulse that tell its height, time and width."""
 
 
@@ -108,42 +109,55 @@ def recorded(
 
 
 def without_offset(traces: Traces, known: Expected, shift: float) -> Traces:
-    """Return traces less the mean of what was measured before anything arrived, if enough was."""
-    force = traces.force.copy()
+    """Return traces less the mean of what was measured before anything arrived, if enough was.
+
+    Their noise is the deviation of these samples, if there are ``ENOUGH``.
+    """
+    force, noise = traces.force.copy(), traces.noise.copy()
     for k, read in enumerate(known.readings):
         width = read.width if np.isfinite(read.width) else 0.0
-        before = traces.time - shift < min(read.arrival - 2 * width, known.until)
-        if np.count_nonzero(before) >= _FEWEST:
-            force[:, k] -= force[before, k].mean()
-    return replace(traces, force=force)
+        arrival = min(read.arrival, known.until)  # the latter where nothing arrives
+        before = force[traces.time - shift < arrival - 2 * width, k]
+        if before.size >= FEWEST:
+            force[:, k] -= before.mean()
+        if before.size >= ENOUGH:
+            step = float(np.median(np.diff(traces.time)))
+            noise[k] = noise_before(before, step, resolution_of(before)).deviation
+    return replace(traces, force=force, noise=noise)
 
 
 def shift_of(traces: Traces, known: Expected) -> float:
     """Time on the measured clock at which the run begins [s], to a fraction of a pulse's width.
 
-    It has the least sum of squares of all differences, in parts of the largest force of each gauge;
-    nothing is measured outside of the recording, and the first samples are taken for the offset.
+    There the correlation of all gauges with the reference is largest, whatever their gain.
+    SceneError if it is larger upside down.
     """
     from scipy.signal import correlate
 
-    step = float(np.nanmin([one.width for one in known.readings])) / _COARSE
+    whole = [k for k, one in enumerate(known.readings) if np.isfinite(one.width)]
+    step = float(min(known.readings[k].width for k in whole)) / _COARSE
     size = int((traces.time[-1] - traces.time[0]) / step) + 1
     allowed = f"last {np.ptp(traces.time):.3g} s, which is less than a first pulse: check the unit"
     require(size > _COARSE, "times", None, allowed)
     require(size < 100 * _MOST_TIMES, "times", None, "last far longer than the run: check the unit")
     grid = traces.time[0] + step * np.arange(size)
     own = step * np.arange(int(known.until / step) + 1)
-    cost = np.zeros(size + own.size - 1)
-    for k in range(len(traces.gauges)):
-        force = traces.force[:, k] - traces.force[:_FEWEST, k].mean()
+    product = np.zeros(size + own.size - 1)
+    energy, total = np.zeros_like(product), 0.0
+    for k in whole:
+        force = traces.force[:, k] - np.median(traces.force[:, k])
         measured = np.interp(grid, traces.time, force)
         model = known.at(k, own)
         scale = np.max(np.abs(model)) ** 2
-        cost += (
-            correlate(measured**2, np.ones(own.size), method="fft")
-            - 2 * correlate(measured, model, method="fft")
-        ) / scale
-    return float(traces.time[0] + step * (int(np.argmin(cost)) - own.size + 1))
+        energy += correlate(measured**2, np.ones(own.size), method="fft") / scale
+        product += correlate(measured, model, method="fft") / scale
+        total += float(np.sum(model**2)) / scale
+    # Where hardly anything is measured, any correlation is by chance.
+    least = 1e-6 * float(np.max(energy))
+    correlation = product / np.sqrt(np.maximum(energy, least) * total)
+    allowed = "are upside down: give a negative unit, such as 'gauge_16=CH1 [-25 N]'"
+    require(bool(np.max(correlation) >= -np.min(correlation)), "forces", None, allowed)
+    return float(traces.time[0] + step * (int(np.argmax(correlation)) - own.size + 1))
 
 
 @dataclass(frozen=True)
@@ -178,7 +192,7 @@ def matched(traces: Traces, known: Expected, shift: float, k: int) -> Matched | 
     begin, end = read.arrival - read.width, read.arrival + _AFTER * read.width
     during = (traces.time - shift >= begin) & (traces.time - shift <= end)
     time, force = traces.time[during] - shift, traces.force[during, k]
-    if time.size < _FEWEST or time[-1] < read.arrival + read.width * 0.9:
+    if time.size < FEWEST or time[-1] < read.arrival + read.width * 0.9:
         return None
 
     def residuals(p: FloatArray) -> FloatArray:

@@ -14,7 +14,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError, SceneError, require
 from hertzchain.pulses.layout import layout_of, read_lines
-from hertzchain.pulses.noise import LEAST, noise_before, noise_within, resolution_of
+from hertzchain.pulses.noise import LEAST, noise_within, resolution_of
 from hertzchain.pulses.recording import read_recording
 from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.quantities import to_si
@@ -22,14 +22,11 @@ from hertzchain.scene.scene import Scene
 
 _SENSOR = re.compile(r"(gauge|contact)_(\d+)|wall")
 _COLUMN = re.compile(rf"({_SENSOR.pattern})(?:[ _/([]*([a-zA-Z]+)[)\]]*)?")
+_TIME = re.compile(r"(?:time|t)(?:[ _(/\[]+(s|ms|us|µs|ns)[)\]]*)?", re.IGNORECASE)
 _SPEC = re.compile(r"\s*(?P<name>.*?)\s*(?:\[(?P<unit>[^\[\]]+)\])?\s*")
 
-_ENOUGH = 200
+ENOUGH = 200
 """Quiet samples that tell the noise to 5 %; with fewer, second differences of all tell more."""
-
-_QUIET = 0.02
-"""Part of the largest sample below which, before the first above it, there is no pulse: ten times
-the weakest noise of which something can be told, 0.2 %."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,29 +41,20 @@ class Traces:
         What was measured.
     force
         Without static forces [N], shape (samples, gauges).
+    noise
+        Standard deviation of the noise of each gauge [N], shape (gauges,).
     """
 
     time: FloatArray
     gauges: tuple[Gauge, ...]
     force: FloatArray
+    noise: FloatArray
 
-    @property
-    def noise(self) -> FloatArray:
-        """Standard deviation of the noise of each gauge [N], shape (gauges,).
 
-        It is that of the samples before anything arrives or, where these are few, from second
-        differences, which have part of the curvature of a coarsely sampled pulse, too.
-        """
-        step = float(np.median(np.diff(self.time)))
-        found = []
-        for force in self.force.T:
-            quiet = int(np.argmax(np.abs(force) > _QUIET * np.max(np.abs(force)))) // 2
-            digit = resolution_of(force)
-            measured = noise_within(force, step, digit)
-            if quiet >= _ENOUGH:
-                measured = noise_before(force[:quiet], step, digit)
-            found.append(measured.deviation)
-        return np.array(found)
+def _noise(time: FloatArray, force: FloatArray) -> float:
+    """Deviation of noise [N] from second differences, which have part of a pulse's curvature."""
+    step = float(np.median(np.diff(time)))
+    return noise_within(force, step, resolution_of(force)).deviation
 
 
 def is_traces(names: list[str], scene: Scene, columns: Mapping[str, str]) -> bool:
@@ -112,30 +100,57 @@ def read_traces(scene: Scene, results: Any, columns: Mapping[str, str]) -> Trace
         For a file that cannot be read, or columns that it does not have.
     """
     named = {role: _spec(role, text) for role, text in columns.items()}
+    names = names_in(results)
+    if not names and not hasattr(results, "columns"):
+        layout_of(Path(results), read_lines(Path(results)))  # says what is wrong with the file
     time_name, time_unit = named.pop("time", ("", ""))
-    sensors = dict(named)
+    is_table = hasattr(results, "columns")
+    if not time_name:
+        time_name, time_unit = next(
+            ((m[0], m[1] or "") for name in names if (m := _TIME.fullmatch(name))), ("", "")
+        )
+        time_unit = f"1 {time_unit}" if time_unit and is_table else ""
+    sensors = list(named.items())
     if not sensors:
-        matches = [_COLUMN.fullmatch(name) for name in names_in(results)]
-        sensors = {m[1]: (m[0], "") for m in matches if m is not None}
-    for role in sensors:
+        found = [match for name in names if (match := _COLUMN.fullmatch(name)) is not None]
+        # Of files, the unit in a header is read with its column.
+        sensors = [(m[1], (m[0], f"1 {m[4]}" if m[4] and is_table else "")) for m in found]
+    allowed = (
+        f"has the columns {', '.join(names[:8])}: name those of gauges, as by --column"
+        " 'gauge_16=CH1 [25 N]'"
+    )
+    require(bool(sensors), "traces", None, allowed)
+    for role, _ in sensors:
         allowed = "must be gauge_ and the number of a granule, contact_ and its number, or wall"
         require(_SENSOR.fullmatch(role) is not None, "column", role, allowed)
-    gauges = tuple(_gauge(role, scene) for role in sensors)
+    gauges = tuple(_gauge(role, scene) for role, _ in sensors)
+    require(len(set(gauges)) == len(gauges), "traces", None, "have a gauge twice")
     series = []
-    for role, (name, unit) in sensors.items():
-        if hasattr(results, "columns"):
+    for role, (name, unit) in sensors:
+        if is_table:
             one = _of_table(results, time_name or "time_s", time_unit, name, unit)
         else:
-            newtons = to_si(f"column {role}", unit, "N") if unit else None
-            recording = read_recording(
-                Path(results), time_name or None, name, time_unit.removeprefix("1 ") or None, None,
-                newtons,
-            )  # fmt: skip
-            one = recording.time, recording.force
+            one = _of_file(Path(results), role, (time_name, time_unit), (name, unit))
         allowed = "is 0 throughout: nothing was measured"
         require(bool(np.any(one[1])), role, None, allowed)
         series.append(one)
-    return Traces(series[0][0], gauges, np.stack([force for _, force in series], axis=1))
+    noise = np.array([_noise(*one) for one in series])
+    return Traces(series[0][0], gauges, np.stack([force for _, force in series], axis=1), noise)
+
+
+def _of_file(
+    path: Path, role: str, time: tuple[str, str], force: tuple[str, str]
+) -> tuple[FloatArray, FloatArray]:
+    """Return times [s] and forces [N] of a file, from names and units of its columns."""
+    newtons = to_si(f"column {role}", force[1], "N") if force[1] else None
+    unit = time[1].removeprefix("1 ") or None
+    try:
+        recording = read_recording(path, time[0] or None, force[0], unit, None, newtons)
+    except HertzchainError as problem:  # options of the command pulse
+        said = str(problem).replace("--time and --force", "--column time=NAME and gauge_16=NAME")
+        said = said.replace("--scale", "--column 'gauge_16=NAME [25 N]'")
+        raise HertzchainError(said) from None
+    return recording.time, recording.force
 
 
 def _spec(role: str, text: str) -> tuple[str, str]:
@@ -143,7 +158,7 @@ def _spec(role: str, text: str) -> tuple[str, str]:
     match = _SPEC.fullmatch(str(text))
     assert match is not None  # of any text
     unit = match["unit"] or ""
-    if unit and not unit[:1].isdigit():
+    if unit and not unit[:1].isdigit() and unit[:1] not in "+-.":
         unit = f"1 {unit}"
     allowed = "must be the name or number of a column, and its unit: 'CH1 [25 N]'"
     require(bool(match["name"]), f"column {role}", text, allowed)
@@ -169,15 +184,16 @@ def _of_table(
     known = [str(one) for one in table.columns]
     values = []
     for wanted, scale, default in ((time_name, time_unit, "s"), (name, unit, "N")):
-        allowed = f"is no column of the table, which has {', '.join(known)}"
-        require(wanted in known, "column", wanted, allowed)
+        allowed = f"is not one column of the table, which has {', '.join(known)}"
+        require(known.count(wanted) == 1, "column", wanted, allowed)
         try:
             column = np.asarray(table[table.columns[known.index(wanted)]], np.float64)
         except (TypeError, ValueError):
             raise SceneError("column", wanted, "must have numbers") from None
         values.append(column * (to_si(f"column {wanted}", scale, default) if scale else 1.0))
     time, force = values
-    increases = time.size > LEAST and bool(np.all(np.diff(time) > 0))
+    is_finite = bool(np.all(np.isfinite(time)))
+    increases = is_finite and time.size > LEAST and bool(np.all(np.diff(time) > 0))
     require(increases, "time", None, f"must increase, with more than {LEAST} samples")
     require(bool(np.all(np.isfinite(force))), "force", None, "must be finite in each row")
     return time, force
