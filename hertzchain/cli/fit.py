@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from hertzchain.cli import options
-from hertzchain.cli.output import OUT_OF_TOLERANCE, compiling, progress, say, show, write_file
+from hertzchain.cli.output import OUT_OF_TOLERANCE, compiling, progress, show, write_file
 
 
 def fit(
@@ -71,7 +71,5 @@ def fit(
         )
     show(as_json, found.to_dict, lambda console: console.print(repr(found)))
     write_file("Scene", output, found.scene.to_toml)
-    for remark in found.remarks:
-        say(remark)
     if not found.is_noise:
         raise typer.Exit(OUT_OF_TOLERANCE)
