@@ -44,6 +44,9 @@ _OTHER_STARTS = (0.8, 1.25)
 _RANGE = 100.0
 """Greatest change of a value by a factor."""
 
+_AT_END = 1e-6
+"""How near a value is at an end of its range, relative: least squares keep it within by less."""
+
 _LIMITS = {"restitution": (1e-3, 0.9999), "poisson_ratio": (-0.999, 0.5)}
 """Ranges of values that have one."""
 
@@ -114,6 +117,10 @@ def fit(
             if best is None or found[1] < best[1]:
                 best = found
     assert best is not None
+    for key, value, least, most in zip(keys, best[0][: len(keys)], *bounds, strict=True):
+        allowed = "is at the end of what it can be: start elsewhere, or leave it out"
+        is_within = least * (1 + _AT_END) < value < most * (1 - _AT_END)
+        require(bool(is_within), key, model.values(best[0])[key], allowed)
     return _of(model, scene, keys, start, *best)
 
 
@@ -169,9 +176,6 @@ def _least_squares(
         model.differences, np.clip(begin, low, high), jac=model.slopes, bounds=(low, high),
         x_scale="jac", xtol=1e-7, ftol=1e-9,
     )  # fmt: skip
-    for key, side, value in zip(model.keys, found.active_mask, found.x, strict=False):
-        allowed = "is at the end of what it can be: start elsewhere, or leave it out"
-        require(side == 0, key, model.values(found.x)[key] if value else None, allowed)
     left = max(model.size - model.series - begin.size, 1)
     return found.x, 2 * float(found.cost) / left, np.asarray(found.fun), np.asarray(found.jac)
 

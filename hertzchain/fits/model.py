@@ -104,11 +104,6 @@ class Model:
         return self._gauges
 
     @property
-    def keys(self) -> tuple[str, ...]:
-        """The keys whose values vary."""
-        return self._keys
-
-    @property
     def size(self) -> int:
         """Number of compared samples."""
         return sum(one.force.size for one in self._samples)

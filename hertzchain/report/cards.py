@@ -214,12 +214,13 @@ def _of_document(shown: object, document: Document, facts: list[tuple[str, str]]
     """The card of a verdict: what it is about, the sentence, and its peaks."""
     verdict, peaks = document.verdict, document.peaks
     rows = [peaks.row(k) for k in list(peaks.shown)[:_MOST_ROWS]]
+    left = document.native.contact.size - len(rows)
     return Card(
         f"{document.kind}: {describe(document.native.scene)}",
         [("verdict", f"{verdict.word}. {verdict.sentence}"), *facts],
         [f"{label} {unit}".strip() for label, unit in peaks.columns],
         rows,
-        _more(document.native.contact.size - len(rows), "contacts", shown),
+        _more(left if peaks.of_contacts else 0, "contacts", shown),
     )
 
 
@@ -229,6 +230,7 @@ _CARDS: Mapping[str, Callable[[Any], Card]] = {
     "Batch": _of_batch,
     "Comparison": _of_comparison,
     "Judgement": _of_judgement,
+    "TraceJudgement": _of_judgement,
     "DeckExamination": _of_examination,
 }
 """By the names of classes, which are not all loaded."""

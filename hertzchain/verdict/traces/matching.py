@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +18,9 @@ from hertzchain.pulses.noise import noise_before, resolution_of
 from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.scene import Scene
 from hertzchain.verdict.traces.traces import ENOUGH, Traces
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 _FINE, _MOST_TIMES = 60, 20_000
 """Recorded times for each width of the narrowest pulse: a cubic spline is within 1e-6 of its force
@@ -70,12 +75,16 @@ class Expected:
         """The first pulse of each gauge."""
         return self.result.gauges
 
-    def at(self, gauge: int, time: Array) -> FloatArray:
-        """Force of a gauge at times [N]; 0 before the start, that at the end after it."""
+    @cached_property
+    def _curves(self) -> list[CubicSpline]:
         from scipy.interpolate import CubicSpline
 
-        curve = CubicSpline(self.time, self.force[:, gauge])
-        return np.where(time < 0, 0.0, curve(np.clip(time, 0.0, self.time[-1])))
+        return [CubicSpline(self.time, force) for force in self.force.T]
+
+    def at(self, gauge: int, time: Array) -> FloatArray:
+        """Force of a gauge at times [N]; 0 before the start, that at the end after it."""
+        force = self._curves[gauge](np.clip(time, 0.0, self.time[-1]))
+        return np.where(time < 0, 0.0, force)
 
 
 def expected(scene: Scene, gauges: tuple[Gauge, ...], native: Native) -> Expected:

@@ -52,7 +52,9 @@ def test_a_code_passes(measured: pd.DataFrame) -> None:
     assert judgement.shift == pytest.approx(3.3e-4, abs=1e-8)
     assert len(judgement.checks) == 2 * 3 + 2 + 3
     assert judgement.remarks == ()
-    assert "All 11 numbers" in str(judgement) or "pass" in str(judgement)
+    assert "All 11 numbers are within 1.0e-03" in repr(judgement)
+    assert "granule 11" in judgement._repr_html_()
+    assert "Verdict: pass" in str(judgement)
 
 
 @pytest.mark.parametrize("noise", [3e-3, 1e-2])
