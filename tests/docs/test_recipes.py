@@ -9,6 +9,7 @@ from hertzchain.scene.shock import Shock
 from hertzchain.sweeps.columns import FOUND_COLUMNS
 from tests.docs.test_scene_reference import ROWS
 from tests.places import ROOT
+from validation.gallery import FOLDER, GALLERY, README, readme, table
 
 
 def page(name: str) -> str:
@@ -39,3 +40,9 @@ def test_a_column_is_measured_by_single_runs_and_by_batches() -> None:
         one.name for one in FOUND_COLUMNS if (one.of_result is None) != (one.of_batch is None)
     ]
     assert halves == []
+
+
+def test_the_gallery_shows_what_its_decks_expect() -> None:
+    texts = {entry.name: (FOLDER / entry.name).read_text(encoding="utf-8") for entry in GALLERY}
+    assert README.read_text(encoding="utf-8") == readme(texts)
+    assert table(texts).count("\n| `in.") == len(GALLERY)
