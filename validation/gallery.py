@@ -20,7 +20,7 @@ class Entry:
     """A deck of the gallery."""
 
     scene: str  # the scene file, without its suffix; the deck is ``in.`` and its name
-    shows: str  # what it is for, a cell of the README's table
+    shows: str = ""  # what it is for, a cell of the README's table
     rtol: float = 1e-6  # what the step may cost the peaks
     watch_every: int | None = None  # steps between two looks; None: as many as the generator takes
 
