@@ -1,4 +1,4 @@
-"""What a fit found: values with their intervals, and what is left."""
+"""The result of a fit: values with their intervals, and the residual."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a fit compares: measured samples with those of scenes with other values, and slopes."""
+"""The comparison of a fit: measured samples with those of scenes with other values, and slopes."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ class Model:
 
     @property
     def begin(self) -> FloatArray:
-        """Where a search begins: the start values, and shifts that were found."""
+        """Return the start of a search: the start values, and the shifts that were found."""
         shifts = self._shifts / self._unit if self._is_shifted else np.zeros(0)
         return np.concatenate([np.ones(len(self._keys)), shifts])
 
@@ -133,7 +133,7 @@ class Model:
         return changed(self._base, values)
 
     def _curves(self, x: Array) -> FloatArray:
-        """What the gauges read in a scene with other values [N], shape (times, gauges)."""
+        """Return the forces of the gauges in a scene with other values [N], (times, gauges)."""
         if np.array_equal(x[: len(self._keys)], self._last[0]):
             return self._last[1]
         self.runs += 1
