@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     import pandas
 
 _ALIKE = 1e-4
-"""Ratio of the weakest combination's slope to the strongest's below which traces do not determine it:
-the error of slopes themselves is about 1e-5."""
+"""Ratio of the weakest combination's slope to the strongest's below which traces do not determine
+it: the error of slopes themselves is about 1e-5."""
 
 _UNKNOWN = 0.5
 """Relative deviation from which on a value is not known."""
