@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import re
 
-from hertzchain.engines.registry import ENGINES
+import pytest
+
+import hertzchain as hc
+from hertzchain.engines.registry import ENGINES, Engine
 from hertzchain.scene.shock import Shock
 from hertzchain.sweeps.columns import FOUND_COLUMNS
 from tests.docs.test_scene_reference import ROWS
@@ -25,8 +28,12 @@ def test_every_pulse_has_a_table_of_keys() -> None:
     assert listed == {name for shock in shocks for name in shock.profiles}
 
 
-def test_every_engine_is_on_a_page() -> None:
-    assert [one.label for one in ENGINES.values() if one.label not in page("codes.md")] == []
+@pytest.mark.parametrize("engine", ENGINES.values(), ids=list(ENGINES))
+def test_every_engine_is_public_on_a_page_and_in_the_schema(engine: Engine) -> None:
+    assert getattr(hc, engine.factory) is engine.load()
+    assert engine.label in page("codes.md")
+    assert f'"{engine.name}"' in page("schema/parts.json")
+    assert engine.program is None or engine.load().INSTALL
 
 
 def test_every_column_is_on_a_page() -> None:
@@ -40,6 +47,14 @@ def test_a_column_is_measured_by_single_runs_and_by_batches() -> None:
         one.name for one in FOUND_COLUMNS if (one.of_result is None) != (one.of_batch is None)
     ]
     assert halves == []
+
+
+def test_every_check_of_the_demo_has_a_row() -> None:
+    text = page("trust.md")
+    printed = re.findall(r"^(?:native|lammps): (.+?)(?: \[.*)?$", text, re.MULTILINE)
+    assert len(printed) > 20
+    rows = re.findall(r"^\| ([^|]+) \| ", text.partition("| check |")[2], re.MULTILINE)
+    assert set(printed) - {cell for row in rows for cell in row.split("; ")} == set()
 
 
 def test_the_gallery_shows_what_its_decks_expect() -> None:
