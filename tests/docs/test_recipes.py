@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 
 import pytest
@@ -47,6 +48,18 @@ def test_a_column_is_measured_by_single_runs_and_by_batches() -> None:
         one.name for one in FOUND_COLUMNS if (one.of_result is None) != (one.of_batch is None)
     ]
     assert halves == []
+
+
+def test_every_key_of_a_scene_is_in_the_schema() -> None:
+    sections = json.loads(page("schema/parts.json"))["$defs"]["scene"]["properties"]
+    expanded = {"file", "radius_ratio", "cell"}  # documents have columns and granules instead
+    missing = [
+        (row.section, row.key)
+        for row in ROWS
+        if row.key not in expanded
+        if f'"{row.key}": ' not in json.dumps(sections[row.name.strip("[").partition(".")[0]])
+    ]
+    assert missing == []
 
 
 def test_every_check_of_the_demo_has_a_row() -> None:
