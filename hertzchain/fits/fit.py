@@ -71,8 +71,8 @@ def fit(
     traces
         What gauges read, as for ``judge_traces``; several files or tables are fitted at once.
     free
-        Keys to be fitted, such as ``chain.young_modulus``; ``gain`` is what all measured forces
-        are over what they are said to be.
+        Keys to be fitted, such as ``chain.young_modulus``; ``gain`` is the measured over the
+        true force, the same for all gauges.
     columns
         Columns of the files, as for ``judge_traces``.
     shift

@@ -106,7 +106,7 @@ class Fit:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Sentences on what is left; usually empty."""
+        """Sentences on the residual; usually empty."""
         if self.is_noise:
             return ()
         left = (

@@ -20,7 +20,7 @@ from hertzchain.verdict.traces.matching import FEWEST, Expected, recorded
 from hertzchain.verdict.traces.traces import Traces
 
 GAIN = "gain"
-"""A key that is no scene's: what all measured forces are, over what they are said to be."""
+"""A key that no scene has: the measured over the true force, the same for all gauges."""
 
 _STEP = 1e-3
 """Relative change of a value for a slope: its error by curvature and by that of runs are both some
@@ -110,7 +110,7 @@ class Model:
 
     @property
     def series(self) -> int:
-        """Number of series of samples, of each of which an offset is taken."""
+        """Number of series of samples; each has an offset of its own."""
         return sum(one.force.shape[1] for one in self._samples)
 
     @property
