@@ -28,7 +28,10 @@ if TYPE_CHECKING:
     from hertzchain.scene.sine import Sine
     from hertzchain.scene.striker import Striker
     from hertzchain.scene.terms import Contact, Precompression, Wall
+    from hertzchain.scene.uncertain import Uncertain
     from hertzchain.sweeps import Sweep, sweep
+    from hertzchain.uncertainty.spread import Spread, spread
+    from hertzchain.uncertainty.validation import Validation, validate
     from hertzchain.verdict.comparison import Comparison, compare
     from hertzchain.verdict.deck import DeckCheck, DeckExamination, examine
     from hertzchain.verdict.judgement import Judgement
@@ -58,8 +61,11 @@ _HOME = {
     "Scene": "hertzchain.scene.scene",
     "Sine": "hertzchain.scene.sine",
     "Striker": "hertzchain.scene.striker",
+    "Spread": "hertzchain.uncertainty.spread",
     "Sweep": "hertzchain.sweeps",
     "TraceJudgement": "hertzchain.verdict.traces.judging",
+    "Uncertain": "hertzchain.scene.uncertain",
+    "Validation": "hertzchain.uncertainty.validation",
     "Wall": "hertzchain.scene.terms",
     "Yade": "hertzchain.engines.yade",
     "compare": "hertzchain.verdict.comparison",
@@ -69,7 +75,9 @@ _HOME = {
     "judge_traces": "hertzchain.verdict.traces.judging",
     "peak_forces": "hertzchain.engines.native",
     "similar_peak_forces": "hertzchain.engines.native",
+    "spread": "hertzchain.uncertainty.spread",
     "sweep": "hertzchain.sweeps",
+    "validate": "hertzchain.uncertainty.validation",
     "write_trajectory": "hertzchain.report.trajectory",
 }
 
@@ -95,9 +103,12 @@ __all__ = [
     "Run",
     "Scene",
     "Sine",
+    "Spread",
     "Striker",
     "Sweep",
     "TraceJudgement",
+    "Uncertain",
+    "Validation",
     "Wall",
     "Yade",
     "compare",
@@ -107,8 +118,10 @@ __all__ = [
     "judge_traces",
     "peak_forces",
     "similar_peak_forces",
+    "spread",
     "sweep",
     "theory",
+    "validate",
     "write_trajectory",
 ]
 

@@ -25,7 +25,7 @@ LEVELS = (
     ("verdict",),
     ("report",),
     ("sweeps",),
-    ("fits",),
+    ("fits", "uncertainty"),
     ("cli", "pytest_plugin"),
     ("__main__",),
 )

@@ -21,6 +21,7 @@ from hertzchain.scene.shock_table import lines_of, read_table
 from hertzchain.scene.shocks import KEYS, OF_PROFILE
 from hertzchain.scene.striker import Striker
 from hertzchain.scene.terms import DAMPING, WALLS, Contact, Precompression, Wall
+from hertzchain.scene.uncertain import Uncertain, read_uncertain, sections_of_uncertain
 
 _Kind = TypeVar("_Kind")
 
@@ -53,7 +54,10 @@ _MOST_DOTS = 200
 32,000.
 """
 
-SECTIONS = ("chain", "contact", "gauge", "precompression", "run", "shock", "striker", "wall")
+SECTIONS = (
+    "chain", "contact", "gauge", "precompression", "run", "scatter", "shock", "striker",
+    "uncertainty", "wall",
+)  # fmt: skip
 
 
 def read_parts(path: Path, shock: Shock | None = None) -> dict[str, Any]:
@@ -80,6 +84,7 @@ def texts_of(
     precompression: Precompression | None,
     contact: Contact | None,
     gauges: tuple[Gauge, ...],
+    uncertain: tuple[Uncertain, ...],
 ) -> dict[Path, str]:
     """Return the texts of a scene by path: first its tables, if any, then the TOML."""
     import tomli_w
@@ -105,6 +110,7 @@ def texts_of(
             document[name] = values
     if gauges:
         document["gauge"] = [_given(gauge) for gauge in gauges]
+    document |= sections_of_uncertain(uncertain)
     return {**texts, path: tomli_w.dumps(document)}
 
 
@@ -164,6 +170,8 @@ def _parts(document: Mapping[str, Any], folder: Path, instead: Shock | None) -> 
         parts["contact"] = _section("contact", document["contact"], Contact)
     if "gauge" in document:
         parts["gauges"] = tuple(_section("gauge", one, Gauge) for one in document["gauge"])
+    of_both = ((name, document.get(name, {})) for name in ("uncertainty", "scatter"))
+    parts["uncertain"] = tuple(one for part in of_both for one in read_uncertain(*part, UNITS))
     return parts
 
 

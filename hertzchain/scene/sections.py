@@ -7,6 +7,7 @@ from typing import Any
 
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.shock import Shock
+from hertzchain.scene.uncertain import sections_of_uncertain
 
 
 def sections_of(scene: Scene) -> dict[str, Any]:
@@ -25,6 +26,7 @@ def sections_of(scene: Scene) -> dict[str, Any]:
         "contact": _given(scene.contact),
         "gauge": [_given(gauge) for gauge in scene.gauges],
         "run": _given(scene.run),
+        **sections_of_uncertain(scene.uncertain),
     }
     for section in ("chain", "wall"):
         if sections[section].get("gap") == 0:

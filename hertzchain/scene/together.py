@@ -9,6 +9,7 @@ from hertzchain.scene.run import Run
 from hertzchain.scene.shock import Shock
 from hertzchain.scene.shocks import SHOCKS
 from hertzchain.scene.terms import Contact, Precompression, Wall
+from hertzchain.scene.uncertain import Uncertain
 
 
 def refuse_impossible(
@@ -19,6 +20,7 @@ def refuse_impossible(
     pressed: Precompression | None,
     contact: Contact | None,
     gauges: tuple[Gauge, ...],
+    uncertain: tuple[Uncertain, ...],
 ) -> None:
     """Raise a SceneError for parts of a wrong type, or parts that exclude one another.
 
@@ -40,6 +42,8 @@ def refuse_impossible(
     require(is_tuple, "gauges", gauges, allowed)
     for gauge in gauges:
         gauge.check(chain.granules, wall is not None)
+    is_tuple = isinstance(uncertain, tuple) and all(isinstance(one, Uncertain) for one in uncertain)
+    require(is_tuple, "uncertain", uncertain, "must be a tuple of Uncertain")
     shock.check_load(0.0 if pressed is None else pressed.force)
     if pressed is None:
         return
