@@ -3,9 +3,7 @@
 Eq. 3 says p, Eqs. 6 and 9 say the peak forces of the transition, all three from the F_SW of a
 simulation. By similarity an error depends on the profile, LM_ratio and n alone, so a map of these
 two for each profile is all there is to know. Native simulates the maps, LAMMPS a sample of their
-points::
-
-    .venv/bin/python validation/formula_maps.py --plot formula_maps.png -o formula_maps.csv
+points.
 """
 
 from __future__ import annotations

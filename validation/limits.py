@@ -2,9 +2,7 @@
 
 For each limit a sequence of scenes, the distance of their peaks from the limit with native and with
 LAMMPS, and the exponent with which it falls. What lies in the limit is known without either: in
-closed form, or from SciPy's DOP853, which can start a granule with a velocity::
-
-    .venv/bin/python validation/limits.py --plot limits.png -o limits.csv
+closed form, or from SciPy's DOP853, which can start a granule with a velocity.
 """
 
 from __future__ import annotations

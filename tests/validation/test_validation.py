@@ -47,7 +47,7 @@ KEPT_ROWS = {
     "table4": 132,
     "constants": 71,
     "claims": 94,
-    "corrections": 49,
+    "corrections": 41,
     "limits": 25,
     "mistakes": 62,
     "two_spheres": 40,
