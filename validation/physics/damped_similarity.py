@@ -1,9 +1,7 @@
 """Damped chains under forces from 1e-6 to 100 N, and the laws under which they are similar.
 
 In natural units a law c d^q d' has the coefficient c F0^(2q/3 - 1/6): that of restitution is the
-same at all forces, those of dashpots and of viscoelastic spheres are not::
-
-    .venv/bin/python validation/physics/damped_similarity.py
+same at all forces, those of dashpots and of viscoelastic spheres are not.
 """
 
 from __future__ import annotations

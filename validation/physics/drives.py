@@ -1,9 +1,7 @@
 """Pistons and sines: collisions, trains of waves, and the linear chain below and above its cut-off.
 
 Forces of a piston in a chain at rest are those of SciPy's DOP853 with tolerances of 1e-12 and
-1e-13, whose digits agree::
-
-    .venv/bin/python validation/physics/drives.py
+1e-13, whose digits agree.
 """
 
 from __future__ import annotations

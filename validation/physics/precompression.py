@@ -1,9 +1,7 @@
 """Waves in a pressed chain: the speed of the exact wave, and Bessel functions for weak ones.
 
 The exact wave is found as that of a chain at rest (hertzchain.theory.solitary_wave), its overlaps
-being those beyond the static one::
-
-    .venv/bin/python validation/physics/precompression.py
+being those beyond the static one.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
 """What an equal striker sends down a chain, in the units of its own velocity.
 
-The speed is that between two contacts by their first pulses; velocities are recorded::
-
-    .venv/bin/python validation/physics/solitary_wave.py
+The speed is that between two contacts by their first pulses; velocities are recorded.
 
 The speed is that of the exact solitary wave as high as ``strikers`` has it, 0.9055158 times
 0.63955423^(1/6), and the velocity one that simulations in the literature have. The kinetic share is
