@@ -22,6 +22,7 @@ from hertzchain.scene.natural_units import (
     NaturalUnits,
     length_and_time,
 )
+from hertzchain.scene.parts import OTHERS
 from hertzchain.scene.piston import Piston
 from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.ramp import Ramp
@@ -133,8 +134,8 @@ class Scene(Shown):
 
     def to_texts(self, path: Path | str) -> dict[Path, str]:
         """Texts that ``to_toml`` writes, by path: first tables, if any, then the TOML."""
-        held = self.wall, self.precompression, self.contact, self.gauges
-        return texts_of(Path(path), self.chain, self.shock, self.run, *held)
+        others = {name: getattr(self, name) for name in OTHERS}
+        return texts_of(Path(path), self.chain, self.shock, **others, gauge=self.gauges)
 
     @functools.cached_property
     def terms(self) -> tuple[str, ...]:
