@@ -19,7 +19,8 @@ from hertzchain.report.facts import (
     similar_scene,
 )
 from hertzchain.report.style import LABELS
-from hertzchain.scene.chain import MATERIAL
+from hertzchain.scene.chain import MATERIAL, Chain
+from hertzchain.scene.keys import keys_of
 from hertzchain.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from hertzchain.engines.native import Batch
     from hertzchain.report.picture import Picture
 
-_UNITS = {"radius": "m", "young_modulus": "Pa", "poisson_ratio": "", "density": "kg/m^3"}
 _MOST_ROWS = 12  # of peaks in a notebook (chosen); the rest is in the table of the object
 
 
@@ -90,7 +90,7 @@ def _elsewhere(shown: object) -> str:
 def _of_scene(scene: Scene) -> Card:
     chain, units = scene.chain, scene.units
     facts = [("granules", f"{chain.granules:,}")]
-    facts += [(key, _range(getattr(chain, key), _UNITS[key])) for key in MATERIAL]
+    facts += [(key, _range(getattr(chain, key), keys_of(Chain)[key].unit)) for key in MATERIAL]
     facts += [
         ("terms", ", ".join(scene.terms) or "none: like granules, free ends, one pulse"),
         ("largest applied force", f"{scene.peak_force:.6g} N"),

@@ -22,6 +22,7 @@ from hertzchain.scene.natural_units import (
     NaturalUnits,
     length_and_time,
 )
+from hertzchain.scene.parts import OTHERS
 from hertzchain.scene.piston import Piston
 from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.ramp import Ramp
@@ -76,7 +77,8 @@ class Scene(Shown):
     uncertain: tuple[Uncertain, ...] = ()
 
     def __post_init__(self) -> None:
-        refuse_impossible(self.chain, self.shock, self.run, *self._held)
+        held = self.wall, self.precompression, self.contact, self.gauges, self.uncertain
+        refuse_impossible(self.chain, self.shock, self.run, *held)
         allowed = f"must be at most {MOST_UNLIKE} in a scene with {', '.join(self.terms)}"
         possible = self.is_plain or self.chain.granules <= MOST_UNLIKE
         require(possible, "chain.granules", self.chain.granules, allowed)
@@ -131,11 +133,8 @@ class Scene(Shown):
 
     def to_texts(self, path: Path | str) -> dict[Path, str]:
         """Texts that ``to_toml`` writes, by path: first tables, if any, then the TOML."""
-        return texts_of(Path(path), self.chain, self.shock, self.run, *self._held)
-
-    @property
-    def _held(self) -> tuple[Any, ...]:
-        return self.wall, self.precompression, self.contact, self.gauges, self.uncertain
+        others = {name: getattr(self, name) for name in (*OTHERS, "uncertain")}
+        return texts_of(Path(path), self.chain, self.shock, **others, gauge=self.gauges)
 
     @functools.cached_property
     def terms(self) -> tuple[str, ...]:

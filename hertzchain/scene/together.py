@@ -5,9 +5,9 @@ from __future__ import annotations
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.gauge import Gauge
+from hertzchain.scene.parts import SHOCKS
 from hertzchain.scene.run import Run
 from hertzchain.scene.shock import Shock
-from hertzchain.scene.shocks import SHOCKS
 from hertzchain.scene.terms import Contact, Precompression, Wall
 from hertzchain.scene.uncertain import Uncertain
 

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from hertzchain.errors import SceneError, is_positive, require
 from hertzchain.scene.chain import MATERIAL
+from hertzchain.scene.keys import Key
 from hertzchain.scene.quantities import to_si
 
 OF_GRANULES = tuple(f"chain.{key}" for key in (*MATERIAL, "gap"))
 """Keys that can scatter among granules."""
+
+SECTIONS_OF_UNCERTAIN = ("uncertainty", "scatter")
 
 _PERCENT = re.compile(r"\s*([-+.\deE]+)\s*%\s*")
 _FORM = "must be a standard deviation, such as '5 %' or one with a unit, or {half_width = ...}"
@@ -66,13 +69,14 @@ class Uncertain:
 
 
 def read_uncertain(
-    section: str, values: Mapping[str, Any], units: Mapping[str, str]
+    section: str, values: Mapping[str, Any], key_named: Callable[[str], Key | None]
 ) -> tuple[Uncertain, ...]:
     """Read [uncertainty] or [scatter]; a SceneError names the key with its section."""
     found = []
     for key, value in _flat(values):
         name = f"{section}.{key}"
-        unit = units.get(key.rpartition(".")[2])
+        known = key_named(key)
+        unit = None if known is None else known.unit
         allowed = "has no quantity; write the key as in the scene, such as chain.young_modulus"
         require("." in key and unit is not None, name, value, allowed)
         uniform = isinstance(value, dict)

@@ -181,11 +181,11 @@ REFUSED = {
     ),
     "no loss": (
         TEXT + '[contact]\ndamping = "restitution"\nrestitution = 1\n',
-        "contact.restitution = 1: must be a number above 0 and below 1",
+        "contact.restitution = 1: must be a finite number above 0 and below 1",
     ),
     "all is lost": (
         TEXT + '[contact]\ndamping = "restitution"\nrestitution = 0\n',
-        "contact.restitution = 0: must be a number above 0",
+        "contact.restitution = 0: must be a finite number above 0",
     ),
     "parameter of another law": (
         TEXT + '[contact]\ndamping = "dashpot"\ncoefficient = 1\nrestitution = 0.5\n',

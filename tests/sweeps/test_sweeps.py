@@ -29,7 +29,7 @@ from hertzchain.limits import usable_cores
 from hertzchain.scene.pulse import PROFILES, profile_named
 from hertzchain.sweeps import measuring
 from hertzchain.sweeps import parts as parts_of_sweeps
-from hertzchain.sweeps.columns import COLUMNS, FOUND_COLUMNS, PARAMETERS
+from hertzchain.sweeps.columns import ALL, COLUMNS, PARAMETERS, is_result
 from hertzchain.sweeps.design import MOST_SCENES, Design, design
 from hertzchain.sweeps.measuring import Measured
 from hertzchain.sweeps.parts import MOST_PEAKS, Formulas, Part, cut, is_short, part_size
@@ -442,7 +442,7 @@ def test_a_batch_without_a_sure_digit_fills_in_nothing(error: float) -> None:
     batch = hc.similar_peak_forces("cosine", 1.0, 2.0, 12, rtol=1e-6)
     table, lost = filled(replace(batch, error_estimate=np.array([error])), 100.0)
     assert lost == [True]
-    found = [column.name for column in FOUND_COLUMNS]
+    found = [column.name for column in ALL if is_result(column.name)]
     assert table.loc[0, [*found, "failure"]].isna().all()
     assert filled(batch, 1e9)[1] == [True]  # too deep
 
