@@ -138,8 +138,4 @@ def _facts(judgement: Judgement, judged: int, failed: int) -> list[tuple[str, st
             f"{expected.interpolated:.1e} off; {expected.sampled:.1e} if only samples are looked at"
         )
         facts.append((f"velocity Verlet, steps of {expected.dt:.3g} s", off))
-    if judgement.like_steps is not None:
-        interpolated, sampled = judgement.like_steps
-        steps = f"with steps of {interpolated:.2g} s, or of {sampled:.2g} s if peaks are samples"
-        facts.append(("velocity Verlet errs as much", steps))
     return facts

@@ -15,11 +15,15 @@ from hertzchain.engines.lammps.reading import FoundDeck, FoundFix
 from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.sine import Sine
 from hertzchain.verdict.deck.deck_check import Case
-from hertzchain.verdict.deck.formula import in_text
 
 _MOST_LINES = 64  # commands that a correction may add, one for each granule (chosen)
 _MOST_ROWS = 40  # rows of a table that are written as one formula (chosen)
 _ALIKE = 1e-9  # relative: moduli of granules that are of one material
+
+
+def in_text(value: float) -> str:
+    """A number as commands have it."""
+    return f"{value:.10g}"
 
 
 # ---- Names of the deck, or new ones

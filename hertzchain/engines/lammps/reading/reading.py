@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import AbstractContextManager, ExitStack, suppress
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Self
@@ -287,8 +287,10 @@ def without_motion(
         with start.session() as lammps:
             replay = Replay(Stage(lammps), granules, between, leads=leads)
             script = source.played_by(replay, lammps)
-            with suppress(RunFailed):  # LAMMPS refuses to run such granules even at rest
+            try:
                 script.play()
+            except RunFailed as problem:  # LAMMPS refuses to run such granules even at rest
+                replay.seen.stopped = str(problem)
             replay.seen.version, replay.seen.commands = lammps.version, tuple(script.commands)
             return replay.seen, replay.applied()
 
