@@ -153,8 +153,6 @@ def _is_own(scene: Scene, found: _Fitted) -> bool:
 def _in_words(case: Case, found: _Fitted, base: bool) -> str:
     own, same = case.scene.contact, False
     text = described(found.contact, found.uncertainty)
-    if found.contact.damping == "viscoelastic" and own is None:
-        text += ", or contact forces as much early: implicit Euler"
     if own is not None:
         same = own.damping == found.contact.damping
         text += f" in place of {(_value if same else described)(own, _KNOWN_TO)}"

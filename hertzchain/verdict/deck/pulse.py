@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.scene.pulse import PROFILES, Pulse
+from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.scene import Scene
 from hertzchain.verdict.deck.deck_check import ACTS, Case, Indices, values
 from hertzchain.verdict.deck.measured import stretches_of
@@ -69,10 +69,7 @@ def pulse(case: Case) -> list[Difference]:
             f" scene has {expected[k]:.4g} N"
         )
     else:
-        sentence = (
-            f"the applied force {at_time} {values(float(force[k]), float(expected[k]), 'N')}"
-            f"{_profile(scene, time, force)}"
-        )
+        sentence = f"the applied force {at_time} {values(float(force[k]), float(expected[k]), 'N')}"
     one = Difference(force[k], expected[k], "applied force over time", relative=0.0, effect=effect,
                      sentence=sentence)  # fmt: skip
     for fix in found.fixes:
@@ -170,17 +167,3 @@ def _held(case: Case, time: FloatArray, force: FloatArray) -> int:
     if jumps.size < 3 or jumps.size > 0.7 * (at.size - 1):
         return 1
     return max(1, round(float(np.median(np.diff(at[jumps + 1]))) / steps[0]))
-
-
-def _profile(scene: Scene, time: FloatArray, force: FloatArray) -> str:
-    """Which other profile the readings have, if one of them fits."""
-    if not isinstance(scene.shock, Pulse):
-        return ""
-    for profile in set(PROFILES) - {scene.shock.profile}:
-        pulse = replace(
-            scene.shock, profile=profile, momentum_ratio=None, rise_time=scene.rise_time
-        )
-        off = replace(scene, shock=pulse).applied_force(time) - force
-        if np.max(np.abs(off)) < _ALIKE * scene.peak_force:
-            return f"; it has the profile {profile!r}, the scene {scene.shock.profile!r}"
-    return ""
