@@ -696,12 +696,6 @@ def test_notes_leave_the_status_at_0(tmp_path: Path, hertzchain: Command) -> Non
     assert ": note: " in outcome.out
 
 
-def test_a_scene_is_for_examine(hertzchain: Command) -> None:
-    refused = hertzchain("lint", "in.mine", "--scene", "demo.toml")
-    assert (refused.status, refused.err.count("\n")) == (2, 1)
-    assert "hertzchain examine demo.toml in.mine" in refused.err
-
-
 def test_included_files_are_looked_at(tmp_path: Path) -> None:
     """As parts of the deck, and named where something is wrong in them; none without end."""
     wrong = planted(TRAPS["density first"])
