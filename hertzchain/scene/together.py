@@ -27,16 +27,16 @@ def refuse_impossible(
     Gravity needs a wall, a static load needs closed contacts, and a sine needs a static load of at
     least its amplitude.
     """
-    require(isinstance(chain, Chain), "chain", chain, "must be a Chain")
     *others, last = (f"a {kind.__name__}" for kind in SHOCKS)
-    allowed = f"must be {', '.join(others)} or {last}"
-    require(isinstance(shock, Shock), "shock", shock, allowed)
-    require(isinstance(run, Run), "run", run, "must be a Run")
-    require(isinstance(wall, Wall | None), "wall", wall, "must be a Wall or None")
-    allowed = "must be a Precompression or None"
-    require(isinstance(pressed, Precompression | None), "precompression", pressed, allowed)
-    allowed = "must be a Contact or None"
-    require(isinstance(contact, Contact | None), "contact", contact, allowed)
+    for name, part, kind, allowed in (
+        ("chain", chain, Chain, "a Chain"),
+        ("shock", shock, Shock, f"{', '.join(others)} or {last}"),
+        ("run", run, Run, "a Run"),
+        ("wall", wall, Wall | None, "a Wall or None"),
+        ("precompression", pressed, Precompression | None, "a Precompression or None"),
+        ("contact", contact, Contact | None, "a Contact or None"),
+    ):
+        require(isinstance(part, kind), name, part, f"must be {allowed}")
     allowed = "must be a tuple of Gauges"
     is_tuple = isinstance(gauges, tuple) and all(isinstance(one, Gauge) for one in gauges)
     require(is_tuple, "gauges", gauges, allowed)

@@ -20,7 +20,7 @@ from hertzchain.sweeps import parts
 from hertzchain.sweeps.axes import Value
 from hertzchain.sweeps.columns import PARAMETERS, columns_of
 from hertzchain.sweeps.design import Design, design
-from hertzchain.sweeps.local import Measure, measure_here
+from hertzchain.sweeps.running import Measure, measure_here
 from hertzchain.sweeps.store import Folder, Format, Memory, check_format, read_manifest
 
 if TYPE_CHECKING:

@@ -66,23 +66,61 @@ def test_a_column_of_a_batch_is_that_of_a_single_run(
             assert batch[name] == pytest.approx(single[name], rel=1e-6)
 
 
-def test_numbers_are_those_of_the_result() -> None:
-    """In SI, and from the arrays that every result has."""
-    scene = replace(
-        SMALL, shock=hc.Striker(1.0), wall=hc.Wall("rigid"),
-        precompression=hc.Precompression(2.0), gauges=(hc.Gauge(contact=9),),
-    )  # fmt: skip
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"run": hc.Run(1e-4)},
+        {"shock": hc.Striker(1.0), "wall": hc.Wall("rigid"),
+         "precompression": hc.Precompression(2.0),
+         "gauges": (hc.Gauge(contact=9), hc.Gauge(granule=5))},
+    ],
+    ids=["plain", "with all terms"],
+)  # fmt: skip
+def test_numbers_are_those_of_the_result(changes: dict[str, Any]) -> None:
+    """In SI, from the arrays that every result has, and each of them is looked at."""
+    scene = replace(SMALL, **changes)
     result = hc.Native().run(scene)
-    numbers = of_result(result)
-    assert numbers["largest_peak_force_N"] == result.peak_force.max()
-    assert numbers["largest_peak_contact"] == result.peak_force.argmax() + 2
-    assert numbers["last_peak_force_N"] == result.peak_force[-2]
-    assert numbers["wall_peak_force_N"] == result.peak_force[-1]
-    assert numbers["wall_peak_time_s"] == result.peak_time[-1]
-    assert numbers["largest_dynamic_force_N"] == pytest.approx(result.peak_force.max() - 2.0)
-    assert result.gauges is not None
-    assert numbers["gauge_1_arrival_time_s"] == result.gauges[0].arrival
-    assert all(map(is_result, numbers))
+    force, wave, n = result.peak_force, result.solitary_wave, scene.chain.granules
+    expected: dict[str, Any] = {
+        "transition_granules": result.transition_granules,
+        "solitary_wave_force_N": wave.peak_force,
+        "far_field_force_N": wave.far_field_force,
+        "far_field_error": wave.far_field_error,
+        "speed_m_s": wave.speed,
+        "speed_error": wave.speed_error,
+        "largest_peak_force_N": force.max(),
+        "largest_peak_contact": force.argmax() + 2,
+        "last_peak_force_N": force[n - 2],
+        "contacts_cut_off": len(result.cut_off),
+        "overlap_ratio": result.overlap_ratio,
+        "error_estimate": result.error_estimate,
+        "force_evaluations": result.force_evaluations,
+    }
+    if scene.wall is not None:
+        assert result.static_force is not None
+        assert result.first_pulses is not None
+        first = result.to_frame().iloc[-1]
+        expected |= {
+            "largest_dynamic_force_N": (force - result.static_force).max(),
+            "wall_peak_force_N": force[-1],
+            "wall_peak_time_s": result.peak_time[-1],
+            "wall_first_peak_force_N": first["first_peak_force_N"],
+            "wall_arrival_time_s": first["arrival_time_s"],
+        }
+    for k, read in enumerate(result.gauges, start=1):
+        expected[f"gauge_{k}_first_peak_force_N"] = read.force
+        expected[f"gauge_{k}_arrival_time_s"] = read.arrival
+    assert of_result(result) == expected
+    assert all(map(is_result, expected))
+
+
+def test_a_wall_that_is_pressed_at_the_end_has_no_peak_yet() -> None:
+    scene = replace(SMALL, shock=hc.Striker(1.0), wall=hc.Wall("rigid"))
+    whole = hc.Native().run(scene)
+    cut = hc.Native().run(replace(scene, run=hc.Run(float(whole.peak_time[-1]))))
+    assert "wall_peak_force_N" in of_result(whole)
+    assert "wall_peak_force_N" not in of_result(cut)
+    assert of_result(cut)["contacts_cut_off"] == len(cut.cut_off) > 0
 
 
 def test_formulas_have_the_numbers_of_a_run() -> None:
