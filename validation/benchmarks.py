@@ -30,10 +30,12 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps import deck
 from hertzchain.engines.lammps.engine import command, engine
-from hertzchain.engines.native import METHODS, elastic, simulate
-from hertzchain.engines.native.kernel_input import coefficients, leg_rows, nothing_recorded
+from hertzchain.engines.native import METHODS, simulate
+from hertzchain.engines.native.elastic_state import Seen
+from hertzchain.engines.native.kernel_input import leg_rows, nothing_recorded
 from hertzchain.engines.native.many import march_all
-from hertzchain.engines.native.marching import at_the_start
+from hertzchain.engines.native.marching import march as march_in
+from hertzchain.engines.native.marching import steps_of
 from hertzchain.engines.native.methods import SRKN_11B, SymplecticNystrom
 from hertzchain.engines.native.plan import cheapest as plan
 from hertzchain.engines.native.refinement import Fixed
@@ -281,12 +283,9 @@ def granule_evaluations(rows: FloatArray, granules: int) -> int:
 
 def march(legs: FloatArray, granules: int, moving: int) -> Any:
     """Run a plain scene at fixed steps."""
-    contacts, state = granules - 1, at_the_start(SRKN_11B, granules + 1, np.float64)
-    return elastic.march(
-        legs, *coefficients(SRKN_11B), state, False, 0.0, 0.0, granules, np.zeros((0, 0)),
-        None, moving, False, np.zeros(contacts), np.zeros(contacts),
-        nothing_recorded(), np.zeros(3),
-    )  # fmt: skip
+    seen = Seen(np.zeros(granules - 1), np.zeros(granules - 1), nothing_recorded())
+    steps, at_rest = steps_of(legs, Fixed(SRKN_11B)), np.zeros((0, 0))
+    return march_in(steps, granules, at_rest, None, moving, False, seen, np.zeros(3))[0]
 
 
 @pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-9])
