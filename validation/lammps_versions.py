@@ -42,10 +42,6 @@ ROUND_OFF = 1e-8
 """Between LAMMPS and native velocity Verlet at the same steps and looks: absolute coordinates lose
 some digits at each step. 2e-9 measured, 400 granules 1e-8."""
 
-STEP_COST, NAIVE_OVER_LEAN = 2.5e-6, 3.0
-"""What a step of the lean deck may cost after the pulse [s], and how much more the naive one costs,
-on an idle machine."""
-
 
 def _said(command: Sequence[str], folder: Path | None = None) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)  # noqa: S603

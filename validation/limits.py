@@ -2,14 +2,14 @@
 
 For each limit a sequence of scenes, the distance of their peaks from the limit with native and with
 LAMMPS, and the exponent with which it falls. What lies in the limit is known without either: in
-closed form, or from SciPy's DOP853, which can start a granule with a velocity.
+closed form, or from a solver of another kind (tests/oracles/extrapolation.py).
 """
 
 from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,14 +17,13 @@ import numpy as np
 import pandas
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter, NullLocator
-from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS, natural_units
 from hertzchain.scene.pulse import profile_named
 from hertzchain.scene.run import Run
+from tests.oracles import extrapolation
 from validation.drawing import new_figure
 from validation.rows import Row, progress, row
 from validation.script import Script
@@ -40,81 +39,6 @@ _DEPTH = 0.1
 
 _DURATION = 2 * MOMENTUM_IN_NATURAL_UNITS
 """Of every pulse at LM_ratio = 1, natural time units: the area of all three is half of this."""
-
-# The limits themselves
-
-Piece = tuple[Callable[[float], float], float, float]
-"""A smooth piece of a force on the first granule, its start and its end."""
-
-
-def peaks_by_scipy(pieces: Sequence[Piece], granules: int, velocity: float = 0.0) -> FloatArray:
-    """Peak forces of Eq. 1 by SciPy's DOP853, to about 1e-10, shape (granules - 1,); natural units.
-
-    The first granule feels the force of the pieces, and starts with a velocity.
-    """
-    state = np.zeros(2 * granules)
-    state[granules] = velocity
-    deepest = np.zeros(granules - 1)
-    for force, start, end in pieces:
-        pushed = functools.partial(_right_hand_side, force, granules)
-        found = solve_ivp(
-            pushed, (start, end), state, "DOP853", dense_output=True, rtol=1e-13, atol=1e-16
-        )
-        state = found.y[:, -1]
-        assert found.sol is not None
-        times = np.linspace(start, end, max(50, math.ceil((end - start) / 0.02)))
-        overlaps = -np.diff(found.sol(times)[:granules], axis=0)
-        for contact, k in enumerate(np.argmax(overlaps, axis=1)):
-            near = times[max(k - 1, 0)], times[k], times[min(k + 1, times.size - 1)]
-            highest = _maximum(found.sol, contact, granules, near)
-            deepest[contact] = max(deepest[contact], highest)
-    return np.asarray(deepest**1.5)
-
-
-def _right_hand_side(
-    force: Callable[[float], float], granules: int, time: float, state: FloatArray
-) -> FloatArray:
-    passed_on = np.zeros(granules + 1)
-    passed_on[0] = force(time)
-    passed_on[1:-1] = np.maximum(-np.diff(state[:granules]), 0) ** 1.5
-    return np.concatenate([state[granules:], passed_on[:-1] - passed_on[1:]])
-
-
-def _maximum(curve: Any, contact: int, granules: int, near: tuple[float, float, float]) -> float:
-    """The largest overlap of a contact between the outer two of three times."""
-
-    def between(time: float, first: int) -> float:
-        state = curve(time)
-        return float(state[first] - state[first + 1])
-
-    before, time, after = near
-    if before < time < after:  # else the largest is at an end
-        time = brentq(between, before, after, args=(granules + contact,), xtol=1e-13)
-    return between(time, contact)
-
-
-@functools.cache
-def impulse_peaks(granules: int) -> FloatArray:
-    """Peaks of a chain whose first granule is given the velocity 1, in natural units."""
-    return peaks_by_scipy([(_none, 0, 1.2 * granules + 5)], granules, velocity=1.0)
-
-
-def impulse_coefficient() -> float:
-    """Far-field force of a chain whose first granule is given the velocity 1."""
-    return float(np.median(impulse_peaks(60)[30:50]))
-
-
-def _none(_: float) -> float:
-    return 0.0
-
-
-def _rise(time: float) -> float:
-    return time / _DURATION
-
-
-def _decay(time: float) -> float:
-    return 1 - time / _DURATION
-
 
 # Scenes
 
@@ -151,27 +75,37 @@ def start_scene(profile: str, share: float) -> hc.Scene:
     return _scene(10, profile, 1 / share, _DURATION * share)
 
 
-def table_scene(granules: int, pieces: Sequence[Piece]) -> hc.Scene:
-    """A pulse table with the jumps of the limit itself, watched as long as its pieces say."""
-    force, start, end = pieces[0]
-    like = _scene(granules, "triangular", 2.0, 1.0)
+def jump_scene(start: float, end: float) -> hc.Scene:
+    """A pulse table from one force to another, in units of F0, that jumps where one is not 0."""
+    like = _scene(10, "triangular", 2.0, 1.0)
     units = like.units
-    times = (start * units.time, end * units.time)
-    table = hc.PulseTable(times, (force(start) * units.force, force(end) * units.force))
-    return hc.Scene(like.chain, table, Run(pieces[-1][2] * units.time))
+    times, forces = (0.0, _DURATION * units.time), (start * units.force, end * units.force)
+    return hc.Scene(like.chain, hc.PulseTable(times, forces), Run((_DURATION + 20) * units.time))
 
 
-# Pushes in the limits
+# The limits themselves
 
-RELEASE: tuple[Piece, ...] = ((_rise, 0.0, _DURATION), (_none, _DURATION, _DURATION + 20))
-START: tuple[Piece, ...] = ((_decay, 0.0, _DURATION), (_none, _DURATION, _DURATION + 20))
-"""Pushes whose force jumps: at the start, at the end, at the start."""
+RELEASE, START = (0.0, 1.0), (1.0, 0.0)
+"""Forces that jump: at their end, and at their start."""
 
 
 @functools.cache
-def pushed(pieces: tuple[Piece, ...], granules: int) -> FloatArray:
-    """Peaks under one of them."""
-    return peaks_by_scipy(pieces, granules)
+def impulse_peaks(granules: int) -> FloatArray:
+    """Peaks of a chain whose first granule is given the velocity 1, in natural units."""
+    chain = hc.Chain(granules, **STEEL)
+    unit = chain.contact_stiffness**0.4 * chain.granule_mass**0.6  # at 1 m/s
+    return np.asarray(extrapolation.solve(hc.Scene(chain, hc.Striker(1.0))).force / unit)
+
+
+def impulse_coefficient() -> float:
+    """Far-field force of a chain whose first granule is given the velocity 1."""
+    return float(np.median(impulse_peaks(60)[30:50]))
+
+
+@functools.cache
+def _pushed(ends: tuple[float, float]) -> FloatArray:
+    scene = jump_scene(*ends)
+    return np.asarray(extrapolation.solve(scene).force / scene.units.force)
 
 
 def _far_field(scene: hc.Scene) -> FloatArray:
@@ -188,10 +122,6 @@ def _quasi_static(scene: hc.Scene) -> FloatArray:
     """Of N granules pushed as one, N - i + 1 lie ahead of contact i."""
     granules = scene.chain.granules
     return 1 - np.arange(1, granules) / granules
-
-
-def _pushed(pieces: tuple[Piece, ...]) -> Callable[[hc.Scene], FloatArray]:
-    return lambda scene: pushed(pieces, scene.chain.granules)
 
 
 @dataclass(frozen=True)
@@ -266,17 +196,17 @@ LIMITS = (
         functools.partial(slow_scene, "cosine", 5), _quasi_static, 9 / 8, _START_UP,
         0.13, _MODES, lambda _: 0.02, 2e-3, _SWINGS),
     Limit("sudden release", "n - 1", (0.01, 0.003, 0.001, 0.0003),
-        release_scene, _pushed(RELEASE), 1.0, _AREA, 0.01, _NEXT, _fine, 5e-4, _STEPS),
+        release_scene, lambda _: _pushed(RELEASE), 1.0, _AREA, 0.01, _NEXT, _fine, 5e-4, _STEPS),
     Limit("sudden start, triangular", "1/n", (0.01, 0.003, 0.001, 0.0003),
-        functools.partial(start_scene, "triangular"), _pushed(START), 1.0, _AREA,
+        functools.partial(start_scene, "triangular"), lambda _: _pushed(START), 1.0, _AREA,
         0.01, _NEXT, _fine, 5e-4, _STEPS),
 )  # fmt: skip
 
 THEMSELVES = {
-    "sudden release": (10, RELEASE),
-    "sudden start, triangular": (10, START),
+    "sudden release": RELEASE,
+    "sudden start, triangular": START,
 }
-"""Limits that are scenes: granules and push."""
+"""Limits that are scenes, by their forces."""
 
 
 def distance(limit: Limit, scene: hc.Scene, code: hc.Native | hc.Lammps) -> float:
@@ -301,7 +231,7 @@ def measure(quick: bool = False, with_lammps: bool = True) -> pandas.DataFrame:
         values = limit.sequence[:-1] if quick else limit.sequence
         work = [(value, limit.scene(value), limit.step(value)) for value in values]
         if limit.name in THEMSELVES:
-            work.append((0.0, table_scene(*THEMSELVES[limit.name]), 0.01))
+            work.append((0.0, jump_scene(*THEMSELVES[limit.name]), 0.01))
         for value, scene, step in work:
             native, off = distance(limit, scene, hc.Native("reference")), math.nan
             if with_lammps:
@@ -375,7 +305,7 @@ def draw(table: pandas.DataFrame) -> Figure:
 SCRIPT = Script(
     TITLE,
     "Do scenes that approach a known limit get there, at the rate that theory says?",
-    "native, LAMMPS; theory, SciPy's DOP853",
+    "native, LAMMPS; theory, extrapolated midpoints",
     measure, promises, draw,
 )  # fmt: skip
 

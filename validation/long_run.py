@@ -172,18 +172,6 @@ def drift(table: pandas.DataFrame, contender: str, quantity: str) -> FloatArray:
     return np.asarray(own / own[0] - 1)
 
 
-def lost_by(table: pandas.DataFrame, contender: str, granule: FloatArray) -> FloatArray:
-    """Extrapolate the drift of the amplitude to further granules.
-
-    A granule costs a wave the fraction loss (F/F0)^(q/6), q the exponent of the step: the wave is
-    slower when it is lower, and a step shorter beside it. That is summed up here.
-    """
-    own = table[table["contender"] == contender]
-    power = _LOSSES[contender][0] / 6
-    gone = power * own["loss"].iloc[0] * (granule - own["granule"].iloc[0])
-    return np.asarray((1 + gone) ** (-1 / power) - 1)
-
-
 def last(table: pandas.DataFrame, contender: str, quantity: str) -> float:
     """A quantity at the last mark."""
     return float(table.loc[table["contender"] == contender, quantity].iloc[-1])
@@ -302,11 +290,6 @@ def draw(table: pandas.DataFrame) -> Figure:
         axes.set_title(title, fontsize="medium")
         axes.grid(alpha=0.3)
         axes.set_ylim(1e-17, 1.0)
-    for name in _LOSSES:
-        granule = np.geomspace(table["granule"].max() / 20, table["granule"].max(), 50)
-        off = -lost_by(table, name, granule)
-        panels[0, 2].plot(granule, off, "--", color=_STYLES[name][0], linewidth=1)
-    panels[0, 2].plot([], [], "--", color="0.4", linewidth=1, label="as its loss goes on")
     for axes in (*panels[1, :2], panels[0, 2]):
         axes.set_xlabel("granule")
         axes.tick_params(labelbottom=True)

@@ -34,7 +34,7 @@ _NAMES = (
     " formula_maps limits mistakes physics.two_spheres physics.strikers"
     " physics.solitary_wave physics.gapped_taper physics.walls physics.dimers"
     " physics.precompression physics.drives physics.cut_offs"
-    " physics.restitution physics.damped_waves physics.damped_similarity physics.damped_pulses"
+    " physics.restitution physics.damped_waves physics.damped_pulses"
 )
 MODULES: tuple[ModuleType, ...] = tuple(
     import_module(f"validation.{name}") for name in _NAMES.split()

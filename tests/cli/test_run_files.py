@@ -16,7 +16,7 @@ from hertzchain.report import panels
 from hertzchain.report.facts import describe
 from hertzchain.scene.scene import Scene
 from tests.cli.short_chain import embedded
-from tests.command_line import Command, is_refused
+from tests.command_line import Command
 from tests.places import ROOT
 from tests.processes import names
 
@@ -97,31 +97,6 @@ def test_where_the_other_contacts_are(hertzchain: Command) -> None:
     outcome = hertzchain("run", SCENE, "-o", "peaks.csv")
     assert ", are in peaks.csv)" in outcome.out
     assert outcome.err == "Peaks written to peaks.csv\n"
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (("--record", "20"), ("--record", "-o FILE", "--plot FILE")),
-        (("--contacts", "3"), ("--contacts", "--plot FILE")),
-        (("--record", "9", "--window", "1 s", "-o", "a.csv"), ("--window 1 s", "two times")),
-        (("--record", "9", "--window", "2:1", "-o", "a.csv"), ("--window 2:1", "two times")),
-        (("--window", "1 us:2 us"), ("--window", "--record")),
-        (("--frames", "3"), ("--frames", "--trajectory FILE")),
-        (("--record", "20", "-o", "motion.json"), ("motion.json", ".npz")),
-        (("--plot", "run.gif"), ("run.gif", ".png")),
-        (("--plot", "a.png", "-o", "a.png"), ("a.png",)),
-        (("--size", "3x2"), ("--size goes with --plot",)),
-        (("--plot", "a.png", "--size", "1x9"), ("--size 1x9: must be width and height",)),
-        (("--report", "a.pdf"), ("a.pdf", ".html")),
-        (("--plot", "a.png", "--contacts", "1"), ("--contacts 1", "2 to 60")),
-    ],
-)
-def test_options_that_make_no_sense_are_refused(
-    hertzchain: Command, options: tuple[str, ...], words: tuple[str, ...]
-) -> None:
-    is_refused(hertzchain("run", SCENES / "demo.toml", *options), *words)
-    assert names() == []
 
 
 @pytest.mark.parametrize(

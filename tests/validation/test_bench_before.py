@@ -11,21 +11,18 @@ from pathlib import Path
 import pytest
 
 from hertzchain.errors import RunFailed
-from validation import bench_before, bench_worker
+from validation import bench_before
 from validation.bench_before import (
     Compared,
     NoCommit,
     by_turns,
     checked_out,
-    compare,
     find_commit,
     is_same,
     judge,
     slower,
-    to_table,
     workers,
 )
-from validation.rows import output
 
 
 def with_ratio(ratio: float) -> Compared:
@@ -171,17 +168,3 @@ def test_trees_that_cannot_be_measured(tmp_path: Path) -> None:
         with pytest.raises(RunFailed, match="ended with status 1"):
             both[0].answer()
     assert all(worker.status is not None for worker in both)
-
-
-@pytest.mark.slow
-def test_every_workload_runs_in_both_trees(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(bench_before, "PAIRS", (1, 1))
-    monkeypatch.setattr(bench_before, "TURNS", 1)
-    pairs, left_out = compare(bench_before.ROOT, limit=0.0)  # all are measured again
-    assert left_out == {}
-    assert list(pairs) == list(bench_worker.WORKLOADS)
-    output().print(to_table(pairs, "HEAD"))
-    shown = capsys.readouterr().out
-    assert all(name in shown for name in (*pairs, "old [ms]", "new / old"))
