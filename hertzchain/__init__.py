@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from hertzchain.scene.striker import Striker
     from hertzchain.scene.terms import Contact, Precompression, Wall
     from hertzchain.sweeps import Sweep, sweep
+    from hertzchain.verdict.certificate import Certificate, certify
     from hertzchain.verdict.comparison import Comparison, compare
     from hertzchain.verdict.deck import DeckCheck, DeckExamination, examine
     from hertzchain.verdict.judgement import Judgement
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 
 _HOME = {
     "Batch": "hertzchain.engines.native",
+    "Certificate": "hertzchain.verdict.certificate",
     "Chain": "hertzchain.scene.chain",
     "Comparison": "hertzchain.verdict.comparison",
     "DeckCheck": "hertzchain.verdict.deck",
@@ -62,6 +64,7 @@ _HOME = {
     "TraceJudgement": "hertzchain.verdict.traces.judging",
     "Wall": "hertzchain.scene.terms",
     "Yade": "hertzchain.engines.yade",
+    "certify": "hertzchain.verdict.certificate",
     "compare": "hertzchain.verdict.comparison",
     "examine": "hertzchain.verdict.deck",
     "fit": "hertzchain.fits.fit",
@@ -75,6 +78,7 @@ _HOME = {
 
 __all__ = [
     "Batch",
+    "Certificate",
     "Chain",
     "Comparison",
     "Contact",
@@ -100,6 +104,7 @@ __all__ = [
     "TraceJudgement",
     "Wall",
     "Yade",
+    "certify",
     "compare",
     "examine",
     "fit",
