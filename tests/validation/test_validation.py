@@ -53,7 +53,7 @@ KEPT_ROWS = {
     "mistakes": 62,
     "two_spheres": 40,
     "strikers": 18,
-    "solitary_wave": 3,
+    "published": 45,
     "gapped_taper": 7,
     "walls": 18,
     "dimers": 7,
