@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from hertzchain.sweeps import Sweep, sweep
     from hertzchain.uncertainty.spread import Spread, spread
     from hertzchain.uncertainty.validation import Validation, validate
+    from hertzchain.verdict.certificate import Certificate, certify
     from hertzchain.verdict.comparison import Comparison, compare
     from hertzchain.verdict.deck import DeckCheck, DeckExamination, examine
     from hertzchain.verdict.judgement import Judgement
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
 
 _HOME = {
     "Batch": "hertzchain.engines.native",
+    "Certificate": "hertzchain.verdict.certificate",
     "Chain": "hertzchain.scene.chain",
     "Comparison": "hertzchain.verdict.comparison",
     "DeckCheck": "hertzchain.verdict.deck",
@@ -68,6 +70,7 @@ _HOME = {
     "Validation": "hertzchain.uncertainty.validation",
     "Wall": "hertzchain.scene.terms",
     "Yade": "hertzchain.engines.yade",
+    "certify": "hertzchain.verdict.certificate",
     "compare": "hertzchain.verdict.comparison",
     "examine": "hertzchain.verdict.deck",
     "fit": "hertzchain.fits.fit",
@@ -83,6 +86,7 @@ _HOME = {
 
 __all__ = [
     "Batch",
+    "Certificate",
     "Chain",
     "Comparison",
     "Contact",
@@ -111,6 +115,7 @@ __all__ = [
     "Validation",
     "Wall",
     "Yade",
+    "certify",
     "compare",
     "examine",
     "fit",

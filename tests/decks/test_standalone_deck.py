@@ -19,8 +19,8 @@ from hertzchain.decks.standalone import data_file, standalone
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.observables.peaks import largest_difference
 from tests.conftest import STEEL, paper_scene
+from tests.oracles.sampled_maxima import sampled_maxima
 from validation.gallery import FOLDER, GALLERY, Entry
-from validation.lammps_versions import sampled_maxima
 
 NUMBER = re.compile(r"(?<![\w.])\d+\.?\d*(?:e[-+]?\d+)?(?![\w.])")
 SHIPPED_QUICK = {"demo", "weak_shock", "pulse_table", "terms/damped", "terms/striker_on_a_wall"}
