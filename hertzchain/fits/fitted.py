@@ -1,4 +1,4 @@
-"""What a fit found: values with their intervals, and what is left."""
+"""The result of a fit: values with their intervals, and the residual."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ class Fit:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Sentences on what is left; usually empty."""
+        """Sentences on the residual; usually empty."""
         if self.is_noise:
             return ()
         left = (

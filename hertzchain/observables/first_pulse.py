@@ -55,7 +55,7 @@ derivatives at the start and at the end (the third NaN where it is not known), f
 largest force so far and its time, those within the interval included."""
 
 WANTED = ("first", "all")
-"""What can be asked for: first pulses, or the largest forces of a run."""
+"""Forces whose accuracy is wanted: first pulses, or the largest forces of a run."""
 
 _Mask = NDArray[np.bool_]
 _Places = NDArray[np.intp]
@@ -133,7 +133,7 @@ def is_driven_to_the_end(scene: Scene) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Contacts:
-    """What first pulses need to know of the contacts of a scene, in the units of a run."""
+    """Data of the contacts of a scene that first pulses need, in the units of a run."""
 
     law: DampedLaw
     static: FloatArray  # force at the start, (contacts,)
@@ -156,7 +156,7 @@ class Contacts:
 
 
 def first_pulses(notes: FloatArray, contacts: Contacts, largest: Array) -> FirstPulses:
-    """Return the first pulses that the notes of a run tell.
+    """Return the first pulses that follow from the notes of a run.
 
     Parameters
     ----------
@@ -300,7 +300,7 @@ def check_wanted(wanted: str | None) -> None:
 
 
 def usually_wanted(scene: Scene) -> str:
-    """What is asked of a scene where nothing else is said.
+    """Return the default of ``wanted`` for a scene.
 
     First pulses where waves are reflected within the chain, and for gauges; elsewhere the largest
     forces.

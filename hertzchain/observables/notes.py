@@ -99,7 +99,7 @@ class NoteTaker:
         return notes
 
     def _keep(self, notes: FloatArray, contact: _Places, above: Array, when: Array) -> None:
-        """Keep those notes that tell something, with the largest force so far."""
+        """Keep the notes that first pulses need, with the largest force so far."""
         kept = np.zeros(contact.size, bool)
         for k, i in enumerate(contact):
             before = self._largest[i]

@@ -1,4 +1,4 @@
-"""With what fraction of their speed two spheres part under the damping of a scene."""
+"""The fraction of their speed with which two spheres part under the damping of a scene."""
 
 from __future__ import annotations
 

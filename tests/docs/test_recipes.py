@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import re
 
-from hertzchain.engines.registry import ENGINES
+import pytest
+
+import hertzchain as hc
+from hertzchain.engines.registry import ENGINES, Engine
 from hertzchain.scene.shock import Shock
 from hertzchain.sweeps.columns import FOUND_COLUMNS
 from tests.docs.test_scene_reference import ROWS
@@ -25,13 +29,37 @@ def test_every_pulse_has_a_table_of_keys() -> None:
     assert listed == {name for shock in shocks for name in shock.profiles}
 
 
-def test_every_engine_is_on_a_page() -> None:
-    assert [one.label for one in ENGINES.values() if one.label not in page("codes.md")] == []
+@pytest.mark.parametrize("engine", ENGINES.values(), ids=list(ENGINES))
+def test_every_engine_is_public_on_a_page_and_in_the_schema(engine: Engine) -> None:
+    assert getattr(hc, engine.factory) is engine.load()
+    assert engine.label in page("codes.md")
+    assert f'"{engine.name}"' in page("schema/parts.json")
+    assert engine.program is None or engine.load().INSTALL
 
 
 def test_every_column_is_on_a_page() -> None:
     pages = page("sweeps.md") + page("scenes.md")
     assert [one.name for one in FOUND_COLUMNS if f"`{one.name}`" not in pages] == []
+
+
+def test_every_key_of_a_scene_is_in_the_schema() -> None:
+    sections = json.loads(page("schema/parts.json"))["$defs"]["scene"]["properties"]
+    expanded = {"file", "radius_ratio", "cell"}  # documents have columns and granules instead
+    missing = [
+        (row.section, row.key)
+        for row in ROWS
+        if row.key not in expanded
+        if f'"{row.key}": ' not in json.dumps(sections[row.name.strip("[").partition(".")[0]])
+    ]
+    assert missing == []
+
+
+def test_every_check_of_the_demo_has_a_row() -> None:
+    text = page("trust.md")
+    printed = re.findall(r"^(?:native|lammps): (.+?)(?: \[.*)?$", text, re.MULTILINE)
+    assert len(printed) > 20
+    rows = re.findall(r"^\| ([^|]+) \| ", text.partition("| check |")[2], re.MULTILINE)
+    assert set(printed) - {cell for row in rows for cell in row.split("; ")} == set()
 
 
 def test_the_gallery_shows_what_its_decks_expect() -> None:
