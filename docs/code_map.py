@@ -17,7 +17,8 @@ COMPARISON = ("check", "comparison", "deck_numbers", "formulas", "reference_chec
 """Modules of ``verdict/`` that compare; the others judge what was computed elsewhere."""
 
 PLACES = (
-    "   cli", "   fits", "   sweeps", "   report", "   verdict", " comparison  decks pulses",
+    "   cli", "  fits uncertainty", "   sweeps", "   report", "   verdict",
+    " comparison  decks pulses",
     "theory native lammps liggghts yade", "  lammps.reading", " external", " observables",
     " scene", " contact",
 )  # fmt: skip

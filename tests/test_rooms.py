@@ -26,7 +26,7 @@ LEVELS = (
     ("verdict",),
     ("report",),
     ("sweeps",),
-    ("fits",),
+    ("fits", "uncertainty"),
     ("cli", "pytest_plugin"),
     ("__main__",),
 )

@@ -18,6 +18,7 @@ from hertzchain.fits.model import GAIN, Model
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.scene import Scene
+from hertzchain.scene.uncertain import Uncertain
 from hertzchain.showing import ShowProgress, telling
 from hertzchain.sweeps.columns import column_named, is_whole
 from hertzchain.sweeps.keys import base_values, full_name
@@ -205,7 +206,8 @@ def _of(
         for k, key in enumerate(keys)
     )
     correlation = (covariance / np.outer(deviation, deviation))[:count, :count]
-    fitted = replace(model.scene(x), run=base.run, gauges=model.gauges)
+    uncertain = tuple(Uncertain(one.key, one.deviation) for one in parameters if one.key != GAIN)
+    fitted = replace(model.scene(x), run=base.run, gauges=model.gauges, uncertain=uncertain)
     return Fit(
         fitted, parameters, correlation, tuple(model.shifts(x).tolist()), mean_square, along,
         model.size, model.runs,

@@ -69,7 +69,7 @@ class Fit:
     Parameters
     ----------
     scene
-        The scene with the values that were found.
+        The scene with the values that were found, which are ``uncertain`` in it.
     parameters
         The values, with deviations.
     correlation

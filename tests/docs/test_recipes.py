@@ -42,14 +42,6 @@ def test_every_column_is_on_a_page() -> None:
     assert [one.name for one in FOUND_COLUMNS if f"`{one.name}`" not in pages] == []
 
 
-def test_a_column_is_measured_by_single_runs_and_by_batches() -> None:
-    """Without one of the two it would be empty for half of the scenes, without a word."""
-    halves = [
-        one.name for one in FOUND_COLUMNS if (one.of_result is None) != (one.of_batch is None)
-    ]
-    assert halves == []
-
-
 def test_every_key_of_a_scene_is_in_the_schema() -> None:
     sections = json.loads(page("schema/parts.json"))["$defs"]["scene"]["properties"]
     expanded = {"file", "radius_ratio", "cell"}  # documents have columns and granules instead
