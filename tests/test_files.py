@@ -13,10 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import hertzchain as hc
 from hertzchain.errors import OutputError
 from hertzchain.files import check_writable, write_text, write_texts, write_with
-from tests.conftest import STEEL
 from tests.processes import linux, names
 
 
@@ -123,43 +121,6 @@ def test_a_full_disk_leaves_nothing(full_disk: Path) -> None:
     with pytest.raises(OutputError, match=r"a\.txt: cannot be written \(No space left"):
         write_text(full_disk / "a.txt", "a")
     assert names(full_disk) == ["filler"]
-
-
-LIMITED = """
-import resource, sys
-resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, 10_000))
-import hertzchain as hc
-from hertzchain.errors import OutputError
-from hertzchain.files import write_text
-
-scene = hc.Scene.from_toml("scene.toml")
-try:
-    scene.to_toml("copy.toml") if len(sys.argv) > 1 else write_text("a.txt", "a" * 20_000)
-except OutputError as problem:
-    print(problem)
-"""
-
-
-@pytest.mark.skipif(os.name != "posix", reason="needs a limit of the system")
-def test_a_file_that_must_not_grow_leaves_nothing(tmp_path: Path) -> None:
-    # The table of the scene is too long: the scene must not be without it, nor with an old one.
-    times = np.linspace(0, 1e-4, 1000).tolist()
-    table = hc.PulseTable(tuple(times), tuple(1 + time for time in times))
-    hc.Scene(hc.Chain(5, **STEEL), table).to_toml(tmp_path / "scene.toml")
-    for name in ("copy.toml", "copy.csv"):
-        (tmp_path / name).write_text("old")
-    for arguments, file in (([], "a.txt"), (["scene"], "copy.csv")):
-        done = subprocess.run(
-            [sys.executable, "-c", LIMITED, *arguments],
-            cwd=tmp_path,
-            capture_output=True,
-            text=True,
-            check=False,
-            timeout=600,
-        )
-        assert (done.stdout, done.stderr) == (f"{file}: cannot be written (File too large)\n", "")
-    assert names(tmp_path) == ["copy.csv", "copy.toml", "scene.csv", "scene.toml"]
-    assert (tmp_path / "copy.toml").read_text() == (tmp_path / "copy.csv").read_text() == "old"
 
 
 def test_of_files_that_belong_together_none_is_written_without_the_others(tmp_path: Path) -> None:

@@ -46,15 +46,6 @@ TURNS = 20
 """Turns of a pair of processes, chosen. Ratios of equal trees on busy cores, measured: 0.94 to 1.05
 with 4 pairs, 0.88 to 1.27 with one."""
 
-STARTS = (20, 30, 40)
-"""Turns of fresh processes in each measurement, chosen."""
-
-FRESH: dict[str, tuple[str, ...]] = {
-    "import hertzchain": ("-c", "import hertzchain"),
-    "hertzchain --help": ("-c", "from hertzchain.cli import main; main()", "--help"),
-}
-"""Arguments of Python for workloads that need a process of their own, by name."""
-
 
 class NoCommit(HertzchainError):
     """There is no other commit to compare with."""
@@ -102,15 +93,12 @@ def slower(compared: Mapping[str, Compared], limit: float = LIMIT) -> list[str]:
     return [name for name, each in compared.items() if not each.ratio <= limit]
 
 
-def by_turns(spend: Callable[[int], float], turns: int) -> list[tuple[float, float]]:
-    """Return old and new times of turns in which tree 0 (new) and tree 1 (old) alternate."""
+def by_turns(spend: Sequence[Callable[[], float]], turns: int) -> list[tuple[float, float]]:
+    """Return old and new times of turns; new (0) and old (1) alternate in which goes first."""
     times = []
     for turn in range(turns):
-        if turn % 2:
-            old, new = spend(1), spend(0)
-        else:
-            new, old = spend(0), spend(1)
-        times.append((old, new))
+        spent = {k: spend[k]() for k in ((1, 0) if turn % 2 else (0, 1))}
+        times.append((spent[1], spent[0]))
     return times
 
 
@@ -136,20 +124,16 @@ def git(*arguments: str, root: Path = ROOT) -> str:
 
 def find_commit(revision: str, root: Path = ROOT) -> str:
     """Return the hash of a commit; NoCommit where the clone or the commit is missing."""
-    try:
-        there = Path(git("rev-parse", "--show-toplevel", root=root)).resolve() == root.resolve()
-    except NoCommit as problem:
-        raise NoCommit(f"{root} is not a git clone that can be read ({problem})") from None
-    if not there:
+    there = Path(git("rev-parse", "--show-toplevel", root=root)).resolve()
+    if there != root.resolve():
         raise NoCommit(f"{root} is not a git clone: there is no commit to compare with")
     try:
         return git("rev-parse", "--verify", "--end-of-options", f"{revision}^{{commit}}", root=root)
     except NoCommit:
-        if git("rev-parse", "--is-shallow-repository", root=root) == "true":
-            more = "the clone is shallow: get more with git fetch --unshallow"
-        else:
-            more = "name another one with --revision (make: REVISION=...)"
-        raise NoCommit(f"{revision} is not a commit of this clone; {more}") from None
+        raise NoCommit(
+            f"{revision} is not a commit of this clone; name another one with --revision (make:"
+            " REVISION=...), or get more of a shallow clone with git fetch --unshallow"
+        ) from None
 
 
 def is_same(commit: str, root: Path = ROOT) -> bool:
@@ -261,46 +245,14 @@ def prepared(both: Sequence[Worker], names: Sequence[str]) -> tuple[list[str], d
     return [name for name in new if name not in left_out], left_out
 
 
-def started_once(tree: Path, arguments: Sequence[str]) -> float:
-    """Return the processor time of a fresh process [s]; RunFailed if it fails."""
-    import resource  # Windows has none
-
-    def processor_time() -> float:
-        spent = resource.getrusage(resource.RUSAGE_CHILDREN)
-        return spent.ru_utime + spent.ru_stime
-
-    before = processor_time()
-    done = subprocess.run(  # noqa: S603
-        [sys.executable, "-P", *arguments],
-        env=environment(tree),
-        capture_output=True,
-        check=False,
-    )
-    if done.returncode != 0:
-        raise RunFailed(f"python {' '.join(arguments)} fails in {tree}")
-    return processor_time() - before
-
-
-def _turn(both: Sequence[Worker], name: str, k: int) -> float:
-    return both[k].turn(name)
-
-
-def _start(trees: Sequence[Path], arguments: Sequence[str], k: int) -> float:
-    return started_once(trees[k], arguments)
-
-
 def measured(trees: Sequence[Path], names: Sequence[str], attempt: int) -> dict[str, Compared]:
     """Measure workloads in two trees, this one first, by turns."""
     times: dict[str, list[tuple[float, float]]] = {name: [] for name in names}
-    inside = [name for name in names if name not in FRESH]
-    for _ in progress(range(PAIRS[attempt] if inside else 0), "measuring"):
+    for _ in progress(range(PAIRS[attempt]), "measuring"):
         with workers(trees) as both:
-            prepared(both, inside)
-            for name in inside:
-                times[name] += by_turns(partial(_turn, both, name), TURNS)
-    for name in names:
-        if name in FRESH:
-            times[name] = by_turns(partial(_start, trees, FRESH[name]), STARTS[attempt])
+            prepared(both, names)
+            for name in names:
+                times[name] += by_turns([partial(worker.turn, name) for worker in both], TURNS)
     return {name: Compared.of(turns) for name, turns in times.items()}
 
 
@@ -309,14 +261,6 @@ def compare(tree: Path, limit: float) -> tuple[dict[str, Compared], dict[str, st
     trees = (ROOT, tree)
     with workers(trees) as both:
         names, left_out = prepared(both, list(WORKLOADS))
-    for name, arguments in FRESH.items():
-        started_once(ROOT, arguments)
-        try:
-            started_once(tree, arguments)
-        except RunFailed as problem:
-            left_out[name] = str(problem)
-        else:
-            names.append(name)
     return judge(lambda some, attempt: measured(trees, some, attempt), names, limit), left_out
 
 
@@ -339,14 +283,11 @@ def run(arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--revision", default="HEAD~1", help="the other commit (default: HEAD~1)")
     parser.add_argument("--limit", type=float, default=LIMIT, help="largest allowed ratio of times")
-    parser.add_argument(
-        "--always", action="store_true", help="measure also where hertzchain/ is the same in both"
-    )
     chosen = parser.parse_args(arguments)
     name = Path(__file__).name
     try:
         commit = find_commit(chosen.revision)
-        if not chosen.always and is_same(commit):
+        if is_same(commit):
             print(f"{name}: hertzchain/ is the same in {chosen.revision}: nothing to measure")
             return 0
         print(f"{name}: measuring, about two minutes", file=sys.stderr, flush=True)
@@ -373,18 +314,10 @@ def run(arguments: Sequence[str]) -> int:
     return 0
 
 
-def main() -> NoReturn:
-    """The command line. SIGTERM ends it as Ctrl-C does, so that the temporary folder is removed."""
-
-    def end(number: int, _frame: object) -> NoReturn:
-        sys.exit(128 + number)
-
-    signal.signal(signal.SIGTERM, end)
-    try:
-        sys.exit(run(sys.argv[1:]))
-    except KeyboardInterrupt:
-        sys.exit(128 + signal.SIGINT)
+def _end(number: int, _frame: object) -> NoReturn:
+    sys.exit(128 + number)
 
 
 if __name__ == "__main__":
-    main()
+    signal.signal(signal.SIGTERM, _end)  # the temporary folder is removed, as at Ctrl-C
+    sys.exit(run(sys.argv[1:]))

@@ -7,7 +7,6 @@ its table and plot to validation/results.
 
 from __future__ import annotations
 
-import functools
 import itertools
 import os
 import platform
@@ -24,24 +23,15 @@ from typing import Any
 import numpy as np
 import pandas
 import pytest
-from numba import njit
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps import deck
 from hertzchain.engines.lammps.engine import command, engine
-from hertzchain.engines.native import METHODS, elastic, simulate
-from hertzchain.engines.native.kernel_input import coefficients, leg_rows, nothing_recorded
-from hertzchain.engines.native.many import march_all
-from hertzchain.engines.native.marching import at_the_start
-from hertzchain.engines.native.methods import SRKN_11B, SymplecticNystrom
+from hertzchain.engines.native import simulate
 from hertzchain.engines.native.plan import cheapest as plan
-from hertzchain.engines.native.refinement import Fixed
-from hertzchain.errors import RunFailed
 from hertzchain.files import write_text
-from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.peaks import largest_difference, largest_differences
-from hertzchain.scene.pulse import PROFILES
 from hertzchain.verdict.contenders import contenders
 from hertzchain.verdict.tradeoff import provenance
 from validation.drawing import BACKENDS, new_figure
@@ -231,105 +221,6 @@ def test_d_many_scenes(benchmark: Any) -> None:
     rate = ratio.size / seconds(benchmark)
     what = f"scenes of 60 granules in a batch, peaks to {error:.0e}"
     FIGURES.append(Measured("D", what, rate, "1/s"))
-
-
-@njit
-def square_roots(values: Any, roots: Any, times: int) -> None:
-    """The machine's own vector square root, compiled by the same compiler."""
-    for _ in range(times):
-        for i in range(values.size):
-            roots[i] = np.sqrt(values[i])
-
-
-def square_root() -> float:
-    """Time of one square root of a vector of 1,000 [s]."""
-    values = np.random.default_rng(0).random(1000)
-    return best(lambda: square_roots(values, values.copy(), 1000), 20) / 1e6
-
-
-def test_e_granule_and_stage_over_square_root(benchmark: Any, demo: hc.Scene) -> None:
-    chain, run_time = replace(demo.chain, granules=1000), hc.Run(100 * demo.units.time)
-    scene = hc.Scene(chain, demo.shock, run_time)
-    walker = Fixed(SRKN_11B)
-    legs = scene.schedule(0.4 * scene.units.time)
-    run = benchmark(simulate, scene, legs, walker, window=False)
-    spent_there = seconds(benchmark) / (run.evaluations * 1000) / square_root()
-    FIGURES.append(Measured("E", "granule and stage over sqrt, 1,000 granules", spent_there))
-    ratio, n = random_pulses(1000)
-    scenes = (
-        hc.Scene(demo.chain, hc.Pulse("cosine", 100.0, float(b), momentum_ratio=float(a)))
-        for a, b in zip(ratio, n, strict=True)
-    )
-    rows = np.stack([
-        leg_rows(walker.cut(one.schedule(0.4 * one.units.time)), one.units) for one in scenes
-    ])  # fmt: skip
-    leaves = np.zeros(1000, np.bool_)
-
-    def batch() -> None:
-        march_all(rows, walker, 60, leaves, Deadline(TIME_LIMIT), 1)
-
-    spent = best(batch, 3)
-    # The front moves through the chain: granules ahead of it cost nothing.
-    moving = spent / (granule_evaluations(rows[::50], 60) * 50) / square_root()
-    FIGURES.append(Measured("E", "granule and stage over sqrt, 1,000 scenes of 60", moving))
-
-
-def granule_evaluations(rows: FloatArray, granules: int) -> int:
-    """Force evaluations of scenes, granule by granule."""
-    return sum(march(legs, granules, 8).granule_evaluations for legs in rows)
-
-
-def march(legs: FloatArray, granules: int, moving: int) -> Any:
-    """Run a plain scene at fixed steps."""
-    contacts, state = granules - 1, at_the_start(SRKN_11B, granules + 1, np.float64)
-    return elastic.march(
-        legs, *coefficients(SRKN_11B), state, False, 0.0, 0.0, granules, np.zeros((0, 0)),
-        None, moving, False, np.zeros(contacts), np.zeros(contacts),
-        nothing_recorded(), np.zeros(3),
-    )  # fmt: skip
-
-
-@pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-9])
-def test_f_choice_over_best_in_hindsight(benchmark: Any, demo: hc.Scene, rtol: float) -> None:
-    rng = np.random.default_rng(2026)
-    ratios = []
-    for _ in range(40):
-        ranges = ((0.05, 10.0), (1.1, 60.0), (2.0, 501.0))
-        ratio, n, granules = (float(np.exp(rng.uniform(*np.log(ends)))) for ends in ranges)
-        profile = list(PROFILES)[rng.integers(3)]
-        pulse = hc.Pulse(profile, 100.0, n, momentum_ratio=ratio)
-        scene = hc.Scene(replace(demo.chain, granules=int(granules)), pulse)
-        chosen = best(hc_run(scene, rtol), 3)
-        ratios.append(chosen / best_in_hindsight(scene, rtol))
-    benchmark.pedantic(hc_run(scene, rtol), rounds=3)
-    what = f"time of rtol {rtol:g} over the best in hindsight, median"
-    FIGURES.append(Measured("F", what, float(np.median(ratios))))
-
-
-def hc_run(scene: hc.Scene, rtol: float) -> Callable[[], hc.Result]:
-    """Return a function that makes a run with an error estimate."""
-    backend = hc.Native(rtol=rtol, peaks_only=True)
-    return lambda: backend.run(scene)
-
-
-def best_in_hindsight(scene: hc.Scene, rtol: float) -> float:
-    """Shortest time of a compiled run, of any method and step, whose true error is small enough."""
-    truth = hc.Native("reference", peaks_only=True).run(scene).peak_force / scene.units.force
-    times = [np.inf]
-    for method in METHODS.values():
-        if not isinstance(method.walker.stepper, SymplecticNystrom):
-            continue  # NumPy takes far longer
-        for step in np.geomspace(0.9, 0.01, 14):
-            legs = scene.schedule(step * scene.units.time)
-            try:
-                run = simulate(scene, legs, method.walker, leave_behind=True)
-            except RunFailed:  # too long a step for this method
-                continue
-            if largest_difference(run.peaks.force, truth) <= rtol:
-                again = functools.partial(simulate, scene, legs, method.walker, leave_behind=True)
-                times.append(best(again, 2))
-                break  # shorter steps take longer
-    return min(times)
 
 
 def test_g_first_call_of_a_process(benchmark: Any) -> None:

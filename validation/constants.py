@@ -17,8 +17,6 @@ import numpy as np
 import pandas
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from rich.console import Console
-from rich.table import Table
 from scipy.integrate import quad
 from scipy.interpolate import make_interp_spline
 from scipy.optimize import brentq
@@ -99,9 +97,6 @@ class Wave:
     momentum: float  # integral of the force over time
     granule_momentum: float  # sum of the velocities of the granules, at the time of the peak
     force: FloatArray  # at the times X times the exact shift from the peak, shape as X
-    peak_force: float  # of the wave itself, not scaled [N], as the next two
-    speed: float  # [m/s]
-    si_momentum: float  # of the granules [N s]
 
 
 def wave_times(scene: hc.Scene) -> FloatArray:
@@ -135,8 +130,6 @@ def far_field(scene: hc.Scene, backend: hc.Native | hc.Lammps, times: FloatArray
     return Wave(
         float(delay / unit.time / scale), _sum(force) * WAVE.shift,
         together / unit.velocity / float(height * scale), force,
-        float(result.peak_force[middle]), 2 * scene.chain.radius / delay,
-        scene.chain.granule_mass * together,
     )  # fmt: skip
 
 
@@ -198,18 +191,6 @@ def _constants(waves: dict[str, Wave]) -> list[dict[str, object]]:
         {"kind": "constant", "what": what, "paper": printed, "nesterenko": long_wave, "exact": true}
         | {backend: values[k] for backend, values in found.items()}
         for k, (what, printed, long_wave, true) in enumerate(rows)
-    ]
-
-
-def _in_si(chain: hc.Chain, waves: dict[str, Wave]) -> list[dict[str, object]]:
-    """Speed and momentum of each simulated wave, and exact ones for its own force."""
-    return [
-        {"kind": "si", "what": f"{what}, peak force by {backend}", "exact": true, backend: found}
-        for backend, wave in waves.items()
-        for what, true, found in (
-            ("speed [m/s]", exact.speed(chain, wave.peak_force), wave.speed),
-            ("momentum [N s]", exact.momentum(chain, wave.peak_force), wave.si_momentum),
-        )
     ]
 
 
@@ -277,7 +258,7 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     """Measure constants, the force over time, and the times between peaks.
 
     In the quick form the chain is shorter, and 4 of the scenes of Tables 2 to 4 are taken. Columns
-    kind (constant, si, force, shift), what, x (time from the peak, or contact), then the number by
+    kind (constant, force, shift), what, x (time from the peak, or contact), then the number by
     each; problem.
     """
     scene = far_field_scene(75 if quick else 90)
@@ -292,9 +273,11 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
         except hc.HertzchainError as problem:
             problems = [{"kind": "failed", "what": "far field", "problem": f"LAMMPS: {problem}"}]
     rows = [
-        *_constants(waves), *_in_si(scene.chain, waves), *_profile(waves), *problems,
+        *_constants(waves),
+        *_profile(waves),
+        *problems,
         *_shifts(quick, with_lammps),
-    ]  # fmt: skip
+    ]
     return pandas.DataFrame(rows, columns=list(COLUMNS))
 
 
@@ -331,13 +314,10 @@ def promises(table: pandas.DataFrame) -> list[Row]:
     rows = [did_not_run(e["what"], "", e["problem"]) for e in failed.to_dict("records")]
     constants = table[table["kind"] == "constant"].set_index("what")
     ran = _simulated(table)
-    judged = [(constants.loc[what], str(what), *by) for what in constants.index for by in ran]
-    for by in ran:
-        in_si = table[(table["kind"] == "si") & table["what"].str.endswith(by[0])]
-        judged += [(entry, entry["what"], *by) for _, entry in in_si.iterrows()]
-    for entry, what, backend, tolerance, reason in judged:
-        off = entry[backend] / entry["exact"] - 1
-        rows.append(row(f"{what}: relative error", backend, off, 0.0, tolerance, reason))
+    for what in constants.index:
+        for backend, tolerance, reason in ran:
+            off = constants[backend][what] / constants["exact"][what] - 1
+            rows.append(row(f"{what}: relative error", backend, off, 0.0, tolerance, reason))
     for what, found in FOUND.items():
         for who, expected in zip(("paper", "nesterenko"), found, strict=True):
             if not math.isnan(expected):
@@ -505,25 +485,6 @@ def _draw_constants(axes: Axes, constants: pandas.DataFrame) -> None:
     axes.legend(fontsize="small")
 
 
-def show(console: Console, table: pandas.DataFrame) -> None:
-    """Print each constant from each source, with its difference from the exact one."""
-    own = table[table["kind"] == "constant"]
-    printed = Table(title=TITLE, title_justify="left", box=None)
-    printed.add_column("", no_wrap=True)
-    printed.add_column("exact", justify="right")
-    for name in list(_WHO.values())[1:]:
-        printed.add_column(name, justify="right", no_wrap=True)
-        printed.add_column("off", justify="right", no_wrap=True)
-    for entry in own.to_dict("records"):
-        true, *numbers = (float(entry[key]) for key in _WHO)
-        cells = [f"{true:.6f}"]
-        for value, digits in zip(numbers, ("+.2%", "+.2%", "+.0e", "+.0e"), strict=True):
-            known = not math.isnan(value)
-            cells += [f"{value:.6f}", f"{value / true - 1:{digits}}"] if known else ["", ""]
-        printed.add_row(str(entry["what"]), *cells)
-    console.print(printed)
-
-
 _WHO = {"exact": "exact", "paper": "paper", "nesterenko": "Nesterenko"}
 _WHO |= {"native": "native", "lammps": "LAMMPS"}
 
@@ -532,7 +493,7 @@ SCRIPT = Script(
     TITLE,
     "Which constants of the solitary wave are right, and do Eqs. 4 and 5 agree with one another?",
     "exact wave, native, LAMMPS, Nesterenko's long wave; the paper's Eqs. 4 and 5, L_SW and V_SW",
-    measure, promises, draw, show,
+    measure, promises, draw,
 )  # fmt: skip
 
 if __name__ == "__main__":

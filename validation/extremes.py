@@ -2,7 +2,7 @@
 
 Scenes are drawn at random over ranges that reach far beyond what is physical (see RANGES), and run
 with both backends; every method is run with steps from a thousandth of the stable one to three
-times that, and batches in single precision. Each run must be right (its peaks differ from those of
+times that, and batches. Each run must be right (its peaks differ from those of
 a converged run by no more than what both say of their own error) or refused, with a reason from a
 closed list (REASONS).
 
@@ -27,11 +27,9 @@ from typing import Any
 
 import numpy as np
 import pandas
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from rich.console import Console
 from rich.progress import Progress
-from rich.table import Table
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
@@ -186,7 +184,7 @@ class Judge:
         return self._judge(name, lambda: run_in(self.child, backend, self.scene), step)
 
     def batch(self, rtol: float, name: str = "") -> Outcome:
-        """Run a batch, which is in single precision from 1e-4 on, and compare."""
+        """Run a batch, and compare."""
         found = hc.peak_forces([self.scene], rtol)
         peaks, stated = found.peak_force[0], float(found.error_estimate[0])
         outcome = functools.partial(Outcome, **self.facts, run=name or f"batch {rtol:g}")
@@ -376,18 +374,11 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
             for outcomes in bar.track(pool.map(task, numbers), len(numbers), description=label):
                 found.extend(outcomes)
 
-        for kind in KINDS:
-            collect(
-                kind,
-                functools.partial(bound_outcomes, kind, with_lammps=with_lammps),
-                range(0, CHUNK if quick else BOUNDS, CHUNK),
-            )
-        for kind in WITH_TERMS:
-            collect(
-                kind,
-                functools.partial(term_outcomes, kind, with_lammps=with_lammps),
-                range(0, CHUNK if quick else HARD, CHUNK),
-            )
+        kinds = [(kind, bound_outcomes, BOUNDS) for kind in KINDS]
+        kinds += [(kind, term_outcomes, HARD) for kind in WITH_TERMS]
+        for kind, outcomes, number in kinds:
+            task = functools.partial(outcomes, kind, with_lammps=with_lammps)
+            collect(kind, task, range(0, CHUNK if quick else number, CHUNK))
         collect("steps", lambda k: step_outcomes(k, with_lammps), range(1 if quick else 20))
         drawn, wanted = 0, CHUNK if quick else SCENES
         while drawn < wanted or (not quick and _answered(found) < ANSWERED):
@@ -421,27 +412,6 @@ def promises(table: pandas.DataFrame) -> list[Row]:
     return rows
 
 
-def show(console: Console, table: pandas.DataFrame) -> None:
-    """Print the share of each outcome, and the largest error over what was stated."""
-    shown = Table(title="Share of each outcome", title_justify="left", box=None)
-    outcomes = [RIGHT, *REASONS.values()]
-    for column in ("run", "runs", *outcomes, "error / stated", "stated / error, median"):
-        shown.add_column(column, justify="left" if column == "run" else "right")
-    for run, group in table.groupby("run", sort=False):
-        shares = (float((group["outcome"] == outcome).mean()) for outcome in outcomes)
-        over, under = group["measured"] / group["bound"], group["stated"] / _seen(group)
-        cells = [f"{share:.1%}" if share else "" for share in shares]
-        shown.add_row(
-            str(run), str(len(group)), *cells, f"{over.max():.2f}", f"{under.median():.0f}"
-        )
-    console.print(shown)
-
-
-def _seen(group: pandas.DataFrame) -> pandas.Series:
-    """Errors; none is smaller than round-off."""
-    return group["measured"].clip(lower=1e-16)
-
-
 COLOURS = ("tab:green", "tab:red", "tab:purple", "tab:orange", "black", "tab:blue")
 """Of RIGHT and REASONS."""
 
@@ -449,46 +419,42 @@ COLOURS = ("tab:green", "tab:red", "tab:purple", "tab:orange", "black", "tab:blu
 def draw(table: pandas.DataFrame) -> Figure:
     """Draw outcomes over the ranges, errors against what was stated, and errors over the step."""
     figure = new_figure(12, 9)
-    axes = figure.subplots(2, 2)
+    (over_ratio, over_overlap), (errors, over_step) = figure.subplots(2, 2)
     random = table[table["step"].isna() & table["run"].isin(["native", "lammps"])]
-    _plot_outcomes(axes[0, 0], random, "momentum_ratio", "LM_ratio")
-    _plot_outcomes(axes[0, 1], random, "overlap_ratio", "overlap under F0 / R")
-    right = random[random["outcome"] == RIGHT]
-    for run, group in right.groupby("run", sort=False):
-        axes[1, 0].loglog(group["bound"], _seen(group), ".", ms=3, label=str(run))
-    ends = [1e-8, 1]
-    axes[1, 0].plot(ends, ends, "k-", lw=0.8)
-    axes[1, 0].set(xlabel="stated error", ylabel="error", title="Random scenes")
-    axes[1, 0].legend()
-    steps = table[table["step"].notna()]
-    for run, group in steps.groupby("run", sort=False):
+    for axes, column, label in (
+        (over_ratio, "momentum_ratio", "LM_ratio"),
+        (over_overlap, "overlap_ratio", "overlap under F0 / R"),
+    ):
+        for outcome, colour in zip((RIGHT, *REASONS.values()), COLOURS, strict=True):
+            own = random[random["outcome"] == outcome]
+            some, circled = (own[own["run"] == run] for run in ("native", "lammps"))
+            axes.loglog(some[column], some["granules"], ".", ms=2, color=colour, label=outcome)
+            axes.loglog(circled[column], circled["granules"], "o", ms=4, mfc="none", color=colour)
+        axes.set(xlabel=label, ylabel="N", title="Native (dots), LAMMPS (circles)")
+    for run, group in random[random["outcome"] == RIGHT].groupby("run", sort=False):
+        seen = group["measured"].clip(lower=1e-16)  # none is smaller than round-off
+        errors.loglog(group["bound"], seen, ".", ms=3, label=str(run))
+    errors.plot([1e-8, 1], [1e-8, 1], "k-", lw=0.8)
+    errors.set(xlabel="stated error", ylabel="error", title="Random scenes")
+    for run, group in table[table["step"].notna()].groupby("run", sort=False):
         answered = group[group["outcome"] == RIGHT].groupby("step")
-        (line,) = axes[1, 1].loglog(answered["measured"].max(), "o-", ms=3, label=str(run))
-        axes[1, 1].loglog(answered["stated"].max(), "--", lw=0.8, color=line.get_color())
-    axes[1, 1].axvline(1.0, color="k", lw=0.8)
-    axes[1, 1].set(
+        (line,) = over_step.loglog(answered["measured"].max(), "o-", ms=3, label=str(run))
+        over_step.loglog(answered["stated"].max(), "--", lw=0.8, color=line.get_color())
+    over_step.axvline(1.0, color="k", lw=0.8)
+    over_step.set(
         xlabel="step / longest stable step", ylabel="largest error; dashed: stated",
         title="Every method; refused right of the line",
     )  # fmt: skip
-    axes[1, 1].legend(fontsize="small")
+    for axes in figure.axes:
+        axes.legend(fontsize="small")
     return figure
-
-
-def _plot_outcomes(axes: Axes, table: pandas.DataFrame, column: str, label: str) -> None:
-    for outcome, colour in zip((RIGHT, *REASONS.values()), COLOURS, strict=True):
-        some = table[(table["outcome"] == outcome) & (table["run"] == "native")]
-        axes.loglog(some[column], some["granules"], ".", ms=2, color=colour, label=outcome)
-        some = table[(table["outcome"] == outcome) & (table["run"] == "lammps")]
-        axes.loglog(some[column], some["granules"], "o", ms=4, mfc="none", mew=0.6, color=colour)
-    axes.set(xlabel=label, ylabel="N", title="Native (dots), LAMMPS (circles)")
-    axes.legend(fontsize="x-small", markerscale=4)
 
 
 SCRIPT = Script(
     "Scenes at the extremes",
     "Is every scene that can be typed answered, with an error that holds, or refused?",
     "native, LAMMPS; native to 1e-9",
-    measure, promises, draw, show,
+    measure, promises, draw,
 )  # fmt: skip
 
 if __name__ == "__main__":

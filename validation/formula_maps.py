@@ -3,9 +3,7 @@
 Eq. 3 says p, Eqs. 6 and 9 say the peak forces of the transition, all three from the F_SW of a
 simulation. By similarity an error depends on the profile, LM_ratio and n alone, so a map of these
 two for each profile is all there is to know. Native simulates the maps, LAMMPS a sample of their
-points::
-
-    .venv/bin/python validation/formula_maps.py --plot formula_maps.png -o formula_maps.csv
+points.
 """
 
 from __future__ import annotations
@@ -28,15 +26,15 @@ from numpy.typing import NDArray
 import hertzchain as hc
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps import run_many
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.observables.transition import transition_granules
 from hertzchain.scene.pulse import PROFILES as RAMPS
 from hertzchain.scene.pulse import profile_named
-from validation import peak_forces, table2
 from validation.drawing import PROFILES, new_figure
 from validation.rows import Row, did_not_run, progress, row
 from validation.script import Script
-from validation.shipped import STEEL, load, pulse_of, simulate
+from validation.shipped import STEEL, load, pulse_of, table_scenes
 
 TITLE = "Where Eqs. 3, 6 and 9 hold"
 
@@ -61,10 +59,6 @@ SIZE, QUICK_SIZE = (121, 81), (25, 17)
 
 SAMPLE_GRANULES = 40
 """Of the chains that LAMMPS simulates: p is 17 at most, and its time grows as the square."""
-
-LONGER = 160
-"""Granules of the chains that show that N changes nothing."""
-
 
 # Errors
 
@@ -165,81 +159,53 @@ def _record(
     return place | found | {"peak_force": peak_force}
 
 
-def paper_errors() -> dict[str, tuple[Point, float, float]]:
-    """The 24 scenes of Tables 2 to 4, with the errors that their scripts find natively.
-
-    By name the point, the error of Eq. 3 [% of p] and the largest error of Eq. 6 [%]; NaN where its
-    table does not have it.
-    """
-    found = {
-        entry["scene"]: (100 * abs(entry["eq3"] / entry["p"] - 1), math.nan)
-        for entry in table2.measure(False, False).to_dict("records")
-    }
-    for number in (3, 4):
-        table = peak_forces.measure(number, False, False)
-        for name, largest in table.groupby("scene")["error_percent"].max().items():
-            found[str(name)] = math.nan, float(largest)
-    points = {}
-    for name, entry in found.items():
-        pulse, ratio = pulse_of(load(name))[0], load(name).momentum_ratio
-        points[name] = Point(name, pulse.profile, ratio, pulse.duration_ratio), *entry
-    return points
-
-
 def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     """Errors of the formulas on the grids, in the paper's scenes and in the sample.
 
     In the quick form the grid is coarse, and LAMMPS has three points instead of twelve. Columns
-    part (map, longer, paper, sample), scene, profile, momentum_ratio, duration_ratio, granules,
-    backend, p, wave_force (F_SW / F0), eq3 (its p), eq3_error [% of p], eq6_error and eq9_error,
-    the largest of the transition [%], least_p and most_p (if changes from contact to contact are
-    off by 2 rtol), peak_difference from native, expected_eq3 and expected_eq6 (errors that the
-    scripts of the tables find [%]), problem.
+    part (map, paper, sample), scene, profile, momentum_ratio, duration_ratio, granules, backend, p,
+    wave_force (F_SW / F0), eq3 (its p), eq3_error [% of p], eq6_error and eq9_error, the largest of
+    the transition [%], peak_difference from native, problem.
     """
     size = QUICK_SIZE if quick else SIZE
-    parts = []
-    for profile in progress(RAMPS, TITLE):
-        parts.append(_with_doubt(simulated("map", grid(profile, size), GRANULES)))
-        corners = grid(profile, (3, 2) if quick else (7, 5))
-        parts += [simulated("longer", corners, granules) for granules in (GRANULES, LONGER)]
-    known = paper_errors()
-    paper = simulated("paper", [point for point, _, _ in known.values()], GRANULES)
-    paper["expected_eq3"] = [known[name][1] for name in paper["scene"]]
-    paper["expected_eq6"] = [known[name][2] for name in paper["scene"]]
-    parts += [paper, _sampled(quick, with_lammps)]
+    parts = [simulated("map", grid(profile, size), GRANULES) for profile in progress(RAMPS, TITLE)]
+    scenes = {name: load(name) for name in table_scenes()}
+    paper = [
+        Point(
+            name,
+            pulse_of(scene)[0].profile,
+            scene.momentum_ratio,
+            pulse_of(scene)[0].duration_ratio,
+        )
+        for name, scene in scenes.items()
+    ]
+    parts += [simulated("paper", paper, GRANULES), _sampled(quick, with_lammps)]
     whole = pandas.concat(parts, ignore_index=True).drop(columns="peak_force")
     return whole.fillna({"problem": ""})
 
 
-def _with_doubt(table: pandas.DataFrame) -> pandas.DataFrame:
-    """Add p for limits of 1 % plus and minus the possible error of two peaks."""
-    for column, threshold in (("least_p", 0.01 + 2 * RTOL), ("most_p", 0.01 - 2 * RTOL)):
-        table[column] = [
-            transition_granules(peaks, np.ones(peaks.size, np.bool_), threshold)
-            for peaks in table["peak_force"]
-        ]
-    return table
-
-
 def _sampled(quick: bool, with_lammps: bool) -> pandas.DataFrame:
-    """The sample by the batch, by native alone and by LAMMPS."""
+    """The sample by native's batch and by LAMMPS."""
     points = sample(quick)
     batch = simulated("sample", points, SAMPLE_GRANULES).assign(problem="")
-    peaks = dict(zip(batch["scene"], batch["peak_force"], strict=True))
-    scenes = {point.name: point.scene() for point in points}
-    found = simulate(scenes, TITLE, with_lammps, hc.Lammps(rtol=RTOL, extrapolated=True))
+    if not with_lammps:
+        return batch
+    found = run_many((point.scene() for point in points), hc.Lammps(rtol=RTOL, extrapolated=True))
     records = []
-    for point in points:
-        for backend in ("native", "lammps") if with_lammps else ("native",):
-            result = found[point.name, backend]
-            name = "native alone" if backend == "native" else backend
-            force, problem = np.zeros(SAMPLE_GRANULES - 1), str(result)
-            if isinstance(result, hc.Result):
-                force, problem = result.peak_force / result.scene.units.force, ""
-            entry = _record("sample", point, SAMPLE_GRANULES, name, force)
-            entry["peak_difference"] = largest_difference(force, peaks[point.name])
-            records.append(entry | {"problem": problem})
+    for point, known, result in zip(points, by_point(points, batch), found, strict=True):
+        force, problem = np.zeros(SAMPLE_GRANULES - 1), str(result)
+        if isinstance(result, hc.Result):
+            force, problem = result.peak_force / result.scene.units.force, ""
+        entry = _record("sample", point, SAMPLE_GRANULES, "lammps", force)
+        off = largest_difference(force, known)
+        records.append(entry | {"peak_difference": off, "problem": problem})
     return pandas.concat([batch, pandas.DataFrame(records)], ignore_index=True)
+
+
+def by_point(points: Iterable[Point], table: pandas.DataFrame) -> list[FloatArray]:
+    """The peaks of a table at named points."""
+    peaks = dict(zip(table["scene"], table["peak_force"], strict=True))
+    return [peaks[point.name] for point in points]
 
 
 # What has to hold
@@ -316,11 +282,6 @@ _TOP = (
 _RULE = "percent, by the rule; at the points of the grid"
 _WHOLE = "p is a whole number"
 _COUNTED = "a count; the error nearest to 5 % is 5.018, and known to 0.004"
-_DOUBT = (
-    "percent; changes of peaks to 1e-5 are known to 2e-5, and where one is 1 % p hangs on that: at"
-    " 0.8 percent of the points of a fine grid, up to 1.9 of a coarse one, too few to matter to a"
-    " share"
-)
 _EVERYWHERE = "the transition ends within 47 granules everywhere on the map"
 _BATCH = "1e-5 of the batch, 1e-5 of LAMMPS: what both are asked for"
 
@@ -343,20 +304,34 @@ def promises(table: pandas.DataFrame) -> list[Row]:
         worst = float(np.max(errors_inside.to_numpy(), initial=0.0)) if inside.any() else math.nan
         passed = worst <= WITHIN
         rows.append(Row(f"rule: {rule.name}: largest", "native", worst, 0.0, WITHIN, passed, _RULE))
-    rows += _longer_rows(table[table["part"] == "longer"])
-    rows += _paper_rows(table[table["part"] == "paper"])
+    paper = table[table["part"] == "paper"]
+    for (name, equation), count in zip(EQUATIONS.items(), HOLD, strict=True):
+        what = f"of the paper's 24 scenes, {equation} within 5 %"
+        within = float((paper[f"{name}_error"] <= WITHIN).sum())
+        rows.append(row(what, "native", within, count, 0.0, _COUNTED))
     return [*rows, *_sample_rows(table[table["part"] == "sample"])]
+
+
+def _sample_rows(own: pandas.DataFrame) -> Iterator[Row]:
+    batch = own[own["backend"] == "native"].set_index("scene").to_dict("index")
+    for entry in own[own["backend"] == "lammps"].to_dict("records"):
+        name, known = entry["scene"], batch[entry["scene"]]
+        if entry["problem"]:
+            yield did_not_run(name, "lammps", entry["problem"])
+            continue
+        yield row(f"{name}: p", "lammps", entry["p"], known["p"], 0.0, _WHOLE)
+        off = entry["peak_difference"]
+        yield row(f"{name}: peaks, off", "lammps", off, 0.0, 2 * RTOL, _BATCH)
+        for column, equation in EQUATIONS.items():
+            measured, expected = entry[f"{column}_error"], known[f"{column}_error"]
+            what, reason = f"{name}: error of {equation} [%]", f"percent; {_SAME}, on both sides"
+            yield row(what, "lammps", measured, expected, 2 * _ROUNDING, reason)
 
 
 def _map_rows(profile: str, own: pandas.DataFrame) -> Iterator[Row]:
     ratios, durations = _axes_of(own)
     spacing = math.log(durations[1] / durations[0])
-    doubtful = 100 * float((own["least_p"] != own["most_p"]).mean())
-    what = f"{profile}: points where p hangs on the digits of peaks [%]"
-    yield from [
-        row(f"{profile}: points without p", "native", own["p"].isna().sum(), 0, 0.0, _EVERYWHERE),
-        row(what, "native", doubtful, 0.0, 3.0, _DOUBT),
-    ]
+    yield row(f"{profile}: points without p", "native", own["p"].isna().sum(), 0, 0.0, _EVERYWHERE)
     middle = ratios.size // 2
     for side, columns in (("below", slice(None, middle + 1)), ("above", slice(middle, None))):
         for k, (name, equation) in enumerate(EQUATIONS.items()):
@@ -389,57 +364,6 @@ def _on_grid(own: pandas.DataFrame, column: str) -> FloatArray:
     ratios, durations = _axes_of(own)
     values = own.sort_values(["duration_ratio", "momentum_ratio"])[column]
     return values.to_numpy(np.float64).reshape(durations.size, ratios.size)
-
-
-def _longer_rows(own: pandas.DataFrame) -> Iterator[Row]:
-    short, long = (
-        own[own["granules"] == granules].reset_index(drop=True) for granules in (GRANULES, LONGER)
-    )
-    what = f"{LONGER} granules in place of {GRANULES}"
-    if short.empty or len(short) != len(long):
-        yield did_not_run(what, "native", "nothing was measured")
-        return
-    differ = float((short["p"] != long["p"]).sum())
-    yield row(f"{what}: points with another p", "native", differ, 0.0, 0.0, _WHOLE)
-    for name, equation in EQUATIONS.items():
-        off = np.max(np.abs((short[f"{name}_error"] - long[f"{name}_error"]).to_numpy()))
-        title = f"{what}: error of {equation} [%], off"
-        yield row(title, "native", float(off), 0.0, _ROUNDING, f"percent; {_SAME}")
-
-
-def _paper_rows(own: pandas.DataFrame) -> list[Row]:
-    rows = []
-    for entry in own.to_dict("records"):
-        for name, equation in (("eq3", "Eq. 3"), ("eq6", "Eq. 6")):
-            if not math.isnan(entry[f"expected_{name}"]):
-                measured, expected = entry[f"{name}_error"], entry[f"expected_{name}"]
-                what = f"{entry['scene']}: error of {equation} [%], as in its table"
-                reason = f"percent; {_SAME}"
-                rows.append(row(what, "native", measured, expected, _ROUNDING, reason))
-    for (name, equation), count in zip(EQUATIONS.items(), HOLD, strict=True):
-        what = f"of the paper's 24 scenes, {equation} within 5 %"
-        within = float((own[f"{name}_error"] <= WITHIN).sum())
-        rows.append(row(what, "native", within, count, 0.0, _COUNTED))
-    if len(rows) != 27:
-        rows.append(did_not_run("the paper's 24 scenes", "native", f"{len(rows) - 3} are there"))
-    return rows
-
-
-def _sample_rows(own: pandas.DataFrame) -> Iterator[Row]:
-    batch = own[own["backend"] == "native"].set_index("scene").to_dict("index")
-    for entry in own[own["backend"] != "native"].to_dict("records"):
-        name, backend = entry["scene"], entry["backend"]
-        if entry["problem"]:
-            yield did_not_run(name, backend, entry["problem"])
-            continue
-        known = batch[name]
-        yield row(f"{name}: p", backend, entry["p"], known["p"], 0.0, _WHOLE)
-        off = entry["peak_difference"]
-        yield row(f"{name}: peaks, off", backend, off, 0.0, 2 * RTOL, _BATCH)
-        for column, equation in EQUATIONS.items() if backend == "lammps" else ():
-            measured, expected = entry[f"{column}_error"], known[f"{column}_error"]
-            what, reason = f"{name}: error of {equation} [%]", f"percent; {_SAME}, on both sides"
-            yield row(what, backend, measured, expected, 2 * _ROUNDING, reason)
 
 
 # The figure

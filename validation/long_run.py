@@ -22,8 +22,6 @@ from typing import Any
 import numpy as np
 import pandas
 from matplotlib.figure import Figure
-from rich.console import Console
-from rich.table import Table
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
@@ -174,18 +172,6 @@ def drift(table: pandas.DataFrame, contender: str, quantity: str) -> FloatArray:
     return np.asarray(own / own[0] - 1)
 
 
-def lost_by(table: pandas.DataFrame, contender: str, granule: FloatArray) -> FloatArray:
-    """Extrapolate the drift of the amplitude to further granules.
-
-    A granule costs a wave the fraction loss (F/F0)^(q/6), q the exponent of the step: the wave is
-    slower when it is lower, and a step shorter beside it. That is summed up here.
-    """
-    own = table[table["contender"] == contender]
-    power = _LOSSES[contender][0] / 6
-    gone = power * own["loss"].iloc[0] * (granule - own["granule"].iloc[0])
-    return np.asarray((1 + gone) ** (-1 / power) - 1)
-
-
 def last(table: pandas.DataFrame, contender: str, quantity: str) -> float:
     """A quantity at the last mark."""
     return float(table.loc[table["contender"] == contender, quantity].iloc[-1])
@@ -269,25 +255,6 @@ _REFERENCE = "what the reference promises"
 _BETWEEN = "both find a peak between two steps in their own way: they differ by some dt^4 / 25"
 
 
-def show(console: Console, table: pandas.DataFrame) -> None:
-    """Print the state of each wave at its last mark."""
-    printed = Table(title=f"{TITLE}, steps of {STEP}", title_justify="left", box=None)
-    printed.add_column("", no_wrap=True)
-    for column in ("granules", "momentum", "energy", "amplitude", "its speed", "loss a granule"):
-        printed.add_column(column, justify="right")
-    for name in dict.fromkeys(table["contender"]):
-        momentum, relation, loss = (last(table, name, k) for k in ("momentum", "relation", "loss"))
-        energy, amplitude = (drift(table, name, k)[-1] for k in ("energy", "amplitude"))
-        found = (momentum, energy, amplitude, relation, loss)
-        cells = (f"{value:+.1e}" if math.isfinite(value) else "" for value in found)
-        printed.add_row(name, f"{last(table, name, 'granule'):,.0f}", *cells)
-    console.print(printed)
-    console.print(
-        "Momentum: from the impulse. Energy, amplitude: from those at the first mark. Its speed:"
-        " from that of an exact wave of its height.\n"
-    )
-
-
 _STYLES = {
     "velocity-verlet": ("#0072B2", "o-"), "srkn-6b": ("#009E73", "s-"),
     "srkn-11b": ("#CC79A7", "^-"), "reference": ("#000000", "v-"),
@@ -323,11 +290,6 @@ def draw(table: pandas.DataFrame) -> Figure:
         axes.set_title(title, fontsize="medium")
         axes.grid(alpha=0.3)
         axes.set_ylim(1e-17, 1.0)
-    for name in _LOSSES:
-        granule = np.geomspace(table["granule"].max() / 20, table["granule"].max(), 50)
-        off = -lost_by(table, name, granule)
-        panels[0, 2].plot(granule, off, "--", color=_STYLES[name][0], linewidth=1)
-    panels[0, 2].plot([], [], "--", color="0.4", linewidth=1, label="as its loss goes on")
     for axes in (*panels[1, :2], panels[0, 2]):
         axes.set_xlabel("granule")
         axes.tick_params(labelbottom=True)
@@ -342,7 +304,7 @@ SCRIPT = Script(
     TITLE,
     "What drifts in a wave that goes a million steps?",
     "native methods, LAMMPS; the exact solitary wave",
-    measure, promises, draw, show,
+    measure, promises, draw,
 )  # fmt: skip
 
 if __name__ == "__main__":

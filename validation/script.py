@@ -16,7 +16,6 @@ import numpy as np
 import pandas
 from matplotlib import rc_context
 from matplotlib.figure import Figure
-from rich.console import Console
 
 import hertzchain as hc
 from hertzchain.engines.lammps.engine import engine
@@ -26,7 +25,7 @@ from hertzchain.report.formats import check_format
 from hertzchain.report.junit import ERROR, Case, Suite, case, to_xml
 from hertzchain.verdict.tradeoff import provenance
 from validation.drawing import new_figure
-from validation.rows import Row, output, print_rows
+from validation.rows import Row, print_rows
 
 
 def why_no_lammps() -> str | None:
@@ -50,8 +49,6 @@ class Script:
     # Checks of such a table, measured now or read from its file.
     promises: Callable[[pandas.DataFrame], list[Row]]
     draw: Callable[[pandas.DataFrame], Figure]
-    # Prints it; by default only the rows are printed.
-    show: Callable[[Console, pandas.DataFrame], None] | None = None
 
     def compare(self, quick: bool = False) -> list[Row]:
         """The rows, with both backends; BackendMissing if LAMMPS is not there."""
@@ -94,7 +91,7 @@ class Script:
             if chosen.json:
                 print(json.dumps({"rows": as_json(rows)}, indent=2, allow_nan=False))
             else:
-                self._print(table, rows)
+                print_rows(f"{self.title}: what has to hold", rows)
             if chosen.output is not None:
                 write_table(chosen.output, table)
             if chosen.plot is not None:
@@ -104,11 +101,6 @@ class Script:
         if not all(entry.passed for entry in rows):
             return 1
         return 2 if missing else 0
-
-    def _print(self, table: pandas.DataFrame, rows: Sequence[Row]) -> None:
-        if self.show is not None:
-            self.show(output(), table)
-        print_rows(f"{self.title}: what has to hold", rows)
 
 
 def say(problem: hc.HertzchainError) -> int:

@@ -1,8 +1,6 @@
 """Error against cost of every method for peaks, on all 24 scenes of the paper's tables.
 
-To measure again what is kept in ``validation/results``, on a machine that does nothing else::
-
-    .venv/bin/python validation/tradeoff.py -o validation/results
+``make tradeoff`` measures again what is kept in ``validation/results``, on an idle machine.
 """
 
 from __future__ import annotations

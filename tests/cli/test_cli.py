@@ -123,35 +123,6 @@ def test_an_output_that_cannot_be_written_is_refused(
     assert names() == ["folder.png", "scene.toml"]
 
 
-@pytest.mark.parametrize(
-    "command",
-    [
-        ("compare", "scene.toml", "--backend", "native", "--junit", "scene.toml"),
-        ("judge", "scene.toml", "peaks.csv", "--junit", "./peaks.csv"),
-        ("deck", "scene.toml", "-o", "scene.toml"),
-        ("unit-test", "scene.toml", "-o", "scene.toml"),
-        ("run", "scene.toml", "-o", "a.csv", "--trajectory", "a.csv"),
-        ("compare", "scene.toml", "--report", "a.html", "--junit", "a.html"),
-        ("tradeoff", "scene.toml", "--plot", "a.png", "-o", "a.png"),
-    ],
-    ids=" ".join,
-)
-def test_no_file_is_written_over_another(hertzchain: Command, command: list[str]) -> None:
-    scene_file({"chain.granules": "6"})
-    Path("peaks.csv").write_text("contact,peak_force_N\n2,100\n", encoding="utf-8")
-    before = {name: Path(name).read_bytes() for name in names()}
-    is_refused(hertzchain(*command), "name")
-    assert {name: Path(name).read_bytes() for name in names()} == before
-
-
-def test_a_plot_in_no_known_format_is_refused(hertzchain: Command) -> None:
-    scene_file()
-    for name in ("plot.xyz", "plot"):
-        for command in ("compare", "tradeoff"):
-            is_refused(hertzchain(command, "scene.toml", "--plot", name), name, "png", "svg")
-    assert names() == ["scene.toml"]
-
-
 @linux
 def test_a_full_standard_output_is_refused() -> None:
     scene_file({"chain.granules": "6"})
@@ -321,16 +292,6 @@ def test_a_unit_that_was_forgotten_is_remarked_on(hertzchain: Command) -> None:
     assert re.fullmatch(
         r"hertzchain: LM_ratio is \S+, .* lasts 30 s, is that meant\?\n", outcome.err
     )
-
-
-@pytest.mark.parametrize(("ratio", "remarked"), [("1e4", False), ("10001", True)])
-def test_from_which_momentum_ratio_on_a_scene_is_remarked_on(
-    hertzchain: Command, ratio: str, remarked: bool
-) -> None:
-    scene_file({"chain.granules": "6", "shock.momentum_ratio": ratio})
-    outcome = hertzchain("predict", "scene.toml")
-    assert outcome.status == 0
-    assert ("is that meant?" in outcome.err) == remarked
 
 
 def test_a_heavy_striker_is_no_pulse_with_a_wrong_unit(hertzchain: Command) -> None:

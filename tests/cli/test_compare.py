@@ -9,7 +9,7 @@ import pytest
 
 from hertzchain.verdict import run_checks
 from tests.cli.short_chain import GET_IT, embedded, rows_of, scene_file
-from tests.command_line import Command, Outcome, is_refused
+from tests.command_line import Command, Outcome
 from tests.oracles.json_schema import problems
 from tests.processes import names
 
@@ -129,22 +129,3 @@ def test_compare_without_the_programs_shows_the_rest_and_what_to_do(hertzchain: 
         ["yade", "not run"],
     ]
     assert "apt install yade" in said[1]
-
-
-@pytest.mark.parametrize(
-    ("given", "where"),
-    [
-        (["--results", "my peaks.csv", "--column", "time=t"], "judge scene.toml 'my peaks.csv'"),
-        (["--deck", "in.mine", "--var", "n", "20"], "hertzchain examine scene.toml in.mine"),
-        *((option, "see hertzchain judge --help") for option in (
-            ["--column", "time=t"], ["--units", "si"], ["--dt", "1e-7"], ["--tolerance", "1e-3"],
-            ["--var", "n", "20"],
-        )),
-    ],
-    ids=" ".join,
-)  # fmt: skip
-def test_options_of_judge_and_examine_say_where_they_went(
-    hertzchain: Command, given: list[str], where: str
-) -> None:
-    is_refused(hertzchain("compare", "scene.toml", *given), where)
-    assert f"  {given[0]} " not in hertzchain("compare", "--help").out

@@ -8,10 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import ArrayLike
 
 import hertzchain as hc
-from hertzchain.engines.native import Native
 from tests.command_line import Command, process
 from tests.conftest import STEEL
 
@@ -33,22 +31,6 @@ def test_the_package_is_a_program() -> None:
     assert (outcome.status, outcome.err) == (0, "")
     assert outcome.out.startswith("hertzchain ")
     assert "hertzchain.__main__" not in sys.modules
-
-
-def test_damped_run_that_misses_the_wanted_accuracy_says_so(
-    hertzchain: Command, scene: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    run = Native.run
-
-    def rough(native: Native, scene: hc.Scene, record: ArrayLike | None = None) -> hc.Result:
-        return replace(run(native, scene, record), error_estimate=1e-4)
-
-    assert hertzchain("run", scene).status == 0
-    monkeypatch.setattr(Native, "run", rough)
-    outcome = hertzchain("run", scene, "--rtol", "9.9e-5")
-    assert outcome.status == 1
-    assert "wanted 9.9e-05, reached 0.0001: native cannot reach this accuracy" in outcome.err
-    assert hertzchain("run", scene, "--rtol", "1.1e-4").status == 0
 
 
 def test_nothing_of_the_paper_is_predicted_of_a_damped_chain(

@@ -54,7 +54,6 @@ def test_a_deck_with_a_data_file_is_two_files_or_none(hertzchain: Command) -> No
     outcome = hertzchain("deck", "scene.toml", "-o", "in.other", "--atoms", "data")
     is_refused(outcome, "in.other.data: is a directory")
     assert not Path("in.other").exists()
-    is_refused(hertzchain("deck", "scene.toml", "--atoms", "data"), "two files", "-o")
 
 
 def test_the_options_of_a_deck_are_in_it(hertzchain: Command) -> None:
@@ -66,25 +65,3 @@ def test_the_options_of_a_deck_are_in_it(hertzchain: Command) -> None:
     lean = hertzchain("deck", "scene.toml", "--rtol", "1e-3", "--watch-every", "0").out
     assert "watch index" not in lean
     assert "d_true" not in lean
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (("--rtol", "1e-6", "--dt", "1 ns"), ("--rtol chooses the step",)),
-        (("--rtol", "2"), ("rtol = 2", "from 1e-09 to 1")),
-        (("--rtol", "1e-15"), ("rtol = 1e-15", "from 1e-09 to 1")),
-        (("--dt", "-1 ns"), ("dt = -1e-09", "above 0")),
-        (("--dt", "1 m"), ("--dt", "1 m")),
-        (("--dt", "1 ms"), ("is unstable", "choose a smaller dt")),
-        (("--watch-every", "-1"), ("watch_every = -1",)),
-        (("--dump-every", "-1"), ("dump_every = -1",)),
-    ],
-    ids=" ".join,
-)
-def test_a_deck_that_cannot_be_is_refused(
-    hertzchain: Command, options: tuple[str, ...], words: tuple[str, ...]
-) -> None:
-    scene_file({"chain.granules": "6"})
-    is_refused(hertzchain("deck", "scene.toml", "-o", "in.lammps", *options), *words)
-    assert names() == ["scene.toml"]

@@ -96,29 +96,3 @@ def test_why_lammps_does_not_run_a_deck_is_said(hertzchain: Command, tmp_path: P
     assert done.status == 1
     assert "the deck does not come to its end" in done.out
     assert "requires ghost atoms store velocity" in " ".join(done.out.split())
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--var", "a"], ["--var", "NAME"]),
-        (["--var", "a=1", "--var", "a=2"], ["--var a"]),
-        (["--tolerance", "2"], ["tolerance", "below 1"]),
-        (["--plot", "a.txt"], ["a.txt"]),
-        (["--report", DECK], ["in.steel_plain"]),
-        (["--fix", DECK], ["in.steel_plain"]),
-        (["--lmp", "/no/lmp"], ["/no/lmp"]),
-    ],
-    ids=str,
-)
-def test_options_that_cannot_be(
-    options: list[object], words: list[str], hertzchain: Command
-) -> None:
-    is_refused(hertzchain("examine", SCENE, DECK, *options), *words)
-
-
-def test_files_that_are_no_decks(hertzchain: Command, tmp_path: Path) -> None:
-    deck = tmp_path / "chain.py"
-    deck.write_text('"""A chain\nof granules."""\nimport lammps\n', encoding="utf-8")
-    is_refused(hertzchain("examine", SCENE, deck), "chain.py", "must be a LAMMPS input script")
-    is_refused(hertzchain("examine", SCENE, tmp_path / "in.none"), "in.none")

@@ -42,15 +42,6 @@ def test_a_file_is_replaced_only_with_force(hertzchain: Command, tmp_path: Path)
     assert table.read_text(encoding="utf-8") == "measured\n"
     assert hertzchain("init", path, "--from", "pulse-table", "--force").status == 0
     assert table.read_text(encoding="utf-8").startswith("time_s,force_N\n")
-    is_refused(hertzchain("init", path), "mine.toml: exists", "--force")
-
-
-def test_where_nothing_can_be_written(hertzchain: Command, tmp_path: Path) -> None:
-    is_refused(hertzchain("init", tmp_path / "no" / "scene.toml"), "does not exist")
-    same = hertzchain("init", tmp_path / "mine.csv", "--from", "pulse-table")
-    is_refused(same, "mine.csv: is the name of the pulse table", "mine.toml")
-    assert list(tmp_path.iterdir()) == []
-    is_refused(hertzchain("init", tmp_path), "is a directory, must be the name of a file")
 
 
 def test_any_name_of_a_file_is_quoted_in_the_scene(hertzchain: Command, tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.short_chain import CONTACTS, embedded, rows_of, scene_file
-from tests.command_line import Command, Outcome, is_refused
+from tests.command_line import Command, Outcome
 from tests.oracles.json_schema import problems
 from tests.processes import names
 
@@ -78,23 +78,3 @@ def test_a_judgement_with_a_report(hertzchain: Command, native: Outcome) -> None
     assert embedded(page) == outcome.json()
     assert "scene.toml</b> and <b>peaks.csv" in page
     assert names() == ["peaks.csv", "report.html", "scene.toml"]
-
-
-def test_what_cannot_be_judged_is_refused(hertzchain: Command, native: Outcome) -> None:
-    scene_file()
-    peaks_file(native)
-    is_refused(hertzchain(*JUDGE, "--tolerance", "0"), "tolerance")
-    is_refused(hertzchain(*JUDGE, "--dt", "1 m"), "--dt")
-    is_refused(hertzchain(*JUDGE, "--dt", "1 s"), "unstable")
-    is_refused(hertzchain(*JUDGE, "--column", "F"), "--column F: must be NAME=VALUE")
-    is_refused(hertzchain(*JUDGE, "peaks.csv"), "peaks.csv", "is no dump of LAMMPS")
-    is_refused(hertzchain(*JUDGE[:-1], "none.csv"), "none.csv", "cannot be read")
-    is_refused(hertzchain("judge", "none.toml", "peaks.csv"), "none.toml")
-    is_refused(hertzchain(*JUDGE, "--report", "report.pdf"), "report.pdf", ".html or .htm")
-    assert names() == ["peaks.csv", "scene.toml"]
-
-
-def test_a_deck_is_none_of_its_files(hertzchain: Command) -> None:
-    scene_file()
-    Path("in.mine").write_text("# a chain\n\nunits si\natom_style sphere\n", encoding="utf-8")
-    is_refused(hertzchain("judge", "scene.toml", "in.mine"), "in.mine: is a LAMMPS input")

@@ -9,7 +9,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.scene.starters import write_starter
-from tests.command_line import Command, is_refused
+from tests.command_line import Command
 from tests.recordings import DURATION, FORCE, START, write_scope
 
 
@@ -82,30 +82,6 @@ def test_a_plot(hertzchain: Command, scope: Path, tmp_path: Path) -> None:
     done = hertzchain("pulse", scope, "--scale", 25, "--plot", plot)
     assert (done.status, done.err) == (0, f"Plot written to {plot}\n")
     assert plot.read_text(encoding="utf-8").startswith("<?xml")
-
-
-def test_what_is_refused(hertzchain: Command, scope: Path, tmp_path: Path) -> None:
-    before = scope.read_bytes()
-    is_refused(hertzchain("pulse", scope), "column 2 (CH1) is in V", "--scale")
-    here = hertzchain("pulse", scope, "-o", scope, "--scale", 25)
-    is_refused(here, "scope.csv: is an input, and must not be overwritten")
-    turned = hertzchain("pulse", scope, "-o", tmp_path / "a.csv", "--scale", -25)
-    is_refused(turned, "pulls; a pulse pushes", "--scale")
-    late = hertzchain("pulse", scope, "--scale", 25, "--start", "1 s")
-    is_refused(late, "--start = 1.0: must be a time of the file")
-    is_refused(hertzchain("pulse", scope, "--start", "1 N"), "--start", "wrong dimension")
-    unit = hertzchain("pulse", scope, "--scale", "25 N/V")
-    is_refused(unit, "--scale = '25 N/V': must be a number alone, N for each unit of the column")
-    unit = hertzchain("pulse", scope, "--scale", 25, "--baseline", "12 mV")
-    is_refused(unit, "--baseline = '12 mV': must be a number alone, in the unit of the column")
-    is_refused(hertzchain("pulse", scope, "--rtol", 0.5), "--rtol = 0.5")
-    is_refused(hertzchain("pulse", scope, "--plot", "a.gif"), "cannot be drawn")
-    is_refused(hertzchain("pulse", tmp_path / "no.csv"), "no.csv: cannot be read")
-    is_refused(hertzchain("pulse", scope, "--scale", 25, "--scene", scope), "is not TOML")
-    scope.write_text("1,2\n2,x\n" + "\n".join(f"{k},1" for k in range(3, 20)), encoding="utf-8")
-    is_refused(hertzchain("pulse", scope), "line 2: 'x' is no number")
-    scope.write_bytes(before)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["scope.csv"]
 
 
 def test_a_scene_with_another_shock_is_read_for_its_chain(

@@ -6,10 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.command_line import Command, is_refused
-from tests.places import ROOT
-
-DEMO = ROOT / "validation" / "scenes" / "demo.toml"
+from tests.command_line import Command
 
 STRIKER = """
 [chain]
@@ -72,15 +69,3 @@ def test_json(hertzchain: Command, striker: Path) -> None:
     assert velocity["number_is"] == "kg/s"
     assert velocity["gives"] is None
     assert velocity["write"] == pytest.approx(204.9397, rel=1e-6)
-
-
-@pytest.mark.parametrize("wrong", [2, 0, "nan"])
-def test_what_is_no_restitution(hertzchain: Command, wrong: object) -> None:
-    is_refused(hertzchain("restitution", wrong), "restitution = ", "must be a number from 0.001")
-
-
-def test_what_does_not_go_together(hertzchain: Command, striker: Path) -> None:
-    is_refused(hertzchain("restitution", 0.8, "--coefficient", 3), "goes with --scene FILE")
-    is_refused(hertzchain("restitution", 0.8, "--scene", DEMO), "needs a scene with a [striker]")
-    wrong = hertzchain("restitution", 0.8, "--scene", striker, "--coefficient", -1)
-    is_refused(wrong, "--coefficient = -1.0: must be a finite number of at least 0")

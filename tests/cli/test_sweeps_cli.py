@@ -67,29 +67,6 @@ def test_accuracy_that_is_missed_is_said_and_makes_the_status_1(
     )
 
 
-BAD = {
-    "an unknown parameter": (("--vary", "shock.colour=1,2"), "cannot vary; what can vary: "),
-    "no values": (("--vary", "shock.momentum_ratio="), "must be NAME=VALUE, such as"),
-    "no name": (("--vary", "1,2"), "must be NAME=VALUE, such as"),
-    "an accuracy that cannot be had": ((*GRID, "--rtol", "1e-30"), "rtol = 1e-30: must be"),
-    "a time limit that cannot be": ((*GRID, "--time-limit", "-1 s"), "--time-limit = '-1 s'"),
-    "a backend twice": (
-        (*GRID, "--backend", "native", "--backend", "native"),
-        "must not be given twice",
-    ),
-    "an option of LAMMPS": ((*GRID, "--extrapolated"), "is for --backend lammps"),
-    "a binary for native": ((*GRID, "--lmp", "lmp"), "is for --backend lammps"),
-    "a scheduler that is none": ((*GRID, "--scheduler", "abc"), "the scheduler 'abc' cannot be"),
-}
-
-
-@pytest.mark.parametrize("what", BAD)
-def test_what_cannot_be_is_one_sentence_and_nothing_is_made(hertzchain: Command, what: str) -> None:
-    arguments, words = BAD[what]
-    is_refused(hertzchain("sweep", "scene.toml", *arguments, "-o", "out"), words)
-    assert names() == ["scene.toml"]
-
-
 @pytest.mark.parametrize(
     ("varied", "said"),
     [
@@ -105,11 +82,6 @@ def test_ends_that_look_like_a_wrong_unit_are_asked_about_once(
     assert outcome.status == 0
     question = "" if said is None else f"hertzchain: {said}: is the unit what is meant?\n"
     assert outcome.err == question
-
-
-def test_an_output_that_is_no_folder_is_refused(hertzchain: Command) -> None:
-    is_refused(hertzchain("sweep", "scene.toml", *GRID, "-o", "out.csv"), "say --format csv")
-    is_refused(hertzchain("sweep", "scene.toml", *GRID, "-o", "no/out"), "does not exist")
 
 
 def test_without_pyarrow_a_sweep_says_what_to_do(

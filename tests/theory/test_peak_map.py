@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import ArrayLike
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
@@ -113,12 +112,6 @@ def test_2000_points_vs_simulations() -> None:
     p_is_known(many, undecided=0.02)  # measured 1.1 %
 
 
-def test_the_map_can_fail(points: list[Point]) -> None:
-    shifted = [Point(a.mapped, b.simulated) for a, b in zip(points[:3], points[3:6], strict=True)]
-    with pytest.raises(AssertionError):
-        the_map_holds(shifted)
-
-
 @pytest.mark.parametrize("profile", PROFILES)
 @pytest.mark.parametrize("ratio", [0.1, 10.0])
 @pytest.mark.parametrize("n", [2.0, 50.0])
@@ -157,15 +150,6 @@ def test_the_script_and_the_reader_agree() -> None:
     assert off.max() < peak_map.STEP + 5e-7
 
 
-def test_what_is_smooth_costs_nothing() -> None:
-    ratios, durations = peak_map.grid()
-    x, y = np.log(ratios)[:, None, None], 1 / durations[None, :, None]
-    values = (1 + x - x**3 / 9) * (y - y**3) * np.ones(80)
-    counts = make_map.encode(values)
-    # Cubics are predicted; of the coarsest grid, 13 by 4 by 80, all is kept.
-    assert np.count_nonzero(counts[13 * 4 * 80 :]) == 0
-
-
 def test_the_script_writes_what_the_reader_reads(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -182,10 +166,6 @@ def test_the_script_writes_what_the_reader_reads(
             # Once more through steps, and through float32.
             off = np.abs(peak_map.decode(file[profile]) - peak_map.table(profile))
             assert off.max() < peak_map.STEP + 5e-7
-
-
-def test_the_file_is_small() -> None:
-    assert peak_map.FILE.stat().st_size < 2**20
 
 
 def test_the_file_is_read_when_it_is_needed() -> None:
@@ -206,27 +186,6 @@ def test_no_transition_is_cut_off(profile: str) -> None:
     assert change[..., 45:].max() < 0.01  # contacts 47 and 48; p is 47 at most
     assert change[..., 58:].max() < 0.0025
     assert change[..., 73:].max() < 0.0004
-
-
-def test_cubics_are_interpolated_exactly(monkeypatch: pytest.MonkeyPatch) -> None:
-    ratios, durations = peak_map.grid()
-    weight = np.linspace(-1, 1, 80)
-
-    def cubic(ratio: ArrayLike, n: ArrayLike) -> FloatArray:
-        x, y = np.log(ratio), 1 / np.asarray(n)
-        return np.asarray(weight * (0.3 * x - 0.1 * x**3 + x * y**3 - y**2))
-
-    grid = cubic(ratios[:, None, None], durations[None, :, None])
-    monkeypatch.setattr(peak_map, "table", lambda _: grid)
-    random = np.random.default_rng(5)
-    for _ in range(50):
-        ratio = np.exp(random.uniform(*np.log(peak_map.MOMENTUM_RATIOS)))
-        n = 1 / random.uniform(1 / 50, 1 / 2)
-        expected = np.exp(cubic(ratio, n))
-        mapped = peak_map.peaks("cosine", ratio, n)
-        # Positions on the grid are right to 1e-14 of its 384 spacings.
-        assert mapped.peak_force == pytest.approx(expected[:-1], rel=1e-12, abs=0)
-        assert mapped.far_field_force == pytest.approx(expected[-1], rel=1e-12, abs=0)
 
 
 def test_a_kink_widens_the_error(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -56,15 +56,6 @@ def test_the_closed_form_is_the_motion(ratio: float, pulls: bool) -> None:
     assert of_ratio(ratio, pulls) == pytest.approx(expected, abs=3e-8)
 
 
-def test_the_closed_form_as_it_is_often_written() -> None:
-    for ratio in (0.01, 0.3, 0.7, 0.99):
-        l = ROOT_5 * ratio / 2  # noqa: E741 - the formula's letter
-        w = math.sqrt(1.25 - l * l)
-        t = math.atan2(2 * l * w, l * l - w * w) / w
-        e = -math.exp(-l * t) * (math.cos(w * t) - l / w * math.sin(w * t))
-        assert of_ratio(ratio, False) == pytest.approx(e, rel=1e-12)  # round-off of the difference
-
-
 def test_critical_damping_is_no_corner() -> None:
     assert of_ratio(1.0, False) == math.exp(-2)
     for ratio in (1 - 1e-9, 1 + 1e-9):
@@ -86,15 +77,6 @@ def test_kuwabara_and_kono(relaxation: float, parted: float, pulled: float) -> N
     # Half a unit of the last digit that is known.
     assert restitution.viscoelastic(relaxation, one, False) == pytest.approx(parted, abs=5e-9)
     assert restitution.viscoelastic(relaxation, one, True) == pytest.approx(pulled, abs=5e-9)
-
-
-def test_weak_viscous_damping_follows_the_series() -> None:
-    c1 = 1.15344886
-    for x in (1e-2, 1e-3):
-        series = 1 - c1 * x + 0.6 * (c1 * x) ** 2
-        # The next term is of the order of x^(5/2) where contacts do not pull, of x^3 else.
-        assert of_natural(x, 0.5, True) == pytest.approx(series, abs=x**2.5)
-        assert of_natural(x, 0.5, False) == pytest.approx(series, abs=x**2.5)
 
 
 @BOTH

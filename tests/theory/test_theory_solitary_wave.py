@@ -57,26 +57,6 @@ def test_wave_has_height_1_in_the_middle_and_is_symmetric() -> None:
     assert ahead == pytest.approx(behind, rel=0, abs=1e-15)
 
 
-def test_wave_falls_from_its_middle() -> None:
-    # Beyond 4.5 granules it is below 1e-11 and goes down into the noise of the transform.
-    assert np.all(np.diff(WAVE.overlap[MIDDLE : MIDDLE + 9 * PER_GRANULE // 2]) < 0)
-    assert np.all(WAVE.overlap >= 0)
-
-
-def test_tail_falls_double_exponentially() -> None:
-    """Far ahead a contact feels only the one behind: r(x + 1) = C r(x)^(3/2), but for factors.
-
-    So the decimal digits that r loses in a granule grow by half from granule to granule.
-    """
-    overlap = WAVE.overlap[MIDDLE::PER_GRANULE][:6]
-    assert overlap[5] < 2e-15
-    lost = -np.log(overlap[1:] / overlap[:-1])
-    # Factors that go as 1 / log r: the ratios come down to 3/2 from above, 1.59 at granule 5.
-    ratios = lost[2:] / lost[1:-1]
-    assert np.all(np.diff(ratios) < 0)
-    assert 1.5 < ratios[-1] < 1.65
-
-
 def test_force_integral_vs_the_quadrature_of_a_spline() -> None:
     area = make_interp_spline(WAVE.x, WAVE.overlap**1.5, k=11).integrate(-8.0, 8.0)
     # Both are spectrally accurate; a few dozen roundings.

@@ -7,19 +7,8 @@ from pathlib import Path
 import pandas
 import pytest
 
-import hertzchain as hc
-from hertzchain.engines.native import elastic_state
-from hertzchain.engines.native.kernel_input import leg_rows
 from validation import benchmarks
-from validation.benchmarks import TERMS, Measured, keep, march
-
-
-def test_the_front_saves_evaluations(demo: hc.Scene) -> None:
-    rows = leg_rows(demo.schedule(0.4 * demo.units.time), demo.units)
-    front, whole = (march(rows, 60, moving) for moving in (8, 60))
-    assert (front.status, whole.status) == (elastic_state.DONE, elastic_state.DONE)
-    assert whole.granule_evaluations == 60 * whole.evaluations
-    assert 0 < front.granule_evaluations < 0.8 * whole.granule_evaluations
+from validation.benchmarks import TERMS, Measured, keep
 
 
 @pytest.mark.parametrize("codes", [("native", "LAMMPS"), ("native", "LAMMPS", "LIGGGHTS")])

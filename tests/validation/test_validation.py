@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
@@ -17,17 +17,15 @@ import validation.script
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.errors import BackendMissing, RunFailed
 from hertzchain.verdict.contenders import WAYS
-from hertzchain.verdict.tradeoff import Tradeoff
 from tests import scenes
-from tests.crashing import crash
-from validation import peak_forces, rows, run_all, shipped, table2, table3, table4, tradeoff
+from validation import rows, run_all, table2, table3, table4, tradeoff
 from validation.script import Script, rows_of, rows_only
 from validation.shipped import paper_table, scene_name
 
 SCRIPTS = {module.__name__.rpartition(".")[2]: module for module in run_all.MODULES}
 EXPENSIVE = {
     *("claims", "constants", "dimers", "drives", "figure2", "formula_maps", "limits"),
-    *("gapped_taper", "ladder", "mistakes", "precompression", "table2", "table3", "table4"),
+    *("gapped_taper", "mistakes", "precompression", "table2", "table3", "table4"),
     "walls",
 }
 """Scripts whose quick form takes most of a second or more: slow tests, which CI runs every time."""
@@ -37,34 +35,13 @@ TOO_LARGE = {"formula_maps"}
 """5 MB: its table is not kept, its figure is."""
 
 KEPT_ROWS = {
-    "figure1": 39,
-    "figure2": 41,
-    "figure3": 79,
-    "figure4": 31,
-    "figure5": 75,
-    "table2": 24,
-    "table3": 92,
-    "table4": 132,
-    "constants": 75,
-    "claims": 103,
-    "corrections": 49,
-    "ladder": 60,
-    "limits": 41,
-    "mistakes": 62,
-    "two_spheres": 40,
-    "strikers": 18,
-    "solitary_wave": 3,
-    "gapped_taper": 7,
-    "walls": 18,
-    "dimers": 7,
-    "precompression": 24,
-    "drives": 19,
-    "cut_offs": 6,
-    "restitution": 37,
-    "damped_waves": 14,
-    "damped_similarity": 27,
-    "damped_pulses": 10,
-}
+    "figure1": 39, "figure2": 41, "figure3": 79, "figure4": 31, "figure5": 75, "table2": 24,
+    "table3": 92, "table4": 132, "constants": 71, "claims": 94, "corrections": 41, "limits":
+    25, "mistakes": 62, "two_spheres": 40, "strikers": 18, "published": 45, "gapped_taper":
+    7, "walls": 18, "dimers": 7, "precompression": 18, "drives": 15, "cut_offs": 6,
+    "restitution": 37, "damped_waves": 14, "damped_pulses": 10,
+}  # fmt: skip
+"""How many rows the kept tables have."""
 
 PAGE = Path(run_all.__file__).parents[1] / "docs" / "validation.md"
 
@@ -98,9 +75,7 @@ def test_the_quick_form_of_a_script_passes(name: str, monkeypatch: pytest.Monkey
     assert len(outcome.script.draw(outcome.table).axes) > 0
 
 
-@pytest.mark.parametrize(
-    "name", ["claims", "constants", "figure2", "ladder", "table2", "table3", "table4"]
-)
+@pytest.mark.parametrize("name", ["claims", "constants", "figure2", "table2", "table3", "table4"])
 def test_native_alone_passes_and_is_judged_alike_from_a_file(name: str) -> None:
     """In their quick form, of those whose quick form is slow with LAMMPS."""
     script = SCRIPTS[name].SCRIPT
@@ -120,8 +95,6 @@ def test_native_alone_passes_and_is_judged_alike_from_a_file(name: str) -> None:
 def test_every_row_of_every_script_passes() -> None:
     for outcome in run_all.run_scripts(False, True):
         assert [entry for entry in outcome.rows if not entry.passed] == []
-    # 92 entries, 18 rows of the tables and a mean for each table and backend.
-    assert sum(len(paper_table(number)) for number in (3, 4)) == 92
 
 
 def test_every_script_is_run() -> None:
@@ -147,39 +120,6 @@ def test_what_is_kept_of_a_script_keeps_its_promises(name: str) -> None:
         # What the whole form judges, with LAMMPS: a table made with less of it has fewer rows.
         assert len(found) == KEPT_ROWS[name]
         assert [entry for entry in found if not entry.passed] == []
-
-
-@pytest.mark.parametrize("script", TABLES, ids=name_of)
-def test_a_wrong_simulation_fails(script: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
-    def doctored(wanted: Mapping[str, hc.Scene], *_: object) -> shipped.Found:
-        # The last contact of each transition 2 % high: p moves, and F_SW with it.
-        found: shipped.Found = {}
-        for name, scene in wanted.items():
-            result = hc.Native("reference").run(scene)
-            peaks = result.peak_force.copy()
-            peaks[4] *= 1.02
-            found[name, "native"] = replace(result, peak_force=peaks)
-        return found
-
-    monkeypatch.setattr(script if script is table2 else peak_forces, "simulate", doctored)
-    measured = script.SCRIPT.promises(script.SCRIPT.measure(True, False))
-    assert any(not entry.passed for entry in measured)
-
-
-@pytest.mark.parametrize("script", TABLES, ids=name_of)
-def test_a_scene_that_kills_lammps_fails_alone(
-    script: ModuleType, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def run_many(scenes: Iterable[hc.Scene], _: object) -> Iterator[hc.Result | hc.HertzchainError]:
-        by_native = [hc.Native("reference").run(scene) for scene in scenes]
-        yield RunFailed("LAMMPS crashed (SIGSEGV)")
-        yield from (replace(result, backend="lammps") for result in by_native[1:])
-
-    monkeypatch.setattr(shipped, "run_many", run_many)
-    measured = script.SCRIPT.promises(script.SCRIPT.measure(True, True))
-    (failed,) = [entry for entry in measured if not entry.passed]
-    assert failed.what.endswith(": LAMMPS crashed (SIGSEGV)")
-    assert {entry.backend for entry in measured if entry.passed} == {"native", "lammps"}
 
 
 def small_script(passed: bool) -> Script:
@@ -294,30 +234,3 @@ def test_the_tradeoff_in_its_quick_form(
     assert table["scene"].unique().tolist() == scenes.NAMES[:1]
     assert set(table["engine"]) == set(WAYS)
     assert "12 of 12 rows pass" in capsys.readouterr().out
-
-
-def without_lammps(scene: hc.Scene, enough: float) -> Tradeoff:  # noqa: ARG001
-    """Return a tradeoff without LAMMPS."""
-    return Tradeoff(scene, (), 1e-12, True, ("LAMMPS is not available",))
-
-
-def test_a_tradeoff_without_lammps_is_refused(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(tradeoff, "tradeoff", without_lammps)
-    monkeypatch.setattr(Child, "call", in_this_process)
-    with pytest.raises(BackendMissing, match="LAMMPS is not available"):
-        tradeoff.measure(quick=True)
-    assert tradeoff.run(["--quick"]) == 2
-    assert capsys.readouterr().err == "tradeoff.py: LAMMPS is not available\n"
-
-
-def test_a_tradeoff_that_crashes_is_a_row(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(tradeoff, "tradeoff", crash)
-    assert tradeoff.run(["--quick", "-o", str(tmp_path)]) == 1
-    out = capsys.readouterr().out
-    assert f"{scenes.NAMES[0]}: LAMMPS crashed (SIGABRT)" in out
-    assert "0 of 1 rows pass" in out
-    assert list(tmp_path.iterdir()) == []

@@ -2,9 +2,7 @@
 
 A weak push makes all modes of the chain ring. Their frequencies lie in two bands, whose ends are
 sqrt(2k'/M), sqrt(2k'/m) and sqrt(2k'(1/m + 1/M)), with the stiffness k' = 3/2 A^(2/3) F_pre^(1/3)
-of a pressed contact (Brillouin, Wave Propagation in Periodic Structures)::
-
-    .venv/bin/python validation/physics/cut_offs.py
+of a pressed contact (Brillouin, Wave Propagation in Periodic Structures).
 """
 
 from __future__ import annotations

@@ -2,9 +2,7 @@
 
 A constant force F0 sends a front that presses contacts with F0 behind it. Momentum and overlap give
 its speed, F0^(1/6) granules per time unit where stiffness and mass are 1, and energy says that
-damping takes a tenth of the work, whatever the law and its coefficient::
-
-    .venv/bin/python validation/physics/damped_pulses.py --plot damped_pulses.svg
+damping takes a tenth of the work, whatever the law and its coefficient.
 """
 
 from __future__ import annotations

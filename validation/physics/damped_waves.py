@@ -2,9 +2,7 @@
 
 A wave of height F, in units in which the stiffness and the mass of a granule are 1, loses
 d ln F / dN = -G x, x = c F^(2q/3 - 1/6), if contacts are damped by a little c d^q d'. Damping takes
-the integral of c d^q d'^2 over time in each contact, and the energy of a wave goes as F^(5/3)::
-
-    .venv/bin/python validation/physics/damped_waves.py -o damped_waves.csv --plot damped_waves.svg
+the integral of c d^q d'^2 over time in each contact, and the energy of a wave goes as F^(5/3).
 """
 
 from __future__ import annotations

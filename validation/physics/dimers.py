@@ -1,9 +1,7 @@
 """Chains of alternating heavy and light granules with equal contacts: ratios without decay.
 
 At mass ratios 0.3428 and 0.1548 a wave keeps its height, and near 0.240 it decays fastest
-(Jayaprakash, Starosvetsky and Vakakis, Phys. Rev. E 83 (2011) 036606)::
-
-    .venv/bin/python validation/physics/dimers.py
+(Jayaprakash, Starosvetsky and Vakakis, Phys. Rev. E 83 (2011) 036606).
 """
 
 from __future__ import annotations

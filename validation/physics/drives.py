@@ -1,9 +1,7 @@
 """Pistons and sines: collisions, trains of waves, and the linear chain below and above its cut-off.
 
 Forces of a piston in a chain at rest are those of SciPy's DOP853 with tolerances of 1e-12 and
-1e-13, whose digits agree::
-
-    .venv/bin/python validation/physics/drives.py
+1e-13, whose digits agree.
 """
 
 from __future__ import annotations
@@ -15,7 +13,6 @@ from scipy.integrate import quad
 from scipy.special import jv
 
 import hertzchain as hc
-from hertzchain.arrays import FloatArray
 from validation.physics.chains import EXTRAPOLATED, answers, history_of, steel, units_of
 from validation.rows import Row, row
 from validation.script import Script, rows_only
@@ -38,8 +35,6 @@ _DELAYED = "steps of 0.01 natural time units delay the waves of LAMMPS: 1.2e-4 m
 def compare(quick: bool, with_lammps: bool) -> list[Row]:
     """Rows for pistons and sines; the quick form has no long sine."""
     rows = [*_collision(with_lammps), *_train(with_lammps), *_slow_piston(with_lammps)]
-    for share in (0.6, 1.2):
-        rows += _sine(share, with_lammps)
     return rows if quick else [*rows, *_evanescent()]
 
 
@@ -56,21 +51,6 @@ def passed_on(granule: int, time: float) -> float:
         return 1.0
     order = 2 * granule
     return float(quad(lambda t: order * jv(order, 2 * t) / t, 0.0, time, limit=300)[0])
-
-
-def shaken(granule: int, time: float, ratio: float, cycles: int) -> float:
-    """Velocity of a granule under sin(2 ratio w0 t) for some cycles; m = w0 = 1.
-
-    A blow on the free end gives (2j + 1) J_{2j+1}(2 t) / t, and a force is a row of blows.
-    """
-    order, end = 2 * granule + 1, min(time, cycles * math.pi / ratio)
-
-    def blow(at: float) -> float:
-        after = time - at
-        answer = order * jv(order, 2 * after) / after if after > 0 else float(granule == 0)
-        return float(answer * math.sin(2 * ratio * at))
-
-    return float(quad(blow, 0.0, end, limit=500, epsabs=1e-11)[0])
 
 
 def _collision(with_lammps: bool) -> list[Row]:
@@ -101,41 +81,21 @@ def _train(with_lammps: bool) -> list[Row]:
 
 
 def _slow_piston(with_lammps: bool) -> list[Row]:
-    """A slow piston on a pressed chain: integrals of Bessel functions."""
-    chain, w0 = steel(40), frequency()
+    """A slow piston on a pressed chain: velocities are integrals of Bessel functions."""
+    chain, w0, rows = steel(40), frequency(), []
     velocity = STRENGTH * w0 * (FORCE / chain.contact_stiffness) ** (2 / 3)
     time = np.linspace(3.0, 25.0, 8)
     end, pressed = hc.Run(float(time[-1]) / w0), hc.Precompression(FORCE)
     scene = hc.Scene(chain, hc.Piston(velocity), end, precompression=pressed)
-    waves = [[passed_on(j, float(t)) for j in range(12)] for t in time]
-    return _linear("slow piston", scene, with_lammps, time / w0, np.array(waves), velocity)
-
-
-def _sine(ratio: float, with_lammps: bool) -> list[Row]:
-    """A weak sine on a pressed chain, of a frequency over the cut-off."""
-    chain, w0, cycles = steel(40), frequency(), 3
-    sine = hc.Sine(STRENGTH * FORCE, ratio * w0 / math.pi, cycles)
-    time = np.linspace(0.4, 2.9, 6) * cycles * math.pi / ratio
-    end, pressed = hc.Run(float(time[-1]) / w0), hc.Precompression(FORCE)
-    scene = hc.Scene(chain, sine, end, precompression=pressed)
-    waves = [[shaken(j, float(t), ratio, cycles) for j in range(8)] for t in time]
-    unit = STRENGTH * FORCE / (chain.granule_mass * w0)
-    what = f"sine of {ratio:g} cut-offs"
-    return _linear(what, scene, with_lammps, time / w0, np.array(waves), unit)
-
-
-def _linear(
-    what: str, scene: hc.Scene, with_lammps: bool, time: FloatArray, waves: FloatArray, unit: float
-) -> list[Row]:
-    """Velocities against those of the linear chain, in a unit [m/s]."""
-    rows = []
-    for backend, result in answers(scene, with_lammps, time).items():
-        found = history_of(result).velocity[:, : waves.shape[1]] / unit
+    waves = np.array([[passed_on(j, float(t)) for j in range(12)] for t in time])
+    for backend, result in answers(scene, with_lammps, time / w0).items():
+        found = history_of(result).velocity[:, :12] / velocity
         off = float(np.max(np.abs(found - waves)))
         limit, reason = 2 * STRENGTH, _LINEAR
         if backend == "lammps":
             limit, reason = limit + 1.5e-4, f"{reason}; {_DELAYED}"
-        rows.append(row(f"{what}: velocities - linear chain", backend, off, 0.0, limit, reason))
+        what = "slow piston: velocities - linear chain"
+        rows.append(row(what, backend, off, 0.0, limit, reason))
     return rows
 
 

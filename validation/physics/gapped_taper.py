@@ -1,9 +1,4 @@
-"""A taper with gaps: a row of collisions of two granules, independent of the force law.
-
-::
-
-    .venv/bin/python validation/physics/gapped_taper.py
-"""
+"""A taper with gaps: a row of collisions of two granules, independent of the force law."""
 
 from __future__ import annotations
 

@@ -1,9 +1,7 @@
-"""Waves in a pressed chain: the speed of the exact wave, and Bessel functions for weak ones.
+"""Waves in a pressed chain: their speed against that of the exact wave of their height.
 
 The exact wave is found as that of a chain at rest (hertzchain.theory.solitary_wave), its overlaps
-being those beyond the static one::
-
-    .venv/bin/python validation/physics/precompression.py
+being those beyond the static one.
 """
 
 from __future__ import annotations
@@ -12,10 +10,9 @@ import functools
 import math
 
 import numpy as np
-from scipy.special import jv
 
 import hertzchain as hc
-from validation.physics.chains import EXTRAPOLATED, answers, history_of, steel
+from validation.physics.chains import EXTRAPOLATED, answers, steel
 from validation.rows import Row, row
 from validation.script import Script, rows_only
 
@@ -36,8 +33,6 @@ _HALF_WIDTH, _POINTS = 64, 16
 
 _TABLE = "half a unit of the last digit of an independent computation"
 _SETTLED = "peaks and their times are right to 1e-9; the tail has gone by 1e-9 of the height"
-_LINEAR = "the curvature of Hertz's law leaves 0.3 of the strength, here {:g}"
-_DELAYED = "steps of 0.01 natural time units delay the waves of LAMMPS: 1.2e-4 measured"
 
 
 @functools.cache
@@ -65,7 +60,7 @@ def wave_speed(ratio: float) -> float:
 
 
 def compare(quick: bool, with_lammps: bool) -> list[Row]:
-    """Rows of the table, of chains, and of weak pushes; the quick form has fewer of each."""
+    """Rows of the table and of chains; the quick form has fewer of each."""
     rows = []
     for ratio, expected in SPEEDS.items():
         if not quick or ratio in (2, 100):
@@ -74,8 +69,6 @@ def compare(quick: bool, with_lammps: bool) -> list[Row]:
     for velocity, granules in STRIKERS.items():
         if not quick or velocity == 2.0:
             rows += _in_a_chain(velocity, granules, with_lammps and velocity == 2.0 and not quick)
-    for strength in (1e-3,) if quick else (1e-2, 1e-3, 1e-4):
-        rows += _weak(strength, with_lammps)
     return rows
 
 
@@ -104,36 +97,10 @@ def _in_a_chain(velocity: float, granules: int, with_lammps: bool) -> list[Row]:
     return rows
 
 
-def _weak(strength: float, with_lammps: bool) -> list[Row]:
-    """v_j(t) = v0 (2j + 1) / (w0 t) J_{2j+1}(2 w0 t) of granule j from 0, at a free end.
-
-    ``strength`` is v0 in units of the static overlap times w0 (Nesterenko).
-    """
-    chain = steel(60)
-    linear = 1.5 * math.cbrt(FORCE * chain.contact_stiffness**2)
-    frequency = math.sqrt(linear / chain.granule_mass)
-    velocity = strength * frequency * (FORCE / chain.contact_stiffness) ** (2 / 3)
-    time = np.linspace(2.0, 40.0, 20) / frequency
-    end, pressed = hc.Run(float(time[-1])), hc.Precompression(FORCE)
-    scene = hc.Scene(chain, hc.Striker(velocity), end, precompression=pressed)
-    order = 2 * np.arange(20) + 1
-    waves = [order / (frequency * t) * jv(order, 2 * frequency * t) for t in time]
-    rows = []
-    for backend, result in answers(scene, with_lammps, time).items():
-        found = history_of(result).velocity[:, :20] / velocity
-        off = float(np.max(np.abs(found - np.array(waves))))
-        what = f"push of {strength:g}: velocities - Bessel functions"
-        limit, reason = 0.3 * strength, _LINEAR.format(strength)
-        if backend == "lammps":
-            limit, reason = limit + 1.5e-4, f"{reason}; {_DELAYED}"
-        rows.append(row(what, backend, off, 0.0, limit, reason))
-    return rows
-
-
 SCRIPT = Script(
     "Waves in a pressed chain",
-    "How fast are waves in a pressed chain, and are weak ones Bessel functions?",
-    "native, LAMMPS; the exact wave by fixed-point iteration, Bessel functions",
+    "How fast are waves in a pressed chain?",
+    "native, LAMMPS; the exact wave by fixed-point iteration",
     **rows_only(compare),
 )
 

@@ -1,8 +1,6 @@
 """Restitution that damping options of LAMMPS, LIGGGHTS and Yade give: formulas and simulations.
 
-The numbers of damping options that depend on the velocity are those that hertzchain would write::
-
-    .venv/bin/python validation/physics/restitution.py
+The numbers of damping options that depend on the velocity are those that hertzchain would write.
 """
 
 from __future__ import annotations

@@ -1,9 +1,7 @@
 """Strikers of half to ten times the mass of a granule: the first contact, and the wave far away.
 
 Expected numbers are those of independent simulations in natural units; SciPy confirms the first
-contacts::
-
-    .venv/bin/python validation/physics/strikers.py
+contacts.
 """
 
 from __future__ import annotations

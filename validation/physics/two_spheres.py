@@ -1,9 +1,4 @@
-"""Two spheres that meet: force, duration and velocities in closed form (Hertz, 1882).
-
-::
-
-    .venv/bin/python validation/physics/two_spheres.py
-"""
+"""Two spheres that meet: force, duration and velocities in closed form (Hertz, 1882)."""
 
 from __future__ import annotations
 

@@ -1,9 +1,7 @@
 """A solitary wave at a wall: its force on the wall, and the reflected wave.
 
 Expected numbers are those of a native simulation at 1e-9, the same for 200, 400 and 800 granules;
-SciPy finds those of 90 granules to 1e-9::
-
-    .venv/bin/python validation/physics/walls.py --plot walls.png
+SciPy finds those of 90 granules to 1e-9.
 """
 
 from __future__ import annotations

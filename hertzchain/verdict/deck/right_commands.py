@@ -151,12 +151,11 @@ def damping_words(case: Case, k: int, version: str) -> tuple[str, str]:
     limit = "" if contact.attraction or version < "20220804" else " limit_damping"
     if contact.restitution is not None:
         return in_text(contact.restitution), f" damping coeff_restitution{limit}"
-    if contact.relaxation_time is not None:
-        rate = 2 * contact.relaxation_time * case.reduced_modulus(k)
+    if contact.damping == "viscoelastic":
+        rate = 2 * contact.parameter * case.reduced_modulus(k)
         mass = float(granules.contact_mass[min(k, granules.contact_mass.size - 1)])
         return in_text(rate / mass * unit.length * unit.time), f" damping viscoelastic{limit}"
-    assert contact.coefficient is not None
-    return in_text(contact.coefficient / unit.mass * unit.time), f" damping velocity{limit}"
+    return in_text(contact.parameter / unit.mass * unit.time), f" damping velocity{limit}"
 
 
 _NO_FRICTION = "tangential linear_nohistory 0.0 0.0"

@@ -349,12 +349,6 @@ def test_the_command(tmp_path: Path, hertzchain: Command) -> None:
     assert (left_on.status, ": note: " in left_on.out) == (0, True)
 
 
-def test_a_scene_is_for_examine(hertzchain: Command) -> None:
-    refused = hertzchain("lint", "in.mine", "--scene", "demo.toml")
-    assert (refused.status, refused.err.count("\n")) == (2, 1)
-    assert "hertzchain examine demo.toml in.mine" in refused.err
-
-
 def test_included_files_are_looked_at(tmp_path: Path) -> None:
     """As parts of the deck, and named where something is wrong in them; none without end."""
     wrong = planted(TRAPS["density first"])

@@ -1,0 +1,160 @@
+"""Bad input, one line each: a command is refused in one sentence that has these words.
+
+Status 2, nothing on standard output, one line on standard error, and no file is made or changed.
+"""
+
+from __future__ import annotations
+
+import shlex
+import shutil
+from pathlib import Path
+
+import pytest
+
+from hertzchain.scene.starters import write_starter
+from tests.cli.short_chain import scene_file
+from tests.command_line import Command, is_refused
+from tests.processes import names
+from tests.recordings import write_scope
+from tests.verdict.deck.corpus import FOLDER
+
+GRID = "--vary shock.momentum_ratio=0.5,1"
+
+REFUSED = """
+run scene.toml --rtol 1e-3 --dt '1 us' => rtol = 0.001: chooses method and step: leave out method and dt, or rtol
+run scene.toml --rtol 1e-3 --method rk4 => rtol = 0.001: chooses method and step: leave out method and dt, or rtol
+run scene.toml --backend lammps --method rk4 => --method rk4; velocity-verlet
+run scene.toml --backend lammps --method reference => --method reference; velocity-verlet
+run scene.toml --backend liggghts => liggghts is missing or not a program: install it with: apt install liggghts
+run scene.toml --backend yade => yade is missing or not a program: install it with: apt install yade
+run scene.toml --backend yade --isolate => --isolate is for --backend lammps
+run scene.toml --backend liggghts --method rk4 => has only velocity-verlet
+run scene.toml -o peaks.xls => peaks.xls; .csv; .parquet
+run scene.toml --trajectory motion.dump => motion.dump; .xyz; .extxyz
+run scene.toml --frames 7 => --frames; --trajectory FILE
+run scene.toml -o a.csv --trajectory a.csv => name
+run scene.toml --record 20 => --record; -o FILE; --plot FILE
+run scene.toml --record 20 -o motion.json => motion.json; .npz
+run scene.toml --record 9 --window '1 s' -o a.csv => --window 1 s; two times
+run scene.toml --record 9 --window 2:1 -o a.csv => --window 2:1; two times
+run scene.toml --window '1 us:2 us' => --window; --record
+run scene.toml --contacts 3 => --contacts; --plot FILE
+run scene.toml --plot a.png --contacts 1 => --contacts 1; 2 to 6
+run scene.toml --plot run.gif => run.gif; .png
+run scene.toml --plot a.png -o a.png => a.png
+run scene.toml --size 3x2 => --size goes with --plot
+run scene.toml --plot a.png --size 1x9 => --size 1x9: must be width and height
+run scene.toml --report a.pdf => a.pdf; .html
+compare scene.toml --plot plot.xyz => plot.xyz; png; svg
+compare scene.toml --plot plot => plot; png; svg
+compare scene.toml --backend native --junit scene.toml => name
+compare scene.toml --report a.html --junit a.html => name
+compare scene.toml --results 'my peaks.csv' --column time=t => judge scene.toml 'my peaks.csv'
+compare scene.toml --deck in.mine --var n 20 => hertzchain examine scene.toml in.mine
+compare scene.toml --column time=t => see hertzchain judge --help
+compare scene.toml --units si => see hertzchain judge --help
+compare scene.toml --dt 1e-7 => see hertzchain judge --help
+compare scene.toml --tolerance 1e-3 => see hertzchain judge --help
+compare scene.toml --var n 20 => see hertzchain judge --help
+tradeoff scene.toml --plot plot.xyz => plot.xyz; png; svg
+tradeoff scene.toml --plot a.png -o a.png => name
+judge scene.toml peaks.csv --junit ./peaks.csv => name
+judge scene.toml peaks.csv --tolerance 0 => tolerance
+judge scene.toml peaks.csv --dt '1 m' => --dt
+judge scene.toml peaks.csv --dt '1 s' => unstable
+judge scene.toml peaks.csv --column F => --column F: must be NAME=VALUE
+judge scene.toml peaks.csv peaks.csv => peaks.csv; is no dump of LAMMPS
+judge scene.toml none.csv => none.csv; cannot be read
+judge none.toml peaks.csv => none.toml
+judge scene.toml peaks.csv --report report.pdf => report.pdf; .html or .htm
+judge scene.toml in.steel_plain => in.steel_plain: is a LAMMPS input
+examine steel.toml in.steel_plain --var a => --var; NAME
+examine steel.toml in.steel_plain --var a=1 --var a=2 => --var a
+examine steel.toml in.steel_plain --tolerance 2 => tolerance; below 1
+examine steel.toml in.steel_plain --plot a.txt => a.txt
+examine steel.toml in.steel_plain --report in.steel_plain => in.steel_plain
+examine steel.toml in.steel_plain --fix in.steel_plain => in.steel_plain
+examine steel.toml in.steel_plain --lmp /no/lmp => /no/lmp
+examine steel.toml my.py => my.py; must be a LAMMPS input script
+examine steel.toml in.none => in.none
+deck scene.toml -o scene.toml => name
+deck scene.toml --atoms data => two files; -o
+deck scene.toml -o in.chain --rtol 1e-6 --dt '1 ns' => --rtol chooses the step
+deck scene.toml -o in.chain --rtol 2 => rtol = 2; from 1e-09 to 1
+deck scene.toml -o in.chain --rtol 1e-15 => rtol = 1e-15; from 1e-09 to 1
+deck scene.toml -o in.chain --dt '-1 ns' => dt = -1e-09; above 0
+deck scene.toml -o in.chain --dt '1 m' => --dt; 1 m
+deck scene.toml -o in.chain --dt '1 ms' => is unstable; choose a smaller dt
+deck scene.toml -o in.chain --watch-every -1 => watch_every = -1
+deck scene.toml -o in.chain --dump-every -1 => dump_every = -1
+unit-test scene.toml -o scene.toml => name
+sweep scene.toml -o out --vary shock.colour=1,2 => cannot vary; what can vary
+sweep scene.toml -o out --vary shock.momentum_ratio= => must be NAME=VALUE, such as
+sweep scene.toml -o out --vary 1,2 => must be NAME=VALUE, such as
+sweep scene.toml -o out GRID --rtol 1e-30 => rtol = 1e-30: must be
+sweep scene.toml -o out GRID --time-limit '-1 s' => --time-limit = '-1 s'
+sweep scene.toml -o out GRID --backend native --backend native => must not be given twice
+sweep scene.toml -o out GRID --extrapolated => is for --backend lammps
+sweep scene.toml -o out GRID --lmp lmp => is for --backend lammps
+sweep scene.toml -o out GRID --scheduler abc => the scheduler 'abc' cannot be
+sweep scene.toml -o out.csv GRID => say --format csv
+sweep scene.toml -o no/out GRID => does not exist
+pulse scope.csv => column 2 (CH1) is in V; --scale
+pulse scope.csv -o scope.csv --scale 25 => scope.csv: is an input, and must not be overwritten
+pulse scope.csv -o a.csv --scale -25 => pulls; a pulse pushes; --scale
+pulse scope.csv --scale 25 --start '1 s' => --start = 1.0: must be a time of the file
+pulse scope.csv --start '1 N' => --start; wrong dimension
+pulse scope.csv --scale '25 N/V' => --scale = '25 N/V': must be a number alone, N for each unit of the column
+pulse scope.csv --scale 25 --baseline '12 mV' => --baseline = '12 mV': must be a number alone, in the unit of the column
+pulse scope.csv --rtol 0.5 => --rtol = 0.5
+pulse scope.csv --plot a.gif => cannot be drawn
+pulse no.csv => no.csv: cannot be read
+pulse scope.csv --scale 25 --scene scope.csv => is not TOML
+pulse text.csv => line 2: 'x' is no number
+restitution 2 => restitution = ; must be a number from 0.001
+restitution 0 => restitution = ; must be a number from 0.001
+restitution nan => restitution = ; must be a number from 0.001
+restitution 0.8 --coefficient 3 => goes with --scene FILE
+restitution 0.8 --scene scene.toml => needs a scene with a [striker]
+restitution 0.8 --scene striker.toml --coefficient -1 => --coefficient = -1.0: must be a finite number of at least 0
+init no/mine.toml => does not exist
+init new.csv --from pulse-table => new.csv: is the name of the pulse table; new.toml
+init . => is a directory, must be the name of a file
+init scene.toml => scene.toml: exists; --force
+"""  # noqa: E501 - a line is a case
+"""Commands, and what their sentence has. ``scene.toml`` has six granules and a pulse."""
+
+STEPS = ("0", "-1 ns", "inf", "nan", "1 m", "soon", "", "1e-320", "1 s s")
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a file of each kind; LIGGGHTS and Yade are not there."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PATH", "")
+    scene_file({"chain.granules": "6"})
+    write_starter("striker", tmp_path / "striker.toml")
+    write_scope(tmp_path / "scope.csv", 1000)
+    for name in ("steel.toml", "in.steel_plain"):
+        shutil.copy(FOLDER / name, name)
+    Path("peaks.csv").write_text("contact,peak_force_N\n2,100\n", encoding="utf-8")
+    Path("my.py").write_text('"""A chain\nof granules."""\nimport lammps\n', encoding="utf-8")
+    rows = "\n".join(f"{k},1" for k in range(3, 20))
+    Path("text.csv").write_text(f"1,2\n2,x\n{rows}", encoding="utf-8")
+    return tmp_path
+
+
+CASES = [line.replace("GRID", GRID) for line in REFUSED.strip().splitlines()]
+CASES += [
+    f"run scene.toml --backend {backend} --dt {shlex.quote(step)} => dt"
+    for backend in ("native", "lammps")
+    for step in STEPS
+]
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_it_is_refused_in_one_sentence(case: str, folder: Path, hertzchain: Command) -> None:
+    command, _, words = case.partition(" => ")
+    before = {name: (folder / name).read_bytes() for name in names()}
+    is_refused(hertzchain(*shlex.split(command)), *words.split("; "))
+    assert {name: (folder / name).read_bytes() for name in names()} == before
