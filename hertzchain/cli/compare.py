@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Any
 
 import typer
 
@@ -13,30 +13,23 @@ from hertzchain.engines.registry import ENGINES, compared_by_default
 
 def compare(
     scene: options.SceneFile,
-    backend: Annotated[
-        list[options.Backend] | None,
-        typer.Option(
-            help="Backend to compare with the reference; repeatable. Default: native, lammps.",
-        ),
-    ] = None,
+    backend: list[options.Backend] | None = typer.Option(
+        None, help="Backend to compare with the reference; repeatable. Default: native, lammps."
+    ),
     isolate: options.Isolate = False,
     lmp: options.LammpsBinary = None,
     ranks: options.Ranks = None,
-    rtol: Annotated[
-        float | None,
-        typer.Option(
-            help="Wanted relative accuracy of the codes that are compared. Default: 1e-6, or 1e-4"
-            " where dashpots close at a speed."
-        ),
-    ] = None,
-    as_written: Annotated[
-        bool,
-        typer.Option(
-            "--as-written",
-            help="Compare native with Eq. 1 as written, in NumPy or SciPy, also where this takes"
-            " more than a second or two.",
-        ),
-    ] = False,
+    rtol: float | None = typer.Option(
+        None,
+        help="Wanted relative accuracy of the codes that are compared. Default: 1e-6, or 1e-4"
+        " where dashpots close at a speed.",
+    ),
+    as_written: bool = typer.Option(
+        False,
+        "--as-written",
+        help="Compare native with Eq. 1 as written, in NumPy or SciPy, also where this takes"
+        " more than a second or two.",
+    ),
     time_limit: options.TimeLimit = "1 h",
     every: options.EveryContact = False,
     as_json: options.AsJson = False,

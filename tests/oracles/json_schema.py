@@ -16,7 +16,16 @@ FOLDER = ROOT / "docs" / "schema"
 
 KNOWN = {
     *("$schema", "$defs", "title", "description", "$ref", "allOf", "anyOf", "type", "enum"),
-    *("minimum", "exclusiveMinimum", "items", "required", "properties", "additionalProperties"),
+    *(
+        "minimum",
+        "exclusiveMinimum",
+        "maximum",
+        "exclusiveMaximum",
+        "items",
+        "required",
+        "properties",
+        "additionalProperties",
+    ),
 }
 
 TYPES: dict[str, tuple[type, ...]] = {
@@ -85,6 +94,10 @@ def _check_size(value: float, schema: dict[str, Any], at: str) -> Iterator[str]:
         yield f"{at}: {value} is below {schema['minimum']}"
     if "exclusiveMinimum" in schema and value <= schema["exclusiveMinimum"]:
         yield f"{at}: {value} is not above {schema['exclusiveMinimum']}"
+    if value > schema.get("maximum", value):
+        yield f"{at}: {value} is above {schema['maximum']}"
+    if "exclusiveMaximum" in schema and value >= schema["exclusiveMaximum"]:
+        yield f"{at}: {value} is not below {schema['exclusiveMaximum']}"
 
 
 def _check_keys(
