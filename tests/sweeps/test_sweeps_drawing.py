@@ -15,7 +15,7 @@ from PIL import Image
 
 import hertzchain as hc
 from hertzchain.cli import main
-from hertzchain.sweeps.columns import ALL, COLUMNS
+from hertzchain.sweeps.columns import COLUMNS
 from hertzchain.sweeps.drawing import draw
 from hertzchain.sweeps.page import page_of
 from hertzchain.sweeps.selection import full_name
@@ -302,10 +302,6 @@ def test_only_the_columns_that_are_drawn_are_read(
 
 
 # Names
-
-
-def test_every_column_has_a_label() -> None:
-    assert {"failure", *(column.name for column in ALL if column.label)} == set(COLUMNS)
 
 
 def test_the_section_may_be_left_out() -> None:

@@ -14,8 +14,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.errors import OutputError
-from hertzchain.scene.parts import key_named
-from hertzchain.sweeps.columns import COLUMNS, PARAMETERS, TERMS, column_named, columns_of
+from hertzchain.sweeps.columns import COLUMNS, column_named, columns_of
 from hertzchain.sweeps.design import design
 from hertzchain.sweeps.drawing import draw
 from hertzchain.sweeps.numbers import of_result
@@ -294,17 +293,11 @@ def test_plain_scenes_have_the_columns_of_before() -> None:
     assert tuple(one.name for one in columns_of(manifest["scene"], ["chain.radius"])) == COLUMNS
 
 
-def test_every_parameter_has_a_label_and_a_unit() -> None:
-    segments = ("granules", "radius", "radius_ratio", "gap")
-    names = [*TERMS, *(f"chain.segments.2.{key}" for key in segments)]
-    for name in (*names, "chain.segments.1.cell.2.density"):
-        column = column_named(name)
-        assert column.label
-        assert column.title.count("{") == 1
-        key = key_named(name)
-        assert key is not None
-        assert not key.unit or f"[{key.unit}]".replace("^3", "³").replace("^2", "²") in column.label
+def test_a_key_of_a_segment_has_a_label_with_its_unit() -> None:
     assert column_named("chain.segments.2.granules").label == "granules, segment 2"
+    density = column_named("chain.segments.1.cell.2.density")
+    assert density.label == "density [kg/m³], segment 1, granule 2 of the cell"
+    assert density.title == "density, segment 1, granule 2 of the cell: {:.4g} kg/m³"
 
 
 # Stored sweeps
@@ -369,10 +362,6 @@ def test_a_title_names_a_segment_that_is_fixed(segmented: hc.Scene) -> None:
     drawn = draw(swept(segmented, vary), "chain.density", "last_peak_force_N", where=where)
     title = drawn.figure.axes[0].get_title().replace("\n", " ")  # it is wrapped
     assert title.endswith("native, radius R, segment 2: 3 mm")
-
-
-def test_parameters_of_plain_scenes_are_not_those_of_terms() -> None:
-    assert not set(PARAMETERS) & set(TERMS)
 
 
 def test_gauges_have_columns() -> None:
