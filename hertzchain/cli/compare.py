@@ -2,41 +2,38 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Any
 
 import typer
 
 from hertzchain.cli import options, output
 from hertzchain.cli.verdicts import Shown
 from hertzchain.engines.registry import ENGINES, compared_by_default
+from hertzchain.errors import HertzchainError
+
+_MOVED = ("--results", "--deck", "--column", "--units", "--dt", "--tolerance", "--var")
+"""Options of ``judge`` and ``examine`` that compare had."""
 
 
 def compare(
     scene: options.SceneFile,
-    backend: Annotated[
-        list[options.Backend] | None,
-        typer.Option(
-            help="Backend to compare with the reference; repeatable. Default: native, lammps.",
-        ),
-    ] = None,
+    backend: list[options.Backend] | None = typer.Option(
+        None, help="Backend to compare with the reference; repeatable. Default: native, lammps."
+    ),
     isolate: options.Isolate = False,
     lmp: options.LammpsBinary = None,
     ranks: options.Ranks = None,
-    rtol: Annotated[
-        float | None,
-        typer.Option(
-            help="Wanted relative accuracy of the codes that are compared. Default: 1e-6, or 1e-4"
-            " where dashpots close at a speed."
-        ),
-    ] = None,
-    as_written: Annotated[
-        bool,
-        typer.Option(
-            "--as-written",
-            help="Compare native with Eq. 1 as written, in NumPy or SciPy, also where this takes"
-            " more than a second or two.",
-        ),
-    ] = False,
+    rtol: float | None = typer.Option(
+        None,
+        help="Wanted relative accuracy of the codes that are compared. Default: 1e-6, or 1e-4"
+        " where dashpots close at a speed.",
+    ),
+    as_written: bool = typer.Option(
+        False,
+        "--as-written",
+        help="Compare native with Eq. 1 as written, in NumPy or SciPy, also where this takes"
+        " more than a second or two.",
+    ),
     time_limit: options.TimeLimit = "1 h",
     every: options.EveryContact = False,
     as_json: options.AsJson = False,
@@ -44,6 +41,7 @@ def compare(
     size: options.Size = None,
     report: options.Report = None,
     junit: options.Junit = None,
+    moved: list[str] | None = typer.Option(None, *_MOVED, hidden=True),
 ) -> None:
     """Cross-validate a scene: native, LAMMPS and the formulas side by side, with a verdict."""
     from hertzchain.engines.external.step_error import usual_accuracy
@@ -51,6 +49,11 @@ def compare(
     from hertzchain.report.waterfall import plot_times
     from hertzchain.verdict import comparison
 
+    if moved:
+        raise HertzchainError(
+            f"compare runs simulations alone: results of another code are for hertzchain judge {scene}"
+            f" RESULTS, a deck is for hertzchain examine {scene} DECK"
+        )
     names = dict.fromkeys(["native", *map(str, backend or compared_by_default())])
     shown = Shown(scene, (), as_json, plot, report, junit, every, size)
     with_lammps = "lammps" in names

@@ -29,37 +29,31 @@ OutputFile = Annotated[
 
 def deck(
     scene: options.SceneFile,
-    engine: Annotated[Engine, typer.Option(help="Whose deck.")] = LAMMPS,
+    engine: Engine = typer.Option(LAMMPS, help="Whose deck."),
     output: OutputFile = None,
-    rtol: Annotated[
-        float | None,
-        typer.Option(
-            help="What the step may cost the peaks, as a fraction. Default: 1e-6, of damped"
-            " contacts 1e-4."
-        ),
-    ] = None,
+    rtol: float | None = typer.Option(
+        None,
+        help="What the step may cost the peaks, as a fraction. Default: 1e-6, of damped"
+        " contacts 1e-4.",
+    ),
     dt: options.LargestStep = None,
-    watch_every: Annotated[
-        int | None,
-        typer.Option(
-            metavar="STEPS",
-            help="Steps between two looks at the overlaps; 0: none, and no verdict. Default: 0.005"
-            " natural time units.",
-        ),
-    ] = None,
-    pair_style: Annotated[
-        PairStyle, typer.Option(help="Pair style of LAMMPS that has Hertz's law.")
-    ] = GRANULAR,
-    atoms: Annotated[
-        Atoms,
-        typer.Option(
-            help="Whether the deck makes the granules or reads FILE.data next to it (equal granules"
-            " that touch)."
-        ),
-    ] = Atoms.CREATE,
-    dump_every: Annotated[
-        int, typer.Option(metavar="STEPS", help="Steps between two states for OVITO; 0: none.")
-    ] = 0,
+    watch_every: int | None = typer.Option(
+        None,
+        metavar="STEPS",
+        help="Steps between two looks at the overlaps; 0: none, and no verdict. Default: 0.005"
+        " natural time units.",
+    ),
+    pair_style: PairStyle = typer.Option(
+        GRANULAR, help="Pair style of LAMMPS that has Hertz's law."
+    ),
+    atoms: Atoms = typer.Option(
+        Atoms.CREATE,
+        help="Whether the deck makes the granules or reads FILE.data next to it (equal granules"
+        " that touch).",
+    ),
+    dump_every: int = typer.Option(
+        0, metavar="STEPS", help="Steps between two states for OVITO; 0: none."
+    ),
 ) -> None:
     """Write a deck of a scene for LAMMPS, LIGGGHTS or Yade that finds the peak forces by itself.
 
@@ -108,7 +102,7 @@ def deck(
 
 
 def lint(
-    decks: Annotated[list[Path], typer.Argument(metavar="DECK", help="LAMMPS input files.")],
+    decks: list[Path] = typer.Argument(..., metavar="DECK", help="LAMMPS input files."),
     variables: options.Variables = None,
     as_json: options.AsJson = False,
 ) -> None:

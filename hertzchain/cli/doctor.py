@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
 import typer
 
 from hertzchain.cli.output import DONE, UNUSABLE, say
@@ -11,13 +9,11 @@ from hertzchain.errors import RunFailed
 
 
 def doctor(
-    compiling: Annotated[
-        bool,
-        typer.Option(
-            "--compile",
-            help="Compile the kernels of uniform chains now, for runs and sweeps; 20 s, once.",
-        ),
-    ] = False,
+    compiling: bool = typer.Option(
+        False,
+        "--compile",
+        help="Compile the kernels of uniform chains now, for runs and sweeps; 20 s, once.",
+    ),
 ) -> None:
     """Report what is installed, what works, and what to do about the rest."""
     from hertzchain.cli.diagnosis import compile_kernels, diagnose

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
@@ -14,7 +13,7 @@ from hertzchain.limits import TOLERANCE
 
 def examine(
     scene: options.SceneFile,
-    deck: Annotated[Path, typer.Argument(metavar="DECK", help="LAMMPS input file.")],
+    deck: Path = typer.Argument(..., metavar="DECK", help="LAMMPS input file."),
     variables: options.Variables = None,
     lmp: options.LammpsBinary = None,
     tolerance: options.Tolerance = TOLERANCE,
@@ -24,10 +23,9 @@ def examine(
     size: options.Size = None,
     report: options.Report = None,
     junit: options.Junit = None,
-    fix: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Write the deck with all proven corrections."),
-    ] = None,
+    fix: Path | None = typer.Option(
+        None, metavar="FILE", help="Write the deck with all proven corrections."
+    ),
 ) -> None:
     """Examine a LAMMPS deck: every number, then its peaks, with the lines to correct.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
@@ -13,37 +12,30 @@ from hertzchain.cli.output import OUT_OF_TOLERANCE, compiling, progress, show, w
 
 def fit(
     scene: options.SceneFile,
-    traces: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="FILE",
-            help="Forces over time, as for judge: time_s, gauge_16_N, contact_10_N, wall_N, or any"
-            " with --column; several files are fitted at once.",
-        ),
-    ],
-    free: Annotated[
-        list[str],
-        typer.Option(
-            metavar="KEY",
-            help="A key of the scene to be fitted, such as chain.young_modulus; repeatable. gain:"
-            " what all measured forces are over what they are said to be.",
-        ),
-    ],
-    column: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="WHAT=NAME",
-            help="Which columns are what, and what a unit is; repeatable: time=Time,"
-            " 'gauge_16=CH1 [25 N]', contact_10=CH2, wall=CH3.",
-        ),
-    ] = None,
-    no_shift: Annotated[
-        bool, typer.Option("--no-shift", help="The clocks of the files are that of the run.")
-    ] = False,
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", metavar="FILE", help="Write the fitted scene (.toml)."),
-    ] = None,
+    traces: list[Path] = typer.Argument(
+        ...,
+        metavar="FILE",
+        help="Forces over time, as for judge: time_s, gauge_16_N, contact_10_N, wall_N, or any"
+        " with --column; several files are fitted at once.",
+    ),
+    free: list[str] = typer.Option(
+        ...,
+        metavar="KEY",
+        help="A key of the scene to be fitted, such as chain.young_modulus; repeatable. gain:"
+        " what all measured forces are over what they are said to be.",
+    ),
+    column: list[str] | None = typer.Option(
+        None,
+        metavar="WHAT=NAME",
+        help="Which columns are what, and what a unit is; repeatable: time=Time,"
+        " 'gauge_16=CH1 [25 N]', contact_10=CH2, wall=CH3.",
+    ),
+    no_shift: bool = typer.Option(
+        False, "--no-shift", help="The clocks of the files are that of the run."
+    ),
+    output: Path | None = typer.Option(
+        None, "-o", "--output", metavar="FILE", help="Write the fitted scene (.toml)."
+    ),
     time_limit: options.TimeLimit = "1 h",
     as_json: options.AsJson = False,
 ) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import shlex
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
@@ -20,13 +19,13 @@ PULSE = Kind("pulse")
 
 
 def init(
-    path: Annotated[
-        Path, typer.Argument(metavar="FILE", help="The scene file to write (TOML).")
-    ] = Path("scene.toml"),
-    kind: Annotated[Kind, typer.Option("--from", help="What the scene starts from.")] = PULSE,
-    force: Annotated[
-        bool, typer.Option("--force", help="Replace a file of this name, if there is one.")
-    ] = False,
+    path: Path = typer.Argument(
+        Path("scene.toml"), metavar="FILE", help="The scene file to write (TOML)."
+    ),
+    kind: Kind = typer.Option(PULSE, "--from", help="What the scene starts from."),
+    force: bool = typer.Option(
+        False, "--force", help="Replace a file of this name, if there is one."
+    ),
 ) -> None:
     """Write a commented scene file to start from, and say what to do next.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
@@ -21,37 +20,31 @@ SI = Units("si")
 
 def judge(
     scene: options.SceneFile,
-    results: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="FILE",
-            help="CSV with the columns contact, peak_force_N, or samples of forces or positions:"
-            " tables, LAMMPS logs and dumps (all files of one dump), which may be gzipped; or"
-            " measured traces: time_s, gauge_16_N, contact_10_N, wall_N, or any with --column.",
-        ),
-    ],
-    column: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="WHAT=NAME",
-            help="Which columns are what; repeatable. WHAT: contact, peak_force, time, step,"
-            " contact_force, net_force, position, velocity, id. NAME may have * for"
-            " numbers and a unit: 'contact_force=F* [kN]'. Of traces: time, gauge_16,"
-            " contact_10, wall, as in 'gauge_16=CH1 [25 N]'.",
-        ),
-    ] = None,
-    units: Annotated[
-        Units, typer.Option(help="Units of columns without one of their own, by LAMMPS's name.")
-    ] = SI,
-    dt: Annotated[
-        str | None,
-        typer.Option(help='The step of the code, seconds or with a unit ("20 ns").'),
-    ] = None,
+    results: list[Path] = typer.Argument(
+        ...,
+        metavar="FILE",
+        help="CSV with the columns contact, peak_force_N, or samples of forces or positions:"
+        " tables, LAMMPS logs and dumps (all files of one dump), which may be gzipped; or"
+        " measured traces: time_s, gauge_16_N, contact_10_N, wall_N, or any with --column.",
+    ),
+    column: list[str] | None = typer.Option(
+        None,
+        metavar="WHAT=NAME",
+        help="Which columns are what; repeatable. WHAT: contact, peak_force, time, step,"
+        " contact_force, net_force, position, velocity, id. NAME may have * for"
+        " numbers and a unit: 'contact_force=F* [kN]'. Of traces: time, gauge_16,"
+        " contact_10, wall, as in 'gauge_16=CH1 [25 N]'.",
+    ),
+    units: Units = typer.Option(
+        SI, help="Units of columns without one of their own, by LAMMPS's name."
+    ),
+    dt: str | None = typer.Option(
+        None, help='The step of the code, seconds or with a unit ("20 ns").'
+    ),
     tolerance: options.Tolerance = TOLERANCE,
-    no_shift: Annotated[
-        bool,
-        typer.Option("--no-shift", help="The clock of traces is that of the run: do not shift it."),
-    ] = False,
+    no_shift: bool = typer.Option(
+        False, "--no-shift", help="The clock of traces is that of the run: do not shift it."
+    ),
     time_limit: options.TimeLimit = "1 h",
     as_json: options.AsJson = False,
     plot: options.Plot = None,

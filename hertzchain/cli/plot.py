@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
@@ -12,48 +11,40 @@ from hertzchain.cli.output import progress, say, write_file
 
 
 def plot(
-    folder: Annotated[
-        Path, typer.Argument(metavar="OUT", help="What hertzchain sweep -o wrote, done or not.")
-    ],
-    x: Annotated[
-        str,
-        typer.Option(
-            "--x",
-            metavar="NAME",
-            help="A column of numbers, such as shock.momentum_ratio; the section may be left out."
-            " contact: along the chain, of a sweep with --peaks.",
-        ),
-    ],
-    y: Annotated[
-        str,
-        typer.Option(
-            "--y",
-            metavar="NAME",
-            help="Another: a result for lines, or points of what was drawn; a parameter that varies"
-            " for a map.",
-        ),
-    ],
-    colour: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help="What colours tell; in a map the result. Default: the backend, if there are"
-            " several.",
-        ),
-    ] = None,
-    where: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME=VALUE",
-            help="Only rows in which a parameter, or the backend, has this value; repeatable.",
-        ),
-    ] = None,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o", "--output", metavar="FILE", help="Picture (png, pdf, svg). Default: OUT/plot.png."
-        ),
-    ] = None,
+    folder: Path = typer.Argument(
+        ..., metavar="OUT", help="What hertzchain sweep -o wrote, done or not."
+    ),
+    x: str = typer.Option(
+        ...,
+        "--x",
+        metavar="NAME",
+        help="A column of numbers, such as shock.momentum_ratio; the section may be left out."
+        " contact: along the chain, of a sweep with --peaks.",
+    ),
+    y: str = typer.Option(
+        ...,
+        "--y",
+        metavar="NAME",
+        help="Another: a result for lines, or points of what was drawn; a parameter that varies"
+        " for a map.",
+    ),
+    colour: str | None = typer.Option(
+        None,
+        metavar="NAME",
+        help="What colours tell; in a map the result. Default: the backend, if there are several.",
+    ),
+    where: list[str] | None = typer.Option(
+        None,
+        metavar="NAME=VALUE",
+        help="Only rows in which a parameter, or the backend, has this value; repeatable.",
+    ),
+    output: Path | None = typer.Option(
+        None,
+        "-o",
+        "--output",
+        metavar="FILE",
+        help="Picture (png, pdf, svg). Default: OUT/plot.png.",
+    ),
     size: Size = None,
 ) -> None:
     """Draw a sweep: a result over a parameter, a line for each value of the others, or a map.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
@@ -19,90 +18,62 @@ from hertzchain.cli.output import compiling, progress, say, show, write_file
 
 
 def pulse(
-    recording: Annotated[
-        Path,
-        typer.Argument(
-            metavar="RECORDING", help="Text file of an oscilloscope: columns of time and force."
-        ),
-    ],
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o", "--output", metavar="FILE", help="Write the pulse table (CSV) of a scene."
-        ),
-    ] = None,
-    time: Annotated[
-        str | None,
-        typer.Option(
-            metavar="COLUMN", help="Name or number of the column of times. Default: the first."
-        ),
-    ] = None,
-    force: Annotated[
-        str | None,
-        typer.Option(
-            metavar="COLUMN", help="Name or number of the column of forces. Default: the next."
-        ),
-    ] = None,
-    time_unit: Annotated[
-        str | None,
-        typer.Option(metavar="UNIT", help="Of the times. Default: what the header says, or s."),
-    ] = None,
-    force_unit: Annotated[
-        str | None,
-        typer.Option(metavar="UNIT", help="Of the forces. Default: what the header says, or N."),
-    ] = None,
-    scale: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FLOAT",
-            help="N for each unit of the column, such as N per volt; may be negative.",
-        ),
-    ] = None,
-    baseline: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FLOAT",
-            help="What the column has without a force. Default: its mean before the pulse.",
-        ),
-    ] = None,
-    start: Annotated[
-        str | None,
-        typer.Option(
-            metavar="TIME",
-            help='Where the pulse starts in the file, seconds or with a unit ("-20 us"). Default:'
-            " where it leaves the noise.",
-        ),
-    ] = None,
-    end: Annotated[
-        str | None,
-        typer.Option(metavar="TIME", help="Where it ends. Default: where it is back in the noise."),
-    ] = None,
-    smooth: Annotated[
-        str | None,
-        typer.Option(
-            metavar="TIME",
-            help="Smooth samples by cubic polynomials over this time (Savitzky, Golay).",
-        ),
-    ] = None,
-    scene: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="SCENE",
-            help="What the pulse is for, whatever shock the file has: says what noise and fewer"
-            " rows do to the peaks.",
-        ),
-    ] = None,
-    rtol: Annotated[
-        float | None,
-        typer.Option(
-            help="How much fewer rows may change the peaks. Default: 0.001 or, with --scene, as"
-            " much as noise does."
-        ),
-    ] = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Draw recording, baseline and rows (png, pdf, svg)."),
-    ] = None,
+    recording: Path = typer.Argument(
+        ..., metavar="RECORDING", help="Text file of an oscilloscope: columns of time and force."
+    ),
+    output: Path | None = typer.Option(
+        None, "-o", "--output", metavar="FILE", help="Write the pulse table (CSV) of a scene."
+    ),
+    time: str | None = typer.Option(
+        None, metavar="COLUMN", help="Name or number of the column of times. Default: the first."
+    ),
+    force: str | None = typer.Option(
+        None, metavar="COLUMN", help="Name or number of the column of forces. Default: the next."
+    ),
+    time_unit: str | None = typer.Option(
+        None, metavar="UNIT", help="Of the times. Default: what the header says, or s."
+    ),
+    force_unit: str | None = typer.Option(
+        None, metavar="UNIT", help="Of the forces. Default: what the header says, or N."
+    ),
+    scale: str | None = typer.Option(
+        None,
+        metavar="FLOAT",
+        help="N for each unit of the column, such as N per volt; may be negative.",
+    ),
+    baseline: str | None = typer.Option(
+        None,
+        metavar="FLOAT",
+        help="What the column has without a force. Default: its mean before the pulse.",
+    ),
+    start: str | None = typer.Option(
+        None,
+        metavar="TIME",
+        help='Where the pulse starts in the file, seconds or with a unit ("-20 us"). Default:'
+        " where it leaves the noise.",
+    ),
+    end: str | None = typer.Option(
+        None, metavar="TIME", help="Where it ends. Default: where it is back in the noise."
+    ),
+    smooth: str | None = typer.Option(
+        None,
+        metavar="TIME",
+        help="Smooth samples by cubic polynomials over this time (Savitzky, Golay).",
+    ),
+    scene: Path | None = typer.Option(
+        None,
+        metavar="SCENE",
+        help="What the pulse is for, whatever shock the file has: says what noise and fewer"
+        " rows do to the peaks.",
+    ),
+    rtol: float | None = typer.Option(
+        None,
+        help="How much fewer rows may change the peaks. Default: 0.001 or, with --scene, as"
+        " much as noise does.",
+    ),
+    plot: Path | None = typer.Option(
+        None, metavar="FILE", help="Draw recording, baseline and rows (png, pdf, svg)."
+    ),
     size: Size = None,
     as_json: AsJson = False,
 ) -> None:

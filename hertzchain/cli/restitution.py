@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
@@ -12,23 +11,18 @@ from hertzchain.cli.output import show
 
 
 def restitution(
-    wanted: Annotated[
-        float, typer.Argument(metavar="E", help="Wanted coefficient of restitution, 0.001 to 1.")
-    ],
-    scene: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="SCENE",
-            help="Scene file with a striker, for options whose restitution depends on the velocity:"
-            " the striker meets granule 2.",
-        ),
-    ] = None,
-    coefficient: Annotated[
-        float | None,
-        typer.Option(
-            help="A coefficient of damping; the restitution that it gives is listed (--scene)."
-        ),
-    ] = None,
+    wanted: float = typer.Argument(
+        ..., metavar="E", help="Wanted coefficient of restitution, 0.001 to 1."
+    ),
+    scene: Path | None = typer.Option(
+        None,
+        metavar="SCENE",
+        help="Scene file with a striker, for options whose restitution depends on the velocity:"
+        " the striker meets granule 2.",
+    ),
+    coefficient: float | None = typer.Option(
+        None, help="A coefficient of damping; the restitution that it gives is listed (--scene)."
+    ),
     as_json: AsJson = False,
 ) -> None:
     """List what restitution damping options of LAMMPS, LIGGGHTS and Yade give, and what to write.

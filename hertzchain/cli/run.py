@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import typer
 
@@ -32,114 +32,82 @@ Wanted = StrEnum("Wanted", {"FIRST": "first", "ALL": "all"})
 
 def run(
     scene: options.SceneFile,
-    backend: Annotated[options.Backend, typer.Option(help="Who simulates.")] = options.NATIVE,
-    rtol: Annotated[
-        float | None,
-        typer.Option(
-            help="Wanted relative accuracy of the peaks; chooses method and step. Default: 1e-6."
-        ),
-    ] = None,
-    method: Annotated[
-        MethodName | None,
-        typer.Option(help="Instead of --rtol: a native method. The others have velocity-verlet."),
-    ] = None,
+    backend: options.Backend = typer.Option(options.NATIVE, help="Who simulates."),
+    rtol: float | None = typer.Option(
+        None, help="Wanted relative accuracy of the peaks; chooses method and step. Default: 1e-6."
+    ),
+    method: MethodName | None = typer.Option(
+        None, help="Instead of --rtol: a native method. The others have velocity-verlet."
+    ),
     dt: options.LargestStep = None,
-    extrapolated: Annotated[
-        bool,
-        typer.Option(
-            "--extrapolated",
-            help="Not with native: extrapolate from two steps, an eighth of the cost.",
-        ),
-    ] = False,
-    wanted: Annotated[
-        Wanted | None,
-        typer.Option(
-            help="What --rtol is asked of: the first pulse of each contact, or all peaks, reflected"
-            " waves included. Default: first with a striker, a wall, unlike granules or gauges."
-        ),
-    ] = None,
+    extrapolated: bool = typer.Option(
+        False,
+        "--extrapolated",
+        help="Not with native: extrapolate from two steps, an eighth of the cost.",
+    ),
+    wanted: Wanted | None = typer.Option(
+        None,
+        help="What --rtol is asked of: the first pulse of each contact, or all peaks, reflected"
+        " waves included. Default: first with a striker, a wall, unlike granules or gauges.",
+    ),
     isolate: options.Isolate = False,
     lmp: options.LammpsBinary = None,
     ranks: options.Ranks = None,
     time_limit: options.TimeLimit = "1 h",
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o",
-            "--output",
-            help="Write the peaks of all contacts (.csv, .parquet) or all that is known (.json);"
-            " with --record the motion (.csv, .parquet, .npz).",
-        ),
-    ] = None,
-    record: Annotated[
-        int | None,
-        typer.Option(
-            min=2,
-            metavar="N",
-            help="Record the motion at N times, equally spaced, for -o (displacement, velocity and"
-            " contact force of each granule) and --plot.",
-        ),
-    ] = None,
-    window: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FROM:TO", help="When --record begins and ends, such as '0.1 ms:0.4 ms'."
-        ),
-    ] = None,
-    contacts: Annotated[
-        str | None,
-        typer.Option(
-            metavar="LIST",
-            help="Which contacts --plot draws over time and --record keeps: 30, or 10,20,30, or"
-            " 10:30:5 for 10, 15, ... 30. Default: six; all.",
-        ),
-    ] = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Draw peaks, forces over time, and a map of both (png, pdf, svg).",
-        ),
-    ] = None,
-    traces: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Write what each [[gauge]] reads over time, without static forces: time_s,"
-            " gauge_16_N, contact_10_N, wall_N (.csv, .parquet), at the times of --record or 500.",
-        ),
-    ] = None,
+    output: Path | None = typer.Option(
+        None,
+        "-o",
+        "--output",
+        help="Write the peaks of all contacts (.csv, .parquet) or all that is known (.json);"
+        " with --record the motion (.csv, .parquet, .npz).",
+    ),
+    record: int | None = typer.Option(
+        None,
+        min=2,
+        metavar="N",
+        help="Record the motion at N times, equally spaced, for -o (displacement, velocity and"
+        " contact force of each granule) and --plot.",
+    ),
+    window: str | None = typer.Option(
+        None, metavar="FROM:TO", help="When --record begins and ends, such as '0.1 ms:0.4 ms'."
+    ),
+    contacts: str | None = typer.Option(
+        None,
+        metavar="LIST",
+        help="Which contacts --plot draws over time and --record keeps: 30, or 10,20,30, or"
+        " 10:30:5 for 10, 15, ... 30. Default: six; all.",
+    ),
+    plot: Path | None = typer.Option(
+        None,
+        metavar="FILE",
+        help="Draw peaks, forces over time, and a map of both (png, pdf, svg).",
+    ),
+    traces: Path | None = typer.Option(
+        None,
+        metavar="FILE",
+        help="Write what each [[gauge]] reads over time, without static forces: time_s,"
+        " gauge_16_N, contact_10_N, wall_N (.csv, .parquet), at the times of --record or 500.",
+    ),
     size: options.Size = None,
-    draw: Annotated[
-        list[Panel] | None,
-        typer.Option(help="What --plot draws; repeatable. Default: what there is room for."),
-    ] = None,
-    report: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Write a page (html): plots, tables, all numbers."),
-    ] = None,
-    trajectory: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help="Write the motion for viewers (.xyz or .extxyz: extended XYZ)."
-        ),
-    ] = None,
-    frames: Annotated[
-        int | None,
-        typer.Option(
-            min=2,
-            help="How many times --trajectory has, equally spaced. Default: 100.",
-        ),
-    ] = None,
-    uncertainty: Annotated[
-        int | None,
-        typer.Option(
-            min=16,
-            metavar="N",
-            help="Run the scene N times with values drawn from its [uncertainty] and [scatter]:"
-            " the spread of every result, and which input makes it. To 1e-4 unless --rtol.",
-        ),
-    ] = None,
+    draw: list[Panel] | None = typer.Option(
+        None, help="What --plot draws; repeatable. Default: what there is room for."
+    ),
+    report: Path | None = typer.Option(
+        None, metavar="FILE", help="Write a page (html): plots, tables, all numbers."
+    ),
+    trajectory: Path | None = typer.Option(
+        None, metavar="FILE", help="Write the motion for viewers (.xyz or .extxyz: extended XYZ)."
+    ),
+    frames: int | None = typer.Option(
+        None, min=2, help="How many times --trajectory has, equally spaced. Default: 100."
+    ),
+    uncertainty: int | None = typer.Option(
+        None,
+        min=16,
+        metavar="N",
+        help="Run the scene N times with values drawn from its [uncertainty] and [scatter]: the"
+        " spread of every result, and which input makes it. To 1e-4 unless --rtol.",
+    ),
     every: options.EveryContact = False,
     as_json: options.AsJson = False,
 ) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -41,66 +41,50 @@ FileFormat = StrEnum("FileFormat", {"PARQUET": "parquet", "CSV": "csv"})  # form
 
 def sweep(
     scene: options.SceneFile,
-    vary: Annotated[
-        list[str],
-        typer.Option(
-            metavar="NAME=VALUES",
-            help="What changes, as the scene file names it (segments by their numbers:"
-            " chain.segments.1.radius), and what it takes; repeatable."
-            " A,B,C: a list; LOW:HIGH:COUNT: a grid; LOW:HIGH: drawn, see --samples; :log behind a"
-            " range: by logarithms. With units: chain.radius='1 mm:10 mm:5'. All are crossed.",
-        ),
-    ],
-    output: Annotated[
-        Path,
-        typer.Option(
-            "-o",
-            "--output",
-            metavar="OUT",
-            help="Folder for the tables; an existing folder of the same sweep is resumed.",
-        ),
-    ],
-    samples: Annotated[
-        int | None,
-        typer.Option(
-            help="How many points to draw (scrambled Sobol sequence) from all ranges without a"
-            " count together."
-        ),
-    ] = None,
-    seed: Annotated[int, typer.Option(help="Other points for another number.")] = 0,
-    backend: Annotated[
-        list[Source] | None,
-        typer.Option(
-            help="Who measures each scene; repeatable; formulas: uniform free chains alone."
-            " Default: native."
-        ),
-    ] = None,
-    rtol: Annotated[float, typer.Option(help="Wanted relative accuracy of the peaks.")] = RTOL,
-    peaks: Annotated[
-        bool, typer.Option("--peaks", help="Keep the peaks of all contacts, too.")
-    ] = False,
-    file_format: Annotated[
-        FileFormat, typer.Option("--format", help="What the tables are kept in.")
-    ] = FileFormat.PARQUET,
-    scheduler: Annotated[
-        str | None,
-        typer.Option(
-            metavar="ADDRESS",
-            help="Measure on the workers of this Dask scheduler, not on this machine.",
-        ),
-    ] = None,
-    extrapolated: Annotated[
-        bool,
-        typer.Option(
-            "--extrapolated", help="LAMMPS: extrapolate from two steps, an eighth of the cost."
-        ),
-    ] = False,
+    vary: list[str] = typer.Option(
+        ...,
+        metavar="NAME=VALUES",
+        help="What changes, as the scene file names it (segments by their numbers:"
+        " chain.segments.1.radius), and what it takes; repeatable."
+        " A,B,C: a list; LOW:HIGH:COUNT: a grid; LOW:HIGH: drawn, see --samples; :log behind a"
+        " range: by logarithms. With units: chain.radius='1 mm:10 mm:5'. All are crossed.",
+    ),
+    output: Path = typer.Option(
+        ...,
+        "-o",
+        "--output",
+        metavar="OUT",
+        help="Folder for the tables; an existing folder of the same sweep is resumed.",
+    ),
+    samples: int | None = typer.Option(
+        None,
+        help="How many points to draw (scrambled Sobol sequence) from all ranges without a"
+        " count together.",
+    ),
+    seed: int = typer.Option(0, help="Other points for another number."),
+    backend: list[Source] | None = typer.Option(
+        None,
+        help="Who measures each scene; repeatable; formulas: uniform free chains alone."
+        " Default: native.",
+    ),
+    rtol: float = typer.Option(RTOL, help="Wanted relative accuracy of the peaks."),
+    peaks: bool = typer.Option(False, "--peaks", help="Keep the peaks of all contacts, too."),
+    file_format: FileFormat = typer.Option(
+        FileFormat.PARQUET, "--format", help="What the tables are kept in."
+    ),
+    scheduler: str | None = typer.Option(
+        None,
+        metavar="ADDRESS",
+        help="Measure on the workers of this Dask scheduler, not on this machine.",
+    ),
+    extrapolated: bool = typer.Option(
+        False, "--extrapolated", help="LAMMPS: extrapolate from two steps, an eighth of the cost."
+    ),
     lmp: options.LammpsBinary = None,
     time_limit: options.TimeLimit = "1 h",
-    report: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Write a page (html): a plot and the first rows."),
-    ] = None,
+    report: Path | None = typer.Option(
+        None, metavar="FILE", help="Write a page (html): a plot and the first rows."
+    ),
     as_json: options.AsJson = False,
 ) -> None:
     """Measure many scenes: a row for each with its parameters, p, F_SW, speed, largest peak, error.

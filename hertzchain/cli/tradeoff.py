@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
@@ -28,13 +27,13 @@ from hertzchain.cli.output import (
 def tradeoff(
     scene: SceneFile,
     as_json: AsJson = False,
-    plot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Draw error against time (png, pdf, svg).")
-    ] = None,
+    plot: Path | None = typer.Option(
+        None, metavar="FILE", help="Draw error against time (png, pdf, svg)."
+    ),
     size: Size = None,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Write all that was measured (CSV).")
-    ] = None,
+    output: Path | None = typer.Option(
+        None, "-o", "--output", help="Write all that was measured (CSV)."
+    ),
 ) -> None:
     """Measure error against cost of every method on a scene; half a minute for 60 granules.
 

@@ -15,7 +15,6 @@ from matplotlib.image import imread
 from rich.console import Console
 
 import hertzchain as hc
-from hertzchain.errors import OutputError
 from hertzchain.report.card import MOST_FACTS, Card, first_of
 from hertzchain.report.comparison import of_comparison
 from hertzchain.report.console import print_document, print_run
@@ -397,15 +396,3 @@ def test_a_notebook_shows_a_figure_without_pyplot(result: hc.Result, sweep: hc.S
         width, height = (figure.get_size_inches() * figure.dpi).astype(int)
         assert pixels.shape[:2] == (height, width)
         assert pixels.min() < 0.5 < pixels.max()  # something is drawn
-
-
-# Pages
-
-
-def test_a_report_is_written(comparison: hc.Comparison, tmp_path: Path) -> None:
-    comparison.report(tmp_path / "page.html")
-    page = (tmp_path / "page.html").read_text(encoding="utf-8")
-    assert "FAIL" in page
-    assert "one thing is odd" in page
-    with pytest.raises(OutputError, match=r"a report is a page, the name must end in \.html"):
-        comparison.report(tmp_path / "page.pdf")

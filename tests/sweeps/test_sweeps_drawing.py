@@ -4,68 +4,23 @@ from __future__ import annotations
 
 import shutil
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.colors import BoundaryNorm, LogNorm
 from PIL import Image
 
 import hertzchain as hc
 from hertzchain.cli import main
-from hertzchain.sweeps.columns import ALL, COLUMNS
-from hertzchain.sweeps.drawing import cell_edges, draw
+from hertzchain.sweeps.columns import COLUMNS
+from hertzchain.sweeps.drawing import draw
 from hertzchain.sweeps.page import page_of
 from hertzchain.sweeps.selection import full_name
 from tests.conftest import paper_scene
-
-BASE = paper_scene("cosine", 1.0, 4.0, granules=12)
-RATIO, N, P = "shock.momentum_ratio", "shock.duration_ratio", "transition_granules"
-F_SW = "solitary_wave_force_N"
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Three profiles over LM_ratio, by native and by the formulas."""
-    there = tmp_path_factory.mktemp("sweeps") / "profiles"
-    vary = {"shock.profile": "cosine,triangular,cosine-triangular", RATIO: "0.1:2:7:log"}
-    hc.sweep(BASE, vary, backends=("native", "formulas"), output=there)
-    return there
-
-
-@pytest.fixture(scope="module")
-def both(folder: Path) -> hc.Sweep:
-    return hc.Sweep.load(folder)
-
-
-@pytest.fixture(scope="module")
-def grid() -> hc.Sweep:
-    """LM_ratio and n, the latter not in order."""
-    return hc.sweep(BASE, {RATIO: "0.1:2:5:log", N: "4,2,9"})
-
-
-@pytest.fixture(scope="module")
-def sampled() -> hc.Sweep:
-    vary = {RATIO: "0.1:2:log", N: "2:6", "shock.profile": "cosine,triangular"}
-    return hc.sweep(BASE, vary, samples=20)
-
-
-@pytest.fixture(scope="module")
-def failing() -> hc.Sweep:
-    """The fourth of five forces presses granules into one another, and so does the fifth."""
-    return hc.sweep(BASE, {"shock.peak_force": "1e12,10,100,1000,1e13"})
-
-
-def drawn_lines(figure: Any) -> list[tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]]:
-    return [line.get_data() for line in figure.axes[0].lines]
-
-
-def legend(figure: Any) -> list[str]:
-    return [text.get_text() for text in figure.legends[0].get_texts()]
-
+from tests.sweeps.drawn import BASE, F_SW, RATIO, N, P, drawn_lines, legend
 
 # Lines
 
@@ -296,101 +251,6 @@ def test_a_legend_has_the_digits_that_vary(values: str, labels: list[str]) -> No
     assert legend(draw(swept, RATIO, F_SW, "young_modulus").figure) == labels
 
 
-# Maps
-
-
-def test_the_cells_of_a_map_are_what_the_table_has(grid: hc.Sweep) -> None:
-    drawn = draw(grid, RATIO, N, F_SW)
-    axes, bar = drawn.figure.axes
-    mesh: Any = axes.collections[0]
-    cells = np.asarray(mesh.get_array()).reshape(3, 5)
-    wanted = grid.to_frame().pivot_table(index=N, columns=RATIO, values=F_SW)
-    np.testing.assert_array_equal(cells, wanted)
-    x, y = mesh.get_coordinates()[0, :, 0], mesh.get_coordinates()[:, 0, 1]
-    ratio = wanted.columns.to_numpy()
-    np.testing.assert_allclose(x[1:-1], np.sqrt(ratio[1:] * ratio[:-1]), rtol=1e-14)
-    np.testing.assert_array_equal(y, [1, 3, 6.5, 11.5])
-    assert (axes.get_xscale(), axes.get_yscale()) == ("log", "linear")
-    assert (axes.get_xlabel(), axes.get_ylabel(), bar.get_ylabel()) == ("LM_ratio", "n", "F_SW [N]")
-    assert axes.get_legend() is None
-    assert drawn.remarks == ()
-
-
-def test_whole_numbers_have_a_colour_each(grid: hc.Sweep) -> None:
-    (mesh,) = grid.plot(RATIO, N, P).axes[0].collections
-    p = grid.to_frame()[P]
-    assert isinstance(mesh.norm, BoundaryNorm)
-    assert list(mesh.norm.boundaries) == list(np.arange(p.min() - 0.5, p.max() + 1))
-
-
-def test_a_cell_without_a_number_is_seen() -> None:
-    swept = hc.sweep(BASE, {"shock.peak_force": "1,100,1e13", N: "2:4:2"})
-    drawn = draw(swept, "shock.peak_force", N, F_SW)
-    axes = drawn.figure.axes[0]
-    (mesh,) = axes.collections
-    holes = np.ma.getmaskarray(np.ma.asarray(mesh.get_array())).reshape(2, 3)
-    assert holes.tolist() == [[False, False, True]] * 2
-    key = axes.get_legend()
-    assert key is not None
-    assert [text.get_text() for text in key.get_texts()] == ["no number"]
-    without = "solitary_wave_force_N and are left out; 2 of them failed"
-    assert drawn.remarks == (f"2 of 6 rows have no {without}",)
-
-
-def test_a_map_of_a_sample_is_points(sampled: hc.Sweep) -> None:
-    drawn = draw(sampled, RATIO, N, "overlap_ratio", {"shock.profile": "cosine"})
-    axes, _ = drawn.figure.axes
-    (points,) = axes.collections
-    table = sampled.to_frame()
-    table = table[table["shock.profile"] == "cosine"]
-    np.testing.assert_array_equal(points.get_offsets(), table[[RATIO, N]])
-    np.testing.assert_array_equal(points.get_array(), table["overlap_ratio"])
-    assert not isinstance(points.norm, LogNorm)
-    assert axes.get_xscale() == "log"
-    assert drawn.remarks == ()
-
-
-def test_several_values_in_one_place_of_a_map_are_refused(
-    both: hc.Sweep, grid: hc.Sweep, sampled: hc.Sweep
-) -> None:
-    with pytest.raises(hc.HertzchainError, match=r"fall onto each point .*--where shock.profile="):
-        draw(sampled, RATIO, N, F_SW)
-    vary = {RATIO: "0.1:2:3:log", N: "4,2", "chain.radius": "1 mm,5 mm"}
-    swept = hc.sweep(BASE, vary, backends=["native", "formulas"])
-    with pytest.raises(hc.HertzchainError, match=r"chain.radius and backend vary, too, .* cell"):
-        draw(swept, RATIO, N, "speed_m_s")
-    where = {"chain.radius": "1 mm", "backend": "native"}
-    (mesh,) = draw(swept, RATIO, N, "speed_m_s", where).figure.axes[0].collections
-    cells = np.asarray(mesh.get_array())
-    table = swept.to_frame()
-    own = table[(table["backend"] == "native") & (table["chain.radius"] == 1e-3)]
-    np.testing.assert_array_equal(np.sort(np.ravel(cells)), np.sort(own["speed_m_s"]))
-    with pytest.raises(hc.HertzchainError, match="varies, which makes a map: name the column"):
-        draw(grid, RATIO, N)
-    with pytest.raises(hc.HertzchainError, match="name the column of numbers"):
-        draw(both, F_SW, RATIO, "backend")
-
-
-def test_a_sample_met_by_a_grid_is_no_map() -> None:
-    vary = {RATIO: "0.1:2:log", N: "2,3", "chain.radius": "1 mm,5 mm"}
-    swept = hc.sweep(BASE, vary, samples=3)
-    with pytest.raises(hc.HertzchainError, match=f"take {RATIO} as --x or --y"):
-        draw(swept, N, "chain.radius", F_SW)
-
-
-@pytest.mark.parametrize(
-    ("values", "log", "edges"),
-    [
-        ([1, 10, 100], True, [10**-0.5, 10**0.5, 10**1.5, 10**2.5]),
-        ([1, 2, 4], False, [0.5, 1.5, 3, 5]),
-        ([1, 5], False, [0, 3, 7]),  # nothing is below 0
-        ([-1, 0, 1], False, [-1.5, -0.5, 0.5, 1.5]),
-    ],
-)
-def test_edges_are_half_way(values: list[float], log: bool, edges: list[float]) -> None:
-    np.testing.assert_allclose(cell_edges(np.array(values, float), log), edges, rtol=1e-14)
-
-
 # Missing values
 
 
@@ -444,10 +304,6 @@ def test_only_the_columns_that_are_drawn_are_read(
 # Names
 
 
-def test_every_column_has_a_label() -> None:
-    assert {"failure", *(column.name for column in ALL if column.label)} == set(COLUMNS)
-
-
 def test_the_section_may_be_left_out() -> None:
     assert full_name("momentum_ratio") == full_name(RATIO) == RATIO
     assert full_name("speed_m_s") == "speed_m_s"
@@ -498,94 +354,3 @@ def test_a_value_need_not_have_all_its_digits(both: hc.Sweep) -> None:
 def test_what_was_drawn_cannot_be_fixed(sampled: hc.Sweep) -> None:
     with pytest.raises(hc.HertzchainError, match="was sampled, so that hardly two rows"):
         draw(sampled, RATIO, F_SW, where={N: 3})
-
-
-# The command
-
-
-Command = Callable[..., tuple[int, str, str]]
-
-
-@pytest.fixture
-def plot(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Command:
-    """Run the command; return status, output and messages."""
-
-    def call(*arguments: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["hertzchain", "plot", *map(str, arguments)])
-        with pytest.raises(SystemExit) as caught:
-            main()
-        assert isinstance(caught.value.code, int)
-        return caught.value.code, *capfd.readouterr()
-
-    return call
-
-
-def test_the_command_writes_a_picture_beside_the_tables(plot: Command, folder: Path) -> None:
-    status, out, err = plot(folder, "--x", "momentum_ratio", "--y", F_SW)
-    assert (status, out) == (0, "")
-    assert err == (
-        "hertzchain: shock.profile varies, too: all values are lines of one colour; --colour tells"
-        " them apart\n"
-        f"Plot written to {folder / 'plot.png'}\n"
-    )
-    assert (folder / "plot.png").read_bytes().startswith(b"\x89PNG")
-    # The folder is as good as before: the same sweep goes on in it.
-    vary = {"shock.profile": "cosine,triangular,cosine-triangular", RATIO: "0.1:2:7:log"}
-    assert hc.sweep(BASE, vary, backends=("native", "formulas"), output=folder).count().done == 42
-
-
-@pytest.mark.parametrize("suffix", [".svg", ".pdf"])
-def test_the_name_says_the_format(plot: Command, folder: Path, tmp_path: Path, suffix: str) -> None:
-    target = tmp_path / f"lines{suffix}"
-    more = ("--where", "backend=native", "--where", "profile = cosine")
-    outcome = plot(folder, "--x", RATIO, "--y", P, *more, "-o", target)
-    assert outcome == (0, "", f"Plot written to {target}\n")
-    assert target.read_bytes()[:5] in (b"<?xml", b"%PDF-")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("--x", "lm", "--y", P), ("lm: is no column", "scene, backend, chain.granules")),
-        (("--x", RATIO, "--y", "profile"), ("shock.profile: is text", "--colour")),
-        (("--x", "backend", "--y", P), ("backend: is text",)),
-        (("--x", RATIO, "--y", P, "--colour", "failure"), ("cannot be a colour",)),
-        (("--x", RATIO, "--y", RATIO), (f"{RATIO}: given twice",)),
-        (("--x", RATIO, "--y", P, "--colour", P), (f"{P}: given twice",)),
-        (("--x", RATIO, "--y", P, "-o", "plot.gif"), ("plot.gif", "png", "svg")),
-        (("--x", RATIO, "--y", P, "-o", "no/plot.png"), ("no/plot.png", "does not exist")),
-        (("--x", RATIO, "--y", P, "--where", "profile"), ("--where profile", "NAME=VALUE")),
-        (
-            ("--x", RATIO, "--y", P, "--where", "backend=native", "--where", "backend=formulas"),
-            ("--where backend", "twice"),
-        ),
-    ],
-    ids=" ".join,
-)
-def test_what_cannot_be_drawn_is_refused_in_one_sentence(
-    plot: Command,
-    folder: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    arguments: tuple[str, ...],
-    words: tuple[str, ...],
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    status, out, err = plot(folder, *arguments)
-    assert (status, out, err.count("\n")) == (2, "", 1)
-    assert all(word in err for word in words), err
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_folder_without_a_sweep_is_refused(plot: Command, tmp_path: Path) -> None:
-    for there in (tmp_path, tmp_path / "no"):
-        status, out, err = plot(there, "--x", RATIO, "--y", P)
-        assert (status, out) == (2, "")
-        assert err == f"hertzchain: {there}: is no sweep, must be what hertzchain sweep -o wrote\n"
-
-
-def test_a_sweep_without_rows_yet_is_refused(plot: Command, folder: Path, tmp_path: Path) -> None:
-    shutil.copy(folder / "sweep.json", tmp_path)
-    status, out, err = plot(tmp_path, "--x", RATIO, "--y", P)
-    assert (status, out, err.count("\n")) == (2, "", 1)
-    assert "not measured yet" in err

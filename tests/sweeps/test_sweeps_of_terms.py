@@ -2,34 +2,26 @@
 
 from __future__ import annotations
 
-import copy
 import itertools
-import pickle
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
-import tomli_w
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import hertzchain as hc
-from hertzchain.errors import OutputError, SceneError
-from hertzchain.scene.parts import key_named
-from hertzchain.sweeps.columns import COLUMNS, PARAMETERS, TERMS, column_named, columns_of
+from hertzchain.errors import OutputError
+from hertzchain.sweeps.columns import COLUMNS, column_named, columns_of
 from hertzchain.sweeps.design import design
 from hertzchain.sweeps.drawing import draw
-from hertzchain.sweeps.keys import names_of
 from hertzchain.sweeps.numbers import of_result
 from tests.command_line import Command, is_refused
 from tests.conftest import STEEL
-from tests.sweeps.test_sweeps import has_numbers
+from tests.sweeps.made import has_numbers
+from tests.sweeps.texts import CHAIN_SECTION, SEGMENTS, SHOCK
 
 PTFE = {"radius": 4.75e-3, "young_modulus": 1.46e9, "poisson_ratio": 0.46, "density": 2200.0}
 PULSE = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0)
@@ -37,39 +29,6 @@ CHAIN = hc.Chain(6, **STEEL)
 PLAIN = hc.Scene(CHAIN, PULSE)
 STRIKER = hc.Scene(CHAIN, hc.Striker(1.0), wall=hc.Wall("rigid"))
 LOADED = hc.Scene(CHAIN, PULSE, precompression=hc.Precompression(5.0))
-
-CHAIN_SECTION = """
-[chain]
-granules = 6
-radius = "4.75 mm"
-young_modulus = "193 GPa"
-poisson_ratio = 0.3
-density = "7958 kg/m^3"
-"""
-SEGMENTS = """
-[[chain.segments]]
-granules = 4
-cell = [{}, { young_modulus = "1.46 GPa", poisson_ratio = 0.46, density = "2.2 g/cm^3" }]
-[[chain.segments]]
-granules = 2
-radius = "4 mm"
-radius_ratio = 0.9
-gap = "1 um"
-"""
-SHOCK = """
-[shock]
-profile = "cosine"
-peak_force = "100 N"
-duration_ratio = 2
-momentum_ratio = 1.0
-"""
-
-
-@pytest.fixture
-def segmented(tmp_path: Path) -> hc.Scene:
-    """A dimer of steel and PTFE, and two smaller granules with gaps."""
-    (tmp_path / "dimer.toml").write_text(CHAIN_SECTION + SEGMENTS + SHOCK)
-    return hc.Scene.from_toml(tmp_path / "dimer.toml")
 
 
 def chain_of(
@@ -334,113 +293,11 @@ def test_plain_scenes_have_the_columns_of_before() -> None:
     assert tuple(one.name for one in columns_of(manifest["scene"], ["chain.radius"])) == COLUMNS
 
 
-def test_every_parameter_has_a_label_and_a_unit() -> None:
-    segments = ("granules", "radius", "radius_ratio", "gap")
-    names = [*TERMS, *(f"chain.segments.2.{key}" for key in segments)]
-    for name in (*names, "chain.segments.1.cell.2.density"):
-        column = column_named(name)
-        assert column.label
-        assert column.title.count("{") == 1
-        key = key_named(name)
-        assert key is not None
-        assert not key.unit or f"[{key.unit}]".replace("^3", "³").replace("^2", "²") in column.label
+def test_a_key_of_a_segment_has_a_label_with_its_unit() -> None:
     assert column_named("chain.segments.2.granules").label == "granules, segment 2"
-
-
-# Parameters that cannot vary
-
-REFUSED: list[tuple[hc.Scene, dict[str, Any], str]] = [
-    (PLAIN, {"striker.velocity": "1,2"}, "the scene has no [striker]; add the section to its file"),
-    (PLAIN, {"velocity": "1,2"}, "striker.velocity: cannot vary: the scene has no [striker]"),
-    (PLAIN, {"wall.kind": "rigid,same"}, "wall.kind: cannot vary: the scene has no [wall]; add"),
-    (PLAIN, {"precompression.force": "1,2"}, "the scene has no [precompression]; add the section"),
-    (PLAIN, {"chain.segments.1.radius": "1,2"}, "the scene has no [[chain.segments]]; add some"),
-    (PLAIN, {"wall": "1,2"}, "wall: cannot vary: the scene has no [wall]; add the section"),
-    (STRIKER, {"shock.colour": "1,2"}, "cannot vary: the scene has a [striker] and no [shock]"),
-    (STRIKER, {"wall.colour": "1,2"}, "what can vary: chain.granules, chain.radius, chain.y"),
-    (STRIKER, {"shock.peak_force": "1,2"}, "cannot vary: the scene has a [striker] and no [shock]"),
-    (STRIKER, {"radius": "1,2"}, "is in several sections: name one of chain.radius, striker.rad"),
-    (STRIKER, {"striker.velocty": "1,2"}, "cannot vary; did you mean striker.velocity? What can"),
-    (STRIKER, {"wall.kind": "rigid,soft"}, "wall.kind = 'soft': must be one of rigid, same, elas"),
-    (STRIKER, {"wall.kind": "rigid:same:2"}, "has no range: name its values, rigid,same"),
-    (STRIKER, {"wall.kind": [1, 2]}, "wall.kind = 1: must be the name of a wall"),
-    (STRIKER, {"wall.kind": "rigid,elastic"}, "wall.young_modulus: missing, a wall of kind"),
-    (STRIKER, {"wall.young_modulus": "1,2"}, 'only a wall of kind "elastic" has it, in all scenes'),
-    (STRIKER, {"striker.velocity": "0,1"}, "striker.velocity = 0.0: must be a finite number above"),
-    (STRIKER, {"striker.velocity": "1 m,2 m"}, "has the wrong dimension"),
-    (STRIKER, {"striker.poisson_ratio": "0.1:0.6:3"}, "striker.poisson_ratio = 0.6: must be"),
-    (STRIKER, {"chain.granules": "4,1000001"}, "must be at most 1,000,000 in a sweep"),
-    (LOADED, {"precompression.force": [0.0, 1.0]}, "precompression.force and gravity: both are 0"),
-    (LOADED, {"gravity": [0.0, 1.0]}, "precompression.gravity = 1.0: needs a [wall]"),
-    (LOADED, {"chain.gap": [0.0, 1e-6]}, "chain.gap: must be 0 with [precompression]"),
-    (
-        replace(PLAIN, chain=chain_of()),
-        {"chain.radius": "1,2"},
-        "chain.radius: cannot vary: each granule has its own; describe them by [[chain.segments]]",
-    ),
-]
-
-
-@pytest.mark.parametrize(("scene", "vary", "words"), REFUSED, ids=[one[2] for one in REFUSED])
-def test_what_cannot_vary_is_refused_in_a_sentence(
-    scene: hc.Scene, vary: dict[str, Any], words: str
-) -> None:
-    with pytest.raises(SceneError) as problem:
-        design(scene, vary)
-    assert words in str(problem.value)
-    assert "\n" not in str(problem.value)
-
-
-OF_SEGMENTS = {
-    "granules": "chain.granules: cannot vary: it is the sum over the segments",
-    "chain.segments.3.radius": "cannot vary; did you mean chain.segments.",
-    "chain.segments.0.radius": "cannot vary; did you mean chain.segments.",
-    "chain.segments.1.radius_ratio": "did you mean chain.segments.2.radius_ratio?",
-    "chain.segments.1.cell.3.density": "cannot vary; did you mean chain.segments.",
-    "segments.2.cell.1.density": "cannot vary; did you mean chain.segments.",
-    "chain.segments.1": "chain.segments.1: cannot vary; ",
-    "chain.colour": "end_time, keys of segments, such as chain.segments.2.radius_ratio",
-    "chain.segments.2.radius": "chain.segments.2.radius = 0.0: must be a finite number above 0 [m]",
-    "chain.segments.2.radius_ratio": "chain.segments.2.radius_ratio = 0.0: must be a finite number",
-    "chain.segments.2.granules": "chain.segments.2.granules = 0: must be an integer from 1",
-}
-
-
-@pytest.mark.parametrize("name", OF_SEGMENTS)
-def test_what_segments_do_not_have_is_refused(segmented: hc.Scene, name: str) -> None:
-    with pytest.raises(SceneError) as problem:
-        design(segmented, {name: [0, 2]})
-    assert OF_SEGMENTS[name] in str(problem.value)
-
-
-def test_a_ratio_whose_radii_leave_floating_point_is_refused(tmp_path: Path) -> None:
-    taper = "[[chain.segments]]\ngranules = 6\n"
-    (tmp_path / "taper.toml").write_text(CHAIN_SECTION + taper + SHOCK)
-    scene = hc.Scene.from_toml(tmp_path / "taper.toml")
-    words = r"segments\.1\.radius_ratio = 1e-300: gives granule 3 chain\.radius = 0\.0, which"
-    with pytest.raises(SceneError, match=words):
-        design(scene, {"chain.segments.1.radius_ratio": [1e-300, 1.0]})
-
-
-def test_a_chain_with_other_values_has_no_segments(segmented: hc.Scene) -> None:
-    """The segments of the file would not describe it."""
-    assert segmented.chain.section is not None
-    assert pickle.loads(pickle.dumps(segmented)).chain.section == segmented.chain.section  # noqa: S301
-    assert replace(segmented, shock=hc.Striker(1.0)).chain.section is not None
-    other = replace(segmented.chain, density=1000.0)
-    assert other.section is None
-    with pytest.raises(SceneError, match="each granule has its own"):
-        design(replace(segmented, chain=other), {"chain.radius": [1.0, 2.0]})
-
-
-def test_formulas_are_refused() -> None:
-    for scene, vary, words in (
-        (STRIKER, {"striker.velocity": [1.0]}, "this sweep has striker, wall: leave them out"),
-        (PLAIN, {"chain.gap": [0.0, 1e-6]}, "this sweep has chain.gap: leave them out"),
-    ):
-        with pytest.raises(SceneError) as problem:
-            hc.sweep(scene, vary, backends=["native", "formulas"])
-        assert words in str(problem.value)
+    density = column_named("chain.segments.1.cell.2.density")
+    assert density.label == "density [kg/m³], segment 1, granule 2 of the cell"
+    assert density.title == "density, segment 1, granule 2 of the cell: {:.4g} kg/m³"
 
 
 # Stored sweeps
@@ -505,151 +362,6 @@ def test_a_title_names_a_segment_that_is_fixed(segmented: hc.Scene) -> None:
     drawn = draw(swept(segmented, vary), "chain.density", "last_peak_force_N", where=where)
     title = drawn.figure.axes[0].get_title().replace("\n", " ")  # it is wrapped
     assert title.endswith("native, radius R, segment 2: 3 mm")
-
-
-def test_parameters_of_plain_scenes_are_not_those_of_terms() -> None:
-    assert not set(PARAMETERS) & set(TERMS)
-
-
-# Any file
-
-
-def files() -> st.SearchStrategy[dict[str, Any]]:
-    """Scene files with terms, as mappings."""
-    number = {
-        "radius": st.sampled_from([4e-3, "5 mm"]),
-        "young_modulus": st.sampled_from([1e11, "70 GPa"]),
-        "poisson_ratio": st.sampled_from([0.2, 0.3]),
-        "density": st.sampled_from([2000, "7.9 g/cm^3"]),
-    }
-    gap = {"gap": st.sampled_from([0, "1 um"])}
-    different = st.fixed_dictionaries({}, optional=number | gap)
-    count = st.integers(1, 4)
-    segment = st.one_of(
-        st.fixed_dictionaries(
-            {"granules": count},
-            optional={**number, **gap, "radius_ratio": st.sampled_from([0.9, 1.1])},
-        ),
-        st.fixed_dictionaries(
-            {"granules": count, "cell": st.lists(different, min_size=1, max_size=3)},
-            optional=number,
-        ),
-    )
-    wall = st.one_of(
-        st.fixed_dictionaries({"kind": st.sampled_from(["rigid", "same"])}, optional=gap),
-        st.just({"kind": "elastic", "young_modulus": "200 GPa", "poisson_ratio": 0.3}),
-    )
-    pulse = st.fixed_dictionaries(
-        {"profile": st.just("cosine"), "peak_force": st.just(100), "duration_ratio": st.just(2)}
-    )
-    measure = st.sampled_from([{"momentum_ratio": 1.5}, {"rise_time": "30 us"}])
-    return st.fixed_dictionaries(
-        {
-            "chain": st.fixed_dictionaries(
-                number, optional={**gap, "segments": st.lists(segment, min_size=2, max_size=3)}
-            ),
-            "push": st.one_of(
-                st.tuples(st.just("shock"), pulse, measure),
-                st.tuples(
-                    st.just("striker"),
-                    st.fixed_dictionaries({"velocity": st.just("1 m/s")}, optional=number),
-                ),
-            ),
-        },
-        optional={"wall": wall, "precompression": st.just({"force": "5 N"})},
-    )
-
-
-def text_of(document: dict[str, Any]) -> str:
-    """The file of such a mapping."""
-    document = copy.deepcopy(document)
-    name, *parts = document.pop("push")
-    document[name] = {key: value for part in parts for key, value in part.items()}
-    segments = document["chain"].get("segments", [])
-    counts = [segment["granules"] for segment in segments]
-    document["chain"].setdefault("granules", sum(counts) or 7)
-    return tomli_w.dumps(document)
-
-
-VALUES: dict[str, list[Any]] = {
-    "granules": [3, 5],
-    "radius": [4.5e-3, 6e-3],
-    "young_modulus": [8e10, 2e11],
-    "poisson_ratio": [0.1, 0.4],
-    "density": [3000.0, 9000.0],
-    "gap": [0.0, 2e-6],
-    "radius_ratio": [0.8, 1.0],
-    "velocity": [0.5, 2.0],
-    "kind": ["rigid", "same"],
-    "force": [1.0, 10.0],
-    "gravity": [0.0, 9.81],
-    "peak_force": [10.0, 50.0],
-    "momentum_ratio": [0.5, 2.0],
-    "rise_time": [2e-5, 4e-5],
-    "end_time": [1e-3, 2e-3],
-    "duration_ratio": [3.0, 4.0],
-    "profile": ["triangular", "cosine-triangular"],
-}
-
-
-@given(st.data())
-@settings(max_examples=20)
-def test_a_parameter_is_a_key_of_the_file(data: st.DataObject) -> None:
-    """Each scene of a sweep equals a file with the keys changed by hand."""
-    document = data.draw(files())
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "scene.toml"
-
-        def read(changed: dict[str, Any]) -> hc.Scene:
-            path.write_text(text_of(changed))
-            return hc.Scene.from_toml(path)
-
-        try:
-            base = read(document)
-        except SceneError:
-            return
-        names = data.draw(
-            st.lists(st.sampled_from(names_of(base)), min_size=1, max_size=3, unique=True)
-        )
-        vary = {name: VALUES[name.rpartition(".")[2]] for name in names}
-        try:
-            found = design(base, vary)
-        except SceneError:  # other tests are about these
-            return
-        parameters = found.parameters(np.arange(found.scenes))
-        for k, values in enumerate(itertools.product(*vary.values())):
-            wanted = copy.deepcopy(document)
-            for name, value in zip(names, values, strict=True):
-                type_in(wanted, name, value)
-            try:
-                expected = read(wanted)
-            except SceneError as problem:
-                with pytest.raises(SceneError, match=re.escape(problem.allowed)):
-                    found.scene(parameters, k)
-                continue
-            assert found.scene(parameters, k) == expected
-            assert parameters["chain.granules"][k] == expected.chain.granules
-
-
-def type_in(document: dict[str, Any], name: str, value: Any) -> None:
-    """Change a key of a scene file as a person would."""
-    section, *path, key = name.split(".")
-    if section in ("shock", "striker"):
-        for part in document["push"][1:]:
-            if key in part or {key, *part} <= {"momentum_ratio", "rise_time"}:
-                if len(part) == 1:  # the other measure of the pulse
-                    part.clear()
-                part[key] = value
-                return
-        document["push"][1][key] = value
-        return
-    at: Any = document.setdefault(section, {})
-    if (section, key) == ("wall", "kind"):
-        at.pop("young_modulus", None)
-        at.pop("poisson_ratio", None)
-    for step in path:
-        at = at[int(step) - 1] if step.isdigit() else at[step]
-    at[key] = value
 
 
 def test_gauges_have_columns() -> None:

@@ -1,0 +1,48 @@
+"""The JSON schema of scenes, from the keys of their parts.
+
+``python -m tests.oracles.scene_schema`` writes it into docs/schema/parts.json.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from hertzchain.scene.keys import Key
+from hertzchain.scene.parts import KEYS, OF_PROFILE
+from tests.places import ROOT
+
+FILE = ROOT / "docs" / "schema" / "parts.json"
+
+_KINDS = {"float": "number", "int": "integer", "str": "string", "bool": "boolean"}
+
+
+def schema_of(name: str, key: Key, said: str) -> dict[str, Any]:
+    """The schema of a key; ``said`` describes a key that has no label."""
+    if name == "shock.profile":
+        return {"enum": [*OF_PROFILE]}
+    if key.kind == "str":
+        return {"enum": [*key.choices]}
+    found: dict[str, Any] = {"type": _KINDS[key.kind]}
+    if name.startswith("chain.") and key.kind == "float":  # one for each granule
+        found = {"type": ["number", "array"], "items": {"type": "number"}}
+    found["description"] = key.axis if key.label else said
+    words = {"above": "exclusiveMinimum", "at least": "minimum", "below": "exclusiveMaximum",
+             "at most": "maximum"}  # fmt: skip
+    return found | {words[one]: bound for one, bound in key.bounds.items()}
+
+
+def updated(parts: dict[str, Any]) -> dict[str, Any]:
+    """The document with the schema of each key as the key declares it."""
+    sections = parts["$defs"]["scene"]["properties"]
+    for name, key in KEYS.items():
+        section, _, own = name.partition(".")
+        properties = sections[section].get("items", sections[section])["properties"]
+        before = properties.get(own, {})
+        properties[own] = schema_of(name, key, before.get("description", own))
+    return parts
+
+
+if __name__ == "__main__":
+    made = updated(json.loads(FILE.read_text(encoding="utf-8")))
+    FILE.write_text(json.dumps(made, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")

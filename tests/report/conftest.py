@@ -1,0 +1,74 @@
+"""A comparison that pages show."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from matplotlib.figure import Figure
+
+import hertzchain as hc
+from hertzchain.report.waterfall import plot_times
+from hertzchain.verdict.check import Check, Kind
+from tests.conftest import paper_scene
+
+WELL = Check(Kind("all is well"), "native", 1.0, 1.0, 1e-9, True, "why not")
+
+
+@pytest.fixture(scope="module")
+def compared() -> hc.Comparison:
+    """A chain of 12, p = 5, and as if LAMMPS had found peaks one part in a million higher."""
+    scene = paper_scene("cosine-triangular", 1.0, 2.0, granules=12)
+    found = hc.compare(scene, ["native"], record=plot_times(scene))
+    return with_lammps(found)
+
+
+def with_lammps(found: hc.Comparison) -> hc.Comparison:
+    native = found.native
+    assert native.history is not None
+    higher = replace(
+        native,
+        backend="lammps",
+        method="velocity-verlet, granular",
+        peak_force=native.peak_force * (1 + 1e-6),
+        error_estimate=2e-6,
+        versions={"lammps": "20250722"},
+    )
+    results = {**found.results, "lammps": higher}
+    return replace(found, results=results, wanted=("native", "lammps"))
+
+
+@pytest.fixture(scope="module")
+def native() -> hc.Comparison:
+    """A chain of 12, p = 5, by the reference and the formulas."""
+    return hc.compare(paper_scene("cosine-triangular", 1.0, 2.0, granules=12), ["native"])
+
+
+@pytest.fixture
+def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
+    """The figures that are written, as they are when they are."""
+    figures: list[Figure] = []
+    write = Figure.savefig
+
+    def kept(figure: Figure, *arguments: Any, **options: Any) -> None:
+        figures.append(figure)
+        write(figure, *arguments, **options)
+
+    monkeypatch.setattr(Figure, "savefig", kept)
+    return figures
+
+
+@pytest.fixture(scope="module")
+def both(native: hc.Comparison) -> hc.Comparison:
+    """The same, as if LAMMPS had found peaks one part in a thousand higher."""
+    higher = replace(
+        native.native,
+        backend="lammps",
+        method="velocity-verlet, granular",
+        peak_force=native.native.peak_force * 1.001,
+        error_estimate=2e-3,
+        steps=54321,
+    )
+    results = {**native.results, "lammps": higher}
+    return replace(native, results=results, wanted=("native", "lammps"), checks=(WELL,))

@@ -1,0 +1,74 @@
+"""The page of all validation scripts."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+import pandas
+import pytest
+
+import validation.page
+from tests.report.test_page import Reader, lines_of
+from validation.rows import row
+from validation.run_all import Outcome, run, to_dict
+from validation.script import Script, rows_only
+
+BEGUN = datetime(2026, 1, 1, tzinfo=UTC)
+
+
+def outcomes(passed: bool = True) -> list[Outcome]:
+    entries = [
+        row(f"number {k}", "native", 1.0 + 1e-4 * k, 1.0, 1e-2, "because") for k in range(20)
+    ]
+    if not passed:
+        entries += [row("<b>one</b> & all", "lammps", 2.0, 1.0, 0.1, "reason <i>")]
+    script = Script("Title", "Is it?", "native", **rows_only(lambda *_: entries))
+    table = script.measure(True, True)
+    well = Outcome("well", script, table, tuple(script.promises(table)), BEGUN, 0.5)
+    nan = float("nan")
+    raised = replace(entries[0], what="gone", measured=nan, expected=nan, passed=False)
+    return [well] if passed else [well, Outcome("gone", script, None, (raised,), BEGUN, 0.1)]
+
+
+@pytest.mark.parametrize("passed", [True, False])
+def test_a_report_of_all_scripts(passed: bool, tmp_path: Path) -> None:
+    found = outcomes(passed)
+    folder = tmp_path / "there" / "report"
+    validation.page.make_folder(folder)
+    sections = [validation.page.write_outcome(folder, outcome) for outcome in found]
+    validation.page.write_report(folder, sections, to_dict(found))
+    assert {path.name for path in folder.iterdir()} == {"index.html", "well.csv", "well.svg"}
+    table = pandas.read_csv(folder / "well.csv", comment="#")
+    assert len(table) == len(found[0].rows)
+    page = (folder / "index.html").read_text("utf-8")
+    read = Reader(page)
+    assert read.data["numbers"] == json.loads(json.dumps(to_dict(found)))
+    assert ("✓ PASS" if passed else "✗ FAIL") in read.text
+    drawn = lines_of(validation.page._overview(found).axes[0])
+    points = [len(np.asarray(drawn[name].get_xdata())) for name in ("passes", "fails")]
+    assert points == [20, 0 if passed else 2]
+    assert "20 rows that pass" in read.text
+    images = [source for source in read.loaded if source.startswith("data:image/svg+xml;base64,")]
+    assert len(images) == 1
+    assert not any(source.startswith("http") for source in read.loaded)
+    if not passed:
+        assert "<b>one</b>" not in page
+        assert "<b>one</b> & all (lammps)" in read.text
+        assert "20 of 22 rows pass" in read.text
+        assert "it could not be measured" in read.text
+        assert page.index("Rows that fail") < page.index("rows that pass</summary>")
+
+
+def test_a_report_that_cannot_be_written_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "file"
+    file.write_text("")
+    for path in (file, file / "below"):
+        assert run(["--quick", "--report", str(path)]) == 2
+        assert capsys.readouterr().err.splitlines()[-1].count(str(path)) == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]

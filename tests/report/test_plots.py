@@ -1,0 +1,112 @@
+"""Plots of comparisons: a point for every number."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.image import imread
+
+import hertzchain as hc
+from hertzchain.arrays import FloatArray
+from hertzchain.errors import OutputError
+from hertzchain.report.formats import check_format
+from hertzchain.report.style import COLOURS
+from tests.report.test_console import plot_comparison
+
+
+def lines_of(axes: Axes) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """Return x and y of each labelled line; a gap is NaN."""
+    return {
+        str(line.get_label()): (
+            np.asarray(line.get_xdata(), np.float64),
+            np.asarray(line.get_ydata(), np.float64),
+        )
+        for line in axes.get_lines()
+    }
+
+
+def test_a_plot_has_a_point_for_every_number(
+    both: hc.Comparison, tmp_path: Path, drawn: list[Figure]
+) -> None:
+    plot_comparison(both, tmp_path / "plot.svg")
+    assert [path.name for path in tmp_path.iterdir()] == ["plot.svg"]
+    text = (tmp_path / "plot.svg").read_text()
+    ElementTree.fromstring(text)  # noqa: S314 - it is our own
+    for label in ("peak force [N]", "native, reference", "LAMMPS", "Eq. 6", "p = 5"):
+        assert label in text
+    (figure,) = drawn
+    above, below = map(lines_of, figure.axes)
+    native, lammps, formulas = both.native, both.lammps, both.formulas
+    assert lammps is not None
+    np.testing.assert_array_equal(above["native, reference"], (native.contact, native.peak_force))
+    values = {"LAMMPS": lammps.peak_force, "Eq. 6": formulas.eq6, "Eq. 9": formulas.eq9}
+    for label, peaks in values.items():
+        np.testing.assert_array_equal(above[label], (native.contact, peaks))
+        off = np.abs(peaks / native.peak_force - 1)
+        off[off == 0] = np.nan  # of which a logarithmic axis has none
+        np.testing.assert_array_equal(below[label], (native.contact, off))
+    assert set(below["LAMMPS, error estimate"][1]) == {lammps.error_estimate}
+    assert set(below["reference, error estimate"][1]) == {native.error_estimate}
+
+
+@pytest.mark.parametrize(("suffix", "start"), [("png", b"\x89PNG"), ("PDF", b"%PDF")])
+def test_the_suffix_says_how_to_draw(
+    native: hc.Comparison, tmp_path: Path, suffix: str, start: bytes
+) -> None:
+    path = tmp_path / f"plot.{suffix}"
+    check_format(path, "plot")
+    plot_comparison(native, path)
+    assert path.read_bytes().startswith(start)
+
+
+def picture(path: Path) -> Any:
+    """Red, green and blue of a picture that can be read to its end, shape (rows, columns, 3)."""
+    pixels = np.asarray(imread(path))
+    assert pixels.ndim == 3
+    return pixels[..., :3]
+
+
+def colours(pixels: Any) -> set[tuple[int, ...]]:
+    """The colours of a picture, 0 to 255."""
+    whole = np.rint(255 * pixels).astype(int).reshape(-1, 3)
+    # One number a pixel is sorted ten times as fast as three.
+    found = np.unique(whole @ [1 << 16, 1 << 8, 1]).tolist()
+    return {(colour >> 16, colour >> 8 & 255, colour & 255) for colour in found}
+
+
+def colour_of(name: str) -> tuple[int, ...]:
+    return tuple(round(255 * part) for part in to_rgb(COLOURS[name]))
+
+
+def test_a_plot_without_formulas_is_drawn(
+    native: hc.Comparison, tmp_path: Path, drawn: list[Figure]
+) -> None:
+    nothing = np.full_like(native.formulas.eq6, np.nan)
+    formulas = replace(native.formulas, applicable="none", eq6=nothing, eq9=nothing)
+    plot_comparison(replace(native, formulas=formulas), tmp_path / "plot.png")
+    (above,) = map(lines_of, drawn[0].axes)  # there is nothing to compare
+    assert next(iter(above.values()))[1].tolist() == native.native.peak_force.tolist()
+    assert not {"Eq. 6", "Eq. 9"} & above.keys()
+    assert colour_of("native") in colours(picture(tmp_path / "plot.png"))
+
+
+@pytest.mark.parametrize("name", ["plot", "plot.xyz", "plot.", ".png", "png"])
+def test_an_unknown_format_is_an_error_that_names_the_known(name: str) -> None:
+    with pytest.raises(OutputError, match=r"pdf, .*png, .*svg"):
+        check_format(name, "plot")
+
+
+def test_a_plot_that_cannot_be_written_leaves_nothing(
+    native: hc.Comparison, tmp_path: Path
+) -> None:
+    with pytest.raises(OutputError):
+        plot_comparison(native, tmp_path / "no" / "plot.png")
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,299 @@
+"""The scenes of sweeps: grids, lists and samples, and the parts they are cut into."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import asdict, replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import hertzchain as hc
+from hertzchain.errors import SceneError
+from hertzchain.scene.pulse import PROFILES, profile_named
+from hertzchain.sweeps.columns import PARAMETERS
+from hertzchain.sweeps.design import MOST_SCENES, design
+from hertzchain.sweeps.parts import MOST_PEAKS, Formulas, cut, part_size
+from tests.sweeps.made import GRID, SHORT, all_scenes
+
+# Scenes
+
+
+def test_a_grid_is_every_combination_the_last_axis_first() -> None:
+    vary: dict[str, Any] = {
+        "chain.granules": [8, 9],
+        "chain.radius": "1 mm:3 mm:3",
+        "shock.profile": "cosine, triangular",
+        "shock.momentum_ratio": "0.1:10:3:log",
+    }
+    found = design(SHORT, vary)
+    expected = [
+        hc.Scene(
+            replace(SHORT.chain, granules=granules, radius=radius),
+            hc.Pulse(profile_named(profile), 100.0, 2.0, momentum_ratio=ratio),
+        )
+        for granules, radius, profile, ratio in itertools.product(
+            (8, 9), (0.001, 0.002, 0.003), ("cosine", "triangular"), (0.1, 1.0, 10.0)
+        )
+    ]
+    assert found.scenes == len(expected) == 36
+    scenes = all_scenes(found)
+    for scene, wanted in zip(scenes, expected, strict=True):
+        assert scene.chain == wanted.chain
+        assert scene.momentum_ratio == pytest.approx(wanted.momentum_ratio, rel=1e-14, abs=0)
+        given, expected_shock = asdict(scene.shock), asdict(wanted.shock)
+        del given["momentum_ratio"], expected_shock["momentum_ratio"]
+        assert given == expected_shock
+
+
+@pytest.mark.parametrize("log", [False, True])
+def test_a_grid_takes_both_ends_to_the_last_digit(log: bool) -> None:
+    ends = 0.1, 0.7
+    found = design(SHORT, {"shock.momentum_ratio": f"0.1:0.7:7{':log' * log}"})
+    ratios = found.parameters(np.arange(7))["shock.momentum_ratio"]
+    assert (ratios[0], ratios[-1]) == ends
+    spaced = np.geomspace(*ends, 7) if log else np.linspace(*ends, 7)
+    np.testing.assert_allclose(ratios, spaced, rtol=1e-14)  # some roundings
+
+
+def test_a_range_may_span_all_of_floating_point() -> None:
+    grid = design(SHORT, {"shock.momentum_ratio": "1e-200:1e200:5:log"})
+    ratios = grid.parameters(np.arange(5))["shock.momentum_ratio"]
+    np.testing.assert_allclose(ratios, [1e-200, 1e-100, 1.0, 1e100, 1e200], rtol=1e-13)  # roundings
+    drawn = design(SHORT, {"shock.momentum_ratio": "1e-300:1e300:log"}, samples=50)
+    assert np.isfinite(drawn.parameters(np.arange(50))["shock.momentum_ratio"]).all()
+
+
+def test_values_may_be_those_of_numpy_and_pandas() -> None:
+    for values in (
+        np.array([1, 2], np.int8),
+        np.array([1, 2], np.float32),
+        pd.Series([1, 2]),
+        (k for k in (1, 2)),
+        ("1", "2"),
+        "1, 2",
+    ):
+        given = {"shock.momentum_ratio": values}
+        assert all_scenes(design(SHORT, given)) == all_scenes(
+            design(SHORT, {"shock.momentum_ratio": [1.0, 2.0]})
+        )
+    drawn = {"shock.momentum_ratio": "1:2"}
+    by_numpy = design(SHORT, drawn, samples=np.int64(4), seed=np.int32(3))  # type: ignore[arg-type]
+    assert by_numpy == design(SHORT, drawn, samples=4, seed=3)
+
+
+def test_columns_are_the_same_whoever_typed_the_scene() -> None:
+    typed = hc.Scene(hc.Chain(12, 1, 10**20, 0, 7800), hc.Pulse("cosine", 100, 2, momentum_ratio=1))
+    table = hc.sweep(typed, {"shock.momentum_ratio": [1, 2]}).to_frame()
+    kinds = hc.sweep(SHORT, {"shock.momentum_ratio": [1.0, 2.0]}).to_frame().dtypes
+    assert table.dtypes.to_dict() == kinds.to_dict()
+    assert table["failure"].isna().all()
+
+
+def test_a_scene_is_written_as_folders_of_before_have_it() -> None:
+    """Another word in it would be another sweep, and such folders were not resumed."""
+    found = design(SHORT, {"shock.momentum_ratio": [1.0, 2.0]}).to_dict()["scene"]
+    of_pulse = ["profile", "peak_force", "duration_ratio", "momentum_ratio", "rise_time"]
+    assert {section: list(keys) for section, keys in found.items()} == {
+        "chain": ["granules", "radius", "young_modulus", "poisson_ratio", "density"],
+        "shock": of_pulse,
+        "run": ["end_time"],
+    }
+
+
+def test_sections_may_be_left_out_and_counts_may_be_written_as_powers_of_ten() -> None:
+    short = design(SHORT, {"radius": "1 mm:2 mm:1e1", "momentum_ratio": [1, 2]})
+    assert short == design(SHORT, {"chain.radius": "1 mm:2 mm:10", "shock.momentum_ratio": [1, 2]})
+
+
+def test_granules_are_the_whole_numbers_of_a_grid_each_once() -> None:
+    found = design(SHORT, {"chain.granules": "2:10:20:log"})
+    assert [scene.chain.granules for scene in all_scenes(found)] == list(range(2, 11))
+
+
+@pytest.mark.parametrize("log", [False, True])
+def test_drawn_granules_have_the_share_of_a_whole_number(log: bool) -> None:
+    found = design(SHORT, {"chain.granules": "2:20:log" if log else "2:20"}, samples=4096)
+    drawn = found.parameters(np.arange(4096))["chain.granules"]
+    # From half a granule below a number to half a granule above it.
+    edges = np.arange(1.5, 21.0)
+    share = np.diff(np.log(edges) if log else edges)
+    # A Sobol sequence fills each interval to a few points.
+    expected = 4096 * share / share.sum()
+    assert np.abs(np.bincount(drawn, minlength=21)[2:] - expected).max() <= 4
+    assert (drawn.min(), drawn.max()) == (2, 20)
+
+
+def test_momentum_ratio_and_rise_time_take_each_others_place() -> None:
+    found = design(SHORT, {"shock.rise_time": "10 us,20 us"})
+    assert [scene.rise_time for scene in all_scenes(found)] == [1e-5, 2e-5]
+    assert all(scene.pulse and scene.pulse.momentum_ratio is None for scene in all_scenes(found))
+    by_time = replace(SHORT, shock=hc.Pulse("cosine", 100.0, 2.0, rise_time=1e-5))
+    found = design(by_time, {"shock.momentum_ratio": [1, 2]})
+    assert [scene.momentum_ratio for scene in all_scenes(found)] == [1.0, 2.0]
+
+
+def test_samples_fill_their_ranges_evenly_and_meet_every_combination() -> None:
+    vary: dict[str, Any] = {
+        "shock.momentum_ratio": "0.1:10:log",
+        "shock.profile": ["cosine", "triangular"],
+        "chain.granules": "8:12",
+        "shock.duration_ratio": "1.5:6",
+    }
+    found = design(SHORT, vary, samples=1000)
+    assert found.scenes == 2000
+    given = found.parameters(np.arange(2000))
+    profile, ratio, granules, n = (given[f"{name}"] for name in (
+        "shock.profile", "shock.momentum_ratio", "chain.granules", "shock.duration_ratio"
+    ))  # fmt: skip
+    assert (profile == np.repeat(["cosine", "triangular"], 1000)).all()
+    for values in (ratio, granules, n):
+        assert (values[:1000] == values[1000:]).all()
+    # Of a thousand even points each fifth holds 200 to a few; of random ones, to 13 (one sigma).
+    for values in (np.log10(ratio) / 2 + 0.5, (n - 1.5) / 4.5, (granules - 8 + 0.5) / 5):
+        shares = np.histogram(values[:1000], bins=5, range=(0, 1))[0]
+        assert np.abs(shares - 200).max() <= 6
+    assert np.abs(np.corrcoef([np.log(ratio), n, granules])[np.triu_indices(3, 1)]).max() < 0.02
+
+
+def test_a_sample_follows_from_its_number_and_the_seed() -> None:
+    vary: dict[str, Any] = {"shock.momentum_ratio": "0.1:10:log", "shock.duration_ratio": "1.5:6"}
+    whole = design(SHORT, vary, samples=500).parameters(np.arange(500))
+    some = design(SHORT, vary, samples=500).parameters(np.arange(123, 130))
+    other = design(SHORT, vary, samples=500, seed=1).parameters(np.arange(500))
+    for name in vary:
+        assert some[name].tolist() == whole[name][123:130].tolist()
+        assert not set(other[name]) & set(whole[name])
+
+
+@pytest.mark.parametrize("apart", [1, 2, 3, 7])
+def test_samples_need_not_be_neighbours(apart: int) -> None:
+    found = design(SHORT, {"shock.momentum_ratio": "0.1:10:log"}, samples=50)
+    whole = found.parameters(np.arange(50))["shock.momentum_ratio"]
+    some = found.parameters(np.arange(3, 50, apart))["shock.momentum_ratio"]
+    assert some.tolist() == whole[3::apart].tolist()
+
+
+@settings(deadline=None, max_examples=50)
+@given(st.data())
+def test_any_part_of_a_design_is_that_of_the_whole(data: st.DataObject) -> None:
+    vary: dict[str, Any] = {"chain.radius": "1 mm:2 mm:3", "shock.peak_force": "1:100:log"}
+    if data.draw(st.booleans()):
+        vary["shock.profile"] = list(PROFILES)
+    if data.draw(st.booleans()):
+        vary["chain.poisson_ratio"] = "0:0.4"
+    found = design(SHORT, vary, samples=data.draw(st.integers(1, 40)), seed=3)
+    start = data.draw(st.integers(0, found.scenes - 1))
+    stop = data.draw(st.integers(start + 1, found.scenes))
+    whole, part = (
+        found.parameters(np.arange(*ends)) for ends in ((0, found.scenes), (start, stop))
+    )
+    for name in PARAMETERS:
+        np.testing.assert_array_equal(part[name], whole[name][start:stop])
+
+
+REFUSED: list[tuple[dict[str, Any], str]] = [
+    ({}, "vary: must be a mapping of at least"),
+    ({"vary": {"shock.momentumratio": "1,2"}}, "did you mean shock.momentum_ratio? What can vary"),
+    ({"vary": {"shock.radius": "1,2"}}, "did you mean chain.radius?"),
+    ({"vary": {"radius": "1,2", "chain.radius": "1,2"}}, "chain.radius: given twice"),
+    ({"vary": {"chain.granules": "8,1000001"}}, "must be at most 1,000,000 in a sweep"),
+    ({"vary": {"chain.radius": "1:2:2.5"}}, "must have at least 2 values"),
+    ({"vary": {"shock.momentum_ratio": "2:1:5"}}, "is empty: the first end must be below"),
+    ({"vary": {"shock.momentum_ratio": "1:1:5"}}, "is empty: the first end must be below"),
+    ({"vary": {"shock.momentum_ratio": "1:2:0"}}, "must have at least 2 values"),
+    ({"vary": {"shock.momentum_ratio": "1:2:1"}}, "must have at least 2 values"),
+    ({"vary": {"shock.momentum_ratio": "1:2:x"}}, "must have at least 2 values"),
+    ({"vary": {"shock.momentum_ratio": "1:2:3:4"}}, "must be A,B,C or LOW:HIGH:COUNT"),
+    ({"vary": {"shock.momentum_ratio": "1:2:3:4:log"}}, "must be A,B,C or LOW:HIGH:COUNT"),
+    ({"vary": {"shock.momentum_ratio": "1:log"}}, "must be a number"),
+    ({"vary": {"shock.momentum_ratio": "0:2:5:log"}}, "above 0 at both ends to be logarithmic"),
+    ({"vary": {"shock.momentum_ratio": "0:2:5"}}, "shock.momentum_ratio = 0.0: must be a finite"),
+    ({"vary": {"shock.momentum_ratio": "nan:2:5"}}, "must be between finite numbers"),
+    ({"vary": {"shock.momentum_ratio": "1:inf:5"}}, "must be between finite numbers"),
+    ({"vary": {"shock.momentum_ratio": ""}}, "must be a number"),
+    ({"vary": {"shock.momentum_ratio": []}}, "must take 1 to 100,000 values"),
+    ({"vary": {"shock.momentum_ratio": [1, 1.0]}}, "must not have a value twice"),
+    ({"vary": {"shock.momentum_ratio": [1, True]}}, "must be a number"),
+    ({"vary": {"shock.momentum_ratio": "1,-2"}}, "shock.momentum_ratio = -2.0: must be"),
+    ({"vary": {"chain.radius": "1 kg,2 kg"}}, "has the wrong dimension"),
+    ({"vary": {"chain.granules": "2.5,3"}}, "must be a whole number"),
+    ({"vary": {"chain.granules": "1:10:4"}}, "chain.granules = 1: must be an integer from 2"),
+    ({"vary": {"chain.poisson_ratio": "0:0.6:4"}}, "chain.poisson_ratio = 0.6: must be"),
+    ({"vary": {"shock.profile": "cosine,square"}}, "shock.profile = 'square': must be"),
+    ({"vary": {"shock.profile": "cosine:triangular:2"}}, "has no range: name its values"),
+    ({"vary": {"shock.momentum_ratio": "1:2:3", "shock.rise_time": "1 us,2 us"}}, "only one of"),
+    ({"vary": {"shock.momentum_ratio": "1:2"}}, "draw with --samples (in Python: samples=)"),
+    ({"vary": GRID, "samples": 5}, "are drawn from ranges without a count"),
+    ({"vary": {"shock.momentum_ratio": "1:2"}, "samples": 0}, "whole number of at least 1"),
+    ({"vary": {"shock.momentum_ratio": "1:2"}, "samples": 2.5}, "whole number of at least 1"),
+    ({"vary": {"shock.momentum_ratio": "1:2"}, "samples": 5, "seed": -1}, "whole number from 0"),
+    (
+        {"vary": {"shock.momentum_ratio": "1:2:1000000", "shock.duration_ratio": "2:3:1000000"}},
+        "scenes = 1000000000000: must be at most 100,000,000",
+    ),
+    ({"vary": {"shock.momentum_ratio": "1:2"}, "samples": 10**12}, "must be at most 100,000,000"),
+    ({"vary": {"shock.momentum_ratio": "1:2:" + "9" * 5000}}, "must have at least 2 values"),
+    ({"vary": [("shock.momentum_ratio", "1,2")]}, "vary: must be a mapping"),
+    ({"vary": {3: "1,2"}}, "cannot vary; what can vary: "),
+    ({"vary": {"shock.momentum_ratio": 1.0}}, "must be a list of values, or text"),
+    ({"vary": {"shock.momentum_ratio": np.float64(1)}}, "must be a list of values, or text"),
+    ({"vary": {"shock.momentum_ratio": np.array(1.0)}}, "must be a list of values, or text"),
+    ({"vary": {"shock.momentum_ratio": np.ones((2, 2))}}, "must be a list of values, or text"),
+    ({"vary": {"shock.momentum_ratio": b"12"}}, "must be a list of values, or text"),
+    ({"vary": {"shock.momentum_ratio": {1.0: 2.0}}}, "must be a list of values, or text"),
+    ({"vary": {"shock.profile": [["cosine"]]}}, "must be the name of a profile"),
+]
+
+
+@pytest.mark.parametrize(("asked", "words"), REFUSED, ids=[words[:40] for _, words in REFUSED])
+def test_a_design_that_cannot_be_is_refused_in_a_sentence(
+    asked: dict[str, Any], words: str
+) -> None:
+    with pytest.raises(SceneError) as problem:
+        design(SHORT, **{"vary": {}, **asked})
+    assert words in str(problem.value)
+    assert "\n" not in str(problem.value)
+
+
+def test_a_pulse_table_varies_with_its_chain_alone() -> None:
+    shock = hc.PulseTable((0.0, 1e-5, 2e-5), (0.0, 100.0, 0.0))
+    scene = replace(SHORT, shock=shock)
+    assert design(scene, {"chain.granules": "8,12"}).scenes == 2
+    with pytest.raises(SceneError, match="a shock of profile table has no such key"):
+        design(scene, {"shock.peak_force": "1,2"})
+
+
+def test_a_design_of_many_scenes_costs_nothing_until_they_are_measured() -> None:
+    found = design(SHORT, {"shock.momentum_ratio": f"0.1:10:{MOST_SCENES}:log"})
+    last = found.parameters(np.arange(MOST_SCENES - 2, MOST_SCENES))["shock.momentum_ratio"]
+    assert last[-1] == 10.0
+    assert last[0] == pytest.approx(10.0 * (1 - np.log(100) / MOST_SCENES), rel=1e-12, abs=0)
+
+
+# Parts
+
+
+@pytest.mark.parametrize("granules", [2, 60, 4000, 1_000_000])
+def test_parts_are_all_scenes_once_and_none_is_too_large(granules: int) -> None:
+    found = design(SHORT, {"chain.granules": [granules], "shock.momentum_ratio": "0.1:10:20011"})
+    backends = (hc.Native(rtol=1e-4), hc.Lammps(), Formulas())
+    parts = list(cut(found, backends))
+    for backend in backends:
+        own = [part for part in parts if part.backend == backend]
+        assert [part.name for part in own] == sorted({part.name for part in own})
+        assert [part.start for part in own] == [0, *(part.stop for part in own[:-1])]
+        assert own[-1].stop == 20011
+        sizes = [part.stop - part.start for part in own]
+        assert max(sizes) == part_size(found, backend)
+        assert max(sizes) * granules <= MOST_PEAKS or max(sizes) == 1
+
+
+def test_the_longest_chain_limits_what_a_part_has() -> None:
+    found = design(SHORT, {"momentum_ratio": "0.1:10:5000", "granules": [2, 1000]})
+    # Formulas cost the same for both: only the peaks that are kept count.
+    assert part_size(found, Formulas()) == MOST_PEAKS // 1000

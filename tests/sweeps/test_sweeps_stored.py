@@ -1,0 +1,359 @@
+"""Stored sweeps: folders, formats, resumed and refused."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import weakref
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import duckdb
+import numpy as np
+import pandas as pd
+import polars
+import pytest
+
+import hertzchain as hc
+from hertzchain.errors import OutputError, SceneError
+from hertzchain.limits import usable_cores
+from hertzchain.sweeps import parts as parts_of_sweeps
+from hertzchain.sweeps.measuring import Measured
+from hertzchain.sweeps.parts import Part
+from hertzchain.sweeps.store import Folder
+from tests.sweeps.made import GRID, SHORT
+
+# Stored sweeps
+
+
+def test_a_folder_has_what_memory_has_and_opens_in_pandas_polars_and_duckdb(tmp_path: Path) -> None:
+    vary: dict[str, Any] = {**GRID, "shock.peak_force": [100.0, 1e9]}  # the second too deep
+    backends = ["native", "formulas"]
+    out = tmp_path / "out"
+    kept = hc.sweep(SHORT, vary, backends=backends, peaks=True, output=out)
+    memory = hc.sweep(SHORT, vary, backends=backends, peaks=True)
+    table = memory.to_frame().sort_values(["backend", "scene"], ignore_index=True)
+    for found in (kept.to_frame(), hc.Sweep.load(out).to_frame()):
+        pd.testing.assert_frame_equal(found, table, check_exact=True)
+    pd.testing.assert_frame_equal(kept.peaks_to_frame(), memory.peaks_to_frame(), check_exact=True)
+    assert kept.count() == memory.count()
+    for name, expected in (("scenes", table), ("peaks", kept.peaks_to_frame())):
+        opened = {
+            "pandas": pd.read_parquet(out / name),
+            "polars": polars.read_parquet(out / name / "*.parquet").to_pandas(),
+            "duckdb": duckdb.read_parquet(f"{out / name}/*.parquet").df(),
+        }
+        for who, frame in opened.items():
+            assert list(frame.columns) == list(expected.columns), who
+            whole = frame.sort_values(list(expected.columns[:3]), ignore_index=True)
+            wanted = expected.sort_values(list(expected.columns[:3]), ignore_index=True)
+            for column in expected.columns:
+                there, here = (one[column].astype(object).tolist() for one in (whole, wanted))
+                assert list(map(pd.isna, there)) == list(map(pd.isna, here)), (who, column)
+                numbers = [(a, b) for a, b in zip(there, here, strict=True) if not pd.isna(a)]
+                assert all(a == b for a, b in numbers), (who, column)
+
+
+def test_csv_has_what_parquet_has_to_the_last_digit_and_is_there_in_one_piece(
+    tmp_path: Path,
+) -> None:
+    vary: dict[str, Any] = {**GRID, "shock.peak_force": [100.0, 1e9]}
+    found = {
+        kind: hc.sweep(
+            SHORT,
+            vary,
+            backends=["native", "formulas"],
+            peaks=True,
+            output=tmp_path / kind,
+            file_format=kind,
+        )
+        for kind in ("parquet", "csv")
+    }
+    for table in ("to_frame", "peaks_to_frame"):
+        parquet, csv = (getattr(found[kind], table)() for kind in ("parquet", "csv"))
+        pd.testing.assert_frame_equal(csv, parquet, check_exact=True, check_dtype=False)
+    whole = pd.read_csv(tmp_path / "csv" / "scenes.csv")
+    assert len(whole) == 32
+    expected = found["parquet"].to_frame()["largest_peak_force_N"].to_numpy()
+    # To the last digit from pandas 3 on, to one before it in pandas 2.
+    np.testing.assert_allclose(whole["largest_peak_force_N"], expected, rtol=1e-15)
+
+
+def test_a_sweep_that_is_there_is_not_measured_again(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    first = hc.sweep(SHORT, GRID, output=out).to_frame()
+    written = {path: path.stat().st_mtime_ns for path in out.rglob("*.parquet")}
+    told: list[tuple[int, int]] = []
+    again = hc.sweep(SHORT, GRID, output=out, progress=lambda *how_far: told.append(how_far))
+    assert told == [(8, 8)]
+    pd.testing.assert_frame_equal(again.to_frame(), first, check_exact=True)
+    assert {path: path.stat().st_mtime_ns for path in out.rglob("*.parquet")} == written
+
+
+def test_with_another_time_limit_a_sweep_goes_on(tmp_path: Path) -> None:
+    """Whoever stopped it because it took too long may give it more time; no number changes."""
+    out = tmp_path / "out"
+    first, again = (
+        hc.sweep(SHORT, GRID, backends=[hc.Native(rtol=1e-6, time_limit=limit)], output=out)
+        for limit in (5.0, 50.0)
+    )
+    pd.testing.assert_frame_equal(again.to_frame(), first.to_frame(), check_exact=True)
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "same"),
+    [
+        (hc.Lammps(), hc.Lammps(isolated=True), True),
+        (hc.Lammps(), hc.Lammps(time_limit=7.0), True),
+        (hc.Native(), hc.Native(peaks_only=True), True),
+        (hc.Lammps(), hc.Lammps(extrapolated=True), False),
+        (hc.Native(), hc.Native("rk4"), False),
+    ],
+)
+def test_what_changes_no_number_does_not_make_another_sweep(
+    one: hc.Native | hc.Lammps, other: hc.Native | hc.Lammps, same: bool
+) -> None:
+    first, second = map(parts_of_sweeps.settings, (one, other))
+    assert (first == second) is same
+
+
+@pytest.mark.parametrize("is_kept", [True, False])
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("foo", ", which has scene, backend, "),
+        ("radius", "; did you mean chain.radius? It has scene, backend, "),
+        ("largest_peak_force", "; did you mean largest_peak_force_N? It has scene, backend, "),
+    ],
+)
+def test_an_unknown_column_is_refused_with_what_there_is(
+    tmp_path: Path, name: str, words: str, is_kept: bool
+) -> None:
+    swept = hc.sweep(SHORT, GRID, output=tmp_path / "out" if is_kept else None)
+    with pytest.raises(SceneError) as refused:
+        swept.to_frame(["scene", name])
+    assert str(refused.value).startswith(f"{name}: is no column of this sweep{words}")
+    assert all(str(column) in str(refused.value) for column in swept.to_frame())
+
+
+OTHERS: dict[str, tuple[dict[str, Any], str]] = {
+    "another scene": (
+        {"scene": replace(SHORT, run=hc.Run(1.0))},
+        "run.end_time is not given there and 1.0 here",
+    ),
+    "other values": (
+        {"vary": {**GRID, "shock.momentum_ratio": "0.5:2:5:log"}},
+        "count of shock.momentum_ratio is 4 there and 5 here",
+    ),
+    "another order": (
+        {"vary": dict(reversed(GRID.items()))},
+        f"vary is {', '.join(GRID)} there and {', '.join(reversed(GRID))} here",
+    ),
+    "another accuracy": ({"rtol": 1e-5}, "rtol of native is 1e-06 there and 1e-05 here"),
+    "other steps": (
+        {"backends": [hc.Native("rk4")]},
+        ", ".join(
+            [
+                'method of native is not given there and "rk4" here',
+                "rtol of native is 1e-06 there and not given here",
+            ]
+        ),
+    ),
+    "another backend": ({"backends": ["formulas"]}, "backends is native there and formulas here"),
+    "one backend more": (
+        {"backends": ["native", "formulas"]},
+        "backends is native there and native, formulas here",
+    ),
+    "with peaks": ({"peaks": True}, "peaks is false there and true here"),
+    "another format": ({"file_format": "csv"}, 'format is "parquet" there and "csv" here'),
+}
+
+
+@pytest.mark.parametrize("what", OTHERS)
+def test_a_folder_of_another_sweep_is_left_as_it_is(tmp_path: Path, what: str) -> None:
+    others, difference = OTHERS[what]
+    out = tmp_path / "out"
+    hc.sweep(SHORT, GRID, output=out)
+    before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
+    asked = {"scene": SHORT, "vary": GRID, **others}
+    with pytest.raises(OutputError) as refused:
+        hc.sweep(**asked, output=out)
+    assert str(refused.value) == (
+        f"{out}: belongs to another sweep, {difference}; name another folder"
+    )
+    assert {path: path.read_bytes() for path in out.rglob("*") if path.is_file()} == before
+
+
+def test_another_seed_or_version_is_another_sweep(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: dict[str, Any] = {"vary": {"shock.momentum_ratio": "1:2"}, "samples": 4}
+    hc.sweep(SHORT, **asked, output=tmp_path)
+    others: list[tuple[dict[str, Any], str]] = [
+        ({"seed": 1}, "samples.seed is 0 there and 1 here"),
+        ({"samples": 5}, "samples.count is 4 there and 5 here"),
+    ]
+    for other, words in others:
+        with pytest.raises(OutputError, match=words):
+            hc.sweep(SHORT, **{**asked, **other}, output=tmp_path)
+    monkeypatch.setattr("hertzchain.sweeps.sweeping.version", lambda _: "999")
+    with pytest.raises(OutputError, match=r'hertzchain is "0\.1\.0" there and "999" here'):
+        hc.sweep(SHORT, **asked, output=tmp_path)
+
+
+def test_a_part_is_there_whole_or_not_at_all_and_its_peaks_before_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "out"
+    whole = pd.DataFrame.to_parquet
+    written: list[str] = []
+
+    def dies(frame: pd.DataFrame, path: Path, **options: Any) -> None:
+        whole(frame, path, **options)
+        written.append("contact" if "contact" in frame else "scene")
+        if len(written) == 2:
+            path.write_bytes(path.read_bytes()[:100])
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(pd.DataFrame, "to_parquet", dies)
+    out.mkdir()  # or it would be gone with the rest: nothing is done
+    with pytest.raises(KeyboardInterrupt):
+        hc.sweep(SHORT, GRID, peaks=True, output=out)
+    assert written == ["contact", "scene"]
+    assert [path.name for path in out.rglob("*.parquet")] == ["native-0000.parquet"]
+    assert (out / "peaks" / "native-0000.parquet").exists()
+    again = hc.sweep(SHORT, GRID, peaks=True, output=out)
+    there = hc.sweep(SHORT, GRID, peaks=True).to_frame()
+    pd.testing.assert_frame_equal(again.to_frame(), there, check_exact=True)
+
+
+@pytest.mark.parametrize("was_there", [False, True])
+def test_a_folder_made_for_nothing_is_gone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, was_there: bool
+) -> None:
+    out = tmp_path / "out"
+    if was_there:
+        out.mkdir()
+
+    def dies(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(pd.DataFrame, "to_parquet", dies)
+    with pytest.raises(KeyboardInterrupt):
+        hc.sweep(SHORT, GRID, backends=["formulas"], output=out)
+    assert out.exists() is was_there
+
+
+def test_a_damaged_part_is_named(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    for kind in ("parquet", "csv"):
+        hc.sweep(SHORT, GRID, output=out, file_format=kind)
+        part = out / "scenes" / f"native-0000.{kind}"
+        part.write_bytes(b"nothing")
+        with pytest.raises(OutputError, match="delete it, and the same sweep measures") as problem:
+            hc.Sweep.load(out).to_frame()
+        assert str(part) in str(problem.value)
+        part.unlink()
+        assert hc.sweep(SHORT, GRID, output=out, file_format=kind).count().done == 8
+        shutil.rmtree(out)
+
+
+def test_in_memory_a_sweep_needs_no_pyarrow(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("hertzchain.sweeps.store.importlib.util.find_spec", lambda _: None)
+    assert hc.sweep(SHORT, GRID).count().done == 8
+
+
+def test_a_format_that_is_none_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match="file_format = 'feather': must be parquet or csv"):
+        hc.sweep(SHORT, GRID, output=tmp_path / "out", file_format="feather")  # type: ignore[arg-type]
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_sweep_inside_of_another_is_refused(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    hc.sweep(SHORT, GRID, output=out)
+    for inside in (out / "x", out / "scenes" / "x"):
+        with pytest.raises(OutputError, match="is inside of the sweep"):
+            hc.sweep(SHORT, GRID, output=inside)
+        assert not inside.exists()
+    assert len(pd.read_parquet(out / "scenes")) == 8
+
+
+def test_a_folder_with_other_things_is_left_as_it_is(tmp_path: Path) -> None:
+    (tmp_path / "thesis.tex").write_text("years of work")
+    with pytest.raises(OutputError, match=r"is no sweep, thesis\.tex is in it"):
+        hc.sweep(SHORT, GRID, output=tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
+    for where, words in (
+        (tmp_path / "thesis.tex", "is a file, must be a folder"),
+        (tmp_path / "no" / "out", "does not exist, create it first"),
+    ):
+        with pytest.raises(OutputError, match=words):
+            hc.sweep(SHORT, GRID, output=where)
+    for where in (tmp_path, tmp_path / "nothing", tmp_path / "thesis.tex"):
+        with pytest.raises(OutputError, match="is no sweep"):
+            hc.Sweep.load(where)
+    (tmp_path / "sweep.json").write_text('{"format": "parq')
+    with pytest.raises(OutputError, match="cannot be read"):
+        hc.sweep(SHORT, GRID, output=tmp_path)
+    for nothing in ("[]", '{"format": "csv"}'):
+        (tmp_path / "sweep.json").write_text(nothing)
+        with pytest.raises(OutputError, match="describes no sweep"):
+            hc.sweep(SHORT, GRID, output=tmp_path)
+
+
+def test_two_processes_do_not_work_on_one_sweep(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    hc.sweep(SHORT, GRID, output=out)
+    manifest = json.loads((out / "sweep.json").read_text())
+    with Folder(out, manifest), pytest.raises(OutputError, match="another process is at work"):
+        hc.sweep(SHORT, GRID, output=out)
+    assert hc.sweep(SHORT, GRID, output=out).count().done == 8
+
+
+def test_what_was_half_written_is_cleared_away_and_no_part_is_read_by_halves(
+    tmp_path: Path,
+) -> None:
+    out = tmp_path / "out"
+    first = hc.sweep(SHORT, GRID, output=out, peaks=True).to_frame()
+    assert not list(out.rglob(".hertzchain-*"))
+    killed = [out / name / ".hertzchain-killed" for name in ("", "scenes", "peaks")]
+    for left in killed:
+        left.mkdir()
+        (left / "native-0000.parquet").write_bytes(b"PAR1 and no more")
+    (out / "scenes" / "native-0000.parquet").unlink()  # its peaks are there: killed in between
+    again = hc.sweep(SHORT, GRID, output=out, peaks=True)
+    pd.testing.assert_frame_equal(again.to_frame(), first, check_exact=True)
+    assert not list(out.rglob(".hertzchain-*"))
+
+
+def test_a_full_disk_is_one_error_and_what_is_done_stays(full_disk: Path) -> None:
+    with pytest.raises(OutputError, match="cannot be written"):
+        hc.sweep(SHORT, GRID, output=full_disk / "out")
+
+
+def test_nothing_is_found_where_nothing_was_asked_for() -> None:
+    with pytest.raises(OutputError, match="has no such rows"):
+        hc.sweep(SHORT, GRID).peaks_to_frame()
+
+
+def test_no_part_is_kept_in_memory_that_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("hertzchain.sweeps.parts.MOST_ROWS", 20)
+    kept: list[weakref.ref[Measured]] = []
+    alive = []
+    keep = Folder.keep
+
+    def watch(self: Folder, part: Part, measured: Measured) -> None:
+        keep(self, part, measured)
+        kept.append(weakref.ref(measured))
+        alive.append(sum(one() is not None for one in kept))
+
+    monkeypatch.setattr(Folder, "keep", watch)
+    vary: dict[str, Any] = {"shock.momentum_ratio": "0.5:2", "shock.duration_ratio": "1.5:4"}
+    backends = ["native", "formulas"]
+    hc.sweep(SHORT, vary, samples=400, backends=backends, peaks=True, output=tmp_path / "out")
+    assert len(alive) == 40
+    assert max(alive) <= 1 + usable_cores()  # one that is measured on each core

@@ -1,0 +1,111 @@
+"""Keys that cannot vary are refused in a sentence."""
+
+from __future__ import annotations
+
+import pickle
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import hertzchain as hc
+from hertzchain.errors import SceneError
+from hertzchain.sweeps.design import design
+from tests.sweeps.test_sweeps_of_terms import LOADED, PLAIN, STRIKER, chain_of
+from tests.sweeps.texts import CHAIN_SECTION, SHOCK
+
+# Parameters that cannot vary
+
+REFUSED: list[tuple[hc.Scene, dict[str, Any], str]] = [
+    (PLAIN, {"striker.velocity": "1,2"}, "the scene has no [striker]; add the section to its file"),
+    (PLAIN, {"velocity": "1,2"}, "striker.velocity: cannot vary: the scene has no [striker]"),
+    (PLAIN, {"wall.kind": "rigid,same"}, "wall.kind: cannot vary: the scene has no [wall]; add"),
+    (PLAIN, {"precompression.force": "1,2"}, "the scene has no [precompression]; add the section"),
+    (PLAIN, {"chain.segments.1.radius": "1,2"}, "the scene has no [[chain.segments]]; add some"),
+    (PLAIN, {"wall": "1,2"}, "wall: cannot vary: the scene has no [wall]; add the section"),
+    (STRIKER, {"shock.colour": "1,2"}, "cannot vary: the scene has a [striker] and no [shock]"),
+    (STRIKER, {"wall.colour": "1,2"}, "what can vary: chain.granules, chain.radius, chain.y"),
+    (STRIKER, {"shock.peak_force": "1,2"}, "cannot vary: the scene has a [striker] and no [shock]"),
+    (STRIKER, {"radius": "1,2"}, "is in several sections: name one of chain.radius, striker.rad"),
+    (STRIKER, {"striker.velocty": "1,2"}, "cannot vary; did you mean striker.velocity? What can"),
+    (STRIKER, {"wall.kind": "rigid,soft"}, "wall.kind = 'soft': must be one of rigid, same, elas"),
+    (STRIKER, {"wall.kind": "rigid:same:2"}, "has no range: name its values, rigid,same"),
+    (STRIKER, {"wall.kind": [1, 2]}, "wall.kind = 1: must be the name of a wall"),
+    (STRIKER, {"wall.kind": "rigid,elastic"}, "wall.young_modulus: missing, a wall of kind"),
+    (STRIKER, {"wall.young_modulus": "1,2"}, 'only a wall of kind "elastic" has it, in all scenes'),
+    (STRIKER, {"striker.velocity": "0,1"}, "striker.velocity = 0.0: must be a finite number above"),
+    (STRIKER, {"striker.velocity": "1 m,2 m"}, "has the wrong dimension"),
+    (STRIKER, {"striker.poisson_ratio": "0.1:0.6:3"}, "striker.poisson_ratio = 0.6: must be"),
+    (STRIKER, {"chain.granules": "4,1000001"}, "must be at most 1,000,000 in a sweep"),
+    (LOADED, {"precompression.force": [0.0, 1.0]}, "precompression.force and gravity: both are 0"),
+    (LOADED, {"gravity": [0.0, 1.0]}, "precompression.gravity = 1.0: needs a [wall]"),
+    (LOADED, {"chain.gap": [0.0, 1e-6]}, "chain.gap: must be 0 with [precompression]"),
+    (
+        replace(PLAIN, chain=chain_of()),
+        {"chain.radius": "1,2"},
+        "chain.radius: cannot vary: each granule has its own; describe them by [[chain.segments]]",
+    ),
+]
+
+
+@pytest.mark.parametrize(("scene", "vary", "words"), REFUSED, ids=[one[2] for one in REFUSED])
+def test_what_cannot_vary_is_refused_in_a_sentence(
+    scene: hc.Scene, vary: dict[str, Any], words: str
+) -> None:
+    with pytest.raises(SceneError) as problem:
+        design(scene, vary)
+    assert words in str(problem.value)
+    assert "\n" not in str(problem.value)
+
+
+OF_SEGMENTS = {
+    "granules": "chain.granules: cannot vary: it is the sum over the segments",
+    "chain.segments.3.radius": "cannot vary; did you mean chain.segments.",
+    "chain.segments.0.radius": "cannot vary; did you mean chain.segments.",
+    "chain.segments.1.radius_ratio": "did you mean chain.segments.2.radius_ratio?",
+    "chain.segments.1.cell.3.density": "cannot vary; did you mean chain.segments.",
+    "segments.2.cell.1.density": "cannot vary; did you mean chain.segments.",
+    "chain.segments.1": "chain.segments.1: cannot vary; ",
+    "chain.colour": "end_time, keys of segments, such as chain.segments.2.radius_ratio",
+    "chain.segments.2.radius": "chain.segments.2.radius = 0.0: must be a finite number above 0 [m]",
+    "chain.segments.2.radius_ratio": "chain.segments.2.radius_ratio = 0.0: must be a finite number",
+    "chain.segments.2.granules": "chain.segments.2.granules = 0: must be an integer from 1",
+}
+
+
+@pytest.mark.parametrize("name", OF_SEGMENTS)
+def test_what_segments_do_not_have_is_refused(segmented: hc.Scene, name: str) -> None:
+    with pytest.raises(SceneError) as problem:
+        design(segmented, {name: [0, 2]})
+    assert OF_SEGMENTS[name] in str(problem.value)
+
+
+def test_a_ratio_whose_radii_leave_floating_point_is_refused(tmp_path: Path) -> None:
+    taper = "[[chain.segments]]\ngranules = 6\n"
+    (tmp_path / "taper.toml").write_text(CHAIN_SECTION + taper + SHOCK)
+    scene = hc.Scene.from_toml(tmp_path / "taper.toml")
+    words = r"segments\.1\.radius_ratio = 1e-300: gives granule 3 chain\.radius = 0\.0, which"
+    with pytest.raises(SceneError, match=words):
+        design(scene, {"chain.segments.1.radius_ratio": [1e-300, 1.0]})
+
+
+def test_a_chain_with_other_values_has_no_segments(segmented: hc.Scene) -> None:
+    """The segments of the file would not describe it."""
+    assert segmented.chain.section is not None
+    assert pickle.loads(pickle.dumps(segmented)).chain.section == segmented.chain.section  # noqa: S301
+    assert replace(segmented, shock=hc.Striker(1.0)).chain.section is not None
+    other = replace(segmented.chain, density=1000.0)
+    assert other.section is None
+    with pytest.raises(SceneError, match="each granule has its own"):
+        design(replace(segmented, chain=other), {"chain.radius": [1.0, 2.0]})
+
+
+def test_formulas_are_refused() -> None:
+    for scene, vary, words in (
+        (STRIKER, {"striker.velocity": [1.0]}, "this sweep has striker, wall: leave them out"),
+        (PLAIN, {"chain.gap": [0.0, 1e-6]}, "this sweep has chain.gap: leave them out"),
+    ):
+        with pytest.raises(SceneError) as problem:
+            hc.sweep(scene, vary, backends=["native", "formulas"])
+        assert words in str(problem.value)
