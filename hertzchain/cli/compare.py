@@ -51,8 +51,8 @@ def compare(
 
     if moved:
         raise HertzchainError(
-            f"compare runs simulations alone: results of another code are for hertzchain judge {scene}"
-            f" RESULTS, a deck is for hertzchain examine {scene} DECK"
+            "compare runs simulations alone: results of another code are for"
+            f" hertzchain judge {scene} RESULTS, a deck is for hertzchain examine {scene} DECK"
         )
     names = dict.fromkeys(["native", *map(str, backend or compared_by_default())])
     shown = Shown(scene, (), as_json, plot, report, junit, every, size)

@@ -253,15 +253,20 @@ class Native:
     ) -> tuple[str, float, Simulation, ContactErrors]:
         """Return method, longest step [s], run and its error, with the given method and step."""
         name = self.method if self.method in METHODS else "reference"
-        method = METHODS[name]
+        method, is_damped = METHODS[name], scene.contact is not None
         dt = self.dt if self.dt is not None else method.step * scene.contact_time
         legs = method.walker.cut(scene.schedule(dt))
         refuse_unstable(scene, legs, method.interval, name)
-        prepared = self._prepared(scene, deadline, method.walker)
-        run = prepared.simulate(legs, method.walker, recorder, leave_behind=self.peaks_only)
         longest = max(leg.dt for leg in legs)
         is_long = longest > SHORT * scene.contact_time
-        if not scene.is_plain and (method.walker.stepper.order == 2 or is_long):
+        if is_damped:
+            from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
+
+            run = simulate_damped_verlet(scene, legs, deadline, recorder, first=self._first)
+        else:
+            prepared = self._prepared(scene, deadline, method.walker)
+            run = prepared.simulate(legs, method.walker, recorder, leave_behind=self.peaks_only)
+        if is_damped or (not scene.is_plain and (method.walker.stepper.order == 2 or is_long)):
             errors = self._true_errors(scene, run, deadline)
         else:
             errors = error_bound(prepared, legs, method, run)
@@ -300,7 +305,7 @@ class Native:
     ) -> tuple[str, float, Simulation, ContactErrors]:
         """Return the same as ``_as_asked`` for damped contacts."""
         if self.method == "velocity-verlet":
-            return self._damped_verlet(scene, recorder, deadline)
+            return self._as_asked(scene, recorder, deadline)
         names = "must be velocity-verlet or left out for damped contacts"
         require(self.method in (None, "reference"), "method", self.method, names)
         allowed = "must be left out for damped contacts, or stand with method velocity-verlet"
@@ -308,23 +313,6 @@ class Native:
         found = self._accurate_enough(scene, recorder, deadline, plans.TIGHTEST)
         refuse_meaningless("native", found[-1].least, too_long=False)
         return found
-
-    def _damped_verlet(
-        self, scene: Scene, recorder: Recorder | None, deadline: Deadline
-    ) -> tuple[str, float, Simulation, ContactErrors]:
-        """Return the same as ``_damped``, by velocity Verlet with the given step."""
-        from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
-
-        name = "velocity-verlet"
-        method = METHODS[name]
-        dt = self.dt if self.dt is not None else method.step * scene.contact_time
-        legs = scene.schedule(dt)
-        refuse_unstable(scene, legs, method.interval, name)
-        first = self._first
-        run = simulate_damped_verlet(scene, legs, deadline, recorder, first=first)
-        longest, errors = max(leg.dt for leg in legs), self._true_errors(scene, run, deadline)
-        refuse_meaningless("native", errors.least, longest > SHORT * scene.contact_time)
-        return name, longest, run, errors
 
     def _accurate_enough(
         self, scene: Scene, recorder: Recorder | None, deadline: Deadline, rtol: float

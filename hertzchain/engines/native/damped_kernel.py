@@ -124,8 +124,8 @@ def march(
             idle = max(IDLE * allowed, grain(u, run.hi))
             if in_wrong_mode(begun, on, 0, idle, c):  # its velocity has jumped
                 change_mode(begun, on, 0, run, c)
-                if on[0] > 0.0 and begins(d, w, 0, min(run.following, longest), allowed, c):
-                    run.fresh = True
+            if on[0] > 0.0 and begins(d, w, 0, min(run.following, longest), allowed, c):
+                run.fresh = True
         run.following = min(run.following, longest / 4)
         while run.status == DONE and run.time < leg[END]:
             is_pushed = leg[SHAPE] != 0.0
