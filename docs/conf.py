@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import html
 import re
+import sys
 from collections.abc import Iterator
 from importlib.metadata import version as version_of
+from pathlib import Path
 from xml.etree import ElementTree
 
 from docutils import nodes
@@ -19,6 +21,9 @@ from sphinx.writers.html5 import HTML5Translator
 from typer.main import get_command
 
 from hertzchain.cli.commands import app
+
+sys.path.insert(0, str(Path(__file__).parent))
+from code_map import draw
 
 project = "hertzchain"
 author = "The hertzchain developers"
@@ -77,6 +82,14 @@ class Commands(SphinxDirective):
             self.state.document.note_explicit_target(section)
             sections.append(section)
         return sections
+
+
+class CodeMap(SphinxDirective):
+    """The map of the code, drawn from its imports."""
+
+    def run(self) -> list[nodes.Node]:
+        """One figure."""
+        return [nodes.raw("", draw(), format="html")]
 
 
 class EquationLinks(SphinxPostTransform):
@@ -158,8 +171,9 @@ def _stretch_bars(element: ElementTree.Element) -> None:
 
 
 def setup(sphinx: Sphinx) -> dict[str, bool]:
-    """Tell Sphinx of the directive, the links to equations and the formulas."""
+    """Register the directives, the links to equations and the formulas."""
     sphinx.add_directive("commands", Commands)
+    sphinx.add_directive("code-map", CodeMap)
     sphinx.add_post_transform(EquationLinks)
     sphinx.add_html_math_renderer("mathml", (write_math, None), (write_math, None))
     return {"parallel_read_safe": True}

@@ -28,7 +28,11 @@ if TYPE_CHECKING:
     from hertzchain.scene.sine import Sine
     from hertzchain.scene.striker import Striker
     from hertzchain.scene.terms import Contact, Precompression, Wall
+    from hertzchain.scene.uncertain import Uncertain
     from hertzchain.sweeps import Sweep, sweep
+    from hertzchain.uncertainty.spread import Spread, spread
+    from hertzchain.uncertainty.validation import Validation, validate
+    from hertzchain.verdict.certificate import Certificate, certify
     from hertzchain.verdict.comparison import Comparison, compare
     from hertzchain.verdict.deck import DeckCheck, DeckExamination, examine
     from hertzchain.verdict.judgement import Judgement
@@ -37,6 +41,7 @@ if TYPE_CHECKING:
 
 _HOME = {
     "Batch": "hertzchain.engines.native",
+    "Certificate": "hertzchain.verdict.certificate",
     "Chain": "hertzchain.scene.chain",
     "Comparison": "hertzchain.verdict.comparison",
     "DeckCheck": "hertzchain.verdict.deck",
@@ -58,10 +63,14 @@ _HOME = {
     "Scene": "hertzchain.scene.scene",
     "Sine": "hertzchain.scene.sine",
     "Striker": "hertzchain.scene.striker",
+    "Spread": "hertzchain.uncertainty.spread",
     "Sweep": "hertzchain.sweeps",
     "TraceJudgement": "hertzchain.verdict.traces.judging",
+    "Uncertain": "hertzchain.scene.uncertain",
+    "Validation": "hertzchain.uncertainty.validation",
     "Wall": "hertzchain.scene.terms",
     "Yade": "hertzchain.engines.yade",
+    "certify": "hertzchain.verdict.certificate",
     "compare": "hertzchain.verdict.comparison",
     "examine": "hertzchain.verdict.deck",
     "fit": "hertzchain.fits.fit",
@@ -69,12 +78,15 @@ _HOME = {
     "judge_traces": "hertzchain.verdict.traces.judging",
     "peak_forces": "hertzchain.engines.native",
     "similar_peak_forces": "hertzchain.engines.native",
+    "spread": "hertzchain.uncertainty.spread",
     "sweep": "hertzchain.sweeps",
+    "validate": "hertzchain.uncertainty.validation",
     "write_trajectory": "hertzchain.report.trajectory",
 }
 
 __all__ = [
     "Batch",
+    "Certificate",
     "Chain",
     "Comparison",
     "Contact",
@@ -95,11 +107,15 @@ __all__ = [
     "Run",
     "Scene",
     "Sine",
+    "Spread",
     "Striker",
     "Sweep",
     "TraceJudgement",
+    "Uncertain",
+    "Validation",
     "Wall",
     "Yade",
+    "certify",
     "compare",
     "examine",
     "fit",
@@ -107,8 +123,10 @@ __all__ = [
     "judge_traces",
     "peak_forces",
     "similar_peak_forces",
+    "spread",
     "sweep",
     "theory",
+    "validate",
     "write_trajectory",
 ]
 

@@ -50,14 +50,14 @@ def test_a_scene_without_terms_is_plain_and_looks_as_before() -> None:
 def test_no_granule_is_left_behind(scene: hc.Scene) -> None:
     legs = scene.schedule(0.2 * scene.units.time)
     run = simulate(scene, legs, METHODS["srkn-11b"].walker, leave_behind=True)
-    assert np.isfinite(run.state.displacement).all()
+    assert np.isfinite(run.displacement).all()
 
 
 def test_a_second_run_tells_the_error(scene: hc.Scene) -> None:
     assert amplifies_errors(scene)
     batch = hc.peak_forces([scene], rtol=1e-3)
     one = hc.Native(rtol=1e-3).run(scene)
-    # In float32 and without a second run the error would be that of the random scenes, 0.9 rtol.
+    # Without a second run the error would be that of the random scenes, 0.9 rtol.
     assert batch.error_estimate[0] < 0.6e-3
     assert largest_difference(batch.peak_force[0], one.peak_force) < 1e-6
 

@@ -199,7 +199,7 @@ def after_the_pulse(scene: hc.Scene) -> State:
     end = scene.ramps[-1].end + 0.2 * scene.chain.granules * scene.units.time
     scene = replace(scene, run=hc.Run(end))
     legs = scene.schedule(0.1 * scene.units.time)
-    found = simulate(scene, legs, METHODS["srkn-11b"].walker).state
+    found = simulate(scene, legs, METHODS["srkn-11b"].walker)
     pushed = Chain.plain(scene.chain.granules).acceleration(found.displacement, 0.0)
     return State(found.displacement, found.velocity, pushed)
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import hertzchain as hc
+from docs import code_map
 from tests.test_public_names import modules_after
 
 PACKAGE = Path(hc.__file__).parent
@@ -25,7 +26,7 @@ LEVELS = (
     ("verdict",),
     ("report",),
     ("sweeps",),
-    ("fits",),
+    ("fits", "uncertainty"),
     ("cli", "pytest_plugin"),
     ("__main__",),
 )
@@ -47,6 +48,11 @@ SHOWING = "hertzchain.showing"
 upwards."""
 
 MOST_LINES = 400
+
+NOT_ON_THE_MAP = {*LEVELS[0], *OUTSIDE, "pytest_plugin", "registry", "__init__", "__main__"}
+
+CORE_LOOKS_OUT = {("hertzchain.verdict.deck_numbers", "hertzchain.verdict.deck.measured")}
+"""The one import of the core from what stands around it: all decks are measured alike."""
 
 
 FILES = {
@@ -115,6 +121,31 @@ def test_imports_go_down_only() -> None:
             if here != there and level[there] >= level[here] and not ground:
                 wrong.append((name, other))
     assert wrong == []
+
+
+def test_the_core_imports_nothing_of_what_stands_around_it() -> None:
+    """The core is what one must read first; the registry names engines and loads them when used."""
+    around = {
+        (name, other)
+        for name, imported in imports().items()
+        for other in imported
+        if place_of(name) in code_map.CORE
+        if place_of(other) not in {*code_map.CORE, *NOT_ON_THE_MAP}
+    }
+    assert around == CORE_LOOKS_OUT
+
+
+def test_every_room_is_on_the_map() -> None:
+    shown = {room for row in code_map.PLACES for room in row.split()}
+    assert {place_of(name) for name in imports()} - NOT_ON_THE_MAP == shown
+    drawn = code_map.draw()
+    assert drawn.count("<rect") == drawn.count("<text") == len(shown)
+    assert drawn.count("<line") > len(shown)
+
+
+def place_of(name: str) -> str:
+    """The room of a module on the map of the code."""
+    return code_map.room_of(name.removeprefix("hertzchain."))
 
 
 def test_what_shows_objects_loads_nothing_before_they_are_shown() -> None:

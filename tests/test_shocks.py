@@ -18,9 +18,10 @@ from hertzchain.engines.registry import ENGINES
 from hertzchain.engines.yade import deck as yade
 from hertzchain.errors import HertzchainError
 from hertzchain.report.facts import describe
+from hertzchain.scene.keys import keys_of
+from hertzchain.scene.parts import SHOCKS
 from hertzchain.scene.sections import sections_of
 from hertzchain.scene.shock import Shock
-from hertzchain.scene.shocks import SHOCKS
 from hertzchain.scene.starters import STARTERS, write_starter
 from hertzchain.verdict.deck_numbers import applied_force
 from hertzchain.verdict.mistakes import with_rise_time
@@ -53,7 +54,7 @@ def scene(request: pytest.FixtureRequest, tmp_path: Path) -> hc.Scene:
 
 def numbers_of(shock: Shock) -> list[str]:
     """The keys of a shock in its section that are numbers here."""
-    return [key for key in shock.own_keys() if isinstance(getattr(shock, key), float | int)]
+    return [key for key in keys_of(type(shock)) if isinstance(getattr(shock, key), float | int)]
 
 
 def test_a_shock_is_public_and_has_words(scene: hc.Scene) -> None:
@@ -70,7 +71,7 @@ def test_files_and_json(scene: hc.Scene, tmp_path: Path) -> None:
     assert problems(sections, "parts.json", "/$defs/scene") == []
     assert scene_from(sections, tmp_path) == scene
     page = Path("docs/scene-reference.md").read_text(encoding="utf-8")
-    words = [*(f"`{key}`" for key in scene.shock.own_keys()), f'"{scene.shock.profile_name}"']
+    words = [*(f"`{key}`" for key in keys_of(type(scene.shock))), f'"{scene.shock.profile_name}"']
     if scene.shock.section != "shock":
         words[-1] = f"[{scene.shock.section}]"
     assert [word for word in words if word not in page] == []

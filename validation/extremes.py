@@ -2,7 +2,7 @@
 
 Scenes are drawn at random over ranges that reach far beyond what is physical (see RANGES), and run
 with both backends; every method is run with steps from a thousandth of the stable one to three
-times that, and batches in single precision. Each run must be right (its peaks differ from those of
+times that, and batches. Each run must be right (its peaks differ from those of
 a converged run by no more than what both say of their own error) or refused, with a reason from a
 closed list (REASONS).
 
@@ -184,7 +184,7 @@ class Judge:
         return self._judge(name, lambda: run_in(self.child, backend, self.scene), step)
 
     def batch(self, rtol: float, name: str = "") -> Outcome:
-        """Run a batch, which is in single precision from 1e-4 on, and compare."""
+        """Run a batch, and compare."""
         found = hc.peak_forces([self.scene], rtol)
         peaks, stated = found.peak_force[0], float(found.error_estimate[0])
         outcome = functools.partial(Outcome, **self.facts, run=name or f"batch {rtol:g}")

@@ -32,7 +32,7 @@ from validation.script import Script, as_json, junit_suite, missing_suites, say,
 _NAMES = (
     "figure1 figure2 figure3 figure4 figure5 table2 table3 table4 constants claims corrections"
     " formula_maps limits mistakes physics.two_spheres physics.strikers"
-    " physics.solitary_wave physics.gapped_taper physics.walls physics.dimers"
+    " published.published physics.gapped_taper physics.walls physics.dimers"
     " physics.precompression physics.drives physics.cut_offs"
     " physics.restitution physics.damped_waves physics.damped_pulses"
 )

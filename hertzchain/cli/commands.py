@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from hertzchain.cli.certify import certify
 from hertzchain.cli.compare import compare
 from hertzchain.cli.deck import deck, lint, unit_test
 from hertzchain.cli.doctor import doctor
@@ -67,4 +68,5 @@ app.command()(deck)
 app.command()(lint)
 app.command()(unit_test)
 app.command()(restitution)
+app.command()(certify)
 app.command()(doctor)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from typing import Annotated, Any
 
 import typer
@@ -10,10 +9,6 @@ import typer
 from hertzchain.cli import options, output
 from hertzchain.cli.verdicts import Shown
 from hertzchain.engines.registry import ENGINES, compared_by_default
-from hertzchain.errors import HertzchainError
-
-_MOVED = ("--column", "--units", "--dt", "--tolerance", "--var")
-"""Options of ``judge`` and ``examine`` that compare had; with ``--results`` and ``--deck``."""
 
 
 def compare(
@@ -49,9 +44,6 @@ def compare(
     size: options.Size = None,
     report: options.Report = None,
     junit: options.Junit = None,
-    results: Annotated[str | None, typer.Option(hidden=True)] = None,
-    deck: Annotated[str | None, typer.Option(hidden=True)] = None,
-    moved: Annotated[list[str] | None, typer.Option(*_MOVED, hidden=True)] = None,
 ) -> None:
     """Cross-validate a scene: native, LAMMPS and the formulas side by side, with a verdict."""
     from hertzchain.engines.external.step_error import usual_accuracy
@@ -59,8 +51,6 @@ def compare(
     from hertzchain.report.waterfall import plot_times
     from hertzchain.verdict import comparison
 
-    if results or deck or moved:
-        raise HertzchainError(_where_to_go(str(scene), results, deck))
     names = dict.fromkeys(["native", *map(str, backend or compared_by_default())])
     shown = Shown(scene, (), as_json, plot, report, junit, every, size)
     with_lammps = "lammps" in names
@@ -79,15 +69,3 @@ def compare(
             loaded, engines, record=record, as_written=as_written, progress=report_progress
         )
     shown.end(of_comparison(compared))
-
-
-def _where_to_go(scene: str, results: str | None, deck: str | None) -> str:
-    """Return a sentence on the command that has an option which was compare's."""
-    if results or deck:
-        name, file = ("judge", results) if results else ("examine", deck)
-        command = shlex.join(["hertzchain", name, scene, str(file)])
-        return f"compare runs simulations alone; this {name}s {file}: {command}"
-    return (
-        f"compare has no {', '.join(_MOVED[:-1])} or {_MOVED[-1]}: see hertzchain judge --help for"
-        " results of another code, hertzchain examine --help for a deck"
-    )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 import time
 from enum import StrEnum
 from pathlib import Path
@@ -110,7 +109,6 @@ def deck(
 
 def lint(
     decks: Annotated[list[Path], typer.Argument(metavar="DECK", help="LAMMPS input files.")],
-    scene: Annotated[Path | None, typer.Option(hidden=True)] = None,
     variables: options.Variables = None,
     as_json: options.AsJson = False,
 ) -> None:
@@ -123,9 +121,6 @@ def lint(
 
     from hertzchain.verdict.lint.rules import lint_file
 
-    if scene is not None:
-        instead = shlex.join(["hertzchain", "examine", str(scene), str(decks[0])])
-        raise HertzchainError(f"lint knows no scenes; this compares deck and scene: {instead}")
     given = options.by_name("--var", variables or [], "F0=100")
     found = {str(path): lint_file(path, given) for path in decks}
     if as_json:

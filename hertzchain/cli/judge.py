@@ -61,6 +61,8 @@ def judge(
 ) -> None:
     """Judge peaks of any code, with the likely cause of differences, or measured forces."""
     from hertzchain.report.cards import document_of
+    from hertzchain.uncertainty.document import of_validation
+    from hertzchain.uncertainty.validation import Validation, validate
     from hertzchain.verdict.results import judging
     from hertzchain.verdict.traces.judging import judge_traces
     from hertzchain.verdict.traces.traces import is_traces, names_in
@@ -75,7 +77,8 @@ def judge(
         if of_traces:
             allowed = "are in the header of a trace, or named by --column 'gauge_16=CH1 [25 N]'"
             require(units is SI and step is None, "units and dt", None, allowed)
-            traces = judge_traces(
+            judge_them = validate if loaded.uncertain else judge_traces
+            traces = judge_them(
                 loaded,
                 results[0],
                 columns=columns,
@@ -84,7 +87,9 @@ def judge(
                 time_limit=limit,
                 progress=report_progress,
             )
-            shown.end(document_of(traces))
+            shown.end(
+                of_validation(traces) if isinstance(traces, Validation) else document_of(traces)
+            )
         judgement = judging.judge(
             loaded,
             results,

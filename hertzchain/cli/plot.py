@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -11,7 +9,6 @@ import typer
 
 from hertzchain.cli.options import Size, by_name, to_inches
 from hertzchain.cli.output import progress, say, write_file
-from hertzchain.errors import HertzchainError
 
 
 def plot(
@@ -58,12 +55,6 @@ def plot(
         ),
     ] = None,
     size: Size = None,
-    style: Annotated[
-        str | None,
-        typer.Option(
-            metavar="STYLE", help="A style sheet of Matplotlib: its name, or a file (.mplstyle)."
-        ),
-    ] = None,
 ) -> None:
     """Draw a sweep: a result over a parameter, a line for each value of the others, or a map.
 
@@ -82,36 +73,9 @@ def plot(
     check_outputs([folder / "sweep.json"], [target])
     fixed = by_name("--where", where or [], "shock.profile=cosine")
     inches = to_inches(size) or SIZE
-    with _styled(style):
-        with progress() as report_progress:
-            report_progress(f"drawing {folder}")
-            drawn = draw(swept, x, y, colour, fixed, inches)
-        for remark in drawn.remarks:
-            say(remark)
-        write_file("Plot", target, drawn.figure.savefig)
-
-
-@contextmanager
-def _styled(style: str | None) -> Iterator[None]:
-    """A context in which Matplotlib has a style."""
-    if style is None:
-        yield
-        return
-    from matplotlib import style as styles
-
-    try:
-        with styles.context(style):
-            pass
-    except UnicodeDecodeError:
-        raise HertzchainError(f"--style {style}: is not a text file") from None
-    except OSError:
-        raise HertzchainError(
-            f"--style {style}: Matplotlib has no such style and there is no such file; it has"
-            f" {', '.join(name for name in styles.available if not name.startswith('_'))}"
-        ) from None
-    try:
-        with styles.context(style):
-            yield
-    except RuntimeError as problem:  # a style that asks for LaTeX, where there is none
-        reason = str(problem).splitlines()[0]
-        raise HertzchainError(f"--style {style}: no picture with it: {reason}") from None
+    with progress() as report_progress:
+        report_progress(f"drawing {folder}")
+        drawn = draw(swept, x, y, colour, fixed, inches)
+    for remark in drawn.remarks:
+        say(remark)
+    write_file("Plot", target, drawn.figure.savefig)

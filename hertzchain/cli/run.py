@@ -11,6 +11,7 @@ import typer
 from hertzchain.cli import options
 from hertzchain.cli.output import OUT_OF_TOLERANCE, compiling, progress, say, show
 from hertzchain.cli.run_files import RunFiles
+from hertzchain.cli.spread import run_uncertain
 from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
 from hertzchain.limits import RTOL
@@ -130,10 +131,30 @@ def run(
             help="How many times --trajectory has, equally spaced. Default: 100.",
         ),
     ] = None,
+    uncertainty: Annotated[
+        int | None,
+        typer.Option(
+            min=16,
+            metavar="N",
+            help="Run the scene N times with values drawn from its [uncertainty] and [scatter]:"
+            " the spread of every result, and which input makes it. To 1e-4 unless --rtol.",
+        ),
+    ] = None,
     every: options.EveryContact = False,
     as_json: options.AsJson = False,
 ) -> None:
     """Simulate a scene with one backend: peaks, p, F_SW, speed, pressure, error, cost."""
+    if uncertainty is not None:
+        for name, given in {
+            "backend": backend != options.NATIVE, "method": method, "dt": dt, "lmp": lmp,
+            "wanted": wanted, "record": record, "window": window, "contacts": contacts,
+            "traces": traces, "draw": draw, "report": report, "trajectory": trajectory,
+        }.items():  # fmt: skip
+            if given:
+                raise HertzchainError(f"--{name} is not for --uncertainty: leave one of them out")
+        limit = options.to_time_limit(time_limit)
+        run_uncertain(scene, uncertainty, rtol, limit, output, plot, size, every, as_json)
+        return
     from hertzchain.engines.native.backend import AS_WRITTEN
     from hertzchain.engines.native.duration import with_end
     from hertzchain.report.console import print_run

@@ -110,7 +110,7 @@ class RunFiles:
         if not times:
             return
         from hertzchain.report.figures import plot_document
-        from hertzchain.report.motion import at_times, recorded_below, write_motion, write_traces
+        from hertzchain.report.motion import at_times, write_motion, write_traces
         from hertzchain.report.page import write_page
         from hertzchain.report.run import of_result
         from hertzchain.report.trajectory import write_trajectory
@@ -119,20 +119,12 @@ class RunFiles:
         moving = {name: at_times(result, time) for name, time in times.items()}
         is_drawn = self.plot is not None or self.report is not None
         coarse = coarse_times(moving["plot"]) if is_drawn else None
-        if self.record is not None and (is_drawn or self.output is not None):
+        if self.record is not None:
             write_file(
                 "Motion",
                 self.output,
                 lambda path: write_motion(moving["motion"], path, self.contacts),
             )
-            remark = recorded_below(
-                moving["motion"],
-                self.contacts,
-                says_how_many=coarse is None,
-                writes_motion=self.output is not None,
-            )
-            if remark:
-                say(remark)
         if is_drawn:
             shown = of_result(moving["plot"])
             how = self.contacts, self.size, self.draw

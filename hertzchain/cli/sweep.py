@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -12,7 +13,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hertzchain.cli import options
-from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, compiling, print_json, say, write_file
+from hertzchain.cli.output import (
+    DONE,
+    OUT_OF_TOLERANCE,
+    compiling,
+    print_json,
+    progress,
+    say,
+    write_file,
+)
 from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
 from hertzchain.limits import RTOL
@@ -207,61 +216,31 @@ def _how_to_open(output: Path, file_format: FileFormat) -> str:
 @contextmanager
 def _counting(is_native: bool) -> Iterator[Callable[[int, int], None]]:
     """Show progress, speed and remaining time of a sweep on stderr."""
-    from rich.console import Console
-
-    err = Console(stderr=True)
-    if not err.is_terminal:
-        with compiling(lambda _: None, is_native):
-            yield _Lines()
-        return
-    from rich import progress
-    from rich.text import Text
-
-    class Rate(progress.ProgressColumn):
-        """Recent rate, rows per second."""
-
-        def render(self, task: progress.Task) -> Text:
-            return Text(f"{task.speed:,.3g}/s" if task.speed else "")
-
-    work = progress.SpinnerColumn(), progress.BarColumn(), progress.MofNCompleteColumn(), Rate()
-    times = progress.TimeElapsedColumn(), progress.TimeRemainingColumn()
-    columns = (*work, *times, progress.TextColumn("{task.description}"))
-    with progress.Progress(*columns, console=err, transient=True, speed_estimate_period=60) as bar:
-        task = bar.add_task("", total=None)
-
-        def report_progress(done: int, total: int) -> None:
-            if bar.tasks[0].total is None:  # rows done before do not count for the rate
-                _say_what_is_there(done, total)
-                bar.reset(task, completed=done, total=total)
-            else:
-                bar.update(task, completed=done, description="")
-
-        with compiling(lambda what: bar.update(task, description=what), is_native):
-            yield report_progress
-
-
-def _say_what_is_there(done: int, total: int) -> None:
-    if 0 < done < total:
-        say(f"{done:,} of {total:,} rows are there, resuming")
+    is_terminal = sys.stderr is not None and sys.stderr.isatty()
+    with progress() as report_progress, compiling(report_progress, is_native):
+        yield _Lines(report_progress, 0.0) if is_terminal else _Lines(say, _LINES)
 
 
 class _Lines:
-    """Writes a line on the progress of a sweep from time to time, with the recent rate."""
+    """Says from time to time [s] how many rows of a sweep are done, and how fast."""
 
-    def __init__(self) -> None:
-        self._since: tuple[float, int] | None = None
+    def __init__(self, tell: Callable[[str], None], interval: float) -> None:
+        self._tell, self._interval = tell, interval
+        self._begin: tuple[float, int] | None = None
+        self._next = 0.0
 
     def __call__(self, done: int, total: int) -> None:
         from hertzchain.limits import in_words
 
         now = time.monotonic()
-        if self._since is None:
-            _say_what_is_there(done, total)
-            self._since = now, done
-        begin, before = self._since
-        if now - begin < _LINES or done == before:
+        if self._begin is None:  # rows done before do not count for the rate
+            self._begin, self._next = (now, done), now + self._interval
+            if 0 < done < total:
+                say(f"{done:,} of {total:,} rows are there, resuming")
+        begin, before = self._begin
+        if now < self._next or done == before:
             return
-        rate = (done - before) / (now - begin)
+        rate = (done - before) / max(now - begin, 1e-9)
         how_far = f"{done:,} of {total:,} rows, {rate:,.3g}/s"
-        say(f"{how_far}, {in_words((total - done) / rate)} left")
-        self._since = now, done
+        self._tell(f"{how_far}, {in_words((total - done) / rate)} left")
+        self._next = now + self._interval

@@ -127,7 +127,7 @@ def _damping(contact: Contact, chain: Chain) -> tuple[float, str]:
     number, words = damping_of(contact)
     if contact.restitution is not None:
         return contact.restitution, words.replace("${damping}", "coeff_restitution")
-    if contact.relaxation_time is None:
+    if contact.damping != "viscoelastic":
         return float(number), words
     # c = 3/2 A tau is g m* sqrt(R*), with m* half the mass and R* half the radius.
     mass, radius = chain.granule_mass / 2, chain.radius / 2

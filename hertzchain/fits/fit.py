@@ -18,6 +18,7 @@ from hertzchain.fits.model import GAIN, Model
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.scene import Scene
+from hertzchain.scene.uncertain import Uncertain
 from hertzchain.showing import ShowProgress, telling
 from hertzchain.sweeps.columns import column_named, is_whole
 from hertzchain.sweeps.keys import base_values, full_name
@@ -28,8 +29,8 @@ if TYPE_CHECKING:
     import pandas
 
 _ALIKE = 1e-4
-"""Ratio of the weakest combination's slope to the strongest's below which it is the error of slopes
-themselves, some 1e-5: traces do not tell it."""
+"""Ratio of the weakest combination's slope to the strongest's below which traces do not determine
+it: the error of slopes themselves is about 1e-5."""
 
 _UNKNOWN = 0.5
 """Relative deviation from which on a value is not known."""
@@ -39,13 +40,14 @@ _LEAST_SQUARE = 0.5
 overestimated by what a coarsely sampled pulse bends; without any noise it is that of splines."""
 
 _OTHER_STARTS = (0.8, 1.25)
-"""Start values over those of the scene that are tried where a fit leaves more than noise."""
+"""Start values over those of the scene, tried where more than noise remains as residual."""
 
 _RANGE = 100.0
 """Greatest change of a value by a factor."""
 
 _AT_END = 1e-6
-"""How near a value is at an end of its range, relative: least squares keep it within by less."""
+"""Relative distance from an end of its range at which a value counts as at it: least squares stay
+inside by less."""
 
 _LIMITS = {"restitution": (1e-3, 0.9999), "poisson_ratio": (-0.999, 0.5)}
 """Ranges of values that have one."""
@@ -70,8 +72,8 @@ def fit(
     traces
         What gauges read, as for ``judge_traces``; several files or tables are fitted at once.
     free
-        Keys to be fitted, such as ``chain.young_modulus``; ``gain`` is what all measured forces
-        are over what they are said to be.
+        Keys to be fitted, such as ``chain.young_modulus``; ``gain`` is the measured over the
+        true force, the same for all gauges.
     columns
         Columns of the files, as for ``judge_traces``.
     shift
@@ -185,7 +187,7 @@ def _of(
     mean_square: float, off: FloatArray, slopes: FloatArray,
 ) -> Fit:  # fmt: skip
     _refuse_alike(slopes, keys)
-    # What is correlated from sample to sample tells less than as many samples.
+    # Correlated samples carry less information than as many independent ones.
     centred = off - off.mean()
     along = float(np.sum(centred[1:] * centred[:-1]) / max(float(np.sum(centred**2)), 1e-300))
     is_white = abs(along) < 3 / np.sqrt(off.size)
@@ -204,7 +206,8 @@ def _of(
         for k, key in enumerate(keys)
     )
     correlation = (covariance / np.outer(deviation, deviation))[:count, :count]
-    fitted = replace(model.scene(x), run=base.run, gauges=model.gauges)
+    uncertain = tuple(Uncertain(one.key, one.deviation) for one in parameters if one.key != GAIN)
+    fitted = replace(model.scene(x), run=base.run, gauges=model.gauges, uncertain=uncertain)
     return Fit(
         fitted, parameters, correlation, tuple(model.shifts(x).tolist()), mean_square, along,
         model.size, model.runs,

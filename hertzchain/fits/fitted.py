@@ -1,4 +1,4 @@
-"""What a fit found: values with their intervals, and what is left."""
+"""The result of a fit: values with their intervals, and the residual."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class Fit:
     Parameters
     ----------
     scene
-        The scene with the values that were found.
+        The scene with the values that were found, which are ``uncertain`` in it.
     parameters
         The values, with deviations.
     correlation
@@ -106,7 +106,7 @@ class Fit:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Sentences on what is left; usually empty."""
+        """Sentences on the residual; usually empty."""
         if self.is_noise:
             return ()
         left = (

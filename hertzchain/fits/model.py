@@ -1,4 +1,4 @@
-"""What a fit compares: measured samples with those of scenes with other values, and slopes."""
+"""The comparison of a fit: measured samples with those of scenes with other values, and slopes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from hertzchain.verdict.traces.matching import FEWEST, Expected, recorded
 from hertzchain.verdict.traces.traces import Traces
 
 GAIN = "gain"
-"""A key that is no scene's: what all measured forces are, over what they are said to be."""
+"""A key that no scene has: the measured over the true force, the same for all gauges."""
 
 _STEP = 1e-3
 """Relative change of a value for a slope: its error by curvature and by that of runs are both some
@@ -110,12 +110,12 @@ class Model:
 
     @property
     def series(self) -> int:
-        """Number of series of samples, of each of which an offset is taken."""
+        """Number of series of samples; each has an offset of its own."""
         return sum(one.force.shape[1] for one in self._samples)
 
     @property
     def begin(self) -> FloatArray:
-        """Where a search begins: the start values, and shifts that were found."""
+        """Return the start of a search: the start values, and the shifts that were found."""
         shifts = self._shifts / self._unit if self._is_shifted else np.zeros(0)
         return np.concatenate([np.ones(len(self._keys)), shifts])
 
@@ -133,7 +133,7 @@ class Model:
         return changed(self._base, values)
 
     def _curves(self, x: Array) -> FloatArray:
-        """What the gauges read in a scene with other values [N], shape (times, gauges)."""
+        """Return the forces of the gauges in a scene with other values [N], (times, gauges)."""
         if np.array_equal(x[: len(self._keys)], self._last[0]):
             return self._last[1]
         self.runs += 1

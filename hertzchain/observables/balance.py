@@ -1,4 +1,4 @@
-"""What a run keeps, and what it loses: momentum, energy, and digits to coordinates."""
+"""Balances of a run: momentum, energy, and the digits lost to coordinates."""
 
 from __future__ import annotations
 

@@ -114,7 +114,7 @@ def bounds(bound: Callable[..., FloatArray], *differences: ContactErrors) -> Con
 
 @dataclass(frozen=True, eq=False)
 class Peaks:
-    """What was seen of the contacts in one run, (contacts,) each.
+    """Observations of the contacts in one run, (contacts,) each.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ class Peaks:
 
     @property
     def wanted(self) -> FloatArray:
-        """Forces that were wanted: of first pulses, 0 where there is none, or else of peaks."""
+        """Wanted forces: of first pulses, 0 for a contact without one, or else of peaks."""
         if self.first is None or not np.isfinite(self.first.force).any():
             return np.asarray(self.force)
         return np.nan_to_num(self.first.force)

@@ -9,15 +9,14 @@ balance of energy.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import Array
 from hertzchain.observables import hermite
+from hertzchain.observables.curves import Curves, begin_at_touch
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.peaks import ESTIMATED, PeakWatch, judged_contacts
 from hertzchain.observables.samples import Samples
@@ -30,10 +29,6 @@ _NODES, _WEIGHTS = (_GAUSS[0] + 1) / 2, _GAUSS[1] / 2
 
 _NEAR = 0.98
 """Fraction of the largest force: below it no maximum is searched between the nodes (chosen)."""
-
-
-_SHORTEST = 1e-9
-"""Shortest time of contact in an interval, over the interval (chosen): lengths divide rates."""
 
 
 class DampedWatch(PeakWatch):
@@ -99,18 +94,19 @@ class DampedWatch(PeakWatch):
         if not interval.size:
             return
         part = _Part.of(samples, interval, contact, self._law, self._mobility, late)
-        overlap, rate, growth = part.motion(part.places)
-        felt = rate - late * growth
+        curves = part.curves
+        overlap, rate = curves.motion(part.places)
+        felt = rate - late * part.growth()
         damper = self._law.damper(overlap, felt, contact)
         self.dissipated += float(np.sum(part.worth * damper * rate))
         if self._has_wall or self._has_piston:
-            impulse = part.worth * part.scale * (self._law.elastic(overlap, contact) + damper)
+            impulse = part.worth * curves.scale * (self._law.elastic(overlap, contact) + damper)
             if self._has_wall:
                 self.wall_impulse += float(np.sum(impulse[:, contact == self.force.size - 1]))
             if self._has_piston:
                 self.piston_impulse += float(np.sum(impulse[:, contact == 0]))
-        force = part.scale * self._law.force(overlap, rate, contact)
-        self._keep_maxima(samples, part, force)
+        force = curves.scale * self._law.force(overlap, rate, contact)
+        self._keep_maxima(samples, part, interval, force)
 
     def _keep_samples(self, samples: Samples) -> None:
         largest = np.argmax(samples.contact_force, axis=0)
@@ -119,31 +115,29 @@ class DampedWatch(PeakWatch):
         self._keep(columns, force, time, samples.overlap[largest, columns])
         np.maximum(self._at_least, force, out=self._at_least)
 
-    def _keep_maxima(self, samples: Samples, part: _Part, force: Array) -> None:
+    def _keep_maxima(self, samples: Samples, part: _Part, interval: Places, force: Array) -> None:
         """Keep the maxima within intervals and the force with which a contact begins."""
+        contact = part.curves.contact
         ends = np.maximum(
-            samples.contact_force[part.interval, part.contact],
-            samples.contact_force[part.interval + 1, part.contact],
+            samples.contact_force[interval, contact], samples.contact_force[interval + 1, contact]
         )
         highest = np.argmax(force, axis=0)
-        columns = np.arange(part.contact.size)
-        reached = force[highest, columns]
-        some = (reached > ends) & (reached >= _NEAR * self.force[part.contact]) & ~part.jumps
+        reached = force[highest, np.arange(contact.size)]
+        some = (reached > ends) & (reached >= _NEAR * self.force[contact]) & ~part.jumps
         if some.any():
-            self._keep_found(part, *part.highest(some, highest[some], self._law))
+            self._keep_found(contact[some], *part.highest(some, highest[some]))
         if part.jumps.any():
-            which, at_touch, error = part.at_touch(self._law)
+            which, at_touch, error = part.at_touch()
             # Right after a jump velocity Verlet is of first order: maxima there are not sure.
             error = np.maximum(error, reached[which] - at_touch)
-            self._keep_found(part, which, at_touch, part.start[which], error)
-            speed = np.maximum(part.curve[1, which] / part.h[which], 0.0)
+            self._keep_found(contact[which], at_touch, part.curves.begin[which], error)
+            speed = np.maximum(part.speed[which], 0.0)
             for largest in (self._at_touch, self._fastest):
-                np.maximum.at(largest, part.contact[which], speed)
+                np.maximum.at(largest, contact[which], speed)
 
     def _keep_found(
-        self, part: _Part, some: Places, force: Array, time: Array, error: Array | float = 0.0
+        self, contact: Places, force: Array, time: Array, error: Array | float = 0.0
     ) -> None:
-        contact = part.contact[some]
         np.maximum.at(self._at_most, contact, force + error)
         np.maximum.at(self._at_least, contact, force - error)
         for number, value in zip(contact, force, strict=True):
@@ -159,12 +153,7 @@ class DampedWatch(PeakWatch):
 class _Part:
     """Intervals in which contacts overlap, at the start or at the end; shape (n,) each."""
 
-    interval: Places
-    contact: Places
-    start: Array  # time
-    h: Array
-    curve: Array  # coefficients of the overlap, shape (6, n)
-    scale: Array  # force of the backend over that of the scene's law
+    curves: Curves
     jumps: NDArray[np.bool_]  # whether the force of a dashpot jumps at the start: at first touch
     doubt: Array  # bound of the error of the closing speed there
     places: Array  # nodes in the touching part, from 0 to 1, shape (nodes, n)
@@ -172,14 +161,9 @@ class _Part:
 
     @classmethod
     def of(
-        cls,
-        samples: Samples,
-        interval: Places,
-        contact: Places,
-        law: DampedLaw,
-        mobility: Array,
+        cls, samples: Samples, interval: Places, contact: Places, law: DampedLaw, mobility: Array,
         late: float,
-    ) -> _Part:
+    ) -> _Part:  # fmt: skip
         derivatives = samples.overlap_derivatives[:3]
         start, h = samples.time[interval], np.diff(samples.time)[interval]
         first = [values[interval, contact] for values in derivatives]
@@ -188,25 +172,10 @@ class _Part:
             samples.contact_force[interval, contact],
             samples.contact_force[interval + 1, contact],
         )
-        jumps, doubt = np.zeros(h.size, bool), np.zeros(h.size)
-        if law.exponent == 0:
-            # Also at 0: spheres that touch at the start.
-            jumps = (first[0] <= 0) & (last[0] > 0)
-        if jumps.any():
-            # The overlap is no polynomial across the jump: the interval starts at first touch.
-            own, damping = mobility[contact[jumps]], law.damping[contact[jumps]]
-            before = [values[jumps] for values in first]
-            felt = known[1][jumps] - late * damping * last[2][jumps]
-            after = last[2][jumps] + own * felt
-            later, speed, growth, doubt[jumps] = first_touch(before, after, h[jumps])
-            growth = growth - own * damping * speed
-            first[0][jumps], first[1][jumps], first[2][jumps] = 0.0, speed, growth
-            start[jumps] += later
-            h[jumps] = np.maximum(h[jumps] - later, _SHORTEST * h[jumps])
-        curve = hermite.coefficients(first, last, h)
-        rises = last[0] > first[0]
-        crossing = np.minimum(first[0], last[0]) < 0
-        opens = openings(curve, crossing, rises)
+        jumps, doubt = begin_at_touch(first, last, start, h, known[1], mobility, law, contact, late)
+        curves = Curves.of(first, last, start, h, known, contact, law)
+        rises, crossing = last[0] > first[0], np.minimum(first[0], last[0]) < 0
+        opens = openings(curves.overlap, crossing, rises)
         begin = np.where(rises, opens, 0.0)
         length = np.where(rises, 1.0, opens) - begin
         # Forces near an opening are smooth in the square root of the distance from there.
@@ -214,86 +183,32 @@ class _Part:
         share = np.where(whole, node, node * node)
         places = begin + length * np.where(rises, share, 1 - share)
         worth = _WEIGHTS[:, np.newaxis] * h * length * np.where(whole, 1.0, 2 * node)
-        harder = known[1] > known[0]
-        force = np.where(harder, known[1], known[0])
-        expected = law.force(
-            np.where(harder, last[0], first[0]), np.where(harder, last[1], first[1]), contact
-        )
-        sure = (force > 0) & (expected > 0)
-        scale = np.where(sure, force, 1.0) / np.where(sure, expected, 1.0)
-        return cls(interval, contact, start, h, curve, scale, jumps, doubt, places, worth)
+        return cls(curves, jumps, doubt, places, worth)
 
-    def motion(self, places: Array, some: Any = slice(None)) -> tuple[Array, Array, Array]:
-        """Overlaps, rates and accelerations at places in the intervals, shape (..., n)."""
-        curve, h = self.curve[:, some], self.h[some]
-        slope = hermite.derivative(curve)
-        bend = hermite.derivative(slope)
-        return (
-            hermite.evaluate(curve, places),
-            hermite.evaluate(slope, places) / h,
-            hermite.evaluate(bend, places) / h**2,
-        )
+    @property
+    def speed(self) -> Array:
+        """Closing speeds at the start."""
+        return np.asarray(self.curves.overlap[1] / self.curves.h)
 
-    def force(self, places: Array, law: DampedLaw, some: Any) -> Array:
-        """Forces at places of some intervals, shape (..., n)."""
-        overlap, rate, _ = self.motion(places, some)
-        return np.asarray(self.scale[some] * law.force(overlap, rate, self.contact[some]))
+    def growth(self) -> Array:
+        """Second derivatives of overlaps at the places."""
+        bend = hermite.derivative(hermite.derivative(self.curves.overlap))
+        return np.asarray(hermite.evaluate(bend, self.places) / self.curves.h**2)
 
-    def highest(
-        self, some: NDArray[np.bool_], node: Places, law: DampedLaw
-    ) -> tuple[Places, Array, Array]:
-        """Indices of intervals, their highest forces and the times of these forces."""
-        which = np.flatnonzero(some)
-        places = np.sort(self.places[:, which], axis=0)
-        down = self.places[0, which] > self.places[-1, which]
-        node = np.where(down, _NODES.size - 1 - node, node)
-        columns = np.arange(which.size)
+    def highest(self, some: NDArray[np.bool_], node: Places) -> tuple[Array, Array]:
+        """Highest forces of intervals, next to their highest nodes, and the times of these."""
+        places = np.sort(self.places[:, some], axis=0)
+        down = self.places[0, some] > self.places[-1, some]
+        last, columns = _NODES.size - 1, np.arange(node.size)
+        node = np.where(down, last - node, node)
         low = np.where(node > 0, places[np.maximum(node - 1, 0), columns], 0.0)
-        high = np.where(
-            node < _NODES.size - 1, places[np.minimum(node + 1, _NODES.size - 1), columns], 1.0
-        )
-        for _ in range(40):  # thirds: the place to 1e-7, the force to its square
-            third = (high - low) / 3
-            left, right = low + third, high - third
-            rises = self.force(left, law, which) < self.force(right, law, which)
-            low, high = np.where(rises, left, low), np.where(rises, high, right)
-        place = (low + high) / 2
-        return which, self.force(place, law, which), self.start[which] + place * self.h[which]
+        high = np.where(node < last, places[np.minimum(node + 1, last), columns], 1.0)
+        curves = self.curves.part(some)
+        force, place = curves.highest_between(low, high)
+        return force, curves.begin + place * curves.h
 
-    def at_touch(self, law: DampedLaw) -> tuple[Places, Array, Array]:
+    def at_touch(self) -> tuple[Places, Array, Array]:
         """Indices of intervals that start at first touch, forces there, and bounds of errors."""
-        which = np.flatnonzero(self.jumps)
-        damper = self.scale[which] * law.damping[self.contact[which]]
-        speed = self.curve[1, which] / self.h[which]
-        return which, damper * np.maximum(speed, 0.0), damper * self.doubt[which]
-
-
-def first_touch(
-    before: Sequence[Array], after: Array, h: Array
-) -> tuple[Array, Array, Array, Array]:
-    """When and how fast a contact closes that is open before an interval and pressed after it.
-
-    Parameters
-    ----------
-    before
-        Overlap, its rate and the acceleration at the start of the interval, shape (n,) each.
-    after
-        The acceleration at the end by all forces but that of the contact itself.
-    h
-        Length of the interval.
-
-    Returns
-    -------
-    Time from the start, rate and acceleration just before the contact closes, and a bound of the
-    error of the rate: it holds while the acceleration lies between those of both ends.
-    """
-    overlap, rate, growth = before
-    bend = (after - growth) / h
-    low, high = np.zeros_like(h), h.copy()
-    for _ in range(53):  # bisections: to the last digit
-        middle = (low + high) / 2
-        apart = overlap + middle * (rate + middle * (growth / 2 + middle * bend / 6)) < 0
-        low, high = np.where(apart, middle, low), np.where(apart, high, middle)
-    high = np.where(overlap < 0, high, 0.0)
-    closing = rate + high * (growth + high * bend / 2)
-    return high, closing, growth + high * bend, high * np.abs(after - growth)
+        which, curves = np.flatnonzero(self.jumps), self.curves
+        damper = curves.scale[which] * curves.law.damping[curves.contact[which]]
+        return which, damper * np.maximum(self.speed[which], 0.0), damper * self.doubt[which]

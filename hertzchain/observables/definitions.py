@@ -36,7 +36,7 @@ def provenance(versions: Mapping[str, str]) -> dict[str, str]:
 
 
 def context_of(scene: Scene) -> dict[str, Any]:
-    """What a JSON document on a scene needs next to its numbers: the scene, contacts, versions."""
+    """Return the scene, contacts and versions that a JSON document has next to its numbers."""
     return {
         "scene": sections_of(scene),
         "contacts": list(range(2, scene.last_contact + 1)),

@@ -13,9 +13,11 @@ from hertzchain.arrays import FloatArray
 from hertzchain.contact import hertz
 from hertzchain.errors import SceneError, StepUnstable, Unpredictable
 from hertzchain.observables.peaks import largest_difference
+from hertzchain.scene.keys import keys_of
 from hertzchain.scene.natural_units import force_scale
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
+from hertzchain.scene.terms import DAMPING, Contact
 
 _SHORTEST_CHAIN = 5.0  # granules over LM_ratio; collisions repeat below: 1.6 times the bound at 4.2
 
@@ -158,21 +160,17 @@ def refuse_strong_dampers(scene: Scene) -> None:
     itself.
     """
     contact = scene.contact
-    if contact is None or contact.restitution is not None:
+    if contact is None or contact.damping == "restitution":
         return
-    if contact.coefficient is not None:
-        key, given, unit = "coefficient", contact.coefficient, "kg/s"
-        one = replace(scene, contact=replace(contact, coefficient=1.0))
-    else:
-        key, given, unit = "relaxation_time", contact.relaxation_time or 0.0, "s"
-        one = replace(scene, contact=replace(contact, relaxation_time=1.0))
+    one = replace(scene, contact=contact.with_parameter(1.0))
     most = _STRONGEST / (highest_rate(one) * scene.contact_time)
-    if given > most:
+    if contact.parameter > most:
+        key = DAMPING[contact.damping]
         allowed = (
-            f"must be at most {most:.2g} {unit} in this scene: stronger dampers are beyond what"
-            " can be computed"
+            f"must be at most {most:.2g} {keys_of(Contact)[key].unit} in this scene: stronger"
+            " dampers are beyond what can be computed"
         )
-        raise SceneError(f"contact.{key}", given, allowed)
+        raise SceneError(f"contact.{key}", contact.parameter, allowed)
 
 
 def _largest_row(scene: Scene, of_contact: FloatArray) -> float:

@@ -12,7 +12,6 @@ a level of ``FALLS``: see ``notes``. What the first pulse is follows from them, 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +19,7 @@ from numpy.typing import NDArray
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.contact import hertz
 from hertzchain.errors import require
-from hertzchain.observables import hermite
+from hertzchain.observables.curves import Curves
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.peaks import SIGNIFICANT
 from hertzchain.scene.natural_units import NaturalUnits
@@ -56,7 +55,7 @@ derivatives at the start and at the end (the third NaN where it is not known), f
 largest force so far and its time, those within the interval included."""
 
 WANTED = ("first", "all")
-"""What can be asked for: first pulses, or the largest forces of a run."""
+"""Forces whose accuracy is wanted: first pulses, or the largest forces of a run."""
 
 _Mask = NDArray[np.bool_]
 _Places = NDArray[np.intp]
@@ -134,7 +133,7 @@ def is_driven_to_the_end(scene: Scene) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Contacts:
-    """What first pulses need to know of the contacts of a scene, in the units of a run."""
+    """Data of the contacts of a scene that first pulses need, in the units of a run."""
 
     law: DampedLaw
     static: FloatArray  # force at the start, (contacts,)
@@ -157,7 +156,7 @@ class Contacts:
 
 
 def first_pulses(notes: FloatArray, contacts: Contacts, largest: Array) -> FirstPulses:
-    """Return the first pulses that the notes of a run tell.
+    """Return the first pulses that follow from the notes of a run.
 
     Parameters
     ----------
@@ -213,7 +212,7 @@ def first_pulses(notes: FloatArray, contacts: Contacts, largest: Array) -> First
     leaves = np.where(is_front, _EXCEEDS, FALLS[1])[went] * force[went] + contacts.static[went]
     # Where the pulse is highest within its first interval, it arrives before that.
     until = np.where(rise[:, WHEN] > rise[:, BEGIN], rise[:, WHEN], np.inf)
-    found = Curves(np.concatenate([rise, down]), contacts.law).crossing(
+    found = curves_of(np.concatenate([rise, down]), contacts.law).crossing(
         np.concatenate([force[came] / 2 + contacts.static[came], leaves]),
         np.concatenate([rise[:, BEGIN], time[went]]),
         np.concatenate([until, np.full(went.size, np.inf)]),
@@ -286,79 +285,12 @@ def _first_felt(notes: FloatArray, here: _Places, level: Array, time: Array) -> 
     return _first(reached, here, level.size)
 
 
-_RESOLVED = 1e-13
-"""How near in an interval, or in force, a crossing is found."""
-
-_PLACES = np.linspace(0, 1, 9)[:, np.newaxis]
-"""Where in an interval a maximum is looked for, before the search between its neighbours."""
-
-
-class Curves:
-    """The forces of contacts within the intervals of notes, which have the shape (n, COLUMNS).
-
-    The overlap is the polynomial that meets all that is known of it at both ends; the force that
-    of the law times a ratio: force over law at the end where it is larger.
-    """
-
-    def __init__(self, notes: FloatArray, law: DampedLaw) -> None:
-        self._law, self._contact = law, notes[:, CONTACT].astype(np.intp)
-        self._begin, self._h = notes[:, BEGIN], notes[:, LENGTH]
-        start, end = ([notes[:, first + k] for k in range(4)] for first in (START, END))
-        smooth = np.isfinite(start[3]) & np.isfinite(end[3])
-        self._overlap = np.zeros((8, self._h.size))
-        for known, some in ((4, smooth), (3, ~smooth)):
-            first, last = ([values[some] for values in at[:known]] for at in (start, end))
-            self._overlap[: 2 * known, some] = hermite.coefficients(first, last, self._h[some])
-        self._rate = hermite.derivative(self._overlap)
-        self._ends = notes[:, FORCE], notes[:, FORCE + 1]
-        harder = self._ends[1] > self._ends[0]
-        deep, rate = (np.where(harder, end[k], start[k]) for k in range(2))
-        expected, force = law.force(deep, rate, self._contact), np.maximum(*self._ends)
-        sure = (expected > 0) & (force > 0)
-        self._scale = np.where(sure, force, 1.0) / np.where(sure, expected, 1.0)
-
-    def force(self, s: Array) -> Array:
-        """Force at places of the intervals, from 0 to 1, shape (..., n)."""
-        overlap, rate = (hermite.evaluate(curve, s) for curve in (self._overlap, self._rate))
-        return np.asarray(self._scale * self._law.force(overlap, rate / self._h, self._contact))
-
-    def highest(self) -> tuple[Array, Array]:
-        """Return the largest force of each interval, its ends included, and its place, (n,)."""
-        at = self.force(_PLACES)
-        best = np.argmax(at, axis=0)
-        low, high = (_PLACES[np.clip(best + side, 0, len(_PLACES) - 1), 0] for side in (-1, 1))
-        for _ in range(40):  # thirds: the place to 1e-7, the force to its square
-            third = (high - low) / 3
-            rises = self.force(low + third) < self.force(high - third)
-            low, high = np.where(rises, low + third, low), np.where(rises, high, high - third)
-        place = (low + high) / 2
-        return self.force(place), place
-
-    def crossing(self, level: Array, since: Array, until: Array, rises: _Mask) -> FloatArray:
-        """When forces cross a level upwards (``rises``) or downwards, between two times each."""
-        low, high = (np.clip((time - self._begin) / self._h, 0.0, 1.0) for time in (since, until))
-        s = low
-        sign = np.where(rises, 1.0, -1.0)
-        at_low, at_high = (sign * (self.force(s) - level) for s in (low, high))
-        high, at_high = np.where(at_low >= 0, low, high), np.where(at_low >= 0, 0.0, at_high)
-        was_beyond: Any = None
-        is_found = np.zeros(s.size, bool)
-        for _ in range(60):  # the method of Illinois; a dozen are enough
-            with np.errstate(divide="ignore", invalid="ignore"):
-                new = (low * at_high - high * at_low) / (at_high - at_low)
-            new = np.where((new > low) & (new < high), new, (low + high) / 2)
-            s = np.where(is_found, s, new)
-            found = sign * (self.force(s) - level)
-            beyond = found >= 0
-            # Of an end that stays twice in a row the value counts half.
-            stays = np.where(beyond == was_beyond, 0.5, 1.0)
-            at_low = np.where(beyond, stays * at_low, found)
-            at_high = np.where(beyond, found, stays * at_high)
-            low, high, was_beyond = np.where(beyond, low, s), np.where(beyond, s, high), beyond
-            is_found |= (high - low <= _RESOLVED) | (np.abs(found) <= _RESOLVED * level)
-            if is_found.all():
-                break
-        return np.asarray(self._begin + s * self._h)
+def curves_of(notes: FloatArray, law: DampedLaw) -> Curves:
+    """Return the forces within the intervals of notes."""
+    start, end = ([notes[:, first + k] for k in range(4)] for first in (START, END))
+    ends = notes[:, FORCE], notes[:, FORCE + 1]
+    contact = notes[:, CONTACT].astype(np.intp)
+    return Curves.of(start, end, notes[:, BEGIN], notes[:, LENGTH], ends, contact, law)
 
 
 def check_wanted(wanted: str | None) -> None:
@@ -368,7 +300,7 @@ def check_wanted(wanted: str | None) -> None:
 
 
 def usually_wanted(scene: Scene) -> str:
-    """What is asked of a scene where nothing else is said.
+    """Return the default of ``wanted`` for a scene.
 
     First pulses where waves are reflected within the chain, and for gauges; elsewhere the largest
     forces.

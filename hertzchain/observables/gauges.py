@@ -1,4 +1,4 @@
-"""What gauges read: the first pulse of a contact, or of the mean force on the sides of a granule.
+"""Gauges: the first pulse of a contact, or of the mean force on the two sides of a granule.
 
 A sensor in the middle of a granule reads the mean of its two contacts, which is a pulse of its own:
 lower than those of the contacts, and longer. A second run records both forces while they last, and
@@ -36,7 +36,7 @@ _COLUMNS = (
 """Columns of first pulses that a gauge has, too, in the order of ``Reading``."""
 
 _SAFETY = 2.0
-"""Factor of the errors that the two contacts have at recorded times, as their first pulses tell."""
+"""Factor on the errors of the two contacts at recorded times, which first pulses give."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ class Reading:
 
 
 def force_over_time(scene: Scene, gauge: Gauge, history: History) -> FloatArray:
-    """What a gauge reads at the times of a history [N], shape (times,), without static forces.
+    """Return the force of a gauge at the times of a history [N], (times,), without static forces.
 
     It has no error bound.
     """

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import Array, FloatArray
-from hertzchain.observables.damped_watch import first_touch
+from hertzchain.observables.curves import begin_at_touch
 from hertzchain.observables.first_pulse import (
     BEGIN,
     COLUMNS,
@@ -20,8 +20,8 @@ from hertzchain.observables.first_pulse import (
     START,
     WHEN,
     Contacts,
-    Curves,
     FirstPulses,
+    curves_of,
     first_pulses,
 )
 from hertzchain.observables.samples import Samples
@@ -68,8 +68,7 @@ class NoteTaker:
         if not interval.size:
             return
         found = self._notes_of(samples, interval, contact, late)
-        curves = Curves(found, self._law)
-        above, place = curves.highest()
+        above, place = curves_of(found, self._law).highest()
         self._keep(found, contact, above, found[:, BEGIN] + place * found[:, LENGTH])
 
     def _notes_of(
@@ -90,27 +89,17 @@ class NoteTaker:
             force[interval, contact],
             force[interval + 1, contact],
         )
-        jumps = (notes[:, START] <= 0) & (notes[:, END] > 0)
-        if self._law.exponent != 0 or not jumps.any():
-            return notes
-        # The overlap is no polynomial across the jump of a dashpot: the interval starts there.
-        which, some = contact[jumps], notes[jumps]
-        own, damping = self._mobility[which], self._law.damping[which]
-        felt = some[:, FORCE + 1] - late * damping * some[:, END + 2]
-        later, speed, growth, _ = first_touch(
-            list(some[:, START : START + 3].T), some[:, END + 2] + own * felt, some[:, LENGTH]
-        )
-        some[:, BEGIN] += later
-        length = some[:, LENGTH]
-        some[:, LENGTH] = np.maximum(length - later, 1e-9 * length)
-        starts = np.zeros_like(speed), speed, growth - own * damping * speed
-        some[:, START : START + 3] = np.stack(starts, axis=1)
-        some[:, FORCE] = damping * np.maximum(speed, 0.0)
-        notes[jumps] = some
+        start = [notes[:, START + k] for k in range(3)]  # views: they change the notes
+        jumps, _ = begin_at_touch(
+            start, [notes[:, END + k] for k in range(3)], notes[:, BEGIN], notes[:, LENGTH],
+            notes[:, FORCE + 1], self._mobility, self._law, contact, late,
+        )  # fmt: skip
+        damping = self._law.damping[contact[jumps]]
+        notes[jumps, FORCE] = damping * np.maximum(notes[jumps, START + 1], 0.0)
         return notes
 
     def _keep(self, notes: FloatArray, contact: _Places, above: Array, when: Array) -> None:
-        """Keep those notes that tell something, with the largest force so far."""
+        """Keep the notes that first pulses need, with the largest force so far."""
         kept = np.zeros(contact.size, bool)
         for k, i in enumerate(contact):
             before = self._largest[i]

@@ -98,7 +98,7 @@ class PeakWatch:
         rises = increments > 0
         turns = np.count_nonzero(rises[1:] != rises[:-1], axis=0)
         higher = reached > self._maxima[1, contacts]
-        # The front of a wave grows by powers of ten within an interval, which may look like maxima.
+        # The front of a wave grows by powers of ten within an interval, which may seem a maximum.
         counts = reached > _COUNTS * np.max(self._overlap)
         for several, some in (
             (False, higher & (turns == 1) & rises[0]),

@@ -35,7 +35,7 @@ _UNIT = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]\s*$|[_/]\s*([A-Za-zµμ]+)$")
 """Unit at the end of the name of a column: "force [kN]", "Time (us)", "time_s", "F/N"."""
 
 _TITLE = re.compile(r"(?:units?|columns?|fields?|channels?)\s*:", re.IGNORECASE)
-"""What a comment that names columns or their units may begin with."""
+"""Characters with which a comment that names columns or their units may begin."""
 
 UNITS_OF_TIME = {
     **dict.fromkeys(("s", "sec", "second", "seconds"), "s"),
@@ -148,7 +148,7 @@ def signs_of(lines: Sequence[str]) -> tuple[str, str] | None:
 
 
 def _looked_at(lines: Sequence[str]) -> list[str]:
-    """Lines from which the layout is told."""
+    """Lines from which the layout is found."""
     both_ends = [*lines[:_LOOKED_AT], *lines[_LOOKED_AT:][-_LOOKED_AT:]]
     return [line for line in both_ends if not is_comment(line)]
 
@@ -200,7 +200,7 @@ class Numbered:
 
 
 def numbered(lines: Sequence[str], layout: Layout) -> Numbered | None:
-    """What says the times of samples that are numbered; None where they are not.
+    """Return the clock of numbered samples; None where they are not numbered.
 
     Below ``X,CH1,Start,Increment`` stands such as ``Sequence,Volt,-1e-4,2e-7``.
     """

@@ -229,7 +229,7 @@ def _with_other_noise(
         noisy = replace(recording, time=time, force=pulse + signal.baseline + other)
         try:
             again = pulse_of(noisy, replace(signal.given, smooth=None))
-        except HertzchainError as problem:  # by chance no pulse can be told from the noise
+        except HertzchainError as problem:  # by chance no pulse stands out of the noise
             problems.append(problem)
             continue
         found.append(_reduced(again, bend * float(again.force.max()))[0])

@@ -170,9 +170,9 @@ def pulse_of(recording: Recording, given: Given = Given()) -> Signal:
 def _looked_at(
     time: FloatArray, force: FloatArray, level: float, start: float | None, end: float | None
 ) -> slice:
-    """The samples in which the pulse is, as far as that is said: a spike elsewhere is not used.
+    """Return the samples between the given start and end: a spike elsewhere is not used.
 
-    All samples where a time that is given would cut a pulse through, or leave little of the force.
+    Return all samples if a given time would cut the pulse, or leave little of the force.
     """
     first = 0 if start is None else _place(time, "--start", start)
     last = time.size - 1 if end is None else _place(time, "--end", end)

@@ -1,4 +1,4 @@
-"""What makes the numbers of a measured pulse wrong: a drifting baseline, a cut-off top."""
+"""Causes of wrong numbers of a measured pulse: a drifting baseline, a cut-off top."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _DRIFT = 1e-3  # of F0, over the time to the crest: what peaks may change by def
 _RETURN = 0.01  # of F0: the slope of a pulse that ends with its recording is off by less, measured
 _TAIL = 50  # samples of a recording over those in its tail; chosen
 _LONG = 1.0  # s; chosen: a thousand times a blow on spheres, less than eight numbers of samples
-_FLAT = 5  # samples of the largest force that make a top look cut off; chosen
+_FLAT = 5  # samples of the largest force from which on a top may be cut off; chosen
 _PILED = 8  # times as many as are within a digit below it; chosen, above what a crest has
 
 
@@ -87,7 +87,7 @@ def lasts_long(duration: float) -> str | None:
 
 
 def cut_off(force: FloatArray, resolution: float) -> str | None:
-    """A sentence where the top of a pulse looks cut off [N], else None.
+    """Return a sentence if the top of a pulse [N] may be cut off, else None.
 
     Several samples have the largest force, many more than are within a digit below it: a crest
     that is a parabola has at most 2.4 times as many, one of fourth order 5.3 times. Where values

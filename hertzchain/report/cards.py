@@ -19,7 +19,8 @@ from hertzchain.report.facts import (
     similar_scene,
 )
 from hertzchain.report.style import LABELS
-from hertzchain.scene.chain import MATERIAL
+from hertzchain.scene.chain import MATERIAL, Chain
+from hertzchain.scene.keys import keys_of
 from hertzchain.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from hertzchain.engines.native import Batch
     from hertzchain.report.picture import Picture
 
-_UNITS = {"radius": "m", "young_modulus": "Pa", "poisson_ratio": "", "density": "kg/m^3"}
 _MOST_ROWS = 12  # of peaks in a notebook (chosen); the rest is in the table of the object
 
 
@@ -90,7 +90,7 @@ def _elsewhere(shown: object) -> str:
 def _of_scene(scene: Scene) -> Card:
     chain, units = scene.chain, scene.units
     facts = [("granules", f"{chain.granules:,}")]
-    facts += [(key, _range(getattr(chain, key), _UNITS[key])) for key in MATERIAL]
+    facts += [(key, _range(getattr(chain, key), keys_of(Chain)[key].unit)) for key in MATERIAL]
     facts += [
         ("terms", ", ".join(scene.terms) or "none: like granules, free ends, one pulse"),
         ("largest applied force", f"{scene.peak_force:.6g} N"),
@@ -180,44 +180,33 @@ def _of_batch(batch: Batch) -> Card:
     )
 
 
-def _of_comparison(comparison: Any) -> Card:
-    document = document_of(comparison)
-    facts = [(LABELS[name], _effort(result)) for name, result in document.results.items()]
-    facts += [(label, "did not run") for label in document.absent]
-    failures = document.verdict.failures
-    facts += first_of("failed", [f"{one.name}: {one.found or one.advice}" for one in failures], 4)
-    return _of_document(comparison, document, facts)
-
-
 def _effort(result: Result) -> str:
     """How accurate a simulation is, and what that took."""
     error, steps = f"error at most {result.error_estimate:.1e}", f"{result.steps:,} steps"
     return f"{error}, {steps}, {result.wall_time:.2f} s ({result.method})"
 
 
-def _of_judgement(judgement: Any) -> Card:
-    document = document_of(judgement)
-    facts = [*document.facts]
-    facts += [("likely cause", document.cause)] if document.cause else []
-    facts += [("hint", document.hint)] if document.hint else []
-    return _of_document(judgement, document, facts)
-
-
-def _of_examination(examination: Any) -> Card:
-    document = document_of(examination)
+def _of_verdict(shown: Any) -> Card:
+    """The card of a verdict: the sentence, what it is about, why it failed, and its peaks."""
+    document = document_of(shown)
+    verdict, peaks = document.verdict, document.peaks
+    facts = [("verdict", f"{verdict.word}. {verdict.sentence}")]
+    if document.command == "compare":
+        facts += [(LABELS[name], _effort(result)) for name, result in document.results.items()]
+        facts += [(label, "did not run") for label in document.absent]
+        failed = [f"{one.name}: {one.found or one.advice}" for one in verdict.failures]
+        facts += first_of("failed", failed, 4)
+    facts += document.facts
+    found = {"likely cause": document.cause, "hint": document.hint}
+    facts += [(label, value) for label, value in found.items() if value]
     to_mend = [one for one in document.findings if not one.passed]
     said = [f"{one.place}: {'; '.join(one.sentences)}".removeprefix(": ") for one in to_mend]
-    return _of_document(examination, document, [*document.facts, *first_of("to mend", said, 6)])
-
-
-def _of_document(shown: object, document: Document, facts: list[tuple[str, str]]) -> Card:
-    """The card of a verdict: what it is about, the sentence, and its peaks."""
-    verdict, peaks = document.verdict, document.peaks
+    facts += first_of("to mend", said, 6)
     rows = [peaks.row(k) for k in list(peaks.shown)[:_MOST_ROWS]]
     left = document.native.contact.size - len(rows)
     return Card(
         f"{document.kind}: {describe(document.native.scene)}",
-        [("verdict", f"{verdict.word}. {verdict.sentence}"), *facts],
+        facts,
         [f"{label} {unit}".strip() for label, unit in peaks.columns],
         rows,
         _more(left if peaks.of_contacts else 0, "contacts", shown),
@@ -228,9 +217,6 @@ _CARDS: Mapping[str, Callable[[Any], Card]] = {
     "Scene": _of_scene,
     "Result": _of_result,
     "Batch": _of_batch,
-    "Comparison": _of_comparison,
-    "Judgement": _of_judgement,
-    "TraceJudgement": _of_judgement,
-    "DeckExamination": _of_examination,
+    **dict.fromkeys(("Comparison", "Judgement", "TraceJudgement", "DeckExamination"), _of_verdict),
 }
 """By the names of classes, which are not all loaded."""

@@ -174,7 +174,7 @@ def print_document(
     console.print()
     answers = document.answers
     if answers is not None:
-        console.print(table(answers.header, answers.rows, left=("",)))
+        console.print(table(answers.header, answers.rows, left=("", "number")))
     if document.facts:
         print_facts(console, document.facts)
     for remark in (*document.formulas, *document.similar):
@@ -187,9 +187,8 @@ def print_document(
     _print_remarks(console, document.hint, *document.remarks, *native.warnings)
     if document.checks:
         _print_checks(console, document)
-    passed = bool(document.verdict.passed)
-    word = Text("pass" if passed else "fail", "bold green" if passed else "bold red")
-    console.print("\nVerdict:", word)
+    word = document.verdict.word.lower()
+    console.print("\nVerdict:", Text(word, "bold green" if word == "pass" else "bold red"))
 
 
 def _print_findings(console: Console, document: Document) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hertzchain.report.document import Document, Failure, Finding, Listing, Peaks, Verdict
-from hertzchain.report.facts import number, shown_contacts
+from hertzchain.report.facts import given_row, shown_contacts
 from hertzchain.report.junit import ERROR, FAILURE, Case
 from hertzchain.report.style import LABELS
 
@@ -154,13 +154,8 @@ def _peaks(examination: DeckExamination) -> Peaks:
 
     def row(k: int) -> list[str]:
         passed = "pass" if abs(off[k]) <= examination.tolerance else "FAIL"
-        return [
-            native.scene.contact_label(k + 2),
-            number(given[k], 9),
-            number(native.peak_force[k], 9),
-            "" if np.isnan(off[k]) else f"{off[k]:+.1e}",
-            passed if judged[k] else "not judged",
-        ]
+        word = passed if judged[k] else "not judged"
+        return given_row(native, k, given[k], native.peak_force[k], word)
 
     shown = range(len(shown_contacts(native)))
     label = LABELS["lammps"]

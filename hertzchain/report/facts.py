@@ -131,3 +131,17 @@ def difference(check: Check) -> tuple[str, str]:
     if check.measured is None or check.expected is None or check.tolerance is None:
         return "", ""
     return f"{abs(check.measured - check.expected):.1e}", f"{check.tolerance:.1e}"
+
+
+def given_row(
+    native: Result, k: int, given: float | None, reference: float, word: str
+) -> list[str]:
+    """Return the cells of a contact whose peak was given: label, both peaks, difference, word."""
+    is_known = given is not None and np.isfinite(given) and reference > 0
+    return [
+        native.scene.contact_label(k + 2),
+        number(given, 9),
+        number(reference, 9),
+        f"{given / reference - 1:+.1e}" if is_known else "",  # type: ignore[operator]
+        word,
+    ]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.report.document import Document, Failure, Peaks, Verdict
-from hertzchain.report.facts import number, shown_contacts
+from hertzchain.report.facts import given_row, shown_contacts
 from hertzchain.report.junit import ERROR, FAILURE, SKIPPED, Case, case
 from hertzchain.report.style import GIVEN
 from hertzchain.verdict.judgement import judged_peaks
@@ -63,14 +63,10 @@ def _peaks(judgement: Judgement, failed: NDArray[np.intp]) -> Peaks:
     words = {True: "pass", False: "FAIL", None: "not judged"}
 
     def row(k: int) -> list[str]:
-        one = rows[k]
-        return [
-            judgement.reference.scene.contact_label(k + 2),
-            number(one["given_N"], 9),
-            number(one["reference_N"], 9),
-            "" if one["difference"] is None else f"{one['difference']:+.1e}",
-            "not given" if one["given_N"] is None else words[one["passed"]],  # type: ignore[index]
-        ]
+        given, reference, passed = (rows[k][key] for key in ("given_N", "reference_N", "passed"))
+        assert reference is not None
+        word = "not given" if given is None else words[passed]  # type: ignore[index]
+        return given_row(judgement.reference, k, given, reference, word)
 
     what = "First pulse" if judgement.of_first_pulses else "Peak force"
     transition = range(len(shown_contacts(judgement.reference)))
@@ -138,8 +134,4 @@ def _facts(judgement: Judgement, judged: int, failed: int) -> list[tuple[str, st
             f"{expected.interpolated:.1e} off; {expected.sampled:.1e} if only samples are looked at"
         )
         facts.append((f"velocity Verlet, steps of {expected.dt:.3g} s", off))
-    if judgement.like_steps is not None:
-        interpolated, sampled = judgement.like_steps
-        steps = f"with steps of {interpolated:.2g} s, or of {sampled:.2g} s if peaks are samples"
-        facts.append(("velocity Verlet errs as much", steps))
     return facts

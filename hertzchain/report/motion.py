@@ -14,7 +14,6 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError
 from hertzchain.files import write_text, write_with
 from hertzchain.observables.history import History
-from hertzchain.observables.peaks import ESTIMATED, judged_contacts
 from hertzchain.observables.result import Result
 from hertzchain.report.formats import check_format
 
@@ -22,61 +21,12 @@ if TYPE_CHECKING:
     import pandas
     from numpy.typing import NDArray
 
-_REMARKED = 1e-3  # of a peak: less than that below it is no remark (chosen)
-
 
 def recorded(result: Result) -> History:
     """What a run recorded; a SceneError where that is nothing."""
     if result.history is None:
         raise SceneError("history", None, "there is none: run with record = the times to keep")
     return result.history
-
-
-def recorded_below(
-    result: Result,
-    numbers: Sequence[int] | None = None,
-    *,
-    says_how_many: bool = True,
-    writes_motion: bool = True,
-) -> str | None:
-    """A sentence where the largest recorded forces stay below the peaks, else None.
-
-    That is what lies between the recorded times; contacts that are hardly pressed, or
-    hardest before or after these times, do not count.
-
-    Parameters
-    ----------
-    result
-        A run with recorded times.
-    numbers
-        The contacts that are looked at, by default all.
-    says_how_many
-        Whether the sentence advises a number of times; no where another one does.
-    writes_motion
-        Whether the motion is written with -o.
-    """
-    history, peaks = recorded(result), result.peak_force
-    counts = judged_contacts(peaks, ESTIMATED)
-    begin, end = history.time[0], history.time[-1]
-    counts &= (result.peak_time >= begin) & (result.peak_time <= end)
-    if numbers is not None:
-        counts &= np.isin(result.contact, numbers)
-    if not counts.any():
-        return None
-    below = np.where(
-        counts, 1 - np.max(history.contact_force, axis=0) / np.where(counts, peaks, 1), 0
-    )
-    worst = int(np.argmax(below))
-    if not below[worst] > _REMARKED:
-        return None
-    where = result.scene.contact_name(worst + 2)
-    advice = [f"--record {4 * history.time.size} comes closer"] if says_how_many else []
-    advice += ["-o without --record writes the peaks"] if writes_motion else []
-    return (
-        f"the largest recorded force of {where} is {below[worst]:.2%} below its peak, which lies"
-        f" between two of the {history.time.size} times; that of others is less so"
-        f"{': ' if advice else ''}{', and '.join(advice)}"
-    )
 
 
 def at_times(result: Result, times: FloatArray) -> Result:

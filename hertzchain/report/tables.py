@@ -13,13 +13,14 @@ from hertzchain.report.formats import check_format
 from hertzchain.theory.two_spheres import parting
 
 
-def run_document(result: Result) -> dict[str, Any]:
+def run_document(result: Any) -> dict[str, Any]:
     """Return the JSON document of a run: the result, and how two spheres part under its damping."""
-    spheres = parting(result.scene)
+    document: dict[str, Any] = result.to_dict()
+    spheres = parting(result.scene) if isinstance(result, Result) else None
     if spheres is None:
-        return result.to_dict()
+        return document
     own = {"restitution": spheres.restitution, "speed_m_s": spheres.speed}
-    return {**result.to_dict(), "two_spheres": own}
+    return {**document, "two_spheres": own}
 
 
 def _write_csv(result: Result, path: Path) -> None:
@@ -43,11 +44,11 @@ _WRITERS: dict[str, Callable[[Result, Path], None]] = {
 }
 
 
-def write_result(result: Result, path: Path | str) -> None:
+def write_result(result: Any, path: Path | str) -> None:
     """Write a result, completely or not at all; OutputError on failure.
 
     ``.csv`` and ``.parquet`` have a row for each contact, as ``Result.to_frame``; ``.json`` has the
-    whole result, as ``Result.to_dict``.
+    whole result, as ``Result.to_dict``. A spread has the same functions.
     """
     check_format(path, "result")
     _WRITERS[Path(path).suffix.lower()](result, Path(path))

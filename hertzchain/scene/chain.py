@@ -6,14 +6,14 @@ import functools
 import math
 import reprlib
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
-from numbers import Integral, Real
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
 
 from hertzchain.contact import hertz
-from hertzchain.errors import POSITIVE, is_finite, is_positive, require
+from hertzchain.errors import require
+from hertzchain.scene.keys import Key, check, key, keys_of
 
 MOST_UNLIKE = 1_000_000
 """Largest number of granules in a scene with terms, which stores a dozen numbers for each (chosen).
@@ -26,9 +26,15 @@ MOST_GRANULES = 2**31 - 1
 PerGranule = Any
 """One number for all granules, or a sequence with one for each (kept as a tuple)."""
 
-_POSITIVE_KEYS = {
-    "radius": "m", "young_modulus": "Pa", "density": "kg/m^3", "yield_strength": "Pa",
-}  # fmt: skip
+RADIUS = Key("m", "radius R", "R = {}", above=0, usual=(1e-6, 0.5))  # powder to boulders
+YOUNG_MODULUS = Key("Pa", "Young's modulus E", "E = {}", above=0, usual=(1e5, 2e12))
+POISSON_RATIO = Key("", "Poisson's ratio", "ν = {}", above=-1, most=0.5)  # noqa: RUF001
+DENSITY = Key("kg/m^3", "density", "{}", above=0, usual=(10.0, 3e4))  # foams to osmium
+YIELD_STRENGTH = Key("Pa", above=0, usual=(1e4, 1e12))  # gels to diamond
+GAP = Key("m", "gap before each granule", "gaps of {}", least=0)
+"""Keys of a granule. Usual ranges, here and elsewhere, are chosen: a thousand times beyond steel,
+glass and polymers of 1 mm to 5 cm under 1 mN to 10 kN, or the range of real materials.
+"""
 
 MATERIAL = ("radius", "young_modulus", "poisson_ratio", "density")
 """Names of the properties of a granule."""
@@ -63,29 +69,27 @@ class Chain:
         For a value outside what is stated above.
     """
 
-    granules: int
-    radius: PerGranule
-    young_modulus: PerGranule
-    poisson_ratio: PerGranule
-    density: PerGranule
-    gap: PerGranule = 0.0
-    yield_strength: PerGranule | None = None
+    granules: int = field(
+        metadata=key("", "granules N", "{} granules", least=2, most=MOST_GRANULES, kind="int")
+    )
+    radius: PerGranule = field(metadata={"key": RADIUS})
+    young_modulus: PerGranule = field(metadata={"key": YOUNG_MODULUS})
+    poisson_ratio: PerGranule = field(metadata={"key": POISSON_RATIO})
+    density: PerGranule = field(metadata={"key": DENSITY})
+    gap: PerGranule = field(default=0.0, metadata={"key": GAP})
+    yield_strength: PerGranule | None = field(default=None, metadata={"key": YIELD_STRENGTH})
 
     def __post_init__(self) -> None:
-        granules = self.granules
-        is_integer = isinstance(granules, Integral) and not isinstance(granules, bool)
-        allowed = f"must be an integer from 2 to {MOST_GRANULES}"
-        require(is_integer and 2 <= granules <= MOST_GRANULES, "granules", granules, allowed)
-        for key in (*MATERIAL, "gap", "yield_strength"):
-            value = getattr(self, key)
-            if isinstance(value, np.ndarray) and value.ndim == 0:
-                value = value.item()
-                object.__setattr__(self, key, value)
-            if isinstance(value, list | tuple | np.ndarray):
-                object.__setattr__(self, key, _for_each(key, value, granules))
-            elif not (key == "yield_strength" and value is None):
-                _check(key, value)
-        to_plain_numbers(self)
+        keys = keys_of(Chain)
+        keys["granules"].check("granules", self.granules)
+        for name in (*MATERIAL, "gap", "yield_strength"):
+            value = getattr(self, name)
+            if isinstance(value, np.ndarray):
+                value = value.tolist()
+            if isinstance(value, list | tuple):
+                value = _for_each(name, value, self.granules, keys[name])
+            object.__setattr__(self, name, value)
+        check(self)
 
     def __repr__(self) -> str:
         return short_repr(self)
@@ -125,54 +129,23 @@ class Chain:
         )
 
 
-def _for_each(key: str, values: Any, granules: int) -> Any:
+def _for_each(name: str, values: Any, granules: int, key: Key) -> Any:
     """Return one checked number for each granule, or the number itself where all are the same."""
-    values = values.tolist() if isinstance(values, np.ndarray) else list(values)
+    values = list(values)
     allowed = f"must be a number, or {granules} numbers, one for each granule"
-    require(len(values) == granules, f"number of values of {key}", len(values), allowed)
+    require(len(values) == granules, f"number of values of {name}", len(values), allowed)
     for number, value in enumerate(values, start=1):
-        _check(key, value, f" of granule {number}")
-    if key == "gap":
+        key.check(f"{name} of granule {number}", value)
+    if name == "gap":
         values[0] = 0.0  # the first granule has no gap before it
     if len(set(values)) == 1:
         return float(values[0])
     return tuple(float(value) for value in values)
 
 
-def _check(key: str, value: object, of: str = "") -> None:
-    """Raise a SceneError for a value that is impossible for a granule."""
-    if key in _POSITIVE_KEYS:
-        unit = _POSITIVE_KEYS[key]
-        require(is_positive(value), f"{key}{of}", value, f"{POSITIVE} [{unit}]")
-    elif key == "gap":
-        possible = is_finite(value) and value >= 0  # type: ignore[operator]
-        require(possible, f"{key}{of}", value, "must be a finite number of at least 0 [m]")
-    else:
-        possible = is_finite(value) and -1.0 < value <= 0.5  # type: ignore[operator]
-        allowed = "must be a number above -1 and at most 0.5"
-        require(possible, f"{key}{of}", value, allowed)
-
-
-def check_material(part: Any, optional: bool = False) -> None:
-    """Raise a SceneError for an impossible material; optional values may be None."""
-    for key in (*MATERIAL, "yield_strength"):
-        value = getattr(part, key, None)
-        if value is not None or not (optional or key == "yield_strength"):
-            _check(key, value)
-
-
 def granule_mass(radius: Any, density: Any) -> Any:
     """Mass m = 4/3 pi R^3 rho [kg] of granules, numbers or arrays."""
     return 4.0 / 3.0 * math.pi * radius**3 * density
-
-
-def to_plain_numbers(part: Any) -> None:
-    """Convert the numbers of a frozen object to Python's own, as files and decks show them."""
-    for field in fields(part):
-        value = getattr(part, field.name)
-        if isinstance(value, Real) and not isinstance(value, bool):
-            plain = int(value) if isinstance(value, Integral) else float(value)
-            object.__setattr__(part, field.name, plain)
 
 
 def short_repr(part: Any) -> str:

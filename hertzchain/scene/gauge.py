@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from numbers import Integral
+from dataclasses import dataclass, field
 
 from hertzchain.errors import require
+from hertzchain.scene.keys import check, key
 
 NO_GAUGE = "there is none: the scene needs a [[gauge]] with granule or contact"
 
@@ -28,15 +28,14 @@ class Gauge:
         If none or both are given, or what is given is no whole number.
     """
 
-    granule: int | None = None
-    contact: int | None = None
+    granule: int | None = field(default=None, metadata=key(kind="int"))
+    contact: int | None = field(default=None, metadata=key(kind="int"))
 
     def __post_init__(self) -> None:
         given = [one for one in (self.granule, self.contact) if one is not None]
         allowed = "must have either granule or contact"
         require(len(given) == 1, "gauge", self.granule and self.contact, allowed)
-        is_whole = isinstance(given[0], Integral) and not isinstance(given[0], bool)
-        require(is_whole, self.key, given[0], "must be a whole number")
+        check(self)
 
     @property
     def key(self) -> str:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass, field, replace
 
-from hertzchain.errors import POSITIVE, SceneError, is_finite, is_positive, require
-from hertzchain.scene.chain import short_repr, to_plain_numbers
-from hertzchain.scene.shock import Shock, Stroke, key
+from hertzchain.errors import SceneError, is_finite, require
+from hertzchain.scene.chain import short_repr
+from hertzchain.scene.keys import check, key
+from hertzchain.scene.shock import Shock, Stroke
 from hertzchain.scene.shock_table import check_times
 
 
@@ -43,7 +44,7 @@ class Piston(Shock):
 
     velocity: float | None = field(
         default=None,
-        metadata=key("velocity of the piston [m/s]", "velocity {:.4g} m/s", "m/s", (1e-5, 1e3)),
+        metadata=key("m/s", "velocity of the piston", "velocity {}", above=0, usual=(1e-5, 1e3)),
     )
     time: tuple[float, ...] | None = None
     displacement: tuple[float, ...] | None = None
@@ -63,8 +64,7 @@ class Piston(Shock):
                 else "missing, a piston needs exactly one of the two",
             )
         if self.velocity is not None:
-            require(is_positive(self.velocity), "velocity", self.velocity, f"{POSITIVE} [m/s]")
-            to_plain_numbers(self)
+            check(self)
             return
         time, displacement = self.time or (), self.displacement or ()
         check_times(time, displacement, "displacement_m")

@@ -14,10 +14,11 @@ from typing import Literal, cast
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.errors import POSITIVE, SceneError, is_finite, is_positive, require
-from hertzchain.scene.chain import short_repr, to_plain_numbers
+from hertzchain.errors import SceneError, is_finite, require
+from hertzchain.scene.chain import short_repr
+from hertzchain.scene.keys import check, key
 from hertzchain.scene.ramp import Ramp
-from hertzchain.scene.shock import Shock, key
+from hertzchain.scene.shock import Shock
 from hertzchain.scene.shock_table import check_times
 
 Profile = Literal["cosine", "triangular", "cosine-triangular"]
@@ -62,25 +63,20 @@ class Pulse(Shock):
     profiles = tuple(PROFILES)
     noun = "pulse"
 
-    profile: Profile = field(metadata=key("profile", "{} pulse", None, kind="str"))
-    peak_force: float = field(metadata=key("F0 [N]", "F0 = {:.4g} N", "N", (1e-6, 1e7)))
-    duration_ratio: float = field(metadata=key("n", "n = {:.4g}"))
+    profile: Profile = field(
+        metadata=key("", "profile", "{} pulse", kind="str", choices=tuple(PROFILES))
+    )
+    peak_force: float = field(metadata=key("N", "F0", "F0 = {}", above=0, usual=(1e-6, 1e7)))
+    duration_ratio: float = field(metadata=key("", "n", "n = {}", above=1))
     momentum_ratio: float | None = field(
-        default=None, metadata=key("LM_ratio", "LM_ratio = {:.4g}")
+        default=None, metadata=key("", "LM_ratio", "LM_ratio = {}", above=0)
     )
     rise_time: float | None = field(
-        default=None, metadata=key("rise time t0 [s]", "t0 = {:.4g} s", "s")
+        default=None, metadata=key("s", "rise time t0", "t0 = {}", above=0)
     )
 
     def __post_init__(self) -> None:
-        profile_named(self.profile)
-        require(is_positive(self.peak_force), "peak_force", self.peak_force, f"{POSITIVE} [N]")
-        require(
-            is_finite(self.duration_ratio) and self.duration_ratio > 1,
-            "duration_ratio",
-            self.duration_ratio,
-            "must be a finite number above 1",
-        )
+        check(self)
         if (self.momentum_ratio is None) == (self.rise_time is None):
             both = self.rise_time is not None
             raise SceneError(
@@ -90,12 +86,6 @@ class Pulse(Shock):
                 if both
                 else "missing, exactly one of the two must be given",
             )
-        if self.momentum_ratio is not None:
-            value = self.momentum_ratio
-            require(is_positive(value), "momentum_ratio", value, POSITIVE)
-        if self.rise_time is not None:
-            require(is_positive(self.rise_time), "rise_time", self.rise_time, f"{POSITIVE} [s]")
-        to_plain_numbers(self)
 
     @property
     def profile_name(self) -> str:

@@ -12,48 +12,22 @@ from hertzchain.errors import SceneError, did_you_mean, require
 from hertzchain.files import read_bytes
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.gauge import Gauge
-from hertzchain.scene.pulse import Pulse
-from hertzchain.scene.quantities import to_si
-from hertzchain.scene.run import Run
+from hertzchain.scene.keys import Key, keys_of
+from hertzchain.scene.parts import OF_PROFILE, OTHERS, SECTIONS, key_named
 from hertzchain.scene.segments import expand, granule_table, read_granule_table
 from hertzchain.scene.shock import Shock
 from hertzchain.scene.shock_table import lines_of, read_table
-from hertzchain.scene.shocks import KEYS, OF_PROFILE
 from hertzchain.scene.striker import Striker
-from hertzchain.scene.terms import DAMPING, WALLS, Contact, Precompression, Wall
+from hertzchain.scene.uncertain import SECTIONS_OF_UNCERTAIN, read_uncertain, sections_of_uncertain
 
 _Kind = TypeVar("_Kind")
 
-# The SI unit of each quantity of the scene file; other keys take no unit.
-UNITS = {
-    "radius": "m",
-    "young_modulus": "Pa",
-    "poisson_ratio": "",
-    "yield_strength": "Pa",
-    "density": "kg/m^3",
-    "end_time": "s",
-    "gap": "m",
-    "force": "N",
-    "gravity": "m/s^2",
-    "radius_ratio": "",
-    "restitution": "",
-    "relaxation_time": "s",
-    "coefficient": "kg/s",
-    **{name: key.unit for name, key in KEYS.items() if key.unit is not None},
-}
-_CHOICES: dict[tuple[str, str], Iterable[str]] = {
-    ("contact", "damping"): DAMPING,
-    ("wall", "kind"): WALLS,
-}
-"""Allowed words of keys that are required."""
 _MOST_BYTES = 100_000
 """Largest size of a scene file [bytes], chosen; the one of `make demo` has 500."""
 _MOST_DOTS = 200
 """Most dots in a line (chosen): tomllib's time grows as the square of the dots of a key, to 35 s at
 32,000.
 """
-
-SECTIONS = ("chain", "contact", "gauge", "precompression", "run", "shock", "striker", "wall")
 
 
 def read_parts(path: Path, shock: Shock | None = None) -> dict[str, Any]:
@@ -71,17 +45,11 @@ def read_parts(path: Path, shock: Shock | None = None) -> dict[str, Any]:
         ) from None
 
 
-def texts_of(
-    path: Path,
-    chain: Chain,
-    shock: Shock,
-    run: Run,
-    wall: Wall | None,
-    precompression: Precompression | None,
-    contact: Contact | None,
-    gauges: tuple[Gauge, ...],
-) -> dict[Path, str]:
-    """Return the texts of a scene by path: first its tables, if any, then the TOML."""
+def texts_of(path: Path, chain: Chain, shock: Shock, **others: Any) -> dict[Path, str]:
+    """Return the texts of a scene by path: first its tables, if any, then the TOML.
+
+    ``others`` are the other parts of the scene by section, ``gauge`` and ``uncertain``.
+    """
     import tomli_w
 
     texts: dict[Path, str] = {}
@@ -99,12 +67,11 @@ def texts_of(
     else:
         profile = {"profile": shock.profile_name} if shock.section == "shock" else {}
         document[shock.section] = profile | _given(shock)
-    others = {"wall": wall, "precompression": precompression, "contact": contact, "run": run}
+    document |= sections_of_uncertain(others.pop("uncertain"))
     for name, part in others.items():
-        if part is not None and (values := _given(part)):
+        values = [_given(one) for one in part] if name == "gauge" else part and _given(part)
+        if values:
             document[name] = values
-    if gauges:
-        document["gauge"] = [_given(gauge) for gauge in gauges]
     return {**texts, path: tomli_w.dumps(document)}
 
 
@@ -153,17 +120,13 @@ def _parts(document: Mapping[str, Any], folder: Path, instead: Shock | None) -> 
     parts: dict[str, Any] = {
         "chain": read_chain(document["chain"], folder),
         "shock": instead or _shock_of(document, folder),
-        "run": _section("run", document.get("run", {}), Run),
     }
-    if "wall" in document:
-        parts["wall"] = _section("wall", document["wall"], Wall)
-    if "precompression" in document:
-        section = document["precompression"]
-        parts["precompression"] = _section("precompression", section, Precompression)
-    if "contact" in document:
-        parts["contact"] = _section("contact", document["contact"], Contact)
+    others = {name: kind for name, kind in OTHERS.items() if name in document}
+    parts |= {name: _section(name, document[name], kind) for name, kind in others.items()}
     if "gauge" in document:
         parts["gauges"] = tuple(_section("gauge", one, Gauge) for one in document["gauge"])
+    of_both = ((name, document.get(name, {})) for name in SECTIONS_OF_UNCERTAIN)
+    parts["uncertain"] = tuple(one for part in of_both for one in read_uncertain(*part, key_named))
     return parts
 
 
@@ -197,19 +160,17 @@ def _shock_of(document: Mapping[str, Any], folder: Path) -> Shock:
 def _shock(section: Mapping[str, Any], folder: Path) -> Shock:
     """Read a shock; its ``profile`` comes first, because the other keys depend on it."""
     profile = section.get("profile")
-    kind: type[Shock] = Pulse
-    if "profile" in section:
-        known = isinstance(profile, str) and profile in OF_PROFILE
-        allowed = f"must be one of {', '.join(OF_PROFILE)}"
-        require(known, "shock.profile", profile, allowed)
-        kind = OF_PROFILE[str(profile)]
-    if kind.column is not None and ("file" in section or not kind.own_keys()):
-        name = _file_alone(
-            section, f'profile = "{profile}"{" and a file" if kind.own_keys() else ""}'
-        )
+    missing = "" if "profile" in section else "missing, "
+    known = isinstance(profile, str) and profile in OF_PROFILE
+    allowed = f"{missing}must be one of {', '.join(OF_PROFILE)}"
+    require(known, "shock.profile", profile, allowed)
+    kind = OF_PROFILE[str(profile)]
+    keys = keys_of(kind)
+    if kind.column is not None and ("file" in section or not keys):
+        name = _file_alone(section, f'profile = "{profile}"{" and a file" if keys else ""}')
         return read_table(kind, folder / name, name)
     besides = ("profile",) if kind.column is None else ("profile", "file")
-    return _section("shock", section, kind, [key for key in besides if key not in kind.own_keys()])
+    return _section("shock", section, kind, [key for key in besides if key not in keys])
 
 
 def _file_alone(section: Mapping[str, Any], what: str) -> str:
@@ -224,21 +185,21 @@ def _file_alone(section: Mapping[str, Any], what: str) -> str:
 
 
 def quantities(
-    name: str, section: Mapping[str, Any], known: Iterable[str], besides: Iterable[str] = ()
+    name: str, section: Mapping[str, Any], known: Mapping[str, Key], besides: Iterable[str] = ()
 ) -> dict[str, Any]:
     """Return the values of a section in SI; errors name the key with its section.
 
     ``besides`` has further allowed keys, which are read elsewhere.
     """
-    known = [*known, *besides]
+    names = [*known, *besides]
     values: dict[str, Any] = {}
     for key, value in section.items():
         full = f"{name}.{key}"
-        allowed = f"unknown key, allowed are {', '.join(known)}{did_you_mean(key, known)}"
+        allowed = f"unknown key, allowed are {', '.join(names)}{did_you_mean(key, names)}"
         if key == "diameter" and "radius" in known:
             allowed = "unknown key: write radius, half of it"
-        require(key in known, full, value, allowed)
-        values[key] = to_si(full, value, UNITS[key]) if key in UNITS else value
+        require(key in names, full, value, allowed)
+        values[key] = known[key].read(full, value) if key in known else value
     return values
 
 
@@ -246,24 +207,14 @@ def _section(
     name: str, section: Mapping[str, Any], kind: Callable[..., _Kind], besides: Iterable[str] = ()
 ) -> _Kind:
     """Build one frozen object from its section; errors name the key with its section."""
-    items = {item.name: item for item in fields(kind)}  # type: ignore[arg-type]
-    known = list(kind.own_keys() if isinstance(kind, type) and issubclass(kind, Shock) else items)
+    known = keys_of(kind)  # type: ignore[arg-type]
     values = quantities(name, section, known, besides)
-    values = {key: value for key, value in values.items() if key not in besides}
-    optional = {key for key, item in items.items() if item.default is not MISSING}
-    for key in known:
-        choices = _CHOICES.get((name, key))
-        missing = "missing" if choices is None else f"missing, must be one of {', '.join(choices)}"
-        require(key in values or key in optional, f"{name}.{key}", None, missing)
-    return _made(name, section, kind, values)
-
-
-def _made(
-    name: str, section: Mapping[str, Any], kind: Callable[..., _Kind], values: Mapping[str, Any]
-) -> _Kind:
-    """Build one frozen object from its values in SI; errors name the key as the section does."""
+    for item in fields(kind):  # type: ignore[arg-type]
+        if item.name in known and item.name not in values:
+            missing = ", ".join(filter(None, ("missing", known[item.name].is_one_of)))
+            require(item.default is not MISSING, f"{name}.{item.name}", None, missing)
     try:
-        return kind(**values)
+        return kind(**{key: value for key, value in values.items() if key in known})
     except SceneError as problem:
         given = section.get(problem.key, problem.value)
         raise SceneError(f"{name}.{problem.key}", given, problem.allowed) from None

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from hertzchain.errors import POSITIVE, is_positive, require
-from hertzchain.scene.chain import to_plain_numbers
+from hertzchain.scene.keys import check, key
 
 
 @dataclass(frozen=True)
@@ -24,9 +23,9 @@ class Run:
         If the end time is not a finite number above 0.
     """
 
-    end_time: float | None = None
+    end_time: float | None = field(
+        default=None, metadata=key("s", "end of the run", "until {}", above=0)
+    )
 
     def __post_init__(self) -> None:
-        if self.end_time is not None:
-            require(is_positive(self.end_time), "end_time", self.end_time, f"{POSITIVE} [s]")
-            to_plain_numbers(self)
+        check(self)

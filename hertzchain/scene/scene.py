@@ -22,6 +22,7 @@ from hertzchain.scene.natural_units import (
     NaturalUnits,
     length_and_time,
 )
+from hertzchain.scene.parts import OTHERS
 from hertzchain.scene.piston import Piston
 from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.ramp import Ramp
@@ -33,6 +34,7 @@ from hertzchain.scene.shock import Shock
 from hertzchain.scene.striker import Striker
 from hertzchain.scene.terms import ALL_TERMS, Contact, Precompression, Wall
 from hertzchain.scene.together import refuse_impossible
+from hertzchain.scene.uncertain import Uncertain
 from hertzchain.scene.watching import squeezing_force, watched_time, watched_with_terms
 from hertzchain.showing import Shown
 
@@ -55,6 +57,8 @@ class Scene(Shown):
         Constant forces; None for a chain without static load.
     contact, gauges
         Damping in the contacts, None for elastic ones; sensors, which change nothing.
+    uncertain
+        Values that are not known exactly, and scatter; they change no single run.
 
     Raises
     ------
@@ -70,9 +74,10 @@ class Scene(Shown):
     precompression: Precompression | None = None
     contact: Contact | None = None
     gauges: tuple[Gauge, ...] = ()
+    uncertain: tuple[Uncertain, ...] = ()
 
     def __post_init__(self) -> None:
-        held = self.wall, self.precompression, self.contact, self.gauges
+        held = self.wall, self.precompression, self.contact, self.gauges, self.uncertain
         refuse_impossible(self.chain, self.shock, self.run, *held)
         allowed = f"must be at most {MOST_UNLIKE} in a scene with {', '.join(self.terms)}"
         possible = self.is_plain or self.chain.granules <= MOST_UNLIKE
@@ -95,8 +100,8 @@ class Scene(Shown):
         Parameters
         ----------
         path
-            A TOML file with the sections chain, shock or striker and, optionally, wall,
-            precompression, contact, gauge and run. Bare numbers are SI, strings carry units.
+            A TOML file: chain, shock or striker and, optionally, wall, precompression, contact,
+            gauge, uncertainty, scatter and run. Bare numbers are SI, strings carry units.
         shock
             Replaces the shock of the file, which then is not read; None for the file's own.
 
@@ -119,13 +124,8 @@ class Scene(Shown):
         Parameters
         ----------
         path
-            The TOML file. A pulse table is written next to it as ``<name of the scene>.csv``,
-            unlike granules as ``<name of the scene>.granules.csv``.
-
-        Raises
-        ------
-        OutputError
-            If a file cannot be written; then none is.
+            The TOML file. A pulse table is written next to it as ``<name>.csv``, unlike granules as
+            ``<name>.granules.csv``. OutputError if a file cannot be written; then none is.
         """
         from hertzchain.files import write_texts
 
@@ -133,8 +133,8 @@ class Scene(Shown):
 
     def to_texts(self, path: Path | str) -> dict[Path, str]:
         """Texts that ``to_toml`` writes, by path: first tables, if any, then the TOML."""
-        held = self.wall, self.precompression, self.contact, self.gauges
-        return texts_of(Path(path), self.chain, self.shock, self.run, *held)
+        others = {name: getattr(self, name) for name in (*OTHERS, "uncertain")}
+        return texts_of(Path(path), self.chain, self.shock, **others, gauge=self.gauges)
 
     @functools.cached_property
     def terms(self) -> tuple[str, ...]:

@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import Any
 
+from hertzchain.scene.parts import OTHERS
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.shock import Shock
+from hertzchain.scene.uncertain import sections_of_uncertain
 
 
 def sections_of(scene: Scene) -> dict[str, Any]:
@@ -20,11 +22,9 @@ def sections_of(scene: Scene) -> dict[str, Any]:
     sections: dict[str, Any] = {
         "chain": dict(_given(chain) if chain.section is None else chain.section),
         shock.section: _of_shock(shock),
-        "wall": _given(scene.wall),
-        "precompression": _given(scene.precompression),
-        "contact": _given(scene.contact),
+        **{name: _given(getattr(scene, name)) for name in OTHERS},
         "gauge": [_given(gauge) for gauge in scene.gauges],
-        "run": _given(scene.run),
+        **sections_of_uncertain(scene.uncertain),
     }
     for section in ("chain", "wall"):
         if sections[section].get("gap") == 0:

@@ -8,17 +8,25 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from hertzchain.errors import POSITIVE, SceneError, is_positive, require
+from hertzchain.errors import SceneError, require
 from hertzchain.files import read_rows
-from hertzchain.scene.chain import MATERIAL, MOST_UNLIKE, Chain
+from hertzchain.scene.chain import MOST_UNLIKE, Chain
+from hertzchain.scene.keys import Key, keys_of
 
-_SAME = (*MATERIAL, "gap", "yield_strength")
+_SAME = {name: key for name, key in keys_of(Chain).items() if name != "granules"}
 """Keys by which a granule of a segment can differ."""
 
-_COLUMNS = ("radius_m", "young_modulus_Pa", "poisson_ratio", "density_kg_m3", "gap_m")
+RADIUS_RATIO = Key("", "radius over that of the granule before", above=0)
+"""Key of a taper: a segment without a cell."""
 
-_YIELD = "yield_strength_Pa"
-"""Column of a table of granules that may be absent."""
+_OF_SEGMENT = {"granules": Key("", "granules", least=1, most=MOST_UNLIKE, kind="int"),
+               **_SAME, "radius_ratio": RADIUS_RATIO}  # fmt: skip
+
+*_COLUMNS, _YIELD = (
+    "_".join(filter(None, (name, key.unit.replace("/", "_").replace("^", ""))))
+    for name, key in _SAME.items()
+)
+"""Columns of a table of granules; the last may be absent."""
 
 _MOST_BYTES = 50_000_000
 """Size of a table of granules [bytes], chosen: 500,000 rows."""
@@ -38,17 +46,13 @@ def expand(defaults: Chain, segments: Any, quantities: Quantities) -> Chain:
     for number, segment in enumerate(segments, start=1):
         name = f"chain.segments.{number}"
         require(isinstance(segment, dict), name, segment, allowed)
-        known = ("granules", *_SAME, "radius_ratio")
-        values = quantities(name, segment, known, ("cell",))
-        granules = values.get("granules")
+        values = quantities(name, segment, _OF_SEGMENT, ("cell",))
         require("granules" in values, f"{name}.granules", None, "missing")
-        whole = isinstance(granules, int) and not isinstance(granules, bool) and granules >= 1
-        require(whole, f"{name}.granules", granules, "must be an integer of at least 1")
-        assert isinstance(granules, int)
-        counts += granules
-        most = defaults.granules
-        require(counts <= most, f"{name}.granules", granules, _sum_allowed(most, "more"))
+        most, granules = defaults.granules, values["granules"]
         require(most <= MOST_UNLIKE, "chain.granules", most, f"must be at most {MOST_UNLIKE}")
+        _OF_SEGMENT["granules"].check(f"{name}.granules", granules)
+        counts += granules
+        require(counts <= most, f"{name}.granules", granules, _sum_allowed(most, "more"))
         cells = _cells(name, values, quantities)
         read.append({**values, "cell": cells} if "cell" in values else values)
         _fill(columns, defaults, values, cells, granules, name)
@@ -90,7 +94,7 @@ def _fill(
 ) -> None:
     """Append the granules of a segment."""
     ratio = values.get("radius_ratio", 1.0)
-    require(is_positive(ratio), f"{name}.radius_ratio", ratio, POSITIVE)
+    RADIUS_RATIO.check(f"{name}.radius_ratio", ratio)
     for k in range(granules):
         own = {**values, **cells[k % len(cells)]}
         for key, column in columns.items():

@@ -1,49 +1,19 @@
 """What all shocks have in common: a force on granule 1, or granule 1 itself as striker or piston.
 
-A shock is a frozen dataclass, derived from ``Shock``, and an entry in ``shocks.SHOCKS``. Nothing
+A shock is a frozen dataclass, derived from ``Shock``, and an entry in ``parts.SHOCKS``. Nothing
 else asks which one it is, except for what holds for one alone (see ``Scene.pulse``).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.scene.ramp import Ramp
-
-
-@dataclass(frozen=True)
-class Key:
-    """A key of a section: all that files, sweeps and plots know of it.
-
-    Parameters
-    ----------
-    label
-        The label on an axis.
-    title
-        The form in a title of a value that is the same in all scenes.
-    unit
-        The SI unit; None for what is no number.
-    usual
-        The range without a remark on the unit; None for no remarks.
-    kind
-        Type of its values: float, int or str.
-    """
-
-    label: str
-    title: str
-    unit: str | None = ""
-    usual: tuple[float, float] | None = None
-    kind: str = "float"
-
-
-def key(*args: Any, **more: Any) -> dict[str, Key]:
-    """Return the metadata of a field that is a key; arguments are those of ``Key``."""
-    return {"key": Key(*args, **more)}
 
 
 @dataclass(frozen=True)
@@ -89,11 +59,6 @@ class Shock:
     """Whether granule 1 moves as prescribed, so that no force changes its motion."""
     least_ratio: ClassVar[float] = 0.0
     """Least LM_ratio that the default end of a run counts with."""
-
-    @classmethod
-    def own_keys(cls) -> dict[str, Key]:
-        """The fields that are keys of its section; one with a default may be left out."""
-        return {one.name: one.metadata["key"] for one in fields(cls) if one.metadata}
 
     @property
     def profile_name(self) -> str:

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from numbers import Integral
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.errors import POSITIVE, is_finite, is_positive, require
-from hertzchain.scene.chain import to_plain_numbers
+from hertzchain.errors import require
+from hertzchain.scene.keys import check, key
 from hertzchain.scene.ramp import Ramp
-from hertzchain.scene.shock import Shock, key
+from hertzchain.scene.shock import Shock
 
 _MOST_CYCLES = 50_000
 """Most cycles (chosen): as many corners as a pulse table can have rows, about 200,000."""
@@ -54,20 +53,15 @@ class Sine(Shock):
     least_ratio = 1.0
 
     amplitude: float = field(
-        metadata=key("amplitude of the force [N]", "amplitude {:.4g} N", "N", (1e-6, 1e7))
+        metadata=key("N", "amplitude of the force", "amplitude {}", above=0, usual=(1e-6, 1e7))
     )
-    frequency: float = field(metadata=key("frequency [Hz]", "{:.4g} Hz", "Hz", (0.1, 1e8)))
-    cycles: int = field(metadata=key("cycles", "{} cycles", kind="int"))
+    frequency: float = field(metadata=key("Hz", "frequency", "{}", above=0, usual=(0.1, 1e8)))
+    cycles: int = field(
+        metadata=key("", "cycles", "{} cycles", least=1, most=_MOST_CYCLES, kind="int")
+    )
 
     def __post_init__(self) -> None:
-        require(is_positive(self.amplitude), "amplitude", self.amplitude, f"{POSITIVE} [N]")
-        require(is_positive(self.frequency), "frequency", self.frequency, f"{POSITIVE} [Hz]")
-        whole = is_finite(self.cycles) and self.cycles == int(self.cycles)
-        allowed = f"must be a whole number from 1 to {_MOST_CYCLES}"
-        require(whole and 1 <= self.cycles <= _MOST_CYCLES, "cycles", self.cycles, allowed)
-        if not isinstance(self.cycles, Integral):
-            object.__setattr__(self, "cycles", int(self.cycles))
-        to_plain_numbers(self)
+        check(self)
 
     @property
     def peak_force(self) -> float:

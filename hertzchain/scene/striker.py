@@ -4,10 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
-from hertzchain.errors import POSITIVE, is_positive, require
-from hertzchain.scene.chain import MATERIAL, check_material, to_plain_numbers
-from hertzchain.scene.shock import Shock, key
+from hertzchain.scene.chain import DENSITY, MATERIAL, POISSON_RATIO, RADIUS, YOUNG_MODULUS
+from hertzchain.scene.keys import Key, check, key
+from hertzchain.scene.shock import Shock
+
+
+def _own(of_granule: Key, label: str, title: str) -> Any:
+    """A key of a granule for the striker; None by default."""
+    return field(default=None, metadata={"key": replace(of_granule, label=label, title=title)})
 
 
 @dataclass(frozen=True)
@@ -32,33 +38,19 @@ class Striker(Shock):
     section = "striker"
 
     velocity: float = field(
-        metadata=key("velocity of the striker [m/s]", "striker at {:.4g} m/s", "m/s", (1e-5, 1e3))
+        metadata=key("m/s", "velocity of the striker", "striker at {}", above=0, usual=(1e-5, 1e3))
     )
-    radius: float | None = field(
-        default=None,
-        metadata=key("radius of the striker [m]", "striker of R = {:.4g} m", "m", (1e-6, 0.5)),
+    radius: float | None = _own(RADIUS, "radius of the striker", "striker of R = {}")
+    young_modulus: float | None = _own(
+        YOUNG_MODULUS, "Young's modulus of the striker", "striker of E = {}"
     )
-    young_modulus: float | None = field(
-        default=None,
-        metadata=key(
-            "Young's modulus of the striker [Pa]", "striker of E = {:.4g} Pa", "Pa", (1e5, 2e12)
-        ),
+    poisson_ratio: float | None = _own(
+        POISSON_RATIO, "Poisson's ratio of the striker", "striker of Poisson's ratio {}"
     )
-    poisson_ratio: float | None = field(
-        default=None,
-        metadata=key("Poisson's ratio of the striker", "striker of Poisson's ratio {:.4g}"),
-    )
-    density: float | None = field(
-        default=None,
-        metadata=key(
-            "density of the striker [kg/m³]", "striker of {:.4g} kg/m³", "kg/m^3", (10.0, 3e4)
-        ),
-    )
+    density: float | None = _own(DENSITY, "density of the striker", "striker of {}")
 
     def __post_init__(self) -> None:
-        require(is_positive(self.velocity), "velocity", self.velocity, f"{POSITIVE} [m/s]")
-        check_material(self, optional=True)
-        to_plain_numbers(self)
+        check(self)
 
     @property
     def impact_velocity(self) -> float:

@@ -7,14 +7,15 @@ gaps belong to the chain itself.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Literal, get_args
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal, get_args
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.errors import POSITIVE, SceneError, is_finite, is_positive, require
-from hertzchain.scene.chain import check_material, to_plain_numbers
+from hertzchain.errors import SceneError, require
+from hertzchain.scene.chain import POISSON_RATIO, YIELD_STRENGTH, YOUNG_MODULUS
+from hertzchain.scene.keys import Key, check, key, keys_of
 
 ALL_TERMS = (
     "unlike granules", "gaps", "striker", "piston", "wall", "precompression", "gravity", "damping",
@@ -40,6 +41,11 @@ DAMPING: dict[DampingLaw, str] = {
 NOT_NEGATIVE = "must be a finite number of at least 0"
 
 
+def _own(of_granule: Key, label: str = "", title: str = "") -> Any:
+    """A key of a granule for a wall; None by default."""
+    return field(default=None, metadata={"key": replace(of_granule, label=label, title=title)})
+
+
 @dataclass(frozen=True)
 class Wall:
     """A plane wall at the far end, across the chain.
@@ -61,26 +67,29 @@ class Wall:
         For a value that is not possible.
     """
 
-    kind: WallKind
-    young_modulus: float | None = None
-    poisson_ratio: float | None = None
-    gap: float = 0.0
-    yield_strength: float | None = None
+    kind: WallKind = field(metadata=key("", "wall", "{} wall", kind="str", choices=WALLS))
+    young_modulus: float | None = _own(YOUNG_MODULUS, "Young's modulus of the wall", "wall E = {}")
+    poisson_ratio: float | None = _own(
+        POISSON_RATIO,
+        "Poisson's ratio of the wall",
+        "wall ν = {}",  # noqa: RUF001
+    )
+    gap: float = field(
+        default=0.0, metadata=key("m", "gap before the wall", "{} before the wall", least=0)
+    )
+    yield_strength: float | None = _own(YIELD_STRENGTH)
 
     def __post_init__(self) -> None:
-        known = isinstance(self.kind, str) and self.kind in WALLS
-        require(known, "kind", self.kind, f"must be one of {', '.join(WALLS)}")
-        for key in ("young_modulus", "poisson_ratio", "yield_strength"):
-            value = getattr(self, key)
+        keys_of(Wall)["kind"].check("kind", self.kind)
+        for name in ("young_modulus", "poisson_ratio", "yield_strength"):
+            value = getattr(self, name)
             if self.kind == "elastic":
-                given = value is not None or key == "yield_strength"
-                require(given, key, None, 'missing, a wall of kind "elastic" needs it')
+                given = value is not None or name == "yield_strength"
+                require(given, name, None, 'missing, a wall of kind "elastic" needs it')
             else:
                 allowed = f'only a wall of kind "elastic" has it, not "{self.kind}"'
-                require(value is None, key, value, allowed)
-        check_material(self, optional=True)
-        require(is_finite(self.gap) and self.gap >= 0, "gap", self.gap, f"{NOT_NEGATIVE} [m]")
-        to_plain_numbers(self)
+                require(value is None, name, value, allowed)
+        check(self)
 
 
 @dataclass(frozen=True)
@@ -101,17 +110,20 @@ class Precompression:
         For a value below 0, or where both are 0.
     """
 
-    force: float = 0.0
-    gravity: float = 0.0
+    force: float = field(
+        default=0.0,
+        metadata=key("N", "precompression", "precompression {}", least=0, usual=(1e-6, 1e7)),
+    )
+    gravity: float = field(
+        default=0.0,
+        metadata=key("m/s^2", "gravity along the chain", "gravity {}", least=0, usual=(1e-6, 1e4)),
+    )
 
     def __post_init__(self) -> None:
-        for key, unit in (("force", "N"), ("gravity", "m/s^2")):
-            value = getattr(self, key)
-            require(is_finite(value) and value >= 0, key, value, f"{NOT_NEGATIVE} [{unit}]")
+        check(self)
         if not (self.force or self.gravity):
             allowed = "both are 0: give one of them, or leave the section out"
             raise SceneError("force and gravity", None, allowed)
-        to_plain_numbers(self)
 
 
 @dataclass(frozen=True)
@@ -141,34 +153,45 @@ class Contact:
         For a value that is not possible, or a parameter of another law.
     """
 
-    damping: DampingLaw
-    restitution: float | None = None
-    relaxation_time: float | None = None
-    coefficient: float | None = None
-    attraction: bool = False
+    damping: DampingLaw = field(metadata=key(kind="str", choices=tuple(DAMPING)))
+    restitution: float | None = field(
+        default=None,
+        metadata=key(
+            "", "coefficient of restitution e", "e = {}", above=0, below=1,
+            advice="; leave out [contact] for no damping",
+        ),
+    )  # fmt: skip
+    relaxation_time: float | None = field(
+        default=None,
+        metadata=key(
+            "s", "relaxation time of contacts", "relaxation time {}", above=0, usual=(1e-12, 1.0)
+        ),
+    )
+    coefficient: float | None = field(
+        default=None,
+        metadata=key("kg/s", "coefficient of dashpots", "dashpots of {}", above=0),
+    )
+    attraction: bool = field(default=False, metadata=key(kind="bool"))
 
     def __post_init__(self) -> None:
-        known = isinstance(self.damping, str) and self.damping in DAMPING
-        require(known, "damping", self.damping, f"must be one of {', '.join(DAMPING)}")
+        check(self)
         needed = DAMPING[self.damping]
-        for key in DAMPING.values():
-            value = getattr(self, key)
-            if key == needed:
-                require(
-                    value is not None, key, None, f'missing, damping = "{self.damping}" needs it'
-                )
-            else:
-                allowed = f'not allowed with damping = "{self.damping}", which takes {needed}'
-                require(value is None, key, value, allowed)
-        allowed = "must be a number above 0 and below 1; leave out [contact] for no damping"
-        e = self.restitution
-        require(e is None or (is_finite(e) and 0 < e < 1), "restitution", e, allowed)
-        for key, unit in (("relaxation_time", "s"), ("coefficient", "kg/s")):
-            value = getattr(self, key)
-            require(value is None or is_positive(value), key, value, f"{POSITIVE} [{unit}]")
-        known = isinstance(self.attraction, bool)
-        require(known, "attraction", self.attraction, "must be true or false")
-        to_plain_numbers(self)
+        allowed = f'missing, damping = "{self.damping}" needs it'
+        require(getattr(self, needed) is not None, needed, None, allowed)
+        for name in DAMPING.values():
+            allowed = f'not allowed with damping = "{self.damping}", which takes {needed}'
+            value = getattr(self, name)
+            require(value is None or name == needed, name, value, allowed)
+
+    @property
+    def parameter(self) -> float:
+        """The parameter that the law takes: e, a time [s] or a coefficient [kg/s]."""
+        return float(getattr(self, DAMPING[self.damping]))
+
+    def with_parameter(self, value: float) -> Contact:
+        """Return the same law with another parameter."""
+        changed: Any = {DAMPING[self.damping]: value}
+        return replace(self, **changed)
 
     @property
     def exponent(self) -> float:
@@ -177,11 +200,10 @@ class Contact:
 
     def coefficients(self, stiffness: FloatArray, contact_mass: FloatArray) -> FloatArray:
         """Return c of contacts [N s m^-(1+q)] from their A and m*, all of shape (contacts,)."""
-        if self.restitution is not None:
-            log = math.log(self.restitution)
+        if self.damping == "restitution":
+            log = math.log(self.parameter)
             alpha = -math.sqrt(5) * log / math.hypot(math.pi, log)
             return np.asarray(alpha * np.sqrt(contact_mass * stiffness))
-        if self.relaxation_time is not None:
-            return np.asarray(1.5 * self.relaxation_time * stiffness)
-        assert self.coefficient is not None
-        return np.full(stiffness.shape, self.coefficient)
+        if self.damping == "viscoelastic":
+            return np.asarray(1.5 * self.parameter * stiffness)
+        return np.full(stiffness.shape, self.parameter)

@@ -5,10 +5,11 @@ from __future__ import annotations
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.gauge import Gauge
+from hertzchain.scene.parts import SHOCKS
 from hertzchain.scene.run import Run
 from hertzchain.scene.shock import Shock
-from hertzchain.scene.shocks import SHOCKS
 from hertzchain.scene.terms import Contact, Precompression, Wall
+from hertzchain.scene.uncertain import Uncertain
 
 
 def refuse_impossible(
@@ -19,27 +20,30 @@ def refuse_impossible(
     pressed: Precompression | None,
     contact: Contact | None,
     gauges: tuple[Gauge, ...],
+    uncertain: tuple[Uncertain, ...],
 ) -> None:
     """Raise a SceneError for parts of a wrong type, or parts that exclude one another.
 
     Gravity needs a wall, a static load needs closed contacts, and a sine needs a static load of at
     least its amplitude.
     """
-    require(isinstance(chain, Chain), "chain", chain, "must be a Chain")
     *others, last = (f"a {kind.__name__}" for kind in SHOCKS)
-    allowed = f"must be {', '.join(others)} or {last}"
-    require(isinstance(shock, Shock), "shock", shock, allowed)
-    require(isinstance(run, Run), "run", run, "must be a Run")
-    require(isinstance(wall, Wall | None), "wall", wall, "must be a Wall or None")
-    allowed = "must be a Precompression or None"
-    require(isinstance(pressed, Precompression | None), "precompression", pressed, allowed)
-    allowed = "must be a Contact or None"
-    require(isinstance(contact, Contact | None), "contact", contact, allowed)
+    for name, part, kind, allowed in (
+        ("chain", chain, Chain, "a Chain"),
+        ("shock", shock, Shock, f"{', '.join(others)} or {last}"),
+        ("run", run, Run, "a Run"),
+        ("wall", wall, Wall | None, "a Wall or None"),
+        ("precompression", pressed, Precompression | None, "a Precompression or None"),
+        ("contact", contact, Contact | None, "a Contact or None"),
+    ):
+        require(isinstance(part, kind), name, part, f"must be {allowed}")
     allowed = "must be a tuple of Gauges"
     is_tuple = isinstance(gauges, tuple) and all(isinstance(one, Gauge) for one in gauges)
     require(is_tuple, "gauges", gauges, allowed)
     for gauge in gauges:
         gauge.check(chain.granules, wall is not None)
+    is_tuple = isinstance(uncertain, tuple) and all(isinstance(one, Uncertain) for one in uncertain)
+    require(is_tuple, "uncertain", uncertain, "must be a tuple of Uncertain")
     shock.check_load(0.0 if pressed is None else pressed.force)
     if pressed is None:
         return

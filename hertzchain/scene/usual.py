@@ -6,23 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.scene.reading import UNITS
+from hertzchain.scene.keys import keys_of
+from hertzchain.scene.parts import OTHERS, key_named
 from hertzchain.scene.scene import Scene
-from hertzchain.scene.shocks import KEYS
-
-USUAL = {
-    "radius": (1e-6, 0.5),  # grains of powder to boulders
-    "young_modulus": (1e5, 2e12),  # soft gels to diamond
-    "yield_strength": (1e4, 1e12),  # gels to diamond
-    "density": (10.0, 3e4),  # foams to osmium
-    "force": (1e-6, 1e7),
-    "gravity": (1e-6, 1e4),
-    "relaxation_time": (1e-12, 1.0),
-    **{name: key.usual for name, key in KEYS.items() if key.usual is not None},
-}
-"""Ranges without a remark, in SI units; chosen: a thousand times beyond steel, glass and polymers
-of 1 mm to 5 cm under 1 mN to 10 kN, or the range of real materials.
-"""
 
 
 def unusual_values(scene: Scene) -> list[str]:
@@ -30,17 +16,13 @@ def unusual_values(scene: Scene) -> list[str]:
 
     Zero is never one of them.
     """
-    parts: dict[str, Any] = {
-        "chain": scene.chain,
-        scene.shock.section: scene.shock,
-        "wall": scene.wall,
-        "precompression": scene.precompression,
-        "contact": scene.contact,
-    }
+    parts: dict[str, Any] = {"chain": scene.chain, scene.shock.section: scene.shock}
+    parts |= {name: getattr(scene, name) for name in OTHERS}
     found = (
-        unusual(f"{name}.{key}", getattr(part, key, None))
+        unusual(f"{name}.{key}", getattr(part, key))
         for name, part in parts.items()
-        for key in USUAL
+        if part is not None
+        for key in keys_of(type(part))
     )
     return [remark for remark in found if remark is not None]
 
@@ -50,14 +32,14 @@ def unusual(name: str, values: Any) -> str | None:
 
     None where there is none: zero, None and keys without a usual range are never one.
     """
-    key = name.rpartition(".")[2]
-    if key not in USUAL:
+    key = key_named(name)
+    if key is None or key.usual is None:
         return None
-    low, high = USUAL[key]
+    low, high = key.usual
     given = np.atleast_1d(np.asarray(values, np.float64))
     size = np.abs(given[given != 0])  # NaN, for None, is outside of no range
     outside = size[(size < low) | (size > high)]
     if not outside.size:
         return None
-    unit = UNITS[key]
+    unit = key.unit
     return f"{name} = {outside[0]:g} {unit} (usually {low:g} to {high:g} {unit})"

@@ -6,7 +6,7 @@ natural     similarity, of many scenes at once
 parts       backends, and the parts that a sweep is cut into
 table       the rows, filled in as scenes are done
 measuring   measures a part
-local       parts on this machine
+running     one loop over parts, and this machine
 cluster     parts on the workers of a Dask scheduler
 on_worker   the code that runs on workers
 store       sweeps in memory or in a folder

@@ -12,18 +12,12 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, is_finite, require
+from hertzchain.scene.parts import key_named
 from hertzchain.scene.quantities import to_si
-from hertzchain.scene.reading import UNITS
 
 _MOST_LISTED = 100_000  # most values of one list (chosen); kept in memory and with the sweep
 
 _FORMS = "A,B,C or LOW:HIGH:COUNT, LOW:HIGH:COUNT:log, or to be sampled LOW:HIGH, LOW:HIGH:log"
-
-_TEXTS = {"profile": ("profile", "cosine,triangular"), "kind": ("kind", "rigid,same")}
-# Keys whose values are text: the noun for a value, and some values.
-
-_WHOLE = ("granules", "cycles")
-"""Keys with whole numbers as values."""
 
 Value = float | int | str
 
@@ -31,6 +25,12 @@ Value = float | int | str
 def key_of(name: str) -> str:
     """Return the key of a parameter in its section or segment."""
     return name.rpartition(".")[2]
+
+
+def _kind(name: str) -> str:
+    """Return the type of the values of a parameter; float for an unknown one."""
+    key = key_named(name)
+    return "float" if key is None else key.kind
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class Span:
     def ends(self) -> tuple[Value, ...]:
         """Values to check: if these are possible, all are."""
         ends = self.low, self.high
-        return tuple(map(int, ends)) if key_of(self.name) in _WHOLE else ends
+        return tuple(map(int, ends)) if _kind(self.name) == "int" else ends
 
     def at(self, index: NDArray[np.int64]) -> NDArray[Any]:
         """Return the values with these numbers on the grid."""
@@ -82,7 +82,7 @@ class Span:
 
     def between(self, fraction: FloatArray) -> NDArray[Any]:
         """Return the values at fractions, 0 to 1, of the way from one end to the other."""
-        if key_of(self.name) in _WHOLE:  # each whole number has the same share
+        if _kind(self.name) == "int":  # each whole number has the same share
             if self.log:
                 edges = self.low - 0.5, self.high + 0.5
                 drawn = edges[0] * (edges[1] / edges[0]) ** fraction
@@ -115,9 +115,9 @@ def axis_of(name: str, given: str | Iterable[Value]) -> Axis:
 
 
 def _range(name: str, given: str) -> Axis:
-    if key_of(name) in _TEXTS:
-        values = _TEXTS[key_of(name)][1]
-        raise SceneError(name, given, f"has no range: name its values, {values}")
+    key = key_named(name)
+    if key is not None and key.kind == "str":
+        raise SceneError(name, given, f"has no range: name its values, {','.join(key.choices)}")
     low_text, high_text, *rest = (piece.strip() for piece in given.split(":"))
     log = bool(rest) and rest[-1] == "log"
     rest = rest[: len(rest) - log]
@@ -132,7 +132,7 @@ def _range(name: str, given: str) -> Axis:
     count = _count(rest[0])
     require(count >= 2, name, given, allowed)
     span = Span(name, low, high, count, log)
-    if key_of(name) not in _WHOLE:
+    if _kind(name) != "int":
         return span
     # The whole numbers nearest to the grid, each of them once.
     require(count <= _MOST_LISTED, name, given, f"must take at most {_MOST_LISTED:,} values")
@@ -157,14 +157,14 @@ def is_whole(value: object, least: int) -> bool:
 
 def _value(name: str, given: Any) -> Value:
     """Return one value, in SI."""
-    key = key_of(name)
-    if key in _TEXTS:
-        what = _TEXTS[key][0]
-        require(isinstance(given, str), name, given, f"must be the name of a {what}")
+    key = key_named(name)
+    if key is not None and key.kind == "str":
+        require(isinstance(given, str), name, given, f"must be the name of a {key.label}")
         return str(given).strip()
     number = given.item() if isinstance(given, np.generic) else given
-    number = to_si(name, number.strip() if isinstance(number, str) else number, UNITS.get(key, ""))
-    if key in _WHOLE:
+    unit = "" if key is None else key.unit
+    number = to_si(name, number.strip() if isinstance(number, str) else number, unit)
+    if key is not None and key.kind == "int":
         require(number.is_integer(), name, given, "must be a whole number")
         return int(number)
     return number

@@ -8,28 +8,26 @@ from __future__ import annotations
 import asyncio
 import logging
 import pickle
-import queue
 import time
 import uuid
 from collections.abc import Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed
 from hertzchain.sweeps.design import Design
-from hertzchain.sweeps.local import Keep, Measure, ReportProgress
 from hertzchain.sweeps.measuring import Measured
 from hertzchain.sweeps.parts import Part
+from hertzchain.sweeps.running import LOOK, Crew, Keep, Measure, ReportProgress
 
 if TYPE_CHECKING:
-    from distributed import Client, Future
+    from distributed import Client
 
 _log = logging.getLogger(__name__)
 
 _PATIENCE = 10.0  # waiting time for a scheduler that does not answer [s]
-_LOOK = 1.0  # time between two checks of the workers [s]
 _FAREWELL = 3.0  # waiting time for workers to stop and for the connection to close [s]
 _AHEAD = 3  # parts handed out for each thread: no thread waits, and memory does not grow
 
@@ -45,76 +43,44 @@ def cluster(scheduler: str) -> Iterator[Measure]:
         ) from None
     with _quiet(), _connected(scheduler) as client:
         _check_versions(client, scheduler)
-        yield _Cluster(client, scheduler).measure
+
+        def measure(
+            design: Design, parts: Iterable[Part], peaks: bool, keep: Keep, report: ReportProgress
+        ) -> None:
+            with _Workers(design, peaks, report, client, scheduler) as workers:
+                workers.measure(parts, keep)
+
+        yield measure
 
 
-class _Cluster:
-    """A sweep on a cluster: the connection, and the parts that are handed out."""
+class _Workers(Crew):
+    """The workers of a Dask scheduler."""
 
-    def __init__(self, client: Client, scheduler: str) -> None:
+    def __init__(
+        self, design: Design, peaks: bool, report: ReportProgress, client: Client, scheduler: str
+    ) -> None:
+        super().__init__(design, peaks, report)
         self._client, self._scheduler = client, scheduler
+        self._executor = client.get_executor()
         self._name = uuid.uuid4().hex
-        self._handed_out: dict[Future[Measured], Part] = {}
-        self._done: queue.SimpleQueue[Future[Measured]] = queue.SimpleQueue()
         self._threads = 0
         self._next_look = 0.0
         self._waits = False
 
-    def measure(
-        self,
-        design: Design,
-        parts: Iterable[Part],
-        peaks: bool,
-        keep: Keep,
-        report_progress: ReportProgress,
-    ) -> None:
-        """Measure parts of a sweep: ``Measure``."""
+    def __exit__(self, *_: object) -> None:
         from hertzchain.sweeps.on_worker import end
 
-        try:  # the loop is a function: its jump back is outside this try on Python 3.13
-            self._measure_all(design, iter(parts), peaks, keep, report_progress)
-        finally:
-            # Dask drops parts that are not done when the connection is closed.
-            with suppress(OSError):
-                _ask(self._client, _FAREWELL, "run", end, self._name, on_error="ignore")
+        # Dask drops parts that are not done when the connection is closed.
+        with suppress(OSError):
+            _ask(self._client, _FAREWELL, "run", end, self._name, on_error="ignore")
 
-    def _measure_all(
-        self,
-        design: Design,
-        waiting: Iterator[Part],
-        peaks: bool,
-        keep: Keep,
-        report_progress: ReportProgress,
-    ) -> None:
-        while self._hand_out(design, waiting, peaks):
-            try:
-                future = self._done.get(timeout=_LOOK)
-            except queue.Empty:
-                continue
-            part = self._handed_out.pop(future)
-            keep(part, self._result(future, part))
-            report_progress(part.stop - part.start)
-
-    def _hand_out(self, design: Design, waiting: Iterator[Part], peaks: bool) -> bool:
-        """Hand out parts, enough for the present workers; return whether any parts are left."""
-        from hertzchain.sweeps.on_worker import Task
-
-        self._look()
-        while len(self._handed_out) < _AHEAD * max(self._threads, 1):
-            part = next(waiting, None)
-            if part is None:
-                break
-            task = pickle.dumps(Task(self._name, design, part, peaks))
-            key = f"{part.name}-{self._name}"
-            future = self._client.submit(pickle.loads, task, key=key)
-            self._handed_out[future] = part
-            future.add_done_callback(self._done.put)
-        return bool(self._handed_out)
+    def room(self) -> int:
+        """Return enough parts for the present workers; report if there are none."""
+        if time.monotonic() >= self._next_look:
+            self._look()
+        return _AHEAD * max(self._threads, 1)
 
     def _look(self) -> None:
-        """Count the threads of all workers from time to time, and report if there are none."""
-        if time.monotonic() < self._next_look:
-            return
         if self._client.status != "running":
             raise _lost(self._scheduler)
         with suppress(OSError):  # a scheduler that answers slowly, or is lost
@@ -124,13 +90,24 @@ class _Cluster:
                     "hertzchain: %s has no workers: the sweep waits for some", self._scheduler
                 )
             self._waits = self._threads == 0
-        self._next_look = time.monotonic() + _LOOK
+        self._next_look = time.monotonic() + LOOK
 
-    def _result(self, future: Future[Measured], part: Part) -> Measured:
-        from distributed import CancelledError, KilledWorker
+    def submit(self, part: Part) -> Future[Measured]:
+        """Hand out a part."""
+        from hertzchain.sweeps.on_worker import Task
+
+        task = pickle.dumps(Task(self._name, self.design, part, self.peaks))
+        future: Future[Measured] = self._executor.submit(
+            pickle.loads, task, key=f"{part.name}-{self._name}"
+        )
+        return future
+
+    def result(self, future: Future[Measured], part: Part) -> Measured:
+        """Return the tables of a part, or say in a sentence what became of it."""
+        from distributed import KilledWorker
 
         try:
-            measured: Measured = future.result()
+            measured = future.result()
         except HertzchainError:
             raise
         except KilledWorker:
@@ -145,6 +122,7 @@ class _Cluster:
             ) from None
         except (CancelledError, OSError):
             raise _lost(self._scheduler) from None
+        self.report_progress(part.stop - part.start)
         return measured
 
 

@@ -6,7 +6,7 @@ import itertools
 import math
 import warnings
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.given import SceneLike, to_scene
-from hertzchain.scene.run import Run
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.sections import sections_of
 from hertzchain.sweeps.axes import Axis, Listed, Span, Value, axis_of, is_whole, key_of
@@ -23,8 +22,6 @@ from hertzchain.sweeps.columns import (
     ALL,
     OTHER_MEASURE,
     PARAMETERS,
-    TEXT,
-    WHOLE,
     Column,
     columns_of,
 )
@@ -92,7 +89,8 @@ class Design:
 
     def parameters(self, scenes: NDArray[np.int64]) -> dict[str, NDArray[Any]]:
         """Return all parameters of scenes in SI, by name, shape (some,); NaN or "" for none."""
-        base = _flat(self.base) if self.are_plain else self._base_values()
+        names = [one.name for one in self.columns if "." in one.name]
+        base = base_values(self.base, {*names, *(axis.name for axis in self.axes)})
         found = {name: np.full(scenes.size, value) for name, value in base.items()}
         numbers = np.unravel_index(scenes, self.shape)
         for axis, number in zip(self.grid, numbers, strict=False):
@@ -101,15 +99,10 @@ class Design:
             points = self._points(numbers[-1].astype(np.int64))
             for axis, fraction in zip(self.sampled, points.T, strict=True):
                 found[axis.name] = axis.between(fraction)
-        names = {axis.name for axis in self.axes}
         for given, other in OTHER_MEASURE.items():
-            if given in names:
+            if any(axis.name == given for axis in self.axes):
                 found[other] = np.full(scenes.size, np.nan)
-        return found if self.are_plain else self._of_file(found)
-
-    def _base_values(self) -> dict[str, Any]:
-        """Parameters of the base by name, including those that vary."""
-        return base_values(self.base, [one.name for one in self.columns if "." in one.name])
+        return self._of_file(found)
 
     def _of_file(self, found: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
         """Return parameters as in scene files: granules of all segments, materials of walls."""
@@ -145,10 +138,9 @@ class Design:
 
     def scene(self, parameters: Mapping[str, NDArray[Any]], k: int) -> Scene:
         """Return the k-th scene of these parameters."""
-        if not self.are_plain or self.base.pulse is None:
-            varied = {axis.name: parameters[axis.name][k].item() for axis in self.axes}
-            return changed(self.base, varied)
-        return _with(self.base, {name: values[k].item() for name, values in parameters.items()})
+        return changed(
+            self.base, {axis.name: parameters[axis.name][k].item() for axis in self.axes}
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Return all that identifies this design, as a JSON object."""
@@ -230,25 +222,9 @@ def design(
     require(not both, "shock.momentum_ratio", None, allowed)
     _check_granules("chain.granules", scene.chain.granules)
     for axis in axes:
-        for value in axis.ends if found.are_plain else _extremes(axis):
+        for value in _extremes(axis):
             _check(found, axis.name, value)
     return found
-
-
-def _check(found: Design, name: str, value: Value) -> None:
-    """Refuse a value that is impossible in every scene."""
-    scene = found.base
-    section, _, key = name.partition(".")
-    _check_granules(name, value)
-    if not found.are_plain:
-        _check_with_terms(found, name, value)
-        return
-    part: Any = {"chain": scene.chain, "shock": scene.shock, "run": scene.run}[section]
-    other = {OTHER_MEASURE[name].partition(".")[2]: None} if name in OTHER_MEASURE else {}
-    try:
-        replace(part, **{key: value}, **other)
-    except SceneError as problem:
-        raise SceneError(name, problem.value, problem.allowed) from None
 
 
 def _check_granules(name: str, value: Value) -> None:
@@ -267,8 +243,9 @@ def _extremes(axis: Axis) -> list[Value]:
     return [axis.values[int(np.argmin(numbers))], axis.values[int(np.argmax(numbers))]]
 
 
-def _check_with_terms(found: Design, name: str, value: Value) -> None:
-    """Refuse a value that is impossible in every scene with terms, base values and varied ones."""
+def _check(found: Design, name: str, value: Value) -> None:
+    """Refuse a value that is impossible in every scene, with base values and varied ones."""
+    _check_granules(name, value)
     if name in ("wall.young_modulus", "wall.poisson_ratio"):
         assert found.base.wall is not None
         varied = [axis.ends for axis in found.axes if axis.name == "wall.kind"]
@@ -276,7 +253,7 @@ def _check_with_terms(found: Design, name: str, value: Value) -> None:
         allowed = 'cannot vary: only a wall of kind "elastic" has it, in all scenes of the sweep'
         require(set(kinds) == {"elastic"}, name, None, allowed)
     problem = _problem(found.base, {name: value})
-    if problem is None:
+    if problem is None or problem.key == "scene":  # beyond floating point: a row has the reason
         return
     others = [axis for axis in found.axes if axis.name != name]
     for values in itertools.product(*map(_extremes, others)):
@@ -299,30 +276,3 @@ def _problem(base: Scene, values: Mapping[str, Value]) -> SceneError | None:
     except SceneError as problem:
         return problem
     return None
-
-
-def _flat(scene: Scene) -> dict[str, Any]:
-    """Return the parameters of a scene by name; NaN for those that it does not have."""
-    chain, pulse = scene.chain, scene.pulse
-    flat: dict[str, Any] = {f"chain.{key}": value for key, value in asdict(chain).items()}
-    of_shock = {"profile": scene.shock.profile_name, "peak_force": scene.peak_force}
-    of_shock |= {} if pulse is None else asdict(pulse)
-    flat |= {f"shock.{key}": value for key, value in of_shock.items()}
-    flat["run.end_time"] = scene.run.end_time
-    # 100 becomes 100.0: a column has one type, however the scene file gives its numbers.
-    given = {name: np.nan if flat.get(name) is None else flat[name] for name in PARAMETERS}
-    kept = (*TEXT, *WHOLE)
-    return {name: value if name in kept else float(value) for name, value in given.items()}
-
-
-def _with(base: Scene, flat: Mapping[str, Any]) -> Scene:
-    """Return a scene of a pulse with these parameters; NaN stands for one that is not given."""
-    given = {name: None if value != value else value for name, value in flat.items()}  # noqa: PLR0124
-    of: dict[str, dict[str, Any]] = {"chain": {}, "shock": {}, "run": {}}
-    for name, value in given.items():
-        section, _, key = name.partition(".")
-        of[section][key] = value
-    assert base.pulse is not None
-    shock = replace(base.pulse, **of["shock"])
-    chain, run = replace(base.chain, **of["chain"]), Run(**of["run"])
-    return replace(base, chain=chain, shock=shock, run=run)

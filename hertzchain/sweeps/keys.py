@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import difflib
 from collections import defaultdict
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import Any, TypeVar
 
@@ -13,6 +13,8 @@ import numpy as np
 
 from hertzchain.errors import SceneError
 from hertzchain.scene.chain import MATERIAL
+from hertzchain.scene.keys import keys_of
+from hertzchain.scene.parts import OTHERS, SECTIONS, SEGMENT
 from hertzchain.scene.reading import read_chain
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.sections import sections_of
@@ -40,14 +42,15 @@ def names_of(scene: Scene) -> tuple[str, ...]:
         found += [f"chain.segments.{number}.{key}" for key in keys]
         for place in range(1, len(cell) + 1):
             found += [f"chain.segments.{number}.cell.{place}.{key}" for key in _OF_GRANULE]
-    shock = scene.shock
-    of_shock = [f"shock.{key}" for key in shock.own_keys() if not shock.rows]
-    others = [
-        name
-        for name in _KNOWN
-        if not name.startswith("chain.") and (not name.startswith("shock.") or name in of_shock)
+    of_shock = () if scene.shock.rows else keys_of(type(scene.shock))
+    there = {*sections, "run"} - {"chain"}
+    others = (name.split(".") for name in _KNOWN)
+    found += [
+        f"{section}.{key}"
+        for section, key in others
+        if section in there and (section != "shock" or key in of_shock)
     ]
-    return (*found, *(name for name in others if name.partition(".")[0] in {*sections, "run"}))
+    return tuple(found)
 
 
 def full_name(name: object, scene: Scene) -> str:
@@ -59,64 +62,39 @@ def full_name(name: object, scene: Scene) -> str:
         raise SceneError(str(name), None, allowed)
     if full:
         return full[0]
-    key = str(name).rpartition(".")[2]
-    known = [one for one in _KNOWN if name in (one, one.partition(".")[2])]
-    if reason := _reason(known[0] if known else str(name), scene):
-        raise SceneError(known[0] if known else str(name), None, f"cannot vary: {reason}")
-    meant = [one for one in names if one.partition(".")[2] == key]
+    known = next((one for one in _KNOWN if name in (one, one.partition(".")[2])), str(name))
+    if reason := _reason(known, scene):
+        raise SceneError(known, None, f"cannot vary: {reason}")
+    of_segments, key = "segments." in str(name), str(name).rpartition(".")[2]
+    alike = [one for one in names if ("segments." in one) == of_segments]
+    meant = [one for one in alike if one.rpartition(".")[2] == key]
     meant = meant or difflib.get_close_matches(str(name), names, n=1)
     hint = f"did you mean {meant[0]}? What can vary" if meant else "what can vary"
-    raise SceneError(str(name), None, f"cannot vary; {hint}: {_listed(names)}")
-
-
-def _listed(names: Sequence[str]) -> str:
-    """Return names for a sentence, with one example for segments, which may have thousands."""
-    of_segments = [name for name in names if name.startswith("chain.segments.")]
-    listed = [name for name in names if name not in of_segments]
-    if of_segments:
-        listed.append(f"keys of segments, such as {of_segments[-1]}")
-    return ", ".join(listed)
+    # One example for segments, which may have thousands.
+    listed = [one for one in names if not SEGMENT.fullmatch(one)]
+    if len(listed) < len(names):
+        last = next(one for one in reversed(names) if SEGMENT.fullmatch(one))
+        listed.append(f"keys of segments, such as {last}")
+    raise SceneError(str(name), None, f"cannot vary; {hint}: {', '.join(listed)}")
 
 
 def _reason(name: str, scene: Scene) -> str:
     """Return why a known parameter cannot vary in this scene; empty for an unknown name."""
-    section = name.partition(".")[0]
-    segments = (scene.chain.section or {}).get("segments", [])
-    if name.startswith(("chain.segments.", "segments.")):
-        return _reason_in_segments(name.partition("segments.")[2].split("."), segments)
-    if section == "chain" and name in _KNOWN and segments:
-        return "it is the sum over the segments; vary theirs, such as chain.segments.1.granules"
-    sections = {one.partition(".")[0] for one in _KNOWN}
-    is_missing = section in sections - {*sections_of(scene), "run"}
+    section, has_segments = name.partition(".")[0], scene.chain.section is not None
+    is_missing = section in SECTIONS and section not in {*sections_of(scene), "run", "gauge"}
+    if "segments." in name and not has_segments:
+        return "the scene has no [[chain.segments]]; add some to its file"
     if not (is_missing or name in _KNOWN):
         return ""
-    more = " in place of [shock]" if section == "striker" else ""
+    profile, more = scene.shock.profile_name, " in place of [shock]" * (section == "striker")
     return {
-        "chain": "each granule has its own; describe them by [[chain.segments]] in the scene file",
+        "chain": "it is the sum over the segments; vary theirs, such as chain.segments.1.granules"
+        if has_segments
+        else "each granule has its own; describe them by [[chain.segments]] in the scene file",
         "shock": "the scene has a [striker] and no [shock]"
         if scene.striker
-        else f"a shock of profile {scene.shock.profile_name} has no such key, or has it in a file",
+        else f"a shock of profile {profile} has no such key, or has it in a file",
     }.get(section, f"the scene has no [{section}]; add the section to its file{more}")
-
-
-def _reason_in_segments(path: Sequence[str], segments: Sequence[Mapping[str, Any]]) -> str:
-    """Return why a key of a segment, as 1, cell, 2, radius, cannot vary; empty if unknown."""
-    if not segments:
-        return "the scene has no [[chain.segments]]; add some to its file"
-    if not _counts(path[0], segments):
-        return f"the last segment of the scene is {len(segments)}, the first is 1"
-    cell = segments[int(path[0]) - 1].get("cell", [])
-    if path[1:2] != ["cell"]:
-        return ""
-    if not cell:
-        return f"segment {path[0]} has no cell; add one to the scene file"
-    last = f"the last granule of the cell is {len(cell)}, the first is 1"
-    return "" if _counts("".join(path[2:3]), cell) else last
-
-
-def _counts(number: str, things: Sequence[object]) -> bool:
-    """Return whether a text is a number from 1 to ``most``."""
-    return number.isdecimal() and 1 <= int(number) <= len(things)
 
 
 def changed(base: Scene, values: Mapping[str, Any]) -> Scene:
@@ -139,15 +117,8 @@ def changed(base: Scene, values: Mapping[str, Any]) -> Scene:
     else:
         chain = _replaced("chain", chain, of["chain"])
     shock = base.shock.section
-    return Scene(
-        chain,
-        _replaced(shock, base.shock, of[shock]),
-        _replaced("run", base.run, of["run"]),
-        _replaced("wall", base.wall, of["wall"]),
-        _replaced("precompression", base.precompression, of["precompression"]),
-        _replaced("contact", base.contact, of["contact"]),
-        base.gauges,
-    )
+    others = {name: _replaced(name, getattr(base, name), of[name]) for name in OTHERS}
+    return Scene(chain, _replaced(shock, base.shock, of[shock]), **others, gauges=base.gauges)
 
 
 def _replaced(section: str, part: _Part, values: Mapping[str, Any]) -> _Part:

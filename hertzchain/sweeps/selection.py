@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.errors import HertzchainError, SceneError, did_you_mean, require
+from hertzchain.scene.parts import key_named
 from hertzchain.scene.quantities import to_si
-from hertzchain.scene.reading import UNITS
 from hertzchain.sweeps.axes import Axis, Listed, Span, key_of
 from hertzchain.sweeps.columns import (
     COLUMNS,
@@ -196,7 +196,8 @@ def _number(name: str, wanted: Any, axes: Mapping[str, Axis], backends: Sequence
         require(wanted in values, name, wanted, f"is not in the sweep: {', '.join(values)}")
         return int(np.nonzero(values == wanted)[0][0])
     given = wanted.strip() if isinstance(wanted, str) else wanted
-    number = float(to_si(name, given, UNITS.get(key_of(name), "")))
+    key = key_named(name)
+    number = float(to_si(name, given, "" if key is None else key.unit))
     off = np.abs(values - number)
     nearest = np.argsort(off, kind="stable")[:2]
     if not off[nearest[0]] <= _AS_GIVEN * abs(values[nearest[0]]):

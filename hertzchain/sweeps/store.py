@@ -261,57 +261,42 @@ def _locked(folder: Path) -> Any:
 
 def _difference(there: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
     """Return a sentence on how two sweeps differ: on the entries of the first key that differs."""
-    for key in {**there, **wanted}:
-        found = list(_entries(key, there.get(key), wanted.get(key)))
-        said = [
-            f"{name} is {_in_words(before)} there and {_in_words(now)} here"
-            for name, before, now in found[:_MOST_NAMED]
-        ]
-        if len(found) > _MOST_NAMED:
-            said.append(f"and {len(found) - _MOST_NAMED} more")
-        if said:
-            return ", ".join(said)
-    return "it is not the same"
+    key = next(key for key in {**there, **wanted} if there.get(key) != wanted.get(key))
+    lists = there.get(key), wanted.get(key)
+    if all(isinstance(one, list) for one in lists) and _names(lists[0]) != _names(lists[1]):
+        before, now = (", ".join(_names(one)) for one in lists)
+        return f"{key} is {before} there and {now} here"
+    old, new = (_entries(key, one.get(key)) for one in (there, wanted))
+    differ = [name for name in {**old, **new} if old.get(name) != new.get(name)]
+    said = [
+        f"{name} is {_in_words(old.get(name))} there and {_in_words(new.get(name))} here"
+        for name in differ[:_MOST_NAMED]
+    ]
+    return ", ".join([*said, *([f"and {len(differ) - 3} more"] if len(differ) > 3 else [])])
 
 
-def _entries(name: str, there: Any, wanted: Any) -> Iterator[tuple[str, Any, Any]]:
-    """Yield the name and both values of each entry that differs, under a name."""
-    if there == wanted:
-        return
-    if isinstance(there, dict) and isinstance(wanted, dict):
-        for key in {**there, **wanted}:
-            full = key if name == "scene" else f"{name}.{key}"
-            yield from _entries(full, there.get(key), wanted.get(key))
-    elif _names(there) and _names(there) == _names(wanted):  # backends, or axes
-        for before, now in zip(there, wanted, strict=True):
-            for key, *both in _entries("", before, now):
-                yield (f"{key[1:]} of {before['name']}", *both)
-    elif _is_segments(there) and _is_segments(wanted) and len(there) == len(wanted):
-        for number, (before, now) in enumerate(zip(there, wanted, strict=True), start=1):
-            yield from _entries(f"{name}.{number}", before, now)
+def _entries(name: str, value: Any) -> dict[str, Any]:
+    """Return the values in an entry of a manifest, each by a name for a sentence."""
+    if isinstance(value, dict):
+        of = ((key if name == "scene" else f"{name}.{key}", one) for key, one in value.items())
+    elif isinstance(value, list) and value and all(isinstance(one, dict) for one in value):
+        named = all("name" in one for one in value)  # backends, axes; others are segments
+        if named:
+            return {f"{key} of {one['name']}": each for one in value for key, each in one.items()}
+        of = ((f"{name}.{number}", one) for number, one in enumerate(value, start=1))
     else:
-        yield name, there, wanted
-
-
-def _is_table(value: Any) -> bool:
-    return isinstance(value, list) and all(isinstance(one, dict) for one in value)
-
-
-def _is_segments(value: Any) -> bool:
-    return _is_table(value) and not _names(value)
+        return {name: value}
+    return {full: each for key, one in of for full, each in _entries(key, one).items()}
 
 
 def _names(value: Any) -> list[str]:
     """Return the names of named entries; none for any other value."""
-    is_named = _is_table(value) and all("name" in one for one in value)
-    return [str(one["name"]) for one in value] if is_named else []
+    return [one["name"] for one in value if isinstance(one, dict) and "name" in one]
 
 
 def _in_words(value: Any) -> str:
     """Return a value of a manifest for a sentence."""
-    if value is None:
-        return "not given"
-    text = ", ".join(_names(value)) or json.dumps(value)
+    text = "not given" if value is None else json.dumps(value)
     return text if len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 3]}..."
 
 

@@ -18,9 +18,9 @@ from hertzchain.scene.given import SceneLike
 from hertzchain.showing import telling
 from hertzchain.sweeps import parts
 from hertzchain.sweeps.axes import Value
-from hertzchain.sweeps.columns import CUT_OFF, PARAMETERS, columns_of
+from hertzchain.sweeps.columns import PARAMETERS, columns_of
 from hertzchain.sweeps.design import Design, design
-from hertzchain.sweeps.local import Measure, measure_here
+from hertzchain.sweeps.running import Measure, measure_here
 from hertzchain.sweeps.store import Folder, Format, Memory, check_format, read_manifest
 
 if TYPE_CHECKING:
@@ -125,7 +125,7 @@ class Sweep:
         done = failed = missed = cut_off = 0
         varied = [axis["name"] for axis in self.manifest["vary"]]
         known = [column.name for column in columns_of(self.manifest["scene"], varied)]
-        late = [CUT_OFF.name] if CUT_OFF.name in known else []
+        late = [name for name in known if name == "contacts_cut_off"]
         reason = None
         aims = {each["name"]: _aim(each) for each in self.manifest["backends"]}
         for frame in self._store.frames("scenes", ["backend", "error_estimate", "failure", *late]):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError
-from hertzchain.observables.peaks import times_of_peaks
 from hertzchain.observables.result import Result
-from hertzchain.observables.transition import solitary_waves, transitions
 from hertzchain.scene.validity import IMPOSSIBLE_OVERLAP
-from hertzchain.sweeps.columns import ALL, COUNTS, FIRST_COLUMNS, BatchFound, Column, peak_columns
+from hertzchain.sweeps.columns import ALL, COUNTS, Column, is_result, peak_columns
+from hertzchain.sweeps.numbers import FIRST, of_batch, of_prediction, of_result
 
 if TYPE_CHECKING:
     import pandas
@@ -36,16 +35,14 @@ class Rows:
     ) -> None:
         self.numbers, self.backend = numbers, backend
         self._columns = columns
-        self._found_columns = [
-            column for column in columns if column.of_result or column.of_prediction
-        ]
         self._parameters = dict(parameters)
         # 0 marks a missing count: a chain has at least 2 granules, a run at least 1 step.
         self._found: dict[str, NDArray[Any]] = {
             column.name: np.zeros(numbers.size, np.int64)
             if column.kind == "int"
             else np.full(numbers.size, np.nan)
-            for column in self._found_columns
+            for column in columns
+            if is_result(column.name)
         }
         self._failure: NDArray[Any] = np.full(numbers.size, None, object)
         self._peaks: list[tuple[FloatArray, ...] | None] | None = (
@@ -65,10 +62,10 @@ class Rows:
 
     def add_result(self, row: int, result: Result) -> None:
         """Fill in the result of a simulation."""
-        self._fill(row, {column.name: column.of_result for column in self._found_columns}, result)
+        self._fill(row, of_result(result))
         if self._peaks is not None:
             never = np.full(result.peak_force.size, np.nan)
-            first = [result.first_columns.get(name, never) for name in FIRST_COLUMNS]
+            first = [result.first_columns.get(name, never) for name in FIRST]
             self._peaks[row] = result.peak_force, result.peak_time, *first
         self.versions = result.versions
 
@@ -77,50 +74,29 @@ class Rows:
         if np.isnan(prediction.peak_force).any():
             self._failure[row] = prediction.missing
             return
-        getters = {column.name: column.of_prediction for column in self._found_columns}
-        self._fill(row, getters, prediction)
+        self._fill(row, of_prediction(prediction))
         if self._peaks is not None:
             never = np.full(prediction.peak_force.size, np.nan)
             self._peaks[row] = prediction.peak_force, never, never, never
 
-    def _fill(
-        self, row: int, getters: Mapping[str, Callable[[Any], float | None] | None], found: Any
-    ) -> None:
-        for name, getter in getters.items():
-            value = None if getter is None else getter(found)
-            if value is not None:
-                self._found[name][row] = value
+    def _fill(self, row: int, numbers: Mapping[str, float | None]) -> None:
+        for name, values in self._found.items():
+            if (value := numbers.get(name)) is not None:
+                values[row] = value
 
-    def add_batch(
-        self,
-        rows: NDArray[np.intp],
-        batch: Batch,
-        force: FloatArray,
-        length: FloatArray,
-        time: FloatArray,
-    ) -> NDArray[np.bool_]:
-        """Fill in results of a batch of similar scenes, in units of [N], [m], [s].
+    def add_batch(self, rows: NDArray[np.intp], batch: Batch, *units: FloatArray) -> Any:
+        """Fill in results of a batch of similar scenes, in natural units of [N], [m], [s].
 
         Returns the scenes not filled, shape (some,): their peaks are unsure or an overlap is
         impossible.
         """
         radius = self._parameters["chain.radius"][rows]
-        peak_force, passed = batch.peak_force * force[:, None], batch.peak_passed
-        peak_time = times_of_peaks(peak_force, batch.peak_time * time[:, None])
-        p = transitions(batch.peak_force, passed)
-        slowness = time * np.power(force, 1 / 6)
-        near, far, speed, far_off, speed_off = solitary_waves(
-            peak_force, peak_time, passed, p, 2 * radius, slowness
-        )
-        at = np.argmax(peak_force, axis=1)
-        largest = peak_force[np.arange(rows.size), at]
-        ratio = np.power(largest / force, 2 / 3) * length / radius
-        lost: NDArray[np.bool_] = ~(batch.error_estimate < 1) | ~(ratio <= IMPOSSIBLE_OVERLAP)
-        found = BatchFound(batch, near, far, far_off, speed, speed_off, p, largest, at + 2, ratio)
-        for column in self._found_columns:
-            if column.of_batch is not None:
-                values = self._found[column.name]
-                values[rows] = np.where(lost, values[rows], column.of_batch(found))
+        numbers, peak_force, peak_time = of_batch(batch, radius, *units)
+        lost: NDArray[np.bool_] = ~(batch.error_estimate < 1)
+        lost |= ~(numbers["overlap_ratio"] <= IMPOSSIBLE_OVERLAP)
+        for name, found in numbers.items():
+            values = self._found[name]
+            values[rows] = np.where(lost, values[rows], found)
         if self._peaks is not None:
             for k in np.nonzero(~lost)[0]:
                 self._peaks[rows[k]] = peak_force[k], peak_time[k]

@@ -1,4 +1,4 @@
-"""With what fraction of their speed two spheres part under the damping of a scene."""
+"""The fraction of their speed with which two spheres part under the damping of a scene."""
 
 from __future__ import annotations
 
@@ -60,11 +60,9 @@ def parting(scene: Scene) -> Parting | None:
         speed = float(wave_velocity() * length / time)
         whose = f"a granule's in a wave of {scene.peak_force:.3g} N"
     spheres = restitution.Collision(mass / 2, stiffness, radius / 2, speed)
-    if law.relaxation_time is not None:
-        found = restitution.viscoelastic(law.relaxation_time, spheres, law.attraction)
-    else:
-        assert law.coefficient is not None
-        found = restitution.dashpot(law.coefficient, spheres, law.attraction)
+    viscous = law.damping == "viscoelastic"
+    to_restitution = restitution.viscoelastic if viscous else restitution.dashpot
+    found = to_restitution(law.parameter, spheres, law.attraction)
     return Parting(found, speed, whose)
 
 

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -82,7 +81,6 @@ def contenders(scene: Scene, truth: Result) -> tuple[Contender, ...]:
     ]
     if not scene.is_plain:
         return (*by_steps, *users, *lammps)
-    single = _compiled(METHODS["srkn-6b"].walker, np.float32)  # cheapest for low accuracy
     # The reference's halved steps cost NumPy a second for any step at the start.
     in_numpy = {name: own[:9:2] if name in compiled else own[:12] for name, own in steps.items()}
     in_numpy["reference"] = (METHODS["reference"].step,)
@@ -90,7 +88,6 @@ def contenders(scene: Scene, truth: Result) -> tuple[Contender, ...]:
         *_formulas(scene, truth),
         *_map(scene),
         *by_steps,
-        Contender("srkn-6b, float32", COMPILED, single, steps["srkn-6b"][:11]),
         *users,
         *(
             Contender(f"{name}, NumPy", NUMPY, _numpy(walkers[name]), own)
@@ -164,11 +161,9 @@ def _with_steps(integrated: Callable[..., Simulation], scene: Scene, step: float
     return Outcome(run.peaks.force * scene.units.force, run.evaluations)
 
 
-def _compiled(
-    walker: Walker, dtype: type[np.floating[Any]] = np.float64
-) -> Callable[[Scene, float], Outcome]:
+def _compiled(walker: Walker) -> Callable[[Scene, float], Outcome]:
     """Return the run of a compiled method with given steps."""
-    return partial(_with_steps, partial(simulate, walker=walker, dtype=dtype, leave_behind=True))
+    return partial(_with_steps, partial(simulate, walker=walker, leave_behind=True))
 
 
 def _numpy(walker: Walker) -> Callable[[Scene, float], Outcome]:

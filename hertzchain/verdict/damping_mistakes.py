@@ -13,6 +13,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.damping import BEFORE_ROOT_2, WITH_ROOT_2, tsuji
 from hertzchain.engines.yade.damping import BETAN_PER_RATIO, betan
 from hertzchain.errors import SceneError
+from hertzchain.scene.keys import keys_of
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.terms import DAMPING, Contact, DampingLaw
 from hertzchain.theory.restitution import damping_ratio, of_ratio, ratio_for
@@ -123,13 +124,12 @@ def contact_of(scene: Scene, law: DampingLaw, strength: float, attraction: bool)
     """
     units = scene.units
     if law == "restitution":
-        e = of_ratio(strength / math.sqrt(5), pulls=True)
-        return Contact(law, restitution=e, attraction=attraction)
-    if law == "viscoelastic":
-        time = strength / 1.5 * units.time
-        return Contact(law, relaxation_time=time, attraction=attraction)
-    coefficient = strength * units.force * units.time / units.length
-    return Contact(law, coefficient=coefficient, attraction=attraction)
+        parameter = of_ratio(strength / math.sqrt(5), pulls=True)
+    elif law == "viscoelastic":
+        parameter = strength / 1.5 * units.time
+    else:
+        parameter = strength * units.force * units.time / units.length
+    return Contact(law, attraction=attraction, **{DAMPING[law]: parameter})
 
 
 def strength_of(scene: Scene, contact: Contact) -> float:
@@ -137,10 +137,9 @@ def strength_of(scene: Scene, contact: Contact) -> float:
     units = scene.units
     if contact.restitution is not None:
         return math.sqrt(5) * damping_ratio(contact.restitution)
-    if contact.relaxation_time is not None:
-        return 1.5 * contact.relaxation_time / units.time
-    assert contact.coefficient is not None
-    return contact.coefficient * units.length / (units.force * units.time)
+    if contact.damping == "viscoelastic":
+        return 1.5 * contact.parameter / units.time
+    return contact.parameter * units.length / (units.force * units.time)
 
 
 def _is_own(scene: Scene, found: _Fitted) -> bool:
@@ -182,17 +181,15 @@ def _value(contact: Contact, uncertainty: float) -> str:
         # Derivative of ln e = -pi z / sqrt(1 - z^2).
         off = uncertainty * e * -math.log(e) / (1 - damping_ratio(e) ** 2)
         return f"{round(e, max(2, math.floor(-math.log10(off)))):.10g}"
-    if contact.relaxation_time is not None:
-        return f"{contact.relaxation_time:.{digits}g} s"
-    assert contact.coefficient is not None
-    return f"{contact.coefficient:.{digits}g} kg/s"
+    unit = keys_of(Contact)[DAMPING[contact.damping]].unit
+    return f"{contact.parameter:.{digits}g} {unit}"
 
 
 def known_factors(scene: Scene) -> dict[str, float]:
     """Return factors of the coefficient of a law by known mistakes, by name."""
     contact = scene.contact
     assert contact is not None
-    if contact.relaxation_time is not None:
+    if contact.damping == "viscoelastic":
         return {"the factor 3/2 is missing": 2 / 3, "the factor 3/2 is there twice": 3 / 2}
     if contact.restitution is None:
         return {"half of the coefficient": 0.5, "twice the coefficient": 2.0}

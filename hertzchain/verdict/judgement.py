@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -12,10 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from hertzchain.arrays import FloatArray, or_none
 from hertzchain.engines.native import METHODS, Native
-from hertzchain.errors import RunFailed, SceneError, is_positive, require
+from hertzchain.errors import SceneError, is_positive, require
 from hertzchain.limits import Deadline
 from hertzchain.observables.definitions import context_of
-from hertzchain.observables.error_bound import refuse_unstable, stable_step
+from hertzchain.observables.error_bound import refuse_unstable
 from hertzchain.observables.peaks import judged_contacts, largest_difference
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
@@ -32,7 +31,6 @@ _NONE, _CLEARLY, _SEVERAL = 1e-9, 0.1, 3
 """Ratios of given to true peaks below this count as it; of two spreads, from which on the smaller
 one tells what was given; and the fewest contacts for that."""
 PATIENCE = 60.0  # time limit of the search for the cause [s]; 60 granules take about 1 s
-_TRIAL_STEP = 0.05  # natural time units; errors of other steps are scaled from this one's
 
 
 @dataclass(frozen=True)
@@ -81,9 +79,6 @@ class Judgement(ShownVerdict):
         Sentences on parts that could not be done; usually empty.
     expected
         Error of velocity Verlet at the given step; None without a step.
-    like_steps
-        Steps [s] at which velocity Verlet would have this error, with interpolated maxima and with
-        the highest samples; None if a step was given, nothing is wrong, or no step fits.
     sampling
         Relative error of the given peaks by the distance of the samples that they come from, shape
         (contacts,): it adds to the tolerance, and contacts where it is larger are not judged. None
@@ -99,7 +94,6 @@ class Judgement(ShownVerdict):
     hint: str | None
     remarks: tuple[str, ...]
     expected: Accuracy | None
-    like_steps: tuple[float, float] | None
     sampling: FloatArray | None = None
 
     @property
@@ -197,7 +191,7 @@ class Judgement(ShownVerdict):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the judgement as a JSON object; null stands for a missing value."""
-        expected, like = self.expected, self.like_steps
+        expected = self.expected
         return {
             "verdict": self.verdict,
             "tolerance": self.tolerance,
@@ -215,8 +209,6 @@ class Judgement(ShownVerdict):
                 "interpolated": expected.interpolated,
                 "sampled": expected.sampled,
             },
-            "like_velocity_verlet_with_dt_s": like
-            and {"interpolated": like[0], "sampled": like[1]},
             "rows": self.rows,
             "reference": self.reference.numbers(),
             **context_of(self.reference.scene),
@@ -242,7 +234,7 @@ def judged(
     judged = judged_peaks(truth, given)
     if sampling is not None:
         judged = judged & (sampling <= tolerance)
-    expected = like = None
+    expected = None
     remarks = []
     if scene.contact is not None or of_first:
         if dt is not None:
@@ -251,13 +243,9 @@ def judged(
     elif dt is not None:
         report_progress("native: velocity Verlet at that step")
         expected = _accuracy(reference, dt, time_limit)
-    elif judged.any():
-        report_progress("native: velocity Verlet")
-        difference = np.max(np.abs(given[judged] / reference.peak_force[judged] - 1.0))
-        like = _like_steps(reference, float(difference), time_limit)
     found = Judgement(
         reference, truth, of_first, given, float(tolerance), None, None, tuple(remarks), expected,
-        like, sampling,
+        sampling,
     )  # fmt: skip
     if np.array_equal(found.passed, judged):
         return found  # nothing is wrong by this tolerance
@@ -338,21 +326,3 @@ def _accuracy(reference: Result, dt: float, time_limit: float) -> Accuracy:
         for peaks in velocity_verlet(scene, legs, Deadline(time_limit))
     )
     return Accuracy(dt, interpolated, sampled)
-
-
-def _like_steps(
-    reference: Result, difference: float, time_limit: float
-) -> tuple[float, float] | None:
-    """Steps [s] at which velocity Verlet would have this error, which goes as their square."""
-    scene = reference.scene
-    longest = stable_step(scene, METHODS["velocity-verlet"].interval)
-    trial = min(_TRIAL_STEP * scene.units.time, longest / 2)
-    try:
-        of_trial = _accuracy(reference, trial, time_limit)
-    except RunFailed:  # without a hint the judgement still stands
-        return None
-    errors = of_trial.interpolated, of_trial.sampled
-    if min(errors) <= 0 or difference < 10 * reference.error_estimate:
-        return None
-    steps = [trial * math.sqrt(difference / error) for error in errors]
-    return (steps[0], steps[1]) if max(steps) < longest else None

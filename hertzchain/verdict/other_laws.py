@@ -29,7 +29,7 @@ _OTHERS = {
 
 # trial coefficients of damping, natural units: dense near 0
 _FORWARD = np.linspace(0.0, 1.25, 14) ** 2
-_BACKWARD = -(np.linspace(0.6, 0.0, 10)[:-1] ** 2)
+_BACKWARD = -(np.linspace(0.6, 0.0, 10) ** 2)
 
 _OF_DRAG = 0.2  # fraction of these coefficients for a drag, which acts on a granule for long
 
@@ -93,7 +93,7 @@ def _search(case: Case, made: Callable[[float], FloatArray]) -> Found:
 
 
 def late_forces(case: Case) -> Iterator[Mistake]:
-    """Yield late or early forces, which act like damping, and a drag."""
+    """Yield late forces, which act like negative damping, and a drag."""
     units = case.scene.units
     by_hertz = peaks(case.scene, case.deadline)
 
@@ -109,17 +109,11 @@ def late_forces(case: Case) -> Iterator[Mistake]:
 
     def late(x: float) -> str:
         # F(t - dt) = F - 3/2 dt overlap^(1/2) overlap': negative damping.
-        dt = -x / 1.5 * units.time
-        if dt > 0:
-            return (
-                f"contact forces {dt:.3g} s late, a step: explicit Euler, or forces from positions"
-                " of the step before"
-            )
         return (
-            f"contact forces {-dt:.3g} s early: implicit Euler, or damping as of viscoelastic"
-            " spheres that the peaks leave out"
+            f"contact forces {-x / 1.5 * units.time:.3g} s late, a step: explicit Euler, or forces"
+            " from positions of the step before"
         )
 
-    of_drag, both = _OF_DRAG * _FORWARD, np.concatenate([_BACKWARD, _FORWARD])
+    of_drag = _OF_DRAG * _FORWARD
     yield Mistake(drag, functools.partial(made, acting="drag"), of_drag.tolist())
-    yield Mistake(late, functools.partial(made, acting="damping"), both.tolist())
+    yield Mistake(late, functools.partial(made, acting="damping"), _BACKWARD.tolist())

@@ -149,8 +149,8 @@ def as_written_check(reference: Result, time_limit: float = TIME_LIMIT) -> Check
             from hertzchain.engines.native.in_scipy import accurate_in_scipy
 
             first = reference.first_pulses is not None
-            by_scipy = accurate_in_scipy(scene, RTOL, deadline, first=first)
-            peaks, allowed = by_scipy.run.peaks.force, allowed + by_scipy.errors.peak
+            by_scipy, errors = accurate_in_scipy(scene, RTOL, deadline, first=first)
+            peaks, allowed = by_scipy.peaks.force, allowed + errors.peak
             reason = "its own error estimate plus that of SciPy with a wanted accuracy of 1e-6"
     except RunFailed as problem:
         return unmeasured(AS_WRITTEN, reference.backend, str(problem))

@@ -111,8 +111,8 @@ def same_steps_checks(result: Result, time_limit: float = TIME_LIMIT) -> list[Ch
     expected = np.where(result.peak_passed | ~result.peak_passed.any(), expected, 0.0)
     found = np.where(expected > 0, result.peak_force / units.force, 0.0)
     measured = (
-        _largest(result.displacement / units.length, twin.state.displacement, least),
-        _largest(result.velocity / units.velocity, twin.state.velocity, least),
+        _largest(result.displacement / units.length, twin.displacement, least),
+        _largest(result.velocity / units.velocity, twin.velocity, least),
         largest_difference(found, expected),
     )
     remark = ""
@@ -126,8 +126,8 @@ def same_steps_checks(result: Result, time_limit: float = TIME_LIMIT) -> list[Ch
             if max(state, peaks) > MUCH_GROWN:
                 remark = "late collisions amplify rounding errors, so that only gross errors show"
     places = (
-        f"granule {farthest(result.displacement / units.length, twin.state.displacement) + 1}",
-        f"granule {farthest(result.velocity / units.velocity, twin.state.velocity) + 1}",
+        f"granule {farthest(result.displacement / units.length, twin.displacement) + 1}",
+        f"granule {farthest(result.velocity / units.velocity, twin.velocity) + 1}",
         f"contact {_farthest_peak(found, expected)}",
     )
     checks = []
@@ -208,8 +208,8 @@ def _grown(
         start[0] = nudge * rng.uniform(-1, 1, scene.chain.granules)
         nudged, other = (_verlet(scene, legs, deadline, each) for each in (start, -start))
         differences = (
-            _largest(nudged.state.displacement, other.state.displacement, least),
-            _largest(nudged.state.velocity, other.state.velocity, least),
+            _largest(nudged.displacement, other.displacement, least),
+            _largest(nudged.velocity, other.velocity, least),
             largest_difference(nudged.peaks.force, other.peaks.force),
         )
         found = np.maximum(found, differences)

@@ -19,7 +19,7 @@ from tests.conftest import STEEL
 from tests.decks.test_standalone_deck import peaks, run, verdict, written
 from tests.decks.test_terms import slow_but
 from tests.engines.native.test_terms import DIMER, PULSE
-from validation.lammps_versions import sampled_maxima
+from tests.oracles.sampled_maxima import sampled_maxima
 
 RTOL = 1e-3
 """What the steps of these decks may cost the peaks: two to ten thousand steps."""

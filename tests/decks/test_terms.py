@@ -20,7 +20,7 @@ from tests.command_line import Command
 from tests.conftest import STEEL
 from tests.decks.test_standalone_deck import by_granule, peaks, run, verdict, written
 from tests.engines.native.test_terms import PULSE, SCENES
-from validation.lammps_versions import sampled_maxima
+from tests.oracles.sampled_maxima import sampled_maxima
 from validation.random_scenes import random_scene_with_terms
 
 RTOL = 1e-4

@@ -21,8 +21,10 @@ from tests.command_line import run_here, run_program
 from tests.places import ROOT
 
 DOCS = ROOT / "docs"
-PAGES = sorted(path.name for path in DOCS.glob("*.md"))
-LINKED = [*sorted(DOCS.glob("*.md")), ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
+PAGES = sorted(
+    path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.md") if "_build" not in path.parts
+)
+LINKED = [*(DOCS / name for name in PAGES), *ROOT.glob("*.md"), ROOT / "lammps_inputs/README.md"]
 
 FENCE = re.compile(r"^(?P<ticks>`{3,})(?P<language>\S*)\s*$")
 MARK = re.compile(r"^<!-- not run: (?P<reason>.+) -->$")
@@ -34,7 +36,7 @@ PROCESSES = {"tutorial.md": 1}
 """Commands of a page that run as users run them; the others run in this process, as that is
 quicker."""
 
-BY_SPHINX = {"{toctree}", "{commands}"}
+BY_SPHINX = {"{toctree}", "{commands}", "{code-map}"}
 """What is no code: Sphinx makes something of it, or says that it cannot."""
 
 TOKEN = re.compile(

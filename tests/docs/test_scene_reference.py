@@ -15,8 +15,7 @@ import tomli_w
 
 import hertzchain as hc
 from hertzchain.errors import SceneError
-from hertzchain.scene.reading import SECTIONS
-from hertzchain.scene.usual import USUAL
+from hertzchain.scene.parts import KEYS, SECTIONS, key_named
 from tests.places import ROOT
 
 PAGE = (ROOT / "docs" / "scene-reference.md").read_text(encoding="utf-8")
@@ -217,6 +216,24 @@ def test_a_default_is_the_value_of_a_scene_without_the_key(row: Row, tmp_path: P
     assert read(document, tmp_path) == without
 
 
+@pytest.mark.parametrize("row", ROWS, ids=IDS)
+def test_the_cells_of_a_key_are_its_own(row: Row) -> None:
+    """Units, bounds and choices stand in the code once, and on the page."""
+    of_segment = row.section == "[[chain.segments]]"
+    key = key_named(f"{'chain.segments.1' if of_segment else row.name.strip('[')}.{row.key}")
+    if key is None or row.key in ("granule", "contact"):
+        assert row.key in ("segments", "file", "cell", "granule", "contact")
+        return
+    assert row.unit == key.unit
+    if row.key == "profile" or (of_segment and row.key == "granules"):
+        return  # each shock has its own; the bounds of a segment are its own
+    words = ["integer"] if key.kind == "int" else ["`true`, `false`"] if key.kind == "bool" else []
+    words += [f"{words} {bound:g}" for words, bound in key.bounds.items() if bound < 1e6]
+    words += [f"`{one}`" for one in key.choices]
+    assert row.allowed.startswith(", ".join(words))
+
+
 def test_the_usual_values_are_those_of_the_code() -> None:
     table = re.findall(r"^\| `([a-z_]+)` \| (\S+) [^|]+\| (\S+) [^|]+\|$", PAGE, re.MULTILINE)
-    assert {key: (float(low), float(high)) for key, low, high in table} == USUAL
+    usual = {name.partition(".")[2]: key.usual for name, key in KEYS.items() if key.usual}
+    assert {key: (float(low), float(high)) for key, low, high in table} == usual

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from hertzchain.observables.curves import first_touch
 from hertzchain.observables.damped_law import DampedLaw
-from hertzchain.observables.damped_watch import DampedWatch, first_touch
+from hertzchain.observables.damped_watch import DampedWatch
 from hertzchain.observables.samples import Samples
 
 ROUND_OFF = 1e-14

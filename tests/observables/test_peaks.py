@@ -334,23 +334,24 @@ def with_turns(slope: float, *turns: float) -> np.polynomial.Polynomial:
     return (slope * np.polynomial.Polynomial.fromroots(turns)).integ() + 1
 
 
-@pytest.mark.parametrize("jerk", [True, False])
-def test_a_maximum_where_the_overlap_rises_at_both_samples(jerk: bool) -> None:
-    curve = with_turns(1.0, 0.2, 0.95)
+@pytest.mark.parametrize(
+    ("curve", "at", "jerk"),
+    [
+        (with_turns(1.0, 0.2, 0.95), 0.2, True),
+        (with_turns(1.0, 0.2, 0.95), 0.2, False),
+        (with_turns(-1.0, 0.05, 0.8), 0.8, True),
+    ],
+    ids=["rises at both", "rises at both, no jerk", "falls at both"],
+)
+def test_a_maximum_where_the_rate_has_the_same_sign_at_both_samples(
+    curve: np.polynomial.Polynomial, at: float, jerk: bool
+) -> None:
     watch = watched(samples_of(polynomials(curve), np.array([0.0, 1.0]), jerk))
-    assert curve(0.2) > max(curve(0.0), curve(1.0))
-    assert min(curve.deriv()(0.0), curve.deriv()(1.0)) > 0
+    assert curve(at) > max(curve(0.0), curve(1.0))
+    assert curve.deriv()(0.0) * curve.deriv()(1.0) > 0
     # The interpolant is the polynomial itself; rounding.
-    assert watch.force[0] == pytest.approx(curve(0.2) ** 1.5, rel=1e-13, abs=0)
-    assert watch.time[0] == pytest.approx(0.2, rel=1e-12, abs=0)
-
-
-def test_a_maximum_where_the_overlap_falls_at_both_samples() -> None:
-    curve = with_turns(-1.0, 0.05, 0.8)
-    watch = watched(samples_of(polynomials(curve), np.array([0.0, 1.0])))
-    assert curve(0.8) > max(curve(0.0), curve(1.0))
-    assert max(curve.deriv()(0.0), curve.deriv()(1.0)) < 0
-    assert watch.force[0] == pytest.approx(curve(0.8) ** 1.5, rel=1e-13, abs=0)
+    assert watch.force[0] == pytest.approx(curve(at) ** 1.5, rel=1e-13, abs=0)
+    assert watch.time[0] == pytest.approx(at, rel=1e-12, abs=0)
 
 
 def test_the_higher_of_two_maxima_between_two_samples() -> None:
@@ -369,22 +370,17 @@ def test_a_touch_between_two_samples_of_a_contact_that_was_pressed_before() -> N
     assert watch.force[0] == pytest.approx(7 * curve(1.6) ** 1.5, rel=1e-12, abs=0)
 
 
-def test_a_rival_is_the_second_highest_maximum() -> None:
-    curve = with_turns(-3.0, 0.5, 1.5, 2.6)
-    low, high = sorted((curve(0.5), curve(2.6)))
-    single = with_turns(-3.0, 0.5)
-    watch = watched(samples_of(polynomials(curve, single), np.linspace(0.0, 3.0, 7)))
+@pytest.mark.parametrize(
+    ("turns", "times"),
+    [((0.5, 1.5, 2.6), np.linspace(0.0, 3.0, 7)), ((0.32, 0.51, 1.05), np.arange(3.0))],
+    ids=["", "within one interval"],
+)
+def test_a_rival_is_the_second_highest_maximum(turns: tuple[float, ...], times: FloatArray) -> None:
+    curve, single = with_turns(-3.0, *turns), with_turns(-3.0, 0.5)
+    low, high = sorted((curve(turns[0]), curve(turns[2])))
+    watch = watched(samples_of(polynomials(curve, single), times))
     assert watch.force[0] == pytest.approx(high**1.5, rel=1e-12, abs=0)
-    assert watch.rival[0] == pytest.approx(low**1.5, rel=1e-12, abs=0)
-    assert watch.rival[1] == 0
-
-
-def test_a_rival_within_one_interval() -> None:
-    curve = with_turns(-3.0, 0.32, 0.51, 1.05)
-    watch = watched(samples_of(polynomials(curve), np.array([0.0, 1.0, 2.0])))
-    low, high = sorted((curve(0.32), curve(1.05)))
-    assert watch.force[0] == pytest.approx(high**1.5, rel=1e-12, abs=0)
-    assert watch.rival[0] == pytest.approx(low**1.5, rel=1e-12, abs=0)
+    assert watch.rival.tolist() == [pytest.approx(low**1.5, rel=1e-12, abs=0), 0.0]
 
 
 def test_contacts_that_still_rise_are_told() -> None:

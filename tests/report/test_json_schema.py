@@ -38,6 +38,8 @@ from tests.verdict.deck.made import changed, examined, found
 
 SHORT = paper_scene("cosine", 1.0, 2.0, granules=8)
 
+UNCERTAIN = replace(SHORT, uncertain=(hc.Uncertain("shock.peak_force", 0.1, relative=True),))
+
 UNLIKE = replace(
     SHORT,
     chain=hc.Chain(3, [1e-3, 2e-3, 1e-3], 193e9, 0.3, 7958.0, gap=[0.0, 1e-6, 0.0]),
@@ -134,6 +136,11 @@ DOCUMENTS: dict[str, tuple[str, Callable[[], dict[str, Any]]]] = {
     "judge, step": ("judge.json", lambda: judged(1.0, dt=1e-8)),
     "judge, traces": ("traces.json", lambda: hc.judge_traces(SHORT, traces()).to_dict()),
     "fit": ("fit.json", lambda: hc.fit(SHORT, traces(), ["shock.peak_force"]).to_dict()),
+    "spread": ("uncertainty.json", lambda: hc.spread(UNCERTAIN, 16).to_dict()),
+    "validate": (
+        "validation.json",
+        lambda: hc.validate(UNCERTAIN, traces(), realisations=16).to_dict(),
+    ),
     "examine": ("examine.json", examination),
     "sweep": ("sweep.json", lambda: manifest(vary={"shock.profile": ["cosine", "triangular"]})),
     "sweep, drawn": (
@@ -161,6 +168,8 @@ STAND_ALONE = {
     "run.json",
     "traces.json",
     "fit.json",
+    "uncertainty.json",
+    "validation.json",
     "compare.json",
     "judge.json",
     "examine.json",
@@ -290,7 +299,7 @@ def test_a_document_says_what_its_numbers_are(given: tuple[str, dict[str, Any]])
         contacts = document["contacts"]
         last = document["scene"]["chain"]["granules"] + ("wall" in document["scene"])
         assert contacts == list(range(2, last + 1))
-        if schema != "fit.json":  # which has no peaks
+        if schema not in ("fit.json", "uncertainty.json", "validation.json"):  # which has no peaks
             assert len(peaks["peak_force_N"]) == len(contacts)
 
 

@@ -20,7 +20,6 @@ from hertzchain.report.motion import (
     at_times,
     motion_arrays,
     motion_frame,
-    recorded_below,
     write_motion,
 )
 from hertzchain.report.run import of_result
@@ -257,26 +256,6 @@ def test_recorded_times_keep_the_height_of_the_wave_or_it_is_said(result: hc.Res
     times = np.linspace(0, scene.end_time, wanted)
     assert coarse_times(hc.Native(rtol=1e-6).run(scene, times)) is None
     assert coarse_times(hc.Native(rtol=1e-6).run(scene, times[::2])) is not None
-
-
-def test_what_a_record_keeps_of_the_peaks_is_said(result: hc.Result) -> None:
-    """The worst of all contacts that are pressed noticeably, by hand."""
-    history = result.history
-    assert history is not None
-    few = at_times(result, history.time[::3])
-    assert few.history is not None
-    below = 1 - np.max(few.history.contact_force, axis=0) / result.peak_force
-    worst = int(np.argmax(below))
-    remark = recorded_below(few)
-    assert remark is not None
-    assert f"contact {worst + 2} is {below[worst]:.2%} below its peak" in remark
-    assert f"--record {4 * few.history.time.size} comes closer" in remark
-    others = np.delete(few.contact, worst).tolist()
-    least = recorded_below(few, others)
-    assert least is not None
-    assert f"contact {worst + 2} " not in least
-    with_peaks = np.unique([*history.time, *result.peak_time])
-    assert recorded_below(hc.Native(rtol=1e-6).run(result.scene, with_peaks)) is None
 
 
 def test_a_plot_is_a_picture(tmp_path: Path, on_a_wall: hc.Result) -> None:

@@ -14,26 +14,6 @@ CHAIN = hc.Chain(3, **STEEL)
 PULSE = hc.Pulse("cosine", 1.0, 2.0, momentum_ratio=1.0)
 
 
-@pytest.mark.parametrize(
-    ("key", "usual", "unusual"),
-    [
-        ("radius", 0.5, 0.51),
-        ("radius", 1e-6, 0.9e-6),
-        ("young_modulus", 1e5, 193.0),
-        ("young_modulus", 2e12, 193e12),
-        ("density", 10.0, 7.9),
-        ("density", 3e4, 7.9e6),
-    ],
-)
-def test_a_value_far_from_the_usual_is_remarked(key: str, usual: float, unusual: float) -> None:
-    weak = replace(PULSE, peak_force=1e-5)
-    at_the_edge = hc.Chain(3, **STEEL | {key: usual})
-    assert unusual_values(hc.Scene(at_the_edge, weak)) == []
-    beyond = hc.Chain(3, **STEEL | {key: unusual})
-    (remark,) = unusual_values(hc.Scene(beyond, weak))
-    assert remark.startswith(f"chain.{key} = {unusual:g} ")
-
-
 def test_every_part_is_looked_at() -> None:
     striker = hc.Striker(velocity=2000.0)
     wall = hc.Wall("elastic", young_modulus=70.0, poisson_ratio=0.3)

@@ -184,7 +184,7 @@ def test_a_title_without_room_is_left_out_and_said() -> None:
     )
 
 
-def test_size_and_style_of_the_command(
+def test_size_of_the_command(
     folder: Path,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -200,24 +200,9 @@ def test_size_and_style_of_the_command(
     for wrong in ("3", "1.9x3", "3x51", "3x3x3", "axb", "nanx3"):
         plotted("--size", wrong)
         assert f"--size {wrong}: must be width and height" in capsys.readouterr().err
-    plotted("--style", "nonsense")
-    assert "--style nonsense: Matplotlib has no such style" in capsys.readouterr().err
-    (tmp_path / "bytes.mplstyle").write_bytes(b"\x8f\xff")
-    plotted("--style", str(tmp_path / "bytes.mplstyle"))
-    assert "bytes.mplstyle: is not a text file" in capsys.readouterr().err
-    (tmp_path / "tex.mplstyle").write_text("text.usetex: True")
-    monkeypatch.setenv("PATH", str(tmp_path))  # without LaTeX
-    plotted("--style", str(tmp_path / "tex.mplstyle"))
-    assert "tex.mplstyle: no picture with it: Failed to process string with tex because latex" in (
-        capsys.readouterr().err
-    )
-    (tmp_path / "blue.mplstyle").write_text("axes.facecolor: 0000ff\nsavefig.dpi: 50")
-    plotted("--size", "2x10", "--style", str(tmp_path / "blue.mplstyle"))
+    plotted("--size", "2x10")
     with Image.open(tmp_path / "a.png") as picture:
-        assert picture.size == (100, 500)
-        colours = picture.convert("RGB").getcolors(1_000_000)
-    assert colours is not None
-    assert (0, 0, 255) in {colour for _, colour in colours}
+        assert picture.size == (300, 1500)
 
 
 def test_counts_have_ticks_at_whole_numbers(both: hc.Sweep) -> None:

@@ -76,7 +76,7 @@ def test_titles_name_the_drive_and_no_gravity_of_zero() -> None:
         (PISTON, {"frequency": "2,3"}, "a shock of profile piston has no such key"),
         (PISTON, {"velocity": "0,1"}, "shock.velocity = 0"),
         (SINE, {"amplitude": "5,11"}, "shock.amplitude = 11.0: must be at most the static load"),
-        (SINE, {"cycles": "0,1"}, "shock.cycles = 0: must be a whole number"),
+        (SINE, {"cycles": "0,1"}, "shock.cycles = 0: must be an integer"),
     ],
 )
 def test_what_cannot_vary_is_refused_in_a_sentence(

@@ -4,30 +4,16 @@ from __future__ import annotations
 
 import functools
 import math
-import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-import pint
 import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import Array, FloatArray
-from hertzchain.limits import Deadline
 from hertzchain.scene.pulse import PROFILES, profile_named
-from hertzchain.verdict.case import Case
-from hertzchain.verdict.judgement import judged_peaks
 from hertzchain.verdict.mistakes import with_rise_time
-from hertzchain.verdict.slips import (
-    SLIPS_OF_FORCE,
-    UNITS_OF_PEAKS,
-    near,
-    slips_of_stiffness,
-    slips_of_stretch,
-    stretch_in_words,
-)
-from hertzchain.verdict.step_mistakes import mean_interval, round_steps, samples
 from tests.conftest import paper_scene
 from tests.effort import effort
 from validation.planting import in_set_up
@@ -306,14 +292,6 @@ def test_what_ends_a_cause() -> None:
     assert cause.startswith("no contact was pressed, or none was read")
     found = hc.judge(at.scene, verlet(at, 1.5e-6), dt=1.5e-6)
     assert "velocity Verlet with steps of 1.5e-06 s has" in (found.cause or "")
-    case = case_of(at, 1.01 * at.truth)
-    assert list(round_steps(replace(case, dt=1e-6))) == []
-
-
-def test_the_interval_of_samples_follows_from_their_mean() -> None:
-    distance = np.random.default_rng(0).uniform(-0.1, 0.1, 10_000)
-    found = mean_interval(-0.4 * distance**2, np.full(10_000, -0.4))
-    assert found == pytest.approx(0.2, rel=0.02)  # the mean of 10,000 squares is known to 1 %
 
 
 @pytest.mark.lammps
@@ -402,106 +380,6 @@ def test_of_three_mistakes_none_is_named_that_was_not_made(seed: int) -> None:
     cause = judged(at, exact(hc.Scene(chain, pulse))).cause or ""
     for other in ("damping", "velocity Verlet", "granules", "samples", "numbered", "late", "pull"):
         assert other not in cause, cause
-
-
-# Parts
-
-
-def case_of(at: Planting, given: Array) -> Case:
-    reference = hc.Native("reference").run(at.scene)
-    peaks = np.asarray(given, np.float64)
-    return Case(
-        at.scene,
-        reference,
-        peaks,
-        judged_peaks(reference.peak_force, peaks),
-        None,
-        1e-3,
-        Deadline(60),
-    )
-
-
-NU = 0.3
-SLIPS = {
-    "effective modulus E/(1 - nu^2) in place of half of it": (2, 1),
-    "effective modulus E in place of E/(2 (1 - nu^2))": (2 * (1 - NU**2), 1),
-    "effective modulus halved twice": (0.5, 1),
-    "E in place of E/(1 - nu^2)": (1 - NU**2, 1),
-    "1 - nu in place of 1 - nu^2": (1 + NU, 1),
-    "shear modulus in place of E": (1 / 2.6, 1),
-    "the factor 2/3 is missing": (3 / 2, 1),
-    "the factor 4/3 is missing": (3 / 4, 1),
-    "R in place of the effective radius R/2": (2**0.5, 1),
-    "diameter taken for radius": (2**0.5, 8),
-    "radius taken for diameter": (2**-0.5, 1 / 8),
-    "diameter taken for radius in the mass": (1, 8),
-    "radius taken for diameter in the mass": (1, 1 / 8),
-    "half the mass": (1, 0.5),
-    "twice the mass": (1, 2),
-    "density in g/cm^3 taken for kg/m^3": (1, 1e-3),
-    "E in dyn/cm^2 taken for Pa": (10, 1),
-    "radius in cm taken for m": (10, 1e6),
-    "radius in mm taken for m": (1000**0.5, 1e9),
-    "E in GPa taken for Pa": (1e-9, 1),
-    "E in MPa taken for Pa": (1e-6, 1),
-    "density set before the diameter": (1, 0.0095**-3),
-}
-"""Factors of stiffness and mass: the stiffness goes as E R^(1/2), the mass as R^3."""
-
-
-def test_slips_of_the_chain_follow_from_its_stiffness_and_mass() -> None:
-    found = slips_of_stretch(planting(QUICK[0]).scene)
-    # The natural time goes as m^(1/2) A^(-1/3) at the same force.
-    expected = {name: a ** (1 / 3) * m**-0.5 for name, (a, m) in SLIPS.items()}
-    expected |= {"duration taken for rise time": 2.0, "rise time taken for duration": 0.5}
-    assert found == pytest.approx(expected, rel=1e-12, abs=0)
-
-
-def test_units_of_force_are_those_of_pint() -> None:
-    units: pint.UnitRegistry[float] = pint.UnitRegistry()
-    for name, factor in UNITS_OF_PEAKS.items():
-        newton = units.Quantity(1.0, "newton").to("micronewton" if name == "uN" else name)
-        # Pound forces have seven digits here.
-        assert factor == pytest.approx(newton.magnitude, rel=1e-8, abs=0)
-    for name, factor in SLIPS_OF_FORCE.items():
-        asked, taken = re.findall(r"in (\w+) taken for (\w+)", name)[0] if " in " in name else "NN"
-        known = units.Quantity(1.0, taken).to(asked).magnitude if " in " in name else factor
-        assert factor == pytest.approx(known, rel=1e-8, abs=0)
-    assert (SLIPS_OF_FORCE["half of F0"], SLIPS_OF_FORCE["twice F0"]) == (0.5, 2.0)
-
-
-@pytest.mark.parametrize(
-    ("nu", "stretch", "name", "within"),
-    [
-        (0.0, 2**0.5, "half the mass", 3e-3),
-        # 1 - nu^2 changes the length of the pulse by 3.3e-3: a tenth of that.
-        (0.1, 0.99 ** (1 / 3), "E in place of E/(1 - nu^2)", 3.3e-4),
-    ],
-)
-def test_a_known_factor_is_named_where_it_is_near(
-    nu: float, stretch: float, name: str, within: float
-) -> None:
-    scene = planting(QUICK[0]).in_seconds
-    scene = replace(scene, chain=replace(scene.chain, poisson_ratio=nu))
-    for off, named in ((0.9, True), (-0.9, True), (1.1, False), (-1.1, False)):
-        assert (name in stretch_in_words(scene, stretch * (1 + off * within))) is named
-
-
-def test_factors_that_cannot_be_told_apart_have_no_name() -> None:
-    """1 - nu^2 is 1 - 9e-4; of two factors that are that far apart the nearer one is named."""
-    scene = planting(QUICK[0]).in_seconds
-    scene = replace(scene, chain=replace(scene.chain, poisson_ratio=0.03))
-    known = slips_of_stiffness(scene)
-    assert near(known, 1 - 0.03**2) == []
-    assert near(known, 2.0) == ["effective modulus E/(1 - nu^2) in place of half of it"]
-
-
-@pytest.mark.parametrize(("contacts", "sought"), [(11, False), (12, True)])
-def test_samples_are_sought_in_twelve_contacts(contacts: int, sought: bool) -> None:
-    at = planting(QUICK[0])
-    case = case_of(at, at.samples(0.3))
-    few = replace(case, judged=np.arange(29) < contacts)
-    assert bool(list(samples(few))) is sought
 
 
 @pytest.mark.slow

@@ -338,7 +338,7 @@ def judgement(off: FloatArray, sampling: FloatArray | None = None) -> Judgement:
     reference = accurate("free")
     given = reference.peak_force * (1 + off)
     truth = reference.peak_force
-    return Judgement(reference, truth, False, given, 1e-3, None, None, (), None, None, sampling)
+    return Judgement(reference, truth, False, given, 1e-3, None, None, (), None, sampling)
 
 
 @pytest.mark.parametrize(("sampling", "allowed"), [(None, 1e-3), (5e-4, 1.5e-3)])

@@ -68,14 +68,11 @@ class Softening:
         A relaxation time scales as times do. A dashpot's coefficient is a force over a velocity,
         and forces stay the same.
         """
-        if contact is None:
-            return None
-        relaxation, coefficient = contact.relaxation_time, contact.coefficient
-        return replace(
-            contact,
-            relaxation_time=None if relaxation is None else self.time * relaxation,
-            coefficient=None if coefficient is None else coefficient / self.time,
-        )
+        if contact is None or contact.damping == "restitution":
+            return contact
+        is_time = contact.damping == "viscoelastic"
+        value = contact.parameter
+        return contact.with_parameter(self.time * value if is_time else value / self.time)
 
     def _modulus(self, young_modulus: Any) -> Any:
         return None if young_modulus is None else _times(1 / 8.0**self.power, young_modulus)

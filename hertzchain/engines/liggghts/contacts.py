@@ -62,7 +62,7 @@ def types_of(scene: Scene) -> tuple[list[Type], list[int]]:
     each = scene.granules
     materials, kinds = materials_of("LIGGGHTS", each)
     types = [(material, math.nan) for material in materials]
-    if scene.contact is not None and scene.contact.relaxation_time is not None:
+    if scene.contact is not None and scene.contact.damping == "viscoelastic":
         masses = zip(kinds, each.mass.tolist(), strict=True)
         own = [(materials[kind - 1], mass) for kind, mass in masses]
         types, kinds = numbered(own)
@@ -83,7 +83,7 @@ def models(contact: Contact | None) -> list[tuple[str, str]]:
     if contact.coefficient is not None:
         return [("hertz", ""), ("hooke/stiffness", " absolute_damping on")]
     limit = "" if contact.attraction else " limitForce on"
-    return [("hertz" if contact.relaxation_time is None else "hertz/stiffness", limit)]
+    return [("hertz/stiffness" if contact.damping == "viscoelastic" else "hertz", limit)]
 
 
 def pair_commands(types: list[Type], contact: Contact | None) -> list[str]:
@@ -102,8 +102,8 @@ def pair_commands(types: list[Type], contact: Contact | None) -> list[str]:
 
 def _numbers(types: list[Type], contact: Contact | None) -> list[str]:
     """Yield the numbers of the models."""
-    if contact is not None and contact.relaxation_time is not None:
-        return _viscoelastic(types, contact.relaxation_time)
+    if contact is not None and contact.damping == "viscoelastic":
+        return _viscoelastic(types, contact.parameter)
     modulus, poisson = zip(*(material for material, _ in types), strict=True)
     restitution = None if contact is None else contact.restitution
     lines = [
@@ -122,7 +122,7 @@ def _numbers(types: list[Type], contact: Contact | None) -> list[str]:
     ]
 
 
-def _viscoelastic(types: list[Type], relaxation_time: float) -> list[str]:
+def _viscoelastic(types: list[Type], tau: float) -> list[str]:
     """Yield the numbers of Hertz's law with the damping of Kuwabara and Kono."""
 
     def reduced(one: Type, other: Type) -> float:
@@ -133,7 +133,7 @@ def _viscoelastic(types: list[Type], relaxation_time: float) -> list[str]:
         return 4 / 3 * reduced(one, other)
 
     def damping(one: Type, other: Type) -> float:
-        return 2 * relaxation_time * reduced(one, other) * (1 / one[1] + 1 / other[1])
+        return 2 * tau * reduced(one, other) * (1 / one[1] + 1 / other[1])
 
     return [
         *_pairs("kn", types, stiffness),

@@ -225,8 +225,8 @@ class Native:
             peak_time=peak_time,
             peak_passed=run.peaks.passed,
             error_estimate=errors.largest,
-            displacement=run.state.displacement * units.length,
-            velocity=run.state.velocity * units.velocity,
+            displacement=run.displacement * units.length,
+            velocity=run.velocity * units.velocity,
             balance=Balance(
                 impulse=scene.given_impulse
                 + float(run.piston_impulse - run.wall_impulse) * units.momentum,
@@ -334,8 +334,8 @@ class Native:
         if self.method == "scipy":
             from hertzchain.engines.native.in_scipy import accurate_in_scipy, longest_step
 
-            by_scipy = accurate_in_scipy(scene, rtol, deadline, recorder, first)
-            return "scipy", longest_step(scene), by_scipy.run, by_scipy.errors
+            found = accurate_in_scipy(scene, rtol, deadline, recorder, first)
+            return "scipy", longest_step(scene), *found
         if scene.contact is not None:
             return _adaptive(scene, recorder, deadline, rtol, first)
         hard = amplifies_errors(scene)

@@ -313,7 +313,6 @@ def _accurate_enough(
                 leaves[wanted],
                 deadline,
                 cores,
-                plan.dtype,
             )
             error[wanted] = plan.estimate(0.0, evaluations[wanted])
         plan, wanted = plans.cheapest(rtol, hard=True), np.nonzero(~(error <= rtol))[0]

@@ -153,10 +153,9 @@ def quintic(u0: Any, v0: Any, a0: Any, u1: Any, v1: Any, a1: Any, h: float) -> A
 
 
 @compiled
-def overlap_curve(
-    u0: Any, v0: Any, a0: Any, u1: Any, v1: Any, a1: Any, gap: Any, i: int, h: float
-) -> Any:
+def overlap_curve(start: Any, end: Any, gap: Any, i: int, h: float) -> Any:
     """The overlap of contact i within a step, a polynomial in (t - t_start) / h."""
+    u0, v0, a0, u1, v1, a1 = start.u, start.v, start.a, end.u, end.v, end.a
     return quintic(
         u0[i] - u0[i + 1] - gap[i], v0[i] - v0[i + 1], a0[i] - a0[i + 1],
         u1[i] - u1[i + 1] - gap[i], v1[i] - v1[i + 1], a1[i] - a1[i + 1], h,
@@ -216,15 +215,13 @@ def _narrowed(
 
 
 @compiled
-def highest(
-    u0: Any, v0: Any, a0: Any, r0: Any, u1: Any, v1: Any, a1: Any, r1: Any, i: int, h: float, c: Any
-) -> Any:
+def highest(start: Any, end: Any, i: int, h: float, c: Any) -> Any:
     """The highest maximum of the force of contact i in a step, and its place from 0 to 1; or 0, 0.
 
     The overlap is the polynomial of degree 7 that meets it and its first three derivatives at both
     ends.
     """
-    curve = septic(u0, v0, a0, r0, u1, v1, a1, r1, i, h, c)
+    curve = septic(start, end, i, h, c)
     force, place, rate = 0.0, 0.0, _growth(curve, 0.0, h, i, c)
     for part in range(1, PARTS + 1):
         before, rate = rate, _growth(curve, part / PARTS, h, i, c)
@@ -275,47 +272,37 @@ def jerk(rate: Any, i: int, c: Any) -> float:
 
 
 @compiled
-def ends_of_septic(
-    u0: Any, v0: Any, a0: Any, r0: Any, u1: Any, v1: Any, a1: Any, r1: Any, i: int, c: Any
-) -> Any:
-    """The overlap of contact i and its first three derivatives at the start and end of a step."""
-    start = (
-        u0[i] - u0[i + 1] - c.gap[i], v0[i] - v0[i + 1], a0[i] - a0[i + 1],
-        jerk(r0, i, c) - jerk(r0, i + 1, c),
+def end_of_septic(at: Any, i: int, c: Any) -> Any:
+    """The overlap of contact i and its first three derivatives at the start or end of a step."""
+    return (
+        at.u[i] - at.u[i + 1] - c.gap[i], at.v[i] - at.v[i + 1], at.a[i] - at.a[i + 1],
+        jerk(at.r, i, c) - jerk(at.r, i + 1, c),
     )  # fmt: skip
-    end = (
-        u1[i] - u1[i + 1] - c.gap[i], v1[i] - v1[i + 1], a1[i] - a1[i + 1],
-        jerk(r1, i, c) - jerk(r1, i + 1, c),
-    )  # fmt: skip
-    return start, end
 
 
 @compiled
-def septic(
-    u0: Any, v0: Any, a0: Any, r0: Any, u1: Any, v1: Any, a1: Any, r1: Any, i: int, h: float, c: Any
-) -> Any:
+def septic(start: Any, end: Any, i: int, h: float, c: Any) -> Any:
     """The overlap of contact i within a step, a polynomial of degree 7 in (t - t_start) / h."""
-    start, end = ends_of_septic(u0, v0, a0, r0, u1, v1, a1, r1, i, c)
-    return hermite(start, end, h)
+    return hermite(end_of_septic(start, i, c), end_of_septic(end, i, c), h)
 
 
 @compiled
 def keep_history(
-    record: Any, kept: int, u0: Any, v0: Any, a0: Any, r0: Any, u1: Any, v1: Any, a1: Any, r1: Any,
-    on: Any, hi: int, begin: float, end: float, c: Any,
+    record: Any, kept: int, start: Any, end: Any, on: Any, hi: int, begin: float, until: float,
+    c: Any,
 ) -> int:  # fmt: skip
     """Fill in the wanted times up to the end of a step; returns how many are filled in now."""
-    h = end - begin
-    while kept < record.time.size and record.time[kept] <= end:
+    h = until - begin
+    while kept < record.time.size and record.time[kept] <= until:
         s = (record.time[kept] - begin) / h
         for i in range(hi):
-            start = (u0[i], v0[i], a0[i], jerk(r0, i, c))
-            after = (u1[i], v1[i], a1[i], jerk(r1, i, c))
-            curve = hermite(start, after, h)
+            before = (start.u[i], start.v[i], start.a[i], jerk(start.r, i, c))
+            after = (end.u[i], end.v[i], end.a[i], jerk(end.r, i, c))
+            curve = hermite(before, after, h)
             record.displacement[kept, i] = value_at(curve, s)
             record.velocity[kept, i] = slope_at(curve, s) / h
             if i < record.contact_force.shape[1] and on[i] > 0.0:
-                curve = septic(u0, v0, a0, r0, u1, v1, a1, r1, i, h, c)
+                curve = septic(start, end, i, h, c)
                 force = law(value_at(curve, s), slope_at(curve, s) / h, i, c)
                 record.contact_force[kept, i] = force if c.attraction else max(force, 0.0)
         kept += 1

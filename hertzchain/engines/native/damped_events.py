@@ -31,17 +31,17 @@ IDLE = 1e-3
 
 
 @compiled
-def in_wrong_mode(u: Any, v: Any, f: Any, on: Any, i: int, idle: float, c: Any) -> bool:
+def in_wrong_mode(at: Any, on: Any, i: int, idle: float, c: Any) -> bool:
     """Whether contact i is in a mode that it ought not to have.
 
     A strong damper lets its contact open endlessly, with a force of almost 0 that would keep steps
     short: such a force is left out.
     """
-    d, w = u[i] - u[i + 1] - c.gap[i], v[i] - v[i + 1]
+    d, w = at.u[i] - at.u[i + 1] - c.gap[i], at.v[i] - at.v[i + 1]
     if on[i] > 0.0:
         if c.attraction or c.damping[i] == 0.0:
             return d < -idle
-        return d < -idle or f[i + 1] < (idle if w < 0.0 < d else -idle)
+        return d < -idle or at.f[i + 1] < (idle if w < 0.0 < d else -idle)
     if d <= 0.0 or (c.stiffness[i] == 0.0):
         return False
     if c.attraction:
@@ -110,36 +110,36 @@ def _dips(start: Any, end: Any, h: float, i: int, allowed: float, c: Any) -> boo
 
 @compiled
 def earliest(
-    u0: Any, v0: Any, a0: Any, f0: Any, r0: Any, u1: Any, v1: Any, a1: Any, f1: Any, r1: Any,
-    on: Any, hi: int, h: float, allowed: float, idle: float, c: Any,
-) -> Any:  # fmt: skip
+    start: Any, end: Any, on: Any, hi: int, h: float, allowed: float, idle: float, c: Any
+) -> Any:
     """When in a step, from 0 to 1, a mode first changes so that it matters, and whose; or 2."""
+    u0, v0, u1, v1 = start.u, start.v, end.u, end.v
     first, which = 2.0, -1
     for i in range(hi):
         d1 = u1[i] - u1[i + 1] - c.gap[i]
         pressing = on[i] > 0.0
-        differs = not pressing or d1 < -idle or (f1[i + 1] < -idle and not c.attraction)
+        differs = not pressing or d1 < -idle or (end.f[i + 1] < -idle and not c.attraction)
         if not differs:
             # A force, or an overlap, may fall to 0 and rise again.
             if c.attraction:
-                start = u0[i] - u0[i + 1] - c.gap[i], v0[i] - v0[i + 1]
-                end = d1, v1[i] - v1[i + 1]
+                before = u0[i] - u0[i + 1] - c.gap[i], v0[i] - v0[i + 1]
+                after = d1, v1[i] - v1[i + 1]
             else:
-                start, end = (f0[i + 1], r0[i + 1]), (f1[i + 1], r1[i + 1])
-            if _dips(start, end, h, i, allowed, c):
-                curve = overlap_curve(u0, v0, a0, u1, v1, a1, c.gap, i, h)
+                before, after = (start.f[i + 1], start.r[i + 1]), (end.f[i + 1], end.r[i + 1])
+            if _dips(before, after, h, i, allowed, c):
+                curve = overlap_curve(start, end, c.gap, i, h)
                 s = first_change(curve, h, i, pressing, c)
                 if s < first:
                     first, which = s, i
             continue
         d0 = u0[i] - u0[i + 1] - c.gap[i]
         w0, w1 = v0[i] - v0[i + 1], v1[i] - v1[i + 1]
-        differs = in_wrong_mode(u1, v1, f1, on, i, idle, c)
+        differs = in_wrong_mode(end, on, i, idle, c)
         if not differs and (c.stiffness[i] == 0.0 or not (w0 > 0.0 and w1 < 0.0)):
             continue
         if not differs and d0 + w0 * h <= 0.0:
             continue
-        curve = overlap_curve(u0, v0, a0, u1, v1, a1, c.gap, i, h)
+        curve = overlap_curve(start, end, c.gap, i, h)
         s = first_change(curve, h, i, pressing, c)
         if s >= first:
             continue
@@ -153,64 +153,56 @@ def earliest(
 
 
 @compiled
-def keep_ends(peak_force: Any, peak_time: Any, f: Any, time: float, hi: int) -> None:
+def keep_ends(seen: Any, f: Any, time: float, hi: int) -> None:
     """Keep the forces of an instant that are higher than all before."""
-    for i in range(min(hi, peak_force.size)):
-        if f[i + 1] > peak_force[i]:
-            peak_force[i], peak_time[i] = f[i + 1], time
+    for i in range(min(hi, seen.force.size)):
+        if f[i + 1] > seen.force[i]:
+            seen.force[i], seen.time[i] = f[i + 1], time
 
 
 @compiled
-def hidden_maximum(f0: Any, r0: Any, f1: Any, r1: Any, peak: Any, h: float, hi: int) -> bool:
+def hidden_maximum(start: Any, end: Any, seen: Any, h: float, hi: int) -> bool:
     """Whether a force may have a maximum that matters within a step whose start is not smooth."""
-    for i in range(min(hi, peak.size)):
-        if r1[i + 1] < 0.0 and (r0[i + 1] > 0.0 or f0[i + 1] == 0.0):
-            above = -r1[i + 1] * h
-            if f1[i + 1] + above > peak[i] and above > 1e-12 * f1[i + 1]:
+    for i in range(min(hi, seen.force.size)):
+        if end.r[i + 1] < 0.0 and (start.r[i + 1] > 0.0 or start.f[i + 1] == 0.0):
+            above = -end.r[i + 1] * h
+            if end.f[i + 1] + above > seen.force[i] and above > 1e-12 * end.f[i + 1]:
                 return True
     return False
 
 
 @compiled
-def _maximum(
-    u0: Any, v0: Any, a0: Any, r0: Any, u1: Any, v1: Any, a1: Any, r1: Any, f0: Any, f1: Any,
-    i: int, above: float, h: float, c: Any,
-) -> Any:  # fmt: skip
+def _maximum(start: Any, end: Any, i: int, above: float, h: float, c: Any) -> Any:
     """A maximum within a step of the force of contact i that is above a force, and its place."""
-    rise, end_rise, grown = r0[i + 1] * h, r1[i + 1] * h, f1[i + 1] - f0[i + 1]
+    f0, f1 = start.f[i + 1], end.f[i + 1]
+    rise, end_rise, grown = start.r[i + 1] * h, end.r[i + 1] * h, f1 - f0
     # Rates that are not too large for the change make a cubic that has no maximum.
     if rise >= 0.0 and end_rise >= 0.0 and max(rise, end_rise) <= 3.0 * grown:
         return 0.0, 0.0
     if rise <= 0.0 and end_rise <= 0.0 and min(rise, end_rise) >= 3.0 * grown:
         return 0.0, 0.0
-    reach = max(f0[i + 1], f1[i + 1]) + max(abs(rise), abs(end_rise))
+    reach = max(f0, f1) + max(abs(rise), abs(end_rise))
     if not reach > above:
         return 0.0, 0.0
-    force, s = highest(u0, v0, a0, r0, u1, v1, a1, r1, i, h, c)
+    force, s = highest(start, end, i, h, c)
     return (force, s) if reach >= force > above else (0.0, 0.0)
 
 
 @compiled
-def keep_maxima(
-    u0: Any, v0: Any, a0: Any, r0: Any, u1: Any, v1: Any, a1: Any, r1: Any, f0: Any, f1: Any,
-    peak_force: Any, peak_time: Any, begin: float, h: float, hi: int, c: Any,
-) -> None:  # fmt: skip
+def keep_maxima(start: Any, end: Any, seen: Any, begin: float, h: float, hi: int, c: Any) -> None:
     """The maxima of contact forces within a step."""
-    for i in range(min(hi, peak_force.size)):
-        force, s = _maximum(u0, v0, a0, r0, u1, v1, a1, r1, f0, f1, i, peak_force[i], h, c)
+    for i in range(min(hi, seen.force.size)):
+        force, s = _maximum(start, end, i, seen.force[i], h, c)
         if force > 0.0:
-            peak_force[i], peak_time[i] = force, begin + s * h
+            seen.force[i], seen.time[i] = force, begin + s * h
 
 
 @compiled
-def first_maximum(
-    u0: Any, v0: Any, a0: Any, r0: Any, u1: Any, v1: Any, a1: Any, r1: Any, f0: Any, f1: Any,
-    peak_force: Any, h: float, hi: int, c: Any,
-) -> float:  # fmt: skip
+def first_maximum(start: Any, end: Any, seen: Any, h: float, hi: int, c: Any) -> float:
     """Place in a step, from 0 to 1, of the first maximum that is not near an end of it; or 1."""
     first = 1.0
-    for i in range(min(hi, peak_force.size)):
-        force, s = _maximum(u0, v0, a0, r0, u1, v1, a1, r1, f0, f1, i, peak_force[i], h, c)
+    for i in range(min(hi, seen.force.size)):
+        force, s = _maximum(start, end, i, seen.force[i], h, c)
         if force > 0.0 and NEAR < s < min(first, 1.0 - NEAR):
             first = s
     return first

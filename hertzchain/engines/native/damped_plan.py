@@ -8,14 +8,13 @@ loads, pulses, tables, sines, pistons and strikers.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.plan import round_off
-from hertzchain.observables.contact_errors import ContactErrors, Peaks, bounds
+from hertzchain.engines.native.simulation import Simulation
+from hertzchain.observables.contact_errors import ContactErrors, bounds
 
 LONGEST = 0.8
 """Longest step, natural time units of the fastest contact."""
@@ -42,32 +41,7 @@ _TRIES = 5
 """Tolerances until one is small enough."""
 
 
-class Run(Protocol):
-    """What is asked of a run."""
-
-    @property
-    def peaks(self) -> Peaks:
-        """What it saw of the contacts."""
-
-    @property
-    def evaluations(self) -> int:
-        """Force evaluations."""
-
-
-_Run = TypeVar("_Run", bound=Run)
-
-
-@dataclass(frozen=True, eq=False)
-class Bounded(Generic[_Run]):
-    """A run, and upper bounds of its errors."""
-
-    run: _Run
-    errors: ContactErrors
-
-    @property
-    def bound(self) -> float:
-        """The largest error of what was wanted."""
-        return self.errors.wanted
+Integrate = Callable[[float, float, bool], Simulation]
 
 
 def first_tolerance(rtol: float) -> float:
@@ -75,8 +49,8 @@ def first_tolerance(rtol: float) -> float:
     return max(min(_FIRST * rtol, LOOSEST), TIGHTEST)
 
 
-def accurate(integrate: Callable[[float, float, bool], _Run], rtol: float) -> Bounded[_Run]:
-    """Integrate until the bound of the error of the peaks is at most ``rtol``, in a few tries.
+def accurate(integrate: Integrate, rtol: float) -> tuple[Simulation, ContactErrors]:
+    """Return a run whose bounds of errors are at most ``rtol``, in a few tries, and these bounds.
 
     ``integrate`` makes a run with a tolerance and steps that may be longer by a factor, and is told
     whether it may be the last, or only tells the error of another. The bound of what is returned
@@ -94,10 +68,12 @@ def accurate(integrate: Callable[[float, float, bool], _Run], rtol: float) -> Bo
         if bound <= rtol or tolerance <= TIGHTEST or not left:
             break
         tolerance = max(tolerance * max(0.5 * rtol / bound, 1e-3), TIGHTEST)
-    return Bounded(run, errors)
+    return run, errors
 
 
-def _errors(run: Run, rough: Run, coarse: Run, tolerance: float) -> ContactErrors:
+def _errors(
+    run: Simulation, rough: Simulation, coarse: Simulation, tolerance: float
+) -> ContactErrors:
     known = _KNOWN * tolerance + _FLOOR + round_off(run.evaluations)
 
     def bound(much: FloatArray, little: FloatArray) -> FloatArray:

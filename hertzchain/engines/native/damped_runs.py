@@ -8,11 +8,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from hertzchain.engines.native.damped import Simulated, integrate_damped
+from hertzchain.engines.native.damped import integrate_damped
 from hertzchain.engines.native.damped_plan import LONGEST, accurate
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.kernel_input import leg_rows, noted_pulses, room_for, start_of
-from hertzchain.engines.native.simulation import End, Simulation, stoppable
+from hertzchain.engines.native.simulation import Simulation, stoppable
 from hertzchain.errors import RunFailed, TooExpensive
 from hertzchain.limits import Deadline, refuse_memory
 from hertzchain.observables.contact_errors import ContactErrors
@@ -47,14 +47,14 @@ def simulate_damped(
     longer: float = 1.0,
     most_work: float = math.inf,
     first: bool = False,
-) -> Simulated:
+) -> Simulation:
     """Integrate a scene once; ``first``: first pulses are wanted.
 
     ``legs`` [s, N] tell the applied force, by default that of the scene; with ``longer`` steps may
     be longer by that factor. Raises StepUnstable if the motion diverges, TooExpensive if the run
     has taken too long, TooMuchWork after ``most_work`` force evaluations of a granule.
     """
-    from hertzchain.engines.native import damped_advance
+    from hertzchain.engines.native import elastic_state
 
     granules = scene.chain.granules
     if deadline.left <= 0:
@@ -72,27 +72,28 @@ def simulate_damped(
     record = room_for(recorder, granules, contacts)
     control, longest = np.zeros(3), longest_step(scene) / scene.units.time
     chain, start = Chain.of(scene), start_of(scene)
-    found: Simulated = stoppable(
+    found: Simulation = stoppable(
         lambda: integrate_damped(
             chain, rows, start, tolerance, longest, record, control, most_work, longer
         ),
         control,
         deadline,
     )
-    if found.status == damped_advance.DIVERGED:
+    if found.status == elastic_state.DIVERGED:
         raise diverged("native")
-    if found.status == damped_advance.STUCK:
+    if found.status == elastic_state.STUCK:
         raise TooMuchWork(
             "the native run does not advance: a contact opens and closes within"
             " rounding errors; ask for less accuracy, or for a shorter end_time"
         )
-    if found.status == damped_advance.TOO_MUCH:
+    if found.status == elastic_state.TOO_MUCH:
         raise TooMuchWork("the native run takes more work than it may")
     if recorder is not None:
         recorder.displacement[:] = record.displacement
         recorder.velocity[:] = record.velocity
         recorder.contact_force[:] = record.contact_force
-    return replace(found, first=noted_pulses(record, contacts, found.peak_force))
+    first_pulses = noted_pulses(record, contacts, found.peak_force)
+    return replace(found, peaks=replace(found.peaks, first=first_pulses))
 
 
 def accurate_enough(
@@ -111,24 +112,10 @@ def accurate_enough(
     """
     allowed = iter((most_work,))
 
-    def integrate(tolerance: float, longer: float, may_be_last: bool) -> Simulated:
+    def integrate(tolerance: float, longer: float, may_be_last: bool) -> Simulation:
         kept, most = recorder if may_be_last else None, next(allowed, 5 * most_work)
         return simulate_damped(
             scene, tolerance, deadline, kept, longer=longer, most_work=most, first=first
         )
 
-    found = accurate(integrate, rtol)
-    run = found.run
-    simulation = Simulation(
-        End(run.displacement, run.velocity),
-        run.peaks,
-        run.work,
-        run.momentum,
-        run.energy,
-        run.steps,
-        run.evaluations,
-        wall_impulse=run.wall_impulse,
-        piston_impulse=run.piston_impulse,
-        dissipated=run.dissipated,
-    )
-    return simulation, found.errors
+    return accurate(integrate, rtol)

@@ -11,51 +11,78 @@ from hertzchain.engines.native.compiling import compiled
 from hertzchain.engines.native.damped_contacts import keep_history
 
 
-class State(NamedTuple):
-    """A chain at the start of a step: shape (granules + 1,), modes of contacts (granules,)."""
+class Motion(NamedTuple):
+    """A chain at the start or at the end of a step, shape (granules + 1,).
+
+    Displacements, velocities, accelerations; forces, how fast they grow, and the power that
+    contacts dissipate: see ``damped_contacts``.
+    """
 
     u: FloatArray
     v: FloatArray
-    on: FloatArray
+    a: FloatArray
+    f: FloatArray
+    r: FloatArray
+    power: FloatArray
 
 
 class Room(NamedTuple):
-    """Arrays that a step works with: derivatives at its start, its end, and scratch."""
+    """Arrays that a step works with: forces, power, losses, stages, coefficients, what it adds."""
 
-    a0: FloatArray
-    f0: FloatArray
-    r0: FloatArray
-    p0: FloatArray
-    u1: FloatArray
-    v1: FloatArray
-    a1: FloatArray
-    f1: FloatArray
-    r1: FloatArray
-    p1: FloatArray
     f: FloatArray
     power: FloatArray
     lost: FloatArray
     k: FloatArray
     bent: FloatArray
     gained: FloatArray
-    # Steps and time of the last look at whether steps advance; changes of modes without a step;
-    # work so far, in force evaluations of a granule.
-    progress: FloatArray
 
 
-class Counts(NamedTuple):
-    """Counters of a run, and what decides on its next step."""
+RUN = np.dtype(
+    [
+        (name, np.int64)
+        for name in ("status", "hi", "kept", "steps", "evaluations", "changes", "steps_before")
+    ]
+    + [
+        (name, np.float64)
+        for name in (
+            "time", "following", "allowed", "cost", "look", "time_before", "given", "work",
+            "dissipated", "wall", "piston", "moved",
+        )
+    ]
+    + [("fresh", np.bool_)],
+    align=True,
+)  # fmt: skip
+"""How far a run has come, and what it has added up.
 
-    time: float
-    following: float
-    fresh: bool
-    hi: int
-    kept: int
-    steps: int
-    evaluations: int
-    look: float
-    allowed: float
-    status: int
+How it ended; granules 0 to hi - 1 move; frames of a history, steps, evaluations; changes of modes
+without a step; steps and time of the last look at whether steps advance. Then the next step, the
+error that it may have, the work so far in force evaluations of a granule, and when to look next;
+energy at the start, work, what was dissipated, impulses of wall and piston, work of a piston
+without its sign; and whether a contact has just begun."""
+
+
+class State(NamedTuple):
+    """All that a run changes; made and held outside of the kernels.
+
+    The motion at the start and the end of a step, modes of contacts, shape (granules,), room, and
+    ``RUN``, shape (1,).
+    """
+
+    start: Motion
+    end: Motion
+    on: FloatArray
+    room: Room
+    run: Any
+
+
+def at_the_start(granules: int, stages: int) -> State:
+    """Return a state for the start of a run."""
+    start, end = (Motion(*np.zeros((6, granules + 1))) for _ in range(2))
+    room = Room(
+        np.zeros(granules + 1), np.zeros(granules), np.zeros(granules),
+        np.zeros((stages, granules)), np.zeros((stages + 1, stages)), np.zeros(4),
+    )  # fmt: skip
+    return State(start, end, np.zeros(granules), room, np.zeros(1, RUN))
 
 
 @compiled
@@ -66,40 +93,16 @@ def copy(what: Any, to: Any, lo: int, hi: int) -> None:
 
 
 @compiled
-def with_next(counts: Any, time: float, following: float, fresh: bool) -> Any:
-    """Counters with another time, next step, and whether a contact has just begun."""
-    return Counts(
-        time, following, fresh, counts.hi, counts.kept, counts.steps, counts.evaluations,
-        counts.look, counts.allowed, counts.status,
-    )  # fmt: skip
-
-
-@compiled
-def in_part(counts: Any, hi: int) -> Any:
-    """Counters for another number of granules."""
-    return Counts(
-        counts.time, counts.following, counts.fresh, hi, counts.kept, counts.steps,
-        counts.evaluations, counts.look, counts.allowed, counts.status,
-    )  # fmt: skip
-
-
-@compiled
-def fly(state: Any, room: Any, c: Any, end: float, counts: Any, record: Any) -> Any:
+def fly(start: Any, end: Any, on: Any, run: Any, c: Any, until: float, record: Any) -> None:
     """Move all granules to a time while no contact acts; constant forces do."""
-    h = end - counts.time
-    for i in range(c.inverse_mass.size):
+    h, granules = until - run.time, c.inverse_mass.size
+    for i in range(granules):
         pull = c.constant[i]
-        room.a0[i] = room.a1[i] = pull
-        room.v1[i] = state.v[i] + h * pull
-        room.u1[i] = state.u[i] + h * (state.v[i] + h * pull / 2)
-    room.r0[:] = 0.0
-    kept = keep_history(
-        record, counts.kept, state.u, state.v, room.a0, room.r0, room.u1, room.v1, room.a1, room.r0,
-        state.on, c.inverse_mass.size, counts.time, end, c,
-    )  # fmt: skip
-    copy(room.u1, state.u, 0, c.inverse_mass.size)
-    copy(room.v1, state.v, 0, c.inverse_mass.size)
-    return Counts(
-        end, counts.following, counts.fresh, counts.hi, kept, counts.steps, counts.evaluations,
-        counts.look, counts.allowed, counts.status,
-    )  # fmt: skip
+        start.a[i] = end.a[i] = pull
+        end.v[i] = start.v[i] + h * pull
+        end.u[i] = start.u[i] + h * (start.v[i] + h * pull / 2)
+    start.r[:] = end.r[:] = 0.0
+    run.kept = keep_history(record, run.kept, start, end, on, granules, run.time, until, c)
+    copy(end.u, start.u, 0, granules)
+    copy(end.v, start.v, 0, granules)
+    run.time = until

@@ -132,41 +132,41 @@ def _bend(bent: Any, rows: Any, nodes: Any, size: float, m: int) -> None:
 
 @compiled
 def take_step(
-    u0: Any, v0: Any, a0: Any, f0: Any, power0: Any, u1: Any, v1: Any, f: Any, power: Any,
-    lost: Any, k: Any, on: Any, rows: Any, squares: Any, bent: Any, nodes: Any, leg: Any,
-    begin: float, h: float, m: int, hi: int, c: Any, gained: Any,
+    start: Any, end: Any, room: Any, on: Any, method: Any, leg: Any, begin: float, h: float, m: int,
+    hi: int, c: Any,
 ) -> int:  # fmt: skip
     """Take one step in t^(1/m); returns where the window ends.
 
-    The last row of ``rows`` has the weights, ``squares`` is the product of rows and rows, ``bent``
-    a place for that in t^(1/m). ``gained`` gets the work of the applied force or the piston, what
-    was dissipated, and the impulses of wall and piston.
+    ``room.gained`` gets the work of the applied force or the piston, what was dissipated, and the
+    impulses of wall and piston.
     """
+    f, power, lost, k, gained = room.f, room.power, room.lost, room.k, room.gained
+    u1, v1, rows, nodes = end.u, end.v, method.rows, method.nodes
     granules, stages = c.inverse_mass.size, nodes.size
     size = h if m == 1 else h ** (1.0 / m)
-    twice = squares
+    twice = method.squares
     if m > 1:
-        _bend(bent, rows, nodes, size, m)
-        twice = bent
+        _bend(room.bent, rows, nodes, size, m)
+        twice = room.bent
     gained[0], gained[1], gained[2], gained[3] = 0.0, 0.0, 0.0, 0.0
     pushing = 1 if c.inverse_mass[0] == 0.0 else 0  # the contact of a piston, or the applied force
     for i in range(granules):
         lost[i] = 0.0
     # The first stage is the state itself; in t^(1/m) nothing moves yet.
-    start = 1.0 if m == 1 else 0.0
+    moves = 1.0 if m == 1 else 0.0
     for i in range(np.uint64(0), np.uint64(hi)):
-        k[0, i] = start * a0[i]
-    part = size * rows[stages, 0] * start
-    gained[0] += part * f0[pushing] * v0[0]
-    gained[2] += part * f0[granules]
-    gained[3] += pushing * part * f0[1]
-    _lose(lost, part, power0, hi)
+        k[0, i] = moves * start.a[i]
+    part = size * rows[stages, 0] * moves
+    gained[0] += part * start.f[pushing] * start.v[0]
+    gained[2] += part * start.f[granules]
+    gained[3] += pushing * part * start.f[1]
+    _lose(lost, part, start.power, hi)
     for s in range(1, stages + 1):
         tau = size if s == stages else nodes[s] * size
         past, scale = tau, 1.0
         if m > 1:
             past, scale = tau**m, m * tau ** (m - 1)
-        _fly(u1, v1, u0, v0, past, hi)
+        _fly(u1, v1, start.u, start.v, past, hi)
         _combine(u1, v1, size, twice, rows, s, k, min(s, stages), hi)
         if s == stages:
             break
@@ -222,12 +222,9 @@ def largest_error(
 
 
 @compiled
-def evaluate(
-    u: Any, v: Any, a: Any, f: Any, r: Any, power: Any, on: Any, leg: Any, time: float, hi: int,
-    c: Any,
-) -> None:  # fmt: skip
+def evaluate(at: Any, on: Any, leg: Any, time: float, hi: int, c: Any) -> None:
     """Forces, how fast they grow, and accelerations of a state."""
-    f[0], r[0] = applied_force(leg, time), applied_force_rate(leg, time)
-    forces(u, v, on, f, power, c.stiffness, c.damping, c.gap, c.exponent, hi)
-    accelerations(f, a, c.inverse_mass, c.constant, hi)
-    force_rates(u, v, a, on, r, c.stiffness, c.damping, c.gap, c.exponent, hi)
+    at.f[0], at.r[0] = applied_force(leg, time), applied_force_rate(leg, time)
+    forces(at.u, at.v, on, at.f, at.power, c.stiffness, c.damping, c.gap, c.exponent, hi)
+    accelerations(at.f, at.a, c.inverse_mass, c.constant, hi)
+    force_rates(at.u, at.v, at.a, on, at.r, c.stiffness, c.damping, c.gap, c.exponent, hi)

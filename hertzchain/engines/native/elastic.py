@@ -15,10 +15,9 @@ Scenes with terms have no such window: base is 0.
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.compiling import compiled_and_kept, part
 from hertzchain.engines.native.elastic_chain import (
     END,
@@ -27,7 +26,6 @@ from hertzchain.engines.native.elastic_chain import (
     START,
     STEPS,
     VELOCITY,
-    Record,
     energy_of,
     has_piston,
     impulse_in_step,
@@ -35,63 +33,23 @@ from hertzchain.engines.native.elastic_chain import (
     momentum_of,
     work_in_step,
 )
-from hertzchain.engines.native.elastic_legs import (
-    begin_run,
-    flies_freely,
-    fly,
-    free_flight,
-    is_diverged,
-    pushed_legs,
-    start_at,
-    start_leg,
-)
+from hertzchain.engines.native.elastic_legs import begin_run, is_diverged, pushed_legs, start_leg
 from hertzchain.engines.native.elastic_maxima import (
-    DIP,
     keep_ends,
     keep_peaks,
     scan,
-    turning_contacts,
     turning_contacts_of_verlet,
 )
 from hertzchain.engines.native.elastic_state import (
-    BASE,
-    BEGUN,
-    COEFFICIENTS,
     DEEPEST,
-    DIP_TIMES_STEP,
     DIVERGED,
     DONE,
-    DOUBLE,
-    ENERGY,
-    EVALUATIONS,
-    GIVEN,
-    GRANULE_EVALUATIONS,
-    HI,
-    KEPT,
-    LATE,
-    LEAST,
-    LEVEL,
-    LO,
-    MOMENTUM,
-    MOVED,
-    NEXT_CHECK,
     NO_ROOM,
-    NUMBER,
-    PART,
-    PISTON,
-    ROOM,
-    SINGLE,
-    STEP,
-    STEPS_TAKEN,
     STOPPED,
-    TIME,
-    TINY,
-    WALL,
-    WHOLE,
-    WORK,
-    ZERO,
     Outcome,
+    Seen,
     State,
+    Steps,
     is_stopped,
     margin_of,
 )
@@ -117,10 +75,10 @@ _STEP_IN_GRANULES = 50
 
 
 @part
-def end_chain(u: Any, base: int, granules: int, peak_force: Any) -> None:
+def end_chain(u: Any, base: int, granules: int, has_wall: bool) -> None:
     """Put the free end, or the wall, behind the last granule, where the window reaches it."""
     if granules - base < u.size:
-        u[granules - base] = 0.0 if peak_force.size == granules else FREE_END
+        u[granules - base] = 0.0 if has_wall else FREE_END
 
 
 _LEG_DONE, _AT_EDGE, _SETTLED, _DIVERGED, _STOPPED = range(5)
@@ -129,53 +87,38 @@ _LEG_DONE, _AT_EDGE, _SETTLED, _DIVERGED, _STOPPED = range(5)
 
 @compiled_and_kept(**UNCOUNTED)  # an eighth less to compile
 def march(
-    legs: FloatArray,
-    kicks: Array,
-    drifts: Array,
+    steps: Steps,
     state: State,
-    verlet: bool,
-    tolerance: float,
-    starting: float,
     granules: int,
     start: FloatArray,
     chain: Chain | None,
     moving: int,
     leave_behind: bool,
-    peak_force: FloatArray,
-    peak_time: FloatArray,
-    record: Record,
+    seen: Seen,
     control: FloatArray,
 ) -> Outcome:
     """Integrate a chain.
 
     Parameters
     ----------
-    legs
-        The steps and the applied force, shape (legs, 8): see START and what follows.
-    kicks, drifts
-        The method: see ``methods.SymplecticNystrom``.
+    steps
+        Which steps are taken, and the applied force.
     state
         Filled in, displacement and velocity at the end too.
-    verlet
-        Whether velocities are those of velocity Verlet: see ``motion_of_granule``.
-    tolerance, starting
-        Of ``refinement.Refined``; 0 for steps as asked.
     granules
         N.
     start
         Displacement and velocity at the start, shape (2, N), with ``leave_behind`` only next to
         terms; shape (0, 0) for a chain at rest.
     chain
-        What the scene has beyond a plain chain, float64; or None.
+        What the scene has beyond a plain chain; or None.
     moving
         Granules that may move at the start; N for a run without a front.
     leave_behind
         Whether granules that cannot matter to any peak are left behind, and the run ended when
         none can change. There is no final state then.
-    peak_force, peak_time
-        Filled in; zero and NaN at the start, shape (N - 1,), or (N,) with a wall, which is last.
-    record
-        Filled in at its times, increasing; zero at the start. None with ``leave_behind``.
+    seen
+        Filled in; nothing is recorded with ``leave_behind``.
     control
         Set to -1 at [0] from outside, it stops the run; a number there is that of looks at this
         array, one every million steps of a granule, until it stops by itself. At [1] the time
@@ -185,61 +128,47 @@ def march(
     -------
     What happened.
     """
-    rows, count, total, constants = state.rows, state.counts, state.totals, state.numbers
+    run, rows, legs = state.progress[0], state.rows, steps.legs
+    verlet, tolerance, stages = steps.verlet, steps.tolerance, steps.drifts.size
+    record, has_wall = seen.record, seen.force.size == granules
     u, v, g, u0, v0, a = rows[0], rows[1], rows[2], rows[3], rows[4], rows[5]
-    middle = COEFFICIENTS + kicks.size
-    kicks_h, drifts_h = constants[COEFFICIENTS:middle], constants[middle:]
-    bernstein = total[ROOM:]
-    base, size = count[BASE], u.size
-    end_chain(u, base, granules, peak_force)
-    if count[BEGUN] == 0:
-        count[BEGUN] = 1
-        constants[LEAST] = math.sqrt(SINGLE[TINY] if u.itemsize == 4 else DOUBLE[TINY])
-        count[HI] = min(moving, granules)
-        total[TIME], total[NEXT_CHECK] = legs[0, START], _CHECK
-        if start.size > 0:
-            start_at(start, u, v)
+    base, size = run.base, u.size
+    end_chain(u, base, granules, has_wall)
+    if run.begun == 0:
+        run.begun = 1
+        run.hi = min(moving, granules)
+        run.time, run.next_check = legs[0, START], _CHECK
         if start.size > 0 or chain is not None:
-            begin_run(u, v, g, granules, peak_force, peak_time, total, chain)
-    zero = constants[ZERO]
-    stages = drifts.size
+            begin_run(u, v, g, start, granules, seen, run, chain)
     margin = margin_of(stages)
     grows = base + size <= granules
     last = min(granules - base, size - 1)
-    lo, hi, kept = count[LO], count[HI], count[KEPT]
-    whole, part, level = count[WHOLE], count[PART], count[LEVEL]
-    steps, cost, spent = 0, 0, 0
-    time, next_check = total[TIME], total[NEXT_CHECK]
-    pushed, flies = pushed_legs(legs), flies_freely(chain)
+    lo, hi = run.lo, run.hi
+    whole, part, level = run.whole, run.part, run.level
+    spent, time, pushed = 0, run.time, pushed_legs(legs)
     reason = _STOPPED if is_stopped(control) else _LEG_DONE
-    number = count[NUMBER]
-    while reason == _LEG_DONE and number < legs.shape[0]:
-        leg, over = legs[number], number >= pushed
+    while reason == _LEG_DONE and run.leg < legs.shape[0]:
+        leg, over = legs[run.leg], run.leg >= pushed
         if whole == 0 and part == 0 and level == 0:  # else it goes on after NO_ROOM
-            start_leg(leg, u, v, g, peak_force, peak_time, constants, lo, chain)
+            start_leg(leg, u, v, g, seen, run, lo, chain)
         in_leg = int(leg[STEPS])
         full = (leg[END] - leg[START]) / leg[STEPS]
         h = full / (1 << level)
-        scale_coefficients(h, constants, kicks, drifts)
+        scale_coefficients(h, state, steps)
         while whole < in_leg:
             if grows and hi + margin > size:
                 reason = _AT_EDGE
                 break
             begin = leg[START] + whole * full + part * h
-            constants[STEP], constants[DIP_TIMES_STEP] = h, DIP * h
             keep_start(u, v, g, u0, v0, a, lo, hi + 1)
             reached = hi
-            hi = symplectic_step(
-                u, v, g, kicks_h, drifts_h, drifts, constants, leg, begin, h, lo, hi, last,
-                chain,
-            )  # fmt: skip
+            hi = symplectic_step(u, v, g, state, steps.drifts, leg, begin, h, lo, hi, last, chain)
             if hi > reached:
                 # New granules were at rest before the step; what lies beyond the chain stays there.
                 for i in range(reached + 1, hi + 1):
-                    u0[i] = u[i] if i == last and base + last == granules else zero
-                    v0[i] = zero
-                    a[i] = zero
-            cost += hi - lo
+                    u0[i] = u[i] if i == last and base + last == granules else 0.0
+                    v0[i] = a[i] = 0.0
+            run.granule_evaluations += stages * (hi - lo)
             spent += hi - lo + _STEP_IN_GRANULES
             if spent >= _LOOK:
                 spent = 0
@@ -247,70 +176,46 @@ def march(
                 if is_stopped(control):
                     reason = _STOPPED
                     break
-            if tolerance > 0:
-                turns, dips, fastest, speed = scan(
-                    u0, v0, a, u, v, g, h, constants[DIP_TIMES_STEP], begin < starting, zero, lo,
-                    hi, chain,
-                )  # fmt: skip
-            elif verlet:
-                turns, dips = (
-                    turning_contacts_of_verlet(v0, a, v, g, constants[STEP], zero, lo, hi),
-                    True,
-                )
-                fastest, speed = zero, zero
+            run.evaluations += stages
+            if verlet:
+                turns, dips = turning_contacts_of_verlet(v0, a, v, g, h, lo, hi), True
             else:
-                turns, dips = turning_contacts(v0, a, v, g, constants[DIP_TIMES_STEP], zero, lo, hi)
-                fastest, speed = zero, zero
-            if tolerance > 0 and level < DEEPEST:
-                felt = float(fastest) ** 3 * h**5 > (tolerance * float(speed)) ** 2
-                if felt:
+                turns, dips, fastest, speed = scan(
+                    u0, v0, a, u, v, g, h, begin < steps.starting, lo, hi, chain
+                )
+                felt = fastest**3 * h**5 > (tolerance * speed) ** 2
+                if tolerance > 0 and level < DEEPEST and felt:
                     back_to_the_start(u, v, g, u0, v0, a, lo, hi + 1)
-                    count[EVALUATIONS] += stages
                     level, part, h = level + 1, 2 * part, h / 2
-                    scale_coefficients(h, constants, kicks, drifts)
+                    scale_coefficients(h, state, steps)
                     continue
-            for s in range(count[LATE]):
-                place = LATE + 1 + 2 * s
-                from_, to = count[place], count[place + 1]
-                ahead = lo if s + 1 == count[LATE] else count[place + 2]
-                count[place + 1] = symplectic_step(
-                    u, v, g, kicks_h, drifts_h, drifts, constants, leg, begin, h, from_, to, ahead,
-                    chain,
-                )  # fmt: skip
-                cost += to - from_
-                spent += to - from_
-            steps += 1
+            run.steps += 1
             part += 1
             time = begin + h
             if whole + 1 == in_leg and part == 1 << level:
                 time = leg[END]
             off = h * h / 6 if verlet else 0.0
-            on_wall = 1 if hi == granules and peak_force.size == granules else 0
+            on_wall = 1 if hi == granules and has_wall else 0
             if turns > 0 or dips:
                 keep_peaks(
-                    peak_force, peak_time, base, u0, v0, a, u, v, g, lo, hi + on_wall, leg, begin,
-                    time, h, off, dips, h if verlet else 0.0, bernstein, chain,
+                    seen, base, u0, v0, a, u, v, g, lo, hi + on_wall, leg, begin, time, h, off,
+                    dips, h if verlet else 0.0, state.bernstein, chain,
                 )  # fmt: skip
             if chain is not None and record.notes.shape[0] > 0:
-                note_elastic(
-                    record, peak_force, peak_time, u0, v0, u, v, lo, hi + on_wall, leg, begin,
-                    time, h, off, chain,
-                )  # fmt: skip
+                note_elastic(seen, u0, v0, u, v, lo, hi + on_wall, leg, begin, time, h, off, chain)
             if leg[SHAPE] != 0:
-                total[WORK] += work_in_step(u0, v0, u, v, lo, leg, begin, h, off, chain)
+                run.work += work_in_step(u0, v0, u, v, lo, leg, begin, h, off, chain)
             if chain is not None and on_wall == 1:
-                total[WALL] += impulse_in_step(
-                    granules - 1, u0, v0, u, v, leg, begin, h, off, chain
-                )
+                run.wall += impulse_in_step(granules - 1, u0, v0, u, v, leg, begin, h, off, chain)
             if chain is not None and has_piston(chain):
                 given = impulse_in_step(0, u0, v0, u, v, leg, begin, h, off, chain)
-                total[PISTON] += given
-                total[WORK] += given * leg[VELOCITY]
-                total[MOVED] += given * abs(leg[VELOCITY])
-            if kept < record.time.size and record.time[kept] <= time:
-                kept = keep_history(
-                    record, kept, u0, v0, u, v, lo, hi, leg, begin, time, off, chain,
-                )  # fmt: skip
+                run.piston += given
+                run.work += given * leg[VELOCITY]
+                run.moved += given * abs(leg[VELOCITY])
+            if run.kept < record.time.size and record.time[run.kept] <= time:
+                run.kept = keep_history(
+                    record, run.kept, u0, v0, u, v, lo, hi, leg, begin, time, off, chain
+                )
             if level == 0:
                 whole, part = whole + 1, 0
             elif part % 2 == 0:
@@ -318,65 +223,45 @@ def march(
                     level, part, h = level - 1, part // 2, h * 2
                 if level == 0:
                     whole, part = whole + part, 0
-                scale_coefficients(h, constants, kicks, drifts)
-            if time >= next_check:
-                next_check = time + _CHECK
+                scale_coefficients(h, state, steps)
+            if time >= run.next_check:
+                run.next_check = time + _CHECK
                 control[1] = time
-                energy = total[ENERGY] + energy_of(u, v, lo, hi, chain)
-                if is_diverged(energy, total, chain):
+                energy = run.energy + energy_of(u, v, lo, hi, chain)
+                if is_diverged(energy, run.given, run.work, run.moved, chain):
                     reason = _DIVERGED
                     break
                 if leave_behind and over:
-                    lo = leave_behind_in(
-                        u, v, g, u0, v0, peak_force, base, lo, hi, base + hi == granules, constants,
-                        count, total, chain,
-                    )  # fmt: skip
-                    if (
-                        count[LATE] == 0
-                        and base + hi == granules
-                        and is_settled(u, v, peak_force, base, lo, hi, chain)
-                    ):
+                    lo = leave_behind_in(u, v, g, u0, seen.force, lo, hi, run, chain)
+                    if base + hi == granules and is_settled(u, v, seen.force, base, lo, hi, chain):
                         reason = _SETTLED
                         break
-                if flies and leg[SHAPE] == 0 and level == 0:
-                    wait = leg[END] - time
-                    if kept < record.time.size:
-                        wait = min(wait, record.time[kept] - time)
-                    idle = int(free_flight(u, v, lo, hi, on_wall, wait, chain) / full) - 1
-                    if idle > 0:
-                        fly(u, v, idle * full, lo, hi)
-                        whole, time = whole + idle, time + idle * full
-                        count[STEPS_TAKEN] += idle  # which no force was evaluated for
-                        next_check = time + _CHECK
         if reason == _LEG_DONE:
-            number, whole = number + 1, 0
-    count[LO], count[HI], count[KEPT], count[NUMBER] = lo, hi, kept, number
-    count[WHOLE], count[PART], count[LEVEL] = whole, part, level
-    count[STEPS_TAKEN] += steps
-    count[EVALUATIONS] += stages * steps
-    count[GRANULE_EVALUATIONS] += stages * cost
-    total[TIME], total[NEXT_CHECK] = time, next_check
-    momentum = total[MOMENTUM] + momentum_of(v, lo, hi, chain)
-    energy = total[ENERGY] + energy_of(u, v, lo, hi, chain)
+            run.leg, whole = run.leg + 1, 0
+    run.lo, run.hi, run.time = lo, hi, time
+    run.whole, run.part, run.level = whole, part, level
+    momentum = run.momentum + momentum_of(v, lo, hi, chain)
+    energy = run.energy + energy_of(u, v, lo, hi, chain)
     status = DONE
     if reason == _AT_EDGE:
         status = NO_ROOM
-    elif reason == _DIVERGED or is_diverged(energy, total, chain):
+    elif reason == _DIVERGED or is_diverged(energy, run.given, run.work, run.moved, chain):
         status = DIVERGED
     elif reason == _STOPPED:
         status = STOPPED
     if status != NO_ROOM:
-        on_wall = 1 if hi == granules and peak_force.size == granules else 0
-        keep_ends(peak_force, peak_time, base, u, lo, hi + on_wall, total[TIME], chain)
+        on_wall = 1 if hi == granules and has_wall else 0
+        keep_ends(seen, base, u, lo, hi + on_wall, time, chain)
     return Outcome(
         status,
-        count[STEPS_TAKEN],
-        count[EVALUATIONS],
-        count[GRANULE_EVALUATIONS],
-        total[TIME],
-        total[WORK] + total[GIVEN],
+        run.steps,
+        run.evaluations,
+        run.granule_evaluations,
+        time,
+        run.work + run.given,
         momentum,
         energy,
-        total[WALL],
-        total[PISTON],
+        run.wall,
+        run.piston,
+        0.0,
     )

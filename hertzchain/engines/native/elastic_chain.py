@@ -8,11 +8,10 @@ A leg is a row of ``kernel_input.leg_rows``.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.compiling import part
 from hertzchain.engines.native.interpolant import (
     hermite,
@@ -38,35 +37,6 @@ _OUTER, _INNER = 0.8611363115940526, 0.3399810435848563
 
 _OUTER_WEIGHT, _INNER_WEIGHT = 0.17392742256872692, 0.32607257743127308
 """Four points of Gauss and Legendre from -1 to 1, and weights for a step of length 1."""
-
-
-class Record(NamedTuple):
-    """Where to keep a history and notes of first pulses.
-
-    Parameters
-    ----------
-    time
-        Wanted times, shape (times,).
-    displacement, velocity, contact_force
-        What is known then, shape (times, ...).
-    notes
-        See ``observables.first_pulse``; shape (0, columns) where none are wanted.
-    noted
-        How many there are, shape (1,); a number above their room says how much room they take.
-    static
-        Force of each contact at the start, shape (contacts,).
-    fallen
-        Number of levels that each contact has fallen through since it was largest, (contacts,).
-    """
-
-    time: FloatArray
-    displacement: FloatArray
-    velocity: FloatArray
-    contact_force: FloatArray
-    notes: FloatArray
-    noted: Any
-    static: FloatArray
-    fallen: Any
 
 
 @part

@@ -11,19 +11,27 @@ from hertzchain.engines.native.elastic_chain import motion_of_contact, overlap_o
 from hertzchain.engines.native.interpolant import hermite, hertz_force, highest_place, value_at
 
 DIP = 0.75
-"""Over the step: see ``turning_contacts``. A half would do if overlap rates were parabolas."""
+"""Over the step: see ``scan``. A half would do if overlap rates were parabolas."""
 
 
 @compiled_without_nan
 def scan(
-    u0: Any, v0: Any, a: Any, u: Any, v: Any, g: Any, h: Any, dip: Any, starting: bool, zero: Any,
-    lo: int, hi: int, chain: Any,
+    u0: Any, v0: Any, a: Any, u: Any, v: Any, g: Any, h: float, starting: bool, lo: int, hi: int,
+    chain: Any,
 ) -> Any:  # fmt: skip
     """What a step met: contacts with a maximum, the fastest to open or close, the largest speed.
 
-    Which contacts count is said in ``turning_contacts`` and in ``refinement.Refined``.
+    A contact has had a maximum if its overlap rate w changes its sign. It may have had one where w
+    may do so twice, which is told, too: it keeps its sign at the ends, bends towards 0 at the start
+    and back at the end, and bends enough. A parabola c (t - t')^2 - d, d >= 0, that reaches 0
+    within a step of length h has w0 + w1 <= h (w1' - w0') / 2; ``DIP`` is the half and a margin.
+    Rates that change their sign three times in a step are not looked at. Which contacts open or
+    close is said in ``refinement.Refined``.
+
+    The contact ahead of the last granule is looked at too, though it is never pressed: a whole
+    number of vectors is quicker than one contact less.
     """
-    turns, dips, fastest, speed = 0, 0, zero, zero
+    turns, dips, fastest, speed, dip = 0, 0, 0.0, 0.0, DIP * h
     for i in range(np.uint64(lo), np.uint64(hi)):
         r0, r1 = u0[i] - u0[i + ONE], u[i] - u[i + ONE]
         if chain is not None:
@@ -32,47 +40,21 @@ def scan(
         w0, w1 = v0[i] - v0[i + ONE], v[i] - v[i + ONE]
         g0, g1 = a[i] - a[i + ONE], g[i] - g[i + ONE]
         both = w0 + w1
-        turns += (w0 > zero) & (w1 <= zero)
+        turns += (w0 > 0.0) & (w1 <= 0.0)
         towards, back = -both * g0, both * g1
-        dips += (towards > zero) & (back > zero) & (dip * (towards + back) > both * both)
+        dips += (towards > 0.0) & (back > 0.0) & (dip * (towards + back) > both * both)
         rate = max(abs(w0), abs(w1))
-        turns_round = ((w0 > zero) != (w1 > zero)) | starting
+        turns_round = ((w0 > 0.0) != (w1 > 0.0)) | starting
         near = (min(abs(r0), abs(r1)) < rate * h) & turns_round
-        crosses = ((r0 > zero) != (r1 > zero)) | near
-        fastest = larger(fastest, rate if crosses else zero)
+        crosses = ((r0 > 0.0) != (r1 > 0.0)) | near
+        fastest = larger(fastest, rate if crosses else 0.0)
         speed = larger(speed, abs(v[i]))
     return turns, dips > 0, fastest, speed
 
 
-@compiled_without_nan
-def turning_contacts(v0: Any, a: Any, v: Any, g: Any, dip: Any, zero: Any, lo: int, hi: int) -> Any:
-    """How many contacts have had a maximum within a step, and whether others may have had one.
-
-    The former are those whose overlap rate w changes its sign. The others are those where it may do
-    so twice: it keeps its sign at the ends, bends towards 0 at the start and back at the end, and
-    bends enough. A parabola c (t - t')^2 - d, d >= 0, that reaches 0 within a step of length h has
-    w0 + w1 <= h (w1' - w0') / 2; ``dip`` is h / 2 and a margin. Rates that change their sign three
-    times in a step are not looked at.
-
-    The contact ahead of the last granule is looked at too, though it is never pressed: a whole
-    number of vectors is quicker than one contact less.
-    """
-    turns, dips = 0, 0
-    for i in range(np.uint64(lo), np.uint64(hi)):
-        w0, w1 = v0[i] - v0[i + ONE], v[i] - v[i + ONE]
-        g0, g1 = a[i] - a[i + ONE], g[i] - g[i + ONE]
-        both = w0 + w1
-        turns += (w0 > zero) & (w1 <= zero)
-        towards, back = -both * g0, both * g1
-        dips += (towards > zero) & (back > zero) & (dip * (towards + back) > both * both)
-    return turns, dips > 0
-
-
 @compiled
-def turning_contacts_of_verlet(
-    v0: Any, a: Any, v: Any, g: Any, h: Any, zero: Any, lo: int, hi: int
-) -> int:  # fmt: skip
-    """``turning_contacts``, of velocity Verlet.
+def turning_contacts_of_verlet(v0: Any, a: Any, v: Any, g: Any, h: Any, lo: int, hi: int) -> int:
+    """How many contacts may have had a maximum within a step of velocity Verlet.
 
     Its rates are off by h^2 / 6 times the jerk, so those count that are nearly 0: by six times that
     while the jerk stays the same.
@@ -82,22 +64,22 @@ def turning_contacts_of_verlet(
         w0, w1 = v0[i] - v0[i + ONE], v[i] - v[i + ONE]
         g0, g1 = a[i] - a[i + ONE], g[i] - g[i + ONE]
         near = h * abs(g1 - g0)
-        turns += (w0 + near > zero) & (w1 - near <= zero)
+        turns += (w0 + near > 0.0) & (w1 - near <= 0.0)
     return turns
 
 
 @part
 def keep_peaks(
-    peak_force: Any, peak_time: Any, base: int, u0: Any, v0: Any, a: Any, u: Any, v: Any, g: Any,
-    lo: int, hi: int, leg: Any, begin: float, time: float, h: float, off: float, dips: bool,
-    slack: float, b: Any, chain: Any,
+    seen: Any, base: int, u0: Any, v0: Any, a: Any, u: Any, v: Any, g: Any, lo: int, hi: int,
+    leg: Any, begin: float, time: float, h: float, off: float, dips: bool, slack: float, b: Any,
+    chain: Any,
 ) -> None:  # fmt: skip
-    """The maxima of contact forces within a step, of the contacts that ``turning_contacts`` found.
+    """The maxima of contact forces within a step, of the contacts that ``scan`` found.
 
     ``time`` is that of the end of the step, to the last digit; ``slack`` is h for velocity Verlet
     (see ``turning_contacts_of_verlet``) and 0 for other methods.
     """
-    dip = DIP * h
+    peak_force, peak_time, dip = seen.force, seen.time, DIP * h
     for i in range(lo, hi - 1):
         w0, w1 = v0[i] - v0[i + 1], v[i] - v[i + 1]
         if not dips and not (w0 > 0 and w1 <= 0):
@@ -132,11 +114,9 @@ def keep_peaks(
 
 
 @part
-def keep_ends(
-    peak_force: Any, peak_time: Any, base: int, u: Any, lo: int, hi: int, time: float, chain: Any
-) -> None:
+def keep_ends(seen: Any, base: int, u: Any, lo: int, hi: int, time: float, chain: Any) -> None:
     """Keep forces of contacts that are still pressed harder at the end of a run."""
     for i in range(lo, hi - 1):
         force = with_stiffness(hertz_force(overlap_of(u, i, chain)), i, chain)
-        if force > peak_force[base + i]:
-            peak_force[base + i], peak_time[base + i] = force, time
+        if force > seen.force[base + i]:
+            seen.force[base + i], seen.time[base + i] = force, time

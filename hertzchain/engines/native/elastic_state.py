@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,8 +10,9 @@ import numpy as np
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.native.compiling import part
 
-DONE, DIVERGED, STOPPED, NO_ROOM = range(4)
-"""How a run ended. After NO_ROOM it goes on from where it was, in the state of ``with_room``."""
+DONE, DIVERGED, STOPPED, NO_ROOM, TOO_MUCH, STUCK = range(6)
+"""How a run ended. After NO_ROOM it goes on from where it was, in the state of ``with_room``. The
+last two are of adaptive steps: more work than allowed, and steps that do not advance."""
 
 DEEPEST = 60
 """Halvings of a step; below that time does not move."""
@@ -18,16 +20,97 @@ DEEPEST = 60
 AHEAD = 8
 """Granules that the window grows by; a whole number of vectors."""
 
-MOST_LATE = 64
-"""The most waves that are followed alone. Chosen."""
-
-EPS, TINY = range(2)
-
-SINGLE = float(np.finfo(np.float32).eps), float(np.finfo(np.float32).tiny)
-
-DOUBLE = float(np.finfo(np.float64).eps), float(np.finfo(np.float64).tiny)
-"""Rounding error and least number. Kernels that ask NumPy for them, or for ``np.all``, load Numba's
+LEAST = math.sqrt(float(np.finfo(np.float64).tiny))
+"""The least overlap that is one. Kernels that ask NumPy for it, or for ``np.all``, load Numba's
 arraymath and SciPy's linear algebra with it, a fifth of the time that a short command takes."""
+
+PROGRESS = np.dtype(
+    [
+        (name, np.int64)
+        for name in (
+            "lo", "hi", "base", "leg", "whole", "part", "level", "kept", "begun", "steps",
+            "evaluations", "granule_evaluations",
+        )
+    ]
+    + [
+        (name, np.float64)
+        for name in (
+            "time", "next_check", "push", "given", "work", "wall", "piston", "moved", "momentum",
+            "energy",
+        )
+    ],
+    align=True,
+)  # fmt: skip
+"""How far a run has come, and what it has added up.
+
+The window: granules lo to hi - 1 move, column 0 is granule ``base``. The leg, its steps that are
+done, parts of a halved one that are done, how often it is halved; frames of a history. Next look,
+applied force of the moment; energy at the start, work, impulses of wall and piston, work that a
+piston did and took, both counted as positive; momentum and energy of what was left behind."""
+
+
+class Steps(NamedTuple):
+    """Which steps are taken.
+
+    Parameters
+    ----------
+    legs
+        The steps and the applied force, shape (legs, 8): see ``elastic_chain.START``.
+    kicks, drifts
+        The method: see ``methods.SymplecticNystrom``.
+    verlet
+        Whether velocities are those of velocity Verlet: see ``elastic_chain.motion_of_granule``.
+    tolerance, starting
+        Of ``refinement.Refined``; 0 for steps as asked.
+    """
+
+    legs: FloatArray
+    kicks: FloatArray
+    drifts: FloatArray
+    verlet: bool
+    tolerance: float
+    starting: float
+
+
+class Record(NamedTuple):
+    """Where to keep a history and notes of first pulses.
+
+    Parameters
+    ----------
+    time
+        Wanted times, shape (times,).
+    displacement, velocity, contact_force
+        What is known then, shape (times, ...).
+    notes
+        See ``observables.first_pulse``; shape (0, columns) where none are wanted.
+    noted
+        How many there are, shape (1,); a number above their room says how much room they take.
+    static
+        Force of each contact at the start, shape (contacts,).
+    fallen
+        Number of levels that each contact has fallen through since it was largest, (contacts,).
+    """
+
+    time: FloatArray
+    displacement: FloatArray
+    velocity: FloatArray
+    contact_force: FloatArray
+    notes: FloatArray
+    noted: Any
+    static: FloatArray
+    fallen: Any
+
+
+class Seen(NamedTuple):
+    """What a run finds of the contacts; all filled in.
+
+    Peak forces and times are zero and NaN at the start, shape (N - 1,), or (N,) with a wall, which
+    is last. The times of the record increase; the rest of it is zero at the start.
+    """
+
+    force: FloatArray
+    time: FloatArray
+    record: Record
 
 
 class State(NamedTuple):
@@ -36,20 +119,22 @@ class State(NamedTuple):
     Parameters
     ----------
     rows
-        The motion, zero at the start, shape (6, columns), in the precision of the run:
-        displacement, velocity and acceleration, then the same three at the start of the step. There
-        are N + 1 columns, or, where the window moves along, at least ``least_columns``.
-    numbers
-        Further numbers of that precision, zero at the start, shape (5 + coefficients of the
-        method,): see ``ZERO``.
-    counts, totals
-        Zero at the start, shapes ``(COUNTS,)`` and ``(TOTALS,)``: see ``LO``.
+        The motion, zero at the start, shape (6, columns): displacement, velocity and acceleration,
+        then the same three at the start of the step. There are N + 1 columns, or, where the window
+        moves along, at least ``least_columns``.
+    kicks, drifts
+        Room for the coefficients of the method times the step.
+    bernstein
+        Room for ``interpolant.highest_place``, shape (7,).
+    progress
+        Zero at the start, shape (1,): see ``PROGRESS``.
     """
 
     rows: Array
-    numbers: Array
-    counts: Array
-    totals: FloatArray
+    kicks: FloatArray
+    drifts: FloatArray
+    bernstein: FloatArray
+    progress: Any
 
 
 class Outcome(NamedTuple):
@@ -58,9 +143,10 @@ class Outcome(NamedTuple):
     Parameters
     ----------
     status
-        DONE, DIVERGED, STOPPED or NO_ROOM.
+        DONE or one of the next constants.
     steps, evaluations
-        Steps taken, and force evaluations of the chain, those of refused steps too.
+        Steps taken, and force evaluations of the chain, those of refused steps too; of adaptive
+        steps those of granules.
     granule_evaluations
         Force evaluations counted granule by granule.
     end
@@ -74,6 +160,8 @@ class Outcome(NamedTuple):
         Integral of the force on the wall over time; 0 at a free end.
     piston_impulse
         Integral of the force of the piston on granule 2 over time; 0 without a piston.
+    dissipated
+        Energy lost in dampers.
     """
 
     status: int
@@ -86,26 +174,7 @@ class Outcome(NamedTuple):
     energy: float
     wall_impulse: float
     piston_impulse: float
-
-
-# What march keeps between two calls, by place in two arrays. GIVEN is the energy at the start,
-# MOVED the work that a piston did and took, both counted as positive.
-# LATE is the number of parts of the window behind the last, and behind it stand where each of them
-# begins and ends, from the rearmost on. NUMBER is that of the leg, BASE the granule of column 0,
-# ROOM where the seven numbers begin that ``highest_place`` needs.
-LO, HI, WHOLE, PART, LEVEL, KEPT, STEPS_TAKEN, EVALUATIONS, GRANULE_EVALUATIONS, LATE = range(10)
-
-NUMBER, BASE, BEGUN = range(LATE + 1 + 2 * MOST_LATE, LATE + 4 + 2 * MOST_LATE)
-
-TIME, NEXT_CHECK, WORK, MOMENTUM, ENERGY, GIVEN, WALL, PISTON, MOVED, ROOM = range(10)
-
-COUNTS, TOTALS = BEGUN + 1, ROOM + 7
-"""Lengths of both arrays."""
-
-ZERO, LEAST, PUSH, STEP, DIP_TIMES_STEP, COEFFICIENTS = range(6)
-"""Places among the numbers of a run that have the precision of its state: 0, the least overlap that
-is one, the applied force of the moment, the step, ``DIP`` times it, and where the coefficients of
-the method begin, times the step or its square."""
+    dissipated: float
 
 
 @part
@@ -125,20 +194,26 @@ def least_columns(stages: int) -> int:
     return 1024 + 2 * margin_of(stages)
 
 
-def with_room(state: State, granules: int, stages: int) -> State:
+def at_the_start(steps: Steps, columns: int) -> State:
+    """Return a state for the start of a run."""
+    return State(
+        np.zeros((6, columns)), np.zeros(steps.kicks.size), np.zeros(steps.drifts.size),
+        np.zeros(7), np.zeros(1, PROGRESS),
+    )  # fmt: skip
+
+
+def with_room(state: State, granules: int) -> State:
     """Return a state after NO_ROOM with its window at the beginning of its columns.
 
     They are twice as many if the window and what a step may need fill more than half of them.
     """
-    count, columns = state.counts, state.rows.shape[1]
-    first = count[LO] if count[LATE] == 0 else count[LATE + 1]
-    width = count[HI] - first
-    if width + margin_of(stages) > columns // 2:
+    run, columns = state.progress[0], state.rows.shape[1]
+    first, width = run["lo"], run["hi"] - run["lo"]
+    if width + margin_of(state.drifts.size) > columns // 2:
         columns = min(2 * columns, granules + 1)
-    rows = np.zeros((len(state.rows), columns), state.rows.dtype)
+    rows = np.zeros((len(state.rows), columns))
     rows[:3, :width] = state.rows[:3, first : first + width]
     rows[3, :width] = rows[0, :width]  # no step writes those of granules at rest
-    count[BASE] += first
-    count[[LO, HI]] -= first
-    count[LATE + 1 : LATE + 1 + 2 * count[LATE]] -= first
+    run["base"] += first
+    run["lo"], run["hi"] = 0, width
     return state._replace(rows=rows)

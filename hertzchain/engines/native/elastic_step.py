@@ -13,7 +13,7 @@ import numpy as np
 
 from hertzchain.engines.native.compiling import ONE, compiled, part
 from hertzchain.engines.native.elastic_chain import SHAPE, applied_force
-from hertzchain.engines.native.elastic_state import AHEAD, COEFFICIENTS, LEAST, PUSH, ZERO
+from hertzchain.engines.native.elastic_state import AHEAD, LEAST
 
 
 @compiled
@@ -26,15 +26,14 @@ def _first_kick(u: Any, v: Any, g: Any, kick: Any, drift: Any, lo: int, hi: int)
 
 @compiled
 def _kick_and_drift(
-    u: Any, v: Any, left: Any, kick: Any, drift: Any, least: Any, lo: int, hi: int,
-    chain: Any,
-) -> Any:  # fmt: skip
+    u: Any, v: Any, left: Any, kick: Any, drift: Any, lo: int, hi: int, chain: Any
+) -> Any:
     """Force, kick and drift in one pass; the force ahead of the last granule is returned."""
     for i in range(np.uint64(lo), np.uint64(hi)):
         r = u[i] - u[i + ONE]
         if chain is not None:
             r -= chain.gap[i]
-        r = r if r > least else least - least
+        r = r if r > LEAST else 0.0
         right = r * np.sqrt(r)
         if chain is not None:
             right *= chain.stiffness[i]
@@ -49,16 +48,13 @@ def _kick_and_drift(
 
 
 @compiled
-def _last_kick(
-    u: Any, v: Any, g: Any, left: Any, kick: Any, least: Any, lo: int, hi: int,
-    chain: Any,
-) -> Any:  # fmt: skip
+def _last_kick(u: Any, v: Any, g: Any, left: Any, kick: Any, lo: int, hi: int, chain: Any) -> Any:
     """Force and kick; accelerations are kept, the force ahead of the last granule returned."""
     for i in range(np.uint64(lo), np.uint64(hi)):
         r = u[i] - u[i + ONE]
         if chain is not None:
             r -= chain.gap[i]
-        r = r if r > least else least - least
+        r = r if r > LEAST else 0.0
         right = r * np.sqrt(r)
         if chain is not None:
             right *= chain.stiffness[i]
@@ -73,16 +69,16 @@ def _last_kick(
 
 
 @part
-def accelerate_first(u: Any, g: Any, constants: Any, lo: int, chain: Any) -> None:
+def accelerate_first(u: Any, g: Any, push: float, lo: int, chain: Any) -> None:
     """Acceleration of the first granule under the applied force of the moment."""
     r = u[lo] - u[lo + 1]
     if chain is not None:
         r -= chain.gap[lo]
-    r = r if r > constants[LEAST] else constants[ZERO]
+    r = r if r > LEAST else 0.0
     right = r * np.sqrt(r)
     if chain is not None:
         right *= chain.stiffness[lo]
-    net = constants[PUSH] - right
+    net = push - right
     if chain is not None:
         net *= chain.inverse_mass[lo]
         net += chain.constant[lo]
@@ -106,14 +102,25 @@ def back_to_the_start(
 
 
 @compiled
-def _end_step(
-    u: Any, v: Any, g: Any, kick: Any, constants: Any, leg: Any, end: float, lo: int, hi: int,
-    last: int, chain: Any,
+def symplectic_step(
+    u: Any, v: Any, g: Any, state: Any, fractions: Any, leg: Any, begin: float, h: float, lo: int,
+    hi: int, last: int, chain: Any,
 ) -> int:  # fmt: skip
-    """Last kick of a step; returns where the window ends now."""
-    if leg[SHAPE] != 0:
-        constants[PUSH] = applied_force(leg, end)
-    ahead = _last_kick(u, v, g, constants[PUSH], kick, constants[LEAST], lo, hi, chain)
+    """Take one step of a symplectic Nystrom method; returns where the window ends now."""
+    kicks, drifts, run = state.kicks, state.drifts, state.progress[0]
+    pushed, push, time, stages = leg[SHAPE] != 0, run.push, begin, drifts.size
+    _first_kick(u, v, g, kicks[0], drifts[0], lo, hi)
+    for s in range(1, stages):
+        if pushed:
+            time += fractions[s - 1] * h
+            push = applied_force(leg, time)
+        ahead = _kick_and_drift(u, v, push, kicks[s], drifts[s], lo, hi, chain)
+        if ahead > 0:
+            hi = min(hi + AHEAD, last)
+    if pushed:
+        push = applied_force(leg, begin + h)
+    run.push = push
+    ahead = _last_kick(u, v, g, push, kicks[stages], lo, hi, chain)
     if ahead > 0 and hi < last:
         if chain is not None:
             ahead *= chain.inverse_mass[hi]
@@ -122,34 +129,10 @@ def _end_step(
     return hi
 
 
-@compiled
-def symplectic_step(
-    u: Any, v: Any, g: Any, kicks: Any, drifts: Any, fractions: Any, constants: Any, leg: Any,
-    begin: float, h: float, lo: int, hi: int, last: int,
-    chain: Any,
-) -> int:  # fmt: skip
-    """Take one step of a symplectic Nystrom method; returns where the window ends now."""
-    pushed, least = leg[SHAPE] != 0, constants[LEAST]
-    time, stages = begin, drifts.size
-    _first_kick(u, v, g, kicks[0], drifts[0], lo, hi)
-    for s in range(1, stages):
-        if pushed:
-            time += fractions[s - 1] * h
-            constants[PUSH] = applied_force(leg, time)
-        ahead = _kick_and_drift(
-            u, v, constants[PUSH], kicks[s], drifts[s], least, lo, hi, chain,
-        )  # fmt: skip
-        if ahead > 0:
-            hi = min(hi + AHEAD, last)
-    return _end_step(
-        u, v, g, kicks[stages], constants, leg, begin + h, lo, hi, last, chain,
-    )  # fmt: skip
-
-
 @part
-def scale_coefficients(h: float, numbers: Any, kicks: Any, drifts: Any) -> None:
-    """Kicks, then drifts, times h, in the precision of the state."""
-    for s in range(kicks.size):
-        numbers[COEFFICIENTS + s] = kicks[s] * h
-    for s in range(drifts.size):
-        numbers[COEFFICIENTS + kicks.size + s] = drifts[s] * h
+def scale_coefficients(h: float, state: Any, steps: Any) -> None:
+    """Kicks, then drifts, times h."""
+    for s in range(steps.kicks.size):
+        state.kicks[s] = steps.kicks[s] * h
+    for s in range(steps.drifts.size):
+        state.drifts[s] = steps.drifts[s] * h

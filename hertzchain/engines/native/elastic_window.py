@@ -1,6 +1,6 @@
 """Granules that cannot matter any more, compiled: when they are left behind, and a run ends early.
 
-``left_behind`` says when; waves that are followed alone are parts of the window of their own.
+``left_behind`` says when.
 """
 
 from __future__ import annotations
@@ -12,15 +12,6 @@ import numpy as np
 
 from hertzchain.engines.native.compiling import ONE, part
 from hertzchain.engines.native.elastic_chain import energy_of, mass_of, momentum_of, with_stiffness
-from hertzchain.engines.native.elastic_state import (
-    DOUBLE,
-    ENERGY,
-    EPS,
-    LATE,
-    MOMENTUM,
-    MOST_LATE,
-    SINGLE,
-)
 from hertzchain.engines.native.elastic_step import accelerate_first
 from hertzchain.engines.native.interpolant import hertz_force
 
@@ -29,12 +20,6 @@ _QUIET_GRANULES = 8
 _QUIET = 1e-3
 """Largest overlap and velocity of a quiet granule, over those of the leading wave. Derived in
 ``left_behind``; the longest steps leave 8e-4 behind a wave by their errors, usual ones 1e-7."""
-
-_AT_REST = 0.1
-"""The same of a granule that may be put to rest, over those of a quiet one. Chosen."""
-
-_QUIET_ROUNDING = 1e4
-"""Least value of ``_QUIET``, in rounding errors; it counts in float32 alone."""
 
 _IMPACT = 1.3
 """F / v^1.2, above that of a granule running into a wall, (5/4)^(3/5) = 1.14, and of a solitary
@@ -57,15 +42,6 @@ _LIKE_A_WAVE = 1e-3
 _LEAST_PRESSED = 0.7
 """Hardest pressed contact of a solitary wave at any instant, over its height; 0.77 measured, where
 two contacts are pressed alike."""
-
-_WAVE_SLOWER = 0.99
-"""A wave that is followed alone is lower than this fraction of the weakest peak ahead of it."""
-
-_APART = 64
-"""Granules at rest ahead of a wave that is followed alone. Chosen."""
-
-_NEAR = 24
-"""Granules between two parts of the window that become one; a part grows less in _CHECK."""
 
 
 @part
@@ -96,9 +72,7 @@ def _fastest(v: Any, i: Any, chain: Any) -> float:
 
 
 @part
-def _height(
-    momentum: float, energy: float, hardest: float, chain: Any
-) -> float:  # fmt: skip
+def _height(momentum: float, energy: float, hardest: float, chain: Any) -> float:
     """Height of the solitary wave that has this momentum and energy; 0 where they are not of one.
 
     All three numbers have to fit: of a given momentum, one wave has another energy than two, or
@@ -119,10 +93,9 @@ def _height(
 
 
 @part
-def _quiet(u: Any, leading: float, chain: Any) -> Any:
+def _quiet(leading: float, chain: Any) -> Any:
     """Largest overlap and velocity of a quiet granule, behind a wave of this height."""
-    noise = max(_QUIET, _QUIET_ROUNDING * (SINGLE[EPS] if u.itemsize == 4 else DOUBLE[EPS]))
-    overlap, velocity = noise * leading ** (2 / 3), noise * leading ** (5 / 6)
+    overlap, velocity = _QUIET * leading ** (2 / 3), _QUIET * leading ** (5 / 6)
     if chain is not None:
         last = chain.stiffness.size - 1
         overlap *= chain.stiffness[last - 1] ** (-2 / 3)
@@ -131,10 +104,7 @@ def _quiet(u: Any, leading: float, chain: Any) -> Any:
 
 
 @part
-def left_behind(
-    u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int, parts: Any, most: int,
-    chain: Any,
-) -> int:  # fmt: skip
+def left_behind(u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int, chain: Any) -> int:
     """How far the window can be closed from behind once the pulse is over.
 
     The shock has to be one pulse or a striker (``kernel_input.can_leave_behind``). A cut needs all
@@ -157,18 +127,8 @@ def left_behind(
       have passed: their peaks are compared with it, not those behind. While granules wait ahead it
       presses none harder than its height. At the free end it does: the leading wave throws off the
       last granules; a later wave finds the end loosened, throws granules against those that are
-      slower, and presses contacts up to 1.17 times its height. A wave that stays below all
-      peaks ahead even so is left behind for good. One that is below them by less is followed alone:
-      it becomes a part of the window of its own, with granules at rest between, so that the run
-      costs as many windows as there are such waves.
-
-    Parameters
-    ----------
-    parts
-        Number of parts of the window behind the last, and their ends: see ``LATE``. Further ones
-        are filled in.
-    most
-        How many parts there may be; 0 at the end of the chain, where no wave is followed alone.
+      slower, and presses contacts up to 1.17 times its height. It has to stay below all peaks ahead
+      even so.
     """
     crest = hi - 1
     while crest > lo and max(u[crest - 1] - u[crest], 0) >= u[crest] - u[crest + 1]:
@@ -177,33 +137,28 @@ def left_behind(
         return lo
     # The contact behind the hardest pressed one has just had its peak.
     leading = peak_force[base + crest - 1]
-    quiet_overlap, quiet_velocity = _quiet(u, leading, chain)
+    quiet_overlap, quiet_velocity = _quiet(leading, chain)
     weakest_peak, weakest_ahead, strongest = leading, -1.0, 0.0
-    begin, end, momentum, energy, hardest, fastest = lo, lo, 0.0, 0.0, 0.0, 0.0
-    quiet, still, cut, moves, alone = 0, 0, lo, False, False
+    begin, momentum, energy, hardest, fastest = lo, 0.0, 0.0, 0.0, 0.0
+    quiet, cut = 0, lo
     for i in range(lo, crest):
         r, speed = float(u[i] - u[i + 1]), float(v[i])
-        at_rest = r <= _AT_REST * quiet_overlap and abs(speed) <= _AT_REST * quiet_velocity
-        still = still + 1 if at_rest else 0
         weakest_peak = min(weakest_peak, peak_force[base + i])
         if r <= quiet_overlap and abs(speed) <= quiet_velocity:
             quiet += 1
         else:
             if quiet >= _QUIET_GRANULES:
-                if alone:  # the stretch is too short
-                    break
                 begin = i - _QUIET_GRANULES
                 momentum, energy, hardest, fastest = 0.0, 0.0, 0.0, 0.0
-            quiet, moves = 0, True
+            quiet = 0
         force = with_stiffness(hertz_force(r), i, chain)
         mass = mass_of(i, chain)
         hardest, fastest = max(hardest, force), max(fastest, _fastest(v, i, chain))
         momentum += mass * speed
         energy += 0.5 * mass * speed**2 + 0.4 * force * r
         if quiet == _QUIET_GRANULES:
-            strength = _strength(hardest, fastest, chain)
             height = _height(momentum, energy, hardest, chain)
-            strength = max(strength, height)
+            strength = max(_strength(hardest, fastest, chain), height)
             if _LOOSENED * max(strongest, strength) < _SLOWER * weakest_peak:
                 strongest = max(strongest, strength)
             else:
@@ -213,77 +168,11 @@ def left_behind(
                     weakest_ahead = leading
                     for k in range(base + begin, base + crest):
                         weakest_ahead = min(weakest_ahead, peak_force[k])
-                alone = _LOOSENED * height >= _SLOWER * weakest_ahead
-                if alone and height >= _WAVE_SLOWER * weakest_ahead:
+                if _LOOSENED * height >= _SLOWER * weakest_ahead:
                     break
-            # Nothing is taken out of the way of a wave that is followed.
-            alone |= moves and parts[LATE] > 0
-            if alone and parts[LATE] >= most:
-                break
-            end, moves = i + 1, False
-        if alone and still == _APART:
-            place = LATE + 1 + 2 * parts[LATE]
-            parts[place], parts[place + 1] = begin, end
-            parts[LATE] += 1
-            alone = False
-        if quiet >= _QUIET_GRANULES and not alone:
+        if quiet >= _QUIET_GRANULES:
             cut = i + 1 - _QUIET_GRANULES
     return cut
-
-
-@part
-def _put_to_rest(
-    u: Any, v: Any, g: Any, u0: Any, v0: Any, parts: Any, lo: int, cut: int
-) -> None:  # fmt: skip
-    """Put granules from lo to cut to rest, so that they just touch, except the parts there."""
-    front = cut
-    for s in range(parts[LATE] - 1, -1, -1):
-        place = LATE + 1 + 2 * s
-        for i in range(max(lo, parts[place + 1]), front):
-            u[i] = u0[i] = u[front]
-            v[i] = v0[i] = g[i] = 0
-        front = parts[place]
-        if front <= lo:
-            break
-
-
-@part
-def _follow(
-    u: Any, v: Any, g: Any, u0: Any, v0: Any, parts: Any, lo: int, leading: float,
-    chain: Any,
-) -> int:  # fmt: skip
-    """Close parts of the window from behind, join those that meet; returns where the last begins.
-
-    ``leading`` is the height of the leading wave.
-    """
-    quiet_overlap, quiet_velocity = _quiet(u, leading, chain)
-    for s in range(parts[LATE]):
-        place = LATE + 1 + 2 * s
-        begin, end = parts[place], parts[place + 1]
-        i = begin
-        while i < end and u[i] - u[i + 1] <= quiet_overlap and abs(v[i]) <= quiet_velocity:
-            i += 1
-        begin_now = max(begin, min(i, end) - _QUIET_GRANULES)
-        for k in range(begin, begin_now):
-            u[k] = u0[k] = u[begin_now]
-            v[k] = v0[k] = g[k] = 0
-        parts[place] = begin_now
-    s = 0
-    while s < parts[LATE]:
-        place = LATE + 1 + 2 * s
-        is_last = s + 1 == parts[LATE]
-        ahead = lo if is_last else parts[place + 2]
-        if parts[place + 1] + _NEAR <= ahead:
-            s += 1
-            continue
-        if is_last:
-            lo = parts[place]
-        else:
-            parts[place + 2] = parts[place]
-            for k in range(place, parts.size - 2):
-                parts[k] = parts[k + 2]
-        parts[LATE] -= 1
-    return lo
 
 
 @part
@@ -311,37 +200,18 @@ def is_settled(u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int, cha
 
 @part
 def leave_behind_in(
-    u: Any, v: Any, g: Any, u0: Any, v0: Any, peak_force: Any, base: int, lo: int, hi: int,
-    at_the_end: bool, constants: Any, count: Any, total: Any,
-    chain: Any,
-) -> int:  # fmt: skip
+    u: Any, v: Any, g: Any, u0: Any, peak_force: Any, lo: int, hi: int, run: Any, chain: Any
+) -> int:
     """Let go of granules that cannot matter any more; returns where the window begins now.
 
-    ``at_the_end``: whether the window reaches the end of the chain. What is let go keeps its
-    momentum and energy, which are counted.
+    What is let go keeps its momentum and energy, which are counted.
     """
-    if count[LATE] > 0:
-        back = _follow(u, v, g, u0, v0, count, lo, peak_force[base + lo], chain)
-        total[MOMENTUM] -= momentum_of(v, back, lo, chain)
-        total[ENERGY] -= energy_of(u, v, back, lo, chain)
-        lo = back
-    waits = count[LATE] > 0 and at_the_end
-    if waits:
-        # Granules that drift back from the end meet those at rest.
-        least = count[LATE + 2 * count[LATE]] + 1
-        while lo > least and u[lo - 1] > u[lo]:
-            lo = max(lo - _QUIET_GRANULES, least)
-    most = 0 if at_the_end else MOST_LATE
-    cut = lo
-    if not waits:
-        cut = left_behind(u, v, peak_force, base, lo, hi, count, most, chain)
+    cut = left_behind(u, v, peak_force, run.base, lo, hi, chain)
     if cut > lo:
-        total[MOMENTUM] += momentum_of(v, lo, cut, chain)
-        total[ENERGY] += energy_of(u, v, lo, cut, chain)
-        _put_to_rest(u, v, g, u0, v0, count, lo, cut)
-        lo = cut
-        if chain is not None and count[LATE] == 0:
+        run.momentum += momentum_of(v, lo, cut, chain)
+        run.energy += energy_of(u, v, lo, cut, chain)
+        if chain is not None:
             # The formulas of terms ask for the granule behind.
-            u[lo - 1] = u0[lo - 1] = u[lo] - 1
-        accelerate_first(u, g, constants, lo, chain)
-    return lo
+            u[cut - 1] = u0[cut - 1] = u[cut] - 1
+        accelerate_first(u, g, run.push, cut, chain)
+    return cut

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native.damped_plan import Bounded, accurate
+from hertzchain.engines.native.damped_plan import accurate
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.sampled import (
     on_stroke,
@@ -27,6 +27,7 @@ from hertzchain.engines.native.sampled import (
 from hertzchain.engines.native.simulation import Simulation
 from hertzchain.errors import RunFailed
 from hertzchain.limits import Deadline
+from hertzchain.observables.contact_errors import ContactErrors
 from hertzchain.observables.first_pulse import Contacts
 from hertzchain.observables.history import Recorder
 from hertzchain.observables.samples import Samples
@@ -144,7 +145,7 @@ def accurate_in_scipy(
     deadline: Deadline,
     recorder: Recorder | None = None,
     first: bool = False,
-) -> Bounded[Simulation]:
+) -> tuple[Simulation, ContactErrors]:
     """Integrate with three tolerances, until peaks have the wanted accuracy; the last is returned.
 
     The differences of the three bound the error, as for the compiled adaptive steps.

@@ -20,7 +20,7 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
 if TYPE_CHECKING:
-    from hertzchain.engines.native.elastic_chain import Record
+    from hertzchain.engines.native.elastic_state import Record
 
 MOVING = 8
 """Number of granules in the window at the start of a run."""
@@ -116,7 +116,7 @@ def room_for(
 
     ``step`` is the shortest, in natural units.
     """
-    from hertzchain.engines.native.elastic_chain import Record
+    from hertzchain.engines.native.elastic_state import Record
 
     times = np.zeros(0) if recorder is None else np.asarray(recorder.time, np.float64)
     of_granules = times.size, granules if times.size else 0

@@ -15,12 +15,11 @@ Overlaps are compared, not forces, as a contact is pressed by its overlap to the
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
 
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.compiling import compiled, compiled_and_kept
 from hertzchain.engines.native.elastic_chain import (
     END,
@@ -31,17 +30,17 @@ from hertzchain.engines.native.elastic_chain import (
     energy_of,
 )
 from hertzchain.engines.native.elastic_legs import DIVERGED_ENERGY, pushed_legs
-from hertzchain.engines.native.elastic_state import DEEPEST, DOUBLE, LATE, SINGLE, TINY
+from hertzchain.engines.native.elastic_state import DEEPEST
 from hertzchain.engines.native.elastic_window import is_settled, left_behind
 from hertzchain.engines.native.interpolant import hertz_force
 from hertzchain.engines.native.lanes_loops import (
+    LANES,
     Lanes,
     Motion,
     any_pressed,
     begin_step,
     find_crossings,
     find_speeds,
-    lanes_of,
     place,
     take_stage,
 )
@@ -66,9 +65,8 @@ start and length of the present step; work done."""
 
 @compiled
 def _take_step(
-    old: Any, new: Any, lanes: Any, kicks: Any, drifts: Any, least: Any, lo: int, hi: int,
-    pushed: bool,
-) -> int:  # fmt: skip
+    old: Any, new: Any, lanes: Any, kicks: Any, drifts: Any, lo: int, hi: int, pushed: bool
+) -> int:
     """Take one step of all scenes; returns where the window ends."""
     h, time, drifted = lanes.step, 0.0, drifts.size
     begin_step(old, new, h, kicks[0], drifts[0], lo, hi)
@@ -78,12 +76,12 @@ def _take_step(
             scene, push = lanes.scenes[k], 0.0
             if pushed and scene.runs:
                 push = applied_force(lanes.legs[k, scene.leg], scene.begin + time * scene.step)
-            new.force[place(h, lo, k)] = push
-        drift, first, end = drifts[s] if s < drifted else least - least, lo, hi
+            new.force[place(lo, k)] = push
+        drift, first, end = drifts[s] if s < drifted else 0.0, lo, hi
         while first < end:
-            take_stage(new, h, kicks[s], drift, least, first, end)
+            take_stage(new, h, kicks[s], drift, first, end)
             first = end
-            if end < h.size // lanes_of(h) - 2 and any_pressed(new.force, end):
+            if end < h.size // LANES - 2 and any_pressed(new.force, end):
                 end += 1
         hi = end
     return hi
@@ -103,7 +101,7 @@ def _refuse(
         find_crossings(old, new, h, lanes.scan[1], True, lo, hi)
     find_speeds(new.v, lanes.scan[2], lo, hi)
     for k in range(scenes):
-        scene, j = lanes.scenes[k], place(h, hi, k)
+        scene, j = lanes.scenes[k], place(hi, k)
         fastest = float(lanes.scan[1 if scene.begin < starting else 0, j])
         felt = fastest**3 * scene.step**5 > (tolerance * float(lanes.scan[2, j])) ** 2
         scene.refused = felt and scene.runs and scene.level < DEEPEST
@@ -115,8 +113,8 @@ def _set_step(lanes: Any, k: int, step: float) -> None:
     scene, h = lanes.scenes[k], lanes.step
     if step != scene.step:
         scene.step = step
-        for i in range(h.size // lanes_of(h)):
-            h[place(h, i, k)] = step
+        for i in range(h.size // LANES):
+            h[place(i, k)] = step
 
 
 @compiled
@@ -127,7 +125,7 @@ def _go_on(old: Any, new: Any, lanes: Any, k: int, hi: int) -> bool:
     full = (leg[END] - leg[START]) / leg[STEPS]
     if scene.refused:
         for i in range(scene.behind, hi + 1):
-            j = place(new.u, i, k)
+            j = place(i, k)
             new.u[j], new.v[j], new.force[j] = old.u[j], old.v[j], old.force[j]
         scene.level, scene.part = scene.level + 1, 2 * scene.part
     else:
@@ -164,9 +162,7 @@ def _next_leg(new: Any, lanes: Any, k: int) -> bool:
 
 
 @compiled
-def _look(
-    new: Any, lanes: Any, k: int, leaves: bool, hi: int, one: Any, parts: Any
-) -> bool:  # fmt: skip
+def _look(new: Any, lanes: Any, k: int, leaves: bool, hi: int, one: Any) -> bool:
     """Leave behind what can change no peak of a scene; returns whether the scene is at its end.
 
     That is where no peak can change, or where it has far more energy than it was given.
@@ -174,22 +170,22 @@ def _look(
     scene, granules = lanes.scenes[k], one.shape[1] - 1
     u, v, peak_force, behind = one[0], one[1], one[2, : granules - 1], scene.behind
     for i in range(behind, hi + 1):
-        u[i], v[i] = new.u[place(new.u, i, k)], new.v[place(new.u, i, k)]
+        u[i], v[i] = new.u[place(i, k)], new.v[place(i, k)]
     scene.diverged = not energy_of(u, v, behind, hi, None) <= DIVERGED_ENERGY * scene.work
     if scene.diverged:
         return True
     if not leaves or scene.leg < pushed_legs(lanes.legs[k]):
         return False
     for i in range(behind, min(hi, granules - 1)):
-        peak_force[i] = hertz_force(float(lanes.highest[place(new.u, i, k)]))
+        peak_force[i] = hertz_force(float(lanes.highest[place(i, k)]))
     if hi == granules and is_settled(u, v, peak_force, 0, behind, hi, None):
         return True
-    cut = left_behind(u, v, peak_force, 0, behind, hi, parts, 0, None)
+    cut = left_behind(u, v, peak_force, 0, behind, hi, None)
     if cut > behind:
         for i in range(behind, cut):
-            j = place(new.u, i, k)
+            j = place(i, k)
             new.u[j], new.v[j], new.force[j] = -FREE_END, 0.0, 0.0
-        new.force[place(new.u, cut, k)] = 0.0
+        new.force[place(cut, k)] = 0.0
         scene.behind = cut
     return False
 
@@ -199,8 +195,8 @@ def _end_scene(new: Any, lanes: Any, k: int, hi: int) -> None:
     """Take note of what is still pressed harder, and let a scene rest from now on."""
     scene, highest = lanes.scenes[k], lanes.highest
     for i in range(hi):
-        j = place(new.u, i, k)
-        r = new.u[j] - new.u[j + lanes_of(new.u)]
+        j = place(i, k)
+        r = new.u[j] - new.u[j + LANES]
         if r > highest[j]:
             highest[j], lanes.highest_at[j] = r, scene.begin
         new.u[j] = new.v[j] = new.force[j] = 0.0
@@ -211,16 +207,14 @@ def _end_scene(new: Any, lanes: Any, k: int, hi: int) -> None:
 @compiled
 def _march(
     state: Any, lanes: Any, leaves: Any, kicks: Any, drifts: Any, tolerance: float,
-    starting: float, one: Any, parts: Any, b: Any, control: Any,
+    starting: float, one: Any, b: Any, control: Any,
 ) -> None:  # fmt: skip
     """Integrate as many scenes as there are legs, at most as many as stand side by side."""
-    granules, scenes, single = one.shape[1] - 1, lanes.legs.shape[0], state.itemsize == 4
+    granules, scenes = one.shape[1] - 1, lanes.legs.shape[0]
     old, new = Motion(state[0], state[1], state[2]), Motion(state[3], state[4], state[5])
     state[:] = 0.0
-    old.u[0] = math.sqrt(SINGLE[TINY] if single else DOUBLE[TINY])
-    least, old.u[0] = old.u[0], 0.0  # a number of the precision of the run
-    for k in range(lanes_of(state)):
-        j = place(state, granules, k)
+    for k in range(LANES):
+        j = place(granules, k)
         old.u[j] = new.u[j] = FREE_END
     active, lo, hi, count, pushed = scenes, 0, 1, 0, True
     for k in range(scenes):
@@ -231,7 +225,7 @@ def _march(
         _next_leg(new, lanes, k)
     while active > 0:
         old, new = new, old
-        hi = _take_step(old, new, lanes, kicks, drifts, least, lo, hi, pushed)
+        hi = _take_step(old, new, lanes, kicks, drifts, lo, hi, pushed)
         if tolerance > 0:
             _refuse(old, new, lanes, tolerance, starting, lo, hi)
         keep_maxima(old, new, lanes, lo, hi, b)
@@ -249,7 +243,7 @@ def _march(
             scene.evaluations += drifts.size
             ends = _go_on(old, new, lanes, k, hi) and not _next_leg(new, lanes, k)
             if looks or ends:
-                ends |= _look(new, lanes, k, leaves[k] and not ends, hi, one, parts)
+                ends |= _look(new, lanes, k, leaves[k] and not ends, hi, one)
             if ends:
                 _end_scene(new, lanes, k, hi)
                 active -= 1
@@ -262,9 +256,9 @@ def _march(
 def march_lanes(
     legs: FloatArray,
     leaves: Any,
-    kicks: Array,
-    drifts: Array,
-    state: Array,
+    kicks: FloatArray,
+    drifts: FloatArray,
+    state: FloatArray,
     tolerance: float,
     starting: float,
     peak_force: FloatArray,
@@ -283,9 +277,9 @@ def march_lanes(
     leaves
         Whether granules of each scene may be left behind, shape (scenes,).
     kicks, drifts
-        Of a symplectic method, shape (stages + 1,) and (stages,), in the precision of the run.
+        Of a symplectic method, shape (stages + 1,) and (stages,).
     state
-        Room, shape (ROWS, lanes (N + 2)), in the precision of the run.
+        Room, shape (ROWS, LANES (N + 2)).
     tolerance, starting, control
         As for ``elastic.march``.
     peak_force, peak_time
@@ -294,19 +288,17 @@ def march_lanes(
         Filled in with the time reached by each and its force evaluations, NaN where the motion
         diverged, shape (scenes,).
     """
-    number, size = lanes_of(state), state.shape[1]
-    granules, scenes = size // number - 2, np.zeros(number, _SCENE)
+    size = state.shape[1]
+    granules, scenes = size // LANES - 2, np.zeros(LANES, _SCENE)
     highest, highest_at, marks = state[7], np.zeros(size), np.zeros(size, np.uint8)
-    one, b, parts = np.zeros((3, granules + 1)), np.zeros(7), np.zeros(LATE + 1, np.int64)
-    for first in range(0, legs.shape[0], number):
-        some = slice(first, min(first + number, legs.shape[0]))
+    one, b = np.zeros((3, granules + 1)), np.zeros(7)
+    for first in range(0, legs.shape[0], LANES):
+        some = slice(first, min(first + LANES, legs.shape[0]))
         lanes = Lanes(
             state[6], highest, highest_at, marks, marks.view(np.uint64), state[8:], scenes,
             legs[some],
         )  # fmt: skip
-        _march(
-            state, lanes, leaves[some], kicks, drifts, tolerance, starting, one, parts, b, control,
-        )  # fmt: skip
+        _march(state, lanes, leaves[some], kicks, drifts, tolerance, starting, one, b, control)
         if control[0] < 0:
             return
         for n in range(some.start, some.stop):
@@ -314,6 +306,6 @@ def march_lanes(
             end[n] = scene.begin
             evaluations[n] = np.nan if scene.diverged else scene.evaluations
             for i in range(granules - 1):
-                j = place(state, i, n - first)
+                j = place(i, n - first)
                 peak_force[n, i] = hertz_force(float(highest[j]))
                 peak_time[n, i] = highest_at[j] if peak_force[n, i] > 0 else np.nan

@@ -15,14 +15,14 @@ from hertzchain.engines.native.interpolant import (
     highest_place,
     value_at,
 )
-from hertzchain.engines.native.lanes_loops import lanes_of, mark_maxima, place
+from hertzchain.engines.native.lanes_loops import LANES, mark_maxima, place
 
 
 @compiled
 def _contact(motion: Any, leg: Any, i: int, k: int, behind: int, time: float) -> Any:
     """Overlap of the contact ahead of granule i of scene k, and its first three derivatives."""
-    u, v, f, ahead = motion.u, motion.v, motion.force, lanes_of(motion.u)
-    j = place(u, i, k)
+    u, v, f, ahead = motion.u, motion.v, motion.force, LANES
+    j = place(i, k)
     r, rate = float(u[j] - u[j + ahead]), float(v[j] - v[j + ahead])
     if i == behind:
         before = applied_force_rate(leg, time)
@@ -39,12 +39,12 @@ def keep_maxima(old: Any, new: Any, lanes: Any, lo: int, hi: int, b: Any) -> Non
     """Keep the maxima of a step, in the scenes that took it."""
     highest, highest_at, h = lanes.highest, lanes.highest_at, lanes.step
     mark_maxima(old, new, h, highest, lanes.marks, lo, hi)
-    number, eight, one = lanes_of(h), np.uint64(8), np.uint64(1)
-    for word in range(place(h, lo, 0) // eight, place(h, hi, 0) // eight):
+    one = np.uint64(1)
+    for word in range(place(lo, 0) // LANES, place(hi, 0) // LANES):
         if lanes.words[word] == 0:
             continue
-        for j in range(word * eight, (word + one) * eight):
-            i, k = j // number, j % number
+        for j in range(word * LANES, (word + one) * LANES):
+            i, k = j // LANES, j % LANES
             scene = lanes.scenes[k]
             if not lanes.marks[j] or scene.refused:
                 continue

@@ -7,13 +7,13 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import Context, copy_context
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.kernel_input import MOVING, coefficients, nothing_recorded
+from hertzchain.engines.native.methods import SymplecticNystrom
 from hertzchain.engines.native.refinement import Walker
 from hertzchain.limits import Deadline
 
@@ -38,7 +38,6 @@ def march_all(
     leaves: NDArray[np.bool_],
     deadline: Deadline,
     cores: int,
-    dtype: type[np.floating[Any]] = np.float64,
 ) -> Found:
     """Return peak forces and times, (scenes, contacts); time reached and evaluations, (scenes,).
 
@@ -52,41 +51,40 @@ def march_all(
     control = np.zeros(3)
     unknown = np.max(rows[:, :, 3], initial=0.0) > _LAST_SHAPE
     if granules > _LONGEST or unknown:
-        part = _one_by_one(rows, walker, granules, leaves, dtype, found, control)
+        part = _one_by_one(rows, walker, granules, leaves, found, control)
         _on_cores(part, scenes, 1, control, deadline, cores)
         return found
-    from hertzchain.engines.native.lanes_loops import VECTOR
+    from hertzchain.engines.native.lanes_loops import LANES
 
     # The wave of a longer pulse is stronger and faster: similar scenes share a vector.
     pushed = np.max(rows[:, :, 1], axis=1, where=rows[:, :, 3] != 0, initial=0.0)
     order = np.lexsort((np.sum(rows[:, :, 2], axis=1), pushed))
-    lanes = VECTOR // np.dtype(dtype).itemsize
-    part = _side_by_side(rows[order], walker, granules, leaves[order], dtype, found, control)
-    _on_cores(part, scenes, lanes, control, deadline, cores)
+    part = _side_by_side(rows[order], walker, granules, leaves[order], found, control)
+    _on_cores(part, scenes, int(LANES), control, deadline, cores)
     for values in found:
         values[order] = values.copy()
     return found
 
 
 def _side_by_side(
-    rows: FloatArray, walker: Walker, granules: int, leaves: NDArray[np.bool_],
-    dtype: type[np.floating[Any]], found: Found, control: FloatArray,
+    rows: FloatArray, walker: Walker, granules: int, leaves: NDArray[np.bool_], found: Found,
+    control: FloatArray,
 ) -> Callable[[slice], None]:  # fmt: skip
     """Return a function that integrates a part of the scenes side by side."""
     from hertzchain.engines.native import lanes_kernel
 
-    kicks, drifts = (values.astype(dtype) for values in coefficients(walker.stepper))
+    assert isinstance(walker.stepper, SymplecticNystrom)
 
     def part(some: slice) -> None:
         lanes_kernel.march_lanes(
-            rows[some], leaves[some], kicks, drifts, _room(granules, dtype), walker.tolerance,
-            walker.starting, *(values[some] for values in found), control,
+            rows[some], leaves[some], *coefficients(walker.stepper), _room(granules),
+            walker.tolerance, walker.starting, *(values[some] for values in found), control,
         )  # fmt: skip
 
     return part
 
 
-def _room(granules: int, dtype: type[np.floating[Any]]) -> Array:
+def _room(granules: int) -> FloatArray:
     """Return an array whose rows begin at cache lines: vectors across two take twice as long."""
     from hertzchain.engines.native.lanes_kernel import ROWS
     from hertzchain.engines.native.lanes_loops import VECTOR
@@ -94,12 +92,12 @@ def _room(granules: int, dtype: type[np.floating[Any]]) -> Array:
     size = ROWS * (granules + 2) * VECTOR
     room = np.zeros(size + VECTOR, np.uint8)
     start = -room.ctypes.data % VECTOR
-    return room[start : start + size].view(dtype).reshape(ROWS, -1)
+    return room[start : start + size].view(np.float64).reshape(ROWS, -1)
 
 
 def _one_by_one(
-    rows: FloatArray, walker: Walker, granules: int, leaves: NDArray[np.bool_],
-    dtype: type[np.floating[Any]], found: Found, control: FloatArray,
+    rows: FloatArray, walker: Walker, granules: int, leaves: NDArray[np.bool_], found: Found,
+    control: FloatArray,
 ) -> Callable[[slice], None]:  # fmt: skip
     """Return a function that integrates a part of the scenes one after the other."""
     from hertzchain.engines.native import elastic_chain, elastic_state, marching
@@ -111,11 +109,11 @@ def _one_by_one(
         for scene in range(some.start, min(some.stop, len(rows))):
             legs = rows[scene]
             taken = legs[legs[:, elastic_chain.STEPS] > 0]  # a leg without steps is left out
+            seen = elastic_state.Seen(force[scene], time[scene], nothing_recorded())
+            steps = marching.steps_of(taken, walker)
             outcome, _, _ = marching.march(
-                taken, walker.stepper, dtype, walker.tolerance, walker.starting, granules, at_rest,
-                None, MOVING, leave_behind, force[scene], time[scene],
-                nothing_recorded(), control,
-            )  # fmt: skip
+                steps, granules, at_rest, None, MOVING, leave_behind, seen, control
+            )
             end[scene] = outcome.end
             diverged = outcome.status == elastic_state.DIVERGED
             evaluations[scene] = np.nan if diverged else outcome.evaluations

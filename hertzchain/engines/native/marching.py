@@ -5,60 +5,49 @@ It is loaded when the first run begins, because Numba is loaded with it.
 
 from __future__ import annotations
 
-from typing import Any
-
-import numpy as np
-
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.native import elastic, elastic_state
-from hertzchain.engines.native.elastic_chain import Record
-from hertzchain.engines.native.elastic_state import COUNTS, TOTALS, Outcome, State
+from hertzchain.engines.native.elastic_state import Outcome, Seen, Steps
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.kernel_input import coefficients
-from hertzchain.engines.native.methods import Stepper, SymplecticNystrom
+from hertzchain.engines.native.methods import SymplecticNystrom
+from hertzchain.engines.native.refinement import Walker
+
+
+def steps_of(rows: FloatArray, walker: Walker, softest: float = 1.0) -> Steps:
+    """Return the steps of a walker on legs from ``kernel_input.leg_rows``.
+
+    ``softest`` is that of ``kernel_input``: an opening contact costs in proportion to stiffness
+    over mass.
+    """
+    stepper = walker.stepper
+    assert isinstance(stepper, SymplecticNystrom)  # NumPy integrates with other methods
+    is_verlet, tolerance = stepper.order == 2, walker.tolerance * softest
+    return Steps(rows, *coefficients(stepper), is_verlet, tolerance, walker.starting)
 
 
 def march(
-    rows: FloatArray,
-    stepper: Stepper,
-    dtype: type[np.floating[Any]],
-    tolerance: float,
-    starting: float,
+    steps: Steps,
     granules: int,
     start: FloatArray,
     chain: Chain | None,
     moving: int,
     leave_behind: bool,
-    force: FloatArray,
-    time: FloatArray,
-    record: Record,
+    seen: Seen,
     control: FloatArray,
 ) -> tuple[Outcome, Array, Array]:
     """Return what happened, and displacement and velocity at the end, shape (N,).
 
-    The arguments are those of ``elastic.march``; ``rows`` are its legs.
+    The arguments are those of ``elastic.march``.
     """
-    assert isinstance(stepper, SymplecticNystrom)  # NumPy integrates with other methods
     columns = granules + 1
     if leave_behind and chain is None:
-        columns = min(columns, elastic_state.least_columns(stepper.stages))
-    state, is_verlet = at_the_start(stepper, columns, dtype), stepper.order == 2
+        columns = min(columns, elastic_state.least_columns(steps.drifts.size))
+    state = elastic_state.at_the_start(steps, columns)
     while True:
         outcome = elastic.march(
-            rows, *coefficients(stepper), state, is_verlet, tolerance, starting, granules, start,
-            chain, moving, leave_behind, force, time, record, control,
-        )  # fmt: skip
+            steps, state, granules, start, chain, moving, leave_behind, seen, control
+        )
         if outcome.status != elastic_state.NO_ROOM:
             return outcome, state.rows[0, :granules], state.rows[1, :granules]
-        state = elastic_state.with_room(state, granules, stepper.stages)
-
-
-def at_the_start(stepper: SymplecticNystrom, columns: int, dtype: type[np.floating[Any]]) -> State:
-    """Return a state for the start of a run."""
-    kicks, drifts = coefficients(stepper)
-    return State(
-        np.zeros((6, columns), dtype),
-        np.zeros(5 + kicks.size + drifts.size, dtype),
-        np.zeros(COUNTS, np.int64),
-        np.zeros(TOTALS),
-    )
+        state = elastic_state.with_room(state, granules)

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from hertzchain.engines.native.compiling import compiled, part
-from hertzchain.engines.native.damped_contacts import ends_of_septic
+from hertzchain.engines.native.damped_contacts import end_of_septic
 from hertzchain.engines.native.elastic_chain import motion_of_contact, overlap_of, with_stiffness
 from hertzchain.engines.native.interpolant import hertz_force
 from hertzchain.observables.first_pulse import FALLS, LEAST
@@ -52,8 +52,8 @@ def note(
 
 @part
 def note_elastic(
-    record: Any, peak_force: Any, peak_time: Any, u0: Any, v0: Any, u: Any, v: Any, lo: int,
-    hi: int, leg: Any, begin: float, time: float, h: float, off: float, chain: Any,
+    seen: Any, u0: Any, v0: Any, u: Any, v: Any, lo: int, hi: int, leg: Any, begin: float,
+    time: float, h: float, off: float, chain: Any,
 ) -> None:  # fmt: skip
     """Take the notes of a step, after its maxima are known."""
     for i in range(lo, hi - 1):
@@ -62,28 +62,29 @@ def note_elastic(
             continue
         f0 = with_stiffness(hertz_force(r0), i, chain)
         f1 = with_stiffness(hertz_force(r1), i, chain)
-        largest, when = peak_force[i], peak_time[i]
+        largest, when = seen.force[i], seen.time[i]
         if f1 > largest:
             largest, when = f1, time
-        if is_worth_a_note(record, i, f1, begin, largest, when):
+        if is_worth_a_note(seen.record, i, f1, begin, largest, when):
             start = motion_of_contact(u0, v0, i, lo, leg, begin, off, chain)
             end = motion_of_contact(u, v, i, lo, leg, begin + h, off, chain)
-            note(record, i, begin, h, start, end, f0, f1, largest, when)
+            note(seen.record, i, begin, h, start, end, f0, f1, largest, when)
 
 
 @compiled
 def note_damped(
-    record: Any, peak_force: Any, peak_time: Any, u0: Any, v0: Any, a0: Any, r0: Any, u1: Any,
-    v1: Any, a1: Any, r1: Any, f0: Any, f1: Any, begin: float, h: float, fresh: bool, hi: int,
-    c: Any, chosen: Any,
+    seen: Any, start: Any, end: Any, begin: float, h: float, fresh: bool, hi: int, c: Any,
+    chosen: Any,
 ) -> None:  # fmt: skip
     """The same of damped contacts; a step that is ``fresh`` has no jerk at its start."""
-    for i in range(min(hi, peak_force.size)):
-        largest, when, contact = peak_force[i], peak_time[i], chosen[i]
+    record = seen.record
+    for i in range(min(hi, seen.force.size)):
+        largest, when, contact = seen.force[i], seen.time[i], chosen[i]
         if contact >= record.static.size:  # the free end
             continue
-        if is_worth_a_note(record, contact, f1[i + 1], begin, largest, when):
-            start, end = ends_of_septic(u0, v0, a0, r0, u1, v1, a1, r1, i, c)
+        if is_worth_a_note(record, contact, end.f[i + 1], begin, largest, when):
+            first, last = end_of_septic(start, i, c), end_of_septic(end, i, c)
             if fresh:
-                start = start[0], start[1], start[2], math.nan
-            note(record, contact, begin, h, start, end, f0[i + 1], f1[i + 1], largest, when)
+                first = first[0], first[1], first[2], math.nan
+            f0, f1 = start.f[i + 1], end.f[i + 1]
+            note(record, contact, begin, h, first, last, f0, f1, largest, when)

@@ -69,10 +69,8 @@ _CLOSER_AT_ONCE, _CLOSER_WITH_TERMS = 1e-3, 1e-5
 proportion down to it: eight long runs of dimers needed a third fewer plans.
 """
 
-_SINGLE = 1e-4
-"""Accuracy from which on float32 is enough (it adds 1e-6), and opening contacts need no shorter
-steps.
-"""
+_UNREFINED = 1e-4
+"""Accuracy from which on opening contacts need no shorter steps."""
 
 _KNOWN_RATIOS, _KNOWN_DURATIONS, _KNOWN_GRANULES = (0.05, 10.0), (1.1, 60.0), 500
 """Ranges of LM_ratio, n and N of the random scenes."""
@@ -95,7 +93,6 @@ class Plan:
     step: float  # largest step, natural time units
     error: float  # error of the peaks in the worst random scene
     safety: float  # ratio of the error bound to the difference from a run with other steps
-    dtype: type[np.floating[Any]] = np.float64
 
     @functools.cached_property
     def coarser(self) -> Refined:
@@ -165,10 +162,10 @@ def cheapest(rtol: float, checked: bool = True, hard: bool = False) -> Plan:
         name, stepper, step = "srkn-6b", SRKN_6B, 0.6 * (aim / 2.4e-4) ** (1 / 4.3)
     else:
         name, stepper, step = "srkn-11b", SRKN_11B, 0.2 * (aim / 3e-9) ** (1 / 6.5)
-    if not checked and rtol >= _SINGLE:
+    if not checked and rtol >= _UNREFINED:
         plain = Refined(stepper, 0.0, cosine_steps, 0.0)
         error = _KNOWN_UNCHECKED * rtol
-        return Plan(name, plain, _LONGEST_STEP, error, _SAFETY, np.float32)
+        return Plan(name, plain, _LONGEST_STEP, error, _SAFETY)
     starting = math.inf if hard else 4 + 2 * tight
     walker = Refined(stepper, 5e3 * aim, cosine_steps, starting)
     if checked:

@@ -10,7 +10,7 @@ import numpy as np
 from hertzchain.arrays import Array
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.kernel_input import start_of
-from hertzchain.engines.native.simulation import End, Simulation
+from hertzchain.engines.native.simulation import Simulation
 from hertzchain.limits import Deadline
 from hertzchain.observables.contact_errors import Peaks
 from hertzchain.observables.damped_law import DampedLaw
@@ -124,7 +124,8 @@ def simulation_of(
         raise diverged("native")
     first = None if notes is None else notes.first_pulses(watch.force)
     return Simulation(
-        End(displacement, velocity),
+        displacement,
+        velocity,
         Peaks(watch.force, watch.time, watch.passed, first),
         work,
         np.sum(chain.mass * velocity),

@@ -59,18 +59,11 @@ height 3; heights up to 2.2 were measured.
 
 
 @dataclass(frozen=True, eq=False)
-class End:
-    """Displacement and velocity at the end, shape (granules,)."""
-
-    displacement: Any
-    velocity: Any
-
-
-@dataclass(frozen=True, eq=False)
 class Simulation:
     """Results of one integration, in natural units."""
 
-    state: End  # state at the end; NaN for granules that were dropped
+    displacement: Any  # at the end, shape (granules,); NaN where granules were dropped
+    velocity: Any
     peaks: Peaks
     work: Scalar  # work of the applied force or the piston, plus the energy at the start
     momentum: Scalar  # of all granules except a piston at the end
@@ -80,6 +73,16 @@ class Simulation:
     wall_impulse: Scalar = 0.0  # integral of the force on the wall
     piston_impulse: Scalar = 0.0  # integral of the force of the piston
     dissipated: Scalar = 0.0  # energy lost by damping
+    status: int = 0  # of compiled runs: ``elastic_state.DONE`` or one of the next constants there
+
+    @classmethod
+    def of(cls, found: Outcome, displacement: Any, velocity: Any, peaks: Peaks) -> Simulation:
+        """Return what a compiled run found."""
+        return cls(
+            displacement, velocity, peaks, found.work, found.momentum, found.energy, found.steps,
+            found.evaluations, found.wall_impulse, found.piston_impulse, found.dissipated,
+            found.status,
+        )  # fmt: skip
 
     @property
     def peak_force(self) -> Any:
@@ -92,7 +95,6 @@ def simulate(
     legs: Sequence[Leg],
     walker: Walker,
     recorder: Recorder | None = None,
-    dtype: type[np.floating[Any]] = np.float64,
     leave_behind: bool = False,
     window: bool = True,
     deadline: Deadline | None = None,
@@ -100,14 +102,14 @@ def simulate(
 ) -> Simulation:
     """Integrate a scene once, on given legs [s, N], with the compiled kernels.
 
-    ``dtype`` is float64 or float32. With ``leave_behind`` granules that cannot change any peak are
-    dropped, in scenes where this is certain; with ``window`` granules that the wave has not reached
-    are not computed. The default deadline is an hour from now. ``start`` has displacement and
+    With ``leave_behind`` granules that cannot change any peak are dropped, in scenes where this is
+    certain; with ``window`` granules that the wave has not reached are not computed. The default
+    deadline is an hour from now. ``start`` has displacement and
     velocity in natural units, shape (2, granules); by default the chain is at rest. Raises
     StepUnstable if the motion diverges, TooExpensive if the run would take, or has taken, too long.
     """
     prepared = Prepared.of(scene, deadline or Deadline(TIME_LIMIT), start, window)
-    return prepared.simulate(walker.cut(legs), walker, recorder, dtype, leave_behind)
+    return prepared.simulate(walker.cut(legs), walker, recorder, leave_behind)
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,29 +156,18 @@ class Prepared:
         legs: Sequence[Leg],
         walker: Walker,
         recorder: Recorder | None = None,
-        dtype: type[np.floating[Any]] = np.float64,
         leave_behind: bool = False,
     ) -> Simulation:
         """Integrate the scene once: see the function ``simulate``."""
         granules = self.scene.chain.granules
         leave_behind = leave_behind and self._can_leave_behind
-        peaks, found = self._march(legs, walker, leave_behind, recorder, dtype)
+        peaks, found = self._march(legs, walker, leave_behind, recorder)
         outcome, displacement, velocity = found
         if leave_behind:
             displacement = velocity = np.full(granules, np.nan)
         else:  # without all that else was changed by the run
             displacement, velocity = displacement.copy(), velocity.copy()
-        return Simulation(
-            End(displacement, velocity),
-            peaks,
-            outcome.work,
-            outcome.momentum,
-            outcome.energy,
-            outcome.steps,
-            outcome.evaluations,
-            wall_impulse=outcome.wall_impulse,
-            piston_impulse=outcome.piston_impulse,
-        )
+        return Simulation.of(outcome, displacement, velocity, peaks)
 
     def peaks(self, legs: Sequence[Leg], walker: Walker) -> Peaks:
         """Return the peaks of a run alone, natural units: for an error.
@@ -218,29 +209,27 @@ class Prepared:
         walker: Walker,
         leave_behind: bool,
         recorder: Recorder | None = None,
-        dtype: type[np.floating[Any]] = np.float64,
     ) -> tuple[Peaks, tuple[Outcome, Any, Any]]:
         """Return the peaks, and what the kernels return; fill in a recorder."""
         from hertzchain.engines.native import elastic_state, marching
 
-        granules, stepper = self.scene.chain.granules, walker.stepper
+        granules, stages = self.scene.chain.granules, walker.stepper.stages
         rows = leg_rows(legs, self.scene.units)
-        work = work_of(self.scene, legs, stepper.stages)
-        self._refuse(rows, work, stepper.stages, leave_behind, recorder)
+        work = work_of(self.scene, legs, stages)
+        self._refuse(rows, work, stages, leave_behind, recorder)
         record = nothing_recorded()
         if recorder is not None or self.contacts is not None:
             shortest = float(np.min((rows[:, 1] - rows[:, 0]) / rows[:, 2]))
             record = room_for(recorder, granules, self.contacts, shortest)
         contacts = granules - 1 if self.scene.wall is None else granules
         force, time, control = np.zeros(contacts), np.full(contacts, np.nan), np.zeros(3)
-        # An opening contact costs in proportion to stiffness over mass.
-        tolerance = walker.tolerance * self.softest
+        steps = marching.steps_of(rows, walker, self.softest)
+        seen = elastic_state.Seen(force, time, record)
 
         def run() -> Any:
             return marching.march(
-                rows, stepper, dtype, tolerance, walker.starting, granules, self.start,
-                self.chain, self.moving, leave_behind, force, time, record, control,
-            )  # fmt: skip
+                steps, granules, self.start, self.chain, self.moving, leave_behind, seen, control
+            )
 
         is_long = work >= _LONG_RUN
         if not is_long:

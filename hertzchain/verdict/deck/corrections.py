@@ -12,7 +12,6 @@ import numpy as np
 
 from hertzchain.engines.lammps.reading import Executed
 from hertzchain.verdict.deck.deck_check import ACTS, Case, DeckCheck
-from hertzchain.verdict.deck.formula import in_text
 from hertzchain.verdict.deck.places import (
     SIZES,
     WITHOUT,
@@ -25,6 +24,7 @@ from hertzchain.verdict.deck.places import (
 from hertzchain.verdict.deck.right_commands import (
     first_alone,
     granule_commands,
+    in_text,
     law_commands,
     load_commands,
     motion_commands,
@@ -89,7 +89,10 @@ def _ends(case: Case, _: DeckCheck) -> Iterator[Changes]:
 
 
 def _formula(case: Case, check: DeckCheck) -> Iterator[Changes]:
-    """The formula of the shock in place of the deck's."""
+    """A clock that begins at 0, or the formula of the shock in place of the deck's."""
+    early = case.found.commands[: case.found.first_run]
+    for one in [one for one in early if one.text.startswith("reset_timestep")][-1:]:
+        yield {_at(one): ("reset_timestep 0",)}
     lines = shock_commands(case)
     if lines and check.place is not None and check.place.written.startswith("variable"):
         yield {_at(check.place): (lines[0],)}
@@ -123,6 +126,7 @@ def pushed_alone(case: Case) -> dict[int, tuple[str, ...]]:
         [fix for fix in pushing if "v_" in texts[fix.command].text]
         or [fix for fix in pushing if fix.style != "gravity"]
         or pushing
+        or [fix for fix in found.fixes if fix.style == "addforce" and not fix.granules.any()]
     )
     acts = np.any(np.abs(found.applied_force[:, 0]) > ACTS * case.scene.units.force)
     extra = [fix.command for fix in pushing if acts and fix.command not in first]
@@ -136,12 +140,12 @@ def _pushed_alone(case: Case, _: DeckCheck) -> Iterator[Changes]:
     yield {_at(case.found.commands[k]): lines for k, lines in pushed_alone(case).items()}
 
 
-def _from_others(case: Case, check: DeckCheck, role: str) -> Iterator[Changes]:
-    """A number of a variable from which a number follows: in proportion, or with a difference."""
+def _place(case: Case, check: DeckCheck) -> Iterator[Changes]:
+    """A number of a variable from which a place follows: in proportion, or with a difference."""
     texts, mine, right = case.found.commands, check.measured, check.expected
     if not mine or not right:
         return
-    used = {at for k in commands_of(case.found, role) for at in variables_of(texts, k)}
+    used = {at for k in commands_of(case.found, "place") for at in variables_of(texts, k)}
     for at in sorted(used, key=lambda k: (len(texts[k].written.split()[-1]), k)):
         text = texts[at].written
         if "loop" in text.split():
@@ -149,15 +153,11 @@ def _from_others(case: Case, check: DeckCheck, role: str) -> Iterator[Changes]:
         for match in SIZES.finditer(text):
             old, (start, end) = float(match.group()), match.span()
             tried = [old * right / mine]
-            if role == "place" and text.split()[-1] == match.group():
+            if text.split()[-1] == match.group():
                 tried.append(old + (right - mine) / case.units.length)
             for new in tried:
                 if new != old:
                     yield {_at(texts[at]): (f"{text[:start]}{in_text(new)}{text[end:]}",)}
-
-
-_DERIVED = {"place", "contacts"}
-"""Roles of numbers that people compute from others."""
 
 
 # ---- What a number is set by
@@ -211,6 +211,7 @@ _BY_LINE = {
     "shock": _formula,
     "pushed": _pushed_alone,
     "timestep": _as_many_steps,
+    "place": _place,
 }
 """Changes of single lines, by the role of a number."""
 
@@ -244,8 +245,6 @@ def corrections(case: Case, check: DeckCheck, role: str) -> Iterator[Changes]:
         yield {_at(where): tuple(check.command.split("\n"))}
     if role in _BY_LINE:
         yield from _BY_LINE[role](case, check)
-    if role in _DERIVED:
-        yield from _from_others(case, check, role)
     if role in _SETTINGS:
         commands, replaced = _SETTINGS[role]
         lines = commands(case)

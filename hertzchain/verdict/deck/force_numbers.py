@@ -15,7 +15,6 @@ from hertzchain.verdict.deck.corrections import pushed_alone
 from hertzchain.verdict.deck.deck_check import ACTS, ROUND_OFF, Case, Indices, names, values
 from hertzchain.verdict.deck.measured import displacement, stretches_of
 from hertzchain.verdict.deck.number import Difference, Number, changed, same
-from hertzchain.verdict.deck.own_words import right_force
 from hertzchain.verdict.deck.places import WITHOUT, commands_of, formula_of, is_of, place_at
 from hertzchain.verdict.deck.pulse import of_shock, pulse, pushing_changes
 
@@ -232,9 +231,8 @@ def _shock(case: Case) -> list[Difference]:
             sentence="no applied force acts along the chain on granule 1, the scene pushes it"
             f" with up to {scene.peak_force:.4g} N",
         )  # fmt: skip
-        time = np.linspace(0.0, scene.pulse_end, 101)[1:-1]
-        at, tried = right_force(case, time, np.zeros(time.size), scene.applied_force(time))
-        return [replace(one, at=at, tried=tried) if tried else of_shock(case, one)]
+        right = pushed_alone(case)  # of a group without granules
+        return [replace(one, at=min(right), role="pushed") if right else of_shock(case, one)]
     if scene.ramps or top <= least:
         return []
     return [

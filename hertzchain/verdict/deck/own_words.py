@@ -1,28 +1,21 @@
-"""Words of a deck's own commands that are not the scene's, and numbers that make them so."""
+"""Words of a deck's own commands that are not the scene's, and what they should be."""
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
-
-import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading import FoundDeck
-from hertzchain.scene.pulse import Pulse
-from hertzchain.scene.sine import Sine
 from hertzchain.verdict.deck.deck_check import Case
-from hertzchain.verdict.deck.formula import EXACT, Formula, Span, in_text
 from hertzchain.verdict.deck.measured import far_wall
-from hertzchain.verdict.deck.places import Changes, commands_of
-from hertzchain.verdict.deck.right_commands import damping_words, wall_plane
+from hertzchain.verdict.deck.places import Changes, commands_of, place, with_number
+from hertzchain.verdict.deck.right_commands import damping_words, in_text, wall_plane
 from hertzchain.verdict.lint.script import number, types_of
 
 _LAW = re.compile(r"hertz/material|hertz|jkr|dmt")
-_FORCE = 1e-6  # of the peak force: formulas of forces have rounded numbers, too (chosen)
-_JUMPS = 4  # readings at which a formula may jump the other way (chosen)
+_WORD = re.compile(r'(?:"[^"]*"|\$\([^)]*(?:\)[^\s)]*)*\)|\S)+')  # a ``$(...)`` is one of them
+_EXACT = 1e-9  # relative: a word with rounded digits is off by more (chosen)
 _ALIKE = 1e-9  # relative: numbers of granules that are of one kind (chosen)
 
 _TINY = 1e-290  # what LAMMPS of some versions needs in place of no damping, 1e-300, is none
@@ -128,65 +121,7 @@ def _plane_target(case: Case, index: int) -> Iterator[Target]:
         yield words.index(plane) + (2 if case.found.direction.sum() > 0 else 1), wall_plane(case)
 
 
-# ---- Numbers of the deck
-
-
-def _known(case: Case) -> list[float]:
-    """Moduli, Poisson ratios and radii of the scene, as decks have them."""
-    granules, unit, made = case.scene.granules, case.units, list[float]()
-    for values, size in (
-        (granules.young_modulus, unit.pressure), (granules.poisson_ratio, 1.0),
-        (granules.radius, unit.length), (2 * granules.radius, unit.length),
-    ):  # fmt: skip
-        made += np.unique(values / size).tolist()
-    return made
-
-
-def _known_of_shock(case: Case) -> list[float]:
-    """Force, times and frequencies of the scene's shock, as decks have them."""
-    scene, unit = case.scene, case.units
-    made = [scene.peak_force / unit.force]
-    if isinstance(scene.shock, Pulse) and scene.rise_time is not None:
-        times = (scene.rise_time, scene.pulse_end, scene.pulse_end - scene.rise_time)
-        made += [one / unit.time for one in (*times, 2 * scene.rise_time)]
-    if isinstance(scene.shock, Sine):
-        frequency = scene.shock.frequency * unit.time
-        made += [frequency, 1 / frequency, scene.shock.cycles / frequency, 2 * math.pi * frequency]
-    return made
-
-
-def _words(text: str) -> list[tuple[int, int]]:
-    """Where the words of a command stand; a ``$(...)`` or quoted text is one of them."""
-    return [
-        match.span() for match in re.finditer(r'(?:"[^"]*"|\$\([^)]*(?:\)[^\s)]*)*\)|\S)+', text)
-    ]
-
-
-def _right_word(case: Case, index: int, target: Target) -> list[Span]:
-    """What may stand in place of a number so that a word is right, the likeliest first."""
-    one, (k, value) = case.found.commands[index], target
-    spans, words = _words(one.written), one.text.split()
-    if len(spans) != len(words):
-        return []
-    formula = Formula(case.found.commands, index, *spans[k], {})
-    known = {*_known(case), value}
-    return [
-        *formula.right_numbers(np.array(value), known),
-        Span(index, *spans[k], in_text(value)),
-    ]
-
-
-def _with(case: Case, spans: Sequence[Span]) -> Changes:
-    """Commands with other numbers in their places."""
-    texts: dict[int, str] = {}
-    for span in sorted(set(spans), key=lambda one: -one.start):
-        text = texts.get(span.command, case.found.commands[span.command].written)
-        texts[span.command] = text[: span.start] + span.text + text[span.end :]
-    commands = case.found.commands
-    return {
-        (commands[k].file, commands[k].line, commands[k].written): (text,)
-        for k, text in texts.items()
-    }
+# ---- Corrections
 
 
 def right_law(case: Case, k: int) -> tuple[int | None, tuple[Changes, ...]]:
@@ -196,94 +131,39 @@ def right_law(case: Case, k: int) -> tuple[int | None, tuple[Changes, ...]]:
     """
     wall = far_wall(case.found)
     if k + 1 < case.near.size or case.scene.wall is None:
-        return _right(case, laws_of(case.found, k), _law_targets)
-    return _right(case, [] if wall is None else [wall.command], _wall_targets)
+        return _right(case, "contacts", laws_of(case.found, k), _law_targets)
+    return _right(case, "wall", [] if wall is None else [wall.command], _wall_targets)
 
 
 def right_plane(case: Case) -> tuple[int | None, tuple[Changes, ...]]:
     """The command that is to blame for the place of the wall, and its own corrections."""
     wall = far_wall(case.found)
-    return _right(case, [] if wall is None else [wall.command], _plane_target)
+    return _right(case, "wall", [] if wall is None else [wall.command], _plane_target)
 
 
 def _right(
-    case: Case, lines: Sequence[int], targets: Callable[[Case, int], Iterator[Target]]
-) -> tuple[int | None, tuple[Changes, ...]]:
-    """The first of some commands with a wrong word, and corrections of all of them."""
-    wrong = []
+    case: Case, role: str, lines: Sequence[int],
+    targets: Callable[[Case, int], Iterator[Target]],
+) -> tuple[int | None, tuple[Changes, ...]]:  # fmt: skip
+    """The first line with a wrong word, and corrections of all: of variables, or of the words."""
+    blamed, of_variables, of_words = list[int](), Changes(), Changes()
     for index in lines:
-        words = case.found.commands[index].text.split()
+        one = case.found.commands[index]
+        words, written = one.text.split(), _WORD.findall(one.written)
+        if len(written) != len(words):
+            return None, ()
         for at, value in targets(case, index):
             own = number(words[at]) if at < len(words) else None
-            least = max(EXACT * abs(value), _TINY)
-            if own is not None and abs(own - value) > least:
-                wrong.append(_right_word(case, index, (at, value)))
-    if not all(wrong) or not wrong:
-        return None, ()
-    tried = [
-        _with(case, [spans[min(n, len(spans) - 1)] for spans in wrong])
-        for n in range(max(map(len, wrong)))
-    ]
-    return wrong[0][0].command, tuple(tried)
-
-
-# ---- The force of the shock
-
-
-def right_force(
-    case: Case, time: FloatArray, force: FloatArray, expected: FloatArray
-) -> tuple[int | None, tuple[Changes, ...]]:
-    """The command that is to blame for the applied force, and its own corrections.
-
-    ``time`` is that of the scene [s], ``force`` what the deck and ``expected`` what the scene has
-    then [N]. None where no formula makes that force.
-    """
-    found, unit = case.found, case.units
-    if found.axis not in "xyz":
-        return None, ()
-    axis, scale = "xyz".index(found.axis), _FORCE * case.scene.peak_force
-    size = float(found.direction[axis]) * unit.force
-    time = (time + case.start) / unit.time
-    for index, one in enumerate(found.commands):
-        spans, words = _words(one.written), one.text.split()
-        if words[:1] != ["fix"] or words[3:4] != ["addforce"] or len(spans) != len(words):
-            continue
-        for late, reset in [*_reset(case), (0.0, None)]:
-            formula = Formula(found.commands, index, *spans[4 + axis], {"time": time + late})
-            value = formula.value()
-            if value is None:
+            if own is None or abs(own - value) <= max(_EXACT * abs(value), _TINY):
                 continue
-            rest = force - size * value  # other fixes may add what is constant
-            constant = float(np.median(rest))
-            sure = np.abs(rest - constant) <= scale
-            if np.count_nonzero(~sure) <= _JUMPS and reset is not None:
-                return reset, (
-                    _with(case, [Span(reset, *_words(found.commands[reset].written)[1], "0")]),
-                )
-            if np.count_nonzero(~sure) <= _JUMPS and np.any(force):
-                formula = replace(formula, given={"time": (time + late)[sure]})
-                target = (expected[sure] - constant) / size
-                right = formula.right_numbers(target, _known_of_shock(case), _FORCE)
-                if right:
-                    return right[0].command, tuple(_with(case, [span]) for span in right)
-            elif not np.any(force) and np.all(np.abs(size * value - expected) <= scale):
-                return _nobody(case, words[2])
-    return None, ()
-
-
-def _nobody(case: Case, name: str) -> tuple[int | None, tuple[Changes, ...]]:
-    """The command that makes a group in which granule 1 is not, and how it would be."""
-    for index, one in reversed([*enumerate(case.found.commands)]):
-        if one.text.split()[:2] == ["group", name]:
-            at = one.file, one.line, one.written
-            return index, ({at: (f"group {name} id {int(case.found.ids[0])}",)},)
-    return None, ()
-
-
-def _reset(case: Case) -> list[tuple[float, int]]:
-    """By how much the deck's time is ahead at its first run, in its units, and the command."""
-    found = case.found
-    early = enumerate(found.commands[: found.first_run])
-    resets = [(one.text.split(), k) for k, one in early if one.text.startswith("reset_timestep")]
-    late = [(float(words[1]) * found.runs[0].dt / case.units.time, k) for words, k in resets[-1:]]
-    return [(ahead, k) for ahead, k in late if ahead > 0]
+            pairs = [(own, value)]
+            where = place(case.found, role, pairs, index)
+            right = where and with_number(case.found, where, pairs)
+            if where is not None and where.index != index and right:
+                of_variables[where.file, where.line, where.written] = (right,)
+            written[at] = in_text(value)
+            of_words[one.file, one.line, one.written] = (" ".join(written),)
+            blamed.append(where.index if where is not None else index)
+    if not blamed:
+        return None, ()
+    return blamed[0], (of_variables, of_words) if of_variables else (of_words,)

@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.scene.pulse import PROFILES, Pulse
+from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.scene import Scene
 from hertzchain.verdict.deck.deck_check import ACTS, Case, Indices, values
 from hertzchain.verdict.deck.measured import stretches_of
 from hertzchain.verdict.deck.number import Difference, same
-from hertzchain.verdict.deck.own_words import right_force
 from hertzchain.verdict.deck.places import Pairs, formula_of, place
 
 _TIME = 0.003  # of a pulse: 2000 readings of it tell when it rises and ends to about that (chosen)
@@ -58,13 +57,11 @@ def pulse(case: Case) -> list[Difference]:
         return [same(float(np.max(force)), scene.peak_force)]
     changes = pushing_changes(case, np.zeros(1, np.intp))
     effect, held = case.effect(**changes), _held(case, time, force)
-    smooth = np.ptp(near, axis=0) <= 1e-6 * scene.peak_force  # a reading at a jump may be either
-    at, tried = right_force(case, time[smooth], force[smooth], expected[smooth])
     # Steps of a held force have no reading at the crest and end early.
     is_held = held > 1 and case.allowed(effect, 0.0)
     parts = [] if is_held else _parts(case, time, force, effect)
     if any(one.relative is None or not case.allowed(one.effect, one.relative) for one in parts):
-        return [replace(one, at=at, tried=tried, stands=()) for one in parts] if tried else parts
+        return parts
     at_time = f"at {time[k]:.4g} s"
     if held > 1:
         sentence = (
@@ -72,14 +69,9 @@ def pulse(case: Case) -> list[Difference]:
             f" scene has {expected[k]:.4g} N"
         )
     else:
-        sentence = (
-            f"the applied force {at_time} {values(float(force[k]), float(expected[k]), 'N')}"
-            f"{_profile(scene, time, force)}"
-        )
+        sentence = f"the applied force {at_time} {values(float(force[k]), float(expected[k]), 'N')}"
     one = Difference(force[k], expected[k], "applied force over time", relative=0.0, effect=effect,
-                     sentence=sentence, at=at, tried=tried)  # fmt: skip
-    if tried:
-        return [*parts, one]
+                     sentence=sentence)  # fmt: skip
     for fix in found.fixes:
         text = found.commands[fix.command].text
         if not fix.moves and " every " in text:
@@ -175,17 +167,3 @@ def _held(case: Case, time: FloatArray, force: FloatArray) -> int:
     if jumps.size < 3 or jumps.size > 0.7 * (at.size - 1):
         return 1
     return max(1, round(float(np.median(np.diff(at[jumps + 1]))) / steps[0]))
-
-
-def _profile(scene: Scene, time: FloatArray, force: FloatArray) -> str:
-    """Which other profile the readings have, if one of them fits."""
-    if not isinstance(scene.shock, Pulse):
-        return ""
-    for profile in set(PROFILES) - {scene.shock.profile}:
-        pulse = replace(
-            scene.shock, profile=profile, momentum_ratio=None, rise_time=scene.rise_time
-        )
-        off = replace(scene, shock=pulse).applied_force(time) - force
-        if np.max(np.abs(off)) < _ALIKE * scene.peak_force:
-            return f"; it has the profile {profile!r}, the scene {scene.shock.profile!r}"
-    return ""

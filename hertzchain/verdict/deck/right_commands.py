@@ -15,11 +15,15 @@ from hertzchain.engines.lammps.reading import FoundDeck, FoundFix
 from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.sine import Sine
 from hertzchain.verdict.deck.deck_check import Case
-from hertzchain.verdict.deck.formula import in_text
 
 _MOST_LINES = 64  # commands that a correction may add, one for each granule (chosen)
 _MOST_ROWS = 40  # rows of a table that are written as one formula (chosen)
 _ALIKE = 1e-9  # relative: moduli of granules that are of one material
+
+
+def in_text(value: float) -> str:
+    """A number as commands have it."""
+    return f"{value:.10g}"
 
 
 # ---- Names of the deck, or new ones
@@ -147,12 +151,11 @@ def damping_words(case: Case, k: int, version: str) -> tuple[str, str]:
     limit = "" if contact.attraction or version < "20220804" else " limit_damping"
     if contact.restitution is not None:
         return in_text(contact.restitution), f" damping coeff_restitution{limit}"
-    if contact.relaxation_time is not None:
-        rate = 2 * contact.relaxation_time * case.reduced_modulus(k)
+    if contact.damping == "viscoelastic":
+        rate = 2 * contact.parameter * case.reduced_modulus(k)
         mass = float(granules.contact_mass[min(k, granules.contact_mass.size - 1)])
         return in_text(rate / mass * unit.length * unit.time), f" damping viscoelastic{limit}"
-    assert contact.coefficient is not None
-    return in_text(contact.coefficient / unit.mass * unit.time), f" damping velocity{limit}"
+    return in_text(contact.parameter / unit.mass * unit.time), f" damping velocity{limit}"
 
 
 _NO_FRICTION = "tangential linear_nohistory 0.0 0.0"

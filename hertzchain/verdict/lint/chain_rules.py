@@ -60,7 +60,8 @@ def _of_gravity(fix: Command) -> tuple[float, float, float]:
 def _step_length(deck: Deck) -> Found:
     """The step against the stiffest contacts that the deck itself makes."""
     granules, look = deck.granules, deck.look
-    if granules is None or look is None or look.stiffness is None or look.exponent is None:
+    law = None if look is None else look.law
+    if granules is None or look is None or law is None:
         return
     if not look.runs or deck.fixes("dt/reset"):
         return
@@ -69,20 +70,19 @@ def _step_length(deck: Deck) -> Found:
 
     from hertzchain.contact import hertz
 
-    stiffness, mass = look.stiffness, granules.mass
-    is_linear = np.abs(look.exponent - 1) < 0.01
-    is_hertz = np.abs(look.exponent - 1.5) < 0.01
+    (stiffness, exponent), mass = law, granules.mass
+    is_linear, is_hertz = (np.abs(exponent - known) < 0.01 for known in (1, 1.5))
     if not np.all(is_linear | is_hertz) or np.any(mass <= 0):
         return
-    forces = [np.max(np.abs(push.force)) for push in deck.pushes if push.force is not None]
-    pressing, origin = max(forces, default=0.0), "the largest force of this deck"
+    pressing = max((push.max() for push in deck.pushes.values()), default=0.0)
+    origin = "the largest force of this deck"
     speed = np.abs(np.diff(granules.velocity[:, 0]))
     reduced = mass[1:] * mass[:-1] / (mass[1:] + mass[:-1])
     hits = np.where(is_hertz, hertz.impact_force(stiffness, reduced, speed), 0.0)
     if hits.max() > pressing:
         pressing = hits.max()
         origin = f"that of granules that collide at {speed[hits.argmax()]:g}"
-    if not np.all(is_linear) and (not pressing or len(forces) < len(deck.pushes)):
+    if not np.all(is_linear) and not pressing:
         return
     spring = np.where(is_linear, stiffness, hertz.slope_of(stiffness, pressing))
     both = np.append(spring, 0) + np.append(0, spring)

@@ -12,8 +12,10 @@ from hertzchain.engines.lammps.dialect import DEFAULT_SKIN, NUMBERS_OF
 from hertzchain.verdict.lint.script import Command, number
 
 if TYPE_CHECKING:
+    from hertzchain.arrays import FloatArray
+    from hertzchain.engines.lammps.reading.frozen import Applied
     from hertzchain.engines.lammps.reading.granules import Granules
-    from hertzchain.engines.lammps.reading.looking import Look, Pushing
+    from hertzchain.engines.lammps.reading.looking import Look
 
 Severity = Literal["error", "warning", "note"]
 
@@ -172,17 +174,25 @@ class Deck:
         return granules if is_row else None
 
     @cached_property
-    def pushes(self) -> Sequence[Pushing]:
-        """The forces that act while it runs, where LAMMPS was asked."""
-        return () if self.look is None else [push for push in self.look.pushes if push.runs]
+    def applied(self) -> Applied | None:
+        """The forces of fixes during its runs; None where they are not known."""
+        applied = None if self.look is None else self.look.applied
+        return applied if applied is not None and applied.time.size else None
+
+    @cached_property
+    def pushes(self) -> dict[int, FloatArray]:
+        """The largest force of each ``fix addforce`` on each granule, by the index of its command.
+
+        Shape (granules, 2): along the chain and across.
+        """
+        fixes = () if self.applied is None else self.applied.fixes
+        return {fix.command: fix.largest for fix in fixes if fix.style == "addforce"}
 
     @cached_property
     def is_loaded(self) -> bool:
         """Whether forces that never change press the chain: gravity, or static loads."""
-        every = [] if self.look is None else list(range(len(self.look.runs)))
-        return bool(self.fixes("gravity")) or any(
-            push.runs == every and push.force is not None and (push.force == push.force[0]).all()
-            for push in self.pushes
+        return bool(self.fixes("gravity")) or (
+            self.applied is not None and bool(self.applied.constant.any())
         )
 
     @cached_property

@@ -132,18 +132,18 @@ def _force_frozen(deck: Deck) -> Found:
 
 def _force_left_on(deck: Deck) -> Found:
     """A formula of a periodic pulse that begins again."""
-    for push in deck.pushes:
-        fix = deck.carried_out(push.command)
-        if fix is None or push.force is None or push.unfix is not None:
-            continue
-        late = push.force[-max(2, len(push.force) // 10) :]
-        if late.size and abs(late - late[0]).max() > _STILL * abs(push.force).max():
-            text = (
-                "the force still changes when the deck ends, and a periodic pulse begins again: end"
-                f" it in its formula, as *(time<T), or unfix {fix.word(1)} behind the run that ends"
-                " with it"
-            )
-            yield fix, "note", text
+    applied = deck.applied
+    formulas = [fix for fix, _ in _formulas(deck) if fix.index in deck.pushes]
+    if applied is None or not formulas:
+        return
+    late = applied.force[applied.time >= 0.9 * applied.time[-1]]
+    if abs(late - late[-1]).max() > _STILL * abs(applied.force).max():
+        text = (
+            "the force still changes when the deck ends, and a periodic pulse begins again: end it"
+            f" in its formula, as *(time<T), or unfix {formulas[-1].word(1)} behind the run that"
+            " ends with it"
+        )
+        yield formulas[-1], "note", text
 
 
 _STILL = 1e-3  # of the largest force: one that changes by less has ended (chosen)
@@ -151,18 +151,20 @@ _STILL = 1e-3  # of the largest force: one that changes by less has ended (chose
 
 def _force_cut(deck: Deck) -> Found:
     """A force that is dropped while it pushes."""
-    made = {c.index: c.word(1) for c in deck.named("variable")}
-    for push in deck.pushes:
-        end, fix = deck.carried_out(push.unfix), deck.carried_out(push.command)
-        if end is None or fix is None or push.force is None or not push.force.size:
+    applied, runs = deck.applied, () if deck.look is None else deck.look.runs
+    made = {fix.word(1): fix for fix, _ in _formulas(deck) if fix.index in deck.pushes}
+    for end in deck.named("unfix") if applied is not None else ():
+        fix = made.get(end.word(1))
+        before = [run for run in runs if end.index is not None and run.command < end.index]
+        if applied is None or fix is None or not before:
             continue
-        # A ramp that ends as high as it goes, or a formula in pieces, may end with a jump.
-        names = {word[2:] for word in fix.words[4:7] if word.startswith("v_")}
-        last_run = deck.look.runs[push.runs[-1]].command if deck.look else 0
-        pieces = any(made.get(k) in names for k in range(push.command, last_run))
-        sizes = abs(push.force).max(axis=1)
-        last, peak = float(sizes[-1]), float(sizes.max())
-        if names and not pieces and peak > 0 and 1e-3 < last / peak < 0.999:
+        over = before[-1].start + before[-1].steps * before[-1].dt
+        here = abs(applied.time - over) < 0.5 * before[-1].dt
+        # Where a run ends and the next begins are two readings.
+        dropped = abs(applied.force[here][:1] - applied.force[here][-1:]).max(initial=0.0)
+        last, peak = float(dropped), float(abs(applied.force).max())
+        # A ramp that ends as high as it goes may end with a jump.
+        if peak > 0 and _STILL < last / peak < 1 - _STILL:
             text = (
                 f"the force is dropped while it is {last:.4g}, {last / peak:.2g} of its largest"
                 " value: let the runs before end with the pulse (steps times timestep)"
@@ -172,14 +174,14 @@ def _force_cut(deck: Deck) -> Found:
 
 def _force_on_all(deck: Deck) -> Found:
     """A shock hits one end."""
-    known = {push.command: push.granules for push in deck.pushes}
     for fix in deck.fixes("addforce"):
-        many = "every granule" if fix.word(2) == "all" and not known else None
-        count = known.get(-1 if fix.index is None else fix.index, 0)
-        if count > 1:
-            many = f"the {count} granules of group {fix.word(2)}"
+        largest = None if fix.index is None else deck.pushes.get(fix.index)
         zero = all(number(word) == 0 or word == "NULL" for word in fix.words[4:7])
-        if many and not zero:
+        many = "every granule" if fix.word(2) == "all" and not zero else None
+        if largest is not None:
+            count = int((largest.max(axis=1) > 0).sum())
+            many = f"the {count} granules of group {fix.word(2)}" if count > 1 else None
+        if many:
             text = (
                 f"the force acts on {many}, on each in full: group first id 1, and fix"
                 f" {fix.word(1)} first addforce, push one end"

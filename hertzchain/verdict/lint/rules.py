@@ -113,8 +113,8 @@ def findings(commands: Sequence[Command], look: Look | None = None) -> list[Find
 def lint_file(path: Path, variables: Mapping[str, str] | None = None) -> list[Finding]:
     """The findings in a deck and what it includes, at the lines that include it.
 
-    LAMMPS reads the deck, in a process of its own, without taking a step. Where it cannot, a note
-    says why, and what can be read from the text alone is said.
+    LAMMPS reads the deck, in a process of its own, and runs it without motion. Where it cannot, a
+    note says why, and what can be read from the text alone is said.
 
     ``variables`` are those of the command line, which take the place of the deck's own.
     """
@@ -130,7 +130,7 @@ def lint_file(path: Path, variables: Mapping[str, str] | None = None) -> list[Fi
     except HertzchainError as problem:
         said = f"LAMMPS could not be asked, the deck was read as text: {problem}"
         return [Finding(1, "text-alone", "note", said), *findings(commands)]
-    return findings(script_of(path, text, seen.commands, bool(seen.stopped)), seen)
+    return findings(script_of(path, text, seen.commands, not seen.is_whole), seen)
 
 
 def read(path: Path) -> str:

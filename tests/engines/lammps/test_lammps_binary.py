@@ -7,9 +7,7 @@ started by the mpiexec beside each, or else on the search path.
 from __future__ import annotations
 
 import os
-import re
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
@@ -23,25 +21,21 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.cli.diagnosis import TRIAL_PEAKS, diagnose, trial_scene
-from hertzchain.engines.lammps.binary import find_mpiexec, look
+from hertzchain.engines.lammps.binary import look
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.lammps.engine import look as look_at_module
 from hertzchain.errors import (
     BackendMissing,
     HertzchainError,
     RunFailed,
-    SceneError,
     StepUnstable,
     TooExpensive,
 )
 from hertzchain.limits import Deadline
 from hertzchain.verdict.deck_numbers import number_checks
-from tests.command_line import run_here
 from tests.conftest import STEEL, paper_scene
 from tests.engines.lammps.test_lammps import largest
-from tests.places import ROOT
-from tests.processes import ended, has_lammps, linux, names, posix, runs, start, wait_for
+from tests.processes import linux, names, posix
 from validation.mistakes import MISTAKES, small_scene
 
 BESIDE_PYTHON = str(Path(sys.executable).parent / "lmp")
@@ -56,9 +50,6 @@ WITH_TERMS = hc.Scene(
     wall=hc.Wall("same"),
     precompression=hc.Precompression(10.0, 9.81),
 )
-
-LONG = replace(SHORT, run=hc.Run(0.02))
-"""Ten seconds at steps of 1 ns, and few dumps."""
 
 every_lmp = pytest.mark.parametrize("lmp", [BESIDE_PYTHON, *OTHERS])
 slow = pytest.mark.slow
@@ -91,30 +82,12 @@ def tolerance(lmp: str) -> float:
     return 0.0 if look(lmp, Deadline(60)).version == look_at_module()[0] else 1e-12
 
 
-@pytest.mark.lammps
-@every_lmp
-@pytest.mark.parametrize(
-    # Two ranks wait for one another at every step.
-    ("ranks", "granules"),
-    [(1, 60), (2, 8), pytest.param(2, 60, marks=slow)],
-)
-def test_the_numbers_are_those_of_the_module(lmp: str, ranks: int, granules: int) -> None:
-    scene = paper_scene("cosine-triangular", 2.0, 2.0, granules)
-    module = hc.Lammps(0.02 * scene.units.time)
-    expected, found = (each.run(scene) for each in (module, replace(module, lmp=lmp, ranks=ranks)))
-    for name in ("peak_force", "peak_time", "displacement", "velocity"):
-        assert largest(getattr(found, name), getattr(expected, name)) <= tolerance(lmp)
-    assert found.error_estimate == pytest.approx(expected.error_estimate, rel=1e-6, abs=0)
-    assert (found.backend, found.method, found.steps) == (
-        *("lammps", expected.method, expected.steps),
-    )
-    assert found.versions["lammps"] == look(lmp, Deadline(60)).version
-    assert found.watching_share is None
-
-
 JUMPS = hc.PulseTable((1e-5, 2e-5, 5e-5, 6e-5), (40.0, 100.0, 0.0, 70.0))
 
 SCENES = {
+    "plain": paper_scene("cosine-triangular", 2.0, 2.0, 60),
+    "short": paper_scene("cosine-triangular", 2.0, 2.0, 8),
+    "long": paper_scene("cosine", 0.5, 2.0, granules=40),  # with read_every 1200 readings
     "a pulse table": hc.Scene(hc.Chain(12, **STEEL), JUMPS),
     "a weak shock, softened": replace(
         SHORT, shock=hc.Pulse("triangular", 1e-6, 2.0, momentum_ratio=1.0)
@@ -122,34 +95,49 @@ SCENES = {
     "more legs than steps of one": paper_scene("cosine", 0.01, 1.2, granules=4),
     "terms": WITH_TERMS,
 }
+RUNS = [
+    ("plain", "granular", 1, None, []), ("short", "granular", 2, None, []),
+    ("plain", "granular", 2, None, [slow]), ("long", "granular", 1, 3, []),
+    *(
+        (what, style, ranks, 7, [] if (turn, ranks) == (0, 1) else [slow])
+        for k, what in enumerate([*SCENES][3:])
+        for turn, style in enumerate(sorted(PAIR_STYLES, reverse=k % 2 == 1))
+        for ranks in (1, 2)
+        if SCENES[what].is_plain or style == "granular"  # the other has one stiffness for all
+    ),
+]  # fmt: skip
+"""Scene, pair style, ranks, which wait for one another at every step, steps between readings."""
 
 
 @pytest.mark.lammps
 @every_lmp
 @pytest.mark.parametrize(
-    ("what", "pair_style", "ranks"),
-    [
-        pytest.param(what, style, ranks, marks=[] if (turn, ranks) == (0, 1) else slow)
-        for k, what in enumerate(SCENES)
-        for turn, style in enumerate(sorted(PAIR_STYLES, reverse=k % 2 == 1))
-        for ranks in (1, 2)
-        if SCENES[what].is_plain or style == "granular"  # the other has one stiffness for all
-    ],
+    ("what", "pair_style", "ranks", "read_every"),
+    [pytest.param(*run, marks=marks) for *run, marks in RUNS],
 )
-def test_so_they_are_in_other_scenes(lmp: str, what: str, pair_style: str, ranks: int) -> None:
-    scene = SCENES[what]
-    module = hc.Lammps(0.01 * scene.units.time, pair_style, read_every=7)
-    times = np.linspace(0, scene.end_time, 9)
+def test_the_numbers_are_those_of_the_module(
+    lmp: str, what: str, pair_style: str, ranks: int, read_every: int | None
+) -> None:
+    scene, dt = SCENES[what], (0.01 if read_every == 7 else 0.02) * SCENES[what].units.time
+    module = hc.Lammps(dt, pair_style, read_every=read_every)
+    times = np.linspace(0, scene.end_time, 9) if read_every else None
     expected, found = (
         each.run(scene, record=times) for each in (module, replace(module, lmp=lmp, ranks=ranks))
     )
-    assert largest(found.peak_force, expected.peak_force) <= tolerance(lmp)
-    assert largest(found.velocity, expected.velocity) <= tolerance(lmp)
-    assert found.history is not None
-    assert expected.history is not None
-    for name in ("displacement", "velocity", "contact_force"):
-        recorded = (getattr(each.history, name) for each in (found, expected))
-        assert largest(*recorded) <= tolerance(lmp)
+    numbers = [(found, expected, ("peak_force", "peak_time", "displacement", "velocity"))]
+    if times is not None:
+        histories = ("displacement", "velocity", "contact_force")
+        numbers.append((found.history, expected.history, histories))  # type: ignore[arg-type]
+    for here, there, names_ in numbers:
+        for name in names_:
+            both = (np.nan_to_num(getattr(one, name)) for one in (here, there))
+            assert largest(*both) <= tolerance(lmp), name
+    assert found.error_estimate == pytest.approx(expected.error_estimate, rel=1e-6, abs=0)
+    assert (found.backend, found.method, found.steps) == (
+        "lammps", expected.method, expected.steps
+    )  # fmt: skip
+    assert found.versions["lammps"] == look(lmp, Deadline(60)).version
+    assert found.watching_share is None
     if tolerance(lmp) == 0:
         assert found.balance == expected.balance
 
@@ -199,20 +187,6 @@ def test_the_examination_is_that_of_the_module(lmp: str, ranks: int, what: str) 
         assert np.array_equal(np.isnan(there), np.isnan(here))
         scale = 1e-14 * np.nanmax(np.abs(there), initial=0.0) if tolerance(lmp) > 0 else 0.0
         assert np.nanmax(np.abs(here - there), initial=0.0) <= scale
-
-
-@pytest.mark.lammps
-def test_a_long_chain_is_read_block_by_block() -> None:
-    scene = paper_scene("cosine", 0.5, 2.0, granules=40)
-    module = hc.Lammps(0.02 * scene.units.time, read_every=3)  # 1200 readings
-    expected, found = (each.run(scene) for each in (module, replace(module, lmp=BESIDE_PYTHON)))
-    assert np.array_equal(found.peak_force, expected.peak_force)
-    assert found.balance == expected.balance
-
-
-def test_what_the_binaries_are_tried_with() -> None:
-    peaks = hc.Native("reference").run(trial_scene()).peak_force / 100.0
-    assert peaks == pytest.approx(TRIAL_PEAKS, rel=1e-4, abs=0)
 
 
 # Failures
@@ -352,240 +326,3 @@ def test_the_module_does_not_change_what_a_binary_is_started_with(before: str | 
         [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
     )
     assert done.stdout == f"{before}\n"
-
-
-# Ranks
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        ({"ranks": 2}, "ranks = 2: the lammps module runs on one process"),
-        ({"ranks": 0, "lmp": "lmp"}, "ranks = 0: must be at least 1"),
-        ({"isolated": True, "lmp": "lmp"}, "isolated = True: a LAMMPS binary always has its own"),
-    ],
-)
-def test_impossible_parameters(arguments: dict[str, object], words: str) -> None:
-    with pytest.raises(SceneError, match=f"^{words}"):
-        hc.Lammps(**arguments)  # type: ignore[arg-type]
-
-
-@posix
-def test_mpiexec_is_the_one_beside_the_binary(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    lmp = fake(tmp_path)
-    (tmp_path / "path").mkdir()
-    monkeypatch.setenv("PATH", str(tmp_path / "path"))
-    assert find_mpiexec(lmp) is None
-    with pytest.raises(BackendMissing, match=r"^no mpiexec in .* or leave ranks out$"):
-        hc.Lammps(lmp=lmp, ranks=2).run(SHORT)
-    on_path = program(tmp_path / "path" / "mpiexec")
-    assert find_mpiexec(lmp) == on_path
-    beside = program(tmp_path / "mpiexec", "echo -------; echo 'You are root.'; exit 213")
-    assert find_mpiexec(lmp) == beside
-    with pytest.raises(BackendMissing, match=r"mpiexec cannot start .*lmp \(You are root\.\): it"):
-        hc.Lammps(1e-7, lmp=lmp, ranks=2).run(SHORT)
-
-
-@posix
-@pytest.mark.lammps
-def test_ranks_of_which_each_is_alone_are_refused(tmp_path: Path) -> None:
-    # As an mpiexec of another MPI starts them.
-    lmp = program(tmp_path / "lmp", f'exec "{BESIDE_PYTHON}" "$@"')
-    program(tmp_path / "mpiexec", 'shift 2; "$@" & "$@"; status=$?; wait; exit $status')
-    with pytest.raises(BackendMissing, match=r"are of different MPI, so that each of 2 ranks runs"):
-        hc.Lammps(1e-7, lmp=lmp, ranks=2).run(SHORT)
-    # And a binary that takes ranks by itself, where none were asked for.
-    mpiexec = find_mpiexec(BESIDE_PYTHON)
-    help_ = f'[ "$1" = -h ] && exec "{BESIDE_PYTHON}" "$@"'
-    lmp = program(tmp_path / "lmp", help_, f'exec "{mpiexec}" -n 2 "{BESIDE_PYTHON}" "$@"')
-    with pytest.raises(BackendMissing, match=r"runs on several ranks by itself: say how many"):
-        hc.Lammps(1e-7, lmp=lmp).run(SHORT)
-
-
-def of_lammps(mark: Path) -> list[int]:
-    """The processes that run in a folder somewhere below another, and those that read it."""
-    found = []
-    for folder in Path("/proc").glob("[0-9]*"):
-        try:
-            if (folder / "cwd").readlink().is_relative_to(mark) and runs(int(folder.name)):
-                found.append(int(folder.name))
-        except OSError:  # it has just ended, or is another's
-            continue
-    return found
-
-
-def running_lmp(mark: Path, ranks: int) -> list[int]:
-    """LAMMPS itself, once all its ranks run."""
-    found = [pid for pid in of_lammps(mark) if b"in.chain" in command_of(pid)]
-    found = [pid for pid in found if has_lammps(pid)]
-    return found if len(found) >= ranks else []
-
-
-def command_of(pid: int) -> bytes:
-    try:
-        return Path(f"/proc/{pid}/cmdline").read_bytes()
-    except OSError:
-        return b""
-
-
-def shared_memory(pid: int) -> set[str]:
-    """What MPICH shares there with other ranks, by the names it had."""
-    maps = Path(f"/proc/{pid}/maps").read_text()
-    return set(re.findall(r"/dev/shm/mpich_shm_\w+", maps))  # noqa: S108
-
-
-@linux
-@pytest.mark.lammps
-@every_lmp
-@pytest.mark.parametrize(("ranks", "name", "status"), [(2, "SIGINT", 130), (1, "SIGTERM", 143)])
-def test_ctrl_c_leaves_nothing(
-    tmp_path: Path, temporary: Path, lmp: str, ranks: int, name: str, status: int
-) -> None:
-    LONG.to_toml(tmp_path / "scene.toml")
-    arguments = ("run", "scene.toml", "--backend", "lammps", "--dt", "1e-9", "--lmp", lmp)
-    running = start(*arguments, "--ranks", ranks, cwd=tmp_path)
-    pids = wait_for(lambda: running_lmp(temporary, ranks))
-    wait_for(lambda: list(temporary.glob("*/*.dump")))
-    shared = {name for pid in pids for name in shared_memory(pid)}
-    running.send_signal(getattr(signal, name))
-    code, out, err = ended(running)
-    assert (code, out, err.count("\n")) == (status, "", 1)
-    wait_for(lambda: not of_lammps(temporary))
-    assert names(tmp_path) == ["scene.toml"]
-    assert not [name for name in shared if Path(name).exists()]
-
-
-@linux
-@pytest.mark.lammps
-@every_lmp
-def test_a_rank_that_is_killed_is_one_sentence(tmp_path: Path, temporary: Path, lmp: str) -> None:
-    LONG.to_toml(tmp_path / "scene.toml")
-    arguments = ("run", "scene.toml", "--backend", "lammps", "--dt", "1e-9", "--lmp", lmp)
-    running = start(*arguments, "--ranks", 2, cwd=tmp_path)
-    pids = wait_for(lambda: running_lmp(temporary, 2))
-    wait_for(lambda: list(temporary.glob("*/*.dump")))
-    os.kill(pids[0], signal.SIGKILL)
-    status, out, err = ended(running)
-    assert (status, out) == (2, "")
-    assert err.startswith("hertzchain: LAMMPS was killed (SIGKILL), perhaps because memory")
-    assert err.count("\n") == 1
-    wait_for(lambda: not of_lammps(temporary))
-
-
-# The command line
-
-
-def hertzchain(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:
-    done = run_here(capsys, "hertzchain", *arguments)
-    return done.status, done.out, done.err
-
-
-@pytest.mark.lammps
-def test_the_environment_names_the_binary(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    SHORT.to_toml("scene.toml")
-    run = ("run", "scene.toml", "--backend", "lammps", "--dt", "1e-7", "--json")
-
-    def peaks(*arguments: object) -> str:
-        status, out, err = hertzchain(capsys, *run, *arguments)
-        assert (status, err) == (0, "")
-        return out.partition('"peak_force_N"')[2].partition("]")[0]
-
-    expected = peaks()
-    assert peaks("--lmp", BESIDE_PYTHON) == expected
-    monkeypatch.setenv("HERTZCHAIN_LMP", BESIDE_PYTHON)
-    assert peaks("--ranks", 2) == expected
-    monkeypatch.setenv("HERTZCHAIN_LMP", "/no/lmp")
-    status, _, err = hertzchain(capsys, *run)
-    assert status == 2
-    assert err.startswith("hertzchain: /no/lmp is missing or not a program: ")
-    assert peaks("--lmp", BESIDE_PYTHON) == expected
-    # Neither Python nor the native backend look there.
-    assert hc.Lammps(1e-7).run(SHORT).versions["lammps"] == look_at_module()[0]
-    assert hertzchain(capsys, "run", "scene.toml", "--method", "rk4")[0] == 0
-    monkeypatch.setenv("HERTZCHAIN_LMP", "")
-    assert peaks() == expected
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("run", "--lmp", "lmp"), "--lmp is for --backend lammps: add that, or leave --lmp out"),
-        (("run", "--ranks", "2"), "--ranks is for --backend lammps: add that, or leave --ranks"),
-        (
-            ("compare", "--backend", "native", "--lmp", "lmp"),
-            "--lmp is for --backend lammps: add that, or leave --lmp out",
-        ),
-        (("compare", "--ranks", "2"), "--ranks needs a LAMMPS binary, as the lammps module runs"),
-        (("compare", "--ranks", "0"), "--ranks = 0: must be at least 1"),
-        (("compare", "--lmp", "lmp", "--isolate"), "--isolate is for the lammps module; what"),
-        (("run", "--backend", "lammps", "--lmp", "/no/lmp"), "/no/lmp is missing or not a program"),
-        (("run", "--isolate"), "--isolate is for --backend lammps: add that"),
-        (("compare", "--time-limit", "nan"), "--time-limit = 'nan': must be a finite number above"),
-        (("compare", "--time-limit", "3 m"), "--time-limit = '3 m': has the wrong"),
-    ],
-)
-def test_what_cannot_be_is_one_line(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    arguments: tuple[str, ...],
-    words: str,
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    SHORT.to_toml("scene.toml")
-    status, out, err = hertzchain(capsys, *arguments, "scene.toml")
-    assert (status, out, err.count("\n")) == (2, "", 1)
-    assert err.startswith(f"hertzchain: {words}")
-
-
-# The doctor
-
-
-@pytest.mark.lammps
-@posix
-def test_the_doctor_tries_every_binary(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    broken = program(tmp_path / "lmp_broken", "exit 0")
-    odd = program(tmp_path / "lmp_odd", HELP, "exit 1")
-    (tmp_path / "again").symlink_to(broken)
-    monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
-    status, out, err = hertzchain(capsys, "doctor")
-    assert (status, err) == (0, "")
-    lines = out.splitlines()
-    assert f"--    LAMMPS {odd}: LAMMPS ended with status 1" in lines
-    (bad,) = [line for line in lines if broken in line]
-    assert bad.startswith(f"--    LAMMPS {broken}: {broken} is no LAMMPS: ")
-    (good,) = [line for line in lines if f"LAMMPS {BESIDE_PYTHON}:" in line]
-    assert good.startswith("ok    ")
-    assert look_at_module()[0] in good
-    assert "runs, alone and on ranks by " in good
-    # A named binary must work.
-    monkeypatch.setenv("HERTZCHAIN_LMP", "lmp_broken")
-    status, out, _ = hertzchain(capsys, "doctor")
-    assert status == 2
-    assert [line[:24] for line in out.splitlines() if line.startswith("FAIL")] == [
-        "FAIL  LAMMPS lmp_broken:"
-    ]
-    assert broken not in out
-
-
-@pytest.mark.lammps
-@posix
-def test_a_module_that_is_missing_is_no_harm_where_a_binary_is_named(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.syspath_prepend(ROOT / "tests" / "no_lammps")
-    (module,) = [one for one in diagnose() if one.name == "LAMMPS"]
-    assert (module.works, module.needed) == (False, True)
-    assert module.text.endswith(f"; or set HERTZCHAIN_LMP={BESIDE_PYTHON}, which works")
-    monkeypatch.setenv("HERTZCHAIN_LMP", BESIDE_PYTHON)
-    findings = diagnose()
-    (module,) = [one for one in findings if one.name == "LAMMPS"]
-    assert (module.works, module.needed) == (False, False)
-    assert all(one.works for one in findings if one.needed)

@@ -75,8 +75,8 @@ def test_steps_are_those_of_a_plain_loop(law: str, kind: str) -> None:
     u, v, highest = half_step_verlet(scene, dt)
     found = simulate_damped_verlet(scene, scene.schedule(dt))
     # Powers and sums are rounded otherwise, which collisions multiply.
-    assert np.max(np.abs(found.state.displacement - u)) < 1e-10 * np.max(np.abs(u))
-    assert np.max(np.abs(found.state.velocity - v)) < 1e-10 * np.max(np.abs(v))
+    assert np.max(np.abs(found.displacement - u)) < 1e-10 * np.max(np.abs(u))
+    assert np.max(np.abs(found.velocity - v)) < 1e-10 * np.max(np.abs(v))
     # Samples have forces by velocities of half a step before; the damped part is off by dt / 2.
     assert np.max(np.abs(found.peaks.force / highest - 1)) < 0.1
 

@@ -13,14 +13,14 @@ from scipy.integrate import solve_ivp
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native import elastic, elastic_state, lanes_kernel, lanes_loops, many
+from hertzchain.engines.native import elastic, lanes_kernel, lanes_loops, many
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.kernel_input import leg_rows
 from hertzchain.engines.native.lanes_loops import Lanes, Motion
 from hertzchain.engines.native.methods import SRKN_6B, SRKN_11B
 from hertzchain.engines.native.refinement import Refined
 from hertzchain.limits import Deadline
-from hertzchain.observables.peaks import largest_difference, largest_differences
+from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.pulse import PROFILES, profile_named
 from tests.conftest import STEEL, paper_scene
 
@@ -54,13 +54,12 @@ def march(
     rows: FloatArray,
     walker: Refined,
     granules: int,
-    dtype: type[np.floating[Any]] = np.float64,
     leaves: bool = True,
     cores: int = 1,
 ) -> many.Found:
     """Peak forces and times, times reached and evaluations of scenes side by side."""
     may_leave = np.full(len(rows), leaves)
-    return many.march_all(rows, walker, granules, may_leave, Deadline(600.0), cores, dtype)
+    return many.march_all(rows, walker, granules, may_leave, Deadline(600.0), cores)
 
 
 def equal(one: many.Found, other: many.Found, of_other: Any = slice(None)) -> bool:
@@ -133,9 +132,8 @@ def looked(work: float, over: bool = True) -> Any:
     legs[:, :, 3] = (1, 0) if over else (1, 1)
     none = np.zeros(0)
     lanes = Lanes(none, highest, none, none, none, none, scenes, legs)
-    motion, parts = Motion(*whole), np.zeros(elastic_state.LATE + 1, np.int64)
-    one = np.zeros((3, granules + 1))
-    ends = lanes_kernel._look(motion, lanes, k, True, granules - 1, one, parts)
+    motion, one = Motion(*whole), np.zeros((3, granules + 1))
+    ends = lanes_kernel._look(motion, lanes, k, True, granules - 1, one)
     energy = 0.4 * float(np.sum(overlaps**2.5))
     return ends, scenes[k], motion.force[k::number], energy
 
@@ -162,24 +160,16 @@ def test_ten_times_the_work_is_divergence() -> None:
         assert (bool(ends), bool(scene.diverged)) == (diverged, diverged)
 
 
-def test_single_precision_side_by_side_vs_double() -> None:
-    rows = random_rows(40, 60)
-    single, double = march(rows, FIXED, 60, np.float32), march(rows, FIXED, 60)
-    # 3e-6 is seen in 400 scenes, as one by one.
-    assert np.all(largest_differences(single[0], double[0]) < 1e-5)
-
-
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @pytest.mark.parametrize("walker", [FIXED, HALVED], ids=["fixed", "halved"])
-def test_no_lane_depends_on_the_others(dtype: Any, walker: Refined) -> None:
+def test_no_lane_depends_on_the_others(walker: Refined) -> None:
     # Chains short for their pulse too, whose granules collide again and again.
     rows = np.concatenate([random_rows(26, 12), rows_of([paper_scene("cosine", 30, 3, 12)], 0.4)])
-    together = march(rows, walker, 12, dtype)
+    together = march(rows, walker, 12)
     order = np.random.default_rng(1).permutation(len(rows))
-    assert equal(march(rows[order], walker, 12, dtype), together, order)
-    assert equal(march(rows, walker, 12, dtype, cores=3), together)
+    assert equal(march(rows[order], walker, 12), together, order)
+    assert equal(march(rows, walker, 12, cores=3), together)
     for k in range(len(rows)):
-        assert equal(march(rows[k : k + 1], walker, 12, dtype), together, slice(k, k + 1))
+        assert equal(march(rows[k : k + 1], walker, 12), together, slice(k, k + 1))
 
 
 def test_a_batch_does_not_depend_on_order_company_or_cores() -> None:
@@ -210,12 +200,11 @@ def test_lanes_that_diverge_leave_the_others_alone() -> None:
     assert all(np.array_equal(a[others], b[others]) for a, b in zip(found, expected, strict=True))
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_peaks_are_those_of_the_full_chain(dtype: Any) -> None:
+def test_peaks_are_those_of_the_full_chain() -> None:
     """Dropped granules, and the early end after the last possible peak, change no bit."""
     ratios = [0.05, 0.1, 0.5, 0.5, 0.9, 1.0, 3.0, 10.0]
     rows = rows_of([paper_scene("cosine", ratio, 3.0, 250) for ratio in ratios], 0.4)
-    left, full = (march(rows, FIXED, 250, dtype, leaves) for leaves in (True, False))
+    left, full = (march(rows, FIXED, 250, leaves) for leaves in (True, False))
     assert np.array_equal(left[0], full[0])
     assert np.array_equal(left[1], full[1])
     assert np.all(left[3][:4] < full[3][:4])

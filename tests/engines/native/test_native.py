@@ -31,8 +31,9 @@ def natural_peaks(
 ) -> Any:
     """Peaks in natural units of one run with a step in natural units."""
     legs = scene.schedule(step * scene.units.time)
-    wider = dtype is np.longdouble  # which the kernels cannot
-    return (simulate_in_numpy if wider else simulate)(scene, legs, walker, dtype=dtype).peaks.force
+    if dtype is np.longdouble:  # which the kernels cannot
+        return simulate_in_numpy(scene, legs, walker, dtype=dtype).peaks.force
+    return simulate(scene, legs, walker).peaks.force
 
 
 def test_forces_are_those_of_equation_1() -> None:

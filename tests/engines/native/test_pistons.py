@@ -126,8 +126,8 @@ def test_seen_from_the_piston_it_is_a_wall() -> None:
     # Forces in units of each scene; the same steps, so round-off.
     ratio = thrown.units.force / scene.units.force
     assert ours.peaks.force == pytest.approx(ratio * other.peaks.force[::-1], rel=1e-11, abs=0)
-    velocity = ours.state.velocity[1:] * scene.units.velocity
-    mirrored = 0.1 - other.state.velocity[::-1] * thrown.units.velocity
+    velocity = ours.velocity[1:] * scene.units.velocity
+    mirrored = 0.1 - other.velocity[::-1] * thrown.units.velocity
     assert velocity == pytest.approx(mirrored, rel=0, abs=1e-12)
     assert ours.piston_impulse * scene.units.momentum == pytest.approx(
         other.wall_impulse * thrown.units.momentum, rel=1e-10

@@ -154,7 +154,7 @@ def test_nothing_is_left_behind_where_waves_are_reflected(name: str) -> None:
     scene = SCENES[name]
     legs, walker = scene.schedule(0.2 * scene.contact_time), METHODS["srkn-11b"].walker
     run = simulate(scene, legs, walker, leave_behind=True)
-    assert np.all(np.isfinite(run.state.displacement))
+    assert np.all(np.isfinite(run.displacement))
 
 
 def test_a_rigid_wall_is_a_mirror() -> None:
@@ -176,9 +176,7 @@ def test_a_rigid_wall_is_a_mirror() -> None:
     mirrored = simulate(twice, legs, walker, start=start)
     ours = simulate(half, legs, walker)
     # Same steps; sums of forces are rounded otherwise in the two halves.
-    assert ours.state.displacement == pytest.approx(
-        mirrored.state.displacement[:10], rel=0, abs=1e-12
-    )
+    assert ours.displacement == pytest.approx(mirrored.displacement[:10], rel=0, abs=1e-12)
     assert ours.peaks.force == pytest.approx(mirrored.peaks.force[:10], rel=1e-12, abs=0)
     assert result.peak_force[-1] == pytest.approx(
         float(mirrored.peaks.force[9]) * half.units.force, rel=1e-9, abs=0

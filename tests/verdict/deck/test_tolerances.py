@@ -18,23 +18,12 @@ from tests.verdict.deck.made import (
     by_name,
     changed,
     examined,
-    found,
     plus,
     stiffer,
     times,
 )
 
 TOLERANCE = 1e-3
-
-
-@pytest.fixture(scope="module")
-def scene() -> hc.Scene:
-    return scene_of("steel")
-
-
-@pytest.fixture(scope="module")
-def right(scene: hc.Scene) -> FoundDeck:
-    return found(scene)
 
 
 OF_EFFECT: dict[str, tuple[Callable[[float], Change], float]] = {

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from hertzchain.engines.lammps.engine import command, engine
-from hertzchain.engines.lammps.reading import looking
-from hertzchain.engines.lammps.reading.reading import Start
 from tests.verdict.lint.test_lint import CLEAN, TRAPS, lint, planted
 
 pytestmark = pytest.mark.lammps
@@ -113,20 +109,3 @@ def test_messages_have_the_numbers_of_the_deck() -> None:
 def test_an_empty_variable_of_the_caller_is_read() -> None:
     """A command line refuses one."""
     assert {finding.rule for finding in lint("print ${a}\n", {"a": ""})} == {"no-deck"}
-
-
-def test_forces_follow_the_clock_of_lammps(tmp_path: Path) -> None:
-    """Also where a deck sets it back between two runs."""
-    text = CLEAN.replace("timestep 1e-7\n", "reset_timestep 0\ntimestep 1e-7\n")
-    before = text.split("run 500")[0]
-    with engine() as lammps:
-        command(lammps, before)
-        expected = lammps.extract_variable("push")
-    path = tmp_path / "in.chain"
-    path.write_text(text, encoding="utf-8")
-    seen = looking.looked(Start(tmp_path, None, alone=False), path, tmp_path, {})
-    (push,) = seen.pushes
-    assert push.force is not None
-    second = push.force[len(push.force) // 2, 0]  # both runs have as many readings
-    # Sums of steps and their product differ by rounding, and 1e-16 s of a slope of 3e6 N/s.
-    assert second == pytest.approx(expected, rel=0, abs=1e-8)

@@ -13,14 +13,14 @@ if TYPE_CHECKING:
         FoundRun,
         FoundWall,
     )
-    from hertzchain.engines.lammps.reading.reading import Reader, read_deck
+    from hertzchain.engines.lammps.reading.reading import Reader
     from hertzchain.engines.lammps.reading.text import Edits
 
 __all__ = [
-    "Edits", "Executed", "FoundDeck", "FoundFix", "FoundRun", "FoundWall", "Reader", "read_deck",
+    "Edits", "Executed", "FoundDeck", "FoundFix", "FoundRun", "FoundWall", "Reader",
 ]  # fmt: skip
 
-_WHERE = {"Edits": "text", "Reader": "reading", "read_deck": "reading"}
+_WHERE = {"Edits": "text", "Reader": "reading"}
 
 
 def __getattr__(name: str) -> Any:

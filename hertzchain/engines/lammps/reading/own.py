@@ -18,7 +18,6 @@ from hertzchain.engines.lammps.reading.assembling import found_of
 from hertzchain.engines.lammps.reading.found import FoundDeck
 from hertzchain.engines.lammps.reading.prober import Sizes
 from hertzchain.engines.lammps.reading.reading import Source, Start, probed, without_motion
-from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.scene.scene import Scene
 
 DEPTH = 0.01
@@ -29,12 +28,7 @@ _SCHEDULED_STEP = 0.01  # natural time units; step of the schedule whose corners
 _STEPS_PER_LEG = 4  # readings of the applied force on a leg, besides its start
 
 
-def examine(
-    scene: Scene,
-    pair_style: str = "granular",
-    lmp: str | Path | None = None,
-    time_limit: float = TIME_LIMIT,
-) -> FoundDeck:
+def examine(scene: Scene, pair_style: str = "granular") -> FoundDeck:
     """Read from LAMMPS the numbers that it has for the generated deck of a scene.
 
     Parameters
@@ -43,10 +37,6 @@ def examine(
         The scene.
     pair_style
         ``granular`` (with hertz/material) or ``gran/hertz/history``.
-    lmp
-        A LAMMPS binary; by default its Python module, in this process.
-    time_limit
-        How long the binary may take to start [s].
 
     Raises
     ------
@@ -55,10 +45,8 @@ def examine(
     RunFailed
         If LAMMPS stops with an error.
     """
-    program = None if lmp is None else Program.find(str(lmp), 1, Deadline(time_limit))
-    version = look()[0] if program is None else program.build.version
     with work_folder("LAMMPS") as folder:
-        return examine_deck(folder, scene, own_deck(scene, pair_style, version), program)
+        return examine_deck(folder, scene, own_deck(scene, pair_style, look()[0]), None)
 
 
 def examine_deck(folder: Path, scene: Scene, text: str, program: Program | None) -> FoundDeck:

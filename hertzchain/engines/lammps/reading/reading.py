@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import AbstractContextManager, ExitStack, suppress
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Self
@@ -28,7 +28,7 @@ from hertzchain.engines.lammps.reading.session import Session, Stage, module
 from hertzchain.engines.lammps.reading.text import Edits
 from hertzchain.engines.lammps.reading.watching import Given, Stopped, Watched, Watcher
 from hertzchain.errors import RunFailed, TooExpensive
-from hertzchain.limits import TIME_LIMIT, Deadline, bound_memory, check_time_limit, in_words
+from hertzchain.limits import TIME_LIMIT, Deadline, bound_memory, in_words
 from hertzchain.scene.scene import Scene
 
 _READ_EVERY = 0.2
@@ -147,19 +147,6 @@ class Reader:
             places = tuple(f"{done.file}:{done.line}" for done in seen.commands)
             applied = self._call(_freeze, seen.given, probes, each, places)
         return found_of(probes, seen, applied, self._scene)
-
-
-def read_deck(
-    path: Path | str,
-    scene: Scene | None = None,
-    variables: Mapping[str, object] | Iterable[tuple[str, object]] = (),
-    time_limit: float = TIME_LIMIT,
-    lmp: str | Path | None = None,
-) -> FoundDeck:
-    """Read a deck once: see ``Reader``, whose parameters and errors these are."""
-    check_time_limit(time_limit)
-    with Reader(path, scene, variables, Deadline(time_limit), lmp) as reader:
-        return reader.read()
 
 
 # ---- In the process that runs LAMMPS
@@ -287,8 +274,10 @@ def without_motion(
         with start.session() as lammps:
             replay = Replay(Stage(lammps), granules, between, leads=leads)
             script = source.played_by(replay, lammps)
-            with suppress(RunFailed):  # LAMMPS refuses to run such granules even at rest
+            try:
                 script.play()
+            except RunFailed as problem:  # LAMMPS refuses to run such granules even at rest
+                replay.seen.stopped = str(problem)
             replay.seen.version, replay.seen.commands = lammps.version, tuple(script.commands)
             return replay.seen, replay.applied()
 

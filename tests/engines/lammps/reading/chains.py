@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import hertzchain as hc
+from hertzchain.engines.lammps.reading import FoundDeck, Reader
+from hertzchain.limits import TIME_LIMIT, Deadline
 
 UNITS = {
     "si": (1.0, 1.0, 1.0),
@@ -92,3 +94,12 @@ timestep {STEP / time!r}
         path = folder / name
         path.write_text(self.text())
         return path
+
+
+def read_deck(
+    path: Path, scene: hc.Scene | None = None, time_limit: float = TIME_LIMIT,
+    lmp: str | Path | None = None,
+) -> FoundDeck:  # fmt: skip
+    """What LAMMPS makes of a deck."""
+    with Reader(path, scene, (), Deadline(time_limit), lmp) as reader:
+        return reader.read()

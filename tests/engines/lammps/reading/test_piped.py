@@ -13,10 +13,10 @@ import pytest
 import hertzchain as hc
 from hertzchain.engines.lammps.binary import look
 from hertzchain.engines.lammps.engine import command, engine
-from hertzchain.engines.lammps.reading import FoundDeck, read_deck
+from hertzchain.engines.lammps.reading import FoundDeck
 from hertzchain.errors import BackendMissing, RunFailed
 from hertzchain.limits import Deadline
-from tests.engines.lammps.reading.chains import SCENE, Deck
+from tests.engines.lammps.reading.chains import SCENE, Deck, read_deck
 from tests.processes import children
 
 pytestmark = pytest.mark.lammps

@@ -8,9 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from hertzchain.engines.lammps.reading import read_deck
 from hertzchain.errors import HertzchainError, RunFailed, TooExpensive
-from tests.engines.lammps.reading.chains import SCENE, Deck
+from tests.engines.lammps.reading.chains import SCENE, Deck, read_deck
 from tests.processes import children
 
 pytestmark = pytest.mark.lammps

@@ -1,0 +1,84 @@
+"""hertzchain certify: a LAMMPS held against native."""
+
+from __future__ import annotations
+
+import json
+from datetime import UTC, datetime
+from enum import StrEnum
+from importlib.metadata import version
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hertzchain.cli import options, output
+
+Suffix = StrEnum("Suffix", {name: name for name in ("omp", "kk", "intel", "gpu")})  # type: ignore[misc]
+"""Suffixes of LAMMPS's accelerated styles."""
+
+
+def certify(
+    lmp: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="PROGRAM",
+            help="A LAMMPS binary of any version, repeatable; without one the lammps module."
+            f" [env var: {options.LMP}]",
+        ),
+    ] = None,
+    suffix: Annotated[
+        Suffix | None, typer.Option(help="Accelerated styles, as LAMMPS's -sf chooses them.")
+    ] = None,
+    ranks: options.Ranks = None,
+    folder: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="DIR",
+            help="Write decks, scenes, certify.json and certify.xml.",
+        ),
+    ] = None,
+    as_json: options.AsJson = False,
+    junit: options.Junit = None,
+) -> None:
+    """Hold a LAMMPS against native: a short scene for each thing that can be wrong in a build.
+
+    A row is right to round-off, right to the steps (differs by less than the steps cost), wrong by
+    so much, not supported by this LAMMPS, or not tested: a suffix without such a style runs the
+    plain one. Status 0: all that was tested is right; 1: a row is wrong; 2: rows could not run.
+    """
+    from hertzchain.files import check_outputs, write_text
+    from hertzchain.report.certificate import print_certificates, suite
+    from hertzchain.report.junit import to_xml
+    from hertzchain.verdict.certificate import certify as measure
+
+    check_outputs([], [junit])
+    if folder is not None:
+        folder.mkdir(parents=True, exist_ok=True)
+    begun = datetime.now(UTC)
+    named: list[str | None] = [*lmp] if lmp else [options.named_binary(None)]
+    with output.progress() as report_progress, output.compiling(report_progress):
+        found = [
+            measure(
+                one,
+                suffix=None if suffix is None else suffix.value,
+                ranks=1 if ranks is None else ranks,
+                folder=folder,
+                progress=report_progress,
+            )
+            for one in named
+        ]
+    status = 1 if any(one.status == 1 for one in found) else max(one.status for one in found)
+    document = {
+        "hertzchain": version("hertzchain"),
+        "status": status,
+        "certificates": [one.to_dict() for one in found],
+    }
+    output.show(as_json, lambda: document, lambda console: print_certificates(console, found))
+    xml = to_xml([suite(one, begun) for one in found])
+    if folder is not None:
+        write_text(folder / "certify.json", json.dumps(document, indent=2, allow_nan=False))
+        write_text(folder / "certify.xml", xml)
+    output.write_file("JUnit XML", junit, lambda path: write_text(path, xml))
+    raise typer.Exit(status)

@@ -1,0 +1,177 @@
+"""Forces of contacts within intervals between samples: where they are highest, or cross a level.
+
+The overlap is the polynomial that meets all that is known of it at both ends; the force that of the
+law times a ratio: force over law at the end where it is larger. So a wrong stiffness or damping in
+a backend still shows in its peaks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.arrays import Array, FloatArray
+from hertzchain.observables import hermite
+from hertzchain.observables.damped_law import DampedLaw
+
+_RESOLVED = 1e-13
+"""How near in an interval, or in force, a crossing is found."""
+
+_SHORTEST = 1e-9
+"""Shortest time of contact in an interval, over the interval (chosen): lengths divide rates."""
+
+_PLACES = np.linspace(0, 1, 9)[:, np.newaxis]
+"""Where in an interval a maximum is looked for, before the search between its neighbours."""
+
+
+@dataclass(frozen=True, eq=False)
+class Curves:
+    """The forces of contacts within n intervals; make them with ``of``."""
+
+    begin: Array  # time, shape (n,)
+    h: Array
+    contact: NDArray[np.intp]
+    overlap: Array  # coefficients in (t - begin) / h, shape (degree + 1, n)
+    scale: Array  # force of the backend over that of the law
+    law: DampedLaw
+
+    @classmethod
+    def of(
+        cls, start: Sequence[Array], end: Sequence[Array], begin: Array, h: Array,
+        ends: tuple[Array, Array], contact: NDArray[np.intp], law: DampedLaw,
+    ) -> Curves:  # fmt: skip
+        """Return those that meet overlaps and their derivatives, and forces, at both ends.
+
+        Of four derivatives the last may be NaN, where it is not known.
+        """
+        overlap: Array = np.zeros((2 * len(start), h.size))
+        smooth = np.isfinite(start[-1]) & np.isfinite(end[-1])
+        for known, some in ((len(start), smooth), (3, ~smooth)):
+            first, last = ([values[some] for values in at[:known]] for at in (start, end))
+            overlap[: 2 * known, some] = hermite.coefficients(first, last, h[some])
+        harder = ends[1] > ends[0]
+        deep, rate = (np.where(harder, end[k], start[k]) for k in range(2))
+        expected, force = law.force(deep, rate, contact), np.maximum(*ends)
+        sure = (expected > 0) & (force > 0)
+        scale = np.where(sure, force, 1.0) / np.where(sure, expected, 1.0)
+        return cls(begin, h, contact, overlap, scale, law)
+
+    def part(self, some: Any) -> Curves:
+        """Return the curves of some intervals."""
+        return Curves(
+            self.begin[some], self.h[some], self.contact[some], self.overlap[:, some],
+            self.scale[some], self.law,
+        )  # fmt: skip
+
+    def motion(self, s: Array) -> tuple[Array, Array]:
+        """Overlaps and their rates at places of the intervals, from 0 to 1, shape (..., n)."""
+        rate = hermite.derivative(self.overlap)
+        return hermite.evaluate(self.overlap, s), hermite.evaluate(rate, s) / self.h
+
+    def force(self, s: Array) -> Array:
+        """Force at places of the intervals, shape (..., n)."""
+        return np.asarray(self.scale * self.law.force(*self.motion(s), self.contact))
+
+    def highest(self) -> tuple[Array, Array]:
+        """Return the largest force of each interval, its ends included, and its place, (n,)."""
+        best = np.argmax(self.force(_PLACES), axis=0)
+        low, high = (_PLACES[np.clip(best + side, 0, len(_PLACES) - 1), 0] for side in (-1, 1))
+        return self.highest_between(low, high)
+
+    def highest_between(self, low: Array, high: Array) -> tuple[Array, Array]:
+        """Return the largest force between two places, with one maximum there, and its place."""
+        for _ in range(40):  # thirds: the place to 1e-7, the force to its square
+            third = (high - low) / 3
+            rises = self.force(low + third) < self.force(high - third)
+            low, high = np.where(rises, low + third, low), np.where(rises, high, high - third)
+        place = (low + high) / 2
+        return self.force(place), place
+
+    def crossing(
+        self, level: Array, since: Array, until: Array, rises: NDArray[np.bool_]
+    ) -> FloatArray:
+        """When forces cross a level upwards (``rises``) or downwards, between two times each."""
+        low, high = (np.clip((time - self.begin) / self.h, 0.0, 1.0) for time in (since, until))
+        s = low
+        sign = np.where(rises, 1.0, -1.0)
+        at_low, at_high = (sign * (self.force(s) - level) for s in (low, high))
+        high, at_high = np.where(at_low >= 0, low, high), np.where(at_low >= 0, 0.0, at_high)
+        was_beyond: Any = None
+        is_found = np.zeros(s.size, bool)
+        for _ in range(60):  # the method of Illinois; a dozen are enough
+            with np.errstate(divide="ignore", invalid="ignore"):
+                new = (low * at_high - high * at_low) / (at_high - at_low)
+            new = np.where((new > low) & (new < high), new, (low + high) / 2)
+            s = np.where(is_found, s, new)
+            found = sign * (self.force(s) - level)
+            beyond = found >= 0
+            # Of an end that stays twice in a row the value counts half.
+            stays = np.where(beyond == was_beyond, 0.5, 1.0)
+            at_low = np.where(beyond, stays * at_low, found)
+            at_high = np.where(beyond, found, stays * at_high)
+            low, high, was_beyond = np.where(beyond, low, s), np.where(beyond, s, high), beyond
+            is_found |= (high - low <= _RESOLVED) | (np.abs(found) <= _RESOLVED * level)
+            if is_found.all():
+                break
+        return np.asarray(self.begin + s * self.h)
+
+
+def first_touch(
+    before: Sequence[Array], after: Array, h: Array
+) -> tuple[Array, Array, Array, Array]:
+    """When and how fast a contact closes that is open before an interval and pressed after it.
+
+    Parameters
+    ----------
+    before
+        Overlap, its rate and the acceleration at the start of the interval, shape (n,) each.
+    after
+        The acceleration at the end by all forces but that of the contact itself.
+    h
+        Length of the interval.
+
+    Returns
+    -------
+    Time from the start, rate and acceleration just before the contact closes, and a bound of the
+    error of the rate: it holds while the acceleration lies between those of both ends.
+    """
+    overlap, rate, growth = before
+    bend = (after - growth) / h
+    low, high = np.zeros_like(h), h.copy()
+    for _ in range(53):  # bisections: to the last digit
+        middle = (low + high) / 2
+        apart = overlap + middle * (rate + middle * (growth / 2 + middle * bend / 6)) < 0
+        low, high = np.where(apart, middle, low), np.where(apart, high, middle)
+    high = np.where(overlap < 0, high, 0.0)
+    closing = rate + high * (growth + high * bend / 2)
+    return high, closing, growth + high * bend, high * np.abs(after - growth)
+
+
+def begin_at_touch(
+    start: list[Array], end: Sequence[Array], begin: Array, h: Array, force: Array,
+    mobility: Array, law: DampedLaw, contact: NDArray[np.intp], late: float,
+) -> tuple[NDArray[np.bool_], Array]:  # fmt: skip
+    """Let intervals in which a dashpot closes begin there, as no polynomial crosses its jump.
+
+    ``start``, ``begin`` and ``h`` are changed in place, shape (n,) each. ``force`` is that at the
+    end, ``mobility`` the acceleration of both granules over it, ``late`` the delay of velocities.
+    Returns where that is so, also for spheres that touch at the start, and a bound of the error of
+    the closing speed there.
+    """
+    jumps, doubt = (start[0] <= 0) & (end[0] > 0), np.zeros(h.size)
+    if law.exponent != 0 or not jumps.any():
+        return np.zeros(h.size, bool), doubt
+    own, damping = mobility[contact[jumps]], law.damping[contact[jumps]]
+    felt = force[jumps] - late * damping * end[2][jumps]
+    later, speed, growth, doubt[jumps] = first_touch(
+        [values[jumps] for values in start[:3]], end[2][jumps] + own * felt, h[jumps]
+    )
+    start[0][jumps], start[1][jumps] = 0.0, speed
+    start[2][jumps] = growth - own * damping * speed
+    begin[jumps] += later
+    h[jumps] = np.maximum(h[jumps] - later, _SHORTEST * h[jumps])
+    return jumps, doubt

@@ -1,0 +1,66 @@
+"""All parts of a scene, by the sections of its file, and all keys: read by whatever lists them."""
+
+from __future__ import annotations
+
+import re
+
+from hertzchain.scene.chain import Chain
+from hertzchain.scene.gauge import Gauge
+from hertzchain.scene.keys import Key, keys_of
+from hertzchain.scene.piston import Piston
+from hertzchain.scene.pulse import Pulse, PulseTable
+from hertzchain.scene.run import Run
+from hertzchain.scene.segments import RADIUS_RATIO
+from hertzchain.scene.shock import Shock
+from hertzchain.scene.sine import Sine
+from hertzchain.scene.striker import Striker
+from hertzchain.scene.terms import Contact, Precompression, Wall
+from hertzchain.scene.uncertain import SECTIONS_OF_UNCERTAIN
+
+SHOCKS: tuple[type[Shock], ...] = (Pulse, PulseTable, Striker, Piston, Sine)
+"""All shocks: one entry each."""
+
+OF_PROFILE = {
+    name: shock for shock in SHOCKS if shock.section == "shock" for name in shock.profiles
+}
+"""Shocks by their names in ``profile`` of a section [shock]."""
+
+OTHERS: dict[str, type] = {
+    "wall": Wall,
+    "precompression": Precompression,
+    "contact": Contact,
+    "run": Run,
+}
+"""Parts that a scene may have next to its chain and its shock, by section."""
+
+SECTIONS = tuple(
+    sorted({"chain", "gauge", *(one.section for one in SHOCKS), *OTHERS, *SECTIONS_OF_UNCERTAIN})
+)
+
+_PARTS = [
+    ("chain", Chain),
+    *((shock.section, shock) for shock in SHOCKS),
+    *OTHERS.items(),
+    ("gauge", Gauge),
+]
+
+KEYS: dict[str, Key] = {
+    f"{section}.{name}": key for section, part in _PARTS for name, key in keys_of(part).items()
+}
+"""All keys by section and name, as ``chain.radius``."""
+
+SEGMENT = re.compile(r"(?:chain\.)?segments\.(\d+)\.(?:cell\.(\d+)\.)?(\w+)")
+"""The name of a key of a segment: its number, that of a granule of its cell, the key."""
+
+
+def key_named(name: str) -> Key | None:
+    """Return the key of a name, with or without its section, also of a segment; None for none.
+
+    The same name has the same unit in every section.
+    """
+    found = SEGMENT.fullmatch(name)
+    plain = f"chain.{found[3]}" if found else name
+    if plain == "chain.radius_ratio":
+        return RADIUS_RATIO
+    known = (key for full, key in KEYS.items() if plain in (full, full.partition(".")[2]))
+    return next(known, None)

@@ -1,0 +1,1 @@
+"""What uncertain values and scatter among granules make of the results of a scene."""

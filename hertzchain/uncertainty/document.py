@@ -1,0 +1,71 @@
+"""The document of a validation: that of its traces, with the three uncertainties of each number."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from hertzchain.report.document import Document, Failure, Table, Verdict
+from hertzchain.report.facts import number
+from hertzchain.report.junit import case
+from hertzchain.report.traces import of_traces
+from hertzchain.uncertainty.validation import COVERED, Compared, Validation
+
+_HEADER = (
+    "number", "simulated", "measured", "u run", "u input", "u noise", "error / u_val", "seen from",
+    "lower first",
+)  # fmt: skip
+
+
+def of_validation(found: Validation) -> Document:
+    """Return the document of a validation, for terminal, page, picture and JUnit."""
+    compared, differing, tested = found.compared, found.differing, found.tested
+    if differing:
+        sentence = f"{len(differing)} of {len(compared)} numbers differ by more than 2 u_val."
+    elif tested:
+        most = max(one.ratio for one in compared)
+        sentence = (
+            f"All {len(compared)} numbers agree within {most:.2g} u_val; of {len(tested)} of them a"
+            f" difference of {found.tolerance:.2g} would have been seen."
+        )
+    else:
+        least = min((one.seen_from for one in compared), default=float("inf"))
+        sentence = (
+            f"Nothing could have failed: differences are seen from {least:.1%} on, the tolerance is"
+            f" {found.tolerance:.1%}."
+        )
+    traces = of_traces(found.judgement)
+    return replace(
+        traces,
+        kind="Validation by measured traces",
+        numbers=found.to_dict,
+        checks=(),
+        cases=tuple(
+            case(
+                one.name, one.measured, one.simulated, COVERED * one.uncertainty,
+                one.ratio <= COVERED, "two validation uncertainties", one.name,
+            )
+            for one in compared
+        ),
+        verdict=Verdict(
+            None if found.verdict == "undecided" else found.verdict == "pass",
+            sentence,
+            [Failure(one.name, f"differs by {one.ratio:.2g} u_val", "") for one in differing],
+            traces.verdict.remarks,
+        ),
+        answers=Table("Comparison errors and uncertainties", _HEADER, [_row(x) for x in compared]),
+        remarks=(sentence.removesuffix("."), *traces.remarks),
+        facts=[
+            ("the run begins at", f"{found.judgement.shift:.6g} s of the measured clock"),
+            ("realisations", f"{len(found.spread.values):,}"),
+            ("uncertain", ", ".join(one.name for one in found.spread.scene.uncertain)),
+        ],
+    )  # fmt: skip
+
+
+def _row(one: Compared) -> list[str]:
+    parts = (one.numerical, one.input, one.measurement)
+    return [
+        one.name, number(one.simulated, 5), number(one.measured, 5),
+        *(f"{part / abs(one.simulated):.1e}" for part in parts),
+        f"{one.ratio:.2g}", f"{one.seen_from:.1%}", one.largest,
+    ]  # fmt: skip

@@ -1,0 +1,252 @@
+"""The spread of results: what is uncertain of a scene, run many times."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.native import Native
+from hertzchain.engines.native.duration import with_end
+from hertzchain.errors import require
+from hertzchain.limits import TIME_LIMIT, Deadline, usable_cores
+from hertzchain.observables.definitions import context_of
+from hertzchain.observables.result import Result
+from hertzchain.scene.gauge import Gauge
+from hertzchain.scene.given import SceneLike, to_scene
+from hertzchain.scene.run import Run
+from hertzchain.scene.scene import Scene
+from hertzchain.showing import ShowProgress, telling
+from hertzchain.uncertainty.realisations import Realisations
+from hertzchain.uncertainty.shares import first_order
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.figure import Figure
+
+RTOL = 1e-4
+"""Accuracy of each realisation by default: what inputs make of a result is hardly ever less."""
+
+REALISATIONS = 512
+"""Realisations by default: a standard deviation is then known to 3 %."""
+
+MOST = 2**17
+"""Most realisations (chosen)."""
+
+_ENDS = 5.0, 95.0
+"""Percentiles of the range that is shown."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Spread:
+    """What uncertain inputs make of the results of a scene.
+
+    Parameters
+    ----------
+    scene
+        The scene, with what is uncertain of it.
+    inputs
+        Names of the uncertain inputs, scatter not among them.
+    names
+        Name and unit of each result, such as ``first_peak_force_N``, its contact or gauge as
+        ``contact 16``, shape (results,).
+    nominal
+        Results of the scene as it is, in SI units, shape (results,).
+    values
+        Results of the realisations, shape (realisations, results); NaN where there is none.
+    shares
+        Part of the variance that each input makes by itself, shape (inputs, results): first-order
+        Sobol indices. The rest is scatter, and what inputs make only together.
+    """
+
+    scene: Scene
+    inputs: tuple[str, ...]
+    names: tuple[tuple[str, str], ...]
+    nominal: FloatArray
+    values: FloatArray
+    shares: FloatArray
+
+    def __repr__(self) -> str:
+        from hertzchain.uncertainty.shown import spread_card
+
+        return spread_card(self).text
+
+    def _repr_html_(self) -> str:
+        from hertzchain.uncertainty.shown import spread_card
+
+        return spread_card(self).html
+
+    def plot(self) -> Figure:
+        """Draw first peaks along the chain with their range, and what makes it."""
+        from hertzchain.uncertainty.shown import plot_spread
+
+        return plot_spread(self)
+
+    @property
+    def deviation(self) -> FloatArray:
+        """Standard deviations, shape (results,)."""
+        return np.asarray(np.std(self.values, axis=0, ddof=1))
+
+    @property
+    def range_90(self) -> FloatArray:
+        """Values below which 5 and 95 % of the realisations are, shape (2, results)."""
+        return np.asarray(np.percentile(self.values, _ENDS, axis=0))
+
+    @property
+    def deviation_error(self) -> float:
+        """Relative standard error of deviations; that of random numbers, Sobol's are no worse."""
+        return float(1 / np.sqrt(2 * (len(self.values) - 1)))
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Sentences on results that some realisations do not have; usually empty."""
+        lost = int(np.count_nonzero(np.isnan(self.values).any(axis=0) & ~np.isnan(self.nominal)))
+        if not lost:
+            return ()
+        return (f"{lost} results have no spread: in some realisations there is no whole pulse",)
+
+    def to_frame(self) -> pandas.DataFrame:
+        """Return one row per result: result, at, nominal, mean, deviation, low_5, high_95, shares.
+
+        Shares have the names of inputs, ``share chain.young_modulus``, and ``share rest``.
+        """
+        import pandas
+
+        low, high = self.range_90
+        shares = {f"share {name}": row for name, row in zip(self.inputs, self.shares, strict=True)}
+        return pandas.DataFrame(
+            {
+                "result": [name for name, _ in self.names],
+                "at": [at for _, at in self.names],
+                "nominal": self.nominal,
+                "mean": self.values.mean(axis=0),
+                "deviation": self.deviation,
+                "low_5": low,
+                "high_95": high,
+                **shares,
+                "share rest": np.clip(1 - self.shares.sum(axis=0), 0.0, 1.0),
+            }
+        )
+
+    def values_of(self, result: str, at: str) -> FloatArray:
+        """Values of a result by its names, such as ``arrival_time_s``, ``the wall``."""
+        return self.values[:, self.names.index((result, at))]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the spread as a JSON object."""
+        table = self.to_frame()
+        names = [str(name) for name in table]
+        own = [name for name in names if not name.startswith("share ")]
+        shares = [name for name in names if name.startswith("share ")]
+        results = [
+            {
+                **{name: _or_none(row[name]) for name in own},
+                "shares": {name.removeprefix("share "): _or_none(row[name]) for name in shares},
+            }
+            for row in table.to_dict("records")
+        ]
+        return {
+            "realisations": len(self.values),
+            "deviation_error": self.deviation_error,
+            "spread": results,
+            "remarks": list(self.remarks),
+            **context_of(self.scene),
+        }
+
+
+def _or_none(value: Any) -> Any:
+    """A value of a table for JSON: null where there is no number."""
+    return None if isinstance(value, float) and not np.isfinite(value) else value
+
+
+def spread(
+    scene: SceneLike,
+    realisations: int = REALISATIONS,
+    *,
+    seed: int = 1,
+    rtol: float = RTOL,
+    time_limit: float = TIME_LIMIT,
+    progress: ShowProgress = None,
+) -> Spread:
+    """Run a scene many times with values drawn from [uncertainty] and [scatter].
+
+    Parameters
+    ----------
+    scene
+        A scene with something ``uncertain``, or the path of its file.
+    realisations
+        How many; the next power of 2 is taken, of which quasi-random numbers are even.
+    seed
+        Seed of the scrambled Sobol sequence: the same gives the same results.
+    rtol
+        Accuracy of each run.
+    time_limit
+        Time limit of all runs [s].
+    progress
+        True for a line in the terminal or notebook, or a function that is called with such lines.
+
+    Raises
+    ------
+    SceneError
+        If nothing is uncertain, or what is drawn cannot be.
+    TooExpensive
+        If it takes longer than the time limit.
+    """
+    scene = to_scene(scene)
+    is_count = isinstance(realisations, int) and not isinstance(realisations, bool)
+    allowed = f"must be a whole number from 16 to {MOST}"
+    require(is_count and 16 <= realisations <= MOST, "realisations", realisations, allowed)
+    count = 1 << (realisations - 1).bit_length()
+    deadline = Deadline(time_limit)
+    # One end for all: by default each run would look for its own, at its own cost.
+    until = Run(with_end(scene, time_limit=time_limit).end_time)
+    drawn = Realisations(replace(scene, run=until), count, seed)
+    nominal = _run(replace(scene, run=until), rtol, deadline)
+    names = tuple(name for name, _ in nominal)
+
+    def row(one: Scene) -> list[float]:
+        found = dict(_run(one, rtol, deadline))
+        return [found.get(name, np.nan) for name in names]
+
+    values = np.empty((count, len(names)))
+    with telling(progress) as report_progress, ThreadPoolExecutor(usable_cores()) as pool:
+        for done, found in enumerate(pool.map(row, drawn)):
+            values[done] = found
+            if done % 64 == 0:
+                report_progress(f"native: {done} of {count} realisations")
+    shares = first_order(drawn.inputs, drawn.drawn, values)
+    inputs = tuple(one.name for one in drawn.inputs)
+    return Spread(scene, inputs, names, np.array([x for _, x in nominal]), values, shares)
+
+
+def _run(scene: Scene, rtol: float, deadline: Deadline) -> list[tuple[tuple[str, str], float]]:
+    if deadline.left <= 0:
+        raise deadline.passed()
+    native = Native(rtol=rtol, time_limit=deadline.left, peaks_only=True, wanted="first")
+    return list(results_of(native.run(scene)))
+
+
+def results_of(found: Result) -> Iterator[tuple[tuple[str, str], float]]:
+    """Yield results by name and place: peaks and first pulses of contacts, gauges, the wave."""
+    scene = found.scene
+    of_contacts = {"peak_force_N": found.peak_force, **found.first_columns}
+    for name in ("peak_force_N", "first_peak_force_N", "arrival_time_s", "first_width_s"):
+        for contact, value in zip(found.contact, of_contacts.get(name, ()), strict=False):
+            yield (name, scene.contact_name(int(contact))), float(value)
+    for gauge, read in zip(scene.gauges, found.gauges, strict=True):
+        at = name_of(gauge)
+        yield ("first_peak_force_N", at), read.force
+        yield ("arrival_time_s", at), read.arrival
+        yield ("first_width_s", at), read.width
+    if (wave := found.usual_wave) is not None:
+        yield ("speed_m_s", "wave"), wave.speed
+        yield ("height_N", "wave"), wave.height
+
+
+def name_of(gauge: Gauge) -> str:
+    """What results of a gauge are called, such as ``gauge in granule 16``."""
+    return f"gauge {'in' if gauge.key == 'granule' else 'at'} {gauge.key} {gauge.number}"

@@ -1,0 +1,232 @@
+"""Measured traces against a scene that is itself uncertain: a verdict with three uncertainties."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hertzchain.limits import TIME_LIMIT, TOLERANCE
+from hertzchain.observables.definitions import context_of
+from hertzchain.scene.gauge import Gauge
+from hertzchain.scene.given import SceneLike, to_scene
+from hertzchain.showing import ShownVerdict, ShowProgress
+from hertzchain.uncertainty.spread import REALISATIONS, Spread, name_of, spread
+from hertzchain.verdict.traces.judging import TraceJudgement, judge_traces
+
+if TYPE_CHECKING:
+    import pandas
+
+COVERED = 2.0
+"""Validation uncertainties that a difference may have: one of 22 is beyond, if all is normal."""
+
+SOURCES = ("numerical", "input", "measured")
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A measured number against that of the scene, as in ASME V&V 20.
+
+    Parameters
+    ----------
+    name
+        What it is of, with its unit.
+    simulated, measured
+        The two numbers.
+    numerical, input, measurement
+        Standard uncertainties: of the run, whose bound counts as half a uniform width; of the
+        scene's values; of the noise.
+    """
+
+    name: str
+    simulated: float
+    measured: float
+    numerical: float
+    input: float
+    measurement: float
+
+    @property
+    def error(self) -> float:
+        """The comparison error: simulated less measured."""
+        return self.simulated - self.measured
+
+    @property
+    def uncertainty(self) -> float:
+        """The validation uncertainty u_val: the three together, as independent."""
+        return math.hypot(self.numerical, self.input, self.measurement)
+
+    @property
+    def ratio(self) -> float:
+        """Comparison error over u_val, without sign."""
+        return abs(self.error) / self.uncertainty
+
+    @property
+    def seen_from(self) -> float:
+        """Least relative difference that would have been seen."""
+        return COVERED * self.uncertainty / abs(self.simulated)
+
+    @property
+    def largest(self) -> str:
+        """The largest of the uncertainties, which to lower first."""
+        return max(zip((self.numerical, self.input, self.measurement), SOURCES, strict=True))[1]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the comparison as a JSON object."""
+        return {
+            "name": self.name,
+            "simulated": self.simulated,
+            "measured": self.measured,
+            "error": self.error,
+            "u_numerical": self.numerical,
+            "u_input": self.input,
+            "u_measured": self.measurement,
+            "u_validation": self.uncertainty,
+            "error_over_u": self.ratio,
+            "seen_from": self.seen_from,
+            "largest": self.largest,
+        }
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Validation(ShownVerdict):
+    """Measured traces against an uncertain scene; true if the verdict is ``pass``.
+
+    Parameters
+    ----------
+    judgement
+        The traces against the scene as it stands, with the overlay and all remarks.
+    spread
+        What the uncertain values make of the scene's results.
+    tolerance
+        A number is tested if a relative difference of this would have been seen.
+    compared
+        Each number with its uncertainties.
+    """
+
+    judgement: TraceJudgement
+    spread: Spread
+    tolerance: float
+    compared: tuple[Compared, ...]
+
+    @property
+    def differing(self) -> tuple[Compared, ...]:
+        """Numbers whose comparison error is more than the uncertainties explain."""
+        return tuple(one for one in self.compared if one.ratio > COVERED)
+
+    @property
+    def tested(self) -> tuple[Compared, ...]:
+        """Numbers that could have failed at the tolerance."""
+        return tuple(one for one in self.compared if one.seen_from <= self.tolerance)
+
+    @property
+    def verdict(self) -> str:
+        """``fail`` if a number differs; ``undecided`` if none could; otherwise ``pass``."""
+        if self.differing:
+            return "fail"
+        return "pass" if self.tested else "undecided"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the validation as a JSON object."""
+        return {
+            "verdict": self.verdict,
+            "tolerance": self.tolerance,
+            "compared": [one.to_dict() for one in self.compared],
+            "realisations": len(self.spread.values),
+            "remarks": list(self.judgement.remarks),
+            **context_of(self.spread.scene),
+        }
+
+
+def validate(
+    scene: SceneLike,
+    traces: Path | str | pandas.DataFrame,
+    *,
+    columns: Mapping[str, str] | None = None,
+    tolerance: float = TOLERANCE,
+    shift: bool = True,
+    realisations: int = REALISATIONS,
+    time_limit: float = TIME_LIMIT,
+    progress: ShowProgress = None,
+) -> Validation:
+    """Compare measured forces over time with a scene some values of which are uncertain.
+
+    First pulses are compared: their heights, widths, and times between gauges. What differs is held
+    against the uncertainties of run, input and noise together.
+
+    Parameters
+    ----------
+    scene
+        What was measured, with something ``uncertain``, or the path of its file.
+    traces, columns, shift, time_limit, progress
+        As for ``judge_traces``.
+    tolerance
+        A relative difference that should have been seen.
+    realisations
+        As for ``spread``.
+
+    Raises
+    ------
+    SceneError
+        As ``judge_traces`` and ``spread``.
+    """
+    scene = to_scene(scene)
+    judgement = judge_traces(
+        replace(scene, uncertain=()), traces, columns=columns, tolerance=tolerance, shift=shift,
+        time_limit=time_limit, progress=progress,
+    )  # fmt: skip
+    measured = replace(judgement.reference.scene, uncertain=scene.uncertain)
+    found = spread(measured, realisations, time_limit=time_limit, progress=progress)
+    compared = tuple(_compared(judgement, found, has_clock=not shift))
+    return Validation(judgement, found, float(tolerance), compared)
+
+
+def _compared(judgement: TraceJudgement, found: Spread, *, has_clock: bool) -> Iterator[Compared]:
+    def input_of(name: str, gauge: Gauge, other: Gauge | None = None) -> float:
+        values = found.values_of(name, name_of(gauge))
+        before = 0.0 if other is None else found.values_of(name, name_of(other))
+        return float(np.nanstd(values - before, ddof=1))
+
+    there = []
+    for read, pulse in zip(judgement.known.readings, judgement.pulses, strict=True):
+        if pulse is None:
+            continue
+        gauge, name = read.gauge, _short(read.gauge)
+        there.append((read, pulse))
+        yield Compared(
+            f"{name}: first peak [N]", read.force, pulse.height * read.force,
+            read.force_error * read.force / math.sqrt(3), input_of("first_peak_force_N", gauge),
+            pulse.height_deviation * read.force,
+        )  # fmt: skip
+        yield Compared(
+            f"{name}: width [s]", read.width, pulse.stretch * read.width,
+            read.width_error / math.sqrt(3), input_of("first_width_s", gauge),
+            pulse.stretch_deviation * read.width,
+        )  # fmt: skip
+        if has_clock:
+            yield Compared(
+                f"{name}: time of the peak [s]", read.time, read.time + pulse.delay,
+                read.arrival_error / math.sqrt(3), input_of("arrival_time_s", gauge),
+                pulse.delay_deviation,
+            )  # fmt: skip
+    there.sort(key=lambda one: one[0].time)
+    if has_clock:
+        return
+    for (before, one), (after, two) in itertools.pairwise(there):
+        time = after.time - before.time
+        if time > 0:
+            yield Compared(
+                f"{_short(before.gauge)} to {_short(after.gauge)}: time [s]",
+                time, time + two.delay - one.delay,
+                math.hypot(before.arrival_error, after.arrival_error) / math.sqrt(3),
+                input_of("arrival_time_s", after.gauge, before.gauge),
+                math.hypot(one.delay_deviation, two.delay_deviation),
+            )  # fmt: skip
+
+
+def _short(gauge: Gauge) -> str:
+    return f"{gauge.key} {gauge.number}"

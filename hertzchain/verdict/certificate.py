@@ -1,0 +1,292 @@
+"""A certificate of a LAMMPS: short scenes, each held against native at the same steps."""
+
+from __future__ import annotations
+
+import math
+import re
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.external.observation import Observation, Simulation
+from hertzchain.engines.external.rescaling import softening
+from hertzchain.engines.lammps.binary import Binary, Program, all_said, module
+from hertzchain.engines.native.damped_verlet import stride_of
+from hertzchain.errors import (
+    BackendMissing,
+    HertzchainError,
+    OverlapTooLarge,
+    StepUnstable,
+    require,
+)
+from hertzchain.files import write_text
+from hertzchain.limits import Deadline
+from hertzchain.observables.peaks import largest_difference
+from hertzchain.observables.result import Result
+from hertzchain.verdict.certified import CASES, Case, expected
+
+ROUND_OFF, STEPS = "right to round-off", "right to the steps"
+WRONG, UNSUPPORTED, UNTESTED = "wrong", "not supported", "not tested"
+GRADES = ROUND_OFF, STEPS, WRONG, UNSUPPORTED, UNTESTED
+
+ROUNDED = 1e-9  # largest difference of the final state by rounding; 4e-11 measured, 2022 to 2025
+INTERPOLATED = 3e-7  # largest difference of peaks between readings; 7e-8 measured
+READ_EVERY = 5  # steps between readings of elastic chains; those of damped ones are native's
+TIME_LIMIT = 120.0  # largest time of a row [s]; they take a second, on a busy machine ten
+INFO = "info system fixes"  # command by which LAMMPS lists the styles that it uses
+
+SUFFIXES: dict[str, tuple[str, ...]] = {
+    "omp": ("-sf", "omp", "-pk", "omp", "2"),
+    "kk": ("-k", "on", "-sf", "kk"),
+    "intel": ("-sf", "intel"),
+    "gpu": ("-sf", "gpu", "-pk", "gpu", "1"),
+}
+"""Suffixes of accelerated styles, with the options of LAMMPS that choose them."""
+
+_UNKNOWN = re.compile(
+    r"Unrecogni[sz]ed|Unknown|not enabled|not installed|Invalid (?:fix|pair|atom)|Illegal|package"
+    r"|does not have the damping|Cannot (?:use|create)|\bnot support",
+    re.IGNORECASE,
+)
+"""Words of a LAMMPS that lacks a style, an option of one, or a package."""
+
+_BROKEN = re.compile(r"crashed|ended by SIG|do not trust")
+"""Words of errors that no right program makes."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """What one scene says of a program.
+
+    Parameters
+    ----------
+    case
+        The scene.
+    grade
+        One of ``GRADES``.
+    difference
+        Largest relative difference from native of a peak or of the final state; None if unknown.
+    allowed
+        Error by the steps, of native's peaks; None if it did not run.
+    reason
+        Why it is wrong, not supported or not tested; "" if it is right.
+    styles
+        Styles of contacts, then of fixes, as the program lists them.
+    failed
+        Whether the row was to be tested and could not be.
+    """
+
+    case: Case
+    grade: str
+    difference: float | None = None
+    allowed: float | None = None
+    reason: str = ""
+    styles: tuple[str, ...] = ()
+    failed: bool = False
+
+    @property
+    def passed(self) -> bool:
+        """True for a row that was tested and is right."""
+        return self.grade in (ROUND_OFF, STEPS)
+
+    @property
+    def words(self) -> str:
+        """The grade; of a wrong row by how much."""
+        known = self.grade == WRONG and self.difference is not None
+        return f"wrong by {self.difference:.1e}" if known else self.grade
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the row as a JSON object."""
+        return {
+            "name": self.case.name,
+            "tests": self.case.tests,
+            "grade": self.grade,
+            "difference": self.difference,
+            "allowed": self.allowed,
+            "reason": self.reason,
+            "styles": list(self.styles),
+        }
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """Rows of one program, in the order of the table."""
+
+    program: str
+    version: str  # LAMMPS's own number, year month day; "" if unknown
+    suffix: str | None
+    ranks: int
+    rows: tuple[Row, ...]
+    seconds: float
+
+    @property
+    def status(self) -> int:
+        """0 if all that was tested is right, 1 if a row is wrong, 2 if rows could not be tested."""
+        if any(row.grade == WRONG for row in self.rows):
+            return 1
+        could = any(row.passed for row in self.rows) and not any(row.failed for row in self.rows)
+        return 0 if could else 2
+
+    @property
+    def sentence(self) -> str:
+        """How many rows have each grade, in one line."""
+        count = {grade: sum(row.grade == grade for row in self.rows) for grade in GRADES}
+        found = ", ".join(f"{number} {grade}" for grade, number in count.items() if number)
+        wrong = ", ".join(row.case.name for row in self.rows if row.grade == WRONG)
+        version = f"LAMMPS {self.version}" if self.version else "LAMMPS"
+        how = f" with -sf {self.suffix}" if self.suffix else ""
+        on = f" on {self.ranks} ranks" if self.ranks > 1 else ""
+        return f"{version} ({self.program}){how}{on}: {found}" + (f": {wrong}" if wrong else "")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the certificate as a JSON object."""
+        return {
+            "program": self.program,
+            "version": self.version,
+            "suffix": self.suffix,
+            "ranks": self.ranks,
+            "status": self.status,
+            "sentence": self.sentence,
+            "seconds": self.seconds,
+            "rows": [row.to_dict() for row in self.rows],
+        }
+
+
+@dataclass(frozen=True)
+class _Watched(Program):
+    """A program that runs the deck of a case, and keeps it and what was said of styles."""
+
+    case: Case | None = None
+    keep: Path | None = None
+    styles: list[str] = field(default_factory=list)
+
+    def run(self, commands: str, folder: Path, deadline: Deadline) -> None:
+        assert self.case is not None
+        text = self.case.edit(commands, self.ranks)
+        if self.keep is not None:
+            write_text(self.keep / f"in.{self.case.file}", text)
+        super().run(f"{text}\n{INFO}", folder, deadline)
+        said = all_said(folder)
+        self.styles.extend(re.findall(r"types = +\d+, +style = (\S+)", said))
+        self.styles.extend(re.findall(r"^Fix\[.*style = ([^, ]+)", said, re.MULTILINE))
+
+
+def certify(
+    lmp: str | Path | None = None,
+    *,
+    suffix: str | None = None,
+    ranks: int = 1,
+    only: Sequence[str] = (),
+    folder: Path | None = None,
+    time_limit: float = TIME_LIMIT,
+    progress: Callable[[str], object] = lambda _: None,
+) -> Certificate:
+    """Hold a LAMMPS against native, scene by scene at the same steps.
+
+    Parameters
+    ----------
+    lmp
+        Path or name of a LAMMPS binary; by default the ``lammps`` Python module.
+    suffix
+        Suffix of accelerated styles: omp, kk, intel or gpu.
+    ranks
+        MPI ranks of the binary.
+    only
+        Names of the rows; by default all.
+    folder
+        An existing folder, for the scenes and the decks that are run.
+    time_limit
+        Time limit of each row [s].
+    progress
+        Receives the name of each row before it runs.
+
+    Raises
+    ------
+    SceneError
+        For a suffix, a name of a row or a number of ranks that is not possible.
+    """
+    known = ", ".join(SUFFIXES)
+    require(suffix is None or suffix in SUFFIXES, "suffix", suffix, f"must be one of {known}")
+    require(ranks >= 1, "ranks", ranks, "must be at least 1")
+    alone = "the lammps module runs on one process: name also a LAMMPS binary with lmp"
+    require(ranks == 1 or lmp is not None, "ranks", ranks, alone)
+    for name in only:
+        require(name in CASES, "only", name, f"must be one of {', '.join(CASES)}")
+    begin, rows, version, missing = time.perf_counter(), [], "", ""
+    deadline = Deadline(time_limit)
+    try:
+        found = module(deadline) if lmp is None else Program.find(str(lmp), ranks, deadline)
+        options = SUFFIXES[suffix] if suffix else ()
+        program = replace(found, options=options)
+        version = program.build.version
+    except HertzchainError as problem:
+        missing = str(problem)
+    for name in only or CASES:
+        progress(name)
+        if folder is not None:
+            CASES[name].scene.to_toml(folder / f"{CASES[name].file}.toml")
+        if missing:
+            rows.append(Row(CASES[name], UNTESTED, reason=missing, failed=True))
+        else:
+            rows.append(_graded(CASES[name], program, suffix, folder, time_limit))
+    seconds = time.perf_counter() - begin
+    label = "the lammps module" if lmp is None else str(lmp)
+    return Certificate(label, version, suffix, ranks, tuple(rows), seconds)
+
+
+def _graded(
+    case: Case, program: Program, suffix: str | None, keep: Path | None, time_limit: float
+) -> Row:
+    if case.needs_ranks and program.ranks == 1:
+        return Row(case, UNTESTED, reason="one rank: ask for --ranks 2 or more")
+    right = expected(case.name)
+    allowed = float(right.error_estimate)
+    watched = _Watched(program.command, program.ranks, program.build, program.options, case, keep)
+    try:
+        run = _simulated(case, watched, Deadline(time_limit))
+    except HertzchainError as problem:
+        wrong = isinstance(problem, StepUnstable | OverlapTooLarge) or _BROKEN.search(str(problem))
+        lacks = not isinstance(problem, BackendMissing) and _UNKNOWN.search(str(problem))
+        grade = WRONG if wrong else UNSUPPORTED if lacks else UNTESTED
+        failed = grade == UNTESTED
+        return Row(case, grade, None, allowed, str(problem), tuple(watched.styles), failed)
+    state, peaks = _differences(run, right)
+    difference, styles = max(state, peaks), tuple(watched.styles)
+    if not math.isfinite(difference):
+        return Row(case, WRONG, None, allowed, "results are not numbers", styles)
+    if difference > max(allowed, INTERPOLATED):
+        reason = f"differs from native by more than the steps' {allowed:.1e}"
+        return Row(case, WRONG, difference, allowed, reason, styles)
+    if suffix and not any(style.startswith(f"{case.style}/{suffix}") for style in styles):
+        reason = f"{case.style} ran without /{suffix}: this program has no such style"
+        return Row(case, UNTESTED, difference, allowed, reason, styles)
+    rounded = state <= ROUNDED and peaks <= INTERPOLATED
+    return Row(case, ROUND_OFF if rounded else STEPS, difference, allowed, "", styles)
+
+
+def _simulated(case: Case, program: Program, deadline: Deadline) -> Simulation:
+    """Run the deck of a case once."""
+    scene = case.scene
+    legs = scene.schedule(case.dt)
+    damped = scene.contact is not None
+    strides = [stride_of(scene, leg) if damped else READ_EVERY for leg in legs]
+    made = softening(scene, sum(leg.steps for leg in legs))
+    seen = Observation(scene, made, legs, None, "LAMMPS")
+    code = Binary(case.pair_style, deadline, program)
+    return seen.simulation(*code.run(made.scene(scene), seen.legs, strides, seen))
+
+
+def _differences(run: Simulation, right: Result) -> tuple[float, float]:
+    """Return the largest difference of the final state over its largest, and of a peak."""
+
+    def over_largest(measured: FloatArray, wanted: FloatArray) -> float:
+        return float(np.max(np.abs(measured - wanted)) / np.max(np.abs(wanted)))
+
+    moved = over_largest(run.displacement, right.displacement)
+    state = max(moved, over_largest(run.velocity, right.velocity))
+    return state, largest_difference(run.peaks.force, right.peak_force)

@@ -1,0 +1,207 @@
+"""The scenes of a certificate: one for each thing that can be wrong in a build of LAMMPS.
+
+Most are driven by a moving first granule, so that a wrong force over time shows in its own rows.
+"""
+
+from __future__ import annotations
+
+import functools
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from hertzchain.engines.native import Native
+from hertzchain.observables.result import Result
+from hertzchain.scene.chain import Chain
+from hertzchain.scene.piston import Piston
+from hertzchain.scene.pulse import Pulse
+from hertzchain.scene.run import Run
+from hertzchain.scene.scene import Scene
+from hertzchain.scene.striker import Striker
+from hertzchain.scene.terms import Contact, Precompression, Wall
+
+STEP = 0.02  # steps of all runs [natural time units]; chosen
+_UNITS_AFTER = 24.0  # end of a run [natural time units], when 12 granules have been passed twice
+_STEEL: dict[str, float] = {
+    "radius": 4.75e-3, "young_modulus": 193e9, "poisson_ratio": 0.3, "density": 7958.0,
+}  # fmt: skip
+_ALUMINIUM = {"radius": 6e-3, "young_modulus": 69e9, "poisson_ratio": 0.33, "density": 2700.0}
+_CGS = {
+    "radius": 1e2, "young_modulus": 10.0, "density": 1e-3, "velocity": 1e2, "gravity": 1e2,
+    "force": 1e5, "peak_force": 1e5,
+}  # fmt: skip
+"""A unit of SI in units of cgs: centimetres, grams and dyn."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A scene that tests one thing.
+
+    Parameters
+    ----------
+    name, tests
+        Name of the row, and what is wrong where it is.
+    scene
+        What is simulated; in cgs its numbers are those of cgs.
+    style
+        Style that the row tests; where a suffix was asked for, it must have run with it.
+    pair_style
+        Pair style of the deck.
+    edit
+        Function that returns the deck that is run, from that of the scene and the number of ranks.
+    needs_ranks
+        Whether the row tests nothing on one rank.
+    """
+
+    name: str
+    tests: str
+    scene: Scene
+    style: str = "granular"
+    pair_style: str = "granular"
+    edit: Callable[[str, int], str] = lambda text, _: text
+    needs_ranks: bool = False
+
+    @property
+    def file(self) -> str:
+        """The name in names of files."""
+        return re.sub(r"\W+", "_", self.name)
+
+    @property
+    def dt(self) -> float:
+        """The largest step [s]."""
+        return STEP * self.scene.contact_time
+
+
+@functools.cache
+def expected(name: str) -> Result:
+    """Return what native finds of a case by velocity Verlet at the steps of the deck."""
+    case = CASES[name]
+    return Native("velocity-verlet", case.dt, wanted="all").run(case.scene)
+
+
+def _chain(granules: int = 12, unlike: bool = False, gap: float = 0.0) -> Chain:
+    """Return a chain of steel, or with aluminium at every other place."""
+    material: dict[str, Any] = dict(_STEEL)
+    if unlike:
+        material = {key: [own, _ALUMINIUM[key]] * (granules // 2) for key, own in material.items()}
+    return Chain(granules, gap=gap, **material)
+
+
+def _ended(scene: Scene, units: float = _UNITS_AFTER) -> Scene:
+    return replace(scene, run=Run(units * scene.contact_time))
+
+
+def _struck(granules: int = 12, **terms: Any) -> Scene:
+    chain = _chain(granules, terms.pop("unlike", False), terms.pop("gap", 0.0))
+    after = terms.pop("after", _UNITS_AFTER)
+    return _ended(Scene(chain, Striker(1.0, **terms.pop("striker", {})), **terms), after)
+
+
+def _pushed(profile: Any = "cosine", **terms: Any) -> Scene:
+    return _ended(Scene(_chain(), Pulse(profile, 100.0, 2.0, momentum_ratio=1.0), **terms))
+
+
+def _damped(damping: Any, **law: Any) -> Scene:
+    return _struck(unlike=True, contact=Contact(damping, **law))
+
+
+def _restarted(text: str, ranks: int) -> str:
+    """Return a deck that stops after the pulse and goes on from a restart file.
+
+    The pair style stands there again: LAMMPS of 2022 to 2025 restores granular with a cutoff of 0,
+    so that ranks would see no granules of one another.
+    """
+    law = text[text.index("pair_style") : text.index("# Wide enough")]
+    again = [
+        "unfix shock", "write_restart middle.restart", "clear", f"processors {ranks} 1 1",
+        "comm_modify vel yes", "read_restart middle.restart", law, "fix motion all nve",
+        "thermo_style custom step",
+    ]  # fmt: skip
+    return text.replace("unfix shock", "\n".join(again))
+
+
+def _in_cgs(scene: Scene) -> Scene:
+    """Return a scene with the numbers of another in units of cgs."""
+
+    def scaled(part: Any) -> Any:
+        numbers = {key: getattr(part, key, None) for key in _CGS}
+        known = {key: by * _CGS[key] for key, by in numbers.items() if isinstance(by, float)}
+        return replace(part, **known)
+
+    made = replace(scene, chain=scaled(scene.chain), shock=scaled(scene.shock))
+    return _ended(made)
+
+
+_TABLE = (
+    Case("like granules", "Hertz's law, E* and R* of equal granules", _struck()),
+    Case(
+        "unlike granules", "E*, R* and masses of pairs of two materials", _struck(unlike=True)
+    ),
+    Case("gaps", "contacts that begin with a gap and open again", _struck(gap=2e-6)),
+    Case(
+        "gran/hertz/history", "Hertz's law of the older pair style", _pushed(),
+        "gran/hertz/history", "gran/hertz/history",
+    ),
+    Case(
+        "rigid wall", "fix wall/gran, a flat rigid wall",
+        _struck(4, wall=Wall("rigid")), "wall/gran",
+    ),
+    Case(
+        "elastic wall", "fix wall/gran, a wall of another material",
+        _struck(4, wall=Wall("elastic", 70e9, 0.33)), "wall/gran",
+    ),
+    Case(
+        "damping, restitution", "damping coeff_restitution (before August 2024: tsuji)",
+        _damped("restitution", restitution=0.6),
+    ),
+    Case(
+        "damping, viscoelastic", "damping viscoelastic",
+        _damped("viscoelastic", relaxation_time=4e-6),
+    ),
+    Case("damping, dashpot", "damping velocity", _damped("dashpot", coefficient=50.0)),
+    Case(
+        "damping that pulls", "damping without limit_damping",
+        _damped("restitution", restitution=0.6, attraction=True),
+    ),
+    Case(
+        "damped wall", "fix wall/gran with damping",
+        _struck(4, wall=Wall("rigid"), contact=Contact("viscoelastic", relaxation_time=4e-6)),
+        "wall/gran",
+    ),
+    Case(
+        "force over time", "fix addforce with a formula of the time, from corner to corner",
+        _pushed("cosine-triangular"), "addforce",
+    ),
+    Case(
+        "striker", "a first granule of its own size and velocity",
+        _struck(striker={"radius": 8e-3}), "nve",
+    ),
+    Case(
+        "piston", "fix move",
+        _ended(Scene(_chain(), Piston(velocity=1.0))), "move",
+    ),
+    Case(
+        "static load", "constant forces at both ends, balanced by overlaps",
+        _struck(precompression=Precompression(100.0)), "addforce",
+    ),
+    Case(
+        "gravity", "fix gravity, balanced by a wall",
+        _struck(wall=Wall("same"), precompression=Precompression(gravity=1e4)), "gravity",
+    ),
+    Case(
+        "granules over ranks", "contacts of granules of two ranks",
+        _struck(40, after=45.0), "nve", needs_ranks=True,
+    ),
+    Case(
+        "restart in the middle", "write_restart, clear, read_restart", _pushed(), "nve",
+        edit=_restarted,
+    ),
+    Case(
+        "units cgs", "the same in centimetres, grams and dyn", _in_cgs(_struck()),
+        edit=lambda text, _: text.replace("units si", "units cgs"),
+    ),
+)  # fmt: skip
+
+CASES = {case.name: case for case in _TABLE}
+"""All cases, in the order of the table."""

@@ -1,0 +1,68 @@
+"""What the recipes of docs/develop/recipes.md ask for, where no other test would miss it."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import pytest
+
+import hertzchain as hc
+from hertzchain.engines.registry import ENGINES, Engine
+from hertzchain.scene.shock import Shock
+from hertzchain.sweeps.columns import FOUND_COLUMNS
+from tests.docs.test_scene_reference import ROWS
+from tests.places import ROOT
+from validation.gallery import FOLDER, GALLERY, README, readme, table
+
+
+def page(name: str) -> str:
+    """The text of a page of docs/."""
+    return (ROOT / "docs" / name).read_text(encoding="utf-8")
+
+
+def test_every_pulse_has_a_table_of_keys() -> None:
+    listed = {
+        word for row in ROWS if row.key == "profile" for word in re.findall(r"`(.+?)`", row.allowed)
+    }
+    shocks = [shock for shock in Shock.__subclasses__() if shock.section == "shock"]
+    assert listed == {name for shock in shocks for name in shock.profiles}
+
+
+@pytest.mark.parametrize("engine", ENGINES.values(), ids=list(ENGINES))
+def test_every_engine_is_public_on_a_page_and_in_the_schema(engine: Engine) -> None:
+    assert getattr(hc, engine.factory) is engine.load()
+    assert engine.label in page("codes.md")
+    assert f'"{engine.name}"' in page("schema/parts.json")
+    assert engine.program is None or engine.load().INSTALL
+
+
+def test_every_column_is_on_a_page() -> None:
+    pages = page("sweeps.md") + page("scenes.md")
+    assert [one.name for one in FOUND_COLUMNS if f"`{one.name}`" not in pages] == []
+
+
+def test_every_key_of_a_scene_is_in_the_schema() -> None:
+    sections = json.loads(page("schema/parts.json"))["$defs"]["scene"]["properties"]
+    expanded = {"file", "radius_ratio", "cell"}  # documents have columns and granules instead
+    missing = [
+        (row.section, row.key)
+        for row in ROWS
+        if row.key not in expanded
+        if f'"{row.key}": ' not in json.dumps(sections[row.name.strip("[").partition(".")[0]])
+    ]
+    assert missing == []
+
+
+def test_every_check_of_the_demo_has_a_row() -> None:
+    text = page("trust.md")
+    printed = re.findall(r"^(?:native|lammps): (.+?)(?: \[.*)?$", text, re.MULTILINE)
+    assert len(printed) > 20
+    rows = re.findall(r"^\| ([^|]+) \| ", text.partition("| check |")[2], re.MULTILINE)
+    assert set(printed) - {cell for row in rows for cell in row.split("; ")} == set()
+
+
+def test_the_gallery_shows_what_its_decks_expect() -> None:
+    texts = {entry.name: (FOLDER / entry.name).read_text(encoding="utf-8") for entry in GALLERY}
+    assert README.read_text(encoding="utf-8") == readme(texts)
+    assert table(texts).count("\n| `in.") == len(GALLERY)

@@ -1,0 +1,277 @@
+"""A LAMMPS binary on ranks, on the command line, and as the doctor tries it."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import hertzchain as hc
+from hertzchain.cli.diagnosis import TRIAL_PEAKS, diagnose, trial_scene
+from hertzchain.engines.lammps.binary import find_mpiexec
+from hertzchain.engines.lammps.engine import look as look_at_module
+from hertzchain.errors import (
+    BackendMissing,
+    SceneError,
+)
+from tests.command_line import run_here
+from tests.engines.lammps.test_lammps_binary import (
+    BESIDE_PYTHON,
+    HELP,
+    SHORT,
+    _nothing_is_left,
+    every_lmp,
+    fake,
+    program,
+    temporary,
+)
+from tests.places import ROOT
+from tests.processes import ended, has_lammps, linux, names, posix, runs, start, wait_for
+
+__all__ = ["_nothing_is_left", "temporary"]  # fixtures
+
+LONG = replace(SHORT, run=hc.Run(0.02))
+"""Ten seconds at steps of 1 ns, and few dumps."""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"ranks": 2}, "ranks = 2: the lammps module runs on one process"),
+        ({"ranks": 0, "lmp": "lmp"}, "ranks = 0: must be at least 1"),
+        ({"isolated": True, "lmp": "lmp"}, "isolated = True: a LAMMPS binary always has its own"),
+    ],
+)
+def test_impossible_parameters(arguments: dict[str, object], words: str) -> None:
+    with pytest.raises(SceneError, match=f"^{words}"):
+        hc.Lammps(**arguments)  # type: ignore[arg-type]
+
+
+@posix
+def test_mpiexec_is_the_one_beside_the_binary(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lmp = fake(tmp_path)
+    (tmp_path / "path").mkdir()
+    monkeypatch.setenv("PATH", str(tmp_path / "path"))
+    assert find_mpiexec(lmp) is None
+    with pytest.raises(BackendMissing, match=r"^no mpiexec in .* or leave ranks out$"):
+        hc.Lammps(lmp=lmp, ranks=2).run(SHORT)
+    on_path = program(tmp_path / "path" / "mpiexec")
+    assert find_mpiexec(lmp) == on_path
+    beside = program(tmp_path / "mpiexec", "echo -------; echo 'You are root.'; exit 213")
+    assert find_mpiexec(lmp) == beside
+    with pytest.raises(BackendMissing, match=r"mpiexec cannot start .*lmp \(You are root\.\): it"):
+        hc.Lammps(1e-7, lmp=lmp, ranks=2).run(SHORT)
+
+
+@posix
+@pytest.mark.lammps
+def test_ranks_of_which_each_is_alone_are_refused(tmp_path: Path) -> None:
+    # As an mpiexec of another MPI starts them.
+    lmp = program(tmp_path / "lmp", f'exec "{BESIDE_PYTHON}" "$@"')
+    program(tmp_path / "mpiexec", 'shift 2; "$@" & "$@"; status=$?; wait; exit $status')
+    with pytest.raises(BackendMissing, match=r"are of different MPI, so that each of 2 ranks runs"):
+        hc.Lammps(1e-7, lmp=lmp, ranks=2).run(SHORT)
+    # And a binary that takes ranks by itself, where none were asked for.
+    mpiexec = find_mpiexec(BESIDE_PYTHON)
+    help_ = f'[ "$1" = -h ] && exec "{BESIDE_PYTHON}" "$@"'
+    lmp = program(tmp_path / "lmp", help_, f'exec "{mpiexec}" -n 2 "{BESIDE_PYTHON}" "$@"')
+    with pytest.raises(BackendMissing, match=r"runs on several ranks by itself: say how many"):
+        hc.Lammps(1e-7, lmp=lmp).run(SHORT)
+
+
+def of_lammps(mark: Path) -> list[int]:
+    """The processes that run in a folder somewhere below another, and those that read it."""
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            if (folder / "cwd").readlink().is_relative_to(mark) and runs(int(folder.name)):
+                found.append(int(folder.name))
+        except OSError:  # it has just ended, or is another's
+            continue
+    return found
+
+
+def running_lmp(mark: Path, ranks: int) -> list[int]:
+    """LAMMPS itself, once all its ranks run."""
+    found = [pid for pid in of_lammps(mark) if b"in.chain" in command_of(pid)]
+    found = [pid for pid in found if has_lammps(pid)]
+    return found if len(found) >= ranks else []
+
+
+def command_of(pid: int) -> bytes:
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_bytes()
+    except OSError:
+        return b""
+
+
+def shared_memory(pid: int) -> set[str]:
+    """What MPICH shares there with other ranks, by the names it had."""
+    maps = Path(f"/proc/{pid}/maps").read_text()
+    return set(re.findall(r"/dev/shm/mpich_shm_\w+", maps))  # noqa: S108
+
+
+@linux
+@pytest.mark.lammps
+@every_lmp
+@pytest.mark.parametrize(("ranks", "name", "status"), [(2, "SIGINT", 130), (1, "SIGTERM", 143)])
+def test_ctrl_c_leaves_nothing(
+    tmp_path: Path, temporary: Path, lmp: str, ranks: int, name: str, status: int
+) -> None:
+    LONG.to_toml(tmp_path / "scene.toml")
+    arguments = ("run", "scene.toml", "--backend", "lammps", "--dt", "1e-9", "--lmp", lmp)
+    running = start(*arguments, "--ranks", ranks, cwd=tmp_path)
+    pids = wait_for(lambda: running_lmp(temporary, ranks))
+    wait_for(lambda: list(temporary.glob("*/*.dump")))
+    shared = {name for pid in pids for name in shared_memory(pid)}
+    running.send_signal(getattr(signal, name))
+    code, out, err = ended(running)
+    assert (code, out, err.count("\n")) == (status, "", 1)
+    wait_for(lambda: not of_lammps(temporary))
+    assert names(tmp_path) == ["scene.toml"]
+    assert not [name for name in shared if Path(name).exists()]
+
+
+@linux
+@pytest.mark.lammps
+@every_lmp
+def test_a_rank_that_is_killed_is_one_sentence(tmp_path: Path, temporary: Path, lmp: str) -> None:
+    LONG.to_toml(tmp_path / "scene.toml")
+    arguments = ("run", "scene.toml", "--backend", "lammps", "--dt", "1e-9", "--lmp", lmp)
+    running = start(*arguments, "--ranks", 2, cwd=tmp_path)
+    pids = wait_for(lambda: running_lmp(temporary, 2))
+    wait_for(lambda: list(temporary.glob("*/*.dump")))
+    os.kill(pids[0], signal.SIGKILL)
+    status, out, err = ended(running)
+    assert (status, out) == (2, "")
+    assert err.startswith("hertzchain: LAMMPS was killed (SIGKILL), perhaps because memory")
+    assert err.count("\n") == 1
+    wait_for(lambda: not of_lammps(temporary))
+
+
+# The command line
+
+
+def hertzchain(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:
+    done = run_here(capsys, "hertzchain", *arguments)
+    return done.status, done.out, done.err
+
+
+@pytest.mark.lammps
+def test_the_environment_names_the_binary(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    SHORT.to_toml("scene.toml")
+    run = ("run", "scene.toml", "--backend", "lammps", "--dt", "1e-7", "--json")
+
+    def peaks(*arguments: object) -> str:
+        status, out, err = hertzchain(capsys, *run, *arguments)
+        assert (status, err) == (0, "")
+        return out.partition('"peak_force_N"')[2].partition("]")[0]
+
+    expected = peaks()
+    assert peaks("--lmp", BESIDE_PYTHON) == expected
+    monkeypatch.setenv("HERTZCHAIN_LMP", BESIDE_PYTHON)
+    assert peaks("--ranks", 2) == expected
+    monkeypatch.setenv("HERTZCHAIN_LMP", "/no/lmp")
+    status, _, err = hertzchain(capsys, *run)
+    assert status == 2
+    assert err.startswith("hertzchain: /no/lmp is missing or not a program: ")
+    assert peaks("--lmp", BESIDE_PYTHON) == expected
+    # Neither Python nor the native backend look there.
+    assert hc.Lammps(1e-7).run(SHORT).versions["lammps"] == look_at_module()[0]
+    assert hertzchain(capsys, "run", "scene.toml", "--method", "rk4")[0] == 0
+    monkeypatch.setenv("HERTZCHAIN_LMP", "")
+    assert peaks() == expected
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("run", "--lmp", "lmp"), "--lmp is for --backend lammps: add that, or leave --lmp out"),
+        (("run", "--ranks", "2"), "--ranks is for --backend lammps: add that, or leave --ranks"),
+        (
+            ("compare", "--backend", "native", "--lmp", "lmp"),
+            "--lmp is for --backend lammps: add that, or leave --lmp out",
+        ),
+        (("compare", "--ranks", "2"), "--ranks needs a LAMMPS binary, as the lammps module runs"),
+        (("compare", "--ranks", "0"), "--ranks = 0: must be at least 1"),
+        (("compare", "--lmp", "lmp", "--isolate"), "--isolate is for the lammps module; what"),
+        (("run", "--backend", "lammps", "--lmp", "/no/lmp"), "/no/lmp is missing or not a program"),
+        (("run", "--isolate"), "--isolate is for --backend lammps: add that"),
+        (("compare", "--time-limit", "nan"), "--time-limit = 'nan': must be a finite number above"),
+        (("compare", "--time-limit", "3 m"), "--time-limit = '3 m': has the wrong"),
+    ],
+)
+def test_what_cannot_be_is_one_line(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    arguments: tuple[str, ...],
+    words: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    SHORT.to_toml("scene.toml")
+    status, out, err = hertzchain(capsys, *arguments, "scene.toml")
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert err.startswith(f"hertzchain: {words}")
+
+
+# The doctor
+
+
+@pytest.mark.lammps
+@posix
+def test_the_doctor_tries_every_binary(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    broken = program(tmp_path / "lmp_broken", "exit 0")
+    odd = program(tmp_path / "lmp_odd", HELP, "exit 1")
+    (tmp_path / "again").symlink_to(broken)
+    monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
+    status, out, err = hertzchain(capsys, "doctor")
+    assert (status, err) == (0, "")
+    lines = out.splitlines()
+    assert f"--    LAMMPS {odd}: LAMMPS ended with status 1" in lines
+    (bad,) = [line for line in lines if broken in line]
+    assert bad.startswith(f"--    LAMMPS {broken}: {broken} is no LAMMPS: ")
+    (good,) = [line for line in lines if f"LAMMPS {BESIDE_PYTHON}:" in line]
+    assert good.startswith("ok    ")
+    assert look_at_module()[0] in good
+    assert "runs, alone and on ranks by " in good
+    # A named binary must work.
+    monkeypatch.setenv("HERTZCHAIN_LMP", "lmp_broken")
+    status, out, _ = hertzchain(capsys, "doctor")
+    assert status == 2
+    assert [line[:24] for line in out.splitlines() if line.startswith("FAIL")] == [
+        "FAIL  LAMMPS lmp_broken:"
+    ]
+    assert broken not in out
+
+
+@pytest.mark.lammps
+@posix
+def test_a_module_that_is_missing_is_no_harm_where_a_binary_is_named(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.syspath_prepend(ROOT / "tests" / "no_lammps")
+    (module,) = [one for one in diagnose() if one.name == "LAMMPS"]
+    assert (module.works, module.needed) == (False, True)
+    assert module.text.endswith(f"; or set HERTZCHAIN_LMP={BESIDE_PYTHON}, which works")
+    monkeypatch.setenv("HERTZCHAIN_LMP", BESIDE_PYTHON)
+    findings = diagnose()
+    (module,) = [one for one in findings if one.name == "LAMMPS"]
+    assert (module.works, module.needed) == (False, False)
+    assert all(one.works for one in findings if one.needed)
+
+
+def test_what_the_binaries_are_tried_with() -> None:
+    peaks = hc.Native("reference").run(trial_scene()).peak_force / 100.0
+    assert peaks == pytest.approx(TRIAL_PEAKS, rel=1e-4, abs=0)

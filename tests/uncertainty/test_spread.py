@@ -1,0 +1,195 @@
+"""What uncertain values make of results: closed forms, similarity, and plain random runs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.errors import SceneError
+from hertzchain.scene.uncertain import Uncertain
+from hertzchain.uncertainty.realisations import Realisations
+from hertzchain.uncertainty.shares import first_order
+from tests.command_line import Command
+from tests.conftest import STEEL
+
+STRIKER = hc.Scene(hc.Chain(8, **STEEL), hc.Striker(0.5))
+MODULUS, SPEED = "chain.young_modulus", "striker.velocity"
+SCENE = replace(
+    STRIKER,
+    uncertain=(Uncertain(MODULUS, 0.05, relative=True), Uncertain(SPEED, 0.02, uniform=True)),
+)
+
+
+def test_every_result_goes_with_powers_of_modulus_and_speed() -> None:
+    """By similarity forces of elastic spheres go as E^0.4 v^1.2, times as E^-0.4 v^-0.2."""
+    found = hc.spread(SCENE, 64, rtol=1e-6)
+    drawn = list(Realisations(SCENE, 64, 1))
+    modulus = np.array([one.chain.first_modulus for one in drawn]) / STEEL["young_modulus"]
+    speed = np.array([one.start_velocity for one in drawn]) / 0.5
+    for name, powers in {"first_peak_force_N": (0.4, 1.2), "arrival_time_s": (-0.4, -0.2)}.items():
+        k = found.names.index((name, "contact 5"))
+        expected = found.nominal[k] * modulus ** powers[0] * speed ** powers[1]
+        # both runs of a ratio are within 1e-6
+        assert found.values_of(name, "contact 5") == pytest.approx(expected, rel=2e-6)
+        parts = np.array([powers[0] * 0.05, powers[1] * 0.04 / np.sqrt(3)]) ** 2
+        # of 64 draws a variance is known to 2 sqrt(2 / 64) of itself
+        assert found.shares[:, k] == pytest.approx(parts / parts.sum(), abs=0.06)
+    table = found.to_frame()
+    assert len(table) == len(found.names) == found.values.shape[1]
+    k = found.names.index(("first_peak_force_N", "contact 5"))
+    low, nominal, high = (table[name].to_numpy()[k] for name in ("low_5", "nominal", "high_95"))
+    assert low < nominal < high
+    assert found.deviation[k] / nominal == pytest.approx(np.hypot(0.02, 0.0277), rel=0.1)
+    assert "first peak, contact 5" in repr(found)
+    assert len(found.plot().axes) == 2
+
+
+INPUTS = tuple(Uncertain(f"chain.{key}", 1.0, uniform=True) for key in ("a", "b", "c"))
+
+
+def test_shares_of_a_linear_and_of_a_strongly_nonlinear_function() -> None:
+    """Ishigami's function (a 7, b 0.1) has first-order indices 0.3139, 0.4424 and 0."""
+    from scipy.stats import qmc
+
+    places = qmc.Sobol(3, seed=2).random_base2(10)
+    x = np.pi * (2 * places - 1)
+    line = 3 * x[:, 0] + 2 * x[:, 1] + x[:, 2]
+    bent = np.sin(x[:, 0]) + 7 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0])
+    none = np.ones(len(x))
+    shares = first_order(INPUTS, places, np.stack([line, bent, none], axis=1))
+    # 1,024 draws: a variance is known to some 4 %
+    assert shares[:, 0] == pytest.approx(np.array([9, 4, 1]) / 14, abs=0.01)
+    assert shares[:, 1] == pytest.approx([0.3139, 0.4424, 0.0], abs=0.03)
+    assert np.isnan(shares[:, 2]).all()
+    normal = tuple(replace(one, uniform=False) for one in INPUTS)
+    from scipy.special import ndtri
+
+    z = ndtri(places)
+    shares = first_order(normal, places, (3 * z[:, 0] + 2 * z[:, 1] + z[:, 2])[:, np.newaxis])
+    assert shares[:, 0] == pytest.approx(np.array([9, 4, 1]) / 14, abs=0.01)
+
+
+@pytest.mark.slow
+def test_scatter_makes_what_plain_random_chains_make() -> None:
+    """31 beads onto a wall whose radii scatter by 1 %, against NumPy's draws."""
+    scene = hc.Scene(hc.Chain(31, **STEEL), hc.Striker(0.44), wall=hc.Wall("same"))
+    found = hc.spread(
+        replace(scene, uncertain=(Uncertain("chain.radius", 0.01, relative=True, each=True),)), 512
+    )
+    random = np.random.default_rng(5)
+    chains = [
+        replace(scene.chain, radius=STEEL["radius"] * (1 + 0.01 * random.standard_normal(31)))
+        for _ in range(2_000)
+    ]
+    plain = hc.peak_forces([replace(scene, chain=chain) for chain in chains], 1e-4, wanted="first")
+    wall = plain.first_columns["first_peak_force_N"][:, -1]
+    own = found.values_of("first_peak_force_N", "the wall")
+    off = (own.mean() - wall.mean()) / np.hypot(own.std() / 512**0.5, wall.std() / 2_000**0.5)
+    assert abs(off) < 3  # of its standard error
+    error = np.hypot(1 / np.sqrt(2 * 512), 1 / np.sqrt(2 * 2_000))
+    assert own.std() / wall.std() == pytest.approx(1, abs=3 * error)
+
+
+def test_what_is_drawn() -> None:
+    gaps = replace(
+        STRIKER,
+        uncertain=(
+            Uncertain("chain.gap", 1e-6, each=True),
+            Uncertain("chain.radius", 0.01, relative=True, uniform=True, each=True),
+        ),
+    )
+    scenes = list(Realisations(gaps, 64, 3))
+    assert scenes == list(Realisations(gaps, 64, 3))
+    assert scenes != list(Realisations(gaps, 64, 4))
+    gap = np.array([scene.granules.gap for scene in scenes])
+    assert np.count_nonzero(gap == 0) / gap.size == pytest.approx(0.5, abs=0.1)  # below 0 is none
+    assert np.std(gap[gap > 0]) == pytest.approx(1e-6 * np.sqrt(1 - 2 / np.pi), rel=0.15)
+    radius = np.array([scene.granules.radius for scene in scenes]) / STEEL["radius"]
+    assert np.abs(radius - 1).max() <= 0.01
+    assert np.std(radius) == pytest.approx(0.01 / np.sqrt(3), rel=0.05)
+    assert np.corrcoef(radius[:, 2], radius[:, 3])[0, 1] == pytest.approx(0, abs=0.3)
+
+
+def test_a_file_has_what_is_uncertain(tmp_path: Path) -> None:
+    file = tmp_path / "scene.toml"
+    STRIKER.to_toml(file)
+    file.write_text(
+        file.read_text(encoding="utf-8")
+        + '\n[uncertainty]\n"chain.young_modulus" = "5 %"\n'
+        + 'striker.velocity = {half_width = "2 cm/s"}\n[scatter]\n"chain.radius" = "2 um"\n',
+        encoding="utf-8",
+    )
+    scene = hc.Scene.from_toml(file)
+    radius = Uncertain("chain.radius", 2e-6, each=True)
+    assert set(scene.uncertain) == {*SCENE.uncertain, radius}
+    scene.to_toml(file)
+    assert hc.Scene.from_toml(file) == scene
+    assert hc.Native().run(scene).peak_force == pytest.approx(hc.Native().run(STRIKER).peak_force)
+
+
+@pytest.mark.parametrize(
+    ("uncertain", "said"),
+    [
+        ((), "nothing is uncertain"),
+        ((Uncertain("chain.young", 1.0),), "did you mean chain.young_modulus"),
+        ((Uncertain("chain.granules", 1.0),), "cannot be uncertain"),
+        ((Uncertain("chain.gap", 0.1, relative=True),), "of which there is no share"),
+        ((Uncertain("chain.poisson_ratio", 0.4),), "its uncertainty is too large"),
+        ((Uncertain("wall.gap", 1e-6),), "the scene has no \\[wall\\]"),
+    ],
+)
+def test_what_cannot_be_uncertain(uncertain: tuple[Uncertain, ...], said: str) -> None:
+    with pytest.raises(SceneError, match=said):
+        hc.spread(replace(STRIKER, uncertain=uncertain), 16)
+
+
+@pytest.mark.parametrize(
+    ("section", "said"),
+    [
+        ('[uncertainty]\n"chain.radius" = "1e %"', "must be a standard deviation"),
+        ('[uncertainty]\n"chain.radius" = "x %"', "must be a number"),
+        ('[uncertainty]\n"chain.radius" = "0 %"', "must be a standard deviation"),
+        ('[uncertainty]\n"chain.radius" = {half_width = 1, x = 2}', "or {half_width = ...}"),
+        ('[uncertainty]\n"chain.radius" = "5 kg"', "wrong dimension"),
+        ('[uncertainty]\n"radius" = "5 %"', "write the key as in the scene"),
+        ('[uncertainty]\n"chain.colour" = "5 %"', "has no quantity"),
+        ('[scatter]\n"striker.velocity" = "5 %"', "must be chain.radius"),
+        ("uncertainty = 5", "must be a section"),
+    ],
+)
+def test_a_file_that_says_it_wrong(section: str, said: str, tmp_path: Path) -> None:
+    file = tmp_path / "scene.toml"
+    STRIKER.to_toml(file)
+    whole = file.read_text(encoding="utf-8")
+    at_top = not section.startswith("[")
+    file.write_text(f"{section}\n{whole}" if at_top else f"{whole}\n{section}\n", encoding="utf-8")
+    with pytest.raises(SceneError, match=said):
+        hc.Scene.from_toml(file)
+
+
+@pytest.mark.parametrize("count", [15, 2**17 + 1, True, 20.0])
+def test_how_many_cannot_be(count: Any) -> None:
+    with pytest.raises(SceneError, match="must be a whole number from 16"):
+        hc.spread(SCENE, count)
+
+
+def test_the_command(hertzchain: Command, tmp_path: Path) -> None:
+    file = tmp_path / "scene.toml"
+    SCENE.to_toml(file)
+    run = ("run", file, "--uncertainty", "16")
+    done = hertzchain(*run, "-o", tmp_path / "spread.csv", "--plot", tmp_path / "spread.png")
+    assert done.status == 0
+    assert "realisations: 16" in done.out
+    assert "contact 5" in done.out
+    assert "contact 6" not in done.out
+    assert "contact 6" in hertzchain(*run, "--all").out
+    header = (tmp_path / "spread.csv").read_text(encoding="utf-8").partition("\n")[0]
+    assert header.startswith("result,at,nominal,mean,deviation,low_5,high_95,share chain")
+    assert (tmp_path / "spread.png").stat().st_size > 10_000
+    refused = hertzchain(*run, "--record", "5")
+    assert (refused.status, "--record is not for --uncertainty" in refused.err) == (2, True)

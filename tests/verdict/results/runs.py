@@ -1,0 +1,113 @@
+"""Runs of one scene, sampled and written as other codes do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+import hertzchain as hc
+from hertzchain.arrays import FloatArray
+from hertzchain.verdict.results.motion import Motion
+from tests.conftest import STEEL
+
+N = 12
+SCENE = hc.Scene(hc.Chain(N, **STEEL), hc.Pulse("cosine", 100.0, 2.0, rise_time=5e-5), hc.Run(4e-4))
+DT = 1e-7
+EVERY = 20  # steps between two samples: 0.14 natural time units
+
+OF_VELOCITIES = 0.02 * (DT / SCENE.units.time) ** 2
+"""Error of peaks between samples by velocity Verlet's own velocities, which are no derivatives, at
+most: 0.006 (dt / unit)^2 measured, 3 % of the error of its steps."""
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """A run of native, sampled: what files of other codes hold."""
+
+    time: FloatArray
+    position: FloatArray
+    velocity: FloatArray
+    net_force: FloatArray
+    contact_force: FloatArray
+
+
+def sampled(scene: hc.Scene, apart: float, phase: float = 0.0) -> Samples:
+    """Samples so far apart in natural time units."""
+    unit = scene.units.time
+    time = np.arange(phase * apart * unit, scene.end_time, apart * unit)
+    history = hc.Native(rtol=1e-9).run(scene, record=time).history
+    assert history is not None
+    force = history.contact_force
+    net = np.broadcast_to(scene.granules.constant_force, history.displacement.shape).copy()
+    net[:, 0] += scene.applied_force(time)
+    net[:, :-1] -= force[:, : scene.chain.granules - 1]
+    net[:, 1:] += force[:, : scene.chain.granules - 1]
+    if scene.wall is not None:
+        net[:, -1] -= force[:, -1]
+    position = scene.granules.position + history.displacement
+    between = force[:, : scene.chain.granules - 1]
+    return Samples(time, position, history.velocity, net, between)
+
+
+def off(found: FloatArray, true: FloatArray) -> FloatArray:
+    """Relative differences of the peaks that count."""
+    counts = true > 1e-3 * true.max()
+    return np.asarray(np.abs(found[counts] / true[counts] - 1))
+
+
+WAYS: dict[str, Callable[[Samples], Motion]] = {
+    "all": lambda r: Motion(r.time, True, r.position, r.velocity, r.net_force),
+    "positions": lambda r: Motion(r.time, True, r.position),
+    "net forces": lambda r: Motion(r.time, True, net_force=r.net_force),
+    "contact forces": lambda r: Motion(r.time, False, contact_force=r.contact_force),
+}
+
+
+GRAVITY = hc.Precompression(gravity=9.81)
+RESTITUTION = hc.Contact("restitution", restitution=0.9)
+VISCOELASTIC = hc.Contact("viscoelastic", relaxation_time=1e-7)
+TERMS = {
+    "striker on a wall": hc.Scene(SCENE.chain, hc.Striker(1.0), SCENE.run, wall=hc.Wall("rigid")),
+    "pressed": replace(SCENE, precompression=hc.Precompression(force=20.0)),
+    "column": replace(SCENE, wall=hc.Wall("same"), precompression=GRAVITY),
+    "damped": replace(SCENE, contact=RESTITUTION),
+    "damped, with a wall": replace(SCENE, contact=VISCOELASTIC, wall=hc.Wall("same")),
+}
+
+
+def table(run: Samples, head: str, values: FloatArray, name: str, factor: float = 1.0) -> str:
+    columns = [head, *(name.format(k) for k in range(1, values.shape[1] + 1))]
+    rows = np.column_stack([run.time, values * factor])
+    lines = [",".join(f"{value:.12g}" for value in row) for row in rows]
+    return "\n".join([",".join(columns), *lines]) + "\n"
+
+
+HEAD = "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n12\nITEM: BOX BOUNDS f f f\n0 1\n0 1\n0 1\n"
+
+
+def dump_of(run: Samples, beside: FloatArray | float = 0.0) -> list[str]:
+    """Frames of a dump of places, with some granules beside the others [m]."""
+    across = np.broadcast_to(beside, N)
+    return [
+        HEAD.replace("\n0\n", f"\n{step}\n", 1)
+        + "ITEM: ATOMS id x y\n"
+        + "".join(f"{k + 1} {x:.15g} {across[k]:.15g}\n" for k, x in enumerate(places))
+        for step, places in enumerate(run.position)
+    ]
+
+
+def deck(folder: Path, axis: str = "x", sign: int = 1) -> str:
+    """A run of the scene that writes every kind of file."""
+    along = [one == axis for one in "xyz"]
+    texts = {
+        "FOLDER": str(folder), "AXIS": axis, "PUSH": str(sign * 100),
+        "PLACE": " ".join(f"$({sign}*(v_i-1)*0.0095)" if one else "0" for one in along),
+        "FORCE": " ".join("v_push" if one else "0.0" for one in along),
+    }  # fmt: skip
+    text = Path(__file__).with_name("in.sampled").read_text(encoding="utf-8")
+    for name, value in texts.items():
+        text = text.replace(name, value)
+    return text

@@ -1,0 +1,203 @@
+"""Certificates of a LAMMPS: right programs pass, planted defects are found in their rows."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import stat
+import sys
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+
+import hertzchain as hc
+from hertzchain.errors import SceneError
+from hertzchain.report.certificate import suite
+from hertzchain.verdict.certificate import (
+    ROUND_OFF,
+    UNSUPPORTED,
+    UNTESTED,
+    WRONG,
+    certify,
+)
+from hertzchain.verdict.certified import CASES
+from tests.command_line import Command
+from tests.oracles.json_schema import problems
+
+LMP = str(Path(sys.executable).with_name("lmp"))
+
+FAKE = """\
+#!{python}
+import os, re, sys
+text = open("in.chain").read() if "-in" in sys.argv else ""
+for pattern, replacement in {edits!r}:
+    text = re.sub(pattern, replacement, text, flags=re.M)
+{more}
+name = "in.%d" % os.getpid()  # of one rank
+if text:
+    open(name, "w").write(text)
+os.execv({lmp!r}, [{lmp!r}, *(name if word == "in.chain" else word for word in sys.argv[1:])])
+"""
+"""A program that changes the deck before LAMMPS gets it."""
+
+SINGLE = """\
+import struct
+single = lambda x: repr(struct.unpack("f", struct.pack("f", float(x)))[0])
+text = re.sub(r"(?<=single )\\S+", lambda found: single(found[0]), text)
+"""
+
+WALLS = "rigid wall", "elastic wall", "damped wall", "gravity"
+FORCES = "force over time", "gran/hertz/history", "restart in the middle"
+RESTITUTION = "damping, restitution", "damping that pulls"
+NAN_WALL = (
+    r"wall/gran granular hertz \S+ (.*?)(?:damping.*)?&\n",
+    r"wall/gran hertz/history 1e11 NULL 0.0 0.0 0.0 0 &\n",
+)
+
+# name, edits of the deck, rows that are wrong, a row that is right
+DEFECTS: Sequence[tuple[str, Sequence[tuple[str, str]], Sequence[str], str]] = (
+    ("a wall 1 + nu too stiff", [(r"(k_wall equal .*)", r"\1*1.3")], WALLS, "striker"),
+    ("a wall that gives NaN", [NAN_WALL], WALLS[:3], "striker"),
+    (
+        "mixed pairs", [(r"^pair_coeff 1 2 .*", "")],
+        ("unlike granules", *RESTITUTION, "damping, dashpot"), "like granules",
+    ),
+    ("tsuji's e", [("coeff_restitution", "tsuji")], RESTITUTION, "damping, dashpot"),
+    ("half the force", [(r"(force equal )(.*)", r"\1 0.5*(\2)")], FORCES, "striker"),
+    (
+        "a force a step late", [(r"\btime(?=[-/)])", "(time-dt)")], FORCES, "piston",
+    ),
+    ("positions in single precision", [], ("unlike granules", "static load"), "gran/hertz/history"),
+    (
+        "contacts that pull", [("limit_damping", "")],
+        ("damping, restitution", "damping, viscoelastic", "damped wall"), "damping that pulls",
+    ),
+    (
+        "damping of two thirds", [(r"1\.5\*4e-06", "4e-06")],
+        ("damping, viscoelastic", "damped wall"), "damping, dashpot",
+    ),
+    ("too little gravity", [("gravity 10000.0", "gravity 9900.0")], ["gravity"], "rigid wall"),
+    ("a slow piston", [(r"move linear 1\.0", "move linear 0.999")], ["piston"], "striker"),
+    ("a light striker", [(r"diameter 0\.016", "diameter 0.0159")], ["striker"], "like granules"),
+    (
+        "a restart at rest", [(r"(read_restart .*)", r"\1\nvelocity all set 0 0 0")],
+        ["restart in the middle"], "force over time",
+    ),
+    ("no static load", [(r"^fix hold .*", "")], ["static load"], "force over time"),
+    (
+        "density in other units", [(r"(units cgs(?s:.*)density )7\.958", r"\g<1>7958.")],
+        ["units cgs"], "like granules",
+    ),
+)  # fmt: skip
+
+
+def fake(folder: Path, edits: Sequence[tuple[str, str]], more: str = "") -> str:
+    path = folder / "lmp"
+    path.write_text(FAKE.format(python=sys.executable, edits=list(edits), lmp=LMP, more=more))
+    path.chmod(path.stat().st_mode | stat.S_IXUSR)
+    return str(path)
+
+
+@pytest.mark.parametrize(
+    ("name", "edits", "wrong", "right"), DEFECTS, ids=[row[0] for row in DEFECTS]
+)
+def test_a_planted_defect_is_found_in_its_rows(
+    tmp_path: Path, name: str, edits: Sequence[tuple[str, str]], wrong: Sequence[str], right: str
+) -> None:
+    program = fake(tmp_path, edits, SINGLE if "single" in name else "")
+    found = hc.certify(program, only=[*wrong, right])
+    grades = {row.case.name: row.grade for row in found.rows}
+    assert grades == {**dict.fromkeys(wrong, WRONG), right: ROUND_OFF}
+    assert found.status == 1
+    assert found.sentence.endswith(", ".join(wrong))
+
+
+@pytest.mark.slow
+def test_half_the_force_on_two_ranks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", f"{Path(LMP).parent}:{os.environ['PATH']}")
+    edits = [(r"(processors 2(?s:.*?)force equal )(.*)", r"\1 0.5*(\2)")]
+    program = fake(tmp_path, edits)
+    rows = "force over time", "granules over ranks"
+    on_two = hc.certify(program, ranks=2, only=rows)
+    assert [row.grade for row in on_two.rows] == [WRONG, ROUND_OFF]
+    alone = hc.certify(program, only=rows)
+    assert [row.grade for row in alone.rows] == [ROUND_OFF, UNTESTED]
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[hc.Certificate, Path]:
+    decks = tmp_path_factory.mktemp("decks")
+    return hc.certify(folder=decks), decks
+
+
+def test_the_module_is_right_in_every_row(whole: tuple[hc.Certificate, Path]) -> None:
+    found, decks = whole
+    grades = {row.case.name: row.grade for row in found.rows}
+    assert grades == {
+        name: UNTESTED if case.needs_ranks else ROUND_OFF for name, case in CASES.items()
+    }
+    assert (found.status, len(list(decks.glob("in.*")))) == (0, len(CASES) - 1)
+    for case in CASES.values():
+        assert hc.Scene.from_toml(decks / f"{case.file}.toml") == case.scene
+    assert all(
+        "granular" in row.styles or "gran/hertz/history" in row.styles
+        for row in found.rows
+        if row.passed
+    )
+
+
+def test_a_suffix_that_fell_back_is_not_tested() -> None:
+    found = certify(LMP, suffix="omp", only=["like granules", "gran/hertz/history", "gravity"])
+    assert [row.grade for row in found.rows] == [UNTESTED, ROUND_OFF, ROUND_OFF]
+    assert "granular ran without /omp" in found.rows[0].reason
+    assert "gran/hertz/history/omp" in found.rows[1].styles
+    assert found.status == 0
+
+
+def test_a_package_that_is_not_there_is_not_supported() -> None:
+    found = certify(LMP, suffix="kk", only=["like granules"])
+    assert (found.rows[0].grade, found.status) == (UNSUPPORTED, 2)
+
+
+@pytest.mark.parametrize(("how", "word"), [
+    ({"suffix": "cuda"}, "suffix"), ({"ranks": 0}, "ranks"), ({"ranks": 2}, "lmp"),
+    ({"only": ["friction"]}, "only"),
+])  # fmt: skip
+def test_what_cannot_be(how: dict[str, object], word: str) -> None:
+    with pytest.raises(SceneError, match=word):
+        certify(**how)  # type: ignore[arg-type]
+
+
+def test_a_program_that_is_missing_or_crashes(tmp_path: Path) -> None:
+    missing = certify("no-such-lmp", only=["striker"])
+    assert (missing.rows[0].grade, missing.rows[0].failed, missing.status) == (UNTESTED, True, 2)
+    crashing = fake(tmp_path, [], "if text: os.kill(os.getpid(), 11)")
+    found = certify(crashing, only=["striker"])
+    assert (found.rows[0].grade, found.status) == (WRONG, 1)
+    assert "SIGSEGV" in found.rows[0].reason
+    problems = [suite(one, datetime.now(UTC)).cases[0].problem for one in (missing, found)]
+    assert problems == ["error", "failure"]
+
+
+def test_wrong_rows_say_by_how_much(tmp_path: Path) -> None:
+    edits = [(r"(force equal )(.*)", r"\1 0.5*(\2)")]
+    (row,) = certify(fake(tmp_path, edits), only=["force over time"]).rows
+    assert re.fullmatch(r"wrong by \d\.\de-01", row.words)
+
+
+def test_the_command(hertzchain: Command, tmp_path: Path) -> None:
+    folder, junit = tmp_path / "out", tmp_path / "junit.xml"
+    rows = ["half the force"]
+    program = fake(tmp_path, next(edits for name, edits, *_ in DEFECTS if name in rows))
+    done = hertzchain("certify", "--lmp", program, "-o", folder, "--junit", junit, "--json")
+    document = done.json()
+    assert (done.status, document["status"]) == (1, 1)
+    assert not list(problems(document, "certify.json"))
+    assert document == json.loads((folder / "certify.json").read_text())
+    assert junit.read_text().count("<failure") == len(FORCES)
+    said = hertzchain("certify", "--lmp", "no-such-lmp")
+    assert said.status == 2
+    assert said.out.splitlines()[-1] == "LAMMPS (no-such-lmp): 19 not tested"
