@@ -71,9 +71,6 @@ class Result(ShownRun):
         Time of the whole call, including the estimate of the error, without compiling [s].
     versions
         Versions of the software that computed the result.
-    watching_share
-        Time spent on stops and on reading samples, as a fraction of the time spent on steps; None
-        where both are one.
     lost_digits
         Digits lost to absolute coordinates; None for a backend without them.
     scheme
@@ -106,7 +103,6 @@ class Result(ShownRun):
     history: History | None
     wall_time: float
     versions: Mapping[str, str]
-    watching_share: float | None = None
     lost_digits: LostDigits | None = None
     scheme: str = ""
     compile_time: float = 0.0
@@ -369,7 +365,6 @@ class Result(ShownRun):
             },
             "wall_time_s": self.wall_time,
             "compile_time_s": self.compile_time,
-            "watching_share": self.watching_share,
             "lost_digits": self.lost_digits
             and {
                 "young_modulus_Pa": self.lost_digits.young_modulus,

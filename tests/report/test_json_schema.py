@@ -74,7 +74,7 @@ def comparison() -> dict[str, Any]:
     """Native, and what is taken for LAMMPS, which lost digits."""
     native = hc.compare(SHORT, ["native"])
     lost = LostDigits(1e9, 1e-6, 1e-9)
-    other = replace(native.native, backend="lammps", lost_digits=lost, watching_share=0.1)
+    other = replace(native.native, backend="lammps", lost_digits=lost)
     return replace(native, results={**native.results, "lammps": other}).to_dict()
 
 

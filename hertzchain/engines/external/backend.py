@@ -120,7 +120,6 @@ def run(
         history=history,
         wall_time=time.perf_counter() - begin,
         versions={code.lower(): found.version},
-        watching_share=found.watching_share,
         lost_digits=LostDigits(
             found.made.scene(scene).chain.first_modulus,
             predicted_loss(scene, found.steps),

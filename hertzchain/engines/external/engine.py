@@ -28,10 +28,9 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 from hertzchain.scene.validity import refuse_terms
 
-Code = Callable[[Scene, Sequence[Leg], Sequence[int], Observation], tuple[str, float | None]]
+Code = Callable[[Scene, Sequence[Leg], Sequence[int], Observation], str]
 """Function that runs a scene with given steps and steps between readings on each leg, and passes
-the readings to the observation. It returns the code's version, and the time of watching over the
-time of steps, if known.
+the readings to the observation. It returns the code's version.
 """
 
 
@@ -98,7 +97,7 @@ class ExternalEngine(ABC):
             made = softening(scene, steps)
             deadline.refuse(self._least_time(steps, scene.chain.granules))
             seen = Observation(scene, made, legs, times, self.LABEL, first)
-            return seen.simulation(*code(made.scene(scene), seen.legs, strides, seen))
+            return seen.simulation(code(made.scene(scene), seen.legs, strides, seen))
 
         return simulate
 
@@ -202,7 +201,7 @@ class ProgramEngine(ExternalEngine):
 
         def run(
             scene: Scene, legs: Sequence[Leg], strides: Sequence[int], seen: Observation
-        ) -> tuple[str, None]:
+        ) -> str:
             recorded.refuse_large(legs, strides, scene.chain.granules)
             text = self._deck(scene, legs, strides)
             with work_folder(self.LABEL) as folder:
@@ -211,6 +210,6 @@ class ProgramEngine(ExternalEngine):
                 run_program(command, folder, deadline, self.LABEL, **self.ENVIRONMENT)
                 found = self._found(folder, scene)
             recorded.observe(seen, found.rest, found.readings, strides, found.wall_force)
-            return found.version, None
+            return found.version
 
         return run

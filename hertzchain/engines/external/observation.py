@@ -133,7 +133,7 @@ class Observation:
         self._samples = samples
         self._velocity = arrays[-1, 1] / self._made.time
 
-    def simulation(self, version: str, watching_share: float | None = None) -> Simulation:
+    def simulation(self, version: str) -> Simulation:
         """Return the results after the last leg."""
         assert self._samples is not None
         return Simulation(
@@ -144,7 +144,6 @@ class Observation:
             velocity=self._velocity,
             balance=self._balance(self._samples),
             recorder=self._recorder,
-            watching_share=watching_share,
             version=version,
             first=None if self._notes is None else self._notes.first_pulses(self._peaks.force),
         )
@@ -226,7 +225,6 @@ class Simulation:
     velocity: FloatArray  # velocity at the end [m/s], shape (granules,)
     balance: Balance
     recorder: Recorder | None  # recorder of a history, if one was wanted
-    watching_share: float | None  # time of watching over time of steps, if known
     version: str  # version of the code
     first: FirstPulses | None = None  # where they were wanted
 

@@ -228,9 +228,8 @@ class _Module:
 
     def run(
         self, scene: Scene, legs: Sequence[Leg], strides: Sequence[int], seen: Observation
-    ) -> tuple[str, float]:
+    ) -> str:
         """Run the deck of a scene, and read the state at the given interval of steps."""
-        clock = _Clock(self.deadline)
         with engine() as lammps:
             made = deck.set_up(scene, self.pair_style, version_of(lammps))
             command(lammps, made + state.COMMANDS)
@@ -239,14 +238,12 @@ class _Module:
             for number, (leg, stride) in enumerate(zip(legs, strides, strict=True)):
                 command(lammps, "\n".join([*deck.leg_commands(leg, before), NO_STEP]))
                 before = leg
-                begin = time.perf_counter()
                 wall = None if scene.wall is None else np.zeros(BLOCK + 1)
                 shape = (len(state.ARRAYS), scene.chain.granules, 3)
-                for reached, arrays in _read(lammps, leg, stride, shape, clock, wall):
+                for reached, arrays in _read(lammps, leg, stride, shape, self.deadline, wall):
                     of_wall = None if wall is None else wall[: reached.size].copy()
                     seen.update(number, reached, arrays[..., 0], of_wall)
-                clock.whole += time.perf_counter() - begin
-            return version_of(lammps), clock.watching_share(_cost_of_a_stop(lammps))
+            return version_of(lammps)
 
 
 def _read(
@@ -254,7 +251,7 @@ def _read(
     leg: Leg,
     stride: int,
     shape: tuple[int, int, int],
-    clock: _Clock,
+    deadline: Deadline,
     wall: FloatArray | None,
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
     """Run a leg; yield times and arrays of readings in blocks that share one reading.
@@ -269,46 +266,13 @@ def _read(
     for first in range(0, times.size - 1, BLOCK):
         block = steps[first : first + BLOCK + 1]
         for k, (done, stop) in enumerate(itertools.pairwise(block), start=1):
-            begin = time.perf_counter()
             run(lammps, stop - done)
-            clock.add_running(begin)
+            if deadline.left < 0:
+                raise deadline.passed()
             state.read(lammps, arrays[k])
             if wall is not None:
                 wall[k] = state.wall_force(lammps)
-        clock.stops += len(block) - 1
         yield times[first : first + len(block)], arrays[: len(block)]
         arrays[0] = arrays[len(block) - 1]
         if wall is not None:
             wall[0] = wall[len(block) - 1]
-
-
-@dataclass
-class _Clock:
-    """Times of a run [s]: the total, the time within LAMMPS, and the number of stops."""
-
-    deadline: Deadline
-    whole: float = 0.0
-    running: float = 0.0
-    stops: int = 0
-
-    def add_running(self, begin: float) -> None:
-        """Add the time that LAMMPS has run since ``start``; raise TooExpensive after the limit."""
-        now = time.perf_counter()
-        if self.deadline.left < 0:
-            raise self.deadline.passed()
-        self.running += now - begin
-
-    def watching_share(self, stop: float) -> float:
-        """Return the time of watching over the time of steps, for a given cost of each stop."""
-        stepping = max(self.running - self.stops * stop, 1e-9)
-        return self.whole / stepping - 1
-
-
-def _cost_of_a_stop(lammps: Any) -> float:
-    """Measure the time that LAMMPS takes to start and end a run without steps [s]."""
-    costs = []
-    for _ in range(5):
-        begin = time.perf_counter()
-        run(lammps, 0)
-        costs.append(time.perf_counter() - begin)
-    return min(costs)

@@ -202,7 +202,7 @@ class Binary:
 
     def run(
         self, scene: Scene, legs: Sequence[Leg], strides: Sequence[int], seen: Observation
-    ) -> tuple[str, None]:
+    ) -> str:
         """Run the deck of a scene, which dumps its state at the given interval of steps."""
         with work_folder("LAMMPS") as folder:
             _refuse_dumps(readings.count_readings(legs, strides), scene.chain.granules, folder)
@@ -223,7 +223,7 @@ class Binary:
                     # The force of the wall on the last granule, not of the granule on the wall.
                     wall = None if scene.wall is None else -arrays[:, -1, -1]
                     seen.update(k, reached, arrays[:, : len(_COLUMNS)], wall)
-        return self.program.build.version, None
+        return self.program.build.version
 
 
 def _leg(

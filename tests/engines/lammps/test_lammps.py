@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -362,15 +361,10 @@ def test_a_long_run_is_seldom_stopped_to_be_watched(
         read(*arguments)
 
     monkeypatch.setattr(state, "read", counted)
-    # Of the processor's time: others may use the machine too.
-    monkeypatch.setattr(time, "perf_counter", time.process_time)
     run = hc.Lammps(demo.end_time / 50_100).run(demo)
     assert run.steps > 50_000
     # With the second run, of two thirds of the steps, one in 160: as many as ten steps cost.
     assert 0 < len(readings) < run.steps / 80
-    # 0.05 measured; 0.12 where others take the caches, and twice that allowed.
-    assert run.watching_share is not None
-    assert 0 < run.watching_share < 0.25
 
 
 @pytest.mark.parametrize("extrapolated", [False, True])

@@ -137,7 +137,6 @@ def test_the_numbers_are_those_of_the_module(
         "lammps", expected.method, expected.steps
     )  # fmt: skip
     assert found.versions["lammps"] == look(lmp, Deadline(60)).version
-    assert found.watching_share is None
     if tolerance(lmp) == 0:
         assert found.balance == expected.balance
 
