@@ -2,14 +2,13 @@
 
 Eq. 3 says p, Eqs. 6 and 9 say the peak forces of the transition, all three from the F_SW of a
 simulation. By similarity an error depends on the profile, LM_ratio and n alone, so a map of these
-two for each profile is all there is to know. Native simulates the maps, LAMMPS a sample of their
-points.
+two for each profile is all there is to know.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,8 +25,6 @@ from numpy.typing import NDArray
 import hertzchain as hc
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps import run_many
-from hertzchain.observables.peaks import largest_difference
 from hertzchain.observables.transition import transition_granules
 from hertzchain.scene.pulse import PROFILES as RAMPS
 from hertzchain.scene.pulse import profile_named
@@ -56,9 +53,6 @@ RTOL = 1e-5
 
 SIZE, QUICK_SIZE = (121, 81), (25, 17)
 """Points of a map along LM_ratio and n."""
-
-SAMPLE_GRANULES = 40
-"""Of the chains that LAMMPS simulates: p is 17 at most, and its time grows as the square."""
 
 # Errors
 
@@ -94,118 +88,51 @@ def errors(profile: str, ratio: float, n: float, peak_force: FloatArray) -> dict
 
 # What is simulated
 
-
-@dataclass(frozen=True)
-class Point:
-    """A point of a map."""
-
-    name: str  # of its scene; empty for the points of a grid
-    profile: str
-    ratio: float  # LM_ratio
-    n: float
-
-    def scene(self) -> hc.Scene:
-        """As a scene for LAMMPS, of the paper's steel under 100 N."""
-        pulse = hc.Pulse(profile_named(self.profile), 100.0, self.n, momentum_ratio=self.ratio)
-        return hc.Scene(hc.Chain(SAMPLE_GRANULES, **STEEL), pulse)
+Point = tuple[str, float, float]
+"""A point of a map: name of its scene, empty in a grid, LM_ratio and n."""
 
 
-def grid(profile: str, size: tuple[int, int]) -> list[Point]:
+def grid(size: tuple[int, int]) -> list[Point]:
     """The points of a map, row by row of n; corners and LM_ratio = 1 among them."""
     ratios, durations = np.geomspace(*RATIOS, size[0]), np.geomspace(*DURATIONS, size[1])
     ratios[size[0] // 2] = 1.0  # to the last digit
-    return [Point("", profile, float(ratio), float(n)) for n in durations for ratio in ratios]
+    return [("", float(ratio), float(n)) for n in durations for ratio in ratios]
 
 
-def sample(quick: bool) -> list[Point]:
-    """Points for LAMMPS, spread over the plane and the profiles."""
-    points = []
-    for k in range(12):
-        along, across = (k + 0.5) / 12, (0.5 + 0.618034 * k) % 1.0
-        ratio = RATIOS[0] * (RATIOS[1] / RATIOS[0]) ** along
-        n = DURATIONS[0] * (DURATIONS[1] / DURATIONS[0]) ** across
-        ratio, n = float(f"{ratio:.3g}"), float(f"{n:.3g}")
-        profile = list(RAMPS)[k % 3]
-        points.append(Point(f"{profile}, LM {ratio:g}, n {n:g}", profile, ratio, n))
-    return points[::4] if quick else points
+def of_the_paper(profile: str) -> list[Point]:
+    """Its scenes in Tables 2 to 4."""
+    scenes = {name: load(name) for name in table_scenes()}
+    pulses = {name: pulse_of(scene)[0] for name, scene in scenes.items()}
+    return [
+        (name, scenes[name].momentum_ratio, pulse.duration_ratio)
+        for name, pulse in pulses.items()
+        if pulse.profile == profile
+    ]
 
 
-def simulated(part: str, points: Iterable[Point], granules: int) -> pandas.DataFrame:
-    """Native's errors at points, by batches; with the peaks over F0 they come from, peak_force."""
-    records: list[dict[str, Any]] = []
-    points = list(points)
-    for profile in RAMPS:
-        own = [point for point in points if point.profile == profile]
-        if not own:
-            continue
-        ratio, n = [point.ratio for point in own], [point.n for point in own]
-        found = hc.similar_peak_forces(profile, ratio, n, granules, rtol=RTOL)
-        records += [
-            _record(part, point, granules, "native", peak_force)
-            for point, peak_force in zip(own, found.peak_force, strict=True)
-        ]
+def simulated(part: str, profile: str, points: list[Point]) -> pandas.DataFrame:
+    """Errors at points, by a batch of native runs."""
+    _, ratios, durations = zip(*points, strict=True)
+    found = hc.similar_peak_forces(profile_named(profile), ratios, durations, GRANULES, rtol=RTOL)
+    records = [
+        {"part": part, "scene": name, "profile": profile, "momentum_ratio": ratio,
+         "duration_ratio": n} | errors(profile, ratio, n, peak_force)
+        for (name, ratio, n), peak_force in zip(points, found.peak_force, strict=True)
+    ]  # fmt: skip
     return pandas.DataFrame(records)
 
 
-def _record(
-    part: str, point: Point, granules: int, backend: str, peak_force: FloatArray
-) -> dict[str, Any]:
-    place = {
-        "part": part, "scene": point.name, "profile": point.profile,
-        "momentum_ratio": point.ratio, "duration_ratio": point.n,
-        "granules": granules, "backend": backend,
-    }  # fmt: skip
-    found = errors(point.profile, point.ratio, point.n, peak_force)
-    return place | found | {"peak_force": peak_force}
+def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:  # noqa: ARG001 - native alone
+    """Errors of the formulas on the grids and in the paper's scenes; the quick grid is coarse.
 
-
-def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
-    """Errors of the formulas on the grids, in the paper's scenes and in the sample.
-
-    In the quick form the grid is coarse, and LAMMPS has three points instead of twelve. Columns
-    part (map, paper, sample), scene, profile, momentum_ratio, duration_ratio, granules, backend, p,
-    wave_force (F_SW / F0), eq3 (its p), eq3_error [% of p], eq6_error and eq9_error, the largest of
-    the transition [%], peak_difference from native, problem.
+    Columns part (map, paper), scene, profile, momentum_ratio, duration_ratio, p, wave_force (F_SW /
+    F0), eq3 (its p), eq3_error [% of p], and the largest eq6_error and eq9_error of the transition
+    [%].
     """
-    size = QUICK_SIZE if quick else SIZE
-    parts = [simulated("map", grid(profile, size), GRANULES) for profile in progress(RAMPS, TITLE)]
-    scenes = {name: load(name) for name in table_scenes()}
-    paper = [
-        Point(
-            name,
-            pulse_of(scene)[0].profile,
-            scene.momentum_ratio,
-            pulse_of(scene)[0].duration_ratio,
-        )
-        for name, scene in scenes.items()
-    ]
-    parts += [simulated("paper", paper, GRANULES), _sampled(quick, with_lammps)]
-    whole = pandas.concat(parts, ignore_index=True).drop(columns="peak_force")
-    return whole.fillna({"problem": ""})
-
-
-def _sampled(quick: bool, with_lammps: bool) -> pandas.DataFrame:
-    """The sample by native's batch and by LAMMPS."""
-    points = sample(quick)
-    batch = simulated("sample", points, SAMPLE_GRANULES).assign(problem="")
-    if not with_lammps:
-        return batch
-    found = run_many((point.scene() for point in points), hc.Lammps(rtol=RTOL, extrapolated=True))
-    records = []
-    for point, known, result in zip(points, by_point(points, batch), found, strict=True):
-        force, problem = np.zeros(SAMPLE_GRANULES - 1), str(result)
-        if isinstance(result, hc.Result):
-            force, problem = result.peak_force / result.scene.units.force, ""
-        entry = _record("sample", point, SAMPLE_GRANULES, "lammps", force)
-        off = largest_difference(force, known)
-        records.append(entry | {"peak_difference": off, "problem": problem})
-    return pandas.concat([batch, pandas.DataFrame(records)], ignore_index=True)
-
-
-def by_point(points: Iterable[Point], table: pandas.DataFrame) -> list[FloatArray]:
-    """The peaks of a table at named points."""
-    peaks = dict(zip(table["scene"], table["peak_force"], strict=True))
-    return [peaks[point.name] for point in points]
+    points = grid(QUICK_SIZE if quick else SIZE)
+    maps = [simulated("map", profile, points) for profile in progress(RAMPS, TITLE)]
+    scenes = [simulated("paper", profile, of_the_paper(profile)) for profile in RAMPS]
+    return pandas.concat([*maps, *scenes], ignore_index=True)
 
 
 # What has to hold
@@ -265,7 +192,6 @@ RULES = (
 _ROUNDING = 100 * 4 * RTOL
 """Of an error [%]: the ratio of two peaks, each right to rtol, of formulas up to twice as high."""
 
-_SAME = "two peaks to 1e-5 each, in a formula that is off by a factor of 2 at most"
 _EDGE = (
     "percent; each line of the grid crosses the edge of such a region about twice, and is off by at"
     " most half the distance of its points each time"
@@ -280,15 +206,12 @@ _TOP = (
     " distance in ln n, measured, and what two peaks to 1e-5 make of it"
 )
 _RULE = "percent, by the rule; at the points of the grid"
-_WHOLE = "p is a whole number"
 _COUNTED = "a count; the error nearest to 5 % is 5.018, and known to 0.004"
 _EVERYWHERE = "the transition ends within 47 granules everywhere on the map"
-_BATCH = "1e-5 of the batch, 1e-5 of LAMMPS: what both are asked for"
 
 
 def promises(table: pandas.DataFrame) -> list[Row]:
-    """Return checks of results on the maps, and of their agreement with tables and LAMMPS."""
-    table = table.astype({"problem": object}).fillna({"problem": ""})
+    """Checks of the shares that hold, of the largest errors, of the rules of thumb."""
     rows: list[Row] = []
     for profile in RAMPS:
         own = table[(table["part"] == "map") & (table["profile"] == profile)]
@@ -309,23 +232,7 @@ def promises(table: pandas.DataFrame) -> list[Row]:
         what = f"of the paper's 24 scenes, {equation} within 5 %"
         within = float((paper[f"{name}_error"] <= WITHIN).sum())
         rows.append(row(what, "native", within, count, 0.0, _COUNTED))
-    return [*rows, *_sample_rows(table[table["part"] == "sample"])]
-
-
-def _sample_rows(own: pandas.DataFrame) -> Iterator[Row]:
-    batch = own[own["backend"] == "native"].set_index("scene").to_dict("index")
-    for entry in own[own["backend"] == "lammps"].to_dict("records"):
-        name, known = entry["scene"], batch[entry["scene"]]
-        if entry["problem"]:
-            yield did_not_run(name, "lammps", entry["problem"])
-            continue
-        yield row(f"{name}: p", "lammps", entry["p"], known["p"], 0.0, _WHOLE)
-        off = entry["peak_difference"]
-        yield row(f"{name}: peaks, off", "lammps", off, 0.0, 2 * RTOL, _BATCH)
-        for column, equation in EQUATIONS.items():
-            measured, expected = entry[f"{column}_error"], known[f"{column}_error"]
-            what, reason = f"{name}: error of {equation} [%]", f"percent; {_SAME}, on both sides"
-            yield row(what, "lammps", measured, expected, 2 * _ROUNDING, reason)
+    return rows
 
 
 def _map_rows(profile: str, own: pandas.DataFrame) -> Iterator[Row]:
@@ -379,15 +286,15 @@ def draw(table: pandas.DataFrame) -> Figure:
     colours = colormaps["cividis_r"].resampled(len(_LEVELS) - 1)
     norm = BoundaryNorm(_LEVELS, colours.N)
     shown = None
+    edge: dict[str, Any] = {"markeredgecolor": "black", "linestyle": "none"}
     for line, (profile, style) in zip(panels, PROFILES.items(), strict=True):
         own = table[table["profile"] == profile]
         for axes, (name, equation) in zip(line, EQUATIONS.items(), strict=True):
             shown = _draw_map(axes, own[own["part"] == "map"], f"{name}_error", colours, norm)
-            for part, marker, size in (("paper", "o", 6), ("sample", "D", 5)):
-                points = own[own["part"] == part]
-                look: dict[str, Any] = {"markersize": size, "markeredgecolor": "black"}
-                look["color"] = "white" if part == "paper" else "black"
-                axes.plot(points["momentum_ratio"], points["duration_ratio"], marker, **look)
+            points = own[own["part"] == "paper"]
+            axes.plot(
+                points["momentum_ratio"], points["duration_ratio"], "o", color="white", **edge
+            )
             axes.set_title(f"{equation}, {style['label']}", fontsize="medium")
     for axes in panels[:, 0]:
         axes.set_ylabel("n, duration / rise time")
@@ -400,15 +307,13 @@ def draw(table: pandas.DataFrame) -> Figure:
     if shown is not None:
         bar = figure.colorbar(shown, ax=panels, shrink=0.6, ticks=_LEVELS)
         bar.set_label("error [%]: of p (Eq. 3), largest of the peak forces (Eqs. 6, 9)")
-    edge: dict[str, Any] = {"markeredgecolor": "black", "linestyle": "none"}
     figure.legend(
         handles=[
             Patch(facecolor="0.5", edgecolor="white", hatch="///", label="outside 5 %"),
             Patch(facecolor="0.6", edgecolor="black", hatch="xx", label="no p in this chain"),
             Line2D([], [], marker="o", color="white", label="scene of Tables 2 to 4", **edge),
-            Line2D([], [], marker="D", color="black", label="simulated by LAMMPS, too", **edge),
         ],
-        loc="outside lower center", ncols=4,
+        loc="outside lower center", ncols=3,
     )  # fmt: skip
     return figure
 
@@ -435,7 +340,7 @@ def _draw_map(axes: Axes, own: pandas.DataFrame, column: str, colours: Any, norm
 SCRIPT = Script(
     TITLE,
     "In which part of the plane of LM_ratio and n are the paper's formulas within 5 %?",
-    "Eqs. 3, 6, 9; native, LAMMPS",
+    "Eqs. 3, 6, 9; native",
     measure, promises, draw,
 )  # fmt: skip
 

@@ -49,13 +49,6 @@ compare scene.toml --plot plot.xyz => plot.xyz; png; svg
 compare scene.toml --plot plot => plot; png; svg
 compare scene.toml --backend native --junit scene.toml => name
 compare scene.toml --report a.html --junit a.html => name
-compare scene.toml --results 'my peaks.csv' --column time=t => judge scene.toml 'my peaks.csv'
-compare scene.toml --deck in.mine --var n 20 => hertzchain examine scene.toml in.mine
-compare scene.toml --column time=t => see hertzchain judge --help
-compare scene.toml --units si => see hertzchain judge --help
-compare scene.toml --dt 1e-7 => see hertzchain judge --help
-compare scene.toml --tolerance 1e-3 => see hertzchain judge --help
-compare scene.toml --var n 20 => see hertzchain judge --help
 tradeoff scene.toml --plot plot.xyz => plot.xyz; png; svg
 tradeoff scene.toml --plot a.png -o a.png => name
 judge scene.toml peaks.csv --junit ./peaks.csv => name

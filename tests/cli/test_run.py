@@ -71,6 +71,11 @@ def test_a_run_misses_an_accuracy_that_it_misses_by_little(
     outcome = hertzchain("run", "scene.toml", "--rtol", wanted)
     assert outcome.status == status
     assert outcome.err.startswith(f"hertzchain: wanted {wanted}, reached 0.0001: ") is (status == 1)
+    damped = {"contact.damping": '"restitution"', "contact.restitution": "0.8"}
+    scene_file({"chain.granules": "3"} | damped)
+    outcome = hertzchain("run", "scene.toml", "--rtol", wanted)
+    assert outcome.status == status
+    assert ("cannot reach this accuracy with damped contacts" in outcome.err) == (status == 1)
 
 
 def test_two_granules_have_one_contact_and_no_wave(hertzchain: Command) -> None:

@@ -62,21 +62,3 @@ def test_links_of_a_notebook_lead_somewhere(path: Any) -> None:
     links = re.findall(r"\]\(([^)#\s]+)", text)
     assert links
     assert [link for link in links if not (path.parent / link).exists()] == []
-
-
-def test_a_cell_keeps_text_value_and_picture() -> None:
-    """Of each kind one, and figures are closed after their cell."""
-
-    def cell(source: str) -> dict[str, Any]:
-        return {"cell_type": "code", "source": [source]}
-
-    plot = "import matplotlib.pyplot as plt\nprint(7)\nplt.figure()\n8"
-    first, second, third = notebooks.run(
-        {"cells": [cell(plot), cell("x = len(plt.get_fignums())\nx"), cell("None")]}
-    )
-    assert [output["output_type"] for output in first] == [
-        "stream", "display_data", "execute_result",
-    ]  # fmt: skip
-    assert texts(first) == "7\n<Figure>8"
-    assert texts(second) == "0"
-    assert third == []
