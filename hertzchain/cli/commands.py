@@ -20,6 +20,7 @@ from hertzchain.cli.pulse import pulse
 from hertzchain.cli.restitution import restitution
 from hertzchain.cli.run import run
 from hertzchain.cli.sweep import sweep
+from hertzchain.cli.timestep import timestep
 from hertzchain.cli.tradeoff import tradeoff
 
 app = typer.Typer(
@@ -61,6 +62,7 @@ app.command()(judge)
 app.command()(fit)
 app.command()(examine)
 app.command()(tradeoff)
+app.command()(timestep)
 app.command()(sweep)
 app.command()(plot)
 app.command()(predict)

@@ -54,6 +54,7 @@ EVERY_COMMAND = [
     ("run", "--backend", "lammps"),
     ("compare",),
     ("tradeoff",),
+    ("timestep",),
     ("deck",),
     ("unit-test",),
     ("predict",),

@@ -8,6 +8,8 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+import hertzchain as hc
+from hertzchain.observables.peaks import largest_difference
 from tests.cli.short_chain import GET_IT, scene_file
 from tests.command_line import Command
 from tests.oracles.json_schema import problems
@@ -54,3 +56,14 @@ def test_tradeoff_without_lammps_prints_the_rest_and_status_2(
     assert problems(document, "tradeoff.json") == []
     assert document["missing"]
     assert GET_IT in document["remarks"][0]
+
+
+@pytest.mark.parametrize("rtol", [1e-2, 1e-4])
+def test_the_step_of_a_wanted_accuracy(hertzchain: Command, rtol: float) -> None:
+    scene_file()
+    said = hertzchain("timestep", "scene.toml", "--rtol", rtol)
+    assert (said.status, said.out.count("\n")) == (0, 1)
+    dt = float(said.out.split()[1])
+    right = hc.Native(rtol=1e-9, wanted="all").run("scene.toml").peak_force
+    found = hc.Native("velocity-verlet", dt, wanted="all").run("scene.toml").peak_force
+    assert rtol / 50 < largest_difference(found, right) < rtol

@@ -102,7 +102,11 @@ def fake(folder: Path, edits: Sequence[tuple[str, str]], more: str = "") -> str:
 
 
 @pytest.mark.parametrize(
-    ("name", "edits", "wrong", "right"), DEFECTS, ids=[row[0] for row in DEFECTS]
+    ("name", "edits", "wrong", "right"),
+    [
+        pytest.param(*row, id=row[0], marks=pytest.mark.slow if k > 4 else ())
+        for k, row in enumerate(DEFECTS)
+    ],
 )
 def test_a_planted_defect_is_found_in_its_rows(
     tmp_path: Path, name: str, edits: Sequence[tuple[str, str]], wrong: Sequence[str], right: str

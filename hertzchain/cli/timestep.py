@@ -1,0 +1,26 @@
+"""hertzchain timestep: the step for a wanted accuracy."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from hertzchain.cli.options import SceneFile, load_scene
+from hertzchain.cli.output import compiling, progress
+
+
+def timestep(
+    scene: SceneFile,
+    rtol: Annotated[float, typer.Option(help="Wanted relative error of the peaks.")] = 1e-3,
+) -> None:
+    """Say which step of LAMMPS, or any velocity Verlet, makes peaks as accurate as wanted."""
+    from hertzchain.decks.known_answer import deck_step
+
+    loaded = load_scene(scene)
+    with progress() as report_progress, compiling(report_progress):
+        report_progress("trying steps")
+        step = deck_step(loaded, rtol=rtol) * loaded.units.time
+    typer.echo(
+        f"timestep {step:.3g} s: peaks right to {rtol:g} in {loaded.end_time / step:.0f} steps"
+    )
