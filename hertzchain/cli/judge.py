@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
+from typing import Any
 
 import typer
 
@@ -41,7 +42,11 @@ def judge(
     dt: str | None = typer.Option(
         None, help='The step of the code, seconds or with a unit ("20 ns").'
     ),
-    tolerance: options.Tolerance = TOLERANCE,
+    tolerance: float | None = typer.Option(
+        None,
+        help="Largest relative difference that passes, 0.001 unless given. Of a scene with"
+        " [uncertainty]: one that must have been seen, 0.1 unless given.",
+    ),
     no_shift: bool = typer.Option(
         False, "--no-shift", help="The clock of traces is that of the run: do not shift it."
     ),
@@ -55,7 +60,7 @@ def judge(
     """Judge peaks of any code, with the likely cause of differences, or measured forces."""
     from hertzchain.report.cards import document_of
     from hertzchain.uncertainty.document import of_validation
-    from hertzchain.uncertainty.validation import Validation, validate
+    from hertzchain.uncertainty.validation import SEEN, validate
     from hertzchain.verdict.results import judging
     from hertzchain.verdict.traces.judging import judge_traces
     from hertzchain.verdict.traces.traces import is_traces, names_in
@@ -70,25 +75,23 @@ def judge(
         if of_traces:
             allowed = "are in the header of a trace, or named by --column 'gauge_16=CH1 [25 N]'"
             require(units is SI and step is None, "units and dt", None, allowed)
-            judge_them = validate if loaded.uncertain else judge_traces
-            traces = judge_them(
-                loaded,
-                results[0],
-                columns=columns,
-                tolerance=tolerance,
-                shift=not no_shift,
-                time_limit=limit,
-                progress=report_progress,
-            )
-            shown.end(
-                of_validation(traces) if isinstance(traces, Validation) else document_of(traces)
-            )
+            how: dict[str, Any] = {
+                "columns": columns,
+                "shift": not no_shift,
+                "time_limit": limit,
+                "progress": report_progress,
+            }
+            if loaded.uncertain:
+                seen = SEEN if tolerance is None else tolerance
+                shown.end(of_validation(validate(loaded, results[0], tolerance=seen, **how)))
+            within = TOLERANCE if tolerance is None else tolerance
+            shown.end(document_of(judge_traces(loaded, results[0], tolerance=within, **how)))
         judgement = judging.judge(
             loaded,
             results,
             columns=columns,
             units=units.value,
-            tolerance=tolerance,
+            tolerance=TOLERANCE if tolerance is None else tolerance,
             dt=step,
             time_limit=limit,
             progress=report_progress,

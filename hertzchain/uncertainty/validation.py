@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hertzchain.limits import TIME_LIMIT, TOLERANCE
+from hertzchain.limits import TIME_LIMIT
 from hertzchain.observables.definitions import context_of
 from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.given import SceneLike, to_scene
@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 
 COVERED = 2.0
 """Validation uncertainties that a difference may have: one of 22 is beyond, if all is normal."""
+
+SEEN = 0.1
+"""Relative difference that should have been seen, by default (chosen)."""
 
 SOURCES = ("numerical", "input", "measured")
 
@@ -147,7 +150,7 @@ def validate(
     traces: Path | str | pandas.DataFrame,
     *,
     columns: Mapping[str, str] | None = None,
-    tolerance: float = TOLERANCE,
+    tolerance: float = SEEN,
     shift: bool = True,
     realisations: int = REALISATIONS,
     time_limit: float = TIME_LIMIT,

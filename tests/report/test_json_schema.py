@@ -27,6 +27,8 @@ from hertzchain.pulses.measured import measured_pulse
 from hertzchain.pulses.recording import read_recording
 from hertzchain.pulses.signal import Given, pulse_of
 from hertzchain.scene.sections import sections_of
+from hertzchain.verdict.certificate import ROUND_OFF, UNTESTED, Certificate, Row
+from hertzchain.verdict.certified import CASES
 from hertzchain.verdict.tradeoff import tradeoff
 from tests.conftest import STEEL, paper_scene
 from tests.docs.test_docs import blocks
@@ -38,6 +40,12 @@ from tests.verdict.deck.corpus import scene_of
 from tests.verdict.deck.made import changed, examined, found
 
 SHORT = paper_scene("cosine", 1.0, 2.0, granules=8)
+
+CERTIFICATE = Certificate(
+    "lmp", "20250722", None, 2,
+    (Row(CASES["gravity"], UNTESTED, reason="its suffix fell back"),
+     Row(CASES["elastic wall"], ROUND_OFF, 1e-12, 1e-9, styles=("granular",))), 2.5,
+)  # fmt: skip
 
 UNCERTAIN = replace(SHORT, uncertain=(hc.Uncertain("shock.peak_force", 0.1, relative=True),))
 
@@ -142,6 +150,7 @@ DOCUMENTS: dict[str, tuple[str, Callable[[], dict[str, Any]]]] = {
         "validation.json",
         lambda: hc.validate(UNCERTAIN, traces(), realisations=16).to_dict(),
     ),
+    "certify": ("certify.json", CERTIFICATE.to_dict),
     "examine": ("examine.json", examination),
     "sweep": ("sweep.json", lambda: manifest(vary={"shock.profile": ["cosine", "triangular"]})),
     "sweep, drawn": (
