@@ -231,7 +231,8 @@ def _shock(case: Case) -> list[Difference]:
             sentence="no applied force acts along the chain on granule 1, the scene pushes it"
             f" with up to {scene.peak_force:.4g} N",
         )  # fmt: skip
-        right = pushed_alone(case)  # of a group without granules
+        idle = any(f.style == "addforce" and not f.granules.any() for f in case.found.fixes)
+        right = pushed_alone(case) if idle else {}
         return [replace(one, at=min(right), role="pushed") if right else of_shock(case, one)]
     if scene.ramps or top <= least:
         return []
