@@ -187,6 +187,19 @@ def check_outputs(inputs: Sequence[Path | None], outputs: Sequence[Path | None])
             taken.add(where)
 
 
+def make_folder(folder: Path) -> None:
+    """Make a folder unless it is there; OutputError where that cannot be."""
+    if folder.exists() and not folder.is_dir():
+        raise OutputError(f"{folder}: is a file, must be a folder")
+    try:
+        folder.mkdir(exist_ok=True)
+    except FileNotFoundError:
+        raise OutputError(f"{folder}: {folder.parent} does not exist, create it first") from None
+    except (OSError, ValueError) as problem:
+        reason = getattr(problem, "strerror", None) or problem
+        raise OutputError(f"{folder}: cannot be made ({reason})") from None
+
+
 def _unwritable(path: Path, problem: OSError | ValueError) -> OutputError:
     reason = getattr(problem, "strerror", None) or problem
     return OutputError(f"{path}: cannot be written ({reason})")

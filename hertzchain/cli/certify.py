@@ -48,26 +48,31 @@ def certify(
     so much, not supported by this LAMMPS, or not tested: a suffix without such a style runs the
     plain one. Status 0: all that was tested is right; 1: a row is wrong; 2: rows could not run.
     """
-    from hertzchain.files import check_outputs, write_text
+    from hertzchain.files import check_outputs, make_folder, write_text
     from hertzchain.report.certificate import print_certificates, suite
     from hertzchain.report.junit import to_xml
     from hertzchain.verdict.certificate import certify as measure
 
     check_outputs([], [junit])
     if folder is not None:
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
     begun = datetime.now(UTC)
     named: list[str | None] = [*lmp] if lmp else [options.named_binary(None)]
+    folders = [folder] * len(named)
+    if folder is not None and len(named) > 1:  # decks differ from version to version
+        folders = [folder / f"{number}" for number in range(1, len(named) + 1)]
+        for one in filter(None, folders):
+            make_folder(one)
     with output.progress() as report_progress, output.compiling(report_progress):
         found = [
             measure(
                 one,
                 suffix=None if suffix is None else suffix.value,
                 ranks=1 if ranks is None else ranks,
-                folder=folder,
+                folder=kept,
                 progress=report_progress,
             )
-            for one in named
+            for one, kept in zip(named, folders, strict=True)
         ]
     status = 1 if any(one.status == 1 for one in found) else max(one.status for one in found)
     document = {

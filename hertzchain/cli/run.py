@@ -117,9 +117,11 @@ def run(
             "backend": backend != options.NATIVE, "method": method, "dt": dt, "lmp": lmp,
             "wanted": wanted, "record": record, "window": window, "contacts": contacts,
             "traces": traces, "draw": draw, "report": report, "trajectory": trajectory,
+            "frames": frames, "isolate": isolate, "ranks": ranks, "extrapolated": extrapolated,
         }.items():  # fmt: skip
             if given:
                 raise HertzchainError(f"--{name} is not for --uncertainty: leave one of them out")
+        options.refuse_without_need(plot is not None, size=size is not None)
         limit = options.to_time_limit(time_limit)
         run_uncertain(scene, uncertainty, rtol, limit, output, plot, size, every, as_json)
         return

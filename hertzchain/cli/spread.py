@@ -25,7 +25,11 @@ def run_uncertain(
     loaded, inches = options.load_scene(scene), options.to_inches(size)
     with progress() as report_progress, compiling(report_progress):
         found = spread(
-            loaded, realisations, rtol=rtol or RTOL, time_limit=limit, progress=report_progress
+            loaded,
+            realisations,
+            rtol=RTOL if rtol is None else rtol,
+            time_limit=limit,
+            progress=report_progress,
         )
     show(as_json, found.to_dict, lambda console: print_spread(console, found, every))
     write_file("Spread", output, lambda path: write_result(found, path))

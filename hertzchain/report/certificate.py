@@ -25,7 +25,7 @@ def print_certificates(console: Console, certificates: Sequence[Certificate]) ->
             print_prose(console, f"{', '.join(names)}: {reason}")
         console.print()
     for certificate in certificates:
-        print_prose(console, certificate.sentence)
+        console.print(certificate.sentence, soft_wrap=True)  # one line, for programs that read it
 
 
 def suite(certificate: Certificate, begun: datetime) -> Suite:

@@ -7,7 +7,7 @@ units, and the columns and titles of sweeps follow from that.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields, replace
 from numbers import Integral, Real
 from typing import Any, Literal
 
@@ -110,6 +110,11 @@ class Key:
 def key(*args: Any, **more: Any) -> dict[str, Key]:
     """Return the metadata of a field that is a key; arguments are those of ``Key``."""
     return {"key": Key(*args, **more)}
+
+
+def of_granule(key: Key, label: str = "", title: str = "") -> Any:
+    """A field that is a key of a granule, for a wall or a striker; None by default."""
+    return field(default=None, metadata={"key": replace(key, label=label, title=title)})
 
 
 def keys_of(kind: type) -> Mapping[str, Key]:

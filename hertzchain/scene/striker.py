@@ -4,16 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 from hertzchain.scene.chain import DENSITY, MATERIAL, POISSON_RATIO, RADIUS, YOUNG_MODULUS
-from hertzchain.scene.keys import Key, check, key
+from hertzchain.scene.keys import check, key, of_granule
 from hertzchain.scene.shock import Shock
-
-
-def _own(of_granule: Key, label: str, title: str) -> Any:
-    """A key of a granule for the striker; None by default."""
-    return field(default=None, metadata={"key": replace(of_granule, label=label, title=title)})
 
 
 @dataclass(frozen=True)
@@ -40,14 +34,14 @@ class Striker(Shock):
     velocity: float = field(
         metadata=key("m/s", "velocity of the striker", "striker at {}", above=0, usual=(1e-5, 1e3))
     )
-    radius: float | None = _own(RADIUS, "radius of the striker", "striker of R = {}")
-    young_modulus: float | None = _own(
+    radius: float | None = of_granule(RADIUS, "radius of the striker", "striker of R = {}")
+    young_modulus: float | None = of_granule(
         YOUNG_MODULUS, "Young's modulus of the striker", "striker of E = {}"
     )
-    poisson_ratio: float | None = _own(
+    poisson_ratio: float | None = of_granule(
         POISSON_RATIO, "Poisson's ratio of the striker", "striker of Poisson's ratio {}"
     )
-    density: float | None = _own(DENSITY, "density of the striker", "striker of {}")
+    density: float | None = of_granule(DENSITY, "density of the striker", "striker of {}")
 
     def __post_init__(self) -> None:
         check(self)

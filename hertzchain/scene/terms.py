@@ -15,7 +15,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.chain import POISSON_RATIO, YIELD_STRENGTH, YOUNG_MODULUS
-from hertzchain.scene.keys import Key, check, key, keys_of
+from hertzchain.scene.keys import check, key, keys_of, of_granule
 
 ALL_TERMS = (
     "unlike granules", "gaps", "striker", "piston", "wall", "precompression", "gravity", "damping",
@@ -41,11 +41,6 @@ DAMPING: dict[DampingLaw, str] = {
 NOT_NEGATIVE = "must be a finite number of at least 0"
 
 
-def _own(of_granule: Key, label: str = "", title: str = "") -> Any:
-    """A key of a granule for a wall; None by default."""
-    return field(default=None, metadata={"key": replace(of_granule, label=label, title=title)})
-
-
 @dataclass(frozen=True)
 class Wall:
     """A plane wall at the far end, across the chain.
@@ -68,8 +63,10 @@ class Wall:
     """
 
     kind: WallKind = field(metadata=key("", "wall", "{} wall", kind="str", choices=WALLS))
-    young_modulus: float | None = _own(YOUNG_MODULUS, "Young's modulus of the wall", "wall E = {}")
-    poisson_ratio: float | None = _own(
+    young_modulus: float | None = of_granule(
+        YOUNG_MODULUS, "Young's modulus of the wall", "wall E = {}"
+    )
+    poisson_ratio: float | None = of_granule(
         POISSON_RATIO,
         "Poisson's ratio of the wall",
         "wall ν = {}",  # noqa: RUF001
@@ -77,7 +74,7 @@ class Wall:
     gap: float = field(
         default=0.0, metadata=key("m", "gap before the wall", "{} before the wall", least=0)
     )
-    yield_strength: float | None = _own(YIELD_STRENGTH)
+    yield_strength: float | None = of_granule(YIELD_STRENGTH)
 
     def __post_init__(self) -> None:
         keys_of(Wall)["kind"].check("kind", self.kind)
@@ -185,7 +182,7 @@ class Contact:
 
     @property
     def parameter(self) -> float:
-        """The parameter that the law takes: e, a time [s] or a coefficient [kg/s]."""
+        """What the law takes as its parameter, e, a time [s] or a coefficient [kg/s]."""
         return float(getattr(self, DAMPING[self.damping]))
 
     def with_parameter(self, value: float) -> Contact:

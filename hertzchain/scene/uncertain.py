@@ -73,10 +73,13 @@ def read_uncertain(
 ) -> tuple[Uncertain, ...]:
     """Read [uncertainty] or [scatter]; a SceneError names the key with its section."""
     found = []
+    keys = [key for key, _ in _flat(values)]
     for key, value in _flat(values):
         name = f"{section}.{key}"
+        require(keys.count(key) == 1, name, value, "is given twice: delete one of them")
         known = key_named(key)
-        unit = None if known is None else known.unit
+        can_vary = known is not None and known.kind == "float" and bool(known.label)
+        unit = known.unit if known is not None and can_vary else None
         allowed = "has no quantity; write the key as in the scene, such as chain.young_modulus"
         require("." in key and unit is not None, name, value, allowed)
         uniform = isinstance(value, dict)
@@ -104,7 +107,7 @@ def sections_of_uncertain(uncertain: Iterable[Uncertain]) -> dict[str, dict[str,
 def _flat(values: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
     """Yield keys with their values; without quotes TOML makes tables of ``chain.radius``."""
     for key, value in values.items():
-        if isinstance(value, dict) and "half_width" not in value:
+        if isinstance(value, dict) and value and "half_width" not in value:
             yield from _flat(value, f"{before}{key}.")
         else:
             yield before + key, value

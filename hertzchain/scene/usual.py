@@ -24,7 +24,10 @@ def unusual_values(scene: Scene) -> list[str]:
         if part is not None
         for key in keys_of(type(part))
     )
-    return [remark for remark in found if remark is not None]
+    remarks = [remark for remark in found if remark is not None]
+    if scene.shock.rows and scene.ramps:  # the forces of a table are no keys
+        remarks += filter(None, [unusual("shock.peak_force", scene.peak_force)])
+    return remarks
 
 
 def unusual(name: str, values: Any) -> str | None:

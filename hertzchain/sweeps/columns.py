@@ -110,7 +110,6 @@ _BY_NAME = _OF_KEYS | {column.name: column for column in (*ALL, *FOUND_COLUMNS)}
 
 RESULTS = {column.name for column in FOUND_COLUMNS}
 COUNTS = tuple(column.name for column in FOUND_COLUMNS if column.kind == "int")  # 0: missing
-WHOLE = tuple(name for name, column in _BY_NAME.items() if column.kind == "int")
 TEXT = tuple(name for name, column in _BY_NAME.items() if column.kind == "str")
 
 

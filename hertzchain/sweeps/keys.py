@@ -158,7 +158,19 @@ def base_values(scene: Scene, names: Collection[str]) -> dict[str, Any]:
     for name in names:
         section, _, key = name.partition(".")
         value = known.get(name, sections.get(section, {}).get(key))
+        if (at := SEGMENT.fullmatch(name)) is not None:
+            value = _of_segment(sections["chain"], *at.groups())
         if isinstance(value, float | int) and not is_whole(name):
             value = float(value)  # a column has one type, also where a file has 100 for 100.0
         found[name] = np.nan if value is None or isinstance(value, list) else value
     return found
+
+
+def _of_segment(chain: Mapping[str, Any], number: str, place: str | None, key: str) -> Any:
+    """Return the value of a key of a segment, or of a granule of its cell, or the chain's."""
+    segments = chain.get("segments", [])
+    if int(number) > len(segments):
+        return None
+    segment = segments[int(number) - 1]
+    own = segment if place is None else {**segment, **segment["cell"][int(place) - 1]}
+    return own.get(key, chain.get(key))

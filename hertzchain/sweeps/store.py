@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self
 
 from hertzchain.errors import OutputError, require
-from hertzchain.files import write_text, write_with
+from hertzchain.files import make_folder, write_text, write_with
 from hertzchain.sweeps.columns import COUNTS, columns_of, peak_columns
 from hertzchain.sweeps.measuring import Measured
 from hertzchain.sweeps.parts import Part
@@ -83,7 +83,7 @@ class Folder(AbstractContextManager["Folder"]):
     def __enter__(self) -> Self:
         _refuse_inside(self.folder)
         self._made = not self.folder.exists()
-        _make(self.folder)
+        make_folder(self.folder)
         self._check()
         self._lock = _locked(self.folder)
         try:
@@ -123,7 +123,7 @@ class Folder(AbstractContextManager["Folder"]):
         if not self._check():
             write_text(self.folder / MANIFEST, json.dumps(self._manifest, indent=1) + "\n")
         for name in TABLES[: 1 + self._manifest["peaks"]]:
-            _make(self.folder / name)
+            make_folder(self.folder / name)
         # Unfinished files of a process that was killed.
         for left in [*self.folder.glob(".hertzchain-*"), *self.folder.glob("*/.hertzchain-*")]:
             shutil.rmtree(left, ignore_errors=True)
@@ -227,18 +227,6 @@ def _refuse_inside(folder: Path) -> None:
     for above in folder.resolve().parents[:2]:
         if (above / MANIFEST).exists():
             raise OutputError(f"{folder}: is inside of the sweep {above}; name another place")
-
-
-def _make(folder: Path) -> None:
-    if folder.exists() and not folder.is_dir():
-        raise OutputError(f"{folder}: is a file, must be a folder")
-    try:
-        folder.mkdir(exist_ok=True)
-    except FileNotFoundError:
-        raise OutputError(f"{folder}: {folder.parent} does not exist, create it first") from None
-    except (OSError, ValueError) as problem:
-        reason = getattr(problem, "strerror", None) or problem
-        raise OutputError(f"{folder}: cannot be made ({reason})") from None
 
 
 def _locked(folder: Path) -> Any:

@@ -311,7 +311,8 @@ def _refuse_formulas(found: Design, backends: Iterable[parts.Backend]) -> None:
     """Raise a SceneError if formulas are asked for scenes with terms."""
     who = parts.NAMES[parts.Formulas]
     varied = [axis.name for axis in found.axes if axis.name not in PARAMETERS]
-    terms = ", ".join(found.base.terms or varied or ["segments"])
+    others = ["gauges" if found.base.gauges else "segments"]
+    terms = ", ".join(found.base.terms or varied or others)
     allowed = f"are about uniform free chains, and this sweep has {terms}: leave them out"
     is_asked = any(isinstance(backend, parts.Formulas) for backend in backends)
     require(found.are_plain or not is_asked, who, None, allowed)

@@ -50,10 +50,10 @@ def of_validation(found: Validation) -> Document:
             None if found.verdict == "undecided" else found.verdict == "pass",
             sentence,
             [Failure(one.name, f"differs by {one.ratio:.2g} u_val", "") for one in differing],
-            traces.verdict.remarks,
+            [*found.remarks, *found.judgement.reference.warnings],
         ),
         answers=Table("Comparison errors and uncertainties", _HEADER, [_row(x) for x in compared]),
-        remarks=(sentence.removesuffix("."), *traces.remarks),
+        remarks=(sentence.removesuffix("."), *found.remarks),
         facts=[
             ("the run begins at", f"{found.judgement.shift:.6g} s of the measured clock"),
             ("realisations", f"{len(found.spread.values):,}"),

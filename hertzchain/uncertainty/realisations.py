@@ -46,8 +46,8 @@ class Realisations:
         self.scatter = [one for one in scene.uncertain if one.each]
         self._keys = [full_name(one.key, self._base) for one in self.inputs]
         for key in self._keys:
-            allowed = "is no quantity that the scene has, and cannot be uncertain"
-            require(not is_whole(key), key, None, allowed)
+            allowed = "is no quantity of the experiment, and cannot be uncertain"
+            require(not (is_whole(key) or key.startswith("run.")), key, None, allowed)
         known = base_values(self._base, self._keys)
         self._middle = np.array([_middle(one, known[key]) for one, key in self._pairs])
         granules = scene.chain.granules
@@ -76,7 +76,7 @@ class Realisations:
                 scene = changed(self._base, values)
                 yield replace(scene, chain=self._scattered(scene.chain, scatter))
             except SceneError as problem:
-                allowed = f"{problem.allowed}, but is drawn: its uncertainty is too large"
+                allowed = f"{problem.allowed}; what is drawn is not: lower its uncertainty"
                 raise SceneError(problem.key, problem.value, allowed) from None
 
     def _scattered(self, chain: Chain, places: FloatArray) -> Chain:
@@ -92,7 +92,7 @@ class Realisations:
 
 def _middle(one: Uncertain, value: Any) -> float:
     is_number = isinstance(value, float) and np.isfinite(value)
-    require(is_number, one.key, value, "is no number in this scene, and cannot be uncertain")
+    require(is_number, one.key, value, "has no value of its own in this scene: write it there")
     allowed = "is 0, of which there is no share: give its uncertainty in its unit"
     require(not one.relative or value != 0, one.key, None, allowed)
     return float(value)

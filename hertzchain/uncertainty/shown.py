@@ -84,8 +84,12 @@ def _row(spread: Any, k: int) -> list[str]:
     name, at = spread.names[k]
     words, unit = _WORDS[name]
     middle, deviation = float(spread.nominal[k]), float(spread.deviation[k])
-    if np.isnan(deviation) or middle == 0:
-        return [words, at, "not in all realisations", "", "", "", ""]
+    if np.isnan(middle) or middle == 0:
+        return [words, at, "no whole pulse", "", "", "", ""]
+    if np.isnan(deviation):
+        return [words, at, in_prefixed(middle, unit), "", "", "cut off", ""]
+    if deviation < spread.rtol * abs(middle):
+        return [words, at, in_prefixed(middle, unit), "", "", "none", ""]
     known = [in_prefixed(x, unit) for x in (middle, *spread.range_90[:, k].tolist())]
     shares = list(zip(spread.inputs, spread.shares[:, k].tolist(), strict=True))
     rest = 1 - sum(share for _, share in shares)

@@ -22,7 +22,7 @@ from hertzchain.scene.run import Run
 from hertzchain.scene.scene import Scene
 from hertzchain.showing import ShowProgress, telling
 from hertzchain.uncertainty.realisations import Realisations
-from hertzchain.uncertainty.shares import first_order
+from hertzchain.uncertainty.shares import FOR_SHARES, first_order
 
 if TYPE_CHECKING:
     import pandas
@@ -60,7 +60,10 @@ class Spread:
         Results of the realisations, shape (realisations, results); NaN where there is none.
     shares
         Part of the variance that each input makes by itself, shape (inputs, results): first-order
-        Sobol indices. The rest is scatter, and what inputs make only together.
+        Sobol indices. The rest is scatter, and what inputs make only together. NaN for fewer than
+        32 realisations an input, and where nothing varies.
+    rtol
+        Accuracy of the runs: what varies by less is their error.
     """
 
     scene: Scene
@@ -69,6 +72,7 @@ class Spread:
     nominal: FloatArray
     values: FloatArray
     shares: FloatArray
+    rtol: float
 
     def __repr__(self) -> str:
         from hertzchain.uncertainty.shown import spread_card
@@ -104,10 +108,19 @@ class Spread:
     @property
     def remarks(self) -> tuple[str, ...]:
         """Sentences on results that some realisations do not have; usually empty."""
-        lost = int(np.count_nonzero(np.isnan(self.values).any(axis=0) & ~np.isnan(self.nominal)))
-        if not lost:
-            return ()
-        return (f"{lost} results have no spread: in some realisations there is no whole pulse",)
+        missing = np.isnan(self.values)
+        lost = int(np.count_nonzero(missing.any(axis=0) & ~np.isnan(self.nominal)))
+        found = []
+        if lost:
+            some = int(np.count_nonzero(missing[:, ~np.isnan(self.nominal)].any(axis=1)))
+            found.append(
+                f"{lost} results have no spread: {some} of {len(missing)} realisations end before"
+                " the pulses are over, give a later end_time"
+            )
+        if self.inputs and np.isnan(self.shares).all():
+            least = FOR_SHARES * len(self.inputs)
+            found.append(f"who makes how much needs {least} realisations, {FOR_SHARES} an input")
+        return tuple(found)
 
     def to_frame(self) -> pandas.DataFrame:
         """Return one row per result: result, at, nominal, mean, deviation, low_5, high_95, shares.
@@ -220,7 +233,7 @@ def spread(
                 report_progress(f"native: {done} of {count} realisations")
     shares = first_order(drawn.inputs, drawn.drawn, values)
     inputs = tuple(one.name for one in drawn.inputs)
-    return Spread(scene, inputs, names, np.array([x for _, x in nominal]), values, shares)
+    return Spread(scene, inputs, names, np.array([x for _, x in nominal]), values, shares, rtol)
 
 
 def _run(scene: Scene, rtol: float, deadline: Deadline) -> list[tuple[tuple[str, str], float]]:
@@ -234,13 +247,16 @@ def results_of(found: Result) -> Iterator[tuple[tuple[str, str], float]]:
     """Yield results by name and place: peaks and first pulses of contacts, gauges, the wave."""
     scene = found.scene
     of_contacts = {"peak_force_N": found.peak_force, **found.first_columns}
+    cut_off = set(found.cut_off)
     for name in ("peak_force_N", "first_peak_force_N", "arrival_time_s", "first_width_s"):
         for contact, value in zip(found.contact, of_contacts.get(name, ()), strict=False):
-            yield (name, scene.contact_name(int(contact))), float(value)
+            at = scene.contact_name(int(contact))
+            yield (name, at), np.nan if at in cut_off else float(value)
     for gauge, read in zip(scene.gauges, found.gauges, strict=True):
         at = name_of(gauge)
-        yield ("first_peak_force_N", at), read.force
-        yield ("arrival_time_s", at), read.arrival
+        whole = np.isfinite(read.width)
+        yield ("first_peak_force_N", at), read.force if whole else np.nan
+        yield ("arrival_time_s", at), read.arrival if whole else np.nan
         yield ("first_width_s", at), read.width
     if (wave := found.usual_wave) is not None:
         yield ("speed_m_s", "wave"), wave.speed

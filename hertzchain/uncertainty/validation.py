@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 COVERED = 2.0
 """Validation uncertainties that a difference may have: one of 22 is beyond, if all is normal."""
 
+_SURE = 1.645
+"""Deviations of a normal distribution with 95 % on one side."""
+
 SEEN = 0.1
 """Relative difference that should have been seen, by default (chosen)."""
 
@@ -55,12 +58,12 @@ class Compared:
 
     @property
     def error(self) -> float:
-        """The comparison error: simulated less measured."""
+        """The comparison error, simulated less measured."""
         return self.simulated - self.measured
 
     @property
     def uncertainty(self) -> float:
-        """The validation uncertainty u_val: the three together, as independent."""
+        """The validation uncertainty u_val, of the three together, as independent."""
         return math.hypot(self.numerical, self.input, self.measurement)
 
     @property
@@ -70,8 +73,8 @@ class Compared:
 
     @property
     def seen_from(self) -> float:
-        """Least relative difference that would have been seen."""
-        return COVERED * self.uncertainty / abs(self.simulated)
+        """Least relative difference of which 95 in 100 would have been seen."""
+        return (COVERED + _SURE) * self.uncertainty / abs(self.simulated)
 
     @property
     def largest(self) -> str:
@@ -109,12 +112,25 @@ class Validation(ShownVerdict):
         A number is tested if a relative difference of this would have been seen.
     compared
         Each number with its uncertainties.
+    left_out
+        Names of numbers that some realisations do not have: they end too early.
     """
 
     judgement: TraceJudgement
     spread: Spread
     tolerance: float
     compared: tuple[Compared, ...]
+    left_out: tuple[str, ...] = ()
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Sentences on what could not be compared; usually empty."""
+        found = [*self.judgement.remarks, *self.spread.remarks]
+        if self.left_out:
+            found.append(
+                f"not compared, as some realisations end too early: {', '.join(self.left_out)}"
+            )
+        return tuple(found)
 
     @property
     def differing(self) -> tuple[Compared, ...]:
@@ -140,7 +156,7 @@ class Validation(ShownVerdict):
             "tolerance": self.tolerance,
             "compared": [one.to_dict() for one in self.compared],
             "realisations": len(self.spread.values),
-            "remarks": list(self.judgement.remarks),
+            "remarks": list(self.remarks),
             **context_of(self.spread.scene),
         }
 
@@ -184,15 +200,17 @@ def validate(
     )  # fmt: skip
     measured = replace(judgement.reference.scene, uncertain=scene.uncertain)
     found = spread(measured, realisations, time_limit=time_limit, progress=progress)
-    compared = tuple(_compared(judgement, found, has_clock=not shift))
-    return Validation(judgement, found, float(tolerance), compared)
+    compared = list(_compared(judgement, found, has_clock=not shift))
+    known = tuple(one for one in compared if math.isfinite(one.input))
+    left_out = tuple(one.name for one in compared if not math.isfinite(one.input))
+    return Validation(judgement, found, float(tolerance), known, left_out)
 
 
 def _compared(judgement: TraceJudgement, found: Spread, *, has_clock: bool) -> Iterator[Compared]:
     def input_of(name: str, gauge: Gauge, other: Gauge | None = None) -> float:
         values = found.values_of(name, name_of(gauge))
         before = 0.0 if other is None else found.values_of(name, name_of(other))
-        return float(np.nanstd(values - before, ddof=1))
+        return float(np.std(values - before, ddof=1))  # NaN if any realisation has none
 
     there = []
     for read, pulse in zip(judgement.known.readings, judgement.pulses, strict=True):

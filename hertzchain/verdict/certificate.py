@@ -278,7 +278,7 @@ def _simulated(case: Case, program: Program, deadline: Deadline) -> Simulation:
     made = softening(scene, sum(leg.steps for leg in legs))
     seen = Observation(scene, made, legs, None, "LAMMPS")
     code = Binary(case.pair_style, deadline, program)
-    return seen.simulation(*code.run(made.scene(scene), seen.legs, strides, seen))
+    return seen.simulation(code.run(made.scene(scene), seen.legs, strides, seen))
 
 
 def _differences(run: Simulation, right: Result) -> tuple[float, float]:

@@ -157,7 +157,7 @@ def test_gauges_are_in_files_and_results(tmp_path: Path) -> None:
         ("[[gauge]]\ngranule = 3\ncontact = 3\n", "must have either granule or contact"),
         ("[[gauge]]\ngranule = 1\n", "gauge.granule = 1: must be a granule from 2 to 8"),
         ("[[gauge]]\ncontact = 9\n", "gauge.contact = 9: must be a contact from 2 to 8"),
-        ("[[gauge]]\ngranule = 2.5\n", "must be a whole number"),
+        ("[[gauge]]\ngranule = 2.5\n", "must be an integer"),
         ("[[gauge]]\nbead = 3\n", "unknown key, allowed are granule, contact"),
     ],
 )

@@ -150,7 +150,10 @@ DOCUMENTS: dict[str, tuple[str, Callable[[], dict[str, Any]]]] = {
         "validation.json",
         lambda: hc.validate(UNCERTAIN, traces(), realisations=16).to_dict(),
     ),
-    "certify": ("certify.json", CERTIFICATE.to_dict),
+    "certify": (
+        "certify.json",
+        lambda: {"hertzchain": "0", "status": 0, "certificates": [CERTIFICATE.to_dict()]},
+    ),
     "examine": ("examine.json", examination),
     "sweep": ("sweep.json", lambda: manifest(vary={"shock.profile": ["cosine", "triangular"]})),
     "sweep, drawn": (

@@ -20,7 +20,10 @@ CALLS: dict[str, tuple[Callable[[Any], Any], str]] = {
         lambda how: hc.compare(SHORT, ["native"], progress=how),
         "native: the reference method",
     ),
-    "judge": (lambda how: hc.judge(SHORT, {2: 100.0}, progress=how), "native: velocity Verlet"),
+    "judge": (
+        lambda how: hc.judge(SHORT, {2: 100.0}, progress=how),
+        "native: the reference method",
+    ),
     "judge a table": (
         lambda how: hc.judge(SHORT, hc.Native().run(SHORT).to_frame(), progress=how),
         "reading results",
@@ -89,7 +92,7 @@ def test_a_terminal_shows_a_line_on_stderr(
     out, err = capfd.readouterr()
     # Rich draws ten times a second, so that of quick work only the last line is sure to be seen.
     last = {
-        "judge a table": "native: velocity Verlet",
+        "judge a table": "native: the reference method",
         "compare": "native: Eq. 1 as it is written",
     }
     assert last.get(name, said) in err

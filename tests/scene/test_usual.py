@@ -30,9 +30,10 @@ def test_every_part_is_looked_at() -> None:
     ("shock", "named"),
     [
         (replace(PULSE, peak_force=1e8), "shock.peak_force = 1e+08 N"),
+        (hc.PulseTable((0.0, 1e-5, 2e-5), (0.0, 1e8, 0.0)), "shock.peak_force = 1e+08 N"),
         (hc.Piston(velocity=1e-6), "shock.velocity = 1e-06 m/s"),
     ],
 )
-def test_a_shock_is_looked_at(shock: hc.Pulse | hc.Piston, named: str) -> None:
+def test_a_shock_is_looked_at(shock: hc.Pulse | hc.PulseTable | hc.Piston, named: str) -> None:
     (remark,) = unusual_values(hc.Scene(CHAIN, shock))
     assert remark.startswith(named)

@@ -138,8 +138,9 @@ def test_a_file_has_what_is_uncertain(tmp_path: Path) -> None:
         ((), "nothing is uncertain"),
         ((Uncertain("chain.young", 1.0),), "did you mean chain.young_modulus"),
         ((Uncertain("chain.granules", 1.0),), "cannot be uncertain"),
+        ((Uncertain("run.end_time", 1e-6),), "cannot be uncertain"),
         ((Uncertain("chain.gap", 0.1, relative=True),), "of which there is no share"),
-        ((Uncertain("chain.poisson_ratio", 0.4),), "its uncertainty is too large"),
+        ((Uncertain("chain.poisson_ratio", 0.4),), "lower its uncertainty"),
         ((Uncertain("wall.gap", 1e-6),), "the scene has no \\[wall\\]"),
     ],
 )
@@ -158,7 +159,10 @@ def test_what_cannot_be_uncertain(uncertain: tuple[Uncertain, ...], said: str) -
         ('[uncertainty]\n"chain.radius" = "5 kg"', "wrong dimension"),
         ('[uncertainty]\n"radius" = "5 %"', "write the key as in the scene"),
         ('[uncertainty]\n"chain.colour" = "5 %"', "has no quantity"),
+        ('[uncertainty]\n"chain.granules" = 1', "has no quantity"),
         ('[scatter]\n"striker.velocity" = "5 %"', "must be chain.radius"),
+        ('[uncertainty]\n"chain.radius" = "5 %"\nchain.radius = 1e-5', "is given twice"),
+        ('[uncertainty]\n"chain.radius" = {}', "must be a standard deviation"),
         ("uncertainty = 5", "must be a section"),
     ],
 )
@@ -170,6 +174,55 @@ def test_a_file_that_says_it_wrong(section: str, said: str, tmp_path: Path) -> N
     file.write_text(f"{section}\n{whole}" if at_top else f"{whole}\n{section}\n", encoding="utf-8")
     with pytest.raises(SceneError, match=said):
         hc.Scene.from_toml(file)
+
+
+def test_realisations_that_end_too_early_are_no_results() -> None:
+    """A speed 20 % lower is on its way where the run ends: its force there is no peak."""
+    end = float(hc.Native().run(STRIKER).peak_time[-1]) * 1.08
+    wide = (Uncertain(SPEED, 0.2, relative=True),)
+    found = hc.spread(replace(STRIKER, run=hc.Run(end), uncertain=wide), 64)
+    last = found.values_of("first_peak_force_N", "contact 8")
+    third = found.values_of("first_peak_force_N", "contact 3")
+    known = ~np.isnan(last)
+    assert 10 < np.count_nonzero(known) < 64
+    # the same powers of the speed
+    ratio = last[known] / third[known]
+    assert ratio == pytest.approx(np.full(ratio.size, ratio[0]), rel=1e-3)
+    assert "give a later end_time" in found.remarks[0]
+
+
+def test_keys_of_segments_have_the_values_of_their_segment(tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_text(
+        """
+[chain]
+granules = 6
+radius = "5 mm"
+young_modulus = "200 GPa"
+poisson_ratio = 0.3
+density = 8000
+[[chain.segments]]
+granules = 3
+[[chain.segments]]
+granules = 3
+radius = "4 mm"
+[striker]
+velocity = 1
+[uncertainty]
+"chain.segments.1.radius" = "1 %"
+"chain.segments.2.radius" = {half_width = "2 %"}
+""",
+        encoding="utf-8",
+    )
+    scenes = list(Realisations(hc.Scene.from_toml(tmp_path / "scene.toml"), 64, 1))
+    radius = np.array([scene.granules.radius for scene in scenes])
+    assert radius.mean(axis=0) == pytest.approx([5e-3] * 3 + [4e-3] * 3, rel=2e-3)
+    assert radius.std(axis=0) == pytest.approx([5e-5] * 3 + [8e-5 / 3**0.5] * 3, rel=0.1)
+
+
+def test_few_realisations_have_no_shares() -> None:
+    found = hc.spread(SCENE, 32)
+    assert np.isnan(found.shares).all()
+    assert "needs 64 realisations" in found.remarks[0]
 
 
 @pytest.mark.parametrize("count", [15, 2**17 + 1, True, 20.0])
@@ -191,5 +244,6 @@ def test_the_command(hertzchain: Command, tmp_path: Path) -> None:
     header = (tmp_path / "spread.csv").read_text(encoding="utf-8").partition("\n")[0]
     assert header.startswith("result,at,nominal,mean,deviation,low_5,high_95,share chain")
     assert (tmp_path / "spread.png").stat().st_size > 10_000
-    refused = hertzchain(*run, "--record", "5")
-    assert (refused.status, "--record is not for --uncertainty" in refused.err) == (2, True)
+    for option in ("record", "ranks", "frames"):
+        refused = hertzchain(*run, f"--{option}", "5")
+        assert (refused.status, f"--{option} is not for --uncertainty" in refused.err) == (2, True)

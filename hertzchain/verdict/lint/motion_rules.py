@@ -133,7 +133,8 @@ def _force_frozen(deck: Deck) -> Found:
 def _force_left_on(deck: Deck) -> Found:
     """A formula of a periodic pulse that begins again."""
     applied = deck.applied
-    formulas = [fix for fix, _ in _formulas(deck) if fix.index in deck.pushes]
+    pushes = [fix for fix, _ in _formulas(deck) if fix.index in deck.pushes]
+    formulas = [fix for fix in pushes if _acting(deck, fix)[1] is None]
     if applied is None or not formulas:
         return
     late = applied.force[applied.time >= 0.9 * applied.time[-1]]
@@ -153,11 +154,15 @@ def _force_cut(deck: Deck) -> Found:
     """A force that is dropped while it pushes."""
     applied, runs = deck.applied, () if deck.look is None else deck.look.runs
     made = {fix.word(1): fix for fix, _ in _formulas(deck) if fix.index in deck.pushes}
+    formulas = {variable for _, variable in _formulas(deck)}
     for end in deck.named("unfix") if applied is not None else ():
         fix = made.get(end.word(1))
         before = [run for run in runs if end.index is not None and run.command < end.index]
         if applied is None or fix is None or not before:
             continue
+        again = [c.place for c in deck.named("variable") if c.word(1) in formulas]
+        if any(fix.place < place < end.place for place in again):
+            continue  # a formula in pieces may end with a jump
         over = before[-1].start + before[-1].steps * before[-1].dt
         here = abs(applied.time - over) < 0.5 * before[-1].dt
         # Where a run ends and the next begins are two readings.

@@ -1,4 +1,4 @@
-"""Granules in free flight cost nothing, whatever integrates them, and collide when they should."""
+"""Granules in free flight cost nothing where native chooses the method, and collide in time."""
 
 from __future__ import annotations
 
