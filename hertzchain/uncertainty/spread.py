@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hertzchain.arrays import FloatArray
+from hertzchain.arrays import FloatArray, or_none
 from hertzchain.engines.native import Native
 from hertzchain.engines.native.duration import with_end
 from hertzchain.errors import require
@@ -33,6 +33,9 @@ RTOL = 1e-4
 
 REALISATIONS = 512
 """Realisations by default: a standard deviation is then known to 3 %."""
+
+SHARE = "share "
+"""How names of columns of shares begin."""
 
 MOST = 2**17
 """Most realisations (chosen)."""
@@ -130,7 +133,7 @@ class Spread:
         import pandas
 
         low, high = self.range_90
-        shares = {f"share {name}": row for name, row in zip(self.inputs, self.shares, strict=True)}
+        shares = {f"{SHARE}{name}": row for name, row in zip(self.inputs, self.shares, strict=True)}
         return pandas.DataFrame(
             {
                 "result": [name for name, _ in self.names],
@@ -141,7 +144,7 @@ class Spread:
                 "low_5": low,
                 "high_95": high,
                 **shares,
-                "share rest": np.clip(1 - self.shares.sum(axis=0), 0.0, 1.0),
+                f"{SHARE}rest": np.clip(1 - self.shares.sum(axis=0), 0.0, 1.0),
             }
         )
 
@@ -152,15 +155,18 @@ class Spread:
     def to_dict(self) -> dict[str, Any]:
         """Return the spread as a JSON object."""
         table = self.to_frame()
-        names = [str(name) for name in table]
-        own = [name for name in names if not name.startswith("share ")]
-        shares = [name for name in names if name.startswith("share ")]
+        rows = zip(*(or_none(table[name].to_numpy()) for name in table), strict=True)
+        named = [dict(zip(map(str, table), row, strict=True)) for row in rows]
         results = [
             {
-                **{name: _or_none(row[name]) for name in own},
-                "shares": {name.removeprefix("share "): _or_none(row[name]) for name in shares},
+                **{name: value for name, value in one.items() if not name.startswith(SHARE)},
+                "shares": {
+                    name.removeprefix(SHARE): value
+                    for name, value in one.items()
+                    if name.startswith(SHARE)
+                },
             }
-            for row in table.to_dict("records")
+            for one in named
         ]
         return {
             "realisations": len(self.values),
@@ -169,11 +175,6 @@ class Spread:
             "remarks": list(self.remarks),
             **context_of(self.scene),
         }
-
-
-def _or_none(value: Any) -> Any:
-    """A value of a table for JSON: null where there is no number."""
-    return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
 def spread(

@@ -161,7 +161,7 @@ def test_what_cannot_be_uncertain(uncertain: tuple[Uncertain, ...], said: str) -
         ('[uncertainty]\n"chain.colour" = "5 %"', "has no quantity"),
         ('[uncertainty]\n"chain.granules" = 1', "has no quantity"),
         ('[scatter]\n"striker.velocity" = "5 %"', "must be chain.radius"),
-        ('[uncertainty]\n"chain.radius" = "5 %"\nchain.radius = 1e-5', "is given twice"),
+        ('[uncertainty]\n"chain.radius" = "5 %"\nchain.radius = 1e-5', "is uncertain twice"),
         ('[uncertainty]\n"chain.radius" = {}', "must be a standard deviation"),
         ("uncertainty = 5", "must be a section"),
     ],
