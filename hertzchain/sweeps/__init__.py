@@ -8,7 +8,6 @@ table       the rows, filled in as scenes are done
 measuring   measures a part
 running     one loop over parts, and this machine
 cluster     parts on the workers of a Dask scheduler
-on_worker   the code that runs on workers
 store       sweeps in memory or in a folder
 sweeping    the functions for users: sweep, Sweep
 drawing     a sweep as a picture

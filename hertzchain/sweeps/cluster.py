@@ -13,14 +13,15 @@ import uuid
 from collections.abc import Iterable, Iterator
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed
 from hertzchain.sweeps.design import Design
-from hertzchain.sweeps.measuring import Measured
+from hertzchain.sweeps.measuring import Measured, measure
 from hertzchain.sweeps.parts import Part
-from hertzchain.sweeps.running import LOOK, Crew, Keep, Measure, ReportProgress
+from hertzchain.sweeps.running import LOOK, Keep, Measure, ReportProgress, in_turn
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 _PATIENCE = 10.0  # waiting time for a scheduler that does not answer [s]
-_FAREWELL = 3.0  # waiting time for workers to stop and for the connection to close [s]
+_FAREWELL = 3.0  # waiting time for the connection to close [s]
 _AHEAD = 3  # parts handed out for each thread: no thread waits, and memory does not grow
 
 
@@ -42,88 +43,103 @@ def cluster(scheduler: str) -> Iterator[Measure]:
             "sweeps on a cluster need distributed: pip install 'hertzchain[cluster]'"
         ) from None
     with _quiet(), _connected(scheduler) as client:
-        _check_versions(client, scheduler)
+        room, name = _Room(client, scheduler), uuid.uuid4().hex
 
         def measure(
             design: Design, parts: Iterable[Part], peaks: bool, keep: Keep, report: ReportProgress
         ) -> None:
-            with _Workers(design, peaks, report, client, scheduler) as workers:
-                workers.measure(parts, keep)
+            executor = client.get_executor()
+
+            def submit(part: Part) -> Future[Measured]:
+                task = pickle.dumps(Task(design, part, peaks))
+                return executor.submit(pickle.loads, task, key=f"{part.name}-{name}")
+
+            def keep_found(part: Part, future: Future[Measured]) -> None:
+                measured = _found(future, part, scheduler)
+                report(part.stop - part.start)
+                keep(part, measured)
+
+            in_turn(submit, room.now, parts, keep_found)
 
         yield measure
 
 
-class _Workers(Crew):
-    """The workers of a Dask scheduler."""
+@dataclass(frozen=True)
+class Task:
+    """A part sent to a worker: pickled here, measured where it is unpickled.
 
-    def __init__(
-        self, design: Design, peaks: bool, report: ReportProgress, client: Client, scheduler: str
-    ) -> None:
-        super().__init__(design, peaks, report)
+    Versions are compared before the part is read.
+    """
+
+    design: Design
+    part: Part
+    peaks: bool
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return the call that pickle.loads makes."""
+        packed = pickle.dumps((self.design, self.part, self.peaks))
+        return work, (version("hertzchain"), packed)
+
+
+def work(wanted: str, packed: bytes) -> Measured:
+    """Measure the part of a ``Task``, in a thread of a worker that must have the wanted version."""
+    from distributed import get_worker
+
+    who, found = f"the worker {get_worker().address}", version("hertzchain")
+    if found != wanted:
+        raise RunFailed(f"{who} has hertzchain {found}, this is {wanted}: install the same on both")
+    design, part, peaks = pickle.loads(packed)  # noqa: S301 - whoever sends it may run anything here
+    try:
+        return measure(design, part, peaks, cores=1)
+    except BackendMissing as problem:
+        raise BackendMissing(f"on {who}: {problem}") from None
+
+
+class _Room:
+    """How many parts the present workers take."""
+
+    def __init__(self, client: Client, scheduler: str) -> None:
         self._client, self._scheduler = client, scheduler
-        self._executor = client.get_executor()
-        self._name = uuid.uuid4().hex
-        self._threads = 0
-        self._next_look = 0.0
-        self._waits = False
+        self._threads, self._next_look, self._waits = 0, 0.0, False
 
-    def __exit__(self, *_: object) -> None:
-        from hertzchain.sweeps.on_worker import end
-
-        # Dask drops parts that are not done when the connection is closed.
-        with suppress(OSError):
-            _ask(self._client, _FAREWELL, "run", end, self._name, on_error="ignore")
-
-    def room(self) -> int:
-        """Return enough parts for the present workers; report if there are none."""
-        if time.monotonic() >= self._next_look:
-            self._look()
-        return _AHEAD * max(self._threads, 1)
-
-    def _look(self) -> None:
+    def now(self) -> int:
+        """Return enough parts for the workers; say so if there are none."""
+        if time.monotonic() < self._next_look:
+            return _AHEAD * max(self._threads, 1)
         if self._client.status != "running":
             raise _lost(self._scheduler)
         with suppress(OSError):  # a scheduler that answers slowly, or is lost
-            self._threads = sum(_ask(self._client, _PATIENCE, "nthreads").values())
+            there = self._client.sync(self._client.nthreads, callback_timeout=_PATIENCE)
+            self._threads = sum(there.values())
             if self._threads == 0 and not self._waits:
                 _log.warning(
                     "hertzchain: %s has no workers: the sweep waits for some", self._scheduler
                 )
             self._waits = self._threads == 0
         self._next_look = time.monotonic() + LOOK
+        return _AHEAD * max(self._threads, 1)
 
-    def submit(self, part: Part) -> Future[Measured]:
-        """Hand out a part."""
-        from hertzchain.sweeps.on_worker import Task
 
-        task = pickle.dumps(Task(self._name, self.design, part, self.peaks))
-        future: Future[Measured] = self._executor.submit(
-            pickle.loads, task, key=f"{part.name}-{self._name}"
-        )
-        return future
+def _found(future: Future[Measured], part: Part, scheduler: str) -> Measured:
+    """Return the tables of a part, or say in a sentence what became of it."""
+    from distributed import KilledWorker
 
-    def result(self, future: Future[Measured], part: Part) -> Measured:
-        """Return the tables of a part, or say in a sentence what became of it."""
-        from distributed import KilledWorker
-
-        try:
-            measured = future.result()
-        except HertzchainError:
-            raise
-        except KilledWorker:
-            raise RunFailed(
-                f"part {part.name} was lost with worker after worker: look into their logs, they"
-                " may be short of memory; the same command resumes the sweep"
-            ) from None
-        except ImportError as problem:  # from a worker that joined later
-            raise BackendMissing(
-                f"a worker of {self._scheduler} cannot import {problem.name or problem}: pip"
-                f" install 'hertzchain=={version('hertzchain')}' there"
-            ) from None
-        except (CancelledError, OSError):
-            raise _lost(self._scheduler) from None
-        self.report_progress(part.stop - part.start)
-        return measured
+    try:
+        return future.result()
+    except HertzchainError:
+        raise
+    except KilledWorker:
+        raise RunFailed(
+            f"part {part.name} was lost with worker after worker: look into their logs, they"
+            " may be short of memory; the same command resumes the sweep"
+        ) from None
+    except ImportError as problem:
+        raise BackendMissing(
+            f"a worker of {scheduler} cannot import {problem.name or problem}: pip"
+            f" install 'hertzchain=={version('hertzchain')}' there"
+        ) from None
+    except (CancelledError, OSError):
+        raise _lost(scheduler) from None
 
 
 def _lost(scheduler: str) -> RunFailed:
@@ -132,34 +148,9 @@ def _lost(scheduler: str) -> RunFailed:
     )
 
 
-def _ask(client: Client, time_limit: float, method: str, *arguments: Any, **options: Any) -> Any:
-    """Return the result of a method of a client."""
-    if client.status != "running":
-        raise ConnectionError
-
-    async def ask() -> Any:
-        return await getattr(client, method)(*arguments, **options)
-
-    return client.sync(ask, callback_timeout=time_limit)
-
-
-def _check_versions(client: Client, scheduler: str) -> None:
-    """Refuse workers without this version of hertzchain, if they are known before the work."""
-    from hertzchain.sweeps.on_worker import check_version
-
-    try:
-        found = _ask(client, _PATIENCE, "get_versions", packages=["hertzchain"])
-    except OSError:
-        raise _lost(scheduler) from None
-    for address, there in found["workers"].items():
-        if there:  # None for a worker that is gone
-            theirs = there["packages"]["hertzchain"]
-            check_version(f"the worker {address}", theirs, version("hertzchain"))
-
-
 @contextmanager
 def _connected(scheduler: str) -> Iterator[Client]:
-    """Connect to a scheduler."""
+    """Connect to a scheduler; parts that are not done are dropped when the connection ends."""
     from distributed import Client
 
     try:

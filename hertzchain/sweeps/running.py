@@ -6,7 +6,6 @@ LAMMPS and long work run in processes of their own.
 from __future__ import annotations
 
 import queue
-from abc import abstractmethod
 from collections.abc import Callable, Iterable
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import AbstractContextManager
@@ -26,40 +25,25 @@ ReportProgress = Callable[[int], None]
 Measure = Callable[[Design, Iterable[Part], bool, Keep, ReportProgress], None]
 
 
-class Crew(AbstractContextManager["Crew"]):
-    """Those who measure the parts of a sweep; progress is reported from any thread."""
-
-    def __init__(self, design: Design, peaks: bool, report_progress: ReportProgress) -> None:
-        self.design, self.peaks, self.report_progress = design, peaks, report_progress
-        self.at_work: dict[Future[Measured], Part] = {}
-
-    @abstractmethod
-    def room(self) -> int:
-        """Return how many parts are taken at once."""
-
-    @abstractmethod
-    def submit(self, part: Part) -> Future[Measured]:
-        """Start a part."""
-
-    def result(self, future: Future[Measured], part: Part) -> Measured:  # noqa: ARG002
-        """Return the tables of a part that is done."""
-        return future.result()
-
-    def measure(self, parts: Iterable[Part], keep: Keep) -> None:
-        """Measure parts; ``keep`` is called in this thread."""
-        waiting = iter(parts)
-        while True:
-            while len(self.at_work) < self.room() and (part := next(waiting, None)) is not None:
-                future = self.submit(part)
-                self.at_work[future] = part
-                if future.done():  # kept before another is measured
-                    break
-            if not self.at_work:
-                return
-            done, _ = wait(self.at_work, timeout=LOOK, return_when=FIRST_COMPLETED)
-            for future in done:
-                part = self.at_work.pop(future)
-                keep(part, self.result(future, part))
+def in_turn(
+    submit: Callable[[Part], Future[Measured]],
+    room: Callable[[], int],
+    parts: Iterable[Part],
+    keep: Callable[[Part, Future[Measured]], None],
+) -> None:
+    """Hand out parts, as many at once as there is room for; ``keep`` is called in this thread."""
+    waiting, at_work = iter(parts), dict[Future[Measured], Part]()
+    while True:
+        while len(at_work) < room() and (part := next(waiting, None)) is not None:
+            future = submit(part)
+            at_work[future] = part
+            if future.done():  # kept before another is measured
+                break
+        if not at_work:
+            return
+        done, _ = wait(at_work, timeout=LOOK, return_when=FIRST_COMPLETED)
+        for future in done:
+            keep(at_work.pop(future), future)
 
 
 def measure_here(
@@ -67,18 +51,19 @@ def measure_here(
 ) -> None:
     """Measure parts on this machine."""
     with _Cores(design, peaks, report_progress) as cores:
-        cores.measure(parts, keep)
+        in_turn(cores.submit, cores.room, parts, lambda part, future: keep(part, future.result()))
 
 
 class _Stopped(Exception):
     """Raised to stop work on a part that is no longer wanted."""
 
 
-class _Cores(Crew):
+class _Cores(AbstractContextManager["_Cores"]):
     """One thread for each core, each with a process that may crash; short work stays here."""
 
     def __init__(self, design: Design, peaks: bool, report_progress: ReportProgress) -> None:
-        super().__init__(design, peaks, report_progress)
+        self._design, self._peaks, self._report_progress = design, peaks, report_progress
+        self._at_work: list[Future[Measured]] = []
         self._here: dict[Backend, bool] = {}
         self._children = [Child() for _ in range(usable_cores())]
         self._idle: queue.SimpleQueue[Child] = queue.SimpleQueue()
@@ -89,12 +74,12 @@ class _Cores(Crew):
 
     def __exit__(self, *_: object) -> None:
         self._stopped = True
-        for future in self.at_work:
+        for future in self._at_work:
             future.cancel()
         while True:  # a thread may be about to start its process again
             for child in self._children:
                 child.end()
-            if not wait(self.at_work, timeout=_MOMENT).not_done:
+            if not wait(self._at_work, timeout=_MOMENT).not_done:
                 break
         self._pool.shutdown()
 
@@ -104,17 +89,19 @@ class _Cores(Crew):
 
     def submit(self, part: Part) -> Future[Measured]:
         """Start a part in a thread, or measure it now where a process would only cost time."""
-        backend, design = part.backend, self.design
+        backend, design = part.backend, self._design
         if backend not in self._here:
             self._here[backend] = is_batched(design, backend) or is_short(design, backend)
         if not self._here[backend]:
-            return self._pool.submit(self._measure, part)
-        future: Future[Measured] = Future()
-        future.set_result(measure(design, part, self.peaks, report_progress=self.report_progress))
+            future = self._pool.submit(self._measure, part)
+            self._at_work = [future, *(one for one in self._at_work if not one.done())]
+            return future
+        future = Future[Measured]()
+        future.set_result(measure(design, part, self._peaks, report_progress=self._report_progress))
         return future
 
     def _measure(self, part: Part) -> Measured:
-        child, given = self._idle.get(), (self.design, part, self.peaks)
+        child, given = self._idle.get(), (self._design, part, self._peaks)
         try:
             if isinstance(part.backend, Lammps):
                 return measure(*given, child=child, report_progress=self._report_on)
@@ -127,4 +114,4 @@ class _Cores(Crew):
     def _report_on(self, scenes: int) -> None:
         if self._stopped:
             raise _Stopped
-        self.report_progress(scenes)
+        self._report_progress(scenes)

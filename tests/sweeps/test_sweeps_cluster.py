@@ -144,21 +144,12 @@ def lammps_processes(workers: Sequence[subprocess.Popen[bytes]]) -> list[psutil.
 
 @pytest.mark.slow
 @pytest.mark.lammps
-def test_tables_are_those_of_this_machine_by_one_process_for_lammps_on_each_worker(
-    two: tuple[str, Workers],
-) -> None:
-    """Such a process lasts for all parts that its worker measures, and ends with the sweep."""
+def test_tables_are_those_of_this_machine(two: tuple[str, Workers]) -> None:
+    """Processes for LAMMPS end with the sweep."""
     address, workers = two
     backends = (hc.Native(rtol=1e-4), LAMMPS, "formulas")
-    seen: dict[int, set[int]] = {process.pid: set() for process in workers}
-
-    def look(*_: int) -> None:
-        for process in workers:
-            seen[process.pid].update(one.pid for one in lammps_processes([process]))
-
-    assert_same(sweep(address, backends, progress=look), sweep(None, backends))
-    assert max(len(pids) for pids in seen.values()) == 1
-    await_that(lambda: not lammps_processes(workers))
+    assert_same(sweep(address, backends), sweep(None, backends))
+    assert not lammps_processes(workers)
 
 
 @pytest.mark.slow
