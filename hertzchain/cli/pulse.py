@@ -55,22 +55,13 @@ def pulse(
     end: str | None = typer.Option(
         None, metavar="TIME", help="Where it ends. Default: where it is back in the noise."
     ),
-    smooth: str | None = typer.Option(
-        None,
-        metavar="TIME",
-        help="Smooth samples by cubic polynomials over this time (Savitzky, Golay).",
-    ),
     scene: Path | None = typer.Option(
         None,
         metavar="SCENE",
         help="What the pulse is for, whatever shock the file has: says what noise and fewer"
         " rows do to the peaks.",
     ),
-    rtol: float | None = typer.Option(
-        None,
-        help="How much fewer rows may change the peaks. Default: 0.001 or, with --scene, as"
-        " much as noise does.",
-    ),
+    rtol: float = typer.Option(1e-3, help="How much fewer rows may change the peaks."),
     plot: Path | None = typer.Option(
         None, metavar="FILE", help="Draw recording, baseline and rows (png, pdf, svg)."
     ),
@@ -96,10 +87,10 @@ def pulse(
     refuse_without_need(plot is not None, size=size is not None)
     inches = to_inches(size)
     check_format(plot, "plot")
-    times = {"--start": start, "--end": end, "--smooth": smooth}
     given = Given(
         _number("--baseline", baseline, "in the unit of the column"),
-        *(to_seconds(option, text) for option, text in times.items()),
+        to_seconds("--start", start),
+        to_seconds("--end", end),
     )
     newtons = _number("--scale", scale, "N for each unit of the column, as 25 for 25 N per volt")
     read = read_recording(recording, time, force, time_unit, force_unit, newtons)

@@ -127,7 +127,8 @@ def run(
         return
     from hertzchain.engines.native.backend import AS_WRITTEN
     from hertzchain.engines.native.duration import with_end
-    from hertzchain.report.console import print_run
+    from hertzchain.report.console import print_document
+    from hertzchain.report.run import of_result
     from hertzchain.report.tables import run_document
 
     loaded = options.load_scene(scene)
@@ -164,7 +165,7 @@ def run(
     show(
         as_json,
         lambda: run_document(result),
-        lambda console: print_run(console, result, files.others, every),
+        lambda console: print_document(console, of_result(result), files.others, every),
     )
     files.write(result, scene.name)
     asked = (RTOL if method is None and step is None else None) if rtol is None else rtol

@@ -20,7 +20,6 @@ from hertzchain.cli.output import (
     print_json,
     progress,
     say,
-    write_file,
 )
 from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
@@ -82,9 +81,6 @@ def sweep(
     ),
     lmp: options.LammpsBinary = None,
     time_limit: options.TimeLimit = "1 h",
-    report: Path | None = typer.Option(
-        None, metavar="FILE", help="Write a page (html): a plot and the first rows."
-    ),
     as_json: options.AsJson = False,
 ) -> None:
     """Measure many scenes: a row for each with its parameters, p, F_SW, speed, largest peak, error.
@@ -94,18 +90,13 @@ def sweep(
     A sweep that was stopped or killed continues when it is started again. A scene that fails is a
     row with the reason.
     """
-    from hertzchain.files import check_outputs
-    from hertzchain.report.formats import check_format
     from hertzchain.sweeps import sweep as measure
-    from hertzchain.sweeps.page import write_page
     from hertzchain.sweeps.parts import backend_named
 
     if output.suffix.lower() in (".csv", ".parquet"):
         raise HertzchainError(
             f"-o {output}: is to be a folder; for one file of text in it say --format csv"
         )
-    check_outputs([scene], [report])
-    check_format(report, "page")
     limit = options.to_time_limit(time_limit)
     wanted = backend or [Source("native")]
     options.refuse_without_need("lammps" in wanted, extrapolated=extrapolated, lmp=lmp)
@@ -149,7 +140,6 @@ def sweep(
         )
     else:
         typer.echo(f"{counts.done:,} rows in {output}, {_how_to_open(output, file_format)}")
-    write_file("Report", report, lambda path: write_page(swept, path, scene.name))
     _warn(counts, rtol)
     raise typer.Exit(OUT_OF_TOLERANCE if counts.failed or counts.missed else DONE)
 

@@ -6,7 +6,6 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 
 from hertzchain.errors import HertzchainError, did_you_mean
@@ -33,9 +32,6 @@ _SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", " ": "blanks"}
 
 _UNIT = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]\s*$|[_/]\s*([A-Za-zµμ]+)$")
 """Unit at the end of the name of a column: "force [kN]", "Time (us)", "time_s", "F/N"."""
-
-_TITLE = re.compile(r"(?:units?|columns?|fields?|channels?)\s*:", re.IGNORECASE)
-"""Characters with which a comment that names columns or their units may begin."""
 
 UNITS_OF_TIME = {
     **dict.fromkeys(("s", "sec", "second", "seconds"), "s"),
@@ -92,11 +88,10 @@ class Layout:
         """Column with the name or number of an option; HertzchainError lists the columns."""
         if wanted.isdecimal() and 1 <= int(wanted) <= self.columns:
             return int(wanted) - 1
-        bare = [_bare(name) for name in self.names]
-        for known in (self.names, bare, [name.lower() for name in bare]):
-            same = wanted.lower() if known is not self.names and known is not bare else wanted
-            if list(known).count(same) == 1:
-                return list(known).index(same)
+        for known in (list(self.names), [_bare(name).lower() for name in self.names]):
+            meant = wanted if known == list(self.names) else wanted.lower()
+            if known.count(meant) == 1:
+                return known.index(meant)
         listed = ", ".join(self.name(column) for column in range(self.columns))
         hint = did_you_mean(wanted, [name for name in self.names if name])
         raise HertzchainError(f"{option} {wanted}: no such column, there are {listed}{hint}")
@@ -179,46 +174,6 @@ def layout_of(path: Path, lines: Sequence[str]) -> Layout:
     return Layout(separator, decimal, columns, names, units, numeric)
 
 
-@dataclass(frozen=True)
-class Numbered:
-    """A column with numbers of samples for their times, as oscilloscopes of Rigol write it.
-
-    Parameters
-    ----------
-    column
-        Index of the column.
-    start, increment
-        Time of sample 0, and between samples [s].
-    units
-        Units of the columns; empty texts for missing ones.
-    """
-
-    column: int
-    start: float
-    increment: float
-    units: tuple[str, ...]
-
-
-def numbered(lines: Sequence[str], layout: Layout) -> Numbered | None:
-    """Return the clock of numbered samples; None where they are not numbered.
-
-    Below ``X,CH1,Start,Increment`` stands such as ``Sequence,Volt,-1e-4,2e-7``.
-    """
-    for above, below in pairwise(lines[:_LOOKED_AT]):
-        titles = [cell.lower() for cell in layout.split(above)]
-        cells = layout.split(below)
-        kinds = [cell.lower() for cell in cells]
-        if not {"start", "increment"} <= set(titles) or "sequence" not in kinds:
-            continue
-        places = [titles.index(title) for title in ("start", "increment")]
-        if all(place < len(cells) and layout.is_number(cells[place]) for place in places):
-            start, increment = (layout.to_float(cells[place]) for place in places)
-            units = [_as_unit(cell) for cell in cells[: layout.columns]]
-            units += [""] * (layout.columns - len(units))
-            return Numbered(kinds.index("sequence"), start, increment, tuple(units))
-    return None
-
-
 def _split(line: str, separator: str) -> list[str]:
     line = line.partition("#")[0].strip("\r\n ")
     if separator == " ":
@@ -245,7 +200,7 @@ def _header(
     """Return names and units of the columns, from the last text lines before the numbers."""
     texts: list[list[str]] = []
     for line in lines:
-        cells = _cells_of_header(line, separator, columns)
+        cells = _split(line.lstrip().lstrip("#%"), separator)  # a comment may name the columns
         if len(cells) == columns:
             if sum(number.fullmatch(cell) is not None for cell in cells) >= 2:
                 break
@@ -257,21 +212,6 @@ def _header(
     if len(texts) > 1 and all(map(_as_unit, names)):  # a line of units below the names
         return tuple(texts[-2]), tuple(map(_as_unit, names))
     return tuple(names), tuple(_unit_of(name) for name in names)
-
-
-def _cells_of_header(line: str, separator: str, columns: int) -> list[str]:
-    """The cells of a line above the numbers; a comment may have another separator than they.
-
-    A comment may begin with a word and a colon, as "units: us, kN".
-    """
-    text = line.lstrip().lstrip("#%").strip()
-    cells = _split(text, separator)
-    if not is_comment(line) or (len(cells) == columns and ":" not in cells[0]):
-        return cells
-    text = text.partition(":")[2].strip() if _TITLE.match(text) else text
-    text = re.sub(r"\s+([\[(])", r"\1", text)  # "time (us)" is one cell
-    others = (_split(text, other) for other in (separator, ";", "\t", ",", " "))
-    return next((found for found in others if len(found) == columns and all(found)), cells)
 
 
 def _as_unit(cell: str) -> str:

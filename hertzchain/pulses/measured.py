@@ -11,7 +11,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import peak_forces
 from hertzchain.errors import HertzchainError, is_finite, require
-from hertzchain.observables.peaks import judged_contacts, largest_difference
+from hertzchain.observables.peaks import largest_difference
 from hertzchain.pulses.corners import Corners, impulse_of, reduce
 from hertzchain.pulses.crest import Crest, crest_of, with_crest
 from hertzchain.pulses.recording import Recording
@@ -20,9 +20,7 @@ from hertzchain.scene.pulse import PulseTable
 from hertzchain.scene.scene import Scene
 
 RTOL = 1e-3
-"""Default of the largest change of the peaks by fewer rows (chosen); larger where noise changes
-them more.
-"""
+"""Default of the largest change of the peaks by fewer rows (chosen)."""
 
 TIGHTEST, LOOSEST = 1e-6, 0.1
 """Range of that change: below it all samples are corners; above it the pulse becomes a different
@@ -32,9 +30,6 @@ one.
 _BEND = 1 / 3
 """Bow of a line over F0 times the wanted accuracy of the peaks. Measured: peaks of 40 granules of
 LM_ratio 0.1 to 10 under the three pulses changed by up to 2.9 bows, mostly by less than 1."""
-
-_FINER = (4.0, 1.0, 0.25, 0.0625)
-"""Bows over F0 times the wanted accuracy that are tried in a scene, until its peaks are right."""
 
 _REPEATS = 32  # number of recordings with other noise: gives a standard deviation to 13 %
 # approximate number of samples in each (chosen): 20 ms a recording
@@ -74,12 +69,6 @@ class InScene:
     peak_force: FloatArray
     deviation: FloatArray
     change: float
-
-    @property
-    def uncertainty(self) -> float:
-        """Largest ratio of standard deviation to peak of the judged peaks."""
-        judged = judged_contacts(self.peak_force)
-        return float(np.max(self.deviation[judged] / self.peak_force[judged]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,14 +140,14 @@ class MeasuredPulse:
         }
 
 
-def check_accuracy(rtol: float | None) -> None:
-    """Raise a SceneError for an impossible accuracy; None stands for the default."""
-    right = rtol is None or (is_finite(rtol) and TIGHTEST <= rtol <= LOOSEST)
+def check_accuracy(rtol: float) -> None:
+    """Raise a SceneError for an impossible accuracy."""
+    right = is_finite(rtol) and TIGHTEST <= rtol <= LOOSEST
     require(right, "--rtol", rtol, f"must be a number from {TIGHTEST:g} to {LOOSEST:g}")
 
 
 def measured_pulse(
-    recording: Recording, signal: Signal, rtol: float | None = None, scene: Scene | None = None
+    recording: Recording, signal: Signal, wanted: float = RTOL, scene: Scene | None = None
 ) -> MeasuredPulse:
     """Reduce a measured pulse to as few rows as the accuracy of the peaks allows.
 
@@ -166,23 +155,14 @@ def measured_pulse(
     ----------
     recording, signal
         The recording, and the pulse found in it.
-    rtol
-        Largest relative change of the peaks by fewer rows; by default 1e-3 or, in a scene, the
-        change by noise if it is larger.
+    wanted
+        Largest relative change of the peaks by fewer rows.
     scene
-        Scene for the pulse, which replaces its shock: its peaks decide on the rows. By default a
-        bound on the force decides.
+        Scene for the pulse, which replaces its shock: what noise and fewer rows do to its peaks.
     """
-    wanted = RTOL if rtol is None else rtol
-    bend = wanted * float(signal.force.max())
-    corners, crest = _reduced(signal, _BEND * bend)
+    corners, crest = _reduced(signal, _BEND * wanted * float(signal.force.max()))
     others = _with_other_noise(recording, signal, corners, crest, _BEND * wanted)
-    in_scene = None
-    if scene is not None:
-        in_scene = _noise_in_scene(scene, corners, others, wanted)
-        if rtol is None:
-            wanted = max(wanted, in_scene.uncertainty)
-        corners, in_scene = _fewest(signal, crest, in_scene, wanted)
+    in_scene = None if scene is None else _in_scene(scene, signal, corners, others, wanted)
     force, impulse, rise = (_value(figure, corners, others) for figure in _FIGURES)
     table = _table(corners)
     return MeasuredPulse(recording, signal, table, force, impulse, rise, wanted, in_scene)
@@ -228,7 +208,7 @@ def _with_other_noise(
         other = binned(signal.noise.again(1, total, generator)[0], many)
         noisy = replace(recording, time=time, force=pulse + signal.baseline + other)
         try:
-            again = pulse_of(noisy, replace(signal.given, smooth=None))
+            again = pulse_of(noisy, signal.given)
         except HertzchainError as problem:  # by chance no pulse stands out of the noise
             problems.append(problem)
             continue
@@ -278,40 +258,17 @@ def _largest(_: FloatArray, force: FloatArray) -> float:
 _FIGURES = (_largest, impulse_of, _rise_time)  # of a pulse, in the order of the fields
 
 
-def _noise_in_scene(
-    scene: Scene, corners: Corners, others: Sequence[Corners], wanted: float
+def _in_scene(
+    scene: Scene, signal: Signal, corners: Corners, others: Sequence[Corners], wanted: float
 ) -> InScene:
-    """Return peaks in a scene, and their deviations under pulses with other noise."""
-    scenes = [replace(scene, shock=_table(one)) for one in (corners, *others)]
-    peaks = _peaks(scenes, _RUNS * wanted)
-    ratio, *ratios = (one.momentum_ratio for one in scenes)
-    of_peaks = _deviation(peaks[1:], peaks[0])
-    return InScene(scenes[0], Value(ratio, float(_deviation(ratios, ratio))), peaks[0], of_peaks, 0)
-
-
-def _fewest(
-    signal: Signal, crest: Crest | None, spread: InScene, wanted: float
-) -> tuple[Corners, InScene]:
-    """Return the fewest corners that change no peak by more than is wanted, and their peaks."""
-    everything = np.arange(signal.time.size)
-    full = Corners(signal.time, signal.force, everything)
-    full_scene = replace(spread.scene, shock=table_of(signal))
-    truth = _peaks([full_scene], _RUNS * wanted)[0]
-    bend = wanted * float(signal.force.max())
-    for factor in _FINER:
-        corners = reduce(signal.time, signal.force, factor * bend, signal.noise)
-        corners = with_crest(corners, crest)
-        scene = replace(spread.scene, shock=_table(corners))
-        peaks = _peaks([scene], _RUNS * wanted)[0]
-        change = largest_difference(peaks, truth)
-        if change <= wanted:
-            break
-    else:
-        corners, scene, peaks, change = full, full_scene, truth, 0.0
-    ratio = replace(spread.momentum_ratio, value=scene.momentum_ratio)
-    return corners, replace(
-        spread, scene=scene, momentum_ratio=ratio, peak_force=peaks, change=change
-    )
+    """Return peaks in a scene, their deviations under other noise, and their change by few rows."""
+    tables = [_table(corners), table_of(signal), *map(_table, others)]
+    scenes = [replace(scene, shock=table) for table in tables]
+    peaks, truth, *noisy = _peaks(scenes, _RUNS * wanted)
+    ratio, _, *ratios = (one.momentum_ratio for one in scenes)
+    found = Value(ratio, float(_deviation(ratios, ratio)))
+    change = largest_difference(peaks, truth)
+    return InScene(scenes[0], found, peaks, _deviation(noisy, peaks), change)
 
 
 def _peaks(scenes: Sequence[Scene], rtol: float) -> FloatArray:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
-from itertools import pairwise
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -18,15 +17,13 @@ from hertzchain.pulses.layout import (
     Layout,
     is_comment,
     layout_of,
-    numbered,
     read_lines,
 )
 from hertzchain.scene.quantities import to_si
 
 LEAST_SAMPLES = 8  # least number of samples of a recording; chosen
 _MOST = 1e60  # largest s or N: its square, and sums of squares, can be represented
-_LONGEST = 25  # most characters of a number that are shown; more than float64 has
-_SHOWN = 3  # most complaints about lines that are shown
+_SHOWN = 3  # most wrong lines that are named
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,20 +88,9 @@ def read_recording(
             f"{path}: time and force must be two columns of numbers; name them with --time and"
             " --force"
         )
-    counted = numbered(lines, layout)
-    if counted is not None:
-        layout = replace(layout, units=counted.units)
     seconds, unit_of_time = _unit("--time-unit", time_unit, layout.units[first], UNITS_OF_TIME, "s")
     newtons, unit_of_force = _unit_of_force(layout, second, force_unit, scale)
     begin, values = _read(path, lines, layout, (first, second))
-    if counted is not None and counted.column == first and time_unit is None:
-        start, seconds = counted.start, counted.increment
-        unit_of_time = f"numbers of samples, {seconds:g} s each, from {start:g} s (header)"
-        allowed = "must be finite, the increment above 0: correct the line below their names"
-        possible = is_finite(start) and is_finite(seconds) and seconds > 0
-        require(possible, "Start, Increment", (start, seconds), allowed)
-    else:
-        start = 0.0
     texts = sum(bool(line.strip()) for line in lines[:begin])
     facts = (
         ("file", f"{path}: {len(values):,} samples, {layout.describe()}"),
@@ -113,7 +99,7 @@ def read_recording(
         ("force", f"column {layout.name(second)}, {unit_of_force}"),
     )
     with np.errstate(over="ignore", invalid="ignore"):  # refused below
-        clock, forces = start + values[:, 0] * seconds, values[:, 1] * newtons
+        clock, forces = values[:, 0] * seconds, values[:, 1] * newtons
         extents = {"times": np.ptp(clock), "forces": np.ptp(forces)}
     for name, extent in extents.items():
         possible = bool(extent == 0 or 1 / _MOST < extent < _MOST)
@@ -174,55 +160,29 @@ def _read(
             f"{path}: {len(cells)} lines have numbers in the columns {named}, must be at least"
             f" {LEAST_SAMPLES}; name the columns with --time and --force"
         )
-    try:
-        values = np.array([[layout.to_float(row[k]) for k in columns] for _, row in cells])
-        right = bool(np.all(np.isfinite(values)) and np.all(np.diff(values[:, 0]) > 0))
-    except (ValueError, IndexError):
-        right = False
-    if not right:
-        _complain(path, _complaints(cells, layout, columns))
+    values = np.array(
+        [
+            [_number(row[k], layout) if k < len(row) else math.nan for k in columns]
+            for _, row in cells
+        ]
+    )
+    wrong = [f"line {cells[k][0]}" for k in np.flatnonzero(~np.isfinite(values).all(axis=1))]
+    if wrong:
+        more = f" and {len(wrong) - _SHOWN:,} more" if len(wrong) > _SHOWN else ""
+        allowed = "has no finite time and force: correct it or delete it"
+        raise SceneError("", None, f"{', '.join(wrong[:_SHOWN])}{more}: {allowed}", path)
+    back = np.flatnonzero(np.diff(values[:, 0]) <= 0)
+    if back.size:
+        (before, _), (number, _) = cells[back[0]], cells[back[0] + 1]
+        allowed = f"line {number}: the time is not above that of line {before}"
+        advice = "export times with more digits, or name another column"
+        raise SceneError("", None, f"{allowed}; {advice}", path)
     return begin, values
+
+
+def _number(cell: str, layout: Layout) -> float:
+    return layout.to_float(cell) if layout.is_number(cell) else math.nan
 
 
 def _holds(row: list[str], columns: Iterable[int]) -> bool:
     return all(column < len(row) and row[column] for column in columns)
-
-
-def _complaints(
-    cells: list[tuple[int, list[str]]], layout: Layout, columns: tuple[int, int]
-) -> list[str]:
-    """Return the faults of lines, in order."""
-    wrong: list[tuple[int, str]] = []
-    times: list[tuple[int, float, str]] = []
-    for number, row in cells:
-        values = []
-        for column in columns:
-            cell = row[column] if column < len(row) else ""
-            try:
-                value = layout.to_float(cell) if layout.is_number(cell) else None
-            except ValueError:
-                value = None
-            if value is None:
-                what = f"{cell[:_LONGEST]!r} is no number" if cell else f"no column {column + 1}"
-                wrong.append((number, what))
-            elif not math.isfinite(value):
-                wrong.append((number, f"{cell[:_LONGEST]} is not finite"))
-                value = None
-            values.append(value)
-        if values[0] is not None:
-            times.append((number, values[0], row[columns[0]]))
-    for (_, before, text_before), (number, time, text) in pairwise(times):
-        if time <= before:
-            wrong.append(
-                (number, f"the time {text[:30]} is not above {text_before[:30]} before it")
-            )
-    return [f"line {number}: {what}" for number, what in sorted(wrong)]
-
-
-def _complain(path: Path, complaints: list[str]) -> None:
-    shown = "; ".join(complaints[:_SHOWN])
-    more = f"; and {len(complaints) - _SHOWN:,} more" if len(complaints) > _SHOWN else ""
-    advice = "correct these lines or delete them"
-    if complaints and all("is not above" in one for one in complaints):
-        advice = "times must increase: export them with more digits, or name another column"
-    raise SceneError("", None, f"{shown}{more}; {advice}", path)

@@ -12,7 +12,7 @@ from hertzchain.errors import HertzchainError, is_finite, require
 from hertzchain.pulses.corners import impulse_of
 from hertzchain.pulses.noise import LEAST, Noise, noise_before, noise_within, resolution_of
 from hertzchain.pulses.recording import LEAST_SAMPLES, Recording
-from hertzchain.pulses.suspicions import cut_off, drift, lasts_long, no_return
+from hertzchain.pulses.suspicions import cut_off, no_return
 
 _LEAVES_NOISE = 5.0
 """Threshold in standard deviations of averages (chosen): Gaussian noise exceeds it in 3 of 10
@@ -21,16 +21,11 @@ million.
 
 _LEAST_BASELINE = 10  # widths of a pulse at half its height over the time before it; chosen
 
-_CUT = 0.5  # part of the height, from which an end of the window cuts a pulse through; chosen
-_LITTLE = 0.1  # part of the largest force: less is no pulse next to a spike; chosen
 _WINDOWS = 20  # averages over a width of the pulse at half its height; chosen
-_UNEVEN = 0.01  # largest difference of time steps for smoothing, relative; chosen
 _OTHER_PULSE = 0.05  # least height of another pulse that counts, over the largest; chosen
 _OVER_SCATTER = 20.0
 """Least height of another pulse over the lowest quartile of the absolute averages before the
 largest; chosen: 6.4 standard deviations of Gaussian noise, and more than a drift has."""
-# degree of Savitzky and Golay's polynomials: crests and slopes keep their height
-_SMOOTHING_ORDER = 3
 _MOST_SAMPLES = 20_000  # most samples of a pulse; more are averaged, 2 or more at a time; chosen
 
 
@@ -46,15 +41,11 @@ class Given:
     start, end
         Times in the recording [s]; by default where averages of the force leave the noise, and
         where they are last above it.
-    smooth
-        Width of the window in which Savitzky and Golay's cubic polynomials smooth the samples
-        [s]; by default nothing is smoothed.
     """
 
     baseline: float | None = None
     start: float | None = None
     end: float | None = None
-    smooth: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,44 +100,45 @@ def pulse_of(recording: Recording, given: Given = Given()) -> Signal:
     step = float(time[-1] - time[0]) / (time.size - 1)
     remarks: list[tuple[str, str]] = []
     resolution = resolution_of(force)
-    start, end = given.start, given.end
-    if given.smooth is not None:
-        force, width = _smoothed(time, force, step, given.smooth)
-        remarks.append(("smoothed", f"cubic polynomials over {width} samples (Savitzky, Golay)"))
+    given_first = None if given.start is None else _place(time, "--start", given.start)
+    given_last = None if given.end is None else _place(time, "--end", given.end)
+    inside = slice(given_first or 0, time.size if given_last is None else given_last + 1)
     possible = given.baseline is None or is_finite(given.baseline)
     require(possible, "--baseline", given.baseline, "must be a finite number")
     known = None if given.baseline is None else given.baseline * recording.newtons
     level = _rough_level(force, known)
-    inside = _looked_at(time, force, level, start, end)
+    if force[inside].size < LEAST_SAMPLES:
+        raise _no_pulse(time, inside.start, inside.stop - 1)
     crest = inside.start + int(np.argmax(force[inside]))
     _refuse_pull(force[inside], level)
     rising, falling = _half_heights(force, level, crest)
     window = max(1, (falling - rising) // _WINDOWS) // 2 * 2 + 1
     averages = averaged(force, window)
     before = _foot(averages, level, crest)
-    if start is not None:
-        before = min(before, _place(time, "--start", start))
+    if given_first is not None:
+        before = min(before, given_first)
     least = max(LEAST, (falling - rising) // _LEAST_BASELINE)
     _refuse_two(time, averages[:before] - level, float(force[crest]) - level, crest)
     level, noise = _noise(force, before, least, known, step, resolution)
     limit = _threshold(noise, window, step, float(force[crest]) - level)
     quiet = np.flatnonzero(averages[: rising + 1] <= level + limit)
-    first = int(quiet[-1]) if quiet.size else 0
-    if start is not None:
-        first = _place(time, "--start", start)
     above = np.flatnonzero(averages > level + limit)
-    last = min(int(above[-1]) + 1, time.size - 1) if above.size else 0
-    if end is not None:
-        last = _place(time, "--end", end)
-    if not first <= crest <= last or last - first + 1 < LEAST_SAMPLES:
-        raise _no_pulse(time, first, last, crest, noise, given)
+    if not above.size:
+        raise HertzchainError(
+            f"no pulse stands out of the noise, {noise.deviation:.2g} N: name another column with"
+            " --force, or say with --start and --end where the pulse is"
+        )
+    first = (int(quiet[-1]) if quiet.size else 0) if given_first is None else given_first
+    last = min(int(above[-1]) + 1, time.size - 1) if given_last is None else given_last
+    if last - first + 1 < LEAST_SAMPLES:
+        raise _no_pulse(time, first, last)
     samples = before if known is None and before >= least else 0
     height = float(force[crest]) - level
     found = (
-        drift(force, step, before, crest, height, resolution),
-        no_return(force, level, height, step, noise, known, samples) if end is None else None,
-        cut_off(recording.force[inside], resolution_of(recording.force)),
-        lasts_long(float(time[last] - time[first])),
+        no_return(force, level, height, step, noise, known, samples)
+        if given_last is None
+        else None,
+        cut_off(force[inside], resolution),
     )
     samples_inside = force[first : last + 1] - level
     clean = without_negative(samples_inside, window, limit)
@@ -167,46 +159,13 @@ def pulse_of(recording: Recording, given: Given = Given()) -> Signal:
     )  # fmt: skip
 
 
-def _looked_at(
-    time: FloatArray, force: FloatArray, level: float, start: float | None, end: float | None
-) -> slice:
-    """Return the samples between the given start and end: a spike elsewhere is not used.
-
-    Return all samples if a given time would cut the pulse, or leave little of the force.
-    """
-    first = 0 if start is None else _place(time, "--start", start)
-    last = time.size - 1 if end is None else _place(time, "--end", end)
-    if last - first < LEAST_SAMPLES:
-        return slice(0, time.size)
-    inside = force[first : last + 1] - level
-    edges = (
-        np.median(inside[:LEAST_SAMPLES]) if start is not None else 0.0,
-        np.median(inside[-LEAST_SAMPLES:]) if end is not None else 0.0,
-    )
-    cuts = max(edges) > _CUT * inside.max() or inside.max() < _LITTLE * (force.max() - level)
-    return slice(0, time.size) if cuts else slice(first, last + 1)
-
-
-def _no_pulse(
-    time: FloatArray, first: int, last: int, crest: int, noise: Noise, given: Given
-) -> HertzchainError:
-    """Return the error for samples without a pulse."""
-    largest = f"the largest force, at {time[crest]:.6g} s,"
-    if given.start is not None and given.end is not None and last <= first:
-        return HertzchainError(f"--start {given.start:g} s must be before --end {given.end:g} s")
-    if last < first and given.start is None and given.end is None:
-        return HertzchainError(
-            f"no pulse stands out of the noise, {noise.deviation:.2g} N: name another column with"
-            " --force, or smooth it with --smooth"
-        )
-    if not first <= crest <= last:
-        return HertzchainError(
-            f"{largest} is not in the pulse, from {time[first]:.6g} s to {time[last]:.6g} s:"
-            " delete the sample if it is a spike, or give other times with --start and --end"
-        )
+def _no_pulse(time: FloatArray, first: int, last: int) -> HertzchainError:
+    """Return the error for too few samples."""
+    there = max(last - first + 1, 0)
     return HertzchainError(
-        f"{largest} is in a pulse of {last - first + 1} samples, must be at least {LEAST_SAMPLES}:"
-        " delete the samples if they are a spike, or give --start and --end in times of the file"
+        f"there are {there} samples from {time[first]:.6g} s to {time[max(last, 0)]:.6g} s, a pulse"
+        f" needs {LEAST_SAMPLES}: delete them if they are a spike, or give --start and --end in"
+        " times of the file"
     )
 
 
@@ -229,23 +188,6 @@ def without_negative(force: FloatArray, window: int, limit: float) -> FloatArray
     return np.maximum(np.where(averages < limit, averages, force), 0.0)
 
 
-def _smoothed(
-    time: FloatArray, force: FloatArray, step: float, smooth: float
-) -> tuple[FloatArray, int]:
-    from scipy.signal import savgol_filter
-
-    uneven = float(np.abs(np.diff(time) / step - 1.0).max())
-    if uneven > _UNEVEN:
-        raise HertzchainError(
-            f"--smooth needs samples at equal times; here steps differ by {uneven:.2g} of the mean"
-        )
-    width = round(smooth / step) // 2 * 2 + 1 if is_finite(smooth) else 0
-    possible = _SMOOTHING_ORDER < width <= time.size
-    allowed = f"must be from {4 * step:.3g} s to the length of the recording: more than 3 samples"
-    require(possible, "--smooth", smooth, allowed)
-    return np.asarray(savgol_filter(force, width, _SMOOTHING_ORDER), np.float64), width
-
-
 def _rough_level(force: FloatArray, given: float | None) -> float:
     """Return the approximate baseline [N]: the median of the first samples."""
     crest = int(np.argmax(np.abs(force - np.median(force[:LEAST_SAMPLES]))))
@@ -254,16 +196,11 @@ def _rough_level(force: FloatArray, given: float | None) -> float:
 
 def _refuse_pull(force: FloatArray, level: float) -> None:
     up, down = float(force.max()) - level, level - float(force.min())
-    if down > up and level - float(np.median(force[-LEAST_SAMPLES:])) > _CUT * down:
-        raise HertzchainError(
-            f"the recording seems to begin in its pulse, as it ends {down:.3g} N below its first"
-            " samples: say with --baseline what the column has without a force, such as 0; a pulse"
-            " that goes down is turned with --scale"
-        )
     if down > up:
         raise HertzchainError(
             f"the largest signal, {-down:.3g} N, pulls; a pulse pushes: turn it with --scale (-1,"
-            " or N for each unit with a minus)"
+            " or N for each unit with a minus) or, if the recording begins in its pulse, say with"
+            " --baseline what the column has without a force"
         )
     if up == 0:
         raise HertzchainError("all forces are equal: there is no pulse in this column")

@@ -5,38 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.pulses.noise import LEAST, Noise, noise_before
+from hertzchain.pulses.noise import LEAST, Noise
 
 _SURE = 5.0  # standard deviations, as for the start of a pulse; chosen
-_DRIFT = 1e-3  # of F0, over the time to the crest: what peaks may change by default
 _RETURN = 0.01  # of F0: the slope of a pulse that ends with its recording is off by less, measured
 _TAIL = 50  # samples of a recording over those in its tail; chosen
-_LONG = 1.0  # s; chosen: a thousand times a blow on spheres, less than eight numbers of samples
 _FLAT = 5  # samples of the largest force from which on a top may be cut off; chosen
 _PILED = 8  # times as many as are within a digit below it; chosen, above what a crest has
-
-
-def drift(
-    force: FloatArray, step: float, before: int, crest: int, height: float, resolution: float
-) -> str | None:
-    """A sentence where the samples before the pulse have a slope [N], else None.
-
-    The slope has to be surer than chance, as slow as the noise may be, and matter for the pulse.
-    """
-    if before < LEAST:
-        return None
-    clock = step * (np.arange(before) - (before - 1) / 2)
-    slope = float(clock @ force[:before] / (clock @ clock))
-    noise = noise_before(force[:before] - slope * clock, step, resolution)
-    length = before * step
-    deviation = max(noise.density, noise.deviation * np.sqrt(step)) * np.sqrt(12 / length**3)
-    change = slope * step * (crest - (before - 1) / 2)
-    if abs(slope) <= _SURE * deviation or abs(change) <= _DRIFT * height:
-        return None
-    return (
-        f"the baseline drifts: by {change:.2g} N until the crest, if it goes on as before the"
-        " pulse, and F0 is wrong by as much: take the drift out of the recording first"
-    )
 
 
 def no_return(
@@ -73,16 +48,6 @@ def no_return(
     return (
         f"the recording {begins} {off:+.2g} N from it: either the baseline"
         " drifts, or the recording stops before the pulse does; say with --end where the pulse ends"
-    )
-
-
-def lasts_long(duration: float) -> str | None:
-    """A sentence where a pulse is so long [s] that its times may have another unit, else None."""
-    if duration <= _LONG:
-        return None
-    return (
-        f"the pulse lasts {duration:.3g} s, is that meant? Say with --time-unit what unit the times"
-        " have, or with --time which column has them"
     )
 
 

@@ -7,25 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hertzchain.arrays import FloatArray
 from hertzchain.observables.result import Result
-from hertzchain.report.card import Card, first_of
+from hertzchain.report.card import MOST_FACTS, Card, first_of
 from hertzchain.report.document import Document
-from hertzchain.report.facts import (
-    cost,
-    describe,
-    number,
-    shown_contacts,
-    similar_scene,
-)
+from hertzchain.report.facts import cost, describe, number
 from hertzchain.report.style import LABELS
 from hertzchain.scene.chain import MATERIAL, Chain
 from hertzchain.scene.keys import keys_of
 from hertzchain.scene.scene import Scene
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from hertzchain.engines.native import Batch
     from hertzchain.report.picture import Picture
 
@@ -59,17 +50,10 @@ def document_of(shown: Any) -> Document:
 
 def printed(shown: Any) -> str:
     """What ``run`` or ``compare`` prints of a result or a verdict, without colours."""
-    from hertzchain.report.console import plain_text, print_document, print_run
+    from hertzchain.report.console import plain_text, print_document
 
-    elsewhere = _elsewhere(shown)
-
-    def print_shown(console: Console) -> None:
-        if isinstance(shown, Result):
-            print_run(console, shown, elsewhere)
-        else:
-            print_document(console, document_of(shown), elsewhere)
-
-    return plain_text(print_shown)
+    document, elsewhere = document_of(shown), _elsewhere(shown)
+    return plain_text(lambda console: print_document(console, document, elsewhere))
 
 
 def drawn(shown: Any) -> Picture:
@@ -108,51 +92,9 @@ def _range(values: Any, unit: str) -> str:
     return f"{' to '.join(f'{value:.6g}' for value in ends)} {unit}".rstrip()
 
 
-def _of_result(result: Result) -> Card:
-    from hertzchain.report.run import main_facts
-
-    shown = shown_contacts(result)[:_MOST_ROWS]
-    facts = [("largest peak", _largest(result.contact, result.peak_force))]
-    facts += main_facts(result)
-    facts += [
-        ("error of the peaks, at most", f"{result.error_estimate:.1e}"),
-        ("largest overlap", f"{result.overlap_ratio:.2g} radii"),
-        ("cost", cost(result)),
-    ]
-    if (similar := similar_scene(result)) is not None:
-        facts.append(("computed as", similar))
-    if result.history is not None:
-        time = result.history.time
-        facts.append(("recorded", f"{time.size:,} times, {time[0]:.4g} to {time[-1]:.4g} s"))
-    facts += first_of("warning", result.warnings, 3)
-    rows = [
-        (
-            result.scene.contact_label(contact),
-            number(result.peak_force[k], 9),
-            number(result.peak_time[k], 6),
-        )
-        for k, contact in enumerate(shown)
-    ]
-    return Card(
-        f"Result of {result.backend}: {describe(result.scene)}",
-        facts,
-        ("contact", "peak force [N]", "peak time [s]"),
-        rows,
-        _more(result.contact.size - len(rows), "contacts", result),
-    )
-
-
 def _more(left: int, what: str, shown: object) -> str:
     """How many rows are left out, and where they are; empty where there are none."""
     return f"{left:,} more {what} {_elsewhere(shown)}" if left else ""
-
-
-def _largest(contact: Any, peak_force: FloatArray) -> str:
-    """The largest peak and where it is."""
-    if not np.isfinite(peak_force).any():
-        return "unknown"
-    at = int(np.nanargmax(peak_force))
-    return f"{peak_force[at]:.9g} N in contact {contact[at]}"
 
 
 def _of_batch(batch: Batch) -> Card:
@@ -180,19 +122,16 @@ def _of_batch(batch: Batch) -> Card:
     )
 
 
-def _effort(result: Result) -> str:
-    """How accurate a simulation is, and what that took."""
-    error, steps = f"error at most {result.error_estimate:.1e}", f"{result.steps:,} steps"
-    return f"{error}, {steps}, {result.wall_time:.2f} s ({result.method})"
-
-
-def _of_verdict(shown: Any) -> Card:
-    """The card of a verdict: the sentence, what it is about, why it failed, and its peaks."""
+def _of_document(shown: Any) -> Card:
+    """The card of a run or a verdict: the sentence, what is known, why it failed, and its peaks."""
     document = document_of(shown)
-    verdict, peaks = document.verdict, document.peaks
-    facts = [("verdict", f"{verdict.word}. {verdict.sentence}")]
+    verdict, peaks, native = document.verdict, document.peaks, document.native
+    facts = [("verdict", f"{verdict.word}. {verdict.sentence}")] if verdict.sentence else []
     if document.command == "compare":
-        facts += [(LABELS[name], _effort(result)) for name, result in document.results.items()]
+        facts += [
+            (LABELS[name], f"error at most {one.error_estimate:.1e}, {cost(one)}")
+            for name, one in document.results.items()
+        ]
         facts += [(label, "did not run") for label in document.absent]
         failed = [f"{one.name}: {one.found or one.advice}" for one in verdict.failures]
         facts += first_of("failed", failed, 4)
@@ -202,11 +141,20 @@ def _of_verdict(shown: Any) -> Card:
     to_mend = [one for one in document.findings if not one.passed]
     said = [f"{one.place}: {'; '.join(one.sentences)}".removeprefix(": ") for one in to_mend]
     facts += first_of("to mend", said, 6)
+    kind = document.kind
+    if document.command == "run":
+        kind, at = f"Result of {native.backend}", int(np.argmax(native.peak_force))
+        largest = f"{number(native.peak_force[at], 9)} N in contact {native.contact[at]}"
+        facts = [("largest peak", largest), *facts[: MOST_FACTS - 5]]
+        if native.history is not None:
+            time = native.history.time
+            facts.append(("recorded", f"{time.size:,} times, {time[0]:.4g} to {time[-1]:.4g} s"))
+        facts += first_of("warning", native.warnings, 3)
     rows = [peaks.row(k) for k in list(peaks.shown)[:_MOST_ROWS]]
-    left = document.native.contact.size - len(rows)
+    left = native.contact.size - len(rows)
     return Card(
-        f"{document.kind}: {describe(document.native.scene)}",
-        facts,
+        f"{kind}: {describe(native.scene)}",
+        facts[:MOST_FACTS],
         [f"{label} {unit}".strip() for label, unit in peaks.columns],
         rows,
         _more(left if peaks.of_contacts else 0, "contacts", shown),
@@ -215,8 +163,9 @@ def _of_verdict(shown: Any) -> Card:
 
 _CARDS: Mapping[str, Callable[[Any], Card]] = {
     "Scene": _of_scene,
-    "Result": _of_result,
     "Batch": _of_batch,
-    **dict.fromkeys(("Comparison", "Judgement", "TraceJudgement", "DeckExamination"), _of_verdict),
+    **dict.fromkeys(
+        ("Result", "Comparison", "Judgement", "TraceJudgement", "DeckExamination"), _of_document
+    ),
 }
 """By the names of classes, which are not all loaded."""

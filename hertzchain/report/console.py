@@ -11,21 +11,13 @@ from typing import TYPE_CHECKING
 from rich.table import Table
 from rich.text import Text
 
-from hertzchain.observables.result import Result
 from hertzchain.report.document import Document
-from hertzchain.report.facts import (
-    describe,
-    difference,
-    number,
-    with_unit,
-)
-from hertzchain.report.run import of_result
+from hertzchain.report.facts import describe, difference, number, with_unit
 from hertzchain.theory import Prediction, peak_map
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-# characters between cells
 _STYLES = {"pass": "green", "FAIL": "red", "not judged": "dim", "not given": "dim"}
 
 
@@ -68,24 +60,6 @@ def plain_text(show: Callable[[Console], object], width: int = 120) -> str:
     text = io.StringIO()
     show(Console(file=text, width=width, color_system=None, highlight=False, markup=False))
     return "\n".join(line.rstrip() for line in text.getvalue().splitlines())
-
-
-def print_run(
-    console: Console, result: Result, others: str = "shown by --all", every: bool = False
-) -> None:
-    """Print the main results of a run: peaks of the transition, p, F_SW, speed, error, cost.
-
-    ``others`` says where the peaks of all other contacts are; ``every``: all are printed.
-    """
-    document = of_result(result)
-    peaks = document.peaks
-    console.print(describe(result.scene), style="bold")
-    shown = range(result.contact.size) if every else peaks.shown
-    header = [f"{label} {unit}".strip() for label, unit in peaks.columns]
-    console.print(table(header, map(peaks.row, shown)))
-    print_left_out(console, result.contact.size - len(shown), result.contact[-1], others)
-    print_facts(console, document.facts)
-    _print_remarks(console, *document.remarks)
 
 
 def print_prediction(console: Console, prediction: Prediction) -> None:
@@ -156,24 +130,27 @@ def _predicted_facts(prediction: Prediction) -> list[tuple[str, str]]:
 def print_document(
     console: Console, document: Document, others: str | None = None, every: bool = False
 ) -> None:
-    """Print the peaks of the transition, the checks, the verdict, and where to find the rest.
+    """Print the peaks of the transition, facts, checks, the verdict, and where the rest is.
 
     ``others`` says where the peaks of all other contacts are; ``every``: all are printed.
     """
-    native, peaks = document.native, document.peaks
-    console.print(describe(native.scene), style="bold", end="\n\n")
-    console.print(peaks.heading)
+    native, peaks, is_verdict = document.native, document.peaks, document.command != "run"
+    console.print(describe(native.scene), style="bold")
+    if is_verdict:
+        console.print(f"\n{peaks.heading}")
+    shown = range(native.contact.size) if every and peaks.of_contacts else peaks.shown
     rows = [
         [Text(cell, _STYLES[cell]) if cell in _STYLES else cell for cell in peaks.row(k)]
-        for k in (range(native.contact.size) if every and peaks.of_contacts else peaks.shown)
+        for k in shown
     ]
-    console.print(table((label for label, _ in peaks.columns), rows))
-    has_all = "shown by --all" if document.command == "compare" else "shown by --json"
+    header = [label if is_verdict else f"{label} {unit}".strip() for label, unit in peaks.columns]
+    console.print(table(header, rows))
+    has_all = "shown by --all" if document.command in ("run", "compare") else "shown by --json"
     left = native.contact.size - len(rows) if peaks.of_contacts else 0
     print_left_out(console, left, native.contact[-1], others or has_all)
-    console.print()
-    answers = document.answers
-    if answers is not None:
+    if is_verdict:
+        console.print()
+    if (answers := document.answers) is not None:
         console.print(table(answers.header, answers.rows, left=("", "number")))
     if document.facts:
         print_facts(console, document.facts)
@@ -184,11 +161,12 @@ def print_document(
     if document.cause is not None:
         console.print()
         print_prose(console, f"Likely cause: {document.cause}.")
-    _print_remarks(console, document.hint, *document.remarks, *native.warnings)
+    _print_remarks(console, document.hint, *dict.fromkeys([*document.remarks, *native.warnings]))
     if document.checks:
         _print_checks(console, document)
-    word = document.verdict.word.lower()
-    console.print("\nVerdict:", Text(word, "bold green" if word == "pass" else "bold red"))
+    if is_verdict:
+        word = document.verdict.word.lower()
+        console.print("\nVerdict:", Text(word, "bold green" if word == "pass" else "bold red"))
 
 
 def _print_findings(console: Console, document: Document) -> None:

@@ -52,7 +52,10 @@ def cluster(scheduler: str) -> Iterator[Measure]:
 
             def submit(part: Part) -> Future[Measured]:
                 task = pickle.dumps(Task(design, part, peaks))
-                return executor.submit(pickle.loads, task, key=f"{part.name}-{name}")
+                future: Future[Measured] = executor.submit(
+                    pickle.loads, task, key=f"{part.name}-{name}"
+                )
+                return future
 
             def keep_found(part: Part, future: Future[Measured]) -> None:
                 measured = _found(future, part, scheduler)

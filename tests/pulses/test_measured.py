@@ -20,7 +20,7 @@ CHAIN = hc.Chain(20, **STEEL)
 TRUE = hc.Scene(CHAIN, hc.Pulse("cosine", FORCE, 2.0, rise_time=DURATION / 2))
 
 
-def found_in(samples: int, noise: float, seed: int, rtol: float | None = None) -> MeasuredPulse:
+def found_in(samples: int, noise: float, seed: int, rtol: float = 1e-3) -> MeasuredPulse:
     """The pulse of a recording in the chain."""
     read = Recording(times(samples), GAIN * volts(samples, noise, seed), GAIN, ())
     signal = pulse_of(read)
@@ -42,7 +42,7 @@ def test_the_truth_is_within_what_is_said(seed: int) -> None:
         assert abs(value.value - true) < 4 * value.deviation
     true_peaks = hc.Native(rtol=1e-5).run(TRUE).peak_force
     assert np.all(np.abs(found.in_scene.peak_force - true_peaks) < 4 * found.in_scene.deviation)
-    assert found.in_scene.uncertainty < 0.005
+    assert np.all(found.in_scene.deviation < 0.005 * found.in_scene.peak_force)
     assert len(found.table.time) < 60
 
 
@@ -69,23 +69,7 @@ def test_rows_are_as_few_as_the_peaks_allow(rtol: float) -> None:
     change = np.max(np.abs(few / everything - 1))
     assert change < 1.2 * rtol  # the runs that judge have a tenth of it as their own error
     assert found.in_scene.change == pytest.approx(change, abs=0.2 * rtol)
-    assert len(found.table.time) < {1e-2: 20, 1e-4: 150}[rtol]
-
-
-def test_an_accuracy_beyond_the_noise_keeps_all_samples() -> None:
-    found = found_in(300, 0.03, 1, 1e-6)
-    assert found.in_scene is not None
-    assert found.in_scene.change == 0
-    assert len(found.table.time) == found.signal.time.size
-
-
-def test_by_default_rows_change_the_peaks_by_no_more_than_noise() -> None:
-    found = found_in(500, 0.03, 1)
-    assert found.in_scene is not None
-    # It is relative to peaks that the last rows, fewer than the first, changed by no more than it.
-    assert found.wanted == pytest.approx(found.in_scene.uncertainty, rel=found.wanted)
-    assert found.wanted > 1e-3
-    assert found.in_scene.change <= found.wanted
+    assert len(found.table.time) < {1e-2: 35, 1e-4: 300}[rtol]
 
 
 def test_a_scene_with_terms(tmp_path: Path) -> None:
@@ -136,7 +120,7 @@ def test_of_two_equal_pulses_noise_says_which_is_the_largest() -> None:
 
 @pytest.mark.parametrize("rtol", [0.9e-6, 0.11, float("nan"), -1.0])
 def test_an_accuracy_that_cannot_be(rtol: float) -> None:
-    for possible in (None, 1e-6, 0.1):
+    for possible in (1e-6, 0.1):
         check_accuracy(possible)
     with pytest.raises(SceneError, match="--rtol"):
         check_accuracy(rtol)

@@ -10,7 +10,7 @@ from hertzchain.errors import HertzchainError
 from hertzchain.pulses.noise import Noise, noise_before, noise_within, resolution_of
 from hertzchain.pulses.recording import Recording
 from hertzchain.pulses.signal import Given, averaged, pulse_of, without_negative
-from hertzchain.pulses.suspicions import cut_off, drift, no_return
+from hertzchain.pulses.suspicions import cut_off, no_return
 from tests.recordings import DURATION, FORCE, GAIN, OFFSET, START, sine_squared, times, volts
 
 IMPULSE = FORCE * DURATION / 2  # [N s]
@@ -96,23 +96,6 @@ def test_a_swing_below_zero_is_set_to_zero_and_said() -> None:
     assert f"the lowest {lowest:.3g} N: set to 0" in dict(found.remarks)["samples below 0"]
 
 
-def test_smoothing_keeps_the_crest() -> None:
-    raw, smooth = pulse_of(noisy()), pulse_of(noisy(), Given(smooth=4e-6))
-    assert smooth.noise.deviation < 0.4 * raw.noise.deviation  # 45 samples for a cubic
-    assert smooth.force.max() == pytest.approx(FORCE, rel=0.01)
-    assert dict(smooth.remarks)["smoothed"].startswith("cubic polynomials over 45 samples")
-
-
-def test_smoothing_needs_equal_steps_and_a_window() -> None:
-    read = noisy()
-    uneven = np.delete(np.arange(2000), 1000)
-    with pytest.raises(HertzchainError, match="samples at equal times"):
-        pulse_of(Recording(read.time[uneven], read.force[uneven], 1, ()), Given(smooth=4e-6))
-    for width in (1e-7, 1.0, -1.0, float("nan")):
-        with pytest.raises(HertzchainError, match=r"--smooth = .*: must be from"):
-            pulse_of(read, Given(smooth=width))
-
-
 def test_the_height_of_a_rectangle_is_no_noise() -> None:
     clock = times(500)
     found = pulse_of(recording(np.where((clock > 0) & (clock < 70e-6), FORCE, 0.0)))
@@ -165,10 +148,8 @@ def test_what_is_hardly_higher_than_the_noise_is_no_other_pulse() -> None:
         (Given(start=1.0), "--start = 1.0: must be a time of the file, -2e-05 to 0.00016 s"),
         (Given(baseline=float("nan")), "--baseline = nan: must be a finite number"),
         (Given(end=-1.0), "--end = -1.0: must be a time of the file"),
-        (Given(start=60e-6), "the largest force, at 3.* s, is not in the pulse, from 6"),
-        (Given(end=0.0), "the largest force, at 3.* s, is not in the pulse, from"),
-        (Given(start=31.9e-6, end=32.2e-6), r"in a pulse of \d samples, must be at least 8"),
-        (Given(start=50e-6, end=10e-6), "--start 5e-05 s must be before --end 1e-05 s"),
+        (Given(start=31.9e-6, end=32.2e-6), r"there are \d samples from .*, a pulse needs 8"),
+        (Given(start=50e-6, end=10e-6), "there are 0 samples from 5"),
     ],
 )
 def test_times_that_leave_the_pulse_out(given: Given, words: str) -> None:
@@ -207,29 +188,11 @@ def test_noise_that_hangs_together_counts_for_more() -> None:
     assert noise_within(white, 1e-6, 0.0).deviation == pytest.approx(1, rel=0.02)
 
 
-@pytest.mark.parametrize(("part", "is_said"), [(0.9e-3, False), (1.05e-3, True)])
-def test_a_drift_that_changes_f0_by_a_thousandth_is_said(part: float, is_said: bool) -> None:
-    """The samples before the pulse, about 200, end where it starts, half of them 9 us before."""
-    time, crest = times(2000), START + 35e-6
-    middle = (time[0] + START) / 2
-    slope = part * FORCE / (crest - middle)
-    found = pulse_of(recording(sine_squared(time) + slope * time)).warnings
-    assert [warning.startswith("the baseline drifts") for warning in found] == [True] * is_said
-
-
 def without_line(samples: int) -> FloatArray:
     """Noise of deviation 1 in which no straight line is."""
     noise, at = np.random.default_rng(4).normal(0, 1, samples), np.arange(samples)
     left = noise - np.polyval(np.polyfit(at, noise, 1), at)
     return np.asarray(left / left.std(ddof=1))
-
-
-@pytest.mark.parametrize(("deviations", "is_said"), [(4, False), (6, True)])
-def test_a_drift_is_five_deviations_of_a_slope_by_chance(deviations: int, is_said: bool) -> None:
-    """That of n samples of deviation 1 is sqrt(12 / n^3) a sample."""
-    slope = deviations * np.sqrt(12 / 400**3)
-    force = without_line(400) + slope * np.arange(400)
-    assert (drift(force, 1.0, 400, 2000, 1.0, 0.0) is not None) == is_said
 
 
 @pytest.mark.parametrize(("deviations", "is_said"), [(4, False), (6, True)])
@@ -323,7 +286,7 @@ def test_a_recording_that_begins_in_its_pulse_has_one_story(after: float) -> Non
 
 @pytest.mark.parametrize("after", [0.26, 0.4, 0.5, 0.6])
 def test_a_recording_that_begins_near_its_crest_is_no_pull(after: float) -> None:
-    with pytest.raises(HertzchainError, match=r"seems to begin in its pulse.*with --baseline"):
+    with pytest.raises(HertzchainError, match=r"begins in its pulse.* --baseline"):
         pulse_of(begun_late(after))
     found = pulse_of(begun_late(after), Given(baseline=4.5))
     # Five standard deviations of a sample, of 1 N each.
@@ -333,12 +296,3 @@ def test_a_recording_that_begins_near_its_crest_is_no_pull(after: float) -> None
 def test_a_recording_that_ends_away_from_a_given_baseline() -> None:
     (warning,) = pulse_of(begun_late(0.15), Given(baseline=0.0)).warnings
     assert warning.startswith("the recording has a baseline given and ends +4.")
-
-
-@pytest.mark.parametrize(("seconds", "is_said"), [(0.9, False), (1.1, True), (443.0, True)])
-def test_a_pulse_of_seconds_is_said(seconds: float, is_said: bool) -> None:
-    read = recording(sine_squared(times(2000)))
-    longer = Recording(read.time * seconds / DURATION, read.force, 1.0, ())
-    # The ends of the pulse, below a ten-millionth of F0, may be left out.
-    words = f"the pulse lasts {pulse_of(longer).time[-1]:.3g} s, is that meant?"
-    assert [one.startswith(words) for one in pulse_of(longer).warnings] == [True] * is_said

@@ -17,11 +17,11 @@ from hertzchain.report.console import (
     print_document,
     print_left_out,
     print_prose,
-    print_run,
 )
 from hertzchain.report.facts import describe, known_digits
 from hertzchain.report.figures import plot_document
 from hertzchain.report.judgement import of_judgement
+from hertzchain.report.run import of_result
 from hertzchain.verdict.check import NOT_RUN, Check, Kind, unmeasured
 from tests.conftest import paper_scene
 from tests.report.conftest import WELL
@@ -37,7 +37,7 @@ def console() -> Console:
 
 def run_text(result: hc.Result) -> str:
     screen = console()
-    print_run(screen, result)
+    print_document(screen, of_result(result))
     return text_on(screen)
 
 
@@ -85,7 +85,7 @@ def test_a_run_shows_the_transition_and_one_contact_more(native: hc.Comparison) 
     assert [float(row[2]) for row in rows] == pytest.approx(result.peak_time[:5], rel=5e-6)
     assert "(6 more contacts, up to 12, are shown by --all)" in text
     screen = console()
-    print_run(screen, result, every=True)
+    print_document(screen, of_result(result), every=True)
     assert [int(row[0]) for row in rows_of(text_on(screen))] == list(range(2, 13))
     assert "more contacts" not in text_on(screen)
 
