@@ -22,7 +22,6 @@ from hertzchain.sweeps.looks import (
     set_scale,
 )
 from hertzchain.sweeps.selection import (
-    Drawable,
     Rows,
     full_name,
     names_of_columns,
@@ -32,16 +31,13 @@ from hertzchain.sweeps.selection import (
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
     from hertzchain.report.picture import Picture
+    from hertzchain.sweeps.sweeping import Sweep
 
 
 SIZE = (8.0, 5.0)  # width and height by default [inches]
 _LETTERS, _LETTERS_OF_TITLE = 15, 11  # letters in an inch of width: remarks, title
-_LEAST_TITLE = 12  # letters of the narrowest title (chosen)
-_KEPT = "\N{NO-BREAK SPACE}"  # stands for spaces at which a title is not broken
-_LEAST_HEIGHT = 0.4  # of the picture for the axes; with less the title is left out (chosen)
 _MOST_LINES = 1000  # most lines, chosen: more cannot be told apart, and each costs a millisecond
 _MOST_MARKED = 60  # most points of a line with markers; more would overlap
 _MOST_VECTORS = 5000  # number of points from which PDF and SVG contain a bitmap of them
@@ -56,7 +52,7 @@ class Drawn:
 
 
 def draw(
-    sweep: Drawable,
+    sweep: Sweep,
     x: str,
     y: str,
     colour: str | None = None,
@@ -88,7 +84,9 @@ def draw(
     if y in rows.left:
         drawn = _draw_map(axes, rows, x, y, colour)
     else:
-        drawn = _draw_lines(axes, rows, x, y, colour or rows.default_colour)
+        drawn = _draw_lines(
+            axes, rows, x, y, colour or ("backend" if "backend" in rows.left else None)
+        )
     set_scale(rows, x, axes.set_xscale, axes.xaxis)
     set_scale(rows, y, axes.set_yscale, axes.yaxis)
     return _finished(figure, rows, drawn, {x, y, colour})
@@ -96,40 +94,17 @@ def draw(
 
 def _finished(figure: Picture, rows: Rows, said: Sequence[str], shown: set[str | None]) -> Drawn:
     """Add the title of a picture, and what it omits below it."""
-    from hertzchain.report.picture import fit_letters
+    from hertzchain.report.picture import SMALL, fit_letters
 
     axes, size = figure.axes[0], figure.get_size_inches()
     fit_letters(figure)
     remarks = (*rows.remarks, *said)
     if remarks:
-        figure.supxlabel(
-            textwrap.fill("; ".join(remarks), int(_LETTERS * size[0])), fontsize=7, color="0.35"
-        )
-    title = _title(rows, shown)
-    if not _set_title(figure, axes, title, size[0]):
-        remarks = (*remarks, f"the picture has no room for its title: {title}")
+        letters = int(_LETTERS * size[0])
+        figure.supxlabel(textwrap.fill("; ".join(remarks), letters), fontsize=7, color="0.35")
+    if size[0] >= SMALL:  # a paper has a caption
+        axes.set_title(textwrap.fill(_title(rows, shown), int(_LETTERS_OF_TITLE * size[0])))
     return Drawn(figure, remarks)
-
-
-def _set_title(figure: Figure, axes: Axes, title: str, width: float) -> bool:
-    """Draw a title on lines that the picture [inches] has room for, or none; return whether."""
-    from hertzchain.report.picture import SMALL
-
-    engine = figure.get_layout_engine()
-    assert engine is not None
-    size = "medium" if width >= SMALL else "small"
-    kept = ", ".join(part.replace(" ", _KEPT) for part in title.split(", "))
-    for letters in range(int(_LETTERS_OF_TITLE * width), _LEAST_TITLE, -3):
-        lines = textwrap.fill(kept, letters, break_long_words=False)
-        axes.set_title(lines.replace(_KEPT, " "), fontsize=size)
-        engine.execute(figure)
-        drawn = axes.title.get_window_extent()
-        if figure.bbox.x0 <= drawn.x0 and drawn.x1 <= figure.bbox.x1:
-            if axes.get_position().height >= _LEAST_HEIGHT:
-                return True
-            break
-    axes.set_title("")
-    return not title
 
 
 # Lines and points
@@ -138,55 +113,47 @@ def _set_title(figure: Figure, axes: Axes, title: str, width: float) -> bool:
 def _draw_lines(axes: Axes, rows: Rows, x: str, y: str, colour: str | None) -> list[str]:
     """Draw lines where x belongs to a parameter on a grid, otherwise points."""
     along = rows.behind(x)
-    hidden = _listed(rows.hidden(x, colour))
     axes.grid(alpha=0.3)
-    if along in rows.place and not rows.drawn:
-        assert along is not None
-        lines = _lines(rows, along)
-        if colour is None or all(len(set(rows.column[colour][line])) == 1 for line in lines):
-            _draw_each(axes, rows, lines, along, (x, y, colour))
-            return (
-                [f"{hidden}, too: all values are lines of one colour; --colour tells them apart"]
-                if hidden
-                else []
-            )
-    if colour is None:
-        _draw_points(axes, rows, x, y, {})
-    elif looks := looks_of(rows.column[colour], colour):
-        for value, look in looks.items():
-            _draw_points(axes, rows, x, y, look, rows.column[colour] == value)
-        legend(axes, rows.column[colour], colour)
+    lines = _lines(rows, along) if along in rows.place and {*rows.left} <= {*rows.place} else None
+    if lines and (colour is None or all(len({*rows.column[colour][line]}) == 1 for line in lines)):
+        _draw_each(axes, rows, lines, along, (x, y, colour))
+        how = "all values are lines of one colour; --colour tells them apart"
     else:
-        _draw_coloured(axes, rows, x, y, colour)
-    return (
-        [f"{hidden}, too: points of all values are drawn on top of one another"] if hidden else []
-    )
+        how = "points of all values are drawn on top of one another"
+        if colour is None:
+            _draw_points(axes, rows, x, y, {})
+        elif looks := looks_of(rows.column[colour], colour):
+            for value, look in looks.items():
+                _draw_points(axes, rows, x, y, look, rows.column[colour] == value)
+            legend(axes, rows.column[colour], colour)
+        else:
+            _draw_coloured(axes, rows, x, y, colour)
+    hidden = _listed(rows.hidden(x, colour))
+    return [f"{hidden}, too: {how}"] if hidden else []
 
 
-def _lines(rows: Rows, along: str) -> list[NDArray[np.intp]]:
+def _lines(rows: Rows, along: str | None) -> list[NDArray[np.intp]]:
     """Return the rows of each line: those that differ in one parameter alone."""
+    import pandas
+
     across = [name for name in rows.left if name != along]
-    line = np.zeros(rows.place["backend"].size, np.int64)
-    for name in across:
-        line = line * rows.count(name) + rows.place[name]
-    lines, sizes = np.unique(line, return_counts=True)
-    if lines.size > _MOST_LINES:
-        raise HertzchainError(
-            f"{lines.size:,} lines cannot be told from one another, {_MOST_LINES:,} at most are"
-            f" drawn: fix {' or '.join(across)} to one value (--where NAME=VALUE)"
-        )
-    return np.split(np.argsort(line, kind="stable"), np.cumsum(sizes)[:-1])
+    one = [np.arange(rows.place["backend"].size)]
+    lines = list(pandas.DataFrame(rows.place).groupby(across).indices.values()) if across else one
+    allowed = f"must be {_MOST_LINES:,} at most to be told apart: fix {' or '.join(across)} to one"
+    require(len(lines) <= _MOST_LINES, "lines", len(lines), f"{allowed} value (--where NAME=VALUE)")
+    return lines
 
 
 def _draw_each(
     axes: Axes,
     rows: Rows,
     lines: Sequence[NDArray[np.intp]],
-    along: str,
+    along: str | None,
     names: tuple[str, str, str | None],
 ) -> None:
     """Draw lines; a missing point is a gap."""
     x, y, colour = names
+    assert along is not None
     axis = rows.axes[along]
     count = rows.count(along)
     order = np.argsort(axis.at(np.arange(count)), kind="stable")
@@ -245,7 +212,7 @@ _ALONG = {"peak_force_N": "peak force [N]", "peak_time_s": "time of the peak [s]
 
 
 def _draw_chains(
-    figure: Picture, sweep: Drawable, y: str, colour: str | None, where: Mapping[str, Any]
+    figure: Picture, sweep: Sweep, y: str, colour: str | None, where: Mapping[str, Any]
 ) -> Drawn:
     """Draw the peaks of all contacts along the chain, a line for each scene and backend."""
     from hertzchain.report.picture import at_whole_numbers, in_units
@@ -288,24 +255,18 @@ def _draw_map(axes: Axes, rows: Rows, x: str, y: str, colour: str | None) -> lis
         raise SceneError(
             y, None, "varies, which makes a map: name the column of numbers to draw with --colour"
         )
-    crossed = [name for name in rows.hidden(x, y) if name in rows.place]
-    advice = " and ".join(f"--where {name}=VALUE" for name in crossed)
-    if x in rows.left and {x, y} <= rows.place.keys():
-        hidden = rows.hidden(x, y)
-        if hidden:
-            raise HertzchainError(
-                f"{_listed(hidden)}, too, so that several values fall into each cell of the map:"
-                f" {f'fix it, {advice}' if advice else f'take {hidden[0]} as --x or --y'}"
-            )
+    hidden = rows.hidden(x, y)
+    on_grid = x in rows.left and {x, y} <= rows.place.keys()
+    fixed = [f"--where {name}=VALUE" for name in hidden if name in rows.place]
+    if hidden and (on_grid or fixed):
+        advice = " and ".join(fixed) or f"take {hidden[0]} as --x or --y"
+        raise HertzchainError(
+            f"{_listed(hidden)}, too, so that several values fall into one place of the map:"
+            f" {advice}"
+        )
+    if on_grid:
         _draw_cells(axes, rows, x, y, colour)
         return []
-    if crossed and len(np.unique(np.stack([rows.column[x], rows.column[y]]), axis=1).T) < (
-        rows.column[x].size
-    ):
-        raise HertzchainError(
-            f"{_listed(crossed)}, too, so that several values fall onto each point of the map:"
-            f" fix it, {advice}"
-        )
     _draw_coloured(axes, rows, x, y, colour)
     axes.grid(alpha=0.3)
     left_out = _listed(rows.hidden(x, y, colour))

@@ -21,18 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.colors import Normalize
 
 
-_NAMED: dict[str, dict[str, str]] = {
-    "cosine": {"color": "#0072B2", "marker": "o"},
-    "triangular": {"color": "#D55E00", "marker": "s"},
-    "cosine-triangular": {"color": "#009E73", "marker": "^"},
-    "table": {"color": "#CC79A7", "marker": "D"},
-    "native": {"color": COLOURS["native"], "marker": "o"},
-    "lammps": {"color": COLOURS["lammps"], "marker": "s"},
-    "formulas": {"color": COLOURS["eq6"], "marker": "^"},
-    "rigid": {"color": "#0072B2", "marker": "o"},
-    "same": {"color": "#D55E00", "marker": "s"},
-    "elastic": {"color": "#009E73", "marker": "^"},
-}
+_DISTINCT = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#F0E442", "#000000")
 """Colours of Okabe and Ito, also distinct for colour-blind readers."""
 
 _MARKERS, _DASHES = "os^Dv<>P", ("-", "--", "-.", ":")
@@ -46,17 +35,16 @@ def looks_of(values: NDArray[Any], name: str) -> dict[Any, dict[str, Any]]:
     """Return colour and marker of each value or name; empty where there are too many."""
     from matplotlib import colormaps
 
-    found = sorted(set(values), key=list(_NAMED).index) if name in TEXT else np.unique(values)
+    found = list(dict.fromkeys(values)) if name in TEXT else np.unique(values)
     if len(found) > _FEW:
         return {}
     shades = colormaps["viridis"](np.linspace(0, 0.88, len(found)))
     labels = found if name in TEXT else _labels(found, name)
     looks = {}
     for k, value in enumerate(found):
-        look: dict[str, Any] = {"color": shades[k], "marker": _MARKERS[k]}
-        if name in TEXT:
-            look = dict(_NAMED[value])
-        looks[value] = look | {
+        looks[value] = {
+            "color": COLOURS.get(value, _DISTINCT[k]) if name in TEXT else shades[k],
+            "marker": _MARKERS[k],
             "label": labels[k],
             "linestyle": _DASHES[k % len(_DASHES)],
             "fillstyle": "full" if k == 0 else "none",

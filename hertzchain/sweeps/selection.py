@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,8 @@ from hertzchain.sweeps.columns import (
 if TYPE_CHECKING:
     import pandas
 
+    from hertzchain.sweeps.sweeping import Sweep
+
 
 _AS_GIVEN = 1e-3  # largest relative difference of a given value from the sweep's: three digits
 
@@ -38,24 +40,6 @@ PAPER_NAMES = {
     "N": "granules",
 }
 """Columns by their names in the paper."""
-
-
-class Drawable(Protocol):
-    """The members of a ``Sweep`` that drawing needs."""
-
-    @property
-    def manifest(self) -> Mapping[str, Any]:
-        """The description of the sweep."""
-
-    @property
-    def rows(self) -> int:
-        """Number of rows: scenes times backends."""
-
-    def to_frame(self, columns: Sequence[str] | None = None) -> pandas.DataFrame:
-        """Return a table with one row per scene and backend."""
-
-    def peaks_to_frame(self) -> pandas.DataFrame:
-        """Return a table with one row per scene, backend and contact."""
 
 
 def full_name(name: str, columns: Sequence[str] = COLUMNS, varied: Collection[str] = ()) -> str:
@@ -98,16 +82,6 @@ class Rows:
     backends: tuple[str, ...]
     remarks: tuple[str, ...]  # sentences on missing rows
 
-    @property
-    def default_colour(self) -> str | None:
-        """The column ``backend`` where there are several; otherwise None."""
-        return "backend" if "backend" in self.left else None
-
-    @property
-    def drawn(self) -> tuple[str, ...]:
-        """Names of sampled parameters that are not fixed."""
-        return tuple(name for name in self.left if name not in self.place)
-
     def behind(self, name: str | None) -> str | None:
         """Return the parameter on which a column depends; None if that is not exactly one."""
         for one in (name, OTHER_MEASURE.get(name or "")):
@@ -126,7 +100,7 @@ class Rows:
 
 
 def selected_rows(
-    sweep: Drawable, numbers: Sequence[str], colour: str | None, where: Mapping[str, Any]
+    sweep: Sweep, numbers: Sequence[str], colour: str | None, where: Mapping[str, Any]
 ) -> Rows:
     """Select the rows of a sweep that have the numbers and the wanted values."""
     manifest = sweep.manifest

@@ -11,6 +11,7 @@ import importlib.util
 import json
 import os
 import shutil
+import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from functools import partial
@@ -34,9 +35,7 @@ MANIFEST = "sweep.json"
 
 _FIRST_DEFINITIONS = 1  # of folders that do not say
 
-_MOST_NAMED = 3  # entries that a message on another sweep names, chosen
-
-_LONGEST_VALUE = 60  # characters of a value in such a message, chosen
+_LONGEST_VALUE = 60  # characters of a value in a message on another sweep, chosen
 
 
 class Memory(AbstractContextManager["Memory"]):
@@ -248,44 +247,23 @@ def _locked(folder: Path) -> Any:
 
 
 def _difference(there: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
-    """Return a sentence on how two sweeps differ: on the entries of the first key that differs."""
-    key = next(key for key in {**there, **wanted} if there.get(key) != wanted.get(key))
-    lists = there.get(key), wanted.get(key)
-    if all(isinstance(one, list) for one in lists) and _names(lists[0]) != _names(lists[1]):
-        before, now = (", ".join(_names(one)) for one in lists)
-        return f"{key} is {before} there and {now} here"
-    old, new = (_entries(key, one.get(key)) for one in (there, wanted))
-    differ = [name for name in {**old, **new} if old.get(name) != new.get(name)]
-    said = [
-        f"{name} is {_in_words(old.get(name))} there and {_in_words(new.get(name))} here"
-        for name in differ[:_MOST_NAMED]
-    ]
-    return ", ".join([*said, *([f"and {len(differ) - 3} more"] if len(differ) > 3 else [])])
+    """Return a sentence on the first entry in which two sweeps differ."""
+    old, new = _entries(there), _entries(wanted)
+    name = next(name for name in {**new, **old} if old.get(name) != new.get(name))
+    return f"{name} is {_in_words(old.get(name))} there and {_in_words(new.get(name))} here"
 
 
-def _entries(name: str, value: Any) -> dict[str, Any]:
-    """Return the values in an entry of a manifest, each by a name for a sentence."""
-    if isinstance(value, dict):
-        of = ((key if name == "scene" else f"{name}.{key}", one) for key, one in value.items())
-    elif isinstance(value, list) and value and all(isinstance(one, dict) for one in value):
-        named = all("name" in one for one in value)  # backends, axes; others are segments
-        if named:
-            return {f"{key} of {one['name']}": each for one in value for key, each in one.items()}
-        of = ((f"{name}.{number}", one) for number, one in enumerate(value, start=1))
-    else:
+def _entries(value: Any, name: str = "") -> dict[str, Any]:
+    """Return the values in a part of a manifest, by names with points; items count from 1."""
+    if not isinstance(value, dict | list):
         return {name: value}
-    return {full: each for key, one in of for full, each in _entries(key, one).items()}
-
-
-def _names(value: Any) -> list[str]:
-    """Return the names of named entries; none for any other value."""
-    return [one["name"] for one in value if isinstance(one, dict) and "name" in one]
+    items = value.items() if isinstance(value, dict) else enumerate(value, start=1)
+    below = (_entries(one, f"{name}.{key}".lstrip(".")) for key, one in items)
+    return {key: one for entries in below for key, one in entries.items()}
 
 
 def _in_words(value: Any) -> str:
-    """Return a value of a manifest for a sentence."""
-    text = "not given" if value is None else json.dumps(value)
-    return text if len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 3]}..."
+    return "not given" if value is None else textwrap.shorten(json.dumps(value), _LONGEST_VALUE)
 
 
 def _join(paths: Sequence[Path], whole: Path) -> None:
