@@ -66,7 +66,7 @@ def run(
         min=2,
         metavar="N",
         help="Record the motion at N times, equally spaced, for -o (displacement, velocity and"
-        " contact force of each granule) and --plot.",
+        " contact force of each granule), --plot, --traces and --trajectory.",
     ),
     window: str | None = typer.Option(
         None, metavar="FROM:TO", help="When --record begins and ends, such as '0.1 ms:0.4 ms'."
@@ -96,10 +96,10 @@ def run(
         None, metavar="FILE", help="Write a page (html): plots, tables, all numbers."
     ),
     trajectory: Path | None = typer.Option(
-        None, metavar="FILE", help="Write the motion for viewers (.xyz or .extxyz: extended XYZ)."
-    ),
-    frames: int | None = typer.Option(
-        None, min=2, help="How many times --trajectory has, equally spaced. Default: 100."
+        None,
+        metavar="FILE",
+        help="Write the motion for viewers (.xyz or .extxyz: extended XYZ), at the times of"
+        " --record or 100.",
     ),
     uncertainty: int | None = typer.Option(
         None,
@@ -117,7 +117,7 @@ def run(
             "backend": backend != options.NATIVE, "method": method, "dt": dt, "lmp": lmp,
             "wanted": wanted, "record": record, "window": window, "contacts": contacts,
             "traces": traces, "draw": draw, "report": report, "trajectory": trajectory,
-            "frames": frames, "isolate": isolate, "ranks": ranks, "extrapolated": extrapolated,
+            "isolate": isolate, "ranks": ranks, "extrapolated": extrapolated,
         }.items():  # fmt: skip
             if given:
                 raise HertzchainError(f"--{name} is not for --uncertainty: leave one of them out")
@@ -134,18 +134,17 @@ def run(
     loaded = options.load_scene(scene)
     step = options.to_seconds("--dt", dt)
     limit = options.to_time_limit(time_limit)
-    is_recorded = any(path is not None for path in (output, plot, traces))
+    is_recorded = any(path is not None for path in (output, plot, traces, trajectory))
     options.refuse_without_need(is_recorded, record=record is not None)
     options.refuse_without_need(record is not None, window=window is not None)
     options.refuse_without_need(
         plot is not None or record is not None, contacts=contacts is not None
     )
     options.refuse_without_need(plot is not None, size=size is not None, draw=draw is not None)
-    options.refuse_without_need(trajectory is not None, frames=frames is not None)
     numbers = None if contacts is None else options.to_contacts(contacts, loaded)
     between = options.to_window("--window", window)
     files = RunFiles(
-        output, plot, trajectory, traces, record, frames, numbers, between,
+        output, plot, trajectory, traces, record, numbers, between,
         report, options.to_inches(size), draw,
     )  # fmt: skip
     files.check(scene, loaded)

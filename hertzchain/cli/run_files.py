@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from hertzchain.observables.result import Result
     from hertzchain.scene.scene import Scene
 
-DEFAULT_FRAMES = 100  # of a trajectory: four seconds in a viewer
+FRAMES = 100  # of a trajectory without --record: four seconds in a viewer
 TRACE_TIMES = 500  # of traces without --record, as force over time is usually drawn
 
 
@@ -29,9 +29,7 @@ class RunFiles:
     output, plot, trajectory, traces
         Paths, as the options have them.
     record
-        How many times are recorded for ``output``, which then has the motion, and for ``plot``.
-    frames
-        How many times ``trajectory`` has.
+        How many times are recorded for ``output``, which then has the motion, and all others.
     contacts
         Numbers of the contacts that are plotted over time, and kept of the motion.
     window
@@ -47,7 +45,6 @@ class RunFiles:
     trajectory: Path | None
     traces: Path | None
     record: int | None
-    frames: int | None
     contacts: Sequence[int] | None
     window: tuple[float, float] | None = None
     report: Path | None = None
@@ -96,7 +93,7 @@ class RunFiles:
         if self.traces is not None:
             found["traces"] = frame_times(scene, self.record or TRACE_TIMES, self.window)
         if self.trajectory is not None:
-            found["trajectory"] = frame_times(scene, self.frames or DEFAULT_FRAMES)
+            found["trajectory"] = frame_times(scene, self.record or FRAMES, self.window)
         return found
 
     def write(self, result: Result, scene: str) -> None:

@@ -6,10 +6,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-from rich.table import Table
-from rich.text import Text
-
 from hertzchain.report.console import table
 from hertzchain.report.facts import describe
 
@@ -53,18 +49,6 @@ def print_tradeoff(console: Console, tradeoffs: Sequence[Tradeoff]) -> None:
         for wanted, row in best.items()
     ]
     console.print(table(header, lines, left=("contender",)))
-    console.print("\nTime as a multiple of that of the cheapest; blank: not reached")
-    multiples = Table(box=None, header_style="bold")
-    multiples.add_column("right to", no_wrap=True)
-    for wanted in best:
-        multiples.add_column(_power(wanted), justify="right", no_wrap=True)
-    for name in dict.fromkeys(row.contender for row in alone):
-        ratios = [
-            reached[name].wall_time / best[wanted].wall_time if name in reached else np.nan
-            for wanted, reached in found.items()
-        ]
-        multiples.add_row(name, *map(_multiple, ratios))
-    console.print(multiples)
     console.print()
     for row in rows:
         if not row.self_contained:
@@ -90,9 +74,3 @@ def _setting(row: Row) -> str:
     if row.step is not None:
         return f"step {row.step:.3g} s"
     return "" if row.natural_step is None else f"step {row.natural_step:.3g} natural units"
-
-
-def _multiple(ratio: float) -> Text:
-    if np.isnan(ratio):
-        return Text("")
-    return Text(f"{ratio:.1f}" if ratio < 9.95 else f"{ratio:,.0f}", "bold" if ratio == 1 else "")

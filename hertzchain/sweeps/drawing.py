@@ -137,8 +137,10 @@ def _lines(rows: Rows, along: str | None) -> list[NDArray[np.intp]]:
     import pandas
 
     across = [name for name in rows.left if name != along]
-    one = [np.arange(rows.place["backend"].size)]
-    lines = list(pandas.DataFrame(rows.place).groupby(across).indices.values()) if across else one
+    one: list[Any] = [np.arange(rows.place["backend"].size)]
+    lines: list[Any] = (
+        list(pandas.DataFrame(rows.place).groupby(across).indices.values()) if across else one
+    )
     allowed = f"must be {_MOST_LINES:,} at most to be told apart: fix {' or '.join(across)} to one"
     require(len(lines) <= _MOST_LINES, "lines", len(lines), f"{allowed} value (--where NAME=VALUE)")
     return lines

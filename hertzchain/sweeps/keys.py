@@ -14,7 +14,7 @@ import numpy as np
 from hertzchain.errors import SceneError
 from hertzchain.scene.chain import MATERIAL
 from hertzchain.scene.keys import keys_of
-from hertzchain.scene.parts import OTHERS, SECTIONS, SEGMENT
+from hertzchain.scene.parts import OTHERS, SEGMENT
 from hertzchain.scene.reading import read_chain
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.sections import sections_of
@@ -62,9 +62,6 @@ def full_name(name: object, scene: Scene) -> str:
         raise SceneError(str(name), None, allowed)
     if full:
         return full[0]
-    known = next((one for one in _KNOWN if name in (one, one.partition(".")[2])), str(name))
-    if reason := _reason(known, scene):
-        raise SceneError(known, None, f"cannot vary: {reason}")
     of_segments, key = "segments." in str(name), str(name).rpartition(".")[2]
     alike = [one for one in names if ("segments." in one) == of_segments]
     meant = [one for one in alike if one.rpartition(".")[2] == key]
@@ -76,25 +73,6 @@ def full_name(name: object, scene: Scene) -> str:
         last = next(one for one in reversed(names) if SEGMENT.fullmatch(one))
         listed.append(f"keys of segments, such as {last}")
     raise SceneError(str(name), None, f"cannot vary; {hint}: {', '.join(listed)}")
-
-
-def _reason(name: str, scene: Scene) -> str:
-    """Return why a known parameter cannot vary in this scene; empty for an unknown name."""
-    section, has_segments = name.partition(".")[0], scene.chain.section is not None
-    is_missing = section in SECTIONS and section not in {*sections_of(scene), "run", "gauge"}
-    if "segments." in name and not has_segments:
-        return "the scene has no [[chain.segments]]; add some to its file"
-    if not (is_missing or name in _KNOWN):
-        return ""
-    profile, more = scene.shock.profile_name, " in place of [shock]" * (section == "striker")
-    return {
-        "chain": "it is the sum over the segments; vary theirs, such as chain.segments.1.granules"
-        if has_segments
-        else "each granule has its own; describe them by [[chain.segments]] in the scene file",
-        "shock": "the scene has a [striker] and no [shock]"
-        if scene.striker
-        else f"a shock of profile {profile} has no such key, or has it in a file",
-    }.get(section, f"the scene has no [{section}]; add the section to its file{more}")
 
 
 def changed(base: Scene, values: Mapping[str, Any]) -> Scene:

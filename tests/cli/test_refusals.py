@@ -31,7 +31,6 @@ run scene.toml --backend yade --isolate => --isolate is for --backend lammps
 run scene.toml --backend liggghts --method rk4 => has only velocity-verlet
 run scene.toml -o peaks.xls => peaks.xls; .csv; .parquet
 run scene.toml --trajectory motion.dump => motion.dump; .xyz; .extxyz
-run scene.toml --frames 7 => --frames; --trajectory FILE
 run scene.toml -o a.csv --trajectory a.csv => name
 run scene.toml --record 20 => --record; -o FILE; --plot FILE
 run scene.toml --record 20 -o motion.json => motion.json; .npz
@@ -103,7 +102,7 @@ pulse scope.csv --rtol 0.5 => --rtol = 0.5
 pulse scope.csv --plot a.gif => cannot be drawn
 pulse no.csv => no.csv: cannot be read
 pulse scope.csv --scale 25 --scene scope.csv => is not TOML
-pulse text.csv => line 2: 'x' is no number
+pulse text.csv => line 2: has no finite time and force
 restitution 2 => restitution = ; must be a number from 0.001
 restitution 0 => restitution = ; must be a number from 0.001
 restitution nan => restitution = ; must be a number from 0.001

@@ -175,7 +175,7 @@ def test_a_trajectory_has_as_many_frames_as_wanted(hertzchain: Command, native: 
     from ase.io import read
 
     scene_file()
-    options = ("--trajectory", "motion.xyz", "--frames", "7", "--json")
+    options = ("--trajectory", "motion.xyz", "--record", "7", "--json")
     outcome = hertzchain("run", "scene.toml", *options)
     assert outcome.json()["peak_force_N"] == native.json()["peak_force_N"]
     frames = read("motion.xyz", index=":", format="extxyz")

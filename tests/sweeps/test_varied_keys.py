@@ -18,15 +18,12 @@ from tests.sweeps.texts import CHAIN_SECTION, SHOCK
 # Parameters that cannot vary
 
 REFUSED: list[tuple[hc.Scene, dict[str, Any], str]] = [
-    (PLAIN, {"striker.velocity": "1,2"}, "the scene has no [striker]; add the section to its file"),
-    (PLAIN, {"velocity": "1,2"}, "striker.velocity: cannot vary: the scene has no [striker]"),
-    (PLAIN, {"wall.kind": "rigid,same"}, "wall.kind: cannot vary: the scene has no [wall]; add"),
-    (PLAIN, {"precompression.force": "1,2"}, "the scene has no [precompression]; add the section"),
-    (PLAIN, {"chain.segments.1.radius": "1,2"}, "the scene has no [[chain.segments]]; add some"),
-    (PLAIN, {"wall": "1,2"}, "wall: cannot vary: the scene has no [wall]; add the section"),
-    (STRIKER, {"shock.colour": "1,2"}, "cannot vary: the scene has a [striker] and no [shock]"),
+    (
+        PLAIN,
+        {"striker.velocity": "1,2"},
+        "striker.velocity: cannot vary; what can vary: chain.gran",
+    ),
     (STRIKER, {"wall.colour": "1,2"}, "what can vary: chain.granules, chain.radius, chain.y"),
-    (STRIKER, {"shock.peak_force": "1,2"}, "cannot vary: the scene has a [striker] and no [shock]"),
     (STRIKER, {"radius": "1,2"}, "is in several sections: name one of chain.radius, striker.rad"),
     (STRIKER, {"striker.velocty": "1,2"}, "cannot vary; did you mean striker.velocity? What can"),
     (STRIKER, {"wall.kind": "rigid,soft"}, "wall.kind = 'soft': must be one of rigid, same, elas"),
@@ -44,7 +41,7 @@ REFUSED: list[tuple[hc.Scene, dict[str, Any], str]] = [
     (
         replace(PLAIN, chain=chain_of()),
         {"chain.radius": "1,2"},
-        "chain.radius: cannot vary: each granule has its own; describe them by [[chain.segments]]",
+        "chain.radius: cannot vary; ",
     ),
 ]
 
@@ -60,7 +57,7 @@ def test_what_cannot_vary_is_refused_in_a_sentence(
 
 
 OF_SEGMENTS = {
-    "granules": "chain.granules: cannot vary: it is the sum over the segments",
+    "granules": "chain.granules: cannot vary; ",
     "chain.segments.3.radius": "cannot vary; did you mean chain.segments.",
     "chain.segments.0.radius": "cannot vary; did you mean chain.segments.",
     "chain.segments.1.radius_ratio": "did you mean chain.segments.2.radius_ratio?",
@@ -97,7 +94,7 @@ def test_a_chain_with_other_values_has_no_segments(segmented: hc.Scene) -> None:
     assert replace(segmented, shock=hc.Striker(1.0)).chain.section is not None
     other = replace(segmented.chain, density=1000.0)
     assert other.section is None
-    with pytest.raises(SceneError, match="each granule has its own"):
+    with pytest.raises(SceneError, match=r"chain\.radius: cannot vary"):
         design(replace(segmented, chain=other), {"chain.radius": [1.0, 2.0]})
 
 
