@@ -167,7 +167,7 @@ def _answers_of_wave(comparison: Comparison, row: Callable[..., list[str]]) -> T
 
 
 def _failure(check: Check) -> Failure:
-    off, tolerance = difference(check)
+    off, tolerance, _ = difference(check)
     if not off:
         return Failure(check.name, "", check.reason)
     found = f"off by {off}, allowed is {tolerance} ({check.reason})"

@@ -198,7 +198,8 @@ def _print_checks(console: Console, document: Document) -> None:
         for check, word in zip(checks, words, strict=True)
     ]
     console.print()
-    console.print(table(("check", "difference", "tolerance", ""), rows, left=("check", "")))
+    header = ("check", "difference", "tolerance", "of the tolerance", "")
+    console.print(table(header, rows, left=("check", "")))
     for check in checks:
         if not check.passed:
             why = check.reason if check.measured is None else f"out of tolerance ({check.reason})"

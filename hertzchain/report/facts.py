@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -126,11 +127,14 @@ def with_unit(value: float | None, unit: str, error: float = 1e-6) -> str:
     return f"{known_digits(value, error)} {unit}"
 
 
-def difference(check: Check) -> tuple[str, str]:
-    """Return difference and tolerance of a check; empty where nothing was measured."""
+def difference(check: Check) -> tuple[str, str, str]:
+    """Return difference, tolerance and how much of it that is; empty for what was not measured."""
     if check.measured is None or check.expected is None or check.tolerance is None:
-        return "", ""
-    return f"{abs(check.measured - check.expected):.1e}", f"{check.tolerance:.1e}"
+        return "", "", ""
+    off = abs(check.measured - check.expected)
+    share = off / check.tolerance if check.tolerance else math.inf * off
+    words = "" if math.isnan(share) else f"{share:.2g}" if share < 100 else f"{share:,.0f}"
+    return f"{off:.1e}", f"{check.tolerance:.1e}", words
 
 
 def given_row(

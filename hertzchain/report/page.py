@@ -13,6 +13,7 @@ from hertzchain.files import write_text
 from hertzchain.report.document import Document, Table
 from hertzchain.report.facts import describe, difference
 from hertzchain.report.formats import check_format
+from hertzchain.verdict.check import apart
 
 if TYPE_CHECKING:
     from markupsafe import Markup
@@ -37,8 +38,10 @@ class CheckRow:
 
 
 def _check_row(check: Check) -> CheckRow:
-    """Return a check's measured and expected number, difference and tolerance."""
+    """Return a check's measured and expected number, difference, tolerance and their ratio."""
     numbers = ["" if x is None else f"{x:.9g}" for x in (check.measured, check.expected)]
+    if check.measured is not None and check.expected is not None:
+        numbers = list(apart(check.measured, check.expected, 9))
     off = ["0" if text == "0.0e+00" else text for text in difference(check)]
     return CheckRow(check.passed, check.name, check.reason, [*numbers, *off])
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from hertzchain.report.document import Document, Failure, Overlay, Peaks, Verdict
 from hertzchain.report.facts import number
 from hertzchain.report.junit import case
+from hertzchain.verdict.check import apart
 
 if TYPE_CHECKING:
     from hertzchain.verdict.traces.judging import TraceJudgement
@@ -24,7 +25,9 @@ def of_traces(judgement: TraceJudgement) -> Document:
         sentence = f"All {len(checks)} numbers are within {tolerance:.1e} and their noise."
     failures = [
         Failure(
-            check.name, f"{check.measured:.6g}, expected {check.expected:.6g}", check.kind.advice
+            check.name,
+            ", expected ".join(apart(check.measured or 0.0, check.expected or 0.0)),
+            check.kind.advice,
         )
         for check in failed
     ]

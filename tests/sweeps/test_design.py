@@ -264,7 +264,7 @@ def test_a_pulse_table_varies_with_its_chain_alone() -> None:
     shock = hc.PulseTable((0.0, 1e-5, 2e-5), (0.0, 100.0, 0.0))
     scene = replace(SHORT, shock=shock)
     assert design(scene, {"chain.granules": "8,12"}).scenes == 2
-    with pytest.raises(SceneError, match="shock.peak_force: cannot vary"):
+    with pytest.raises(SceneError, match=r"shock\.peak_force: cannot vary"):
         design(scene, {"shock.peak_force": "1,2"})
 
 

@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
@@ -19,7 +21,7 @@ from hertzchain.observables.balance import LostDigits
 from hertzchain.observables.error_bound import highest_rate
 from hertzchain.scene.pulse import PROFILES
 from hertzchain.verdict import run_checks
-from hertzchain.verdict.check import Check, Kind, within
+from hertzchain.verdict.check import Check, Kind, apart, within
 from hertzchain.verdict.judgement import Judgement, judged
 from hertzchain.verdict.reference_checks import reference_checks, yardstick_check
 from hertzchain.verdict.run_checks import (
@@ -27,6 +29,18 @@ from hertzchain.verdict.run_checks import (
     same_steps_checks,
 )
 from tests.conftest import STEEL, paper_scene
+
+
+@given(st.floats(1e-300, 1e300), st.integers(1, 2**40))
+def test_numbers_that_differ_are_told_apart(value: float, ulps: int) -> None:
+    """Two numbers that look alike are no reason to call them different."""
+    other = value + ulps * math.ulp(value)
+    assume(math.isfinite(other))
+    for found, wanted in (apart(value, other), apart(other, value), apart(value, -other)):
+        assert found != wanted
+    assert apart(100.0, 100.0) == ("100", "100")
+    assert apart(100.0, 100.0004) == ("100", "100.0004")
+
 
 FREE = paper_scene("cosine", 1.0, 2.0, 5)
 DASHPOT = hc.Contact("dashpot", coefficient=3.0)

@@ -18,6 +18,7 @@ from hertzchain.limits import Deadline
 from hertzchain.observables.peaks import judged_contacts
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
+from hertzchain.verdict.check import apart
 from hertzchain.verdict.deck.measured import Law
 from hertzchain.verdict.deck.places import Changes, Place
 from hertzchain.verdict.deck.twin import Stretch, Twin, TwinRun, change_of_peaks, run_twin
@@ -200,13 +201,9 @@ class Case:
 
 def values(measured: float, expected: float, unit: str) -> str:
     """Two numbers in a sentence, with as many digits as tell them apart."""
-    off = abs(measured - expected)
-    largest = max(abs(measured), abs(expected))
-    digits = 4
-    if 0 < off < largest:
-        digits = min(12, max(4, 2 - math.floor(math.log10(off / largest))))
+    found, wanted = apart(measured, expected)
     end = f" {unit}" if unit else ""
-    return f"is {measured:.{digits}g}{end}, the scene has {expected:.{digits}g}{end}"
+    return f"is {found}{end}, the scene has {wanted}{end}"
 
 
 def groups(relative: FloatArray) -> list[Indices]:

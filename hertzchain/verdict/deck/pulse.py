@@ -64,12 +64,8 @@ def pulse(case: Case) -> list[Difference]:
         return parts
     at_time = f"at {time[k]:.4g} s"
     if held > 1:
-        sentence = (
-            f"the applied force is held for {held} steps: {at_time} it is {force[k]:.4g} N, the"
-            f" scene has {expected[k]:.4g} N"
-        )
-    else:
-        sentence = f"the applied force {at_time} {values(float(force[k]), float(expected[k]), 'N')}"
+        at_time = f"is held for {held} steps: {at_time} it"
+    sentence = f"the applied force {at_time} {values(float(force[k]), float(expected[k]), 'N')}"
     one = Difference(force[k], expected[k], "applied force over time", relative=0.0, effect=effect,
                      sentence=sentence)  # fmt: skip
     for fix in found.fixes:

@@ -12,6 +12,7 @@ import numpy as np
 from hertzchain.engines.native import METHODS
 from hertzchain.observables.error_bound import stable_step
 from hertzchain.observables.peaks import judged_contacts
+from hertzchain.verdict.check import apart
 from hertzchain.verdict.deck.damping_numbers import damping_of_twin
 from hertzchain.verdict.deck.deck_check import ROUND_OFF, Case, DeckCheck, names, values
 from hertzchain.verdict.deck.measured import far_wall, stretches_of
@@ -69,10 +70,11 @@ def _end(case: Case) -> Difference:
         if late
         else ", after the last peak"
     )
+    ends = apart(end, wanted)
     one = Difference(
         end, wanted, relative=None if late else 0.0, reason=_SEEN,
-        sentence=f"the deck ends {end:.4g} s after the shock begins, the scene {wanted:.4g} s"
-        f"{which}", differs=end < wanted * (1 - 1e-9),  # its last step may miss it by rounding
+        sentence=f"the deck ends {ends[0]} s after the shock begins, the scene {ends[1]} s{which}",
+        differs=end < wanted * (1 - 1e-9),  # its last step may miss it by rounding
     )  # fmt: skip
     if not found.runs:
         return one
@@ -181,11 +183,12 @@ def _end_of_motion(case: Case, run: TwinRun) -> list[Difference]:
         off = np.abs(measured - expected)
         k = int(np.argmax(np.where(np.isfinite(off), off, np.inf)))
         if off[k] > _LATE * most:
+            both = apart(float(measured[k]), float(expected[k]))
             return [
                 _moved(case, Difference(
                     measured[k], expected[k], f"motion, by {name} at the end", unit, effect=0.0,
-                    sentence=f"the {what} of granule {k + 1} at the end is {measured[k]:.4g}"
-                    f" {unit}, the numbers of the deck make {expected[k]:.4g} {unit}",
+                    sentence=f"the {what} of granule {k + 1} at the end is"
+                    f" {f' {unit}, the numbers of the deck make '.join(both)} {unit}",
                     reason="velocity Verlet with the deck's own numbers; allowed is"
                     f" {_LATE:g} of the largest",
                 ))
