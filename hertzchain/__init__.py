@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from hertzchain.fits.fit import fit
     from hertzchain.fits.fitted import Fit
     from hertzchain.observables.result import Result
+    from hertzchain.report.several import plot
     from hertzchain.report.trajectory import write_trajectory
     from hertzchain.scene.chain import Chain
     from hertzchain.scene.gauge import Gauge
@@ -77,6 +78,7 @@ _HOME = {
     "judge": "hertzchain.verdict.results.judging",
     "judge_traces": "hertzchain.verdict.traces.judging",
     "peak_forces": "hertzchain.engines.native",
+    "plot": "hertzchain.report.several",
     "similar_peak_forces": "hertzchain.engines.native",
     "spread": "hertzchain.uncertainty.spread",
     "sweep": "hertzchain.sweeps",
@@ -122,6 +124,7 @@ __all__ = [
     "judge",
     "judge_traces",
     "peak_forces",
+    "plot",
     "similar_peak_forces",
     "spread",
     "sweep",

@@ -68,7 +68,7 @@ def test_the_public_names_are_those_of_the_contract() -> None:
     expected |= {"DeckCheck", "DeckExamination", "examine", "Certificate", "certify"}
     assert set(hc.__all__) == expected | {
         "Fit", "fit", "Spread", "spread", "Uncertain", "Validation", "validate",
-        "Judgement", "TraceJudgement", "judge", "judge_traces", "write_trajectory",
+        "Judgement", "TraceJudgement", "judge", "judge_traces", "plot", "write_trajectory",
     }  # fmt: skip
     assert list(hc.__all__) == sorted(hc.__all__)
 

@@ -110,13 +110,15 @@ def _shown() -> Iterator[dict[str, Any]]:
     from matplotlib import pyplot
 
     for number in pyplot.get_fignums():
-        picture = io.BytesIO()
-        pyplot.figure(number).savefig(picture, format="png", dpi=RESOLUTION)
-        yield {
-            "image/png": base64.b64encode(picture.getvalue()).decode() + "\n",
-            "text/plain": ["<Figure>"],
-        }
+        yield _picture(pyplot.figure(number))
     pyplot.close("all")
+
+
+def _picture(figure: Any) -> dict[str, Any]:
+    png = io.BytesIO()
+    figure.savefig(png, format="png", dpi=RESOLUTION)
+    text = base64.b64encode(png.getvalue()).decode() + "\n"
+    return {"image/png": text, "text/plain": ["<Figure>"]}
 
 
 def _stream(text: str) -> Cell:
@@ -126,7 +128,9 @@ def _stream(text: str) -> Cell:
 def _result(value: object) -> Cell:
     data = {"text/plain": repr(value).splitlines(keepends=True)}
     as_html = getattr(value, "_repr_html_", None)
-    if as_html is not None:
+    if hasattr(value, "savefig"):
+        data = _picture(value)
+    elif as_html is not None:
         data["text/html"] = as_html().splitlines(keepends=True)
     return {"output_type": "execute_result", "execution_count": None, "metadata": {}, "data": data}
 

@@ -26,6 +26,14 @@ LABELS = {name: label for name, (label, _, _) in _LOOKS.items()}
 COLOURS = {name: colour for name, (_, colour, _) in _LOOKS.items()}
 MARKERS = {name: marker for name, (_, _, marker) in _LOOKS.items()}
 
+_DISTINCT = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#F0E442", "#000000")
+
+
+def distinct(k: int) -> str:
+    """The k-th of Okabe and Ito's colours, which repeat."""
+    return _DISTINCT[k % len(_DISTINCT)]
+
+
 _NEAR, _ROOM = 0.5, 0.08
 """From this share of the largest force on for the smallest, an axis need not start at 0; room above
 and below, of all that is drawn (both chosen).

@@ -1,4 +1,7 @@
-"""Pictures of a sweep: lines or points of a result, or a map over two parameters."""
+"""Pictures of a sweep: lines or points of a result, or a map over two parameters.
+
+``Sweep`` draws itself by these functions, which therefore do not import it.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +36,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from hertzchain.report.picture import Picture
-    from hertzchain.sweeps.sweeping import Sweep
 
 
 SIZE = (8.0, 5.0)  # width and height by default [inches]
@@ -52,7 +54,7 @@ class Drawn:
 
 
 def draw(
-    sweep: Sweep,
+    sweep: Any,
     x: str,
     y: str,
     colour: str | None = None,
@@ -214,7 +216,7 @@ _ALONG = {"peak_force_N": "peak force [N]", "peak_time_s": "time of the peak [s]
 
 
 def _draw_chains(
-    figure: Picture, sweep: Sweep, y: str, colour: str | None, where: Mapping[str, Any]
+    figure: Picture, sweep: Any, y: str, colour: str | None, where: Mapping[str, Any]
 ) -> Drawn:
     """Draw the peaks of all contacts along the chain, a line for each scene and backend."""
     from hertzchain.report.picture import at_whole_numbers, in_units

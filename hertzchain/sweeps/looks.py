@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.report.facts import prefixed
-from hertzchain.report.style import COLOURS
+from hertzchain.report.style import COLOURS, distinct
 from hertzchain.sweeps.axes import Span
 from hertzchain.sweeps.columns import TEXT, column_named, is_whole
 from hertzchain.sweeps.selection import Rows
@@ -20,9 +20,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import Normalize
 
-
-_DISTINCT = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#F0E442", "#000000")
-"""Colours of Okabe and Ito, also distinct for colour-blind readers."""
 
 _MARKERS, _DASHES = "os^Dv<>P", ("-", "--", "-.", ":")
 
@@ -43,7 +40,7 @@ def looks_of(values: NDArray[Any], name: str) -> dict[Any, dict[str, Any]]:
     looks = {}
     for k, value in enumerate(found):
         looks[value] = {
-            "color": COLOURS.get(value, _DISTINCT[k]) if name in TEXT else shades[k],
+            "color": COLOURS.get(value, distinct(k)) if name in TEXT else shades[k],
             "marker": _MARKERS[k],
             "label": labels[k],
             "linestyle": _DASHES[k % len(_DASHES)],

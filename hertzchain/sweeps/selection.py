@@ -25,8 +25,6 @@ from hertzchain.sweeps.columns import (
 if TYPE_CHECKING:
     import pandas
 
-    from hertzchain.sweeps.sweeping import Sweep
-
 
 _AS_GIVEN = 1e-3  # largest relative difference of a given value from the sweep's: three digits
 
@@ -100,7 +98,7 @@ class Rows:
 
 
 def selected_rows(
-    sweep: Sweep, numbers: Sequence[str], colour: str | None, where: Mapping[str, Any]
+    sweep: Any, numbers: Sequence[str], colour: str | None, where: Mapping[str, Any]
 ) -> Rows:
     """Select the rows of a sweep that have the numbers and the wanted values."""
     manifest = sweep.manifest

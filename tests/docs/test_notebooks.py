@@ -44,7 +44,7 @@ def test_a_notebook_prints_and_draws_what_it_keeps(path: Any) -> None:
 
 
 def test_the_notebooks_are_there() -> None:
-    assert [path.stem for path in PATHS] == ["first_scene", "measured_pulse", "sweep"]
+    assert [path.stem for path in PATHS] == ["figures", "first_scene", "measured_pulse", "sweep"]
     for path in PATHS:
         notebook = notebooks.read(path)
         assert (notebook["nbformat"], notebook["nbformat_minor"]) == (4, 5)

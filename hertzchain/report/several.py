@@ -1,0 +1,148 @@
+"""Several results in one picture, as papers have them: peaks along the chain, forces over time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.errors import require
+from hertzchain.observables.result import Result
+from hertzchain.report import style
+from hertzchain.report.motion import recorded
+from hertzchain.report.waterfall import drawn_contacts, with_peak
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from hertzchain.report.picture import Picture
+
+_KINDS = {"peaks": "peak force", "forces": "contact force", "gauges": "force on a gauge"}
+_INSIDE = (5, 95)  # percentiles of the results of a band, as a spread has them
+_DASHES = ("-", "--", ":", "-.")
+_STILL, _ROOM = 0.01, 0.1
+"""Change of a force over the largest that is too small to be seen; room before and after what
+happens, over its time (both chosen)."""
+
+_FEW = 3  # contacts whose force over time is drawn by default
+
+_Line = tuple[FloatArray, FloatArray, FloatArray, FloatArray]  # x, middle, low, high
+
+
+def plot(
+    results: Mapping[str, Result | Sequence[Result]],
+    draw: str = "peaks",
+    contacts: Sequence[int] | None = None,
+    size: tuple[float, float] = (7.0, 4.5),
+) -> Picture:
+    """Draw several results, by their names in the legend, each with a band of its error.
+
+    Parameters
+    ----------
+    results
+        Results by name. Several of one name, such as realisations of an uncertain scene, are a band
+        from 5 to 95 % of them about their median; the band of one is its error estimate.
+    draw
+        ``peaks`` along the chain, ``forces`` of contacts over time, or what ``gauges`` read. Panels
+        of contacts or gauges stand one above the other; one result has all its contacts in one.
+    contacts
+        Whose forces are drawn; three by default.
+    size
+        Width and height [inches]: a column of a paper is 3.4 wide, a page 7.
+    """
+    from hertzchain.report.picture import Picture, fit_letters, in_units, legend_above
+
+    require(draw in _KINDS, "draw", draw, f"must be one of {', '.join(_KINDS)}")
+    require(len(results) > 0, "results", None, "must be at least one")
+    groups = {
+        name: [one] if isinstance(one, Result) else list(one) for name, one in results.items()
+    }
+    panels = _panels(groups, draw, contacts)
+    if len(groups) == 1:
+        (name,) = groups
+        panels = {"": {what or name: lines[name] for what, lines in panels.items()}}
+    figure = Picture(size)
+    drawn: list[Axes] = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0].tolist()
+    for axes, (what, lines) in zip(drawn, panels.items(), strict=True):
+        for k, (name, (x, middle, low, high)) in enumerate(lines.items()):
+            look: dict[str, Any] = {"color": style.distinct(k), "label": name}
+            if draw == "peaks":
+                look |= {"marker": "os^Dv<>P"[k % 8], "markersize": 3, "fillstyle": "none"}
+            axes.plot(x, middle, linestyle=_DASHES[k % 4], linewidth=1.0, **look)
+            axes.fill_between(x, low, high, color=style.distinct(k), alpha=0.25, linewidth=0)
+        least = min(float(np.nanmin(line[2])) for line in lines.values())
+        most = max(float(np.nanmax(line[3])) for line in lines.values())
+        axes.set_ylim(*style.force_limits(least, most))
+        in_units(axes.yaxis, f"{what or _KINDS[draw]} [N]")
+        axes.grid(alpha=0.25)
+    if draw != "peaks":
+        drawn[-1].set_xlim(
+            *_while_moving([line for one in panels.values() for line in one.values()])
+        )
+    in_units(drawn[-1].xaxis, "contact" if draw == "peaks" else "time [s]")
+    legend_above(drawn[0])
+    fit_letters(figure)
+    return figure
+
+
+def _while_moving(lines: Sequence[_Line]) -> tuple[float, float]:
+    """Return from when until when forces change [s], with a little room."""
+    begin, end = np.inf, -np.inf
+    for time, _, low, high in lines:
+        off = np.maximum(np.abs(low - low[0]), np.abs(high - high[0]))
+        moving = time[off > _STILL * np.max(off)] if np.any(off) else time
+        begin, end = min(begin, moving[0]), max(end, moving[-1])
+    room = _ROOM * (end - begin)
+    return float(begin - room), float(end + room)
+
+
+def _panels(
+    groups: Mapping[str, Sequence[Result]], draw: str, contacts: Sequence[int] | None
+) -> dict[str, dict[str, _Line]]:
+    """Return the lines of each panel, by the names of their results."""
+    if draw == "peaks":
+        return {"": {name: _band([_peaks(one) for one in group]) for name, group in groups.items()}}
+    series = {
+        name: [_series(one, draw, contacts) for one in group] for name, group in groups.items()
+    }
+    return {
+        what: {name: _band([one[what] for one in group]) for name, group in series.items()}
+        for what in next(iter(series.values()))[0]
+    }
+
+
+def _peaks(result: Result) -> tuple[FloatArray, FloatArray, FloatArray]:
+    return result.contact.astype(np.float64), result.peak_force, result.peak_errors
+
+
+def _series(
+    result: Result, draw: str, contacts: Sequence[int] | None
+) -> dict[str, tuple[FloatArray, FloatArray, FloatArray]]:
+    """Return times, forces and relative errors of contacts or gauges, by their names."""
+    recorded(result)  # refuses a result without a history
+    if draw == "gauges":
+        frame = result.to_traces()
+        time = frame["time_s"].to_numpy()
+        return {
+            str(name).removesuffix("_N").replace("_", " "): (time, frame[name].to_numpy(),
+                np.full(time.size, read.force_error))
+            for name, read in zip(frame.columns[1:], result.gauges, strict=True)
+        }  # fmt: skip
+    found = {}
+    for contact in contacts or drawn_contacts(result, _FEW, coarse=True):
+        time, force = with_peak(result, contact)
+        error = np.full(time.size, result.peak_errors[contact - 2])
+        found[result.scene.contact_name(contact)] = time, force, error
+    return found
+
+
+def _band(each: Sequence[tuple[FloatArray, FloatArray, FloatArray]]) -> _Line:
+    """Return a line with its band: the error of one result, percentiles of several."""
+    x, force, error = each[0]
+    if len(each) == 1:
+        return x, force, force * (1 - error), force * (1 + error)
+    values = [np.interp(x, at, other) for at, other, _ in each]
+    low, middle, high = np.percentile(values, (_INSIDE[0], 50, _INSIDE[1]), axis=0)
+    return x, middle, low, high
