@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hertzchain.report.document import Document, Failure, Finding, Listing, Peaks, Verdict
-from hertzchain.report.facts import given_row, shown_contacts
+from hertzchain.report.facts import given_peaks
 from hertzchain.report.junit import ERROR, FAILURE, Case
 from hertzchain.report.style import LABELS
 
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from hertzchain.verdict.deck import DeckCheck, DeckExamination
 
 _NO_CHANGE = 1e-9  # relative change of peaks that is round-off (chosen)
-_MOST_FAILED = 10  # most failed contacts outside the transition on a terminal
 
 
 def of_examination(examination: DeckExamination) -> Document:
@@ -149,22 +148,10 @@ def _peaks(examination: DeckExamination) -> Peaks:
     native, given = examination.reference, examination.peak_force
     judged = examination.judged & np.isfinite(given)
     pressed = np.where(native.peak_force > 0, native.peak_force, np.nan)
-    off = given / pressed - 1
-    failed = np.flatnonzero(judged & ~(np.abs(off) <= examination.tolerance))
-
-    def row(k: int) -> list[str]:
-        passed = "pass" if abs(off[k]) <= examination.tolerance else "FAIL"
-        word = passed if judged[k] else "not judged"
-        return given_row(native, k, given[k], native.peak_force[k], word)
-
-    shown = range(len(shown_contacts(native)))
-    label = LABELS["lammps"]
-    return Peaks(
-        "Peak force of each contact [N]: of the deck, and by the reference method",
-        [("contact", ""), (label, "[N]"), ("native", "[N]"), ("difference", ""), ("", "")],
-        row,
-        sorted({*shown, *failed[:_MOST_FAILED].tolist()}),
-    )
+    passed = np.abs(given / pressed - 1) <= examination.tolerance
+    words = np.where(judged, np.where(passed, "pass", "FAIL"), "not judged").tolist()
+    what = "Peak force of each contact [N]: of the deck"
+    return given_peaks(native, what, LABELS["lammps"], given, native.peak_force, words)
 
 
 def _case(check: DeckCheck) -> Case:

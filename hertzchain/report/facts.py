@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hertzchain.arrays import FloatArray
 from hertzchain.observables.result import Result
+from hertzchain.report.document import Peaks
 from hertzchain.scene.scene import Scene
 from hertzchain.theory.two_spheres import parting
 
@@ -132,20 +135,34 @@ def difference(check: Check) -> tuple[str, str, str]:
     if check.measured is None or check.expected is None or check.tolerance is None:
         return "", "", ""
     off = abs(check.measured - check.expected)
-    share = off / check.tolerance if check.tolerance else math.inf * off
-    words = "" if math.isnan(share) else f"{share:.2g}" if share < 100 else f"{share:,.0f}"
-    return f"{off:.1e}", f"{check.tolerance:.1e}", words
+    share = off / check.tolerance if check.tolerance else math.inf if off else 0.0
+    words = f"{share:.2g}" if 0.01 <= share < 100 else f"{share:,.0f}"
+    return f"{off:.1e}", f"{check.tolerance:.1e}", "< 0.01" if 0 < share < 0.01 else words
 
 
-def given_row(
-    native: Result, k: int, given: float | None, reference: float, word: str
-) -> list[str]:
-    """Return the cells of a contact whose peak was given: label, both peaks, difference, word."""
-    is_known = given is not None and np.isfinite(given) and reference > 0
-    return [
-        native.scene.contact_label(k + 2),
-        number(given, 9),
-        number(reference, 9),
-        f"{given / reference - 1:+.1e}" if is_known else "",  # type: ignore[operator]
-        word,
-    ]
+_MOST_FAILED = 10  # most failed contacts outside the transition on a terminal
+
+
+def given_peaks(
+    native: Result,
+    what: str,
+    label: str,
+    given: FloatArray,
+    reference: FloatArray,
+    words: Sequence[str],
+) -> Peaks:
+    """Return given peaks beside those of the reference, with a word on each contact."""
+
+    def row(k: int) -> list[str]:
+        is_known = np.isfinite(given[k]) and reference[k] > 0
+        off = f"{given[k] / reference[k] - 1:+.1e}" if is_known else ""
+        name = native.scene.contact_label(k + 2)
+        return [name, number(given[k], 9), number(reference[k], 9), off, words[k]]
+
+    failed = [k for k, word in enumerate(words) if word == "FAIL"]
+    return Peaks(
+        f"{what}, and by the reference method",
+        [("contact", ""), (label, "[N]"), ("native", "[N]"), ("difference", ""), ("", "")],
+        row,
+        sorted({*range(len(shown_contacts(native))), *failed[:_MOST_FAILED]}),
+    )

@@ -5,18 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hertzchain.report.document import Document, Failure, Peaks, Verdict
-from hertzchain.report.facts import given_row, shown_contacts
+from hertzchain.report.facts import given_peaks
 from hertzchain.report.junit import ERROR, FAILURE, SKIPPED, Case, case
 from hertzchain.report.style import GIVEN
 from hertzchain.verdict.judgement import judged_peaks
 
 if TYPE_CHECKING:
     from hertzchain.verdict.judgement import Judgement
-
-_MOST_FAILED = 10  # most failed contacts outside the transition on a terminal
 
 
 def of_judgement(judgement: Judgement) -> Document:
@@ -48,7 +45,7 @@ def of_judgement(judgement: Judgement) -> Document:
             why,
             [*judgement.remarks, *native.warnings],
         ),
-        peaks=_peaks(judgement, failed),
+        peaks=_peaks(judgement),
         drawn={GIVEN: judgement.given},
         limits=[(GIVEN, "tolerance", tolerance)],
         facts=_facts(judgement, judged, failed.size),
@@ -58,24 +55,15 @@ def of_judgement(judgement: Judgement) -> Document:
     )
 
 
-def _peaks(judgement: Judgement, failed: NDArray[np.intp]) -> Peaks:
-    rows = judgement.rows
-    words = {True: "pass", False: "FAIL", None: "not judged"}
-
-    def row(k: int) -> list[str]:
-        given, reference, passed = (rows[k][key] for key in ("given_N", "reference_N", "passed"))
-        assert reference is not None
-        word = "not given" if given is None else words[passed]  # type: ignore[index]
-        return given_row(judgement.reference, k, given, reference, word)
-
-    what = "First pulse" if judgement.of_first_pulses else "Peak force"
-    transition = range(len(shown_contacts(judgement.reference)))
-    return Peaks(
-        f"{what} of each contact [N]: as given, and by the reference method",
-        [("contact", ""), ("given", "[N]"), ("native", "[N]"), ("difference", ""), ("", "")],
-        row,
-        sorted({*transition, *failed[:_MOST_FAILED].tolist()}),
+def _peaks(judgement: Judgement) -> Peaks:
+    rows, known = judgement.rows, {True: "pass", False: "FAIL", None: "not judged"}
+    words = ["not given" if row["given_N"] is None else known[row["passed"]] for row in rows]  # type: ignore[index]
+    given, reference = (
+        np.array([row[key] for row in rows], np.float64) for key in ("given_N", "reference_N")
     )
+    what = "First pulse" if judgement.of_first_pulses else "Peak force"
+    what = f"{what} of each contact [N]: as given"
+    return given_peaks(judgement.reference, what, "given", given, reference, words)
 
 
 def _cases(judgement: Judgement) -> tuple[Case, ...]:
