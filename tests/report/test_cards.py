@@ -12,13 +12,9 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from matplotlib.image import imread
-from rich.console import Console
 
 import hertzchain as hc
 from hertzchain.report.card import MOST_FACTS, Card, first_of
-from hertzchain.report.comparison import of_comparison
-from hertzchain.report.console import print_document
-from hertzchain.report.run import of_result
 from hertzchain.verdict.check import NOT_RUN, Check, Kind, unmeasured
 from tests.conftest import paper_scene
 from tests.verdict.deck.corpus import scene_of
@@ -262,27 +258,10 @@ def test_sentences_beyond_the_most_are_counted() -> None:
 # As the commands print
 
 
-def console() -> Console:
-    return Console(file=io.StringIO(), width=120, color_system=None, highlight=False, markup=False)
-
-
-def text_on(screen: Console) -> list[str]:
-    text = screen.file.getvalue()  # type: ignore[attr-defined]
-    return [line.rstrip() for line in text.replace("shown by --all", "in to_frame()").splitlines()]
-
-
 def test_a_result_is_printed_as_run_does(result: hc.Result) -> None:
-    screen = console()
-    print_document(screen, of_result(result))
-    assert str(result).splitlines() == text_on(screen)
+    assert "Peak force of each contact" not in str(result)  # that heads a verdict's
     assert "to 12, are in to_frame())" in str(result)
-
-
-def test_a_comparison_is_printed_as_compare_does(comparison: hc.Comparison) -> None:
-    screen = console()
-    print_document(screen, of_comparison(comparison))
-    assert str(comparison).splitlines() == text_on(screen)
-    assert str(comparison).endswith("Verdict: fail")
+    assert "Verdict" not in str(result)
 
 
 def test_an_examination_is_printed_with_the_lines_to_mend(
