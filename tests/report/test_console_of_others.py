@@ -55,7 +55,7 @@ def tradeoff_text(*tradeoffs: Tradeoff) -> str:
     return text_on(screen)
 
 
-def test_a_tradeoff_says_who_is_cheapest_and_how_much_dearer_the_others_are(
+def test_a_tradeoff_says_who_is_cheapest(
     traded: Tradeoff,
 ) -> None:
     text = tradeoff_text(traded)
@@ -64,11 +64,8 @@ def test_a_tradeoff_says_who_is_cheapest_and_how_much_dearer_the_others_are(
     assert "1e-2 rk4, compiled step 0.2 s 5.0e-03 1,234 1" in lines
     assert "1e-3 rk4, compiled step 0.1 s 3.0e-04 1,234 2" in lines
     assert "1e-6 DOP853, SciPy rtol 1e-6 8.0e-07 1,234 150" in lines
-    # An accuracy that no contender reaches has neither line nor column.
-    assert "right to 1e-2 1e-3 1e-4 1e-5 1e-6" in lines
-    assert line_of(text, "rk4, compiled  ").split() == ["1.0", "1.0"]
-    assert line_of(text, "velocity-verlet, NumPy").split() == ["25"]
-    assert line_of(text, "DOP853, SciPy  ").split() == ["150", "75", "1.0", "1.0", "1.0"]
+    # An accuracy that no contender reaches has no line.
+    assert not any(line.startswith("1e-7") for line in lines)
     assert "Eq. 6, given p and F_SW of a simulation" in text
     assert "error 4.0%, 0.01 ms" in text
     assert "The truth is known to 1e-12" in text
