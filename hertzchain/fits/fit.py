@@ -45,13 +45,16 @@ _OTHER_STARTS = (0.8, 1.25)
 _RANGE = 100.0
 """Greatest change of a value by a factor."""
 
-_NEARBY = (-4.0, -2.0, 2.0, 4.0)
+_NEARBY = (-3.0, -1.0, 1.0, 3.0)
 """Standard deviations from the best values, along each axis of the covariance, at which a better
 fit is looked for: forces that jump between two samples make local minima some deviations apart."""
 
-_LOWER, _MOST_SEARCHES = 0.5, 6
-"""Half the squared differences by which a fit is better, an eighth of what two deviations cost; and
-the most searches, chosen."""
+_LOWER, _MOST_SEARCHES = 0.5, 8
+"""Half the squared differences by which a fit is better, that of one deviation; and the most
+searches, chosen."""
+
+_ALIKE_AXES = 1.3
+"""Ratio of deviations by slopes and by differences up to which another look is not worth it."""
 
 _AT_END = 1e-6
 """Relative distance from an end of its range at which a value counts as at it: least squares stay
@@ -180,9 +183,6 @@ def _least_squares(
     """Return the best values, mean square, and differences over the noise."""
     from scipy.optimize import least_squares
 
-    def cost(x: FloatArray) -> float:
-        return 0.5 * float(np.sum(model.differences(x) ** 2)) if model.allows(x) else np.inf
-
     shifts = np.full(begin.size - bounds[0].size, np.inf)
     low, high = np.append(bounds[0], -shifts), np.append(bounds[1], shifts)
     begin = np.clip(begin, low, high)
@@ -191,14 +191,10 @@ def _least_squares(
             model.differences, begin, jac=model.slopes, bounds=(low, high),
             x_scale="jac", xtol=1e-7, ftol=1e-9,
         )  # fmt: skip
-        square = np.asarray(found.jac).T @ found.jac
-        near = [
-            found.x + far * move for move in _moves(np.linalg.pinv(square)).T for far in _NEARBY
-        ]
-        costs = [cost(x) for x in near]
-        if min(costs) > found.cost - _LOWER:
+        better = _beside(model, found.x, found.cost, np.asarray(found.jac))
+        if better is None:
             break
-        begin = near[int(np.argmin(costs))]
+        begin = better
     left = max(model.size - model.series - begin.size, 1)
     return found.x, 2 * float(found.cost) / left, np.asarray(found.fun)
 
@@ -216,7 +212,10 @@ def _of(
     wider = 1.0 if is_white else max((1 + along) / max(1 - along, 1e-3), 1.0)
     factor = max(mean_square, _LEAST_SQUARE) * wider
     covariance = np.asarray(np.linalg.inv(slopes.T @ slopes) * factor)
-    covariance = _over_a_deviation(model, x, covariance, factor)
+    moves = _moves(covariance)
+    if all(model.allows(x + side * move) for move in moves.T for side in (-1, 1)):
+        ends = [[model.differences(x + side * move) for move in moves.T] for side in (-1, 1)]
+        covariance = _over(moves, *ends) * factor
     deviation = np.sqrt(np.diag(covariance))
     count = len(keys)
     relative = deviation[:count] / np.abs(x[:count])
@@ -238,27 +237,43 @@ def _of(
     )  # fmt: skip
 
 
-def _moves(covariance: FloatArray) -> FloatArray:
+def _beside(model: Model, x: FloatArray, cost: float, slopes: FloatArray) -> FloatArray | None:
+    """Return better values some deviations beside others; None where there are none.
+
+    Axes are those of the slopes, then those of differences over a deviation if they are others.
+    """
+    moves = _moves(np.linalg.pinv(slopes.T @ slopes))
+    for _ in range(2):
+        ends = [x + far * move for move in moves.T for far in _NEARBY]
+        if not all(model.allows(end) for end in ends):
+            return None
+        off = [model.differences(end) for end in ends]
+        costs = [0.5 * float(np.sum(one**2)) for one in off]
+        if min(costs) < cost - _LOWER:
+            return np.asarray(ends[int(np.argmin(costs))])
+        low, high = (off[_NEARBY.index(side) :: len(_NEARBY)] for side in (-1.0, 1.0))
+        other = _moves(_over(moves, low, high))
+        ratio = np.linalg.norm(other, axis=1) / np.linalg.norm(moves, axis=1)
+        if np.max(ratio) < _ALIKE_AXES:
+            return None
+        moves = other
+    return None
+
+
+def _moves(covariance: Array) -> FloatArray:
     """Return standard deviations along the axes of a covariance, one a column."""
     size, axes = np.linalg.eigh(covariance)
     return np.asarray(axes * np.sqrt(np.maximum(size, 0.0)))
 
 
-def _over_a_deviation(
-    model: Model, x: FloatArray, covariance: FloatArray, factor: float
-) -> FloatArray:
-    """Return the covariance by differences over a standard deviation along each of its axes.
+def _over(moves: FloatArray, low: list[FloatArray], high: list[FloatArray]) -> FloatArray:
+    """Return a covariance by the differences at both ends of moves, but for their scale.
 
     Slopes at a point are steeper where forces jump between two samples, as where damped contacts
     begin with a collision: intervals from slopes alone were up to three times too narrow there.
     """
-    moves = _moves(covariance)
-    ends = [[x + side * move for side in (-1, 1)] for move in moves.T]
-    if not all(model.allows(end) for pair in ends for end in pair):
-        return covariance
-    over = [(model.differences(high) - model.differences(low)) / 2 for low, high in ends]
-    inverse = np.linalg.inv(np.array(over) @ np.array(over).T)
-    return np.asarray(moves @ inverse @ moves.T * factor)
+    over = (np.array(high) - np.array(low)) / 2
+    return np.asarray(moves @ np.linalg.pinv(over @ over.T) @ moves.T)
 
 
 def _unit(key: str) -> str:
