@@ -26,8 +26,12 @@ _STEP = 1e-3
 """Relative change of a value for a slope: its error by curvature and by that of runs are both some
 1e-6 of a curve that bends as a power of the value."""
 
-_RTOL = 1e-8
+ACCURATE = 1e-8
 """Accuracy of runs: 1e-5 of the differences that slopes are made of."""
+
+_LOOSEST, _OF_NOISE = 3e-6, 1e-3
+"""Accuracy of runs during a search: this part of the noise over the peak, and its loosest, at which
+slopes are known to a part in 300."""
 
 _LEAST_NOISE = 1e-6
 """Least noise, over the peak: that of the splines between recorded times."""
@@ -81,13 +85,13 @@ class Model:
         self._keys, self._start, self._bounds = tuple(keys), tuple(start), bounds
         self._gauges = known.result.scene.gauges
         self._deadline, self._is_shifted = deadline, is_shifted
-        step = known.time[1] - known.time[0]
-        self._time = np.linspace(0, _BEYOND * known.until, int(_BEYOND * known.until / step) + 2)
         self._unit = base.contact_time
         self._shifts = np.array([shift for _, shift in files])
         self._samples = [self._compared(traces, shift, known) for traces, shift in files]
+        largest = known.result.peak_force.max()
+        noise = min(float(one.noise.min()) for one in self._samples) / largest
+        self._rtol = float(np.clip(_OF_NOISE * noise, ACCURATE, _LOOSEST))
         self.runs = 0
-        self._last: tuple[Array, FloatArray] = np.zeros(0), np.zeros((0, 0))
 
     def _compared(self, traces: Traces, shift: float, known: Expected) -> Samples:
         places = tuple(self._gauges.index(gauge) for gauge in traces.gauges)
@@ -127,51 +131,54 @@ class Model:
         """Values of the keys, by name."""
         return {key: float(x[k]) * self._start[k] for k, key in enumerate(self._keys)}
 
+    def allows(self, x: Array) -> bool:
+        """Whether all values are within their bounds."""
+        own, (low, high) = x[: len(self._keys)], self._bounds
+        return bool(np.all((own > low) & (own < high)))
+
     def scene(self, x: Array) -> Scene:
         """The scene with other values."""
         values = {key: value for key, value in self.values(x).items() if key != GAIN}
         return changed(self._base, values)
 
-    def _curves(self, x: Array) -> FloatArray:
-        """Return the forces of the gauges in a scene with other values [N], (times, gauges)."""
-        if np.array_equal(x[: len(self._keys)], self._last[0]):
-            return self._last[1]
+    def _read(self, x: Array, later: float = 0.0, rtol: float | None = None) -> FloatArray:
+        """What a scene with other values reads at the samples over the noise, shape (samples,).
+
+        It is recorded at just these times, ``later`` time units later: where contacts begin with
+        a collision, forces of dampers rise too steeply for splines.
+        """
+        ends = self._base.end_time
+        places = [
+            np.clip(one.time - shift + later * self._unit, 0.0, ends)
+            for one, shift in zip(self._samples, self.shifts(x), strict=True)
+        ]
+        times, place = np.unique(np.concatenate(places), return_inverse=True)
         self.runs += 1
-        native = Native(rtol=_RTOL, wanted="all", time_limit=max(self._deadline.left, 1e-3))
+        native = Native(rtol=rtol or self._rtol, time_limit=max(self._deadline.left, 1e-3))
         try:
-            force = recorded(self.scene(x), self._gauges, native, self._time)
+            force = recorded(self.scene(x), self._gauges, native, times)[place]
         except SceneError as problem:
             tried = ", ".join(f"{key} = {value:.6g}" for key, value in self.values(x).items())
             raise RunFailed(f"with {tried}, which the fit tried: {problem}") from None
-        self._last = x[: len(self._keys)].copy(), force * self.values(x).get(GAIN, 1.0)
-        return self._last[1]
-
-    def _read(self, curves: FloatArray, x: Array, derivative: int = 0) -> FloatArray:
-        """Curves, or their slopes, at the samples over the noise, shape (samples,)."""
-        from scipy.interpolate import CubicSpline
-
-        found = []
-        for one, shift in zip(self._samples, self.shifts(x), strict=True):
-            time = np.clip(one.time - shift, 0.0, self._time[-1])
-            spline = CubicSpline(self._time, curves[:, list(one.gauges)])
-            found.append(_centred(spline(time, derivative) / one.noise))
-        return np.concatenate(found)
+        force = force * self.values(x).get(GAIN, 1.0)
+        of_files = np.split(force, np.cumsum([one.size for one in places])[:-1])
+        return np.concatenate(
+            [
+                _centred(own[:, list(one.gauges)] / one.noise)
+                for own, one in zip(of_files, self._samples, strict=True)
+            ]
+        )
 
     def differences(self, x: Array) -> FloatArray:
         """Differences from the measured samples over the noise, shape (samples,)."""
         measured = [_centred(one.force / one.noise) for one in self._samples]
-        return np.asarray(self._read(self._curves(x), x) - np.concatenate(measured))
+        return np.asarray(self._read(x) - np.concatenate(measured))
 
-    def slopes(self, x: Array) -> FloatArray:
-        """Derivatives of the differences, shape (samples, keys and shifts)."""
-        of_shifts = []
-        if self._is_shifted:
-            slope = -self._read(self._curves(x), x, derivative=1) * self._unit
-            sizes = np.cumsum([0, *(one.force.size for one in self._samples)])
-            for begin, end in pairwise(sizes):
-                column = np.zeros(slope.size)
-                column[begin:end] = slope[begin:end]
-                of_shifts.append(column)
+    def slopes(self, x: Array, rtol: float | None = None) -> FloatArray:
+        """Derivatives of the differences, shape (samples, keys and shifts).
+
+        ``rtol`` is the accuracy of their runs, None for that of the search.
+        """
         columns = []
         for k in range(len(self._keys)):
             low, high = (
@@ -182,9 +189,16 @@ class Model:
             for value in (low, high):
                 moved = x.copy()
                 moved[k] = value
-                ends.append(self._read(self._curves(moved), x))
+                ends.append(self._read(moved, rtol=rtol))
             columns.append((ends[1] - ends[0]) / (high - low))
-        return np.stack([*columns, *of_shifts], axis=1)
+        if self._is_shifted:
+            slope = (self._read(x, -_STEP, rtol) - self._read(x, _STEP, rtol)) / (2 * _STEP)
+            sizes = np.cumsum([0, *(one.force.size for one in self._samples)])
+            for begin, end in pairwise(sizes):
+                column = np.zeros(slope.size)
+                column[begin:end] = slope[begin:end]
+                columns.append(column)
+        return np.stack(columns, axis=1)
 
 
 def _centred(values: FloatArray) -> FloatArray:
