@@ -37,7 +37,7 @@ def tradeoff(
 ) -> None:
     """Measure error against cost of every method on a scene; half a minute for 60 granules.
 
-    Formulas, NumPy and SciPy are for uniform free chains, and left out where a scene has more.
+    SciPy is for uniform free chains, and left out where a scene has more.
     """
     from hertzchain.files import check_outputs, write_text
     from hertzchain.report import figures

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hertzchain.files import write_with
 from hertzchain.report import style
@@ -114,7 +113,6 @@ def plot_tradeoff(
     from matplotlib import colormaps
 
     from hertzchain.report.picture import SMALL, Picture, fit_letters, in_units
-    from hertzchain.verdict.contenders import NUMPY
     from hertzchain.verdict.tradeoff import frontier, typical
 
     points = typical(tradeoffs)
@@ -122,25 +120,18 @@ def plot_tradeoff(
     figure = Picture(size or (10.5, 6.5))
     axes = figure.subplots()
     axes.set(xscale="log", yscale="log")
-    best = frontier([point.row for point in points if point.row.self_contained], known)
+    best = frontier([point.row for point in points], known)
     axes.plot(
         [row.wall_time for row in best], [max(row.error, known) for row in best],
         color="#F0E442", linewidth=9, drawstyle="steps-post", solid_capstyle="round", zorder=1,
         label="frontier: nothing is\ncheaper and as accurate",
     )  # fmt: skip
-    sides = itertools.cycle(((7, "bottom"), (-7, "top")))
     for k, name in enumerate(dict.fromkeys(point.row.contender for point in points)):
         own = [point for point in points if point.row.contender == name]
-        engine = own[0].row.engine
-        marker, line, filling = style.WAYS[engine]
-        method, colour = name.partition(",")[0], colormaps["tab20"](k % 20)
+        marker, line, filling = style.WAYS[own[0].row.engine]
+        colour = colormaps["tab20"](k % 20)
         time = [point.row.wall_time for point in own]
         error = [max(point.row.error, known) for point in own]
-        if line == "none":  # a single point
-            # Labels alternate above and below, because points may lie close together.
-            offset, side = next(sides)
-            place: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": side}
-            axes.annotate(method, (time[0], error[0]), (0, offset), **place)
         axes.plot(
             time,
             error,
@@ -148,12 +139,11 @@ def plot_tradeoff(
             marker=marker,
             linestyle=line,
             fillstyle=filling,
-            markersize=9 if marker == "*" else 4.5,
+            markersize=4.5,
             linewidth=1.2,
             label=name,
         )
-        # Methods in NumPy have the same range of errors as compiled ones.
-        if len(tradeoffs) > 1 and engine != NUMPY:
+        if len(tradeoffs) > 1:
             lowest = [max(point.lowest, known) for point in own]
             highest = [max(point.highest, known) for point in own]
             axes.fill_between(time, lowest, highest, color=colour, alpha=0.12, linewidth=0)

@@ -59,10 +59,7 @@ def force_colours() -> Colormap:
 # Plots of a trade-off: markers and lines stand for engines.
 
 WAYS = {
-    "formulas": ("*", "none", "full"),
-    "map": ("P", "none", "none"),
     "compiled": ("o", "-", "full"),
-    "NumPy": ("s", "--", "none"),
     "SciPy": ("D", ":", "none"),
     LABELS["lammps"]: ("^", "-.", "none"),
 }

@@ -28,8 +28,7 @@ def print_tradeoff(console: Console, tradeoffs: Sequence[Tradeoff]) -> None:
     console.print(title, style="bold", end="\n\n")
     known = max(one.truth_error for one in tradeoffs)
     rows = [replace(point.row, error=point.highest) for point in typical(tradeoffs)]
-    alone = [row for row in rows if row.self_contained]
-    found = {wanted: cheapest(alone, wanted, known) for wanted in _ACCURACIES}
+    found = {wanted: cheapest(rows, wanted, known) for wanted in _ACCURACIES}
     found = {wanted: reached for wanted, reached in found.items() if reached}
     best = {
         wanted: min(reached.values(), key=lambda row: row.wall_time)
@@ -50,12 +49,6 @@ def print_tradeoff(console: Console, tradeoffs: Sequence[Tradeoff]) -> None:
     ]
     console.print(table(header, lines, left=("contender",)))
     console.print()
-    for row in rows:
-        if not row.self_contained:
-            console.print(
-                f"{row.contender} of a simulation, contacts of the transition only: error"
-                f" {row.error:.1%}, {1e3 * row.wall_time:.2g} ms."
-            )
     console.print(
         "Time: the least of some runs, on code that is loaded and compiled. LAMMPS: with the"
         " creation of its instance,\nwithout estimating its error. rtol: the native solver chooses"
@@ -73,4 +66,4 @@ def _setting(row: Row) -> str:
         return f"rtol {_power(row.rtol)}"
     if row.step is not None:
         return f"step {row.step:.3g} s"
-    return "" if row.natural_step is None else f"step {row.natural_step:.3g} natural units"
+    return f"step {row.natural_step:.3g} natural units"

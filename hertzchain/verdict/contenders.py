@@ -7,37 +7,28 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
-import numpy as np
-
-from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps import Lammps
-from hertzchain.engines.native import METHODS, Native, Simulation, simulate, simulate_in_numpy
+from hertzchain.engines.native import METHODS, Native, Simulation, simulate
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.damped_plan import first_tolerance
 from hertzchain.engines.native.damped_runs import simulate_damped
 from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
-from hertzchain.engines.native.methods import SymplecticNystrom
 from hertzchain.engines.native.refinement import Walker
 from hertzchain.engines.registry import label_of
 from hertzchain.limits import TIME_LIMIT, Deadline
-from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
-from hertzchain.theory.prediction import transition_peaks
 
-FORMULAS, MAP, COMPILED, NUMPY, SCIPY = "formulas", "map", "compiled", "NumPy", "SciPy"
-LAMMPS = label_of("lammps")
-WAYS = (FORMULAS, MAP, COMPILED, NUMPY, SCIPY, LAMMPS)  # names of the ways to compute
-PLAIN_ONLY = (FORMULAS, MAP, NUMPY, SCIPY)
-"""Ways that compute only uniform free chains under a pulse."""
+COMPILED, SCIPY, LAMMPS = "compiled", "SciPy", label_of("lammps")
+WAYS = (COMPILED, SCIPY, LAMMPS)  # names of the ways to compute
 
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
     """Result of one run of a contender."""
 
-    peak_force: FloatArray  # peaks of all contacts, a wall's the last [N]; NaN where it gives none
-    force_evaluations: int  # evaluations of Eq. 1 for the whole chain; 0 for a formula
+    peak_force: FloatArray  # peaks of all contacts, a wall's the last [N]
+    force_evaluations: int  # evaluations of Eq. 1 for the whole chain
 
 
 @dataclass(frozen=True)
@@ -49,22 +40,16 @@ class Contender:
     run: Callable[[Scene, float], Outcome]  # runs with a step [s] or rtol; NaN for neither
     steps: tuple[float, ...] = ()  # largest steps, natural time units, from cheap to expensive
     rtols: tuple[float, ...] = ()  # relative accuracies, from cheap to expensive
-    self_contained: bool = True  # needs only the scene for the peaks of all contacts
 
 
-def contenders(scene: Scene, truth: Result) -> tuple[Contender, ...]:
+def contenders(scene: Scene) -> tuple[Contender, ...]:
     """Return all contenders of a scene, in the order of the report.
 
     A further contender is an entry here, a further way is a name in ``WAYS`` and ``report.style``.
     """
     steps = {name: _halvings(*ends) for name, ends in _STEPS.items()}
     steps["reference"] = steps["reference"][::2]
-    walkers = {name: METHODS[name].walker for name in steps}
-    compiled = {
-        name: _compiled(walker)
-        for name, walker in walkers.items()
-        if isinstance(walker.stepper, SymplecticNystrom)
-    }
+    compiled = {name: _compiled(METHODS[name].walker) for name in steps}
     if scene.contact is not None:  # LAMMPS's scheme alone
         compiled = {"velocity-verlet": partial(_with_steps, simulate_damped_verlet)}
     by_steps = [
@@ -79,23 +64,8 @@ def contenders(scene: Scene, truth: Result) -> tuple[Contender, ...]:
         Contender(LAMMPS, LAMMPS, _lammps, _halvings(0.4, 0.4 / 2**9)[::2]),
         Contender(f"{LAMMPS}, extrapolated", LAMMPS, extrapolated, _halvings(0.4, 0.4 / 2**7)[::2]),
     ]
-    if not scene.is_plain:
-        return (*by_steps, *users, *lammps)
-    # The reference's halved steps cost NumPy a second for any step at the start.
-    in_numpy = {name: own[:9:2] if name in compiled else own[:12] for name, own in steps.items()}
-    in_numpy["reference"] = (METHODS["reference"].step,)
-    return (
-        *_formulas(scene, truth),
-        *_map(scene),
-        *by_steps,
-        *users,
-        *(
-            Contender(f"{name}, NumPy", NUMPY, _numpy(walkers[name]), own)
-            for name, own in in_numpy.items()
-        ),
-        Contender("DOP853, SciPy", SCIPY, _scipy, rtols=_decades(4, 12)),
-        *lammps,
-    )
+    by_scipy = Contender("DOP853, SciPy", SCIPY, _scipy, rtols=_decades(4, 12))
+    return (*by_steps, *users, *[by_scipy] * scene.is_plain, *lammps)
 
 
 def _halvings(first: float, last: float) -> tuple[float, ...]:
@@ -110,8 +80,6 @@ def _decades(first: int, last: int) -> tuple[float, ...]:
 
 _STEPS = {
     "velocity-verlet": (0.4, 0.4 / 2**10),
-    "rk4": (0.4, 0.4 / 2**7.5),
-    "dprkn-6": (0.8, 0.8 / 2**5.5),
     "srkn-6b": (1.2, 1.2 / 2**7),
     "srkn-11b": (1.2, 1.2 / 2**4.5),
     "reference": (0.8, 0.8 / 2**5),
@@ -119,40 +87,6 @@ _STEPS = {
 """First and last step of each native method, natural time units: errors from a few per cent to
 1e-12, or to that of a run of 0.1 s. For the reference method the steps before they are halved.
 """
-
-
-def _formulas(scene: Scene, truth: Result) -> tuple[Contender, ...]:
-    """Return Eqs. 6 and 9 at their contacts, with p and F_SW of the truth."""
-    p, wave_force = truth.transition_granules, truth.solitary_wave.peak_force
-    if p is None or wave_force is None or scene.pulse is None:
-        return ()
-
-    def run(which: int, scene: Scene, _: float) -> Outcome:
-        return _said(scene, transition_peaks(scene, p, wave_force)[which])
-
-    return tuple(
-        Contender(f"{name}, given p and F_SW", FORMULAS, partial(run, k), self_contained=False)
-        for k, name in enumerate(("Eq. 6", "Eq. 9"))
-    )
-
-
-def _map(scene: Scene) -> tuple[Contender, ...]:
-    """Return the map of peaks, if it has the scene."""
-    known = theory.predict(scene).peak_force
-    if not np.any(np.isfinite(known)):
-        return ()
-    whole = known.size == scene.chain.granules - 1
-
-    def run(scene: Scene, _: float) -> Outcome:
-        return _said(scene, theory.predict(scene).peak_force)
-
-    return (Contender(MAP, MAP, run, self_contained=whole),)
-
-
-def _said(scene: Scene, peak_force: FloatArray) -> Outcome:
-    """Return the outcome of a formula for the first contacts; NaN for the others."""
-    unsaid = np.full(scene.chain.granules - 1 - peak_force.size, np.nan)
-    return Outcome(np.append(peak_force, unsaid), 0)
 
 
 def _with_steps(integrated: Callable[..., Simulation], scene: Scene, step: float) -> Outcome:
@@ -164,11 +98,6 @@ def _with_steps(integrated: Callable[..., Simulation], scene: Scene, step: float
 def _compiled(walker: Walker) -> Callable[[Scene, float], Outcome]:
     """Return the run of a compiled method with given steps."""
     return partial(_with_steps, partial(simulate, walker=walker, leave_behind=True))
-
-
-def _numpy(walker: Walker) -> Callable[[Scene, float], Outcome]:
-    """Return the run of a method in plain NumPy with given steps."""
-    return partial(_with_steps, partial(simulate_in_numpy, walker=walker))
 
 
 def _with_estimate(scene: Scene, rtol: float) -> Outcome:

@@ -12,15 +12,12 @@ import math
 import platform
 import statistics
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import Native
 from hertzchain.engines.native.duration import with_end
@@ -28,15 +25,7 @@ from hertzchain.errors import BackendMissing, RunFailed, require
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
-from hertzchain.verdict.contenders import (
-    FORMULAS,
-    MAP,
-    PLAIN_ONLY,
-    WAYS,
-    Contender,
-    Outcome,
-    contenders,
-)
+from hertzchain.verdict.contenders import SCIPY, WAYS, Contender, Outcome, contenders
 
 if TYPE_CHECKING:
     import pandas
@@ -60,7 +49,6 @@ class Row:
     error: float  # largest relative difference of the peaks from the truth
     force_evaluations: int  # without those of a second run for the error
     wall_time: float  # least of several runs, with all that a user waits for [s]
-    self_contained: bool  # needs only the scene
 
     @property
     def setting(self) -> tuple[str, float | None, float | None]:
@@ -85,8 +73,8 @@ class Tradeoff:
 
     @functools.cached_property
     def frontier(self) -> tuple[Row, ...]:
-        """Rows that no other self-contained row beats, from the cheapest to the most accurate."""
-        return frontier([row for row in self.rows if row.self_contained], self.truth_error)
+        """Rows that no other beats, from the cheapest to the most accurate."""
+        return frontier(self.rows, self.truth_error)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the measurement as a JSON object; null stands for a missing value."""
@@ -122,9 +110,9 @@ def tradeoff(
 ) -> Tradeoff:
     """Measure error and cost of every contender on a scene.
 
-    ``engines`` has names of ``WAYS``; those of ``PLAIN_ONLY`` are left out for a scene with terms,
-    with a remark. Each setting is repeated for ``enough`` seconds in each round, or runs once for
-    0. RunFailed if the reference method fails, so that there is no truth.
+    ``engines`` has names of ``WAYS``; SciPy is left out for a scene with terms, with a remark. Each
+    setting is repeated for ``enough`` seconds in each round, or runs once for 0. RunFailed if the
+    reference method fails, so that there is no truth.
     """
     for name in engines:
         require(name in WAYS, "engine", name, f"must be one of {', '.join(WAYS)}")
@@ -132,7 +120,7 @@ def tradeoff(
     report_progress("the truth: the reference method with short steps")
     scene = with_end(scene)
     truth, moved = _truth(scene)
-    running = [one for one in contenders(scene, truth) if one.engine in engines]
+    running = [one for one in contenders(scene) if one.engine in engines]
     found: dict[tuple[str, float | None, float | None], Row] = {}
     remarks: dict[str, None] = {}
     missing = False
@@ -147,7 +135,9 @@ def tradeoff(
             remarks[str(problem)] = None
         except RunFailed as problem:
             remarks[f"{contender.name}: {problem}"] = None
-    remarks |= dict.fromkeys(_left_out(scene, engines, running))
+    if SCIPY in engines and scene.terms:
+        has = ", ".join(scene.terms)
+        remarks[f"SciPy: left out, it is for uniform free chains, and this one has {has}"] = None
     order = [contender.name for contender in running]
     rows = tuple(sorted(found.values(), key=lambda row: order.index(row.contender)))
     return Tradeoff(scene, rows, max(moved, TRUTH_ERROR), missing, tuple(remarks))
@@ -163,22 +153,6 @@ def _truth(scene: Scene) -> tuple[Result, float]:
     )
     ordinary = Native("reference", peaks_only=True, wanted="all").run(scene)
     return truth, largest_difference(ordinary.peak_force, truth.peak_force)
-
-
-def _left_out(scene: Scene, engines: Sequence[str], running: Sequence[Contender]) -> Iterator[str]:
-    """Return sentences on wanted engines without contenders."""
-    if has := ", ".join(scene.terms):
-        wanted = [one for one in PLAIN_ONLY if one in engines]
-        if wanted:
-            yield (
-                f"{', '.join(wanted)}: left out, they are for uniform free chains, and this one has"
-                f" {has}"
-            )
-        return
-    if FORMULAS in engines and all(one.engine != FORMULAS for one in running):
-        yield "the formulas do not apply: they need a pulse of Table 1 and a transition"
-    if MAP in engines and all(one.engine != MAP for one in running):
-        yield f"the map does not apply: {theory.predict(scene).missing}"
 
 
 def measured(
@@ -206,10 +180,9 @@ def measured(
                 step,
                 natural_step,
                 rtol,
-                _error(outcome.peak_force, truth),
+                largest_difference(outcome.peak_force, truth),
                 outcome.force_evaluations,
                 seconds,
-                contender.self_contained,
             )
         )
         if seconds > _LONGEST:
@@ -290,9 +263,3 @@ def typical(tradeoffs: Sequence[Tradeoff]) -> tuple[Typical, ...]:
         for rows in groups.values()
         if len(rows) == len(tradeoffs)
     )
-
-
-def _error(peak_force: FloatArray, truth: FloatArray) -> float:
-    """Return the largest difference of the peaks that an outcome has."""
-    said = np.isfinite(peak_force)
-    return largest_difference(peak_force[said], truth[said])

@@ -43,7 +43,7 @@ def native(tmp_path_factory: pytest.TempPathFactory) -> Outcome:
 @pytest.fixture
 def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
     """No run is repeated for the sake of its time, and the slow ones are left out."""
-    engines = ("formulas", "compiled", "LAMMPS")
+    engines = ("compiled", "LAMMPS")
     quick = functools.partial(tradeoff.tradeoff, engines=engines, enough=0.0)
     monkeypatch.setattr(tradeoff, "tradeoff", quick)
 

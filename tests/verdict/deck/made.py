@@ -95,7 +95,6 @@ def found(scene: hc.Scene) -> FoundDeck:
         runs=(FoundRun(0.0, STEP, STEPS, len(COMMANDS) - 1),),
         applied_time=time,
         applied_force=applied,
-        applied_every=1,
         applied_sideways=0.0,
         peak_force=result.peak_force,
         peak_time=np.full(contacts, 1e-4),

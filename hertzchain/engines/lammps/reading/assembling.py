@@ -97,7 +97,6 @@ def found_of(
         runs=tuple(seen.runs),
         applied_time=applied.time,
         applied_force=sign * turned(applied.force),
-        applied_every=applied.every,
         applied_sideways=applied.sideways,
         peak_force=peaks.force,
         peak_time=peaks.time,

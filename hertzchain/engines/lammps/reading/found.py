@@ -209,8 +209,6 @@ class FoundDeck:
     applied_force
         Along the chain then, without ``constant_force``, all granules at rest [N], shape (readings,
         granules). Between readings it is that of the line between them.
-    applied_every
-        Steps between readings while the force changes; the step after each is read, too.
     applied_sideways
         Largest change of such a force off the axis [N].
     peak_force, peak_time
@@ -270,7 +268,6 @@ class FoundDeck:
     runs: tuple[FoundRun, ...]
     applied_time: Times
     applied_force: Forces
-    applied_every: int
     applied_sideways: Force
     peak_force: Forces
     peak_time: Times

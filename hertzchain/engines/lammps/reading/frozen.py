@@ -40,7 +40,6 @@ class Applied:
     force: FloatArray
     sideways: float
     constant: FloatArray
-    every: int
     fixes: tuple[FoundFix, ...]
 
 
@@ -103,7 +102,6 @@ class Replay:
         self._masks: dict[int, tuple[DeckFix, NDArray[np.bool_]]] = {}
         self._moves: dict[str, DeckFix] = {}
         self._stride = 1  # steps between readings while forces change
-        self.every = 1
 
     def play(self, given: Sequence[Given]) -> Applied:
         """Play all commands; the forces that fixes but walls exert."""
@@ -166,7 +164,6 @@ class Replay:
         self._stride = max(1, int(self._between / dt))
         self.stage.hooks.twice = self._stride > 1
         self._longest = max(self._stride, steps // _LEAST_READINGS)
-        self.every = max(self.every, min(self._stride, steps))
         acting = [fix for fix in self.stage.alive.values() if fix.style not in QUIET]
         for fix in [*acting, *self._moves.values()]:
             self._masks[fix.command] = fix, members(lammps, fix.group, self._granules)
@@ -228,7 +225,6 @@ class Replay:
             force=force[kept],
             sideways=self._sideways,
             constant=constant,
-            every=self.every,
             fixes=fixes,
         )
 
@@ -236,7 +232,7 @@ class Replay:
 def nothing_applied(granules: Granules) -> Applied:
     """No forces, of a deck that takes no step."""
     constant = np.zeros((granules.count, 3))
-    return Applied(np.zeros(0), np.zeros((0, granules.count)), 0.0, constant, 1, ())
+    return Applied(np.zeros(0), np.zeros((0, granules.count)), 0.0, constant, ())
 
 
 def _needed(force: FloatArray) -> NDArray[np.bool_]:

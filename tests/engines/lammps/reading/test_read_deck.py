@@ -77,7 +77,6 @@ def test_every_number_is_found(deck: Deck, tmp_path: Path) -> None:
     assert not np.any(found.drag)
     assert found.walls == ()
     # The applied force, at each step of the pulse.
-    assert found.applied_every == 1
     np.testing.assert_allclose(
         found.applied_force[:, 0], pulse(found.applied_time), rtol=0, atol=20 * 1e-11
     )
