@@ -15,7 +15,7 @@ from hertzchain.verdict.deck.deck_check import ROUND_OFF, Case, Indices, groups,
 from hertzchain.verdict.deck.measured import far_wall
 from hertzchain.verdict.deck.number import Difference, Number, changed, same
 from hertzchain.verdict.deck.own_words import right_plane
-from hertzchain.verdict.deck.places import Pairs, is_same
+from hertzchain.verdict.deck.places import Pairs
 
 _SAME_UNIT = 0.1  # relative: lengths in other units are off by 100 or more (chosen)
 _PLACES = 1e-7  # of an overlap: gaps below are rounded coordinates (chosen)
@@ -112,20 +112,7 @@ def _mass(case: Case) -> list[Difference]:
         right = new / volume
         return [(early, right), (old / volume, right), (old / units.mass, new / units.mass)]
 
-    made = _alike(measured, expected, off, "mass", changes, stands)
-    return [_with_order(one) for one in made]
-
-
-def _with_order(one: Difference) -> Difference:
-    """A mass in words, that of a right density which is given before the diameter, too."""
-    if not one.stands or not is_same(*one.stands[0]):
-        return one
-    assert one.measured is not None
-    assert one.expected is not None
-    return replace(
-        one, sentence=f"{one.name} {values(one.measured, one.expected, 'kg')}: the density was set"
-        " while the diameter was still 1",
-    )  # fmt: skip
+    return _alike(measured, expected, off, "mass", changes, stands)
 
 
 def _distance(case: Case) -> Difference | list[Difference]:

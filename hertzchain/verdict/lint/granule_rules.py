@@ -76,19 +76,6 @@ def _ghost_velocity(deck: Deck) -> Found:
         yield deck.pair_style, "error", text
 
 
-def _neighbours(deck: Deck) -> Found:
-    """Neighbour lists that leave contacts out."""
-    if not deck.is_granular:
-        return
-    for command in deck.named("neigh_modify"):
-        if "exclude" in command.words:
-            text = (
-                "neigh_modify exclude takes contacts away: granules of the excluded pairs pass"
-                " through one another; leave it out of a chain"
-            )
-            yield command, "warning", text
-
-
 def _units(deck: Deck) -> Found:
     """Numbers that do not belong to the units."""
     if not deck.is_granular or deck.is_partial or deck.units != "lj":
@@ -169,5 +156,5 @@ def _not_touching(deck: Deck) -> Found:
 
 RULES = (
     _units, _density_before_diameter, _diameter_missing, _not_touching,
-    _periodic, _ghost_velocity, _neighbours,
+    _periodic, _ghost_velocity,
 )  # fmt: skip

@@ -34,16 +34,6 @@ def _motion(deck: Deck) -> Found:
         seen[fix.words[2]] = fix
 
 
-def _no_run(deck: Deck) -> Found:
-    """A deck with granules that never runs, perhaps as the command is misspelt."""
-    granules = deck.named("create_atoms", "read_data")
-    if granules and deck.pair_style is not None and not deck.runs and not deck.is_partial:
-        text = (
-            "there is no run, so nothing happens: write timestep ... and run ..., spelt like this"
-        )
-        yield granules[-1], "warning", text
-
-
 def _thermostat(deck: Deck) -> Found:
     """Fixes that take motion from the granules or give some."""
     for fix in deck.fixes():
@@ -130,53 +120,6 @@ def _force_frozen(deck: Deck) -> Found:
                 yield fix, "error", text
 
 
-def _force_left_on(deck: Deck) -> Found:
-    """A formula of a periodic pulse that begins again."""
-    applied = deck.applied
-    pushes = [fix for fix, _ in _formulas(deck) if fix.index in deck.pushes]
-    formulas = [fix for fix in pushes if _acting(deck, fix)[1] is None]
-    if applied is None or not formulas:
-        return
-    late = applied.force[applied.time >= 0.9 * applied.time[-1]]
-    if abs(late - late[-1]).max() > _STILL * abs(applied.force).max():
-        text = (
-            "the force still changes when the deck ends, and a periodic pulse begins again: end it"
-            f" in its formula, as *(time<T), or unfix {formulas[-1].word(1)} behind the run that"
-            " ends with it"
-        )
-        yield formulas[-1], "note", text
-
-
-_STILL = 1e-3  # of the largest force: one that changes by less has ended (chosen)
-
-
-def _force_cut(deck: Deck) -> Found:
-    """A force that is dropped while it pushes."""
-    applied, runs = deck.applied, () if deck.look is None else deck.look.runs
-    made = {fix.word(1): fix for fix, _ in _formulas(deck) if fix.index in deck.pushes}
-    formulas = {variable for _, variable in _formulas(deck)}
-    for end in deck.named("unfix") if applied is not None else ():
-        fix = made.get(end.word(1))
-        before = [run for run in runs if end.index is not None and run.command < end.index]
-        if applied is None or fix is None or not before:
-            continue
-        again = [c.place for c in deck.named("variable") if c.word(1) in formulas]
-        if any(fix.place < place < end.place for place in again):
-            continue  # a formula in pieces may end with a jump
-        over = before[-1].start + before[-1].steps * before[-1].dt
-        here = abs(applied.time - over) < 0.5 * before[-1].dt
-        # Where a run ends and the next begins are two readings.
-        dropped = abs(applied.force[here][:1] - applied.force[here][-1:]).max(initial=0.0)
-        last, peak = float(dropped), float(abs(applied.force).max())
-        # A ramp that ends as high as it goes may end with a jump.
-        if peak > 0 and _STILL < last / peak < 1 - _STILL:
-            text = (
-                f"the force is dropped while it is {last:.4g}, {last / peak:.2g} of its largest"
-                " value: let the runs before end with the pulse (steps times timestep)"
-            )
-            yield end, "warning", text
-
-
 def _force_on_all(deck: Deck) -> Found:
     """A shock hits one end."""
     for fix in deck.fixes("addforce"):
@@ -220,6 +163,6 @@ def _random_velocities(deck: Deck) -> Found:
 
 
 RULES = (
-    _motion, _no_run, _thermostat, _force_clock, _force_frozen, _force_left_on, _force_cut,
-    _force_on_all, _force_in_steps, _random_velocities,
+    _motion, _thermostat, _force_clock, _force_frozen, _force_on_all, _force_in_steps,
+    _random_velocities,
 )  # fmt: skip

@@ -84,8 +84,8 @@ RULES: dict[str, Rule] = {
 """All rules by name."""
 
 OF_CHAINS = {
-    "not-touching", "periodic", "neighbours", "thermostat",
-    "force-left-on", "force-on-all", "force-cut", "random-velocities", "gravity", "step-length",
+    "not-touching", "periodic", "thermostat", "force-on-all", "random-velocities", "gravity",
+    "step-length",
 }  # fmt: skip
 """Rules that hold for chains alone."""
 

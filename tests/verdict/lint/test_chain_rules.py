@@ -70,23 +70,6 @@ def test_from_a_fifth_of_the_natural_time_on_steps_are_long(step: float, found: 
     assert [f.severity for f in lint(text) if f.rule == "step-length"] == ["warning"] * found
 
 
-def said(text: str, rule: str) -> bool:
-    return rule in {finding.rule for finding in lint(text)}
-
-
-@pytest.mark.parametrize(
-    ("push", "found"),
-    [
-        ("50*(1-cos(2*PI*time/1e-4))*(time<1e-4)", False),
-        ("30+50*(1-cos(2*PI*time/1e-4))*(time<1e-4)", False),  # a load, too
-        ("50*(1-cos(2*PI*time/1e-4))", True),  # the pulse begins again
-    ],
-)
-def test_which_forces_are_left_on(push: str, found: bool) -> None:
-    text = CLEAN.replace("unfix shock\n", "").replace("50*(1-cos(2*PI*time/1e-4))", f'"{push}"')
-    assert said(text, "force-left-on") is found
-
-
 def test_static_loads_are_no_staircase_and_push_one_granule_each() -> None:
     held = "".join(f"fix p{k} first addforce {k} 0.0 0.0\n" for k in (1, 2, 3))
     text = CLEAN.replace("timestep 5e-8", f"group last id 30\n{held}timestep 5e-8")
