@@ -14,7 +14,7 @@ from hertzchain.report.junit import ERROR, FAILURE, Case
 from hertzchain.report.style import LABELS
 
 if TYPE_CHECKING:
-    from hertzchain.engines.lammps.reading import Executed
+    from hertzchain.engines.lammps.reading.found import Executed
     from hertzchain.verdict.deck import DeckCheck, DeckExamination
 
 _NO_CHANGE = 1e-9  # relative change of peaks that is round-off (chosen)

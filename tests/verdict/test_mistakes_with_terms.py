@@ -19,7 +19,7 @@ from validation.mistakes_with_terms import (
     column,
     scene_with_gaps,
 )
-from validation.planting import POSITION, STIFFNESS, Mistake, in_set_up
+from validation.planting import POSITION, STIFFNESS, Mistake
 
 HELD = {RADIUS, WALL, CONSTANT, START_VELOCITY}
 """The checks that name a wrong term."""
@@ -70,15 +70,3 @@ def test_motions_alone_do_not_show_static_overlaps_that_all_simulations_share() 
     everywhere = next(one for one in MISTAKES_WITH_TERMS if one.what == UNBALANCED[1])
     wrong = failed(compared(everywhere).checks)
     assert wrong == {everywhere.check, WALL}
-
-
-@pytest.mark.lammps
-def test_one_granule_more_is_named() -> None:
-    """The number of granules is the only check that is possible then."""
-    plant = in_set_up(
-        ("pair_style granular", "create_atoms 1 single -0.009 0 0 units box\npair_style granular")
-    )
-    comparison = compared(Mistake("one more", plant, STIFFNESS, made_in=scene_with_gaps))
-    assert failed(comparison.checks) == {"lammps: failed", "lammps: granules"}
-    count = next(check for check in comparison.checks if check.name == "lammps: granules")
-    assert (count.measured, count.expected) == (7.0, 6.0)

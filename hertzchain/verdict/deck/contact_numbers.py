@@ -8,7 +8,7 @@ import re
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.reading import FoundWall
+from hertzchain.engines.lammps.reading.found import FoundWall
 from hertzchain.verdict.deck.deck_check import Case, Indices, groups, values
 from hertzchain.verdict.deck.measured import EXPONENT, far_wall, law_of
 from hertzchain.verdict.deck.number import Difference, Number, changed, same

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from hertzchain.engines.lammps.reading import Executed
+from hertzchain.engines.lammps.reading.found import Executed
 from hertzchain.verdict.deck.deck_check import ACTS, Case, DeckCheck
 from hertzchain.verdict.deck.places import (
     SIZES,

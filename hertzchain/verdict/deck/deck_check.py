@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.reading import FoundDeck, FoundFix
+from hertzchain.engines.lammps.reading.found import FoundDeck, FoundFix
 from hertzchain.engines.lammps.reading.units import Units
 from hertzchain.limits import Deadline
 from hertzchain.observables.peaks import judged_contacts

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray, or_none
-from hertzchain.engines.lammps.reading import Edits, Executed, FoundDeck
-from hertzchain.engines.lammps.reading.text import lines_of
+from hertzchain.engines.lammps.reading.found import Executed, FoundDeck
+from hertzchain.engines.lammps.reading.text import Edits, lines_of
 from hertzchain.observables.definitions import context_of
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene

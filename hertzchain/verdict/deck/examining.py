@@ -9,7 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from hertzchain.engines.lammps.reading import Edits, FoundDeck, Reader
+from hertzchain.engines.lammps.reading.found import FoundDeck
+from hertzchain.engines.lammps.reading.reading import Reader
+from hertzchain.engines.lammps.reading.text import Edits
 from hertzchain.engines.native import Native
 from hertzchain.engines.native.duration import with_end
 from hertzchain.errors import RunFailed, SceneError, is_positive, require

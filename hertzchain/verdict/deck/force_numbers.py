@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.reading import FoundFix
+from hertzchain.engines.lammps.reading.found import FoundFix
 from hertzchain.verdict.deck.corrections import pushed_alone
 from hertzchain.verdict.deck.deck_check import ACTS, ROUND_OFF, Case, Indices, names, values
 from hertzchain.verdict.deck.measured import displacement, stretches_of

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.reading import FoundDeck, FoundWall
-from hertzchain.engines.lammps.reading.found import scaled
+from hertzchain.engines.lammps.reading.found import FoundDeck, FoundWall, scaled
 from hertzchain.engines.lammps.reading.units import UNITS, Units
 from hertzchain.errors import RunFailed
 from hertzchain.observables.damped_law import DampedLaw

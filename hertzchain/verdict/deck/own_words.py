@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.reading import FoundDeck
+from hertzchain.engines.lammps.reading.found import FoundDeck
 from hertzchain.verdict.deck.deck_check import Case
 from hertzchain.verdict.deck.measured import far_wall
 from hertzchain.verdict.deck.places import Changes, commands_of, place, with_number

@@ -7,7 +7,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from hertzchain.engines.lammps.reading import Executed, FoundDeck
+from hertzchain.engines.lammps.reading.found import Executed, FoundDeck
 
 Changes = dict[tuple[str, int, str], tuple[str, ...]]
 """What stands in place of commands of a deck: by file, line and how the command is written."""

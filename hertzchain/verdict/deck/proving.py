@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
-from hertzchain.engines.lammps.reading import Edits
+from hertzchain.engines.lammps.reading.text import Edits
 from hertzchain.errors import RunFailed
 from hertzchain.verdict.deck.deck_check import DeckCheck
 from hertzchain.verdict.deck.examined import Correction, DeckExamination, Finding, by_command

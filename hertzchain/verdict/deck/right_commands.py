@@ -11,7 +11,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.deck import force_formula
-from hertzchain.engines.lammps.reading import FoundDeck, FoundFix
+from hertzchain.engines.lammps.reading.found import FoundDeck, FoundFix
 from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.sine import Sine
 from hertzchain.verdict.deck.deck_check import Case

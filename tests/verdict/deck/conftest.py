@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps.reading import FoundDeck
+from hertzchain.engines.lammps.reading.found import FoundDeck
 from tests.verdict.deck.corpus import scene_of
 from tests.verdict.deck.made import found
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import hertzchain as hc
-from hertzchain.engines.lammps.reading import Executed, FoundDeck, FoundFix, FoundRun
+from hertzchain.engines.lammps.reading.found import Executed, FoundDeck, FoundFix, FoundRun
 from hertzchain.limits import Deadline
 from hertzchain.verdict.deck import DeckCheck, DeckExamination, compared
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps.reading import FoundDeck, FoundWall
+from hertzchain.engines.lammps.reading.found import FoundDeck, FoundWall
 from hertzchain.verdict.deck import deck_check
 from tests.verdict.deck.made import (
     STEP,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps.reading import FoundDeck
+from hertzchain.engines.lammps.reading.found import FoundDeck
 from hertzchain.verdict.deck.measured import law_of
 from tests.verdict.deck.made import (
     STEP,

@@ -25,10 +25,7 @@ from hertzchain.verdict.lint.rules import RULES, findings, lint_file
 from hertzchain.verdict.lint.script import script_of
 from tests.command_line import Command
 from tests.effort import effort
-from tests.places import ROOT
 from tests.test_public_names import modules_after
-
-SHIPPED = sorted((ROOT / "lammps_inputs").glob("in.*"))
 
 CLEAN, HEAP, PLANTED = (
     Path(__file__).with_name(name).read_text(encoding="utf-8")

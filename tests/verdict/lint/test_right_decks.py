@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +16,7 @@ from hertzchain.verdict.lint.rules import lint_file
 from tests import scenes
 from tests.conftest import STEEL
 from tests.places import ROOT
-from tests.verdict.lint.test_lint import CLEAN, ROOM, bad, lint
+from tests.verdict.lint.test_lint import CLEAN, ROOM, lint
 
 SHIPPED = sorted((ROOT / "lammps_inputs").glob("in.*"))
 
@@ -82,13 +81,6 @@ def test_a_deck_that_follows_a_long_table_is_read_in_seconds() -> None:
     table = hc.PulseTable(tuple(times), tuple(100 * np.sin(np.pi * times / 1e-4) ** 2))
     scene = hc.Scene(hc.Chain(10, **STEEL), table)
     assert lint(generated(scene, 1)) == []
-
-
-def test_a_generated_deck_with_a_trap_is_not_clean() -> None:
-    text = (ROOT / "lammps_inputs" / "in.demo").read_text(encoding="utf-8")
-    assert bad(lint(text.replace("comm_modify vel yes", "")))
-    assert bad(lint(text.replace("boundary s f f", "")))
-    assert bad(lint(re.sub(r"(set .*diameter.*\n)(set .*density.*\n)", r"\2\1", text)))
 
 
 def test_a_wall_whose_stiffness_is_given_may_be_rigid() -> None:

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import hertzchain as hc
-from hertzchain.engines.lammps.reading import FoundDeck, Reader
+from hertzchain.engines.lammps.reading.found import FoundDeck
+from hertzchain.engines.lammps.reading.reading import Reader
 from hertzchain.limits import TIME_LIMIT, Deadline
 
 UNITS = {

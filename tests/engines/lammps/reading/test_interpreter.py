@@ -11,7 +11,6 @@ import pytest
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.engines.lammps.reading.interpreter import Interpreter
 from hertzchain.engines.lammps.reading.session import Module
-from hertzchain.engines.lammps.reading.text import lines_of, without_comment, words_of
 from hertzchain.errors import RunFailed
 
 pytestmark = pytest.mark.lammps
@@ -250,15 +249,3 @@ def test_variables_of_the_command_line_go_before_those_of_the_deck(tmp_path: Pat
     with engine() as lammps:
         Interpreter(Module(lammps, tmp_path), "in.mine", deck, {"a": "40"}, Player(lammps)).play()
         assert lammps.extract_variable("c") == 42
-
-
-def test_lines_and_words() -> None:
-    text = 'a &\n b\n"""x\n# y"""\n\nlast & \n'
-    assert [(line.number, line.text) for line in lines_of(text)][:2] == [
-        (1, "a  b"),
-        (3, '"""x\n# y"""'),
-    ]
-    assert without_comment("a '#' \"#\" # b") == "a '#' \"#\""
-    assert [word.value for word in words_of("a 'b \"c' \"\"\"d 'e\"\"\" f")] == [
-        "a", 'b "c', "d 'e", "f",
-    ]  # fmt: skip

@@ -13,7 +13,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.engines.lammps.binary import look
 from hertzchain.engines.lammps.engine import command, engine
-from hertzchain.engines.lammps.reading import FoundDeck
+from hertzchain.engines.lammps.reading.found import FoundDeck
 from hertzchain.errors import BackendMissing, RunFailed
 from hertzchain.limits import Deadline
 from tests.engines.lammps.reading.chains import SCENE, Deck, read_deck

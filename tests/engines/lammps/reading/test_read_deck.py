@@ -11,7 +11,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.lammps.deck import leg_commands, set_up
-from hertzchain.engines.lammps.reading import FoundDeck
+from hertzchain.engines.lammps.reading.found import FoundDeck
 from tests.engines.lammps.reading.chains import SCENE, STEP, Deck, read_deck
 
 pytestmark = pytest.mark.lammps
