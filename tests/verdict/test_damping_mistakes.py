@@ -12,14 +12,8 @@ import pytest
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.damping import tsuji
-from hertzchain.limits import Deadline
 from hertzchain.scene.terms import DAMPING, DampingLaw
 from hertzchain.theory.restitution import damping_ratio, of_ratio
-from hertzchain.verdict.case import Case
-from hertzchain.verdict.damping_mistakes import (
-    damping,
-    strength_of,
-)
 from hertzchain.verdict.mistakes import families_for
 from tests.conftest import STEEL, paper_scene
 
@@ -34,11 +28,6 @@ ASKED = {
 
 def peaks_of(scene: hc.Scene) -> FloatArray:
     return hc.Native(rtol=1e-7).run(scene).peak_force
-
-
-def case_of(given: FloatArray) -> Case:
-    reference = hc.Native("reference").run(ELASTIC)
-    return Case(ELASTIC, reference, given, np.ones(15, bool), None, 1e-6, Deadline(60.0))
 
 
 def with_ratio(factor: float) -> hc.Scene:
@@ -135,18 +124,6 @@ def test_uncertain_digits_are_left_out(law: DampingLaw, size: float) -> None:
     assert number is not None, found
     unit = 10.0 ** (int(number[3] or 0) - len(number[2] or ""))
     assert abs(float(number[1]) - true) <= 1.001 * unit
-
-
-def test_a_coefficient_is_as_uncertain_as_is_said() -> None:
-    """Errors of steps hide in the coefficient: dashpots, steps of 0.1 natural time units."""
-    scene = replace(ELASTIC, contact=ASKED["dashpot"])
-    given = hc.Native("velocity-verlet", 0.1 * ELASTIC.units.time).run(scene).peak_force
-    case = case_of(given)
-    *_, dashpots = damping(case)
-    found = dashpots.tried(case)
-    off = abs(math.exp(found.value.log) / strength_of(ELASTIC, ASKED["dashpot"]) - 1)
-    # 0.72 of it, measured.
-    assert found.value.uncertainty / 3 < off < found.value.uncertainty
 
 
 def test_with_other_terms_damping_is_tried() -> None:

@@ -15,8 +15,6 @@ from hertzchain.arrays import Array, FloatArray
 from hertzchain.scene.pulse import PROFILES, profile_named
 from hertzchain.verdict.mistakes import with_rise_time
 from tests.conftest import paper_scene
-from tests.effort import effort
-from validation.planting import in_set_up
 
 QUICK = ("cosine-triangular", 2.0, 2.0, 30), ("cosine", 0.3, 2.0, 30)
 
@@ -294,31 +292,6 @@ def test_what_ends_a_cause() -> None:
     assert "velocity Verlet with steps of 1.5e-06 s has" in (found.cause or "")
 
 
-@pytest.mark.lammps
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (
-            ("hertz/material ${E1} 0.0", "hertz/material $(2*v_E1) 0.0"),
-            "of half",
-        ),
-        pytest.param(
-            (
-                "hertz/material ${E1} 0.0 ${nu1}",
-                "hertz/material ${E1} 0.2 ${nu1} damping tsuji",
-            ),
-            "damping of restitution 0.34",  # 0.3433 is what tsuji gives for 0.2
-            marks=pytest.mark.slow,
-        ),
-    ],
-)
-def test_a_wrong_deck_of_lammps_is_named(change: tuple[str, str], words: str) -> None:
-    at = planting(QUICK[0])
-    with in_set_up(change)():
-        wrong = hc.Lammps(dt=0.02 * at.scene.units.time).run(at.scene).peak_force
-    assert words in (hc.judge(at.scene, wrong).cause or "")
-
-
 # Peaks without a cause
 
 
@@ -351,23 +324,6 @@ def test_random_peaks_have_no_cause(
         assert ("look like noise" in (found.hint or "")) is (make is noise)
 
 
-@pytest.mark.parametrize(
-    "size", [5e-3, *(pytest.param(size, marks=pytest.mark.slow) for size in (2e-3, 0.05))]
-)
-@pytest.mark.parametrize("key", QUICK)
-def test_noise_is_said_to_be_noise(key: tuple[str, float, float, int], size: float) -> None:
-    at = planting(key)
-    draw = np.random.default_rng(0).standard_normal(at.truth.size)
-    found = hc.judge(at.scene, at.truth * (1 + size * draw))
-    assert (found.verdict, found.cause) == ("fail", None)
-    # The root mean square of these numbers, and the largest.
-    rms, most = 100 * size * np.sqrt(np.mean(draw**2)), 100 * size * np.max(np.abs(draw))
-    assert found.hint == (
-        "no single known mistake explains these peaks: the differences look like noise of"
-        f" {rms:.2g} % about the scene's own peaks, with which they agree to {most:.2g} %"
-    )
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(30))
 def test_of_three_mistakes_none_is_named_that_was_not_made(seed: int) -> None:
@@ -380,11 +336,3 @@ def test_of_three_mistakes_none_is_named_that_was_not_made(seed: int) -> None:
     cause = judged(at, exact(hc.Scene(chain, pulse))).cause or ""
     for other in ("damping", "velocity Verlet", "granules", "samples", "numbered", "late", "pull"):
         assert other not in cause, cause
-
-
-@pytest.mark.slow
-def test_looking_for_a_cause_takes_seconds() -> None:
-    at = planting((*QUICK[0][:3], 60))
-    noisy = at.truth * (1 + 0.01 * np.random.default_rng(0).standard_normal(59))
-    # In units of 0.03 s; 1.1 to 1.4 s measured.
-    assert effort(lambda: judged(at, noisy)) < 100

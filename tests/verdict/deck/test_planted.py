@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -135,26 +134,6 @@ def test_two_mistakes(pair: list[str], tmp_path: Path) -> None:
     fixed = tmp_path / "in.fixed"
     fixed.write_text(examined.fix, encoding="utf-8")
     assert hc.examine(examined.scene, fixed).verdict == "pass"
-
-
-SAID = {
-    "restitution": (
-        r"damping of contact \d+ is \S+ N, the scene has \S+ N, where granules approach with"
-        r" \S+ m/s and the elastic force is \S+ N"
-    ),
-    "attraction": (
-        r"contact \d+ pulls: where granules part with \S+ m/s, damping is -\S+ N and the elastic"
-        r" force \S+ N; contacts of the scene do not pull"
-    ),
-}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("name", "words"), SAID.items(), ids=SAID)
-def test_what_damping_does_is_said(name: str, words: str, tmp_path: Path) -> None:
-    mistake = MISTAKES[name]
-    done = hc.examine(scene_of(mistake.deck), copied(tmp_path, mistake.deck, mistake.changes))
-    assert re.fullmatch(words, done.to_mend[0].sentence)
 
 
 def test_rows_are_no_chain(tmp_path: Path) -> None:

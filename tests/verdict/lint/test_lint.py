@@ -154,13 +154,6 @@ def test_a_classic_wall_without_damping_ends_in_nan() -> None:
             command(lammps, short)
 
 
-@pytest.mark.lammps
-def test_without_units_a_lattice_is_another_one() -> None:
-    with engine() as lammps:
-        command(lammps, planted(TRAPS["no units"]).split("set group")[0])
-        assert lammps.get_natoms() != 30
-
-
 @pytest.mark.parametrize(
     ("old", "new", "line", "said"),
     [
@@ -223,11 +216,6 @@ jump SELF more
     text = CLEAN.replace("create_atoms 1 region chain\n", made)
     assert lint(text) == []
     assert {f.rule for f in lint(text.replace("boundary f f f", ""))} == {"periodic"}
-
-
-def test_a_deck_of_liggghts_is_known_as_one() -> None:
-    text = CLEAN.replace(STYLE, "pair_style gran model hertz tangential off\npair_coeff * *")
-    assert [(f.rule, f.severity) for f in lint(text)] == [("elsewhere", "note")]
 
 
 def test_later_commands_count() -> None:
