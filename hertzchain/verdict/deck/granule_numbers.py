@@ -169,7 +169,7 @@ def _off_axis(case: Case) -> Difference:
     k = int(np.argmax(each))
     off, radius = float(each[k]), float(case.scene.granules.radius[0])
     return Difference(
-        off, 0.0, relative=off / radius / 10, effect=_tilt(case, off),
+        off, 0.0, relative=0.0, effect=_tilt(case, off),
         sentence=f"granule {k + 1} is {off:.3g} m off the axis of the chain, the scene is straight",
         reason="a contact that tilts by s / 2R loses s^2 / 4R of its overlap",
         stands=[(off / case.units.length, 0.0)], differs=off > ROUND_OFF * radius,

@@ -74,7 +74,7 @@ class Prover:
                 left = [one for one in after.to_mend if one.kind in kinds]
                 if left and len(checks) > 1 and len(left) < len(checks):  # others on that line
                     yield from self.proofs(whole, before, left, peaks)
-                elif not left and _is_no_worse(before, after, peaks):
+                elif not left and is_no_worse(before, after, peaks):
                     yield whole, after
 
 
@@ -154,7 +154,7 @@ def _cause(checks: Sequence[DeckCheck], proofs: Sequence[Proof | None]) -> int |
     return None
 
 
-def _is_no_worse(before: DeckExamination, after: DeckExamination, peaks: bool = True) -> bool:
+def is_no_worse(before: DeckExamination, after: DeckExamination, peaks: bool = True) -> bool:
     """Whether nothing fails that passed before, and no peak is further off."""
     if after.found.stopped and not before.found.stopped:
         return False
@@ -194,7 +194,7 @@ def _together(prover: Prover) -> tuple[Edits, list[tuple[set[str], Edits]]]:
             added = {at: lines for at, lines in proof[0].items() if tried.get(at) != lines}
             own.append((kinds, added))
             tried, state = proof
-        if peaks or _is_no_worse(done, state):
+        if peaks or is_no_worse(done, state):
             edits, done = tried, state
             steps += own
         if done.passed:

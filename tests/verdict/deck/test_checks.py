@@ -218,6 +218,16 @@ def test_a_deck_that_ends_early(scene: hc.Scene, right: FoundDeck) -> None:
     assert done.judged[0]
 
 
+def test_a_deck_that_ends_a_step_early_after_the_last_peak_is_remarked(
+    scene: hc.Scene, right: FoundDeck
+) -> None:
+    for steps, early in ((2500, False), (2499, True)):
+        runs = (replace(right.runs[0], steps=steps),)
+        done = examined(scene, changed(right, runs=runs, end_time=steps * STEP))
+        check = by_name(done, "end of the run")
+        assert (check.passed, check.differs) == (True, early)
+
+
 def with_wall(deck: FoundDeck, room: float, sideways: float = 0.0) -> FoundDeck:
     """A deck with a wall at the far end, some way from the last granule."""
     depth = np.array([1e-6, 5e-6])

@@ -11,6 +11,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.lammps.reading.found import FoundDeck
+from hertzchain.verdict.deck import proving
 from tests.verdict.deck.corpus import scene_of
 from tests.verdict.deck.made import (
     STEP,
@@ -146,6 +147,19 @@ def test_a_wrong_radius_is_no_wrong_stiffness(scene: hc.Scene, right: FoundDeck)
         names = [check.name for check in examined(scene, deck).to_mend]
         assert any(name.startswith("radius") for name in names)
         assert not any(name.startswith("stiffness") for name in names)
+
+
+def test_both_sides_of_what_a_correction_may_add_to_an_error(
+    scene: hc.Scene, right: FoundDeck
+) -> None:
+    truth, was = hc.Native("reference").run(scene).peak_force, 5e-3
+
+    def off(error: float) -> hc.DeckExamination:
+        return examined(scene, changed(right, peak_force=truth * (1 + error)))
+
+    allowed = 1e-2 * was + 1e-5
+    for share, no_worse in ((1 / 3, True), (3.0, False)):
+        assert proving.is_no_worse(off(was), off(was + share * allowed)) is no_worse
 
 
 def test_an_effect_counts_judged_contacts_alone(scene: hc.Scene, right: FoundDeck) -> None:
