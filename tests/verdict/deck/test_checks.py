@@ -329,6 +329,17 @@ def test_a_law_of_no_power_is_no_damping(scene: hc.Scene, right: FoundDeck) -> N
     assert re.fullmatch("force of contact .* at other overlaps", names[0])
 
 
+def test_the_effect_of_weak_damping_is_proportional_to_it(
+    scene: hc.Scene, right: FoundDeck
+) -> None:
+    one, two = (
+        by_name(examined(scene, times("damped_force", 1 + size)(right)), "damping").effect or 0.0
+        for size in (1e-3, 2e-3)
+    )
+    assert one > 1e-6
+    assert two == pytest.approx(2 * one, rel=0.05)
+
+
 @pytest.mark.parametrize("more", [0.0, 1e9])
 def test_damping_of_a_contact_without_an_elastic_force_comes_first(
     more: float, scene: hc.Scene, right: FoundDeck
