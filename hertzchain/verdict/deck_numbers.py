@@ -205,20 +205,10 @@ def _contacts(scene: Scene, found: FoundDeck) -> Iterator[Number]:
         is_wall = scene.wall is not None and contact + 1 == stiffness.size
         return f"largest at {'the wall' if is_wall else f'contact {contact + 2}'}"
 
-    def missing(contact: int) -> str:
-        """Words on a contact that is off the most, or on all that do not push."""
-        silent = np.flatnonzero(~pushes[1])
-        if not silent.size or not np.all(np.isfinite(push[1])):
-            return largest(contact)
-        if scene.wall is not None and silent.tolist() == [stiffness.size - 1]:
-            return "no force in the contact with the wall"
-        shown = ", ".join(str(k + 2) for k in silent[:5]) + " and more" * (silent.size > 5)
-        return f"no force in contact {shown}"
-
     expected = np.broadcast_to(stiffness, push.shape)
     yield Number(
         "contact stiffness [N m^(-3/2)]", push / deep**1.5, expected, room(deep) * expected,
-        f"contact force over overlap^(3/2) is A at two known overlaps: {_ONLY}", missing,
+        f"contact force over overlap^(3/2) is A at two known overlaps: {_ONLY}", largest,
     )  # fmt: skip
     both = np.all(pushes, axis=0)
     growth = np.where(both, np.abs(push[1] / np.where(both, push[0], 1.0)), np.nan)
@@ -227,7 +217,7 @@ def _contacts(scene: Scene, found: FoundDeck) -> Iterator[Number]:
     yield Number(
         "contact exponent", exponent, np.full(exponent.shape, 1.5),
         3 * room(deep[0]),  # forces at two overlaps: one more rounding of each
-        f"the contact force goes as overlap^(3/2): {_ONLY}", missing,
+        f"the contact force goes as overlap^(3/2): {_ONLY}", largest,
     )  # fmt: skip
     unit = stiffness * damped_overlap**1.5
     change = (damped_force - force[[DEPTHS.index(depth) for depth, _ in DAMPED]]) / unit

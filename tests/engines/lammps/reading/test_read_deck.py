@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps.deck import leg_commands, set_up
 from hertzchain.engines.lammps.reading.found import FoundDeck
 from tests.engines.lammps.reading.chains import SCENE, STEP, Deck, read_deck
+from tests.engines.lammps.test_lammps_deck import whole_deck
 
 pytestmark = pytest.mark.lammps
 
@@ -116,15 +116,6 @@ def test_a_deck_is_read_without_a_scene(units: str, tmp_path: Path) -> None:
     # Steps between readings follow from contacts at another overlap than the scene's.
     np.testing.assert_allclose(found.peak_force, with_scene.peak_force, rtol=1e-6)
     assert found.stopped == ""
-
-
-def whole_deck(scene: hc.Scene, dt: float) -> str:
-    """Return the commands of the backend as a deck."""
-    lines, before = [set_up(scene)], None
-    for leg in scene.schedule(dt):
-        lines += [*leg_commands(leg, before), f"run {leg.steps}"]
-        before = leg
-    return "\n".join(lines) + "\n"
 
 
 CHAIN = SCENE.chain
