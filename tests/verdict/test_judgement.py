@@ -134,6 +134,20 @@ def test_incident_peaks_are_judged_as_first_pulses() -> None:
     assert wrong.verdict == "fail"
 
 
+@pytest.mark.parametrize(("share", "what"), [(1 / 3, "first pulses"), (3.0, "largest forces")])
+def test_a_spread_ten_times_smaller_tells_what_was_given(share: float, what: str) -> None:
+    """Peaks of another force, none of which agrees with either."""
+    walled = hc.Scene(hc.Chain(31, **STEEL), hc.Striker(1.0), hc.Run(1e-3), wall=hc.Wall("rigid"))
+    run = hc.Native("reference").run(walled)
+    assert run.first_pulses is not None
+    first, some = run.first_pulses.force, slice(1, 9)
+    spread = float(np.std(np.log(first[some] / run.peak_force[some])))
+    noise = share * 0.1 * spread * np.array([1, -1, -1, 1, 1, -1, -1, 1])
+    given = np.full(walled.last_contact - 1, np.nan)
+    given[some] = 1.5 * first[some] * np.exp(noise)
+    assert hc.judge(walled, given).compared_with == what
+
+
 def test_a_mistake_is_found_by_first_pulses() -> None:
     """A deck whose peaks before reflections are those of another modulus."""
     scene = hc.Scene(hc.Chain(12, **STEEL), hc.Striker(1.0), hc.Run(4e-4), wall=hc.Wall("rigid"))
