@@ -110,7 +110,8 @@ def first_order_safety(scene: Scene, rising: bool) -> float:
 
 def fly_at_others(scene: Scene) -> bool:
     """Return whether granules fly towards others: those of a striker, or with gaps."""
-    return scene.striker is not None or bool(np.any(scene.granules.gap > 0))
+    flies = scene.striker is not None or scene.moves
+    return flies or bool(np.any(scene.granules.gap > 0))
 
 
 def stable_step(scene: Scene, interval: float) -> float:

@@ -18,7 +18,8 @@ from hertzchain.scene.chain import POISSON_RATIO, YIELD_STRENGTH, YOUNG_MODULUS
 from hertzchain.scene.keys import check, key, keys_of, of_granule
 
 ALL_TERMS = (
-    "unlike granules", "gaps", "striker", "piston", "wall", "precompression", "gravity", "damping",
+    "unlike granules", "gaps", "striker", "piston", "moving granules", "wall",
+    "precompression", "gravity", "damping",
 )  # fmt: skip
 """Names of all terms, in the order of ``Scene.terms``."""
 

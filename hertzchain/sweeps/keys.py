@@ -22,7 +22,7 @@ from hertzchain.sweeps.columns import OTHER_MEASURE, PARAMETERS, TERMS, is_whole
 
 _Part = TypeVar("_Part")
 
-_OF_GRANULE = (*MATERIAL, "gap")
+_OF_GRANULE = (*MATERIAL, "gap", "velocity")
 _OF_ELASTIC_WALL = ("young_modulus", "poisson_ratio", "yield_strength")
 _KNOWN = (*PARAMETERS, *TERMS)
 
@@ -128,6 +128,7 @@ def base_values(scene: Scene, names: Collection[str]) -> dict[str, Any]:
     known: dict[str, Any] = {
         "chain.granules": scene.chain.granules,
         "chain.gap": sections["chain"].get("gap", 0.0),
+        "chain.velocity": sections["chain"].get("velocity", 0.0),
         "wall.gap": sections.get("wall", {}).get("gap", 0.0),
         "shock.profile": scene.shock.profile_name,
         "shock.peak_force": float(scene.peak_force),

@@ -80,13 +80,22 @@ def numbers_of(scene: hc.Scene) -> Numbers:
     inverse_mass = 1 / mass
     if is_piston:
         inverse_mass[0] = constant[0] = 0.0
-    largest = max(float(np.max(static)), scene.peak_force)
+    largest = max(float(np.max(static)), scene.peak_force, scene.force_at_start)
     length = (largest / float(np.max(stiffness))) ** (2 / 3)
     shortest = math.sqrt(float(np.min(contact_mass / stiffness)) / math.sqrt(length))
     return Numbers(
         inverse_mass, constant, stiffness, gap - (static / stiffness) ** (2 / 3),
         damping, exponent, law is not None and law.attraction, length, shortest,
     )  # fmt: skip
+
+
+def start_of(scene: hc.Scene) -> Floats:
+    """Displacement and velocity at the start, shape (2, granules)."""
+    start = np.zeros((2, scene.chain.granules))
+    start[1] = scene.chain.velocity
+    if isinstance(scene.shock, hc.Striker | hc.Piston):
+        start[1, 0] = scene.shock.start_velocity
+    return start
 
 
 def numbers_of_chain(chain: Any, time: float) -> Numbers:

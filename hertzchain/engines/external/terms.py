@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Hashable, Sequence
 from typing import TypeVar
 
@@ -114,8 +115,24 @@ def load_commands(scene: Scene) -> list[str]:
         lines.append(f"fix press first addforce {pressed.force!r} 0.0 0.0")
         if scene.wall is None:
             lines.append(f"fix hold last addforce {-pressed.force!r} 0.0 0.0")
-    if scene.striker is not None or scene.piston is not None:
-        lines.append(f"velocity first set {scene.start_velocity!r} 0.0 0.0 units box")
+    if scene.striker is not None or scene.piston is not None or scene.moves:
+        lines += _velocity_commands(scene)
+    return lines
+
+
+def _velocity_commands(scene: Scene) -> list[str]:
+    """Return the commands for velocities at the start, one for all neighbours with the same."""
+    velocity = scene.granules.velocity.tolist()
+    lines = [f"velocity first set {velocity[0]!r} 0.0 0.0 units box"]
+    last = 1
+    for along, alike in itertools.groupby(velocity[1:]):
+        first, last = last + 1, last + len(list(alike))
+        if along:
+            lines += [
+                f"group thrown id {first}:{last}",
+                f"velocity thrown set {along!r} 0.0 0.0 units box",
+                "group thrown delete",
+            ]
     return lines
 
 

@@ -132,14 +132,17 @@ def place_commands(case: Case) -> list[str] | None:
 
 
 def velocity_commands(case: Case) -> list[str]:
-    """Velocities and spins at the start: none but that of a striker."""
+    """Velocities and spins at the start: none but those that the scene states."""
     commands = ["velocity all set 0.0 0.0 0.0 units box"]
     if np.any(case.found.spin):
         commands.append("set group all omega 0.0 0.0 0.0")
-    if case.scene.start_velocity > 0 and case.scene.piston is None:
-        speed = in_text(case.scene.start_velocity / case.units.velocity)
+    velocity = case.scene.granules.velocity
+    for k in np.flatnonzero(velocity).tolist():
+        if k == 0 and case.scene.piston is not None:
+            continue
+        speed = in_text(float(velocity[k]) / case.units.velocity)
         moving = f"velocity {{group}} set {vector(case, speed)} units box"
-        commands += _on_granule(case.found, 0, moving)
+        commands += _on_granule(case.found, k, moving)
     return commands
 
 
