@@ -162,6 +162,16 @@ def damped(rng: np.random.Generator, scene: hc.Scene) -> hc.Scene:
     return replace(scene, contact=contact)
 
 
+def with_wall_of_its_own(rng: np.random.Generator, scene: hc.Scene) -> hc.Scene:
+    """Return a damped scene whose wall, if it has one, has another damping than the contacts."""
+    law, wall = scene.contact, scene.wall
+    if law is None or wall is None:
+        return scene
+    factor = spread(rng, 1e-3, 10.0)
+    own = float(rng.uniform(0.1, 0.99)) if law.restitution else factor * law.parameter
+    return replace(scene, wall=wall.damped(law.with_parameter(own)))
+
+
 def thrown(rng: np.random.Generator, scene: hc.Scene) -> hc.Scene:
     """Return the scene with up to three rows of granules that move at the start, either way.
 

@@ -138,7 +138,10 @@ def granules_of(
         mass, constant[0] = np.append(math.inf, mass[1:]), 0.0
     damping = None
     if contact is not None:
-        damping = contact.coefficients(stiffness, _contact_mass(mass, stiffness.size))
+        of_contacts = stiffness, _contact_mass(mass, stiffness.size)
+        damping = contact.coefficients(*of_contacts)
+        if wall is not None and wall.own_damping:
+            damping[-1] = contact.at(wall).coefficients(*of_contacts)[-1]
     return Granules(
         **values, mass=mass, velocity=velocity, stiffness=stiffness, gap=gap,
         constant_force=constant, static_force=static, damping=damping,

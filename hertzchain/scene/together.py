@@ -12,7 +12,7 @@ from hertzchain.scene.parts import SHOCKS
 from hertzchain.scene.run import Run
 from hertzchain.scene.shock import Shock
 from hertzchain.scene.striker import Striker
-from hertzchain.scene.terms import Contact, Precompression, Wall
+from hertzchain.scene.terms import DAMPING, Contact, Precompression, Wall
 from hertzchain.scene.uncertain import Uncertain
 
 
@@ -51,6 +51,10 @@ def refuse_impossible(
     names = [one.name for one in uncertain]
     for name in names:
         require(names.count(name) == 1, name, None, "is uncertain twice: delete one of them")
+    for name, value in wall.own_damping.items() if wall is not None else ():
+        law = next(law for law, parameter in DAMPING.items() if parameter == name)
+        allowed = f'needs [contact] damping = "{law}", whose {name} is that of all other contacts'
+        require(contact is not None and contact.damping == law, f"wall.{name}", value, allowed)
     if isinstance(shock, Moving | Striker):
         _refuse_no_meeting(chain, shock, wall)
     shock.check_load(0.0 if pressed is None else pressed.force)

@@ -57,6 +57,8 @@ class Softening:
         if wall is not None:
             own = self._modulus(wall.young_modulus)
             wall = replace(wall, young_modulus=own, gap=self.length * wall.gap)
+            if scene.contact is not None and wall.own_damping:
+                wall = wall.damped(self._contact(scene.contact.at(wall)))
         gap = _times(self.length, scene.chain.gap)
         modulus = self._modulus(scene.chain.young_modulus)
         velocity = _times(self.length / self.time, scene.chain.velocity)

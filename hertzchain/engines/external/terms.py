@@ -75,6 +75,15 @@ def wall_material(scene: Scene) -> tuple[float, float]:
     return wall.young_modulus, wall.poisson_ratio
 
 
+def refuse_damping_of_wall(code: str, scene: Scene) -> None:
+    """Raise RunFailed for a wall with damping of its own, which scripts of a code do not write."""
+    if scene.wall is not None and scene.wall.own_damping:
+        raise RunFailed(
+            f"{code} gets one damping for all contacts: take a wall without"
+            f" {', '.join(scene.wall.own_damping)}, LAMMPS or native"
+        )
+
+
 def refuse_long(what: str, scene: Scene) -> None:
     """Raise RunFailed for a deck that would name too many granules; ``what`` begins the error."""
     count = scene.chain.granules

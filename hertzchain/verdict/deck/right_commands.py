@@ -151,6 +151,8 @@ def damping_words(case: Case, k: int, version: str) -> tuple[str, str]:
     contact, granules, unit = case.scene.contact, case.scene.granules, case.units
     if contact is None:
         return "0.0", ""
+    if k == granules.mass.size - 1:
+        contact = contact.at(case.scene.wall)
     limit = "" if contact.attraction or version < "20220804" else " limit_damping"
     if contact.restitution is not None:
         return in_text(contact.restitution), f" damping coeff_restitution{limit}"
