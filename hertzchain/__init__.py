@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from hertzchain.report.trajectory import write_trajectory
     from hertzchain.scene.chain import Chain
     from hertzchain.scene.gauge import Gauge
+    from hertzchain.scene.moving import Moving
     from hertzchain.scene.piston import Piston
     from hertzchain.scene.pulse import Pulse, PulseTable
     from hertzchain.scene.run import Run
@@ -53,6 +54,7 @@ _HOME = {
     "Judgement": "hertzchain.verdict.judgement",
     "Lammps": "hertzchain.engines.lammps",
     "Liggghts": "hertzchain.engines.liggghts",
+    "Moving": "hertzchain.scene.moving",
     "Native": "hertzchain.engines.native",
     "Contact": "hertzchain.scene.terms",
     "Piston": "hertzchain.scene.piston",
@@ -100,6 +102,7 @@ __all__ = [
     "Judgement",
     "Lammps",
     "Liggghts",
+    "Moving",
     "Native",
     "Piston",
     "Precompression",

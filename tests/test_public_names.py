@@ -62,6 +62,7 @@ def test_the_public_names_are_those_of_the_contract() -> None:
         "Precompression",
         "Contact",
         "Piston",
+        "Moving",
         "Sine",
         "Gauge",
     }

@@ -11,6 +11,7 @@ import numpy as np
 
 import hertzchain as hc
 from hertzchain.contact import hertz
+from hertzchain.errors import HertzchainError
 from hertzchain.scene.granules import granules_of
 from hertzchain.scene.natural_units import length_and_time
 from hertzchain.scene.pulse import PROFILES, profile_named
@@ -159,6 +160,34 @@ def damped(rng: np.random.Generator, scene: hc.Scene) -> hc.Scene:
         coefficient = strength * mass / scene.contact_time
         contact = hc.Contact(law, coefficient=coefficient, attraction=attraction)
     return replace(scene, contact=contact)
+
+
+def with_wall_of_its_own(rng: np.random.Generator, scene: hc.Scene) -> hc.Scene:
+    """Return a damped scene whose wall, if it has one, has another damping than the contacts."""
+    law, wall = scene.contact, scene.wall
+    if law is None or wall is None:
+        return scene
+    factor = spread(rng, 1e-3, 10.0)
+    own = float(rng.uniform(0.1, 0.99)) if law.restitution else factor * law.parameter
+    return replace(scene, wall=wall.damped(law.with_parameter(own)))
+
+
+def thrown(rng: np.random.Generator, scene: hc.Scene) -> hc.Scene:
+    """Return the scene with up to three rows of granules that move at the start, either way.
+
+    They have 0.01 to 3 times the unit of velocity. In half of the scenes without a static load
+    nothing else pushes, where these granules meet others.
+    """
+    velocity, unit = np.zeros(scene.chain.granules), scene.units.velocity
+    for _ in range(int(rng.integers(1, 4))):
+        first, last = np.sort(rng.integers(velocity.size + 1, size=2))
+        velocity[first:last] = rng.choice([-1, 1]) * spread(rng, 0.01, 3.0) * unit
+    moving = replace(scene, chain=replace(scene.chain, velocity=tuple(velocity.tolist())))
+    alone = rng.random() < 0.5 and scene.precompression is None and scene.piston is None
+    try:
+        return replace(moving, shock=hc.Moving()) if alone else moving
+    except HertzchainError:  # they meet nothing
+        return moving
 
 
 def _with_terms(rng: np.random.Generator, longest: int) -> hc.Scene:

@@ -88,7 +88,7 @@ def load_scene(path: Path) -> Scene:
 
     scene = Scene.from_toml(path)
     remark_on_units(scene)
-    if scene.striker is None and scene.momentum_ratio > _ODD_RATIO:
+    if scene.pulse_end > 0 and scene.momentum_ratio > _ODD_RATIO:
         say(
             f"LM_ratio is {scene.momentum_ratio:.3g}, so this may take long: the pulse"
             f" lasts {scene.pulse_end:.3g} s, is that meant?"

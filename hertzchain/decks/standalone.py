@@ -160,6 +160,8 @@ def _unit(scene: Scene) -> str:
 
 def _name_of_unit(scene: Scene) -> str:
     static = 0.0 if scene.precompression is None else float(np.max(scene.granules.static_force))
+    if scene.units.force == scene.force_at_start:
+        return "the peak force of the hardest contact of granules that move at the start, alone"
     if scene.units.force > max(scene.peak_force, static):
         return "the force of a chain that the piston presses against the wall as far as it goes"
     if scene.units.force > scene.peak_force:

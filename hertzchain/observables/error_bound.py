@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -110,7 +110,8 @@ def first_order_safety(scene: Scene, rising: bool) -> float:
 
 def fly_at_others(scene: Scene) -> bool:
     """Return whether granules fly towards others: those of a striker, or with gaps."""
-    return scene.striker is not None or bool(np.any(scene.granules.gap > 0))
+    flies = scene.striker is not None or scene.moves
+    return flies or bool(np.any(scene.granules.gap > 0))
 
 
 def stable_step(scene: Scene, interval: float) -> float:
@@ -162,15 +163,16 @@ def refuse_strong_dampers(scene: Scene) -> None:
     contact = scene.contact
     if contact is None or contact.damping == "restitution":
         return
-    one = replace(scene, contact=contact.with_parameter(1.0))
-    most = _STRONGEST / (highest_rate(one) * scene.contact_time)
-    if contact.parameter > most:
-        key = DAMPING[contact.damping]
+    key, section, strongest = DAMPING[contact.damping], "contact", contact.parameter
+    if (at_wall := contact.at(scene.wall).parameter) > strongest:
+        section, strongest = "wall", at_wall
+    most = strongest * _STRONGEST / (highest_rate(scene) * scene.contact_time)
+    if strongest > most:
         allowed = (
             f"must be at most {most:.2g} {keys_of(Contact)[key].unit} in this scene: stronger"
             " dampers are beyond what can be computed"
         )
-        raise SceneError(f"contact.{key}", contact.parameter, allowed)
+        raise SceneError(f"{section}.{key}", strongest, allowed)
 
 
 def _largest_row(scene: Scene, of_contact: FloatArray) -> float:

@@ -309,6 +309,9 @@ def usually_wanted(scene: Scene) -> str:
 
 
 def reflects(scene: Scene) -> bool:
-    """Return whether a striker, a wall or unlike granules reflect waves within the chain."""
-    has_end = scene.striker is not None or scene.wall is not None
+    """Return whether a striker, a wall or unlike granules reflect waves within the chain.
+
+    Granules that move at the start may send several waves.
+    """
+    has_end = scene.striker is not None or scene.wall is not None or scene.moves
     return has_end or "unlike granules" in scene.terms

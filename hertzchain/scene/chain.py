@@ -32,6 +32,7 @@ POISSON_RATIO = Key("", "Poisson's ratio", "ν = {}", above=-1, most=0.5)  # noq
 DENSITY = Key("kg/m^3", "density", "{}", above=0, usual=(10.0, 3e4))  # foams to osmium
 YIELD_STRENGTH = Key("Pa", above=0, usual=(1e4, 1e12))  # gels to diamond
 GAP = Key("m", "gap before each granule", "gaps of {}", least=0)
+VELOCITY = Key("m/s", "velocity at the start", "{} at the start", usual=(1e-5, 1e3))
 """Keys of a granule. Usual ranges, here and elsewhere, are chosen: a thousand times beyond steel,
 glass and polymers of 1 mm to 5 cm under 1 mN to 10 kN, or the range of real materials.
 """
@@ -62,6 +63,9 @@ class Chain:
         Gap in front of each granule at the start, at least 0 [m]; the first granule has none.
     yield_strength
         Yield strength Y in tension [Pa], for a warning; None where it is unknown.
+    velocity
+        Velocity at the start [m/s], negative towards granule 1; not of a striker or piston, which
+        has its own.
 
     Raises
     ------
@@ -78,11 +82,12 @@ class Chain:
     density: PerGranule = field(metadata={"key": DENSITY})
     gap: PerGranule = field(default=0.0, metadata={"key": GAP})
     yield_strength: PerGranule | None = field(default=None, metadata={"key": YIELD_STRENGTH})
+    velocity: PerGranule = field(default=0.0, metadata={"key": VELOCITY})
 
     def __post_init__(self) -> None:
         keys = keys_of(Chain)
         keys["granules"].check("granules", self.granules)
-        for name in (*MATERIAL, "gap", "yield_strength"):
+        for name in (*MATERIAL, "gap", "yield_strength", "velocity"):
             value = getattr(self, name)
             if isinstance(value, np.ndarray):
                 value = value.tolist()

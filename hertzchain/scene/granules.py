@@ -27,6 +27,8 @@ class Granules:
         Properties of each granule [m], [Pa], 1, [kg/m^3], shape (granules,).
     mass
         Mass of each granule [kg], shape (granules,); infinite for a piston.
+    velocity
+        Velocity of each granule at the start [m/s], shape (granules,).
     stiffness
         A in F = A overlap^(3/2) of each contact [N m^(-3/2)], shape (contacts,).
     gap
@@ -45,6 +47,7 @@ class Granules:
     poisson_ratio: FloatArray
     density: FloatArray
     mass: FloatArray
+    velocity: FloatArray
     stiffness: FloatArray
     gap: FloatArray
     constant_force: FloatArray
@@ -65,6 +68,23 @@ class Granules:
         return np.concatenate([[0.0], np.cumsum(apart)])
 
     @property
+    def closing(self) -> FloatArray:
+        """Speed with which each contact closes at the start [m/s], shape (contacts,); 0 if not."""
+        velocity = np.append(self.velocity, 0.0)
+        return np.asarray(np.maximum(velocity[:-1] - velocity[1:], 0)[: self.stiffness.size])
+
+    @property
+    def force_at_start(self) -> float:
+        """Largest peak of contacts that close at the start, each alone [N]; 0 where none does."""
+        return float(np.max(hertz.impact_force(self.stiffness, self.contact_mass, self.closing)))
+
+    @property
+    def moved(self) -> FloatArray:
+        """Momentum of each granule at the start [N s], shape (granules,); 0 for a piston."""
+        held = np.isinf(self.mass)
+        return np.asarray(np.where(held, 0.0, self.mass) * np.where(held, 0.0, self.velocity))
+
+    @property
     def contact_mass(self) -> FloatArray:
         """m* = m1 m2 / (m1 + m2) of each contact [kg], shape (contacts,).
 
@@ -79,8 +99,8 @@ def like_granules(chain: Chain) -> Granules:
     values = {key: np.full(count, getattr(chain, key)) for key in MATERIAL}
     stiffness, none = np.full(count - 1, chain.contact_stiffness), np.zeros(count)
     mass = np.full(count, chain.granule_mass)
-    return Granules(**values, mass=mass, stiffness=stiffness, gap=none[1:], constant_force=none,
-                    static_force=none[1:])  # fmt: skip
+    return Granules(**values, mass=mass, velocity=none, stiffness=stiffness, gap=none[1:],
+                    constant_force=none, static_force=none[1:])  # fmt: skip
 
 
 def granules_of(
@@ -96,6 +116,9 @@ def granules_of(
         values = {key: np.array(value, np.float64) for key, value in values.items()}
         for key, own in shock.material.items():
             values[key][0] = own
+    velocity = np.array(np.broadcast_to(chain.velocity, chain.granules), np.float64)
+    if shock is not None and shock.impact_velocity is not None:
+        velocity[0] = shock.start_velocity
     radius, density = values["radius"], values["density"]
     mass = np.asarray(granule_mass(radius, density), np.float64)
     plane = hertz.plane_modulus(values["young_modulus"], values["poisson_ratio"])
@@ -115,10 +138,13 @@ def granules_of(
         mass, constant[0] = np.append(math.inf, mass[1:]), 0.0
     damping = None
     if contact is not None:
-        damping = contact.coefficients(stiffness, _contact_mass(mass, stiffness.size))
+        of_contacts = stiffness, _contact_mass(mass, stiffness.size)
+        damping = contact.coefficients(*of_contacts)
+        if wall is not None and wall.own_damping:
+            damping[-1] = contact.at(wall).coefficients(*of_contacts)[-1]
     return Granules(
-        **values, mass=mass, stiffness=stiffness, gap=gap, constant_force=constant,
-        static_force=static, damping=damping,
+        **values, mass=mass, velocity=velocity, stiffness=stiffness, gap=gap,
+        constant_force=constant, static_force=static, damping=damping,
     )  # fmt: skip
 
 

@@ -7,6 +7,7 @@ import re
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.keys import Key, keys_of
+from hertzchain.scene.moving import Moving
 from hertzchain.scene.piston import Piston
 from hertzchain.scene.pulse import Pulse, PulseTable
 from hertzchain.scene.run import Run
@@ -17,7 +18,7 @@ from hertzchain.scene.striker import Striker
 from hertzchain.scene.terms import Contact, Precompression, Wall
 from hertzchain.scene.uncertain import SECTIONS_OF_UNCERTAIN
 
-SHOCKS: tuple[type[Shock], ...] = (Pulse, PulseTable, Striker, Piston, Sine)
+SHOCKS: tuple[type[Shock], ...] = (Pulse, PulseTable, Striker, Piston, Sine, Moving)
 """All shocks: one entry each."""
 
 OF_PROFILE = {
@@ -33,9 +34,9 @@ OTHERS: dict[str, type] = {
 }
 """Parts that a scene may have next to its chain and its shock, by section."""
 
-SECTIONS = tuple(
-    sorted({"chain", "gauge", *(one.section for one in SHOCKS), *OTHERS, *SECTIONS_OF_UNCERTAIN})
-)
+_OF_SHOCKS = {one.section for one in SHOCKS if one.section}
+
+SECTIONS = tuple(sorted({"chain", "gauge", *_OF_SHOCKS, *OTHERS, *SECTIONS_OF_UNCERTAIN}))
 
 _PARTS = [
     ("chain", Chain),

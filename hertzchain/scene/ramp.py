@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -155,3 +155,12 @@ class Ramp:
         s = (time - self.start) / duration
         grown = SHAPES[self.shape].integral(s)
         return duration * (self.start_force * s + (self.end_force - self.start_force) * grown)
+
+
+def impulse_until(ramps: Sequence[Ramp], end: float) -> float:
+    """Integral of the force of successive ramps up to a time [N s]."""
+    return math.fsum(
+        ramp.impulse if ramp.end <= end else ramp.impulse_until(end)
+        for ramp in ramps
+        if ramp.start < end
+    )

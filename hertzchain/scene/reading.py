@@ -13,6 +13,7 @@ from hertzchain.files import read_bytes
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.keys import Key, keys_of
+from hertzchain.scene.moving import Moving
 from hertzchain.scene.parts import OF_PROFILE, OTHERS, SECTIONS, key_named
 from hertzchain.scene.segments import expand, granule_table, read_granule_table
 from hertzchain.scene.shock import Shock
@@ -64,7 +65,7 @@ def texts_of(path: Path, chain: Chain, shock: Shock, **others: Any) -> dict[Path
         require(table != path, "path", str(path), allowed)
         texts[table] = "\n".join(rows) + "\n"
         document["shock"] = {"profile": shock.profile_name, "file": table.name}
-    else:
+    elif shock.section:
         profile = {"profile": shock.profile_name} if shock.section == "shock" else {}
         document[shock.section] = profile | _given(shock)
     document |= sections_of_uncertain(others.pop("uncertain"))
@@ -113,10 +114,8 @@ def _parts(document: Mapping[str, Any], folder: Path, instead: Shock | None) -> 
         require(isinstance(value, dict), key, value, f"must be a section, [{key}]")
     require("chain" in document, "[chain]", None, "missing section")
     if "shock" in document and "striker" in document:
-        allowed = "both sections are given, exactly one is allowed"
+        allowed = "both sections are given, at most one is allowed"
         raise SceneError("[shock] and [striker]", None, allowed)
-    has_shock = "shock" in document or "striker" in document or instead is not None
-    require(has_shock, "[shock]", None, "missing section")
     parts: dict[str, Any] = {
         "chain": read_chain(document["chain"], folder),
         "shock": instead or _shock_of(document, folder),
@@ -151,10 +150,10 @@ def read_chain(section: Mapping[str, Any], folder: Path = Path()) -> Chain:
 
 
 def _shock_of(document: Mapping[str, Any], folder: Path) -> Shock:
-    """Return the striker or the shock of a document, which has exactly one of them."""
+    """Return the striker or the shock of a document, which has at most one of them."""
     if "striker" in document:
         return _section("striker", document["striker"], Striker)
-    return _shock(document["shock"], folder)
+    return _shock(document["shock"], folder) if "shock" in document else Moving()
 
 
 def _shock(section: Mapping[str, Any], folder: Path) -> Shock:

@@ -17,6 +17,7 @@ from hertzchain.errors import SceneError, require
 from hertzchain.scene.chain import MATERIAL, MOST_UNLIKE, Chain
 from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.granules import Granules, granules_of, like_granules
+from hertzchain.scene.moving import Moving
 from hertzchain.scene.natural_units import (
     MOMENTUM_IN_NATURAL_UNITS,
     NaturalUnits,
@@ -25,9 +26,9 @@ from hertzchain.scene.natural_units import (
 from hertzchain.scene.parts import OTHERS
 from hertzchain.scene.piston import Piston
 from hertzchain.scene.pulse import Pulse
-from hertzchain.scene.ramp import Ramp
+from hertzchain.scene.ramp import Ramp, impulse_until
 from hertzchain.scene.reading import read_parts, texts_of
-from hertzchain.scene.representable import are_normal, hold_digits
+from hertzchain.scene.representable import is_representable
 from hertzchain.scene.run import Run
 from hertzchain.scene.schedule import Leg, lay_steps, lay_strokes
 from hertzchain.scene.shock import Shock
@@ -35,7 +36,12 @@ from hertzchain.scene.striker import Striker
 from hertzchain.scene.terms import ALL_TERMS, Contact, Precompression, Wall
 from hertzchain.scene.together import refuse_impossible
 from hertzchain.scene.uncertain import Uncertain
-from hertzchain.scene.watching import squeezing_force, watched_time, watched_with_terms
+from hertzchain.scene.watching import (
+    squeezing_force,
+    watched_time,
+    watched_with_terms,
+    weakest_start,
+)
 from hertzchain.showing import Shown
 
 
@@ -48,7 +54,8 @@ class Scene(Shown):
     chain
         The granules.
     shock
-        Force on granule 1, or the striker or piston that granule 1 is.
+        Force on granule 1, or the striker or piston that granule 1 is; left out where granules of
+        the chain move at the start.
     run
         Duration of the run.
     wall
@@ -68,7 +75,7 @@ class Scene(Shown):
     """
 
     chain: Chain
-    shock: Shock
+    shock: Shock = Moving()  # noqa: RUF009 - it is frozen
     run: Run = Run()  # noqa: RUF009 - it is frozen
     wall: Wall | None = None
     precompression: Precompression | None = None
@@ -88,7 +95,7 @@ class Scene(Shown):
         )
         try:
             with np.errstate(all="ignore"):
-                representable = _is_representable(self)
+                representable = is_representable(self)
         except (OverflowError, ZeroDivisionError):
             representable = False
         require(representable, "scene", None, allowed)
@@ -146,6 +153,7 @@ class Scene(Shown):
             has_gap,
             self.striker is not None,
             self.piston is not None,
+            self.moves,
             self.wall is not None,
             pressed is not None and pressed.force > 0,
             pressed is not None and pressed.gravity > 0,
@@ -167,6 +175,11 @@ class Scene(Shown):
     def striker(self) -> Striker | None:
         """The striker, or None where a force pushes granule 1."""
         return self.shock if isinstance(self.shock, Striker) else None
+
+    @property
+    def moves(self) -> bool:
+        """Whether granules of the chain move at the start, besides a striker or piston."""
+        return isinstance(self.chain.velocity, tuple) or self.chain.velocity != 0
 
     @property
     def piston(self) -> Piston | None:
@@ -197,11 +210,11 @@ class Scene(Shown):
     @functools.cached_property
     def _shock_units(self) -> NaturalUnits:
         """The natural units of the first contact under the shock alone."""
-        stiffness, mass = self._first_contact
+        stiffness, mass = self.first_contact
         return NaturalUnits(self.peak_force, *length_and_time(stiffness, mass, self.peak_force))
 
     @property
-    def _first_contact(self) -> tuple[float, float]:
+    def first_contact(self) -> tuple[float, float]:
         """A [N m^(-3/2)] and 2 m* [kg] of the first contact: in a uniform chain, A and m."""
         if self.is_plain:  # without a list of all granules, which may be many
             return self.chain.contact_stiffness, self.chain.granule_mass
@@ -212,29 +225,37 @@ class Scene(Shown):
     def peak_force(self) -> float:
         """Largest applied force [N]; for a striker or piston the peak of its first contact alone.
 
-        For a piston this is the peak if it hits granule 2 with its largest speed.
+        For a piston this is the peak if it hits granule 2 with its largest speed; where only
+        granules of the chain move, it is that of the hardest of their collisions.
         """
         shock: Any = self.shock
+        if isinstance(shock, Moving):
+            return self.force_at_start
         if shock.impact_velocity is None:
             return float(shock.peak_force)
-        stiffness, mass = self._first_contact
+        stiffness, mass = self.first_contact
         return float(hertz.impact_force(stiffness, mass / 2, shock.impact_velocity))
+
+    @functools.cached_property
+    def force_at_start(self) -> float:
+        """Largest peak of contacts that close at the start, each alone [N]; 0 where none does."""
+        return self.granules.force_at_start if self.moves else 0.0
 
     @functools.cached_property
     def units(self) -> NaturalUnits:
         """Natural units of the first contact under the largest force known before the run.
 
-        This force is the shock's, the largest static force, or that of a chain pressed against a
-        wall by a piston.
+        This force is the shock's, the largest static force, that of a chain pressed against a wall
+        by a piston, or that of granules that move at the start.
         """
-        force = self.peak_force
+        force = max(self.peak_force, self.force_at_start)
         if self.precompression is not None:
             force = max(force, float(np.max(self.granules.static_force)))
         if self.piston is not None and self.wall is not None:
             force = max(force, squeezing_force(self.granules, self.piston, self.end_time))
         if force == self.peak_force:
             return self._shock_units
-        stiffness, mass = self._first_contact
+        stiffness, mass = self.first_contact
         return NaturalUnits(force, *length_and_time(stiffness, mass, force))
 
     @functools.cached_property
@@ -262,7 +283,8 @@ class Scene(Shown):
 
         In a scene with terms L_SW is computed for a uniform chain of the first contact, and F0 is
         the ``peak_force``. The impulse of a sine is that of half a cycle; the impulse of a piston
-        is what granule 2 takes from its fastest stroke in a collision.
+        is what granule 2 takes from its fastest stroke in a collision; where only granules of the
+        chain move, it is the sum of their momenta, all as positive.
         """
         if (pulse := self.pulse) is None:
             return self._shock_momentum / self._unit_momentum
@@ -285,9 +307,18 @@ class Scene(Shown):
         """Momentum of the shock in LM_ratio [N s]."""
         shock = self.shock
         if shock.is_driven:
-            return self._first_contact[1] * (shock.impact_velocity or 0.0)
+            return self.first_contact[1] * (shock.impact_velocity or 0.0)
+        if shock.start_velocity > 0:  # a striker
+            return self.first_mass * shock.start_velocity
+        if isinstance(shock, Moving):
+            return self._moved
         own = shock.compared_impulse
-        return self.impulse + self.start_momentum if own is None else own
+        return self.impulse if own is None else own
+
+    @property
+    def _moved(self) -> float:
+        """Sum of the momenta of all granules at the start, all as positive [N s]."""
+        return 0.0 if self.is_plain else float(np.sum(np.abs(self.granules.moved)))
 
     @functools.cached_property
     def ramps(self) -> tuple[Ramp, ...]:
@@ -303,14 +334,9 @@ class Scene(Shown):
         return self.ramps[-1].end if self.ramps else 0.0
 
     @property
-    def start_velocity(self) -> float:
-        """Velocity of granule 1 at the start [m/s]; all others are at rest."""
-        return self.shock.start_velocity
-
-    @property
     def start_momentum(self) -> float:
-        """Momentum of the striker at the start [N s]; 0 where there is none."""
-        return self.first_mass * self.start_velocity if self.striker else 0.0
+        """Momentum of all granules but a piston at the start [N s]."""
+        return 0.0 if self.is_plain else float(np.sum(self.granules.moved))
 
     @property
     def impulse(self) -> float:
@@ -320,12 +346,7 @@ class Scene(Shown):
     @functools.cached_property
     def applied_impulse(self) -> float:
         """Integral of the applied force up to the end of the run [N s]."""
-        end = self.end_time  # computed once, not for each ramp of a table
-        return math.fsum(
-            ramp.impulse if ramp.end <= end else ramp.impulse_until(end)
-            for ramp in self.ramps
-            if ramp.start < end
-        )
+        return impulse_until(self.ramps, self.end_time)
 
     @property
     def first_mass(self) -> float:
@@ -333,22 +354,19 @@ class Scene(Shown):
         return float(self.granules.mass[0])
 
     @property
+    def _constant_force(self) -> FloatArray:
+        return np.zeros(1) if self.precompression is None else self.granules.constant_force
+
+    @property
     def largest_impulse(self) -> float:
-        """Sum of all impulses that push the chain forwards [N s]; no momentum is larger."""
-        constant = 0.0
-        if self.precompression is not None:
-            constant = float(np.sum(np.maximum(self.granules.constant_force, 0.0)))
-        return self.applied_impulse + self.start_momentum + constant * self.end_time
+        """Sum of all impulses forwards and of momenta at the start [N s]: none is larger."""
+        constant = float(np.sum(np.maximum(self._constant_force, 0.0)))
+        return self.applied_impulse + self._moved + constant * self.end_time
 
     @property
     def given_impulse(self) -> float:
-        """Momentum of all granules at the end in a scene without wall and piston [N s].
-
-        It is the impulse of the applied force and of constant forces, and the striker's momentum.
-        """
-        constant = 0.0
-        if self.precompression is not None:
-            constant = float(np.sum(self.granules.constant_force))
+        """Momentum at the start, and impulses but of wall and piston: that at the end [N s]."""
+        constant = float(np.sum(self._constant_force))
         return self.applied_impulse + self.start_momentum + constant * self.end_time
 
     @functools.cached_property
@@ -359,12 +377,16 @@ class Scene(Shown):
         if self.is_plain:
             watched = watched_time(self.chain.granules, self.momentum_ratio)
             return self.ramps[-1].end + float(watched) * self.units.time
-        ratio, momentum = self.momentum_ratio, self._shock_momentum
-        if ratio < (least := self.shock.least_ratio):
-            ratio, momentum = least, least * self._unit_momentum
-        of_shock = self._shock_units, ratio, momentum
-        watched = watched_with_terms(self.granules, *of_shock, wall=self.wall is not None)
-        return self.pulse_end + watched
+        pushes = []
+        if not isinstance(self.shock, Moving):
+            ratio, momentum = self.momentum_ratio, self._shock_momentum
+            if ratio < (least := self.shock.least_ratio):
+                ratio, momentum = least, least * self._unit_momentum
+            pushes = [(self._shock_units, ratio, momentum, self.first_mass)]
+        if self.force_at_start > 0:
+            pushes.append(weakest_start(self.granules, *self.first_contact, self.force_at_start))
+        wall, each = self.wall is not None, self.granules
+        return self.pulse_end + max(watched_with_terms(each, *push, wall=wall) for push in pushes)
 
     def applied_force(self, time: FloatArray) -> FloatArray:
         """F(t) [N] at any times [s], also before and after the pulse; shape of ``time``."""
@@ -375,25 +397,3 @@ class Scene(Shown):
         if strokes := self.shock.strokes:
             return lay_strokes(strokes, self.end_time, dt)
         return lay_steps(self.ramps, self.end_time, dt)
-
-
-def _is_representable(scene: Scene) -> bool:
-    """Return whether all quantities of a scene, and intermediate results, are normal numbers.
-
-    Every divisor is checked before it is used.
-    """
-    force, has_piston = scene.peak_force, scene.piston is not None
-    if scene.is_plain:
-        chain = scene.chain
-        mass, stiffness = chain.granule_mass, chain.contact_stiffness
-        of_chain = (chain.radius**3, mass, chain.young_modulus / 3, stiffness, force)
-        if not are_normal(*of_chain) or not are_normal(force / stiffness):
-            return False
-    elif not hold_digits(scene.granules, force, has_piston):
-        return False
-    mass, units = scene._first_contact[1], scene.units
-    of_units = (units.length, mass * units.length, units.time**2, units.velocity)
-    if not are_normal(*of_units, units.momentum, units.energy):
-        return False
-    times = [ramp.end for ramp in scene.ramps[:1]]
-    return are_normal(scene.momentum_ratio, *times, scene.end_time)

@@ -26,9 +26,9 @@ def sections_of(scene: Scene) -> dict[str, Any]:
         "gauge": [_given(gauge) for gauge in scene.gauges],
         **sections_of_uncertain(scene.uncertain),
     }
-    for section in ("chain", "wall"):
-        if sections[section].get("gap") == 0:
-            del sections[section]["gap"]
+    for section, key in (("chain", "gap"), ("chain", "velocity"), ("wall", "gap")):
+        if sections[section].get(key) == 0:
+            del sections[section][key]
     return {name: section for name, section in sections.items() if section}
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from hertzchain.errors import SceneError, require
 from hertzchain.files import read_rows
-from hertzchain.scene.chain import MOST_UNLIKE, Chain
+from hertzchain.scene.chain import MATERIAL, MOST_UNLIKE, Chain
 from hertzchain.scene.keys import Key, keys_of
 
 _SAME = {name: key for name, key in keys_of(Chain).items() if name != "granules"}
@@ -22,11 +22,14 @@ RADIUS_RATIO = Key("", "radius over that of the granule before", above=0)
 _OF_SEGMENT = {"granules": Key("", "granules", least=1, most=MOST_UNLIKE, kind="int"),
                **_SAME, "radius_ratio": RADIUS_RATIO}  # fmt: skip
 
-*_COLUMNS, _YIELD = (
-    "_".join(filter(None, (name, key.unit.replace("/", "_").replace("^", ""))))
+_COLUMNS = {
+    "_".join(filter(None, (name, key.unit.replace("/", "_").replace("^", "")))): name
     for name, key in _SAME.items()
-)
-"""Columns of a table of granules; the last may be absent."""
+}
+"""Columns of a table of granules, with their keys."""
+
+_OPTIONAL = tuple(column for column in _COLUMNS if _COLUMNS[column] not in (*MATERIAL, "gap"))
+"""Columns that may be absent."""
 
 _MOST_BYTES = 50_000_000
 """Size of a table of granules [bytes], chosen: 500,000 rows."""
@@ -121,8 +124,9 @@ def read_granule_table(path: Path, name: str | None = None) -> Chain:
     except ValueError as problem:
         allowed = f"cannot be read ({problem}); must be a CSV file"
         raise SceneError("chain.file", name, allowed, None if name else path) from None
-    names = (*_COLUMNS, _YIELD) if _YIELD in header else _COLUMNS
-    allowed = f"must be {','.join(_COLUMNS)}, and {_YIELD} if it is known"
+    names = [one for one in _COLUMNS if one in header or one not in _OPTIONAL]
+    always = ",".join(one for one in _COLUMNS if one not in _OPTIONAL)
+    allowed = f"must be {always}, and perhaps {', '.join(_OPTIONAL)}"
     is_known = sorted(header) == sorted(names)
     require_in(path, is_known, "first line", ",".join(header), allowed)
     columns: dict[str, list[float]] = {column: [] for column in names}
@@ -138,7 +142,7 @@ def read_granule_table(path: Path, name: str | None = None) -> Chain:
     granules = len(rows)
     require_in(path, granules >= 2, "rows", granules, "must be at least 2 granules")
     try:
-        return Chain(granules, *(tuple(columns[column]) for column in names))
+        return Chain(granules, **{_COLUMNS[one]: tuple(columns[one]) for one in names})
     except SceneError as problem:
         raise SceneError(problem.key, problem.value, problem.allowed, file=path) from None
 
@@ -151,10 +155,10 @@ def require_in(path: Path, condition: bool, key: str, value: object, allowed: st
 
 def granule_table(chain: Chain) -> str:
     """Return the text that ``read_granule_table`` reads back as the same chain."""
-    known = zip(_SAME, (*_COLUMNS, _YIELD), strict=True)
-    columns = {column: getattr(chain, key) for key, column in known}
-    if chain.yield_strength is None:
-        del columns[_YIELD]
+    columns = {column: getattr(chain, key) for column, key in _COLUMNS.items()}
+    for column in _OPTIONAL:
+        if not columns[column]:
+            del columns[column]
     values = list(columns.values())
     each = [value if isinstance(value, tuple) else (value,) * chain.granules for value in values]
     lines = [",".join(columns)]

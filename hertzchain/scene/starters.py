@@ -117,6 +117,19 @@ file = TABLE_NAME
     "striker": Starter("A striker hits a chain of steel spheres.", _STRIKER),
     "wall": Starter("A striker hits a chain that ends at a rigid wall.", _STRIKER + _RIGID_WALL),
     "dimer": Starter("Steel and PTFE by turns, under a short pulse.", _SOFT, 40, _SEGMENTS),
+    "cradle": Starter(
+        "Newton's cradle: two spheres fly into three.",
+        "",
+        5,
+        """
+
+[[chain.segments]]           # in order; their granules sum to those of [chain]
+granules = 2
+velocity = "1 m/s"           # at the start; negative towards granule 1
+
+[[chain.segments]]
+granules = 3                 # at rest""",
+    ),
     "precompressed": Starter(
         "A chain under a static load, and a short pulse.",
         _COSINE

@@ -15,10 +15,11 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.chain import POISSON_RATIO, YIELD_STRENGTH, YOUNG_MODULUS
-from hertzchain.scene.keys import check, key, keys_of, of_granule
+from hertzchain.scene.keys import Key, check, key, keys_of, of_granule
 
 ALL_TERMS = (
-    "unlike granules", "gaps", "striker", "piston", "wall", "precompression", "gravity", "damping",
+    "unlike granules", "gaps", "striker", "piston", "moving granules", "wall",
+    "precompression", "gravity", "damping",
 )  # fmt: skip
 """Names of all terms, in the order of ``Scene.terms``."""
 
@@ -38,6 +39,16 @@ DAMPING: dict[DampingLaw, str] = {
 }
 """Laws of damping, each with its parameter."""
 
+RESTITUTION = Key(
+    "", "coefficient of restitution e", "e = {}", above=0, below=1,
+    advice="; leave out [contact] for no damping",
+)  # fmt: skip
+RELAXATION_TIME = Key(
+    "s", "relaxation time of contacts", "relaxation time {}", above=0, usual=(1e-12, 1.0)
+)
+COEFFICIENT = Key("kg/s", "coefficient of dashpots", "dashpots of {}", above=0)
+"""Keys of damping, for all contacts or the wall's."""
+
 NOT_NEGATIVE = "must be a finite number of at least 0"
 
 
@@ -55,6 +66,9 @@ class Wall:
         Yield strength of an elastic wall [Pa]; None where it is unknown.
     gap
         Gap between the last granule and the wall at the start [m].
+    restitution, relaxation_time, coefficient
+        Parameter of the wall's contact in the law of ``Contact``, which the scene then has; None
+        for that of all contacts.
 
     Raises
     ------
@@ -75,6 +89,15 @@ class Wall:
         default=0.0, metadata=key("m", "gap before the wall", "{} before the wall", least=0)
     )
     yield_strength: float | None = of_granule(YIELD_STRENGTH)
+    restitution: float | None = of_granule(
+        RESTITUTION, "coefficient of restitution of the wall", "wall e = {}"
+    )
+    relaxation_time: float | None = of_granule(
+        RELAXATION_TIME, "relaxation time of the wall", "wall relaxation time {}"
+    )
+    coefficient: float | None = of_granule(
+        COEFFICIENT, "coefficient of the wall's dashpot", "wall dashpot of {}"
+    )
 
     def __post_init__(self) -> None:
         keys_of(Wall)["kind"].check("kind", self.kind)
@@ -87,6 +110,19 @@ class Wall:
                 allowed = f'only a wall of kind "elastic" has it, not "{self.kind}"'
                 require(value is None, name, value, allowed)
         check(self)
+
+    def damped(self, own: Contact | None) -> Wall:
+        """Return the wall with the parameter of a law as its own, or with none."""
+        names: Any = dict.fromkeys(DAMPING.values())
+        if own is not None:
+            names[DAMPING[own.damping]] = own.parameter
+        return replace(self, **names)
+
+    @property
+    def own_damping(self) -> dict[str, float]:
+        """Its parameters of damping, by name; none where it has that of all contacts."""
+        values = {name: getattr(self, name) for name in DAMPING.values()}
+        return {name: value for name, value in values.items() if value is not None}
 
 
 @dataclass(frozen=True)
@@ -151,23 +187,9 @@ class Contact:
     """
 
     damping: DampingLaw = field(metadata=key(kind="str", choices=tuple(DAMPING)))
-    restitution: float | None = field(
-        default=None,
-        metadata=key(
-            "", "coefficient of restitution e", "e = {}", above=0, below=1,
-            advice="; leave out [contact] for no damping",
-        ),
-    )  # fmt: skip
-    relaxation_time: float | None = field(
-        default=None,
-        metadata=key(
-            "s", "relaxation time of contacts", "relaxation time {}", above=0, usual=(1e-12, 1.0)
-        ),
-    )
-    coefficient: float | None = field(
-        default=None,
-        metadata=key("kg/s", "coefficient of dashpots", "dashpots of {}", above=0),
-    )
+    restitution: float | None = field(default=None, metadata={"key": RESTITUTION})
+    relaxation_time: float | None = field(default=None, metadata={"key": RELAXATION_TIME})
+    coefficient: float | None = field(default=None, metadata={"key": COEFFICIENT})
     attraction: bool = field(default=False, metadata=key(kind="bool"))
 
     def __post_init__(self) -> None:
@@ -184,6 +206,11 @@ class Contact:
     def parameter(self) -> float:
         """What the law takes as its parameter, e, a time [s] or a coefficient [kg/s]."""
         return float(getattr(self, DAMPING[self.damping]))
+
+    def at(self, wall: Wall | None) -> Contact:
+        """Return the law in the contact with a wall, which may have a parameter of its own."""
+        own = wall.own_damping if wall is not None else {}
+        return self.with_parameter(own[DAMPING[self.damping]]) if own else self
 
     def with_parameter(self, value: float) -> Contact:
         """Return the same law with another parameter."""

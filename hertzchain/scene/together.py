@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.gauge import Gauge
+from hertzchain.scene.moving import Moving
 from hertzchain.scene.parts import SHOCKS
 from hertzchain.scene.run import Run
 from hertzchain.scene.shock import Shock
-from hertzchain.scene.terms import Contact, Precompression, Wall
+from hertzchain.scene.striker import Striker
+from hertzchain.scene.terms import DAMPING, Contact, Precompression, Wall
 from hertzchain.scene.uncertain import Uncertain
 
 
@@ -47,6 +51,12 @@ def refuse_impossible(
     names = [one.name for one in uncertain]
     for name in names:
         require(names.count(name) == 1, name, None, "is uncertain twice: delete one of them")
+    for name, value in wall.own_damping.items() if wall is not None else ():
+        law = next(law for law, parameter in DAMPING.items() if parameter == name)
+        allowed = f'needs [contact] damping = "{law}", whose {name} is that of all other contacts'
+        require(contact is not None and contact.damping == law, f"wall.{name}", value, allowed)
+    if isinstance(shock, Moving | Striker):
+        _refuse_no_meeting(chain, shock, wall)
     shock.check_load(0.0 if pressed is None else pressed.force)
     if pressed is None:
         return
@@ -56,3 +66,15 @@ def refuse_impossible(
     closed = "must be 0 with [precompression], which presses all contacts from the start"
     require(not isinstance(chain.gap, tuple) and chain.gap == 0, "chain.gap", None, closed)
     require(wall is None or wall.gap == 0, "wall.gap", wall and wall.gap, closed)
+
+
+def _refuse_no_meeting(chain: Chain, shock: Moving | Striker, wall: Wall | None) -> None:
+    """Raise a SceneError for granules that meet nothing, where no force makes them."""
+    along = chain.velocity if isinstance(chain.velocity, tuple) else (chain.velocity,) * 2
+    allowed = "missing section: give [shock], [striker] or, in [[chain.segments]], a velocity"
+    require(isinstance(shock, Striker) or any(along), "[shock]", None, allowed)
+    if isinstance(shock, Striker):
+        along = (shock.velocity, *along[1:])
+    meet = any(one > ahead for one, ahead in pairwise(along if wall is None else (*along, 0.0)))
+    allowed = "with these no granule meets another, or a wall"
+    require(meet, "velocities at the start", None, allowed)

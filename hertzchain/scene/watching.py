@@ -10,7 +10,11 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.contact import hertz
 from hertzchain.scene.granules import Granules
-from hertzchain.scene.natural_units import NaturalUnits
+from hertzchain.scene.natural_units import (
+    MOMENTUM_IN_NATURAL_UNITS,
+    NaturalUnits,
+    length_and_time,
+)
 from hertzchain.scene.piston import Piston
 
 _WAVE_SPEED = 0.9055
@@ -34,12 +38,18 @@ def watched_time(granules: Any, momentum_ratio: Any) -> Any:
 
 
 def watched_with_terms(
-    granules: Granules, units: NaturalUnits, momentum_ratio: float, momentum: float, wall: bool
+    granules: Granules,
+    units: NaturalUnits,
+    momentum_ratio: float,
+    momentum: float,
+    mass: float,
+    wall: bool,
 ) -> float:
     """Return the default time between the ends of shock and run, for scenes with terms [s].
 
     The wave crosses each contact in its own time, and each gap with the velocity that collisions
-    pass on. A wall has to stop granule 1, through all contacts in series.
+    pass on. A wall has to stop a mass, that of granule 1 or of all that move, through
+    all contacts in series; a piston's is infinite.
     """
     weak = min(1.0, momentum_ratio)
     slowness = hertz.slowness(granules.stiffness, granules.contact_mass)
@@ -57,12 +67,26 @@ def watched_with_terms(
         wave *= _UNLIKE
     if not wall:
         return float(wave + flight)
-    mass = float(granules.mass[0])
     if math.isinf(mass):  # a piston is not stopped
         return float(2 * wave + 2 * flight)
     softness = _softness(granules)
     stop = (mass**3 * softness**3 / momentum) ** 0.2
     return float(max(2 * wave, _STOP * stop) + 2 * flight)
+
+
+def weakest_start(
+    granules: Granules, stiffness: float, mass: float, force: float
+) -> tuple[NaturalUnits, float, float, float]:
+    """Return units, LM_ratio, momentum and mass of the start, as if the weakest granule hit alone.
+
+    ``stiffness``, ``mass`` and ``force`` make the units. The mass returned is that of all granules
+    that move.
+    """
+    moved = np.abs(granules.moved)
+    units = NaturalUnits(force, *length_and_time(stiffness, mass, force))
+    weakest = float(np.min(moved[moved > 0]))
+    ratio = weakest / (MOMENTUM_IN_NATURAL_UNITS * units.momentum)
+    return units, ratio, weakest, float(np.sum(granules.mass[moved > 0]))
 
 
 def _velocity_at_gaps(granules: Granules, velocity: float, momentum: float) -> FloatArray:

@@ -38,10 +38,13 @@ def _of_key(name: str, key: Key, where: str = "") -> Column:
 
 _OF_KEYS = {name: _of_key(name, key) for name, key in KEYS.items() if key.label}
 
+_OF_UNLIKE = ("chain.gap", "chain.velocity")
+"""Keys of [chain] that no plain chain has."""
+
 PARAMETERS = tuple(
     name
     for name in _OF_KEYS
-    if (name.startswith("chain.") and name != "chain.gap")
+    if (name.startswith("chain.") and name not in _OF_UNLIKE)
     or name in (f"shock.{key}" for key in keys_of(Pulse))
     or name == "run.end_time"
 )
@@ -178,22 +181,22 @@ def columns_of(
         for number in range(1, len(scene.get("gauge", ())) + 1)
         for what in _GAUGE
     ]
-    if not (of_terms or unlike or "gap" in chain or held or gauges):
+    if not (of_terms or unlike or {"gap", "velocity"} & {*chain} or held or gauges):
         return ALL
     kept = [name for name in PARAMETERS if name.partition(".")[0] in {*scene, "run"}]
     if shock is not None and (own := keys_of(shock)):
         of_shock = {*_OF_EVERY_SHOCK, *(f"shock.{key}" for key in own)}
         kept = [name for name in kept if not name.startswith("shock.") or name in of_shock]
     of_chain = [name for name in kept if name.startswith("chain.")]
-    gap = ["chain.gap"] if isinstance(chain.get("gap"), float) or "chain.gap" in varied else []
+    more = (name for name in _OF_UNLIKE if isinstance(chain.get(name[6:]), float) or name in varied)
     segments = [name for name in varied if SEGMENT.fullmatch(name)]
     others = [
         name
         for name in TERMS
-        if name in varied or (name != "chain.gap" and _has(scene, *name.split(".")))
+        if name in varied or (name not in _OF_UNLIKE and _has(scene, *name.split(".")))
     ]
     shock_and_run = [name for name in kept if name not in of_chain]
-    parameters = (*of_chain, *gap, *segments, *shock_and_run[:-1], *others, shock_and_run[-1])
+    parameters = (*of_chain, *more, *segments, *shock_and_run[:-1], *others, shock_and_run[-1])
     kinds = {"", "terms", *scene} | (set() if unlike or held else {"waves"})
     return (
         *_BEGIN,

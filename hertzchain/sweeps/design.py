@@ -157,7 +157,7 @@ def _as_before(base: Scene) -> dict[str, Any]:
     """Return the sections of a plain scene in the form that all folders of sweeps have."""
     shock = sections_of(base)["shock"] if base.pulse is None else asdict(base.pulse)
     chain = asdict(base.chain)
-    del chain["gap"]  # 0
+    del chain["gap"], chain["velocity"]  # 0
     if chain["yield_strength"] is None:
         del chain["yield_strength"]
     return {"chain": chain, "shock": shock, "run": asdict(base.run)}

@@ -18,13 +18,16 @@ from hertzchain.scene.parts import OTHERS, SEGMENT
 from hertzchain.scene.reading import read_chain
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.sections import sections_of
+from hertzchain.scene.terms import DAMPING
 from hertzchain.sweeps.columns import OTHER_MEASURE, PARAMETERS, TERMS, is_whole
 
 _Part = TypeVar("_Part")
 
-_OF_GRANULE = (*MATERIAL, "gap")
+_OF_GRANULE = (*MATERIAL, "gap", "velocity")
 _OF_ELASTIC_WALL = ("young_modulus", "poisson_ratio", "yield_strength")
-_KNOWN = (*PARAMETERS, *TERMS)
+_IF_GIVEN = ("chain.velocity", *(f"wall.{key}" for key in DAMPING.values()))
+"""Keys that vary only where the scene has them: they have the names of others."""
+_KNOWN = (*PARAMETERS, *(name for name in TERMS if name not in _IF_GIVEN), *_IF_GIVEN)
 
 
 def names_of(scene: Scene) -> tuple[str, ...]:
@@ -34,6 +37,7 @@ def names_of(scene: Scene) -> tuple[str, ...]:
     segments = chain.get("segments", [])
     numbers = [key for key in _OF_GRANULE if not isinstance(chain.get(key), list)]
     alike = len(numbers) == len(_OF_GRANULE) and not segments
+    numbers = [key for key in numbers if key in chain or f"chain.{key}" not in _IF_GIVEN]
     found = ["chain.granules"] if alike else []
     found += [f"chain.{key}" for key in numbers]
     for number, segment in enumerate(segments, start=1):
@@ -48,7 +52,9 @@ def names_of(scene: Scene) -> tuple[str, ...]:
     found += [
         f"{section}.{key}"
         for section, key in others
-        if section in there and (section != "shock" or key in of_shock)
+        if section in there
+        and (section != "shock" or key in of_shock)
+        and (f"{section}.{key}" not in _IF_GIVEN or key in sections[section])
     ]
     return tuple(found)
 
@@ -128,6 +134,7 @@ def base_values(scene: Scene, names: Collection[str]) -> dict[str, Any]:
     known: dict[str, Any] = {
         "chain.granules": scene.chain.granules,
         "chain.gap": sections["chain"].get("gap", 0.0),
+        "chain.velocity": sections["chain"].get("velocity", 0.0),
         "wall.gap": sections.get("wall", {}).get("gap", 0.0),
         "shock.profile": scene.shock.profile_name,
         "shock.peak_force": float(scene.peak_force),

@@ -73,7 +73,7 @@ def measure(
         for row in np.nonzero(alone)[0].tolist():
             try:
                 scene = design.scene(given, row)
-                if not scene.striker and not (design.are_plain and scene.pulse):
+                if scene.shock.section == "shock" and not (design.are_plain and scene.pulse):
                     rows.set_measures(row, scene.momentum_ratio, scene.rise_time)
                 run(rows, row, scene)
             except BackendMissing:

@@ -102,7 +102,7 @@ def collision_of(scene: Scene) -> Collision:
         mass=float(granules.contact_mass[0]),
         stiffness=float(granules.stiffness[0]),
         radius=one * other / (one + other),
-        velocity=float(scene.start_velocity),
+        velocity=float(scene.shock.start_velocity),
     )
 
 

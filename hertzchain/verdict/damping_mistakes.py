@@ -66,11 +66,11 @@ def damping(case: Case) -> Iterator[Mistake]:
     scene, own = case.scene, case.scene.contact
     without, pulls = case.size, own is not None and own.attraction
     if own is not None:
-        elastic = case.of(replace(scene, contact=None))
+        elastic = case.of(_with(scene, None))
         without = case.residual(elastic)
         yield fixed("no damping", elastic)
         text = "contacts that are kept from pulling" if pulls else "contacts that pull as they open"
-        yield fixed(text, case.of(replace(scene, contact=replace(own, attraction=not pulls))))
+        yield fixed(text, case.of(_with(scene, replace(own, attraction=not pulls))))
     for law in DAMPING:
         yield Mistake(
             lambda found: _in_words(case, found, pulls),
@@ -102,7 +102,7 @@ def _fit(case: Case, law: DampingLaw, attraction: bool, logs: FloatArray, withou
     @functools.cache
     def made(log: float) -> FloatArray:
         contact = contact_of(case.scene, law, math.exp(log), attraction)
-        return case.of(replace(case.scene, contact=contact))
+        return case.of(_with(case.scene, contact))
 
     allowed = [log for log in logs.tolist() if law != "restitution" or log < _TRIALS[-1] + 1e-9]
     if case.scene.contact is None:
@@ -115,6 +115,12 @@ def _fit(case: Case, law: DampingLaw, attraction: bool, logs: FloatArray, withou
     contact = contact_of(case.scene, law, math.exp(found.value), attraction)
     uncertainty = min(max(_HIDDEN * found.left / without, _KNOWN_TO), 1.0)
     return replace(found, value=_Fitted(contact, found.value, uncertainty))
+
+
+def _with(scene: Scene, contact: Contact | None) -> Scene:
+    """Return the scene with another damping of all contacts, also the wall's."""
+    wall = None if scene.wall is None else scene.wall.damped(None)
+    return replace(scene, contact=contact, wall=wall)
 
 
 def contact_of(scene: Scene, law: DampingLaw, strength: float, attraction: bool) -> Contact:

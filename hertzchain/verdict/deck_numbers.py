@@ -269,12 +269,12 @@ def _forces(scene: Scene, found: FoundDeck) -> Iterator[Number]:
         "constant force [N]", along + across, load, allowed,
         f"gravity and precompression where nothing touches: {_ONLY}", _at_granule,
     )  # fmt: skip
-    velocity = np.zeros_like(load)
-    velocity[0] = scene.start_velocity
+    velocity = scene.granules.velocity
+    fastest = float(np.max(np.abs(velocity)))
     moving = found.velocity[:, 0] + np.max(np.abs(found.velocity[:, 1:]), axis=1)
     yield Number(
-        "velocity at the start [m/s]", moving, velocity, EXAMINED * scene.start_velocity,
-        f"of a striker or a piston, else 0: {_ONLY}", _at_granule,
+        "velocity at the start [m/s]", moving, velocity, EXAMINED * fastest,
+        f"of a striker, a piston or as the scene states it, else 0: {_ONLY}", _at_granule,
     )  # fmt: skip
     if scene.piston is not None:
         time = found.driven_time

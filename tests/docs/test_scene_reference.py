@@ -65,6 +65,13 @@ INSTEAD: dict[str, dict[str, Any]] = {
 }
 """What else changes where a key is given: other keys go."""
 
+LAWS: dict[str, dict[str, Any]] = {
+    "restitution": {"damping": "restitution", "restitution": 0.8},
+    "relaxation_time": {"damping": "viscoelastic", "relaxation_time": 1e-6},
+    "coefficient": {"damping": "dashpot", "coefficient": 1.0},
+}
+"""Sections [contact] that a wall needs for damping of its own."""
+
 
 @dataclass(frozen=True)
 class Row:
@@ -88,6 +95,8 @@ class Row:
         part = scene[self.name]
         if self.key == "file":  # alone, but for the profile of a shock
             part = {key: part[key] for key in ("profile",) if key in part}
+        if self.name == "wall" and self.key in LAWS:
+            return {**scene, "contact": LAWS[self.key], "wall": {**part, self.key: value}}
         part |= {**INSTEAD.get(self.key, {}), self.key: value}
         scene[self.name] = {key: value for key, value in part.items() if value is not None}
         return scene

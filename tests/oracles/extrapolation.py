@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 import hertzchain as hc
 from tests.oracles.eighth_order import Truth
-from tests.oracles.scene_in_si import Numbers, numbers_of, pieces_of, strokes_of
+from tests.oracles.scene_in_si import Numbers, numbers_of, pieces_of, start_of, strokes_of
 
 Floats = NDArray[np.float64]
 
@@ -97,11 +97,7 @@ def solve(scene: hc.Scene) -> Truth:
 
 def peaks(scene: hc.Scene, tolerance: float = TOLERANCE, cap: float = CAP) -> Found:
     """Peaks [N] and the end [m, m/s] of a scene."""
-    chain, shock = numbers_of(scene), scene.shock
-    start = np.zeros((2, chain.inverse_mass.size))
-    if isinstance(shock, hc.Striker):
-        start[1, 0] = shock.velocity
-    pieces = pieces_of(scene)
+    chain, start, pieces = numbers_of(scene), start_of(scene), pieces_of(scene)
     return integrate(
         chain, pieces, strokes_of(scene, pieces), start, scene.end_time, tolerance, cap
     )

@@ -35,16 +35,7 @@ class Numbers(NamedTuple):
 def numbers_of(scene: hc.Scene) -> Numbers:
     """Masses, stiffnesses, dampers, gaps and loads from radii and materials, SI units."""
     size, chain, wall, law = scene.chain.granules, scene.chain, scene.wall, scene.contact
-    columns = {
-        name: np.array(np.broadcast_to(getattr(chain, name), size), np.float64)
-        for name in ("radius", "young_modulus", "poisson_ratio", "density")
-    }
-    if isinstance(scene.shock, hc.Striker):
-        for name, values in columns.items():
-            own = getattr(scene.shock, name)
-            if own is not None:
-                values[0] = own
-    radius, modulus, nu, density = columns.values()
+    radius, modulus, nu, density = _materials(scene)
     mass = density * 4 * math.pi / 3 * radius**3
     soft = (1 - nu**2) / modulus
     stiffness = 4 / 3 / (soft[:-1] + soft[1:]) / np.sqrt(1 / radius[:-1] + 1 / radius[1:])
@@ -68,25 +59,53 @@ def numbers_of(scene: hc.Scene) -> Numbers:
     constant[0] += force / mass[0]
     if wall is None:
         constant[-1] -= force / mass[-1]
-    exponent, damping = 0.0, np.zeros(stiffness.size)
-    if law is not None and law.restitution is not None:
-        log = math.log(law.restitution)
-        alpha = -math.sqrt(5) * log / math.hypot(math.pi, log)
-        exponent, damping = 0.25, alpha * np.sqrt(contact_mass * stiffness)
-    elif law is not None and law.relaxation_time is not None:
-        exponent, damping = 0.5, 1.5 * law.relaxation_time * stiffness
-    elif law is not None:
-        damping += law.coefficient or 0.0
+    exponent, damping = _dampers(law, contact_mass, stiffness)
+    if wall is not None and (wall.restitution or wall.relaxation_time or wall.coefficient):
+        damping[-1] = _dampers(wall, contact_mass, stiffness)[1][-1]
     inverse_mass = 1 / mass
     if is_piston:
         inverse_mass[0] = constant[0] = 0.0
-    largest = max(float(np.max(static)), scene.peak_force)
+    largest = max(float(np.max(static)), scene.peak_force, scene.force_at_start)
     length = (largest / float(np.max(stiffness))) ** (2 / 3)
     shortest = math.sqrt(float(np.min(contact_mass / stiffness)) / math.sqrt(length))
     return Numbers(
         inverse_mass, constant, stiffness, gap - (static / stiffness) ** (2 / 3),
         damping, exponent, law is not None and law.attraction, length, shortest,
     )  # fmt: skip
+
+
+def _materials(scene: hc.Scene) -> list[Floats]:
+    """Radius, modulus, Poisson's ratio and density of each granule."""
+    columns = {
+        name: np.array(np.broadcast_to(getattr(scene.chain, name), scene.chain.granules), float)
+        for name in ("radius", "young_modulus", "poisson_ratio", "density")
+    }
+    if isinstance(scene.shock, hc.Striker):
+        for name, values in columns.items():
+            own = getattr(scene.shock, name)
+            if own is not None:
+                values[0] = own
+    return list(columns.values())
+
+
+def _dampers(law: Any, contact_mass: Floats, stiffness: Floats) -> tuple[float, Floats]:
+    """q, and c of each contact, from the numbers of [contact] or [wall]."""
+    if law is not None and law.restitution is not None:
+        log = math.log(law.restitution)
+        alpha = -math.sqrt(5) * log / math.hypot(math.pi, log)
+        return 0.25, alpha * np.sqrt(contact_mass * stiffness)
+    if law is not None and law.relaxation_time is not None:
+        return 0.5, 1.5 * law.relaxation_time * stiffness
+    return 0.0, np.full(stiffness.size, 0.0 if law is None else law.coefficient)
+
+
+def start_of(scene: hc.Scene) -> Floats:
+    """Displacement and velocity at the start, shape (2, granules)."""
+    start = np.zeros((2, scene.chain.granules))
+    start[1] = scene.chain.velocity
+    if isinstance(scene.shock, hc.Striker | hc.Piston):
+        start[1, 0] = scene.shock.start_velocity
+    return start
 
 
 def numbers_of_chain(chain: Any, time: float) -> Numbers:

@@ -328,10 +328,11 @@ def scene_from(sections: dict[str, Any], folder: Path) -> hc.Scene:
         shock["file"] = "rows.csv"
     unlike = {key: value for key, value in chain.items() if isinstance(value, list)}
     if unlike and "segments" not in chain:
-        sections["chain"] = {**chain, **{key: value[-1] for key, value in unlike.items()}}
+        each = [dict(zip(unlike, row, strict=True)) for row in zip(*unlike.values(), strict=True)]
+        segments = [{"granules": 1, **own} for own in each]
+        sections["chain"] = {**chain, **each[0], "segments": segments}
     (folder / "scene.toml").write_text(tomli_w.dumps(sections))
-    scene = hc.Scene.from_toml(folder / "scene.toml")
-    return scene if "segments" in chain else replace(scene, chain=hc.Chain(**chain))
+    return hc.Scene.from_toml(folder / "scene.toml")
 
 
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)

@@ -16,6 +16,7 @@ TERMS = {
     "striker": ("striker",),
     "wall": ("striker", "wall"),
     "dimer": ("unlike granules",),
+    "cradle": ("moving granules",),
     "precompressed": ("precompression",),
     "damped": ("striker", "wall", "damping"),
     "piston": ("piston",),

@@ -11,6 +11,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.errors import SceneError
+from hertzchain.scene.starters import write_starter
 from tests.conftest import STEEL
 
 CHAIN = hc.Chain(6, **STEEL)
@@ -85,3 +86,12 @@ def test_what_cannot_vary_is_refused_in_a_sentence(
     with pytest.raises(SceneError) as caught:
         hc.sweep(scene, vary, output=tmp_path / "sweep")
     assert said in str(caught.value)
+
+
+def test_peaks_of_moving_granules_go_as_their_velocity_to_the_power_of_6_over_5(
+    tmp_path: Path,
+) -> None:
+    scene = hc.Scene.from_toml(write_starter("cradle", tmp_path / "cradle.toml")[0])
+    table = hc.sweep(scene, {"chain.segments.1.velocity": [0.5, 2.0]}).to_frame()
+    peaks = table[table["backend"] == "native"]["largest_peak_force_N"].tolist()
+    assert peaks[1] / peaks[0] == pytest.approx(4**1.2, rel=2e-6)  # both right to 1e-6

@@ -30,7 +30,7 @@ def test_every_result_goes_with_powers_of_modulus_and_speed() -> None:
     found = hc.spread(SCENE, 64, rtol=1e-6)
     drawn = list(Realisations(SCENE, 64, 1))
     modulus = np.array([one.chain.first_modulus for one in drawn]) / STEEL["young_modulus"]
-    speed = np.array([one.start_velocity for one in drawn]) / 0.5
+    speed = np.array([one.shock.start_velocity for one in drawn]) / 0.5
     for name, powers in {"first_peak_force_N": (0.4, 1.2), "arrival_time_s": (-0.4, -0.2)}.items():
         k = found.names.index((name, "contact 5"))
         expected = found.nominal[k] * modulus ** powers[0] * speed ** powers[1]

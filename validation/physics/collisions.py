@@ -68,7 +68,7 @@ pair_coeff * * {law}
 neighbor {one / 2!r} bin
 neigh_modify delay 0 every 1 check yes
 group first id 1
-velocity first set {SCENE.start_velocity!r} 0.0 0.0
+velocity first set {SCENE.shock.start_velocity!r} 0.0 0.0
 fix motion all nve
 thermo 1000000000
 timestep {dt!r}
@@ -113,7 +113,7 @@ fix restitution all property/global coefficientRestitution peratomtypepair 1 {nu
 pair_style gran model hertz tangential off limitForce {limit}
 pair_coeff * *
 group first id 1
-velocity first set {SCENE.start_velocity!r} 0.0 0.0
+velocity first set {SCENE.shock.start_velocity!r} 0.0 0.0
 fix motion all nve
 thermo 1000000000
 timestep {dt!r}
@@ -135,7 +135,7 @@ material = FrictMat(
 )
 O.bodies.append(sphere((0, 0, 0), {one!r}, material=material))
 O.bodies.append(sphere(({one + other!r}, 0, 0), {other!r}, material=material))
-O.bodies[0].state.vel = ({SCENE.start_velocity!r}, 0, 0)
+O.bodies[0].state.vel = ({SCENE.shock.start_velocity!r}, 0, 0)
 O.engines = [
     ForceResetter(),
     InsertionSortCollider([Bo1_Sphere_Aabb()]),

@@ -69,7 +69,7 @@ def measured(option: Option, deck: Deck, parted: Parted, quick: bool) -> Iterato
     for e in (0.8,) if quick else (0.8, 0.5):
         number = e if option.number == RESTITUTION else option.number_for(e, collision)
         expected = option.restitution(number, collision)
-        found = parted(deck(option, number, STEPS[option.code])) / SCENE.start_velocity
+        found = parted(deck(option, number, STEPS[option.code])) / SCENE.shock.start_velocity
         what = f"{option.words}, {number:.6g}"
         yield row(what, option.code.lower(), found, expected, 1e-4, _ENGINE)
 

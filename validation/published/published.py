@@ -93,13 +93,13 @@ def _duration(result: hc.Result) -> float:
 
 def _time_over_hertz(result: hc.Result) -> float:
     """Duration over (m*^2 / (R* E*^2 v))^(1/5), with 4/3 E* sqrt(R*) the stiffness."""
-    granules, speed = result.scene.granules, float(result.scene.start_velocity)
+    granules, speed = result.scene.granules, float(result.scene.shock.start_velocity)
     stiffness, mass = 0.75 * float(granules.stiffness[0]), float(granules.contact_mass[0])
     return float(_duration(result) / (mass**2 / (stiffness**2 * speed)) ** 0.2)
 
 
 def _restitution(result: hc.Result) -> float:
-    return float((result.velocity[1] - result.velocity[0]) / result.scene.start_velocity)
+    return float((result.velocity[1] - result.velocity[0]) / result.scene.shock.start_velocity)
 
 
 def _velocity(granule: int) -> Callable[[hc.Result], float]:

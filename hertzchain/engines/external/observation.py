@@ -193,6 +193,7 @@ def _fastest(scene: Scene) -> float:
     lightest = float(np.min(scene.granules.mass))
     at_rest = hertz.energy_of(scene.granules.static_force, scene.granules.static_overlap)
     static = float(np.sum(at_rest))
+    flying = 0.5 * float(np.sum((scene.granules.mass * scene.granules.velocity**2)[1:]))
     if scene.piston is not None:
         moved = scene.granules.mass[1:]
         # All granules thrown ahead, and all contacts pressed by the scene's unit of force.
@@ -201,9 +202,9 @@ def _fastest(scene: Scene) -> float:
     else:
         # The halves of a sine cancel in the impulse, but not in the velocities.
         pushed = math.fsum(abs(ramp.impulse) for ramp in scene.ramps)
-        momentum = pushed + scene.start_momentum
+        momentum = pushed + abs(float(scene.granules.moved[0]))
         energy = momentum**2 / (2 * scene.first_mass) + static
-    return 10.0 * math.sqrt(2 * energy / lightest)
+    return 10.0 * math.sqrt(2 * (energy + flying) / lightest)
 
 
 def _held(made: Scene) -> readings.Held:

@@ -57,9 +57,12 @@ class Softening:
         if wall is not None:
             own = self._modulus(wall.young_modulus)
             wall = replace(wall, young_modulus=own, gap=self.length * wall.gap)
+            if scene.contact is not None and wall.own_damping:
+                wall = wall.damped(self._contact(scene.contact.at(wall)))
         gap = _times(self.length, scene.chain.gap)
         modulus = self._modulus(scene.chain.young_modulus)
-        chain = replace(scene.chain, young_modulus=modulus, gap=gap)
+        velocity = _times(self.length / self.time, scene.chain.velocity)
+        chain = replace(scene.chain, young_modulus=modulus, gap=gap, velocity=velocity)
         return Scene(chain, shock, run, wall, pressed, self._contact(scene.contact), scene.gauges)
 
     def _contact(self, contact: Contact | None) -> Contact | None:
@@ -170,8 +173,9 @@ def _expected(scene: Scene) -> tuple[float, float, float]:
     if scene.is_plain:
         return _overlap(_highest_peak(scene)), _overlap(_lowest_peak(scene)), _flight(scene)
     stiffness = scene.granules.stiffness
-    # All the time as fast as a granule that the shock throws ahead.
-    flight = 2.0 * min(1.0, scene.momentum_ratio) * scene.end_time / scene.units.time
+    # All the time as fast as a granule that the shock throws ahead, or that moves at the start.
+    thrown = float(np.max(np.abs(scene.granules.velocity[1:]))) / scene.units.velocity
+    flight = max(2.0 * min(1.0, scene.momentum_ratio), thrown) * scene.end_time / scene.units.time
     return (
         _overlap(_HIGHEST_WITH_TERMS * float(stiffness[0] / np.min(stiffness))),
         _overlap(_LOWEST_WITH_TERMS * float(stiffness[0] / np.max(stiffness))),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Hashable, Sequence
 from typing import TypeVar
 
@@ -74,6 +75,15 @@ def wall_material(scene: Scene) -> tuple[float, float]:
     return wall.young_modulus, wall.poisson_ratio
 
 
+def refuse_damping_of_wall(code: str, scene: Scene) -> None:
+    """Raise RunFailed for a wall with damping of its own, which scripts of a code do not write."""
+    if scene.wall is not None and scene.wall.own_damping:
+        raise RunFailed(
+            f"{code} gets one damping for all contacts: take a wall without"
+            f" {', '.join(scene.wall.own_damping)}, LAMMPS or native"
+        )
+
+
 def refuse_long(what: str, scene: Scene) -> None:
     """Raise RunFailed for a deck that would name too many granules; ``what`` begins the error."""
     count = scene.chain.granules
@@ -114,8 +124,24 @@ def load_commands(scene: Scene) -> list[str]:
         lines.append(f"fix press first addforce {pressed.force!r} 0.0 0.0")
         if scene.wall is None:
             lines.append(f"fix hold last addforce {-pressed.force!r} 0.0 0.0")
-    if scene.striker is not None or scene.piston is not None:
-        lines.append(f"velocity first set {scene.start_velocity!r} 0.0 0.0 units box")
+    if scene.striker is not None or scene.piston is not None or scene.moves:
+        lines += _velocity_commands(scene)
+    return lines
+
+
+def _velocity_commands(scene: Scene) -> list[str]:
+    """Return the commands for velocities at the start, one for all neighbours with the same."""
+    velocity = scene.granules.velocity.tolist()
+    lines = [f"velocity first set {velocity[0]!r} 0.0 0.0 units box"]
+    last = 1
+    for along, alike in itertools.groupby(velocity[1:]):
+        first, last = last + 1, last + len(list(alike))
+        if along:
+            lines += [
+                f"group thrown id {first}:{last}",
+                f"velocity thrown set {along!r} 0.0 0.0 units box",
+                "group thrown delete",
+            ]
     return lines
 
 

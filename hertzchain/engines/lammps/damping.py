@@ -65,12 +65,23 @@ def asked_of_tsuji(restitution: float) -> float | None:
 
 def oldest(scene: Scene) -> tuple[str, str] | None:
     """Return the first LAMMPS with the damping of a scene, number and name; None if all have it."""
-    contact = scene.contact
-    if contact is None or contact.restitution is None:
+    asked = [asked_of_tsuji(value) for value in _restitutions(scene).values()]
+    if not asked:
         return None
-    if asked_of_tsuji(contact.restitution) is None:
+    if None in asked:
         return COEFF_RESTITUTION, "29 Aug 2024"
     return None if scene.wall is None else (TSUJI_AT_WALLS, "2 Aug 2023")
+
+
+def _restitutions(scene: Scene) -> dict[str, float]:
+    """Return restitutions by their variables in a deck; none without that damping."""
+    contact = scene.contact
+    if contact is None or contact.restitution is None:
+        return {}
+    found = {"restitution": contact.restitution}
+    if scene.wall is not None and scene.wall.restitution is not None:
+        found["wall_restitution"] = scene.wall.restitution
+    return found
 
 
 def refuse_old(scene: Scene, version: str) -> None:
@@ -88,8 +99,8 @@ def by_version(scene: Scene) -> list[str]:
 
     They set the variables that ``damping_of`` names; a LAMMPS without such damping stops there.
     """
-    contact = scene.contact
-    if contact is None or contact.restitution is None:
+    own = _restitutions(scene)
+    if not own:
         return []
     lines, needed = [], oldest(scene)
     if needed is not None:
@@ -100,30 +111,33 @@ def by_version(scene: Scene) -> list[str]:
         ]
     newest = [
         "variable damping string coeff_restitution",
-        f"variable restitution string {contact.restitution!r}",
+        *(f"variable {name} string {value!r}" for name, value in own.items()),
     ]
-    asked = asked_of_tsuji(contact.restitution)
-    if asked is None:
+    asked = {name: asked_of_tsuji(value) for name, value in own.items()}
+    if None in asked.values():
         return [*lines, *newest]
+    *older, last = (f"variable {name} string {value!r}" for name, value in asked.items())
     return [
         *lines,
         "# Older versions have another damping, with a number of its own for as much of it.",
         f'if "$(version) >= {COEFF_RESTITUTION}" then &',
         *(f'    "{line}" &' for line in newest),
         'else "variable damping string tsuji" &',
-        f'    "variable restitution string {asked!r}"',
+        *(f'    "{line}" &' for line in older),
+        f'    "{last}"',
     ]
 
 
-def damping_of(contact: Contact) -> tuple[str, str]:
+def damping_of(contact: Contact, restitution: str = "restitution") -> tuple[str, str]:
     """Return the second number of a normal law, and the words after the tangential law.
 
-    A restitution and its option are the variables of ``by_version``. In the number ``{k}`` and
-    ``{mass}`` stand for the names of 4/3 E* and m* of the pair, where it depends on them.
+    A restitution, whose variable is named, and its option are those of ``by_version``. In the
+    number ``{k}`` and ``{mass}`` stand for the names of 4/3 E* and m* of the pair, where it depends
+    on them.
     """
     limit = "" if contact.attraction else f" {WITHOUT_ATTRACTION}"
     if contact.restitution is not None:
-        return "${restitution}", f"damping ${{damping}}{limit}"
+        return f"${{{restitution}}}", f"damping ${{damping}}{limit}"
     if contact.damping == "viscoelastic":
         # c = 3/2 A tau sqrt(d) with A = 4/3 E* sqrt(R*) is g m* sqrt(R* d).
         return f"1.5*{contact.parameter!r}*{{k}}/({{mass}})", f"damping viscoelastic{limit}"

@@ -231,11 +231,11 @@ def _pairs(kinds: list[_Kind], contact: Contact | None) -> list[str]:
     return lines
 
 
-def _law(k: str, mass: str, contact: Contact | None) -> str:
+def _law(k: str, mass: str, contact: Contact | None, restitution: str = "restitution") -> str:
     """Return the law of a pair or the wall, from the variable of 4/3 E* and the formula of m*."""
     if contact is None:
         return f"hertz ${{{k}}} 0.0 {NO_FRICTION}"
-    number, words = damping_of(contact)
+    number, words = damping_of(contact, restitution)
     if "{k}" in number:
         number = f"$({number.format(k=f'v_{k}', mass=mass)}:%.17g)"
     return f"hertz ${{{k}}} {number} {NO_FRICTION} {words}"
@@ -247,7 +247,10 @@ def held(scene: Scene) -> list[str]:
     lines = [f"group last id {scene.chain.granules}"] if loaded else []
     if scene.wall is not None:
         last = _kinds(scene)[1][-1]
-        law = _law("k_wall", f"v_m{last}", scene.contact)
+        contact, own = scene.contact, "restitution"
+        if contact is not None and scene.wall.own_damping:  # by_version has its restitution
+            contact, own = contact.at(scene.wall), "wall_restitution"
+        law = _law("k_wall", f"v_m{last}", contact, own)
         lines += [
             f"variable k_wall equal {_wall(scene.wall, last)}",
             f"fix {WALL} last wall/gran granular {law} &",

@@ -13,6 +13,7 @@ import numpy as np
 from hertzchain.engines.external.dumps import read_frames
 from hertzchain.engines.external.engine import Found, ProgramEngine
 from hertzchain.engines.external.readings import Granules
+from hertzchain.engines.external.terms import refuse_damping_of_wall
 from hertzchain.engines.liggghts import deck
 from hertzchain.engines.liggghts.contacts import models, refuse_damping
 from hertzchain.errors import RunFailed
@@ -73,6 +74,7 @@ class Liggghts(ProgramEngine):
 
     def _refuse(self, scene: Scene) -> None:
         refuse_damping(scene.contact)
+        refuse_damping_of_wall("LIGGGHTS", scene)
         for whose, ratio in _poisson_ratios(scene):
             if ratio < 0:
                 raise RunFailed(

@@ -9,7 +9,8 @@ rests. In natural units (``scene.natural_units``), in which k, m and F0 of a pla
     motion    u_i'' = (F_{i-1} - F_i) / m_i + constant_i       F_0 = F(t), the applied force
 
 Without attraction F_i is never below 0. Gravity and precompression are the constants. A striker is
-granule 1 with a velocity at the start. A piston is granule 1 with 1/m = 0: it moves by its strokes.
+granule 1 with a velocity at the start, which any other may have, too. A piston is granule 1 with
+1/m = 0: it moves by its strokes.
 The paper's chain has k = m = 1, no gap, no damping and no constants.
 
 ``in_numpy`` and ``in_scipy`` integrate these lines; the compiled kernels are compared with them.

@@ -53,10 +53,10 @@ def softest(scene: Scene) -> float:
 
 def start_of(scene: Scene) -> FloatArray:
     """Displacement and velocity at the start, natural units, shape (2, N); (0, 0) at rest."""
-    if scene.striker is None and scene.piston is None:
+    if scene.striker is None and scene.piston is None and not scene.moves:
         return np.zeros((0, 0))
     start = np.zeros((2, scene.chain.granules))
-    start[1, 0] = scene.start_velocity / scene.units.velocity
+    start[1] = scene.granules.velocity / scene.units.velocity
     return start
 
 

@@ -10,6 +10,7 @@ from typing import ClassVar
 from hertzchain.engines.external import recorded
 from hertzchain.engines.external.engine import Found, ProgramEngine
 from hertzchain.engines.external.readings import Granules
+from hertzchain.engines.external.terms import refuse_damping_of_wall
 from hertzchain.engines.yade import deck
 from hertzchain.engines.yade.damping import refuse_damping
 from hertzchain.scene.scene import Scene
@@ -69,6 +70,7 @@ class Yade(ProgramEngine):
 
     def _refuse(self, scene: Scene) -> None:
         refuse_damping(scene.contact)
+        refuse_damping_of_wall("Yade", scene)
 
     def _deck(self, scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
         return deck.watched(scene, legs, strides)

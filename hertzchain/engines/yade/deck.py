@@ -76,6 +76,11 @@ def _parameters(scene: Scene) -> str:
     columns = each.radius, each.young_modulus, each.poisson_ratio, each.density
     rows = zip(positions(scene), *(column.tolist() for column in columns), strict=True)
     lines = "\n".join(f"    {row!r}," for row in rows)
+    velocities = "\n".join(
+        f"start_velocity[{k}] = {along!r}  # m/s"
+        for k, along in enumerate(each.velocity.tolist())
+        if along or k == 0
+    )
     law = "" if scene.contact is None else _RESTITUTION.format(scene.contact.restitution)
     return f"""\
 granules = {count}
@@ -85,7 +90,7 @@ rows = [
 {lines}
 ]
 start_velocity = np.zeros(granules)
-start_velocity[0] = {scene.start_velocity!r}  # m/s{law}"""
+{velocities}{law}"""
 
 
 _RESTITUTION = """

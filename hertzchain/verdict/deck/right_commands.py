@@ -132,14 +132,17 @@ def place_commands(case: Case) -> list[str] | None:
 
 
 def velocity_commands(case: Case) -> list[str]:
-    """Velocities and spins at the start: none but that of a striker."""
+    """Velocities and spins at the start: none but those that the scene states."""
     commands = ["velocity all set 0.0 0.0 0.0 units box"]
     if np.any(case.found.spin):
         commands.append("set group all omega 0.0 0.0 0.0")
-    if case.scene.start_velocity > 0 and case.scene.piston is None:
-        speed = in_text(case.scene.start_velocity / case.units.velocity)
+    velocity = case.scene.granules.velocity
+    for k in np.flatnonzero(velocity).tolist():
+        if k == 0 and case.scene.piston is not None:
+            continue
+        speed = in_text(float(velocity[k]) / case.units.velocity)
         moving = f"velocity {{group}} set {vector(case, speed)} units box"
-        commands += _on_granule(case.found, 0, moving)
+        commands += _on_granule(case.found, k, moving)
     return commands
 
 
@@ -148,6 +151,8 @@ def damping_words(case: Case, k: int, version: str) -> tuple[str, str]:
     contact, granules, unit = case.scene.contact, case.scene.granules, case.units
     if contact is None:
         return "0.0", ""
+    if k == granules.mass.size - 1:
+        contact = contact.at(case.scene.wall)
     limit = "" if contact.attraction or version < "20220804" else " limit_damping"
     if contact.restitution is not None:
         return in_text(contact.restitution), f" damping coeff_restitution{limit}"

@@ -78,12 +78,10 @@ def twin_of(scene: Scene) -> Twin:
     """The scene itself."""
     granules, count = scene.granules, scene.chain.granules
     contacts = granules.stiffness.size
-    velocity = np.zeros(count)
-    velocity[0] = scene.start_velocity
     contact = scene.contact
     return Twin(
         mass=granules.mass,
-        velocity=velocity,
+        velocity=granules.velocity,
         constant_force=granules.constant_force,
         drag=np.zeros(count),
         stiffness=granules.stiffness,

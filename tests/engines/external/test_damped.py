@@ -45,8 +45,8 @@ LAWS = {
 }
 """All that LIGGGHTS has; Yade has the first."""
 
-DRAWN = set(ALL_TERMS) - {"piston"}
-"""Terms of random scenes; pistons have tests of their own."""
+DRAWN = set(ALL_TERMS) - {"piston", "moving granules"}
+"""Terms of random scenes; pistons and moving granules have tests of their own."""
 
 STEP = 0.03
 """Step of the runs at the same steps [natural time units of the fastest contact]."""
@@ -258,3 +258,11 @@ def test_types_of_viscoelastic_contacts() -> None:
     alike, kinds = contacts.types_of(replace(taper(101), contact=RESTITUTION))
     assert len(alike) == 1
     assert set(kinds) == {1}
+
+
+@pytest.mark.parametrize("engine", [hc.Liggghts, hc.Yade])
+def test_damping_of_the_walls_own_is_refused_before_a_run(engine: type[ProgramEngine]) -> None:
+    wall = hc.Wall("rigid", restitution=0.5)
+    scene = hc.Scene(hc.Chain(3, **STEEL), hc.Striker(1.0), wall=wall, contact=RESTITUTION)
+    with pytest.raises(RunFailed, match="gets one damping for all contacts: take a wall without"):
+        engine()._refuse(scene)

@@ -19,10 +19,10 @@ from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
 from tests.conftest import STEEL
 from tests.engines.native.test_damped_scenes import LAWS, PULSE, TWO
 from tests.engines.native.test_damped_verlet import FLYING
-from validation.random_scenes import random_damped_scene
+from validation.random_scenes import random_damped_scene, with_wall_of_its_own
 
-DRAWN = set(ALL_TERMS) - {"piston"}
-"""Terms of random scenes; pistons have tests of their own."""
+DRAWN = set(ALL_TERMS) - {"piston", "moving granules"}
+"""Terms of random scenes; pistons and moving granules have tests of their own."""
 
 STEP = 0.01
 """Step of all runs [natural time units of the fastest contact]; tolerances are for this step."""
@@ -58,6 +58,18 @@ def test_same_scheme_same_steps(number: int) -> None:
     assert state is not None
     # 1.1e-9 where coordinates cost 1.4e-9; 2.5 times what states may differ by in scene 157.
     assert measured < max((3 if number == 157 else 1) * state, 1e-9)
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("number", [7, 18, 26])  # one of each law
+def test_walls_with_damping_of_their_own(number: int) -> None:
+    rng = np.random.default_rng([39, number])
+    scene = with_wall_of_its_own(rng, random_damped_scene(rng, 12, 200.0))
+    result = hc.Lammps(dt=STEP * scene.contact_time).run(scene)
+    assert all(check.passed for check in same_steps_checks(result))
+    as_all = replace(scene, wall=scene.wall and scene.wall.damped(None))
+    mistaken = replace(result, scene=replace(as_all, run=result.scene.run))
+    assert not all(check.passed for check in same_steps_checks(mistaken))
 
 
 @pytest.mark.lammps

@@ -14,7 +14,7 @@ from hertzchain.errors import RunFailed, Unpredictable
 from hertzchain.scene.terms import ALL_TERMS
 from hertzchain.verdict.run_checks import same_steps_checks
 from tests.conftest import STEEL
-from validation.random_scenes import random_scene_with_terms
+from validation.random_scenes import random_scene_with_terms, thrown
 
 pytestmark = pytest.mark.lammps
 
@@ -25,8 +25,8 @@ READ_EVERY = 3
 """Steps: where granules collide after a flight, peaks interpolated between readings further apart
 are off by up to 8e-7, more than round-off."""
 
-QUICK, SLOW = range(21, 27), range(100, 160)
-"""Numbers of random scenes."""
+QUICK, SLOW, MOVING = range(21, 27), range(100, 160), range(160, 190)
+"""Numbers of random scenes; in the last granules move at the start."""
 
 REFUSED = {130: "cannot resolve the overlaps"}
 """Scenes whose overlaps are lost in the coordinates, so that LAMMPS refuses them."""
@@ -34,12 +34,18 @@ REFUSED = {130: "cannot resolve the overlaps"}
 
 def drawn(number: int) -> hc.Scene:
     """A random scene of 2 to 200 granules; the quick ones are short."""
-    longest_time = 200.0 if number in QUICK else 1000.0
-    return random_scene_with_terms(np.random.default_rng([9, number]), 200, longest_time)
+    rng = np.random.default_rng([9, number])
+    if number in MOVING:
+        return thrown(rng, random_scene_with_terms(rng, 30, 100.0))
+    return random_scene_with_terms(rng, 200, 200.0 if number in QUICK else 1000.0)
 
 
 @pytest.mark.parametrize(
-    "number", [*QUICK, *(pytest.param(number, marks=pytest.mark.slow) for number in SLOW)]
+    "number",
+    [
+        *(*QUICK, *MOVING[:4]),
+        *(pytest.param(number, marks=pytest.mark.slow) for number in (*SLOW, *MOVING[4:])),
+    ],
 )
 def test_same_scheme_same_steps(number: int) -> None:
     """Only round-off differs, at the tolerances of ``same_steps_checks``."""
@@ -60,7 +66,7 @@ def test_same_scheme_same_steps(number: int) -> None:
 def test_random_scenes_have_every_term(numbers: range) -> None:
     count = Counter(term for number in numbers for term in drawn(number).terms)
     # Pistons and damping are drawn elsewhere: test_drives.py, test_damped.py.
-    assert set(count) == set(ALL_TERMS) - {"piston", "damping"}
+    assert set(count) == set(ALL_TERMS) - {"piston", "damping", "moving granules"}
 
 
 UNIFORM = hc.Chain(3, **STEEL)
@@ -72,6 +78,7 @@ ONE_TERM = {
     "gaps": hc.Scene(replace(UNIFORM, gap=1e-6), PULSE),
     "striker": hc.Scene(UNIFORM, hc.Striker(1.0)),
     "piston": hc.Scene(UNIFORM, hc.Piston(1.0)),
+    "moving granules": hc.Scene(replace(UNIFORM, velocity=[0.0, 1.0, 0.0])),
     "wall": hc.Scene(UNIFORM, PULSE, wall=WALL),
     "precompression": hc.Scene(UNIFORM, PULSE, precompression=hc.Precompression(1.0)),
     "gravity": hc.Scene(UNIFORM, PULSE, hc.Run(), WALL, hc.Precompression(gravity=9.81)),
@@ -98,6 +105,7 @@ def test_a_term_that_is_off_by_a_millionth_shows(term: str) -> None:
         "gaps": {"chain": replace(chain, gap=1e-6 * more)},
         "striker": {"shock": hc.Striker(1.0 * more)},
         "piston": {"shock": hc.Piston(1.0 * more)},
+        "moving granules": {"chain": replace(chain, velocity=[0.0, 1.0 * more, 0.0])},
         "wall": {"wall": hc.Wall("elastic", 1e6 * STEEL["young_modulus"], STEEL["poisson_ratio"])},
         "precompression": {"precompression": hc.Precompression(1.0 * more)},
         "gravity": {"precompression": loads and hc.Precompression(gravity=9.81 * more)},

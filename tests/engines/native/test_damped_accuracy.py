@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import hertzchain as hc
+from hertzchain.errors import SceneError
+from tests.conftest import STEEL
 from tests.oracles import extrapolation
 from tests.oracles.bounds import check_answers
 from validation.random_drives import random_hard_scene
-from validation.random_scenes import random_damped_scene
+from validation.random_scenes import random_damped_scene, with_wall_of_its_own
 
 TOLERANCES = (1e-3, 1e-6, 1e-8)
 
@@ -47,3 +51,27 @@ def test_random_damped_scenes(number: int) -> None:
 def test_many_random_damped_scenes(first: int) -> None:
     for number in range(first, first + BLOCK):
         judge(number)
+
+
+@pytest.mark.parametrize("number", range(7, 12))
+def test_walls_with_damping_of_their_own(number: int) -> None:
+    rng = np.random.default_rng([39, number])
+    scene = with_wall_of_its_own(rng, random_damped_scene(rng, 12, 200.0))
+    check_answers(scene, [(hc.Native(rtol=rtol), rtol) for rtol in TOLERANCES])
+
+
+@pytest.mark.parametrize("own", [None, 0.4])
+def test_a_bead_leaves_a_wall_with_its_restitution(own: float | None) -> None:
+    contact = hc.Contact("restitution", restitution=0.9, attraction=True)
+    chain = hc.Chain(2, **STEEL, gap=1e-2, velocity=(0.0, 1.0))
+    scene = hc.Scene(chain, wall=hc.Wall("rigid", restitution=own), contact=contact)
+    collision = hc.Run(20 * scene.contact_time)  # and the flight back is far longer
+    found = hc.Native(rtol=1e-8).run(replace(scene, run=collision))
+    assert found.velocity[1] == pytest.approx(-(own or 0.9), rel=1e-7)
+
+
+def test_damping_of_a_wall_needs_the_law_of_contacts() -> None:
+    wall, chain = hc.Wall("rigid", restitution=0.4), hc.Chain(2, **STEEL)
+    for contact in (None, hc.Contact("dashpot", coefficient=1.0)):
+        with pytest.raises(SceneError, match=r'needs .contact. damping = "restitution"'):
+            hc.Scene(chain, hc.Striker(1.0), wall=wall, contact=contact)

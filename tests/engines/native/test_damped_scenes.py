@@ -29,7 +29,7 @@ def restitution(scene: hc.Scene) -> float:
     """Velocity of parting over that of approach, of two spheres."""
     lasting = replace(scene, run=hc.Run(scene.end_time))
     velocity = hc.Native(rtol=1e-10, wanted="all").run(lasting).velocity
-    return float(velocity[1] - velocity[0]) / scene.start_velocity
+    return float(velocity[1] - velocity[0]) / scene.shock.start_velocity
 
 
 @pytest.mark.parametrize(("asked", "found"), RESTITUTION.items())

@@ -31,7 +31,7 @@ def half_step_verlet(scene: hc.Scene, dt: float) -> tuple[np.ndarray, np.ndarray
     chain, size = Chain.of(scene), scene.chain.granules
     contacts, units = chain.stiffness.size, scene.units
     u, v = np.zeros(size + 1), np.zeros(size + 1)
-    v[0] = scene.start_velocity / units.velocity
+    v[0] = scene.shock.start_velocity / units.velocity
     highest = np.zeros(contacts)
 
     def accelerations(time: float) -> np.ndarray:

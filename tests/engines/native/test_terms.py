@@ -171,7 +171,7 @@ def test_a_rigid_wall_is_a_mirror() -> None:
     legs = half.schedule(0.01 * half.contact_time)
     twice = hc.Scene(hc.Chain(20, **STEEL), hc.Striker(1.0), hc.Run(half.end_time))
     start = np.zeros((2, 20))
-    start[1, -1] = -half.start_velocity / twice.units.velocity
+    start[1, -1] = -half.shock.start_velocity / twice.units.velocity
     walker = METHODS["srkn-11b"].walker
     mirrored = simulate(twice, legs, walker, start=start)
     ours = simulate(half, legs, walker)
