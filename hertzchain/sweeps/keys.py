@@ -14,7 +14,7 @@ import numpy as np
 from hertzchain.errors import SceneError
 from hertzchain.scene.chain import MATERIAL
 from hertzchain.scene.keys import keys_of
-from hertzchain.scene.parts import OTHERS, SEGMENT
+from hertzchain.scene.parts import OTHERS, SECTIONS, SEGMENT
 from hertzchain.scene.reading import read_chain
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.sections import sections_of
@@ -68,6 +68,10 @@ def full_name(name: object, scene: Scene) -> str:
         raise SceneError(str(name), None, allowed)
     if full:
         return full[0]
+    section = str(name).partition(".")[0]
+    if section in SECTIONS and section not in {*sections_of(scene), "run", "gauge"}:
+        allowed = f"cannot vary: the scene has no [{section}]; add the section to its file"
+        raise SceneError(str(name), None, allowed)
     of_segments, key = "segments." in str(name), str(name).rpartition(".")[2]
     alike = [one for one in names if ("segments." in one) == of_segments]
     meant = [one for one in alike if one.rpartition(".")[2] == key]

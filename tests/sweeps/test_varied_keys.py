@@ -18,11 +18,10 @@ from tests.sweeps.texts import CHAIN_SECTION, SHOCK
 # Parameters that cannot vary
 
 REFUSED: list[tuple[hc.Scene, dict[str, Any], str]] = [
-    (
-        PLAIN,
-        {"striker.velocity": "1,2"},
-        "striker.velocity: cannot vary; what can vary: chain.gran",
-    ),
+    (PLAIN, {"striker.velocity": "1,2"}, "the scene has no [striker]; add the section to its file"),
+    (PLAIN, {"wall.kind": "rigid,same"}, "wall.kind: cannot vary: the scene has no [wall]; add"),
+    (PLAIN, {"velocity": "1,2"}, "velocity: cannot vary; what can vary: chain.granules, chain.rad"),
+    (STRIKER, {"shock.colour": "1,2"}, "cannot vary: the scene has no [shock]; add the section"),
     (STRIKER, {"wall.colour": "1,2"}, "what can vary: chain.granules, chain.radius, chain.y"),
     (STRIKER, {"radius": "1,2"}, "is in several sections: name one of chain.radius, striker.rad"),
     (STRIKER, {"striker.velocty": "1,2"}, "cannot vary; did you mean striker.velocity? What can"),
