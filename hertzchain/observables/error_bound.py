@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -166,7 +166,11 @@ def refuse_strong_dampers(scene: Scene) -> None:
     key, section, strongest = DAMPING[contact.damping], "contact", contact.parameter
     if (at_wall := contact.at(scene.wall).parameter) > strongest:
         section, strongest = "wall", at_wall
-    most = strongest * _STRONGEST / (highest_rate(scene) * scene.contact_time)
+    # In units of the strongest, as rates of impossible ones are no longer numbers.
+    unit = replace(scene, contact=contact.with_parameter(contact.parameter / strongest))
+    if scene.wall is not None and scene.wall.own_damping:
+        unit = replace(unit, wall=scene.wall.damped(contact.with_parameter(at_wall / strongest)))
+    most = _STRONGEST / (highest_rate(unit) * scene.contact_time)
     if strongest > most:
         allowed = (
             f"must be at most {most:.2g} {keys_of(Contact)[key].unit} in this scene: stronger"

@@ -193,7 +193,7 @@ def _fastest(scene: Scene) -> float:
     lightest = float(np.min(scene.granules.mass))
     at_rest = hertz.energy_of(scene.granules.static_force, scene.granules.static_overlap)
     static = float(np.sum(at_rest))
-    flying = 0.5 * float(np.sum((scene.granules.mass * scene.granules.velocity**2)[1:]))
+    flying = 0.5 * float(np.sum(scene.granules.mass[1:] * scene.granules.velocity[1:] ** 2))
     if scene.piston is not None:
         moved = scene.granules.mass[1:]
         # All granules thrown ahead, and all contacts pressed by the scene's unit of force.
