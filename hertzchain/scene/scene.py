@@ -359,13 +359,13 @@ class Scene(Shown):
 
     @property
     def largest_impulse(self) -> float:
-        """Sum of all impulses forwards and of momenta at the start [N s]: none is larger."""
+        """Sum of all impulses forwards and of momenta at the start [N s]; no momentum is larger."""
         constant = float(np.sum(np.maximum(self._constant_force, 0.0)))
         return self.applied_impulse + self._moved + constant * self.end_time
 
     @property
     def given_impulse(self) -> float:
-        """Momentum at the start, and impulses but of wall and piston: that at the end [N s]."""
+        """Momentum at the start and all impulses but those of wall and piston [N s]."""
         constant = float(np.sum(self._constant_force))
         return self.applied_impulse + self.start_momentum + constant * self.end_time
 
