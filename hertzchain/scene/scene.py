@@ -215,7 +215,7 @@ class Scene(Shown):
 
     @property
     def first_contact(self) -> tuple[float, float]:
-        """A [N m^(-3/2)] and 2 m* [kg] of the first contact: in a uniform chain, A and m."""
+        """A [N m^(-3/2)] and 2 m* [kg] of the first contact; A and m in a uniform chain."""
         if self.is_plain:  # without a list of all granules, which may be many
             return self.chain.contact_stiffness, self.chain.granule_mass
         granules = self.granules
