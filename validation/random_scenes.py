@@ -180,7 +180,7 @@ def thrown(rng: np.random.Generator, scene: hc.Scene) -> hc.Scene:
     """
     velocity, unit = np.zeros(scene.chain.granules), scene.units.velocity
     for _ in range(int(rng.integers(1, 4))):
-        first, last = np.sort(rng.integers(velocity.size + 1, size=2))
+        first, last = np.sort(rng.choice(velocity.size + 1, size=2, replace=False))
         velocity[first:last] = rng.choice([-1, 1]) * spread(rng, 0.01, 3.0) * unit
     moving = replace(scene, chain=replace(scene.chain, velocity=tuple(velocity.tolist())))
     alone = rng.random() < 0.5 and scene.precompression is None and scene.piston is None

@@ -13,7 +13,7 @@ import numpy as np
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.native import Native
 from hertzchain.errors import SceneError, require
-from hertzchain.fits.fitted import NOISE_KNOWN, Fit, Parameter
+from hertzchain.fits.fitted import NOISE_KNOWN, Fit, Parameter, limits_of
 from hertzchain.fits.model import ACCURATE, GAIN, Model
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.scene.given import SceneLike, to_scene
@@ -59,9 +59,6 @@ _ALIKE_AXES = 1.3
 _AT_END = 1e-6
 """Relative distance from an end of its range at which a value counts as at it: least squares stay
 inside by less."""
-
-_LIMITS = {"restitution": (1e-3, 0.9999), "poisson_ratio": (-0.999, 0.5)}
-"""Ranges of values that have one."""
 
 
 def fit(
@@ -154,7 +151,7 @@ def _free(
             " which the fit starts"
         )
         require(is_number and np.isfinite(value) and value != 0, key, value, allowed)
-        least, most = _LIMITS.get(key.rpartition(".")[2], (-np.inf, np.inf))
+        least, most = limits_of(key)
         ends = sorted((least / value, most / value))
         start.append(float(value))
         low.append(max(ends[0], 1 / _RANGE))
@@ -245,12 +242,13 @@ def _beside(model: Model, x: FloatArray, cost: float, slopes: FloatArray) -> Flo
     moves = _moves(np.linalg.pinv(slopes.T @ slopes))
     for _ in range(2):
         ends = [x + far * move for move in moves.T for far in _NEARBY]
-        if not all(model.allows(end) for end in ends):
-            return None
-        off = [model.differences(end) for end in ends]
+        possible = [end for end in ends if model.allows(end)]
+        off = [model.differences(end) for end in possible]
         costs = [0.5 * float(np.sum(one**2)) for one in off]
-        if min(costs) < cost - _LOWER:
-            return np.asarray(ends[int(np.argmin(costs))])
+        if min(costs, default=cost) < cost - _LOWER:
+            return np.asarray(possible[int(np.argmin(costs))])
+        if len(possible) < len(ends):
+            return None
         low, high = (off[_NEARBY.index(side) :: len(_NEARBY)] for side in (-1.0, 1.0))
         other = _moves(_over(moves, low, high))
         ratio = np.linalg.norm(other, axis=1) / np.linalg.norm(moves, axis=1)

@@ -19,8 +19,19 @@ NOISE_KNOWN = 1.35
 """Mean square of differences over the noise above which they are no noise: that is measured to 5 %
 in 200 samples, and counts squared."""
 
+_LIMITS = {"restitution": (1e-3, 0.9999), "poisson_ratio": (-0.999, 0.5)}
+"""Ranges of values that have one."""
+
+_FAR = 3.0
+"""Standard deviations from a value up to which draws of it are to be possible."""
+
 _NORMAL_95 = 1.959964
 """Standard deviations of a normal distribution with 95 % on both sides."""
+
+
+def limits_of(key: str) -> tuple[float, float]:
+    """Return the range of the values of a key."""
+    return _LIMITS.get(key.rpartition(".")[2], (-math.inf, math.inf))
 
 
 @dataclass(frozen=True)
@@ -48,8 +59,8 @@ class Parameter:
     @property
     def interval_95(self) -> tuple[float, float]:
         """Ends of the interval that holds the true value in 95 of 100 experiments."""
-        half = _NORMAL_95 * self.deviation
-        return self.value - half, self.value + half
+        half, (least, most) = _NORMAL_95 * self.deviation, limits_of(self.key)
+        return max(self.value - half, least), min(self.value + half, most)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the parameter as a JSON object."""
@@ -107,13 +118,20 @@ class Fit:
     @property
     def remarks(self) -> tuple[str, ...]:
         """Sentences on the residual; usually empty."""
-        if self.is_noise:
-            return ()
         left = (
             f"the residual is {np.sqrt(self.mean_square):.2g} times the noise: something other"
             " than the fitted values differs from the scene, and the intervals are widened by that"
         )
-        return (left,)
+        near = [
+            f"{one.key} is near the end of its range, so that its deviation cannot be drawn from:"
+            " give [uncertainty] of the fitted scene a half_width that fits"
+            for one in self.parameters
+            if not limits_of(one.key)[0]
+            < one.value - _FAR * one.deviation
+            < one.value + _FAR * one.deviation
+            < limits_of(one.key)[1]
+        ]
+        return (*(() if self.is_noise else (left,)), *near)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the fit as a JSON object."""

@@ -132,9 +132,15 @@ class Model:
         return {key: float(x[k]) * self._start[k] for k, key in enumerate(self._keys)}
 
     def allows(self, x: Array) -> bool:
-        """Whether all values are within their bounds."""
+        """Whether all values are within their bounds, and the scene is possible."""
         own, (low, high) = x[: len(self._keys)], self._bounds
-        return bool(np.all((own > low) & (own < high)))
+        if not np.all((own > low) & (own < high)):
+            return False
+        try:
+            self.scene(x)
+        except SceneError:
+            return False
+        return True
 
     def scene(self, x: Array) -> Scene:
         """The scene with other values."""

@@ -154,6 +154,10 @@ def highest_rate(scene: Scene) -> float:
     return _largest_row(scene, granules.damping * overlap**contact.exponent)
 
 
+_NEXT_TO_NOTHING = 1e-100
+"""Parameter of dampers whose rate is to be left out."""
+
+
 def refuse_strong_dampers(scene: Scene) -> None:
     """Raise a SceneError for dampers too strong for every method; it names the strongest allowed.
 
@@ -163,20 +167,26 @@ def refuse_strong_dampers(scene: Scene) -> None:
     contact = scene.contact
     if contact is None or contact.damping == "restitution":
         return
-    key, section, strongest = DAMPING[contact.damping], "contact", contact.parameter
-    if (at_wall := contact.at(scene.wall).parameter) > strongest:
-        section, strongest = "wall", at_wall
-    # In units of the strongest, as rates of impossible ones are no longer numbers.
-    unit = replace(scene, contact=contact.with_parameter(contact.parameter / strongest))
-    if scene.wall is not None and scene.wall.own_damping:
-        unit = replace(unit, wall=scene.wall.damped(contact.with_parameter(at_wall / strongest)))
-    most = _STRONGEST / (highest_rate(unit) * scene.contact_time)
-    if strongest > most:
-        allowed = (
-            f"must be at most {most:.2g} {keys_of(Contact)[key].unit} in this scene: stronger"
-            " dampers are beyond what can be computed"
-        )
-        raise SceneError(f"{section}.{key}", strongest, allowed)
+    key, at_wall = DAMPING[contact.damping], contact.at(scene.wall)
+    parts = (
+        {"contact": contact, "wall": at_wall} if at_wall is not contact else {"contact": contact}
+    )
+    for section, own in parts.items():
+        # Each alone, the others next to nothing, in its own unit: rates of impossible ones are no
+        # longer numbers.
+        unit, least = contact.with_parameter(1.0), contact.with_parameter(_NEXT_TO_NOTHING)
+        one = replace(scene, contact=unit)
+        if len(parts) > 1 and scene.wall is not None:
+            one = replace(scene, contact=least, wall=scene.wall.damped(unit))
+            if section == "contact":
+                one = replace(scene, contact=unit, wall=scene.wall.damped(least))
+        most = _STRONGEST / (highest_rate(one) * scene.contact_time)
+        if own.parameter > most:
+            allowed = (
+                f"must be at most {most:.2g} {keys_of(Contact)[key].unit} in this scene: stronger"
+                " dampers are beyond what can be computed"
+            )
+            raise SceneError(f"{section}.{key}", own.parameter, allowed)
 
 
 def _largest_row(scene: Scene, of_contact: FloatArray) -> float:

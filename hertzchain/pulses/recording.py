@@ -91,6 +91,12 @@ def read_recording(
     seconds, unit_of_time = _unit("--time-unit", time_unit, layout.units[first], UNITS_OF_TIME, "s")
     newtons, unit_of_force = _unit_of_force(layout, second, force_unit, scale)
     begin, values = _read(path, lines, layout, (first, second))
+    counts = any(name.lower().startswith("increment") for name in layout.names)
+    if counts and bool(np.all(np.diff(values[:, 0]) == 1)):
+        raise HertzchainError(
+            f"{path}: column {layout.name(first)} counts samples: write their times in its place,"
+            " from Start by Increment"
+        )
     texts = sum(bool(line.strip()) for line in lines[:begin])
     facts = (
         ("file", f"{path}: {len(values):,} samples, {layout.describe()}"),

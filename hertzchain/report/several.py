@@ -32,7 +32,7 @@ _Line = tuple[FloatArray, FloatArray, FloatArray, FloatArray]  # x, middle, low,
 
 
 def plot(
-    results: Mapping[str, Result | Sequence[Result]],
+    results: Mapping[str, Result | list[Result]],
     draw: str = "peaks",
     contacts: Sequence[int] | None = None,
     size: tuple[float, float] = (7.0, 4.5),
@@ -42,8 +42,8 @@ def plot(
     Parameters
     ----------
     results
-        Results by name. Several of one name, such as realisations of an uncertain scene, are a band
-        from 5 to 95 % of them about their median; the band of one is its error estimate.
+        Results by name. Several of one name, in a list, such as realisations of an uncertain scene,
+        are a band from 5 to 95 % of them about their median; that of one is its error estimate.
     draw
         ``peaks`` along the chain, ``forces`` of contacts over time, or what ``gauges`` read. Panels
         of contacts or gauges stand one above the other; one result has all its contacts in one.
@@ -55,10 +55,27 @@ def plot(
     from hertzchain.report.picture import Picture, fit_letters, in_units, legend_above
 
     require(draw in _KINDS, "draw", draw, f"must be one of {', '.join(_KINDS)}")
-    require(len(results) > 0, "results", None, "must be at least one")
+    is_named = isinstance(results, Mapping) and len(results) > 0
+    require(is_named, "results", None, "must be results by name: {'steel': result}")
     groups = {
-        name: [one] if isinstance(one, Result) else list(one) for name, one in results.items()
+        name: list(one) if isinstance(one, list | tuple) else [one] for name, one in results.items()
     }
+    each = [one for group in groups.values() for one in group]
+    are_results = all(groups.values()) and all(isinstance(one, Result) for one in each)
+    require(are_results, "results", None, "must have a result, or a list of them, for each name")
+    if draw != "peaks":
+        for one in each:
+            recorded(one)  # refuses a result without a history
+    if draw == "forces":
+        most = min(one.scene.last_contact for one in each)
+        shortest = min(each, key=lambda one: one.scene.last_contact)
+        contacts = contacts or drawn_contacts(shortest, _FEW, coarse=True)
+        allowed = f"must be numbers from 2 to {most}, which all results have"
+        is_there = all(2 <= one <= most for one in contacts)
+        require(is_there, "contacts", contacts, allowed)
+    for name, group in groups.items():
+        alike = len({one.contact.size for one in group}) == 1
+        require(alike, "results", name, "must have chains of one length")
     panels = _panels(groups, draw, contacts)
     if len(groups) == 1:
         (name,) = groups
@@ -73,8 +90,8 @@ def plot(
             axes.plot(x, middle, linestyle=_DASHES[k % 4], linewidth=1.0, **look)
             axes.fill_between(x, low, high, color=style.distinct(k), alpha=0.25, linewidth=0)
         least = min(float(np.nanmin(line[2])) for line in lines.values())
-        most = max(float(np.nanmax(line[3])) for line in lines.values())
-        axes.set_ylim(*style.force_limits(least, most))
+        largest = max(float(np.nanmax(line[3])) for line in lines.values())
+        axes.set_ylim(*style.force_limits(least, largest))
         in_units(axes.yaxis, f"{what or _KINDS[draw]} [N]")
         axes.grid(alpha=0.25)
     if draw != "peaks":
@@ -92,6 +109,7 @@ def _while_moving(lines: Sequence[_Line]) -> tuple[float, float]:
     begin, end = np.inf, -np.inf
     for time, _, low, high in lines:
         off = np.maximum(np.abs(low - low[0]), np.abs(high - high[0]))
+        off = np.nan_to_num(off)
         moving = time[off > _STILL * np.max(off)] if np.any(off) else time
         begin, end = min(begin, moving[0]), max(end, moving[-1])
     room = _ROOM * (end - begin)
@@ -107,9 +125,14 @@ def _panels(
     series = {
         name: [_series(one, draw, contacts) for one in group] for name, group in groups.items()
     }
+    names = dict.fromkeys(what for group in series.values() for one in group for what in one)
     return {
-        what: {name: _band([one[what] for one in group]) for name, group in series.items()}
-        for what in next(iter(series.values()))[0]
+        what: {
+            name: _band([one[what] for one in group])
+            for name, group in series.items()
+            if all(what in one for one in group)
+        }
+        for what in names
     }
 
 
@@ -121,17 +144,16 @@ def _series(
     result: Result, draw: str, contacts: Sequence[int] | None
 ) -> dict[str, tuple[FloatArray, FloatArray, FloatArray]]:
     """Return times, forces and relative errors of contacts or gauges, by their names."""
-    recorded(result)  # refuses a result without a history
     if draw == "gauges":
         frame = result.to_traces()
         time = frame["time_s"].to_numpy()
         return {
             str(name).removesuffix("_N").replace("_", " "): (time, frame[name].to_numpy(),
-                np.full(time.size, read.force_error))
+                np.full(time.size, np.nan_to_num(read.force_error)))  # none without a pulse
             for name, read in zip(frame.columns[1:], result.gauges, strict=True)
         }  # fmt: skip
     found = {}
-    for contact in contacts or drawn_contacts(result, _FEW, coarse=True):
+    for contact in contacts or ():
         time, force = with_peak(result, contact)
         error = np.full(time.size, result.peak_errors[contact - 2])
         found[result.scene.contact_name(contact)] = time, force, error
@@ -143,6 +165,8 @@ def _band(each: Sequence[tuple[FloatArray, FloatArray, FloatArray]]) -> _Line:
     x, force, error = each[0]
     if len(each) == 1:
         return x, force, force * (1 - error), force * (1 + error)
+    # As long as all go on.
+    x = x[(x >= max(at[0] for at, _, _ in each)) & (x <= min(at[-1] for at, _, _ in each))]
     values = [np.interp(x, at, other) for at, other, _ in each]
     low, middle, high = np.percentile(values, (_INSIDE[0], 50, _INSIDE[1]), axis=0)
     return x, middle, low, high

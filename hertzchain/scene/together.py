@@ -69,12 +69,21 @@ def refuse_impossible(
 
 
 def _refuse_no_meeting(chain: Chain, shock: Moving | Striker, wall: Wall | None) -> None:
-    """Raise a SceneError for granules that meet nothing, where no force makes them."""
+    """Raise a SceneError for granules that meet nothing by their velocities at the start.
+
+    A load that would make them meet later is not enough: the first collision is the unit of force.
+    """
     along = chain.velocity if isinstance(chain.velocity, tuple) else (chain.velocity,) * 2
-    allowed = "missing section: give [shock], [striker] or, in [[chain.segments]], a velocity"
+    allowed = (
+        "missing section: give [shock], [striker] or a velocity of granules, in [chain],"
+        " [[chain.segments]] or their table"
+    )
     require(isinstance(shock, Striker) or any(along), "[shock]", None, allowed)
     if isinstance(shock, Striker):
         along = (shock.velocity, *along[1:])
     meet = any(one > ahead for one, ahead in pairwise(along if wall is None else (*along, 0.0)))
-    allowed = "with these no granule meets another, or a wall"
+    allowed = (
+        "with these no granule meets another or the wall, which some must do, also under a load:"
+        " a positive velocity is towards the far end"
+    )
     require(meet, "velocities at the start", None, allowed)

@@ -136,7 +136,7 @@ def _found(future: Future[Measured], part: Part, scheduler: str) -> Measured:
             f"part {part.name} was lost with worker after worker: look into their logs, they"
             " may be short of memory; the same command resumes the sweep"
         ) from None
-    except ImportError as problem:
+    except (ImportError, AttributeError) as problem:  # the latter in another version
         raise BackendMissing(
             f"a worker of {scheduler} cannot import {problem.name or problem}: pip"
             f" install 'hertzchain=={version('hertzchain')}' there"

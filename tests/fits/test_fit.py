@@ -227,6 +227,16 @@ def test_values_that_stand_at_an_end_are_refused() -> None:
         hc.fit(half, experiment(0.01), ["chain.poisson_ratio"])
 
 
+def test_values_near_an_end_have_an_interval_within_it() -> None:
+    """E = 0.998 in noise: 1 and more is no restitution."""
+    true = replace(TRUE, contact=hc.Contact("restitution", restitution=0.998))
+    fit = hc.fit(replace(true, gauges=()), experiment(0.03, 2, true), ["contact.restitution"])
+    low, high = fit.parameters[0].interval_95
+    assert low < 0.998
+    assert high == 0.9999
+    assert "contact.restitution is near the end of its range" in fit.remarks[0]
+
+
 def test_the_command(tmp_path: Path, hertzchain: Command) -> None:
     START.to_toml(tmp_path / "start.toml")
     experiment(0.01).to_csv(tmp_path / "traces.csv", index=False)

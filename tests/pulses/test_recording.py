@@ -167,6 +167,11 @@ def test_all_that_is_wrong_is_said_at_once(tmp_path: Path) -> None:
         (b"\x00\x01\x02", "is not a text file"),
         (b"1" * 300_000 + b"x\n", "no line has numbers in two columns"),  # minutes in all ways
         (b"".join(b"%d,%d\n" % (k // 2, k) for k in range(20)), "export times with more digits"),
+        (
+            b"X,CH1,Start,Increment\nSequence,Volt,0,1e-7\n"
+            + b"".join(b"%d,%d,,\n" % (k, k * k) for k in range(20)),
+            r"column 1 \(X\) counts samples: write their times in its place",
+        ),
     ],
 )
 def test_what_is_no_recording(content: bytes, words: str, tmp_path: Path) -> None:

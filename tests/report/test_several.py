@@ -68,3 +68,32 @@ def test_what_cannot_be_drawn_is_refused(runs: list[hc.Result]) -> None:
         axes_of({"a": runs[0]}, "speed")
     with pytest.raises(hc.HertzchainError, match="record"):
         axes_of({"a": replace(runs[0], history=None)}, "forces")
+    with pytest.raises(hc.HertzchainError, match="must be results by name"):
+        axes_of(runs[0])
+    with pytest.raises(hc.HertzchainError, match="a result, or a list of them, for each name"):
+        axes_of({"a": []})
+    with pytest.raises(hc.HertzchainError, match="must be numbers from 2 to 12, which all"):
+        axes_of({"a": runs[0]}, "forces", [13])
+
+
+def test_results_of_other_chains_and_ends(runs: list[hc.Result]) -> None:
+    """Default contacts are there in all; a band ends where the first of its results does."""
+    other = replace(SCENE, chain=replace(SCENE.chain, granules=8), gauges=())
+    short = hc.Native(rtol=1e-4).run(other, record=300)
+    assert runs[0].history is not None
+    for axes in axes_of({"long": runs[0], "short": short}, "forces"):
+        assert len(axes.lines) == 2
+        assert int(axes.get_ylabel().split()[1]) <= 8
+    with pytest.raises(hc.HertzchainError, match="must have chains of one length"):
+        axes_of({"a": [runs[0], short]})
+    half = np.linspace(0, runs[0].history.time[-1] / 2, 150)
+    ended = hc.Native(rtol=1e-4).run(SCENE, record=half)
+    (axes,) = axes_of({"both": [runs[0], ended]}, "forces", [5])
+    assert max(axes.lines[0].get_xdata()) <= half[-1]
+
+
+def test_a_gauge_without_a_first_pulse_is_drawn_without_a_band(runs: list[hc.Result]) -> None:
+    early = replace(SCENE, run=hc.Run(float(runs[0].gauges[0].arrival) / 2))
+    none = hc.Native(rtol=1e-4).run(early, record=300)
+    (axes,) = axes_of({"early": none, "whole": runs[0]}, "gauges")
+    assert len(axes.lines) == 2

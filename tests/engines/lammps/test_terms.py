@@ -62,6 +62,14 @@ def test_same_scheme_same_steps(number: int) -> None:
         assert check.passed, check
 
 
+def test_roundings_of_a_flight_add_up() -> None:
+    """All roundings of granules in free flight have one sign: more than random ones add up to."""
+    chain = hc.Chain(5, **STEEL, velocity=0.7)
+    scene = hc.Scene(chain, wall=hc.Wall("rigid", gap=3e-3))
+    checks = same_steps_checks(hc.Lammps(dt=0.002 * scene.contact_time).run(scene))
+    assert [check for check in checks if not check.passed] == []
+
+
 @pytest.mark.parametrize("numbers", [QUICK, SLOW])
 def test_random_scenes_have_every_term(numbers: range) -> None:
     count = Counter(term for number in numbers for term in drawn(number).terms)
