@@ -37,7 +37,7 @@ _UNKNOWN = 0.5
 
 _LEAST_SQUARE = 0.5
 """Least mean square of differences over the noise by which intervals are scaled. The noise may be
-overestimated by what a coarsely sampled pulse bends; without any noise it is that of splines."""
+overestimated by what a coarsely sampled pulse bends; without any it is the least of the model."""
 
 _OTHER_STARTS = (0.8, 1.25)
 """Start values over those of the scene, tried where more than noise remains as residual."""

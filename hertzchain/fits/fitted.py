@@ -117,7 +117,7 @@ class Fit:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Sentences on the residual; usually empty."""
+        """Sentences on the residual and on values near an end of their range; usually none."""
         left = (
             f"the residual is {np.sqrt(self.mean_square):.2g} times the noise: something other"
             " than the fitted values differs from the scene, and the intervals are widened by that"

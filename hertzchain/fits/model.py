@@ -34,10 +34,10 @@ _LOOSEST, _OF_NOISE = 3e-6, 1e-3
 slopes are known to a part in 300."""
 
 _LEAST_NOISE = 1e-6
-"""Least noise, over the peak: that of the splines between recorded times."""
+"""Least noise, over the peak: what the digits of files and the shift of a clock leave (chosen)."""
 
 _BEYOND = 1.25
-"""End of recorded times over that of compared ones: values that make a wave slower move it."""
+"""End of runs over that of compared samples: values that make a wave slower move it."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.contact import hertz
-from hertzchain.errors import SceneError, StepUnstable, Unpredictable
+from hertzchain.errors import StepUnstable, Unpredictable, require
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.keys import keys_of
 from hertzchain.scene.natural_units import force_scale
@@ -167,26 +167,22 @@ def refuse_strong_dampers(scene: Scene) -> None:
     contact = scene.contact
     if contact is None or contact.damping == "restitution":
         return
-    key, at_wall = DAMPING[contact.damping], contact.at(scene.wall)
-    parts = (
-        {"contact": contact, "wall": at_wall} if at_wall is not contact else {"contact": contact}
-    )
-    for section, own in parts.items():
-        # Each alone, the others next to nothing, in its own unit: rates of impossible ones are no
-        # longer numbers.
-        unit, least = contact.with_parameter(1.0), contact.with_parameter(_NEXT_TO_NOTHING)
-        one = replace(scene, contact=unit)
-        if len(parts) > 1 and scene.wall is not None:
-            one = replace(scene, contact=least, wall=scene.wall.damped(unit))
-            if section == "contact":
-                one = replace(scene, contact=unit, wall=scene.wall.damped(least))
+    key, wall = DAMPING[contact.damping], scene.wall
+    # In units of each: rates of impossible dampers are no longer numbers.
+    unit, nearly_none = contact.with_parameter(1.0), contact.with_parameter(_NEXT_TO_NOTHING)
+    alone = {"contact": (contact, replace(scene, contact=unit))}
+    if wall is not None and wall.own_damping:
+        alone = {
+            "contact": (contact, replace(scene, contact=unit, wall=wall.damped(nearly_none))),
+            "wall": (contact.at(wall), replace(scene, contact=nearly_none, wall=wall.damped(unit))),
+        }
+    for section, (own, one) in alone.items():
         most = _STRONGEST / (highest_rate(one) * scene.contact_time)
-        if own.parameter > most:
-            allowed = (
-                f"must be at most {most:.2g} {keys_of(Contact)[key].unit} in this scene: stronger"
-                " dampers are beyond what can be computed"
-            )
-            raise SceneError(f"{section}.{key}", own.parameter, allowed)
+        allowed = (
+            f"must be at most {most:.2g} {keys_of(Contact)[key].unit} in this scene: stronger"
+            " dampers are beyond what can be computed"
+        )
+        require(own.parameter <= most, f"{section}.{key}", own.parameter, allowed)
 
 
 def _largest_row(scene: Scene, of_contact: FloatArray) -> float:

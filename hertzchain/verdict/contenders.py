@@ -64,8 +64,9 @@ def contenders(scene: Scene) -> tuple[Contender, ...]:
         Contender(LAMMPS, LAMMPS, _lammps, _halvings(0.4, 0.4 / 2**9)[::2]),
         Contender(f"{LAMMPS}, extrapolated", LAMMPS, extrapolated, _halvings(0.4, 0.4 / 2**7)[::2]),
     ]
-    by_scipy = Contender("DOP853, SciPy", SCIPY, _scipy, rtols=_decades(4, 12))
-    return (*by_steps, *users, *[by_scipy] * scene.is_plain, *lammps)
+    if scene.is_plain:
+        users.append(Contender("DOP853, SciPy", SCIPY, _scipy, rtols=_decades(4, 12)))
+    return (*by_steps, *users, *lammps)
 
 
 def _halvings(first: float, last: float) -> tuple[float, ...]:
