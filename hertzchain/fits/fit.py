@@ -183,17 +183,20 @@ def _least_squares(
     shifts = np.full(begin.size - bounds[0].size, np.inf)
     low, high = np.append(bounds[0], -shifts), np.append(bounds[1], shifts)
     begin = np.clip(begin, low, high)
+    left = max(model.size - model.series - begin.size, 1)
     for _ in range(_MOST_SEARCHES):
         found = least_squares(
             model.differences, begin, jac=model.slopes, bounds=(low, high),
             x_scale="jac", xtol=1e-7, ftol=1e-9,
         )  # fmt: skip
+        mean_square = 2 * float(found.cost) / left
+        if mean_square > NOISE_KNOWN:  # no minimum that is meant: another start may find it
+            break
         better = _beside(model, found.x, found.cost, np.asarray(found.jac))
         if better is None:
             break
         begin = better
-    left = max(model.size - model.series - begin.size, 1)
-    return found.x, 2 * float(found.cost) / left, np.asarray(found.fun)
+    return found.x, mean_square, np.asarray(found.fun)
 
 
 def _of(
