@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import math
 import sys
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from hertzchain.scene.granules import Granules
-
-if TYPE_CHECKING:
-    from hertzchain.scene.scene import Scene
 
 
 def are_normal(*values: float) -> bool:
@@ -32,7 +29,7 @@ def hold_digits(granules: Granules, force: float, has_piston: bool) -> bool:
     return are_normal(*(float(edge(value)) for value in values for edge in (np.min, np.max)))
 
 
-def is_representable(scene: Scene) -> bool:
+def is_representable(scene: Any) -> bool:
     """Return whether all quantities of a scene, and intermediate results, are normal numbers.
 
     Every divisor is checked before it is used.
