@@ -129,9 +129,10 @@ def granules_of(
         gap = np.append(gap, wall.gap)
     constant, static = np.zeros(chain.granules), np.zeros(stiffness.size)
     if pressed is not None:
+        first = 0 if shock is None else shock.loaded_granule
         constant = pressed.gravity * mass
-        static += pressed.force + np.cumsum(constant)[: stiffness.size]
-        constant[0] += pressed.force
+        static[first:] += pressed.force + np.cumsum(constant[first:])[: stiffness.size - first]
+        constant[first] += pressed.force
         if wall is None:
             constant[-1] -= pressed.force
     if shock is not None and shock.is_driven:  # at rest the same static load holds it

@@ -61,6 +61,11 @@ class Shock:
     """Least LM_ratio that the default end of a run counts with."""
 
     @property
+    def loaded_granule(self) -> int:
+        """Index of the granule that a static load pushes: 0, or 1 behind a striker that is free."""
+        return 0
+
+    @property
     def profile_name(self) -> str:
         """The name in ``profile`` of a scene file."""
         return self.profiles[0]

@@ -42,6 +42,13 @@ kind = "rigid"               # or "same": the material of the last granule; or "
                              # young_modulus and poisson_ratio of its own
 """
 
+_LOAD = """
+[precompression]
+force = "20 N"               # all the time, on granule 1, or on granule 2 ahead of a striker;
+                             # an equal force holds the last granule
+# gravity = "9.81 m/s^2"     # along the chain, towards the far end; needs a [wall]
+"""
+
 _RUN = """
 # [run]
 # end_time = "1 ms"          # by default long enough for the wave to pass every contact
@@ -132,12 +139,14 @@ granules = 3                 # at rest""",
     ),
     "precompressed": Starter(
         "A chain under a static load, and a short pulse.",
-        _COSINE
-        + """
-[precompression]
-force = "20 N"               # on granule 1, all the time; an equal force holds the last granule
-# gravity = "9.81 m/s^2"     # along the chain, towards the far end; needs a [wall]
-""",
+        _COSINE + _LOAD,
+        30,
+    ),
+    "free-striker": Starter(
+        "A striker flies onto a chain under a static load.",
+        _STRIKER
+        + "# loaded = true             # if the load is on the striker, and presses contact 1\n"
+        + _LOAD,
         30,
     ),
     "damped": Starter(

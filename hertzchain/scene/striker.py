@@ -12,7 +12,10 @@ from hertzchain.scene.shock import Shock
 
 @dataclass(frozen=True)
 class Striker(Shock):
-    """A striker: granule 1 flies into the others, which are at rest; no force pushes it.
+    """A striker: granule 1 flies into the others; no force but gravity pushes it.
+
+    Where the chain is pressed from the start, the striker only touches granule 2, which the load
+    then pushes.
 
     Parameters
     ----------
@@ -20,6 +23,9 @@ class Striker(Shock):
         Velocity of granule 1 at the start [m/s], above 0.
     radius, young_modulus, poisson_ratio, density
         Properties of granule 1 that differ from the chain's, as in ``Chain``; None for equal ones.
+    loaded
+        True for a striker that the load pushes and presses as any first granule: contact 1 then
+        has the static force, and the velocity comes on top.
 
     Raises
     ------
@@ -42,6 +48,7 @@ class Striker(Shock):
         POISSON_RATIO, "Poisson's ratio of the striker", "striker of Poisson's ratio {}"
     )
     density: float | None = of_granule(DENSITY, "density of the striker", "striker of {}")
+    loaded: bool = field(default=False, metadata=key(kind="bool"))
 
     def __post_init__(self) -> None:
         check(self)
@@ -50,6 +57,11 @@ class Striker(Shock):
     def impact_velocity(self) -> float:
         """The velocity [m/s]."""
         return self.velocity
+
+    @property
+    def loaded_granule(self) -> int:
+        """Index of the granule that a static load pushes."""
+        return 0 if self.loaded else 1
 
     @property
     def start_velocity(self) -> float:

@@ -132,8 +132,8 @@ class Precompression:
     Parameters
     ----------
     force
-        Force that pushes granule 1 towards the far end [N]. Without a wall an equal force holds the
-        last granule.
+        Force that pushes granule 1, or granule 2 where a free striker flies onto it, towards the
+        far end [N]. Without a wall an equal force holds the last granule.
     gravity
         Acceleration along the chain, towards the far end [m/s^2]; needs a wall.
 

@@ -58,6 +58,9 @@ def refuse_impossible(
     if isinstance(shock, Moving | Striker):
         _refuse_no_meeting(chain, shock, wall)
     shock.check_load(0.0 if pressed is None else pressed.force)
+    loaded = isinstance(shock, Striker) and shock.loaded
+    allowed = "needs [precompression]: leave it out for a striker in a chain without a static load"
+    require(pressed is not None or not loaded, "striker.loaded", None, allowed)
     if pressed is None:
         return
     if wall is None and pressed.gravity:

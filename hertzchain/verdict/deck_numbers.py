@@ -96,7 +96,11 @@ def _places(scene: Scene) -> FloatArray:
     """Of granules and a wall [m]: contact after contact, each in equilibrium."""
     granules, count = scene.granules, scene.chain.granules
     pressed, contacts = scene.precompression, granules.stiffness.size
-    carried = np.cumsum(_weight(scene)) + (0.0 if pressed is None else pressed.force)
+    weight = _weight(scene)
+    free = scene.shock.loaded_granule  # a free striker presses nothing at the start
+    weight[:free] = 0.0
+    carried = np.cumsum(weight) + (0.0 if pressed is None else pressed.force)
+    carried[:free] = 0.0
     overlap = (carried[:contacts] / granules.stiffness) ** (2 / 3)
     ahead = granules.radius[1:] + np.broadcast_to(scene.chain.gap, count)[1:]
     if scene.wall is not None:
@@ -257,7 +261,7 @@ def _forces(scene: Scene, found: FoundDeck) -> Iterator[Number]:
     """Numbers of loads, velocities and the shock."""
     load = _weight(scene)
     if scene.precompression is not None:
-        load[0] += scene.precompression.force
+        load[scene.shock.loaded_granule] += scene.precompression.force
         load[-1] -= scene.precompression.force if scene.wall is None else 0.0
     along = found.constant_force[:, 0].copy()
     of_shock = load[0] == 0  # then a constant force on granule 1 belongs to the shock

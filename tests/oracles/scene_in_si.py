@@ -54,9 +54,12 @@ def numbers_of(scene: hc.Scene) -> Numbers:
         gap, contact_mass = np.append(gap, wall.gap), np.append(contact_mass, mass[-1])
     pressed = scene.precompression
     force, gravity = (0.0, 0.0) if pressed is None else (pressed.force, pressed.gravity)
-    static = np.array([force + gravity * sum(mass[: k + 1]) for k in range(stiffness.size)])
+    flies = isinstance(scene.shock, hc.Striker) and not scene.shock.loaded
+    static = np.array([force + gravity * sum(mass[flies : k + 1]) for k in range(stiffness.size)])
+    if flies:
+        static[0] = 0.0
     constant = np.full(size, float(gravity))
-    constant[0] += force / mass[0]
+    constant[int(flies)] += force / mass[int(flies)]
     if wall is None:
         constant[-1] -= force / mass[-1]
     exponent, damping = _dampers(law, contact_mass, stiffness)

@@ -245,3 +245,27 @@ def test_numbers_that_leave_floating_point() -> None:
     chain = hc.Chain(3, [1e-3, 1e-3, 1e-150], 1e9, 0.3, 1000.0)
     with pytest.raises(SceneError, match="too large or too small to be represented"):
         hc.Scene(chain, hc.Striker(1.0))
+
+
+@pytest.mark.parametrize("wall", [None, hc.Wall("rigid")], ids=str)
+def test_a_free_striker_touches_a_chain_that_is_pressed_without_it(wall: hc.Wall | None) -> None:
+    gravity = 0.0 if wall is None else 9.81
+    load, chain = hc.Precompression(2.0, gravity), hc.Chain(4, **STEEL)
+    scene = hc.Scene(chain, hc.Striker(0.1), wall=wall, precompression=load)
+    shorter = hc.Scene(
+        hc.Chain(3, **STEEL), hc.Striker(0.1, loaded=True), wall=wall, precompression=load
+    )
+    own, others = scene.granules, shorter.granules
+    assert own.static_force.tolist() == [0.0, *others.static_force]
+    assert own.constant_force.tolist() == [own.mass[0] * gravity, *others.constant_force]
+    assert own.position[1] == 2 * chain.radius
+    assert own.position[1:] - own.position[1] == pytest.approx(others.position)
+
+
+def test_a_loaded_striker_needs_a_load(tmp_path: Path) -> None:
+    striker = STRIKER + "loaded = true\n"
+    scene = scene_of(tmp_path, CHAIN_TEXT + striker + PRESSED)
+    assert scene.granules.static_force == pytest.approx(20.0)
+    scene.to_toml(tmp_path / "again.toml")
+    assert hc.Scene.from_toml(tmp_path / "again.toml") == scene
+    assert "needs [precompression]" in refusal(tmp_path, CHAIN_TEXT + striker)

@@ -210,9 +210,12 @@ def _fastest(scene: Scene) -> float:
 def _held(made: Scene) -> readings.Held:
     """Constant loads and the wall of the granules of a code; ``Held()`` without terms."""
     pressed, wall = made.precompression, made.wall
-    force = 0.0 if pressed is None or wall is not None else pressed.force
     place = None if wall is None else wall_position(made)
-    return readings.Held(0.0 if pressed is None else pressed.gravity, force, place)
+    if pressed is None:
+        return readings.Held(wall=place)
+    second = pressed.force if made.shock.loaded_granule else 0.0
+    last = pressed.force if wall is None else 0.0
+    return readings.Held(pressed.gravity, second, last, place)
 
 
 @dataclass(frozen=True, eq=False)

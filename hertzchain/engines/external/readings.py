@@ -40,6 +40,8 @@ class Held:
     ----------
     acceleration
         Acceleration of all granules by gravity [m/s^2].
+    second_force
+        Force on granule 2 behind a free striker, along the chain [N].
     last_force
         Force on the last granule, against the chain [N].
     wall
@@ -47,6 +49,7 @@ class Held:
     """
 
     acceleration: float = 0.0
+    second_force: float = 0.0
     last_force: float = 0.0
     wall: float | None = None
 
@@ -74,6 +77,7 @@ def all_contact_forces(
     if held == FREE:
         return contact_forces(net_force)
     own = net_force - held.acceleration * at_rest.moving_mass
+    own[:, 1] -= held.second_force
     own[:, -1] += held.last_force
     if wall_force is None:
         return contact_forces(own)

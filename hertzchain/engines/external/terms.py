@@ -121,7 +121,11 @@ def load_commands(scene: Scene) -> list[str]:
     if pressed is not None and pressed.gravity:
         lines.append(f"fix gravity all gravity {pressed.gravity!r} vector 1 0 0")
     if pressed is not None and pressed.force:
-        lines.append(f"fix press first addforce {pressed.force!r} 0.0 0.0")
+        group = "first"
+        if scene.shock.loaded_granule:
+            group = "loaded"
+            lines.append(f"group {group} id {scene.shock.loaded_granule + 1}")
+        lines.append(f"fix press {group} addforce {pressed.force!r} 0.0 0.0")
         if scene.wall is None:
             lines.append(f"fix hold last addforce {-pressed.force!r} 0.0 0.0")
     if scene.striker is not None or scene.piston is not None or scene.moves:

@@ -121,7 +121,8 @@ def _loops(scene: Scene) -> tuple[str, str, str, str]:
     if pressed is not None and pressed.gravity:
         loads += f"    GravityEngine(gravity=({pressed.gravity!r}, 0, 0)),\n"
     if pressed is not None and pressed.force:
-        loads += f"    ForceEngine(force=({pressed.force!r}, 0, 0), ids=[0]),\n"
+        first = scene.shock.loaded_granule
+        loads += f"    ForceEngine(force=({pressed.force!r}, 0, 0), ids=[{first}]),\n"
         if scene.wall is None:
             loads += f"    ForceEngine(force=({-pressed.force!r}, 0, 0), ids=[granules - 1]),\n"
     return bounds, geometry, law, loads

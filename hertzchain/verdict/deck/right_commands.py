@@ -242,8 +242,10 @@ def load_commands(case: Case) -> list[str]:
         commands.append(f"fix {name} all gravity {size} vector {vector(case, '1')}")
     if pressed.force:
         size = in_text(pressed.force / unit.force)
-        ends = {0: size} if case.scene.wall else {0: size, found.ids.size - 1: f"-{size}"}
-        for granule, value in ends.items():
+        ends = [(case.scene.shock.loaded_granule, size)]
+        if not case.scene.wall:
+            ends.append((found.ids.size - 1, f"-{size}"))
+        for granule, value in ends:
             name = _unused(found, "fix", f"load{granule + 1}")
             load = f"fix {name} {{group}} addforce {vector(case, value)}"
             commands += _on_granule(found, granule, load)

@@ -62,6 +62,13 @@ def test_same_scheme_same_steps(number: int) -> None:
         assert check.passed, check
 
 
+@pytest.mark.parametrize("wall", [None, hc.Wall("rigid")], ids=str)
+def test_a_load_behind_a_free_striker(wall: hc.Wall | None) -> None:
+    scene = hc.Scene(UNIFORM, hc.Striker(0.5), wall=wall, precompression=hc.Precompression(20.0))
+    result = hc.Lammps(dt=STEP * scene.contact_time).run(scene)
+    assert [check for check in same_steps_checks(result) if not check.passed] == []
+
+
 def test_roundings_of_a_flight_add_up() -> None:
     """All roundings of granules in free flight have one sign: more than random ones add up to."""
     chain = hc.Chain(5, **STEEL, velocity=0.7)

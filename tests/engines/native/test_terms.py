@@ -210,7 +210,7 @@ def test_a_small_push_on_a_pressed_chain_vs_bessel_functions(strength: float) ->
     time = np.linspace(2.0, 40.0, 20) / frequency
     scene = hc.Scene(
         chain,
-        hc.Striker(velocity),
+        hc.Striker(velocity, loaded=True),
         hc.Run(float(time[-1])),
         precompression=hc.Precompression(press),
     )
