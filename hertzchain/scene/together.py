@@ -16,6 +16,10 @@ from hertzchain.scene.terms import DAMPING, Contact, Precompression, Wall
 from hertzchain.scene.uncertain import Uncertain
 
 
+OF_VELOCITIES = "velocities at the start", "[shock]"
+"""Keys of errors in scenes whose granules meet nothing, or are all at rest without a shock."""
+
+
 def refuse_impossible(
     chain: Chain,
     shock: Shock,
@@ -81,7 +85,7 @@ def _refuse_no_meeting(chain: Chain, shock: Moving | Striker, wall: Wall | None)
         "missing section: give [shock], [striker] or a velocity of granules, in [chain],"
         " [[chain.segments]] or their table"
     )
-    require(isinstance(shock, Striker) or any(along), "[shock]", None, allowed)
+    require(isinstance(shock, Striker) or any(along), OF_VELOCITIES[1], None, allowed)
     if isinstance(shock, Striker):
         along = (shock.velocity, *along[1:])
     meet = any(one > ahead for one, ahead in pairwise(along if wall is None else (*along, 0.0)))
@@ -89,4 +93,4 @@ def _refuse_no_meeting(chain: Chain, shock: Moving | Striker, wall: Wall | None)
         "with these no granule meets another or the wall, which some must do, also under a load:"
         " a positive velocity is towards the far end"
     )
-    require(meet, "velocities at the start", None, allowed)
+    require(meet, OF_VELOCITIES[0], None, allowed)

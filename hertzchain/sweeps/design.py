@@ -17,6 +17,7 @@ from hertzchain.errors import SceneError, require
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.sections import sections_of
+from hertzchain.scene.together import OF_VELOCITIES
 from hertzchain.sweeps.axes import Axis, Listed, Span, Value, axis_of, is_whole, key_of
 from hertzchain.sweeps.columns import (
     ALL,
@@ -253,7 +254,7 @@ def _check(found: Design, name: str, value: Value) -> None:
         allowed = 'cannot vary: only a wall of kind "elastic" has it, in all scenes of the sweep'
         require(set(kinds) == {"elastic"}, name, None, allowed)
     problem = _problem(found.base, {name: value})
-    if problem is None or problem.key == "scene":  # beyond floating point: a row has the reason
+    if problem is None or problem.key in _OF_A_ROW:
         return
     others = [axis for axis in found.axes if axis.name != name]
     for values in itertools.product(*map(_extremes, others)):
@@ -267,6 +268,10 @@ def _check(found: Design, name: str, value: Value) -> None:
         allowed = f"gives granule {granule} {key} = {problem.value!r}, which {problem.allowed}"
         raise SceneError(name, value, allowed)
     raise problem
+
+
+_OF_A_ROW = ("scene", *OF_VELOCITIES)
+"""Keys of problems that a row has as its reason: beyond floating point, or without a collision."""
 
 
 def _problem(base: Scene, values: Mapping[str, Value]) -> SceneError | None:

@@ -379,3 +379,12 @@ def test_gauges_have_columns() -> None:
     )
     table = hc.sweep(plain, vary={"shock.peak_force": [50.0, 100.0]}).to_frame()
     assert table["gauge_1_first_peak_force_N"].gt(0).all()
+
+
+def test_a_row_whose_granules_meet_nothing_has_the_reason() -> None:
+    thrown = hc.Scene(hc.Chain(3, **STEEL, velocity=1.0), wall=hc.Wall("rigid"))
+    table = hc.sweep(thrown, {"chain.velocity": [-1.0, 0.0, 1.0]}).to_frame()
+    assert table["failure"].str.partition(":")[0].fillna("").tolist() == [
+        "velocities at the start", "[shock]", ""
+    ]  # fmt: skip
+    assert table["wall_peak_force_N"].notna().tolist() == [False, False, True]
