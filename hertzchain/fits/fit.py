@@ -184,13 +184,14 @@ def _least_squares(
     low, high = np.append(bounds[0], -shifts), np.append(bounds[1], shifts)
     begin = np.clip(begin, low, high)
     left = max(model.size - model.series - begin.size, 1)
-    for _ in range(_MOST_SEARCHES):
+    for search in range(_MOST_SEARCHES):
         found = least_squares(
             model.differences, begin, jac=model.slopes, bounds=(low, high),
             x_scale="jac", xtol=1e-7, ftol=1e-9,
         )  # fmt: skip
         mean_square = 2 * float(found.cost) / left
-        if mean_square > NOISE_KNOWN:  # no minimum that is meant: another start may find it
+        # Far from noise it is no minimum that is meant: another start may find it.
+        if mean_square > NOISE_KNOWN or search == _MOST_SEARCHES - 1:
             break
         better = _beside(model, found.x, found.cost, np.asarray(found.jac))
         if better is None:
@@ -213,9 +214,8 @@ def _of(
     factor = max(mean_square, _LEAST_SQUARE) * wider
     covariance = np.asarray(np.linalg.inv(slopes.T @ slopes) * factor)
     moves = _moves(covariance)
-    if all(model.allows(x + side * move) for move in moves.T for side in (-1, 1)):
-        ends = [[model.differences(x + side * move) for move in moves.T] for side in (-1, 1)]
-        covariance = _over(moves, *ends) * factor
+    changes = [_change(model, x, move, slopes) for move in moves.T]
+    covariance = _over(moves, changes) * factor
     deviation = np.sqrt(np.diag(covariance))
     count = len(keys)
     relative = deviation[:count] / np.abs(x[:count])
@@ -253,7 +253,8 @@ def _beside(model: Model, x: FloatArray, cost: float, slopes: FloatArray) -> Flo
         if len(possible) < len(ends):
             return None
         low, high = (off[_NEARBY.index(side) :: len(_NEARBY)] for side in (-1.0, 1.0))
-        other = _moves(_over(moves, low, high))
+        halves = [(far - near) / 2 for near, far in zip(low, high, strict=True)]
+        other = _moves(_over(moves, halves))
         ratio = np.linalg.norm(other, axis=1) / np.linalg.norm(moves, axis=1)
         if np.max(ratio) < _ALIKE_AXES:
             return None
@@ -267,13 +268,26 @@ def _moves(covariance: Array) -> FloatArray:
     return np.asarray(axes * np.sqrt(np.maximum(size, 0.0)))
 
 
-def _over(moves: FloatArray, low: list[FloatArray], high: list[FloatArray]) -> FloatArray:
-    """Return a covariance by the differences at both ends of moves, but for their scale.
+def _change(model: Model, x: FloatArray, move: FloatArray, slopes: FloatArray) -> FloatArray:
+    """Return how differences change by a move, over the largest part of it that both ways allow.
+
+    By slopes alone where a quarter of the move passes an end of what values can be.
+    """
+    for part in (1.0, 0.5, 0.25):
+        ends = x + part * move, x - part * move
+        if all(map(model.allows, ends)):
+            high, low = map(model.differences, ends)
+            return np.asarray((high - low) / (2 * part))
+    return np.asarray(slopes @ move)
+
+
+def _over(moves: FloatArray, changes: list[FloatArray]) -> FloatArray:
+    """Return a covariance by the changes of differences along moves, but for their scale.
 
     Slopes at a point are steeper where forces jump between two samples, as where damped contacts
     begin with a collision: intervals from slopes alone were up to three times too narrow there.
     """
-    over = (np.array(high) - np.array(low)) / 2
+    over = np.array(changes)
     return np.asarray(moves @ np.linalg.pinv(over @ over.T) @ moves.T)
 
 

@@ -15,7 +15,6 @@ from hertzchain.scene.striker import Striker
 from hertzchain.scene.terms import DAMPING, Contact, Precompression, Wall
 from hertzchain.scene.uncertain import Uncertain
 
-
 OF_VELOCITIES = "velocities at the start", "[shock]"
 """Keys of errors in scenes whose granules meet nothing, or are all at rest without a shock."""
 
