@@ -28,7 +28,7 @@ def test_every_target_is_in_the_makefile(workflow: Path) -> None:
         step.get("run", "") for job in jobs(workflow).values() for step in job["steps"]
     )
     named = re.findall(r"^make ([a-z-]+)", commands, re.MULTILINE)
-    assert named
+    assert named or workflow.stem == "release"
     assert set(named) <= targets
 
 
@@ -49,4 +49,19 @@ def test_no_job_may_write_to_the_repository(workflow: Path) -> None:
     assert yaml.safe_load(workflow.read_text(encoding="utf-8"))["permissions"] == {
         "contents": "read"
     }
-    assert not any("permissions" in job for job in jobs(workflow).values())
+    for name, job in jobs(workflow).items():
+        published = (workflow.stem, name) == ("release", "publish")
+        assert job.get("permissions") == ({"id-token": "write"} if published else None)
+
+
+def test_actions_of_others_are_named_by_their_hash() -> None:
+    used = {
+        step["uses"]
+        for workflow in WORKFLOWS
+        for job in jobs(workflow).values()
+        for step in job["steps"]
+        if "uses" in step
+    }
+    others = [one for one in used if not one.startswith("actions/")]
+    assert len(others) == 1
+    assert all(re.fullmatch(r"[^@]+@[0-9a-f]{40}", one) for one in others)
