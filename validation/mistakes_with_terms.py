@@ -108,7 +108,7 @@ MISTAKES_WITH_TERMS = (
     Mistake("gravity the wrong way",
         in_set_up(("vector 1 0 0", "vector -1 0 0")), CONSTANT, made_in=column),
     Mistake("precompression on the last granule",
-        in_set_up(("fix press first", "fix press last")), CONSTANT, made_in=column),
+        in_set_up(("fix press loaded", "fix press last")), CONSTANT, made_in=column),
     Mistake("static overlaps of half the load", half_the_overlaps, POSITION, made_in=column),
     Mistake("static overlap of the contact before, everywhere",
         overlaps_of_the_contact_before, POSITION, made_in=column),

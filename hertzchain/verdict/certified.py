@@ -183,11 +183,14 @@ _TABLE = (
     ),
     Case(
         "static load", "constant forces at both ends, balanced by overlaps",
-        _struck(precompression=Precompression(100.0)), "addforce",
+        _struck(striker={"loaded": True}, precompression=Precompression(100.0)), "addforce",
     ),
     Case(
         "gravity", "fix gravity, balanced by a wall",
-        _struck(wall=Wall("same"), precompression=Precompression(gravity=1e4)), "gravity",
+        _struck(
+            striker={"loaded": True}, wall=Wall("same"), precompression=Precompression(gravity=1e4)
+        ),
+        "gravity",
     ),
     Case(
         "granules over ranks", "contacts of granules of two ranks",

@@ -49,7 +49,7 @@ def scene(end: float) -> hc.Scene:
     velocity = STRENGTH * math.sqrt(linear_stiffness() / steel(2).granule_mass)
     velocity *= (FORCE / steel(2).contact_stiffness) ** (2 / 3)
     chain = steel(GRANULES, density=density)
-    return hc.Scene(chain, hc.Striker(velocity), hc.Run(end), precompression=pressed)
+    return hc.Scene(chain, hc.Striker(velocity, loaded=True), hc.Run(end), precompression=pressed)
 
 
 def linear_stiffness() -> float:
