@@ -97,6 +97,8 @@ class Row:
             part = {key: part[key] for key in ("profile",) if key in part}
         if self.name == "wall" and self.key in LAWS:
             return {**scene, "contact": LAWS[self.key], "wall": {**part, self.key: value}}
+        if self.key == "loaded":
+            scene["precompression"] = {"force": 1.0}
         part |= {**INSTEAD.get(self.key, {}), self.key: value}
         scene[self.name] = {key: value for key, value in part.items() if value is not None}
         return scene
