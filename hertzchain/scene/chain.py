@@ -26,13 +26,13 @@ MOST_GRANULES = 2**31 - 1
 PerGranule = Any
 """One number for all granules, or a sequence with one for each (kept as a tuple)."""
 
-RADIUS = Key("m", "radius R", "R = {}", above=0, usual=(1e-6, 0.5))  # powder to boulders
-YOUNG_MODULUS = Key("Pa", "Young's modulus E", "E = {}", above=0, usual=(1e5, 2e12))
-POISSON_RATIO = Key("", "Poisson's ratio", "ν = {}", above=-1, most=0.5)  # noqa: RUF001
-DENSITY = Key("kg/m^3", "density", "{}", above=0, usual=(10.0, 3e4))  # foams to osmium
+RADIUS = Key("m", "radius R", above=0, usual=(1e-6, 0.5))  # powder to boulders
+YOUNG_MODULUS = Key("Pa", "Young's modulus E", above=0, usual=(1e5, 2e12))
+POISSON_RATIO = Key("", "Poisson's ratio", above=-1, most=0.5)
+DENSITY = Key("kg/m^3", "density", above=0, usual=(10.0, 3e4))  # foams to osmium
 YIELD_STRENGTH = Key("Pa", above=0, usual=(1e4, 1e12))  # gels to diamond
-GAP = Key("m", "gap before each granule", "gaps of {}", least=0)
-VELOCITY = Key("m/s", "velocity at the start", "{} at the start", usual=(1e-5, 1e3))
+GAP = Key("m", "gap before each granule", least=0)
+VELOCITY = Key("m/s", "velocity at the start", usual=(1e-5, 1e3))
 """Keys of a granule. Usual ranges, here and elsewhere, are chosen: a thousand times beyond steel,
 glass and polymers of 1 mm to 5 cm under 1 mN to 10 kN, or the range of real materials.
 """
@@ -73,9 +73,7 @@ class Chain:
         For a value outside what is stated above.
     """
 
-    granules: int = field(
-        metadata=key("", "granules N", "{} granules", least=2, most=MOST_GRANULES, kind="int")
-    )
+    granules: int = field(metadata=key("", "granules N", least=2, most=MOST_GRANULES, kind="int"))
     radius: PerGranule = field(metadata={"key": RADIUS})
     young_modulus: PerGranule = field(metadata={"key": YOUNG_MODULUS})
     poisson_ratio: PerGranule = field(metadata={"key": POISSON_RATIO})

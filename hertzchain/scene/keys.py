@@ -1,7 +1,7 @@
-"""Keys of scene files as data: unit, range, usual values, label and title of each field.
+"""Keys of scene files as data: unit, range, usual values and label of each field.
 
 A field of a part of a scene that is a key has ``metadata=key(...)``. Checks, reading, remarks on
-units, and the columns and titles of sweeps follow from that.
+units, and the columns of sweeps follow from that.
 """
 
 from __future__ import annotations
@@ -25,8 +25,6 @@ class Key:
         The SI unit; "" for a pure number.
     label
         The label on an axis, without the unit; "" for what cannot vary.
-    title
-        The form in a title, {} for the value with its unit.
     above, least, below, most
         Bounds of the range: excluded, included, excluded, included; None for no bound.
     usual
@@ -41,7 +39,6 @@ class Key:
 
     unit: str = ""
     label: str = ""
-    title: str = ""
     above: float | None = None
     least: float | None = None
     below: float | None = None
@@ -112,9 +109,9 @@ def key(*args: Any, **more: Any) -> dict[str, Key]:
     return {"key": Key(*args, **more)}
 
 
-def of_granule(key: Key, label: str = "", title: str = "") -> Any:
+def of_granule(key: Key, label: str = "") -> Any:
     """A field that is a key of a granule, for a wall or a striker; None by default."""
-    return field(default=None, metadata={"key": replace(key, label=label, title=title)})
+    return field(default=None, metadata={"key": replace(key, label=label)})
 
 
 def keys_of(kind: type) -> Mapping[str, Key]:

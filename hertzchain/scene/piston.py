@@ -44,7 +44,7 @@ class Piston(Shock):
 
     velocity: float | None = field(
         default=None,
-        metadata=key("m/s", "velocity of the piston", "velocity {}", above=0, usual=(1e-5, 1e3)),
+        metadata=key("m/s", "velocity of the piston", above=0, usual=(1e-5, 1e3)),
     )
     time: tuple[float, ...] | None = None
     displacement: tuple[float, ...] | None = None

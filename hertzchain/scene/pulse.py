@@ -63,17 +63,11 @@ class Pulse(Shock):
     profiles = tuple(PROFILES)
     noun = "pulse"
 
-    profile: Profile = field(
-        metadata=key("", "profile", "{} pulse", kind="str", choices=tuple(PROFILES))
-    )
-    peak_force: float = field(metadata=key("N", "F0", "F0 = {}", above=0, usual=(1e-6, 1e7)))
-    duration_ratio: float = field(metadata=key("", "n", "n = {}", above=1))
-    momentum_ratio: float | None = field(
-        default=None, metadata=key("", "LM_ratio", "LM_ratio = {}", above=0)
-    )
-    rise_time: float | None = field(
-        default=None, metadata=key("s", "rise time t0", "t0 = {}", above=0)
-    )
+    profile: Profile = field(metadata=key("", "profile", kind="str", choices=tuple(PROFILES)))
+    peak_force: float = field(metadata=key("N", "F0", above=0, usual=(1e-6, 1e7)))
+    duration_ratio: float = field(metadata=key("", "n", above=1))
+    momentum_ratio: float | None = field(default=None, metadata=key("", "LM_ratio", above=0))
+    rise_time: float | None = field(default=None, metadata=key("s", "rise time t0", above=0))
 
     def __post_init__(self) -> None:
         check(self)

@@ -23,9 +23,7 @@ class Run:
         If the end time is not a finite number above 0.
     """
 
-    end_time: float | None = field(
-        default=None, metadata=key("s", "end of the run", "until {}", above=0)
-    )
+    end_time: float | None = field(default=None, metadata=key("s", "end of the run", above=0))
 
     def __post_init__(self) -> None:
         check(self)

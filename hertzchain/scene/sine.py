@@ -53,12 +53,10 @@ class Sine(Shock):
     least_ratio = 1.0
 
     amplitude: float = field(
-        metadata=key("N", "amplitude of the force", "amplitude {}", above=0, usual=(1e-6, 1e7))
+        metadata=key("N", "amplitude of the force", above=0, usual=(1e-6, 1e7))
     )
-    frequency: float = field(metadata=key("Hz", "frequency", "{}", above=0, usual=(0.1, 1e8)))
-    cycles: int = field(
-        metadata=key("", "cycles", "{} cycles", least=1, most=_MOST_CYCLES, kind="int")
-    )
+    frequency: float = field(metadata=key("Hz", "frequency", above=0, usual=(0.1, 1e8)))
+    cycles: int = field(metadata=key("", "cycles", least=1, most=_MOST_CYCLES, kind="int"))
 
     def __post_init__(self) -> None:
         check(self)

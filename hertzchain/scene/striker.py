@@ -38,16 +38,12 @@ class Striker(Shock):
     section = "striker"
 
     velocity: float = field(
-        metadata=key("m/s", "velocity of the striker", "striker at {}", above=0, usual=(1e-5, 1e3))
+        metadata=key("m/s", "velocity of the striker", above=0, usual=(1e-5, 1e3))
     )
-    radius: float | None = of_granule(RADIUS, "radius of the striker", "striker of R = {}")
-    young_modulus: float | None = of_granule(
-        YOUNG_MODULUS, "Young's modulus of the striker", "striker of E = {}"
-    )
-    poisson_ratio: float | None = of_granule(
-        POISSON_RATIO, "Poisson's ratio of the striker", "striker of Poisson's ratio {}"
-    )
-    density: float | None = of_granule(DENSITY, "density of the striker", "striker of {}")
+    radius: float | None = of_granule(RADIUS, "radius of the striker")
+    young_modulus: float | None = of_granule(YOUNG_MODULUS, "Young's modulus of the striker")
+    poisson_ratio: float | None = of_granule(POISSON_RATIO, "Poisson's ratio of the striker")
+    density: float | None = of_granule(DENSITY, "density of the striker")
     loaded: bool = field(default=False, metadata=key(kind="bool"))
 
     def __post_init__(self) -> None:

@@ -40,13 +40,11 @@ DAMPING: dict[DampingLaw, str] = {
 """Laws of damping, each with its parameter."""
 
 RESTITUTION = Key(
-    "", "coefficient of restitution e", "e = {}", above=0, below=1,
+    "", "coefficient of restitution e", above=0, below=1,
     advice="; leave out [contact] for no damping",
 )  # fmt: skip
-RELAXATION_TIME = Key(
-    "s", "relaxation time of contacts", "relaxation time {}", above=0, usual=(1e-12, 1.0)
-)
-COEFFICIENT = Key("kg/s", "coefficient of dashpots", "dashpots of {}", above=0)
+RELAXATION_TIME = Key("s", "relaxation time of contacts", above=0, usual=(1e-12, 1.0))
+COEFFICIENT = Key("kg/s", "coefficient of dashpots", above=0)
 """Keys of damping, for all contacts or the wall's."""
 
 NOT_NEGATIVE = "must be a finite number of at least 0"
@@ -76,28 +74,17 @@ class Wall:
         For a value that is not possible.
     """
 
-    kind: WallKind = field(metadata=key("", "wall", "{} wall", kind="str", choices=WALLS))
-    young_modulus: float | None = of_granule(
-        YOUNG_MODULUS, "Young's modulus of the wall", "wall E = {}"
-    )
+    kind: WallKind = field(metadata=key("", "wall", kind="str", choices=WALLS))
+    young_modulus: float | None = of_granule(YOUNG_MODULUS, "Young's modulus of the wall")
     poisson_ratio: float | None = of_granule(
         POISSON_RATIO,
         "Poisson's ratio of the wall",
-        "wall ν = {}",  # noqa: RUF001
     )
-    gap: float = field(
-        default=0.0, metadata=key("m", "gap before the wall", "{} before the wall", least=0)
-    )
+    gap: float = field(default=0.0, metadata=key("m", "gap before the wall", least=0))
     yield_strength: float | None = of_granule(YIELD_STRENGTH)
-    restitution: float | None = of_granule(
-        RESTITUTION, "coefficient of restitution of the wall", "wall e = {}"
-    )
-    relaxation_time: float | None = of_granule(
-        RELAXATION_TIME, "relaxation time of the wall", "wall relaxation time {}"
-    )
-    coefficient: float | None = of_granule(
-        COEFFICIENT, "coefficient of the wall's dashpot", "wall dashpot of {}"
-    )
+    restitution: float | None = of_granule(RESTITUTION, "coefficient of restitution of the wall")
+    relaxation_time: float | None = of_granule(RELAXATION_TIME, "relaxation time of the wall")
+    coefficient: float | None = of_granule(COEFFICIENT, "coefficient of the wall's dashpot")
 
     def __post_init__(self) -> None:
         keys_of(Wall)["kind"].check("kind", self.kind)
@@ -145,11 +132,11 @@ class Precompression:
 
     force: float = field(
         default=0.0,
-        metadata=key("N", "precompression", "precompression {}", least=0, usual=(1e-6, 1e7)),
+        metadata=key("N", "precompression", least=0, usual=(1e-6, 1e7)),
     )
     gravity: float = field(
         default=0.0,
-        metadata=key("m/s^2", "gravity along the chain", "gravity {}", least=0, usual=(1e-6, 1e4)),
+        metadata=key("m/s^2", "gravity along the chain", least=0, usual=(1e-6, 1e4)),
     )
 
     def __post_init__(self) -> None:

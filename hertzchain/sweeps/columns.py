@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from hertzchain.errors import SceneError, did_you_mean, require
 from hertzchain.scene.keys import Key, keys_of
 from hertzchain.scene.parts import KEYS, OF_PROFILE, SEGMENT, key_named
 from hertzchain.scene.pulse import Pulse
@@ -20,20 +21,15 @@ class Column:
     name: str  # with its unit
     label: str  # on an axis; empty: cannot be drawn
     kind: str = "float"  # float, int or str; missing: NaN, 0 or ""
-    title: str = ""  # form in a title of a value that is the same in all rows
     of: str = ""  # kind of scenes that have it, see ``columns_of``; empty: all
 
 
 def _of_key(name: str, key: Key, where: str = "") -> Column:
     """Return the column of a key; ``where`` says in which segment it is."""
-    unit = key.axis.partition(" [")[2].rstrip("]")
-    number = f"{{:.4g}} {unit}".rstrip()
-    if where:
-        label = "granules" if key.kind == "int" else key.label
-        axis = key.axis.replace(key.label, label)
-        return Column(name, f"{axis}, {where}", key.kind, f"{label}, {where}: {number}")
-    title = key.title.replace("{}", number) if key.kind == "float" else key.title
-    return Column(name, key.axis, key.kind, title)
+    if not where:
+        return Column(name, key.axis, key.kind)
+    axis = key.axis.replace(key.label, "granules") if key.kind == "int" else key.axis
+    return Column(name, f"{axis}, {where}", key.kind)
 
 
 _OF_KEYS = {name: _of_key(name, key) for name, key in KEYS.items() if key.label}
@@ -96,7 +92,7 @@ _GAUGE = {
 
 _GAUGE_NAME = re.compile(rf"gauge_(\d+)_({'|'.join(_GAUGE)})")
 
-_BEGIN = (Column("scene", "number of the scene", "int"), Column("backend", "backend", "str", "{}"))
+_BEGIN = (Column("scene", "number of the scene", "int"), Column("backend", "backend", "str"))
 _END = Column("failure", "", "str")
 
 ALL = (
@@ -109,7 +105,14 @@ ALL = (
 
 COLUMNS = tuple(column.name for column in ALL)
 
-_BY_NAME = _OF_KEYS | {column.name: column for column in (*ALL, *FOUND_COLUMNS)}
+_ALONG = (
+    Column("contact", "contact", "int"),
+    Column("peak_force_N", "peak force [N]"),
+    Column("peak_time_s", "time of the peak [s]"),
+)
+"""Columns of the table of all contacts."""
+
+_BY_NAME = _OF_KEYS | {column.name: column for column in (*ALL, *FOUND_COLUMNS, *_ALONG)}
 
 RESULTS = {column.name for column in FOUND_COLUMNS}
 COUNTS = tuple(column.name for column in FOUND_COLUMNS if column.kind == "int")  # 0: missing
@@ -133,19 +136,31 @@ OTHER_MEASURE = {
 }
 """Two measures of the length of a pulse; each follows from the other."""
 
-IN_TITLES = (
-    "shock.profile",
-    "shock.duration_ratio",
-    "shock.momentum_ratio",
-    "shock.rise_time",
-    "shock.peak_force",
-    "chain.granules",
-    *TERMS,
-)
-"""Parameters named in a title if they do not vary, in this order; others are named if fixed."""
+PAPER_NAMES = {
+    "p": "transition_granules",
+    "F_SW": "solitary_wave_force_N",
+    "LM_ratio": "momentum_ratio",
+    "F0": "peak_force",
+    "n": "duration_ratio",
+    "N": "granules",
+}
+"""Columns by their names in the paper."""
 
-TITLES = tuple(dict.fromkeys((*IN_TITLES, *PARAMETERS, "backend")))
-"""Names of the values in titles, in order."""
+
+def full_name(name: str, columns: Sequence[str] = COLUMNS, varied: Collection[str] = ()) -> str:
+    """Return the full name of a column, given with or without its section, or as in the paper.
+
+    Of several sections that have it, the one that varies is meant.
+    """
+    meant = PAPER_NAMES.get(name, name)
+    found = [one for one in columns if meant in (one, one.partition(".")[2] or one)]
+    if len(found) > 1:
+        found = [one for one in found if one in varied] or found
+    if len(found) > 1:
+        raise SceneError(name, None, f"is in several sections: name one of {', '.join(found)}")
+    allowed = f"is no column of a sweep, which has {', '.join(columns)}"
+    require(len(found) == 1, name, None, allowed + did_you_mean(name, columns))
+    return found[0]
 
 
 def column_named(name: str) -> Column:
@@ -164,6 +179,11 @@ def column_named(name: str) -> Column:
 def is_whole(name: str) -> bool:
     """Return whether the values of a column are whole numbers."""
     return column_named(name).kind == "int"
+
+
+def columns_in(manifest: Mapping[str, Any]) -> tuple[Column, ...]:
+    """Return the columns of a sweep from its manifest."""
+    return columns_of(manifest["scene"], [axis["name"] for axis in manifest["vary"]])
 
 
 def columns_of(

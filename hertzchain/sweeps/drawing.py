@@ -1,12 +1,13 @@
-"""Pictures of a sweep: lines or points of a result, or a map over two parameters.
+"""Pictures of a sweep: lines or points of a result, a map, or peaks along the chain.
 
 ``Sweep`` draws itself by these functions, which therefore do not import it.
 """
 
 from __future__ import annotations
 
+import math
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -15,34 +16,35 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError, SceneError, require
-from hertzchain.report.facts import MULTIPLES, in_prefixed
-from hertzchain.sweeps.columns import TEXT, column_named, is_whole
-from hertzchain.sweeps.looks import (
-    colour_bar,
-    is_log,
-    legend,
-    looks_of,
-    set_scale,
-)
-from hertzchain.sweeps.selection import (
-    Rows,
+from hertzchain.report.facts import in_prefixed
+from hertzchain.scene.parts import key_named
+from hertzchain.scene.quantities import to_si
+from hertzchain.sweeps.axes import Axis, Listed, Span, key_of
+from hertzchain.sweeps.columns import (
+    OTHER_MEASURE,
+    TEXT,
+    column_named,
+    columns_in,
     full_name,
-    names_of_columns,
-    selected_rows,
-    varied_names,
+    is_whole,
 )
+from hertzchain.sweeps.looks import colour_bar, legend, looks_of
 
 if TYPE_CHECKING:
+    import pandas
     from matplotlib.axes import Axes
 
     from hertzchain.report.picture import Picture
 
-
 SIZE = (8.0, 5.0)  # width and height by default [inches]
-_LETTERS, _LETTERS_OF_TITLE = 15, 11  # letters in an inch of width: remarks, title
+_LETTERS, _LETTERS_OF_TITLE = 15, 9  # letters in an inch of width: remarks, title
 _MOST_LINES = 1000  # most lines, chosen: more cannot be told apart, and each costs a millisecond
 _MOST_MARKED = 60  # most points of a line with markers; more would overlap
 _MOST_VECTORS = 5000  # number of points from which PDF and SVG contain a bitmap of them
+_AS_GIVEN = 1e-3  # largest relative difference of a given value from the sweep's: three digits
+_DECADES = 100.0  # ratio of the largest value to the smallest from which an axis is logarithmic
+
+_ALONG = ("peak_force_N", "peak_time_s")  # what can be drawn along the chain
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +53,45 @@ class Drawn:
 
     figure: Picture
     remarks: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """Rows to draw, whose values of crossed axes are exactly those of the axes."""
+
+    frame: pandas.DataFrame
+    axes: Mapping[str, Axis]  # all that varies in the sweep, by name
+    left: Sequence[str]  # names with several values in these rows
+
+    def behind(self, name: str | None) -> str | None:
+        """Return the parameter on which a column depends; None if that is not exactly one."""
+        known = (name, OTHER_MEASURE.get(name or ""))
+        return next((one for one in known if one in self.left), None)
+
+    def hidden(self, *shown: str | None) -> list[str]:
+        """Return the names that vary and are not shown."""
+        seen = {self.behind(name) for name in shown}
+        return [name for name in self.left if name not in seen]
+
+    def is_crossed(self, name: str | None) -> bool:
+        """Return whether many rows share the values of a name that varies."""
+        return name == "backend" or getattr(self.axes.get(name or ""), "count", None) is not None
+
+    def values(self, name: str) -> NDArray[Any]:
+        """Return the values of a crossed axis, increasing."""
+        axis = self.axes[name]
+        return np.sort(axis.at(np.arange(axis.count or 0)))
+
+    def bar(self, axes: Axes, name: str) -> Any:
+        """Draw a colour bar for a column of numbers; return the colours of its values."""
+        return colour_bar(axes, self.frame[name], name, self.is_log(name))
+
+    def is_log(self, name: str) -> bool:
+        """Return whether logarithms of a column are equally spaced, or its values span decades."""
+        axis = self.axes.get(name)
+        low, high = self.frame[name].min(), self.frame[name].max()
+        spans = low > 0 and high / low > _DECADES and math.isfinite(high)
+        return (isinstance(axis, Span) and axis.log) or bool(spans)
 
 
 def draw(
@@ -68,200 +109,211 @@ def draw(
     a number selects the nearest value of the sweep, if both agree to three digits. ``size`` is
     width and height [inches]. Where the peaks of all contacts were kept, ``x`` may be ``contact``.
     """
-    from hertzchain.report.picture import Picture
+    from hertzchain.report.picture import SMALL, Picture, at_whole_numbers, fit_letters, in_units
 
-    if x == "contact":
-        return _draw_chains(Picture(size), sweep, y, colour, where or {})
-    known = names_of_columns(sweep.manifest), varied_names(sweep.manifest)
-    x, y = full_name(x, *known), full_name(y, *known)
-    colour = None if colour is None else full_name(colour, *known)
+    columns = [column.name for column in columns_in(sweep.manifest)]
+    varied = [axis["name"] for axis in sweep.manifest["vary"]]
+    along = x == "contact"
+    colour = varied[0] if along and colour is None else colour
+    colour = None if colour is None else full_name(colour, columns, varied)
+    if along:
+        require(y in _ALONG, y, None, f"must be one of {', '.join(_ALONG)} where --x is contact")
+    else:
+        x, y = full_name(x, columns, varied), full_name(y, columns, varied)
     for name in (x, y):
         allowed = "is text: --x and --y must be columns of numbers, text is for --colour"
         require(name not in TEXT, name, None, allowed)
     require(colour != "failure", "failure", None, "is a sentence and cannot be a colour")
     require(len({x, y, colour}) == 3, x if x in (y, colour) else y, None, "given twice")
-    rows = selected_rows(sweep, (x, y), colour, where or {})
+    fixed = {full_name(name, columns, varied): value for name, value in (where or {}).items()}
+    allowed = f"is fixed twice: by {' and '.join(where or ())}"
+    require(len(fixed) == len(where or {}), next(iter(fixed), ""), None, allowed)
+    rows, remarks = _selected(sweep, [*([] if along else [x, y]), colour], fixed)
     figure = Picture(size)
     axes = figure.subplots()
-    if y in rows.left:
-        drawn = _draw_map(axes, rows, x, y, colour)
+    axes.grid(alpha=0.3)
+    if along:
+        remarks += _draw_chains(axes, sweep, rows, y, colour)
+    elif y in rows.left:
+        remarks += _draw_map(axes, rows, x, y, colour)
     else:
-        drawn = _draw_lines(
-            axes, rows, x, y, colour or ("backend" if "backend" in rows.left else None)
-        )
-    set_scale(rows, x, axes.set_xscale, axes.xaxis)
-    set_scale(rows, y, axes.set_yscale, axes.yaxis)
-    return _finished(figure, rows, drawn, {x, y, colour})
-
-
-def _finished(figure: Picture, rows: Rows, said: Sequence[str], shown: set[str | None]) -> Drawn:
-    """Add the title of a picture, and what it omits below it."""
-    from hertzchain.report.picture import SMALL, fit_letters
-
-    axes, size = figure.axes[0], figure.get_size_inches()
+        colour = colour or ("backend" if "backend" in rows.left else None)
+        remarks += _draw_over(axes, rows, x, y, colour)
+    for name, set_scale, axis in (
+        (x, axes.set_xscale, axes.xaxis),
+        (y, axes.set_yscale, axes.yaxis),
+    ):
+        if not along and rows.is_log(name):
+            set_scale("log")
+        elif is_whole(name):
+            axis.set_major_locator(at_whole_numbers())
+        in_units(axis, column_named(name).label)
     fit_letters(figure)
-    remarks = (*rows.remarks, *said)
     if remarks:
-        letters = int(_LETTERS * size[0])
-        figure.supxlabel(textwrap.fill("; ".join(remarks), letters), fontsize=7, color="0.35")
+        text = textwrap.fill("; ".join(remarks), int(_LETTERS * size[0]))
+        figure.supxlabel(text, fontsize=7, color="0.35")
     if size[0] >= SMALL:  # a paper has a caption
-        axes.set_title(textwrap.fill(_title(rows, shown), int(_LETTERS_OF_TITLE * size[0])))
-    return Drawn(figure, remarks)
+        title = _title(sweep.manifest, rows, {x, y, colour})
+        title = textwrap.fill(title, int(_LETTERS_OF_TITLE * size[0]))
+        axes.set_title(title, fontsize=10)
+    return Drawn(figure, tuple(remarks))
+
+
+# Rows
+
+
+def _selected(
+    sweep: Any, names: Iterable[str | None], where: Mapping[str, Any]
+) -> tuple[_Rows, list[str]]:
+    """Return the rows of a sweep that have the wanted values, and sentences on missing ones."""
+    manifest = sweep.manifest
+    axes = {
+        one["name"]: Span(**one) if "low" in one else Listed(one["name"], tuple(one["values"]))
+        for one in manifest["vary"]
+    }
+    numbers = [name for name in dict.fromkeys(names) if name is not None]
+    frame = sweep.to_frame(list(dict.fromkeys(("scene", "backend", "failure", *numbers)))).copy()
+    remarks = []
+    if len(frame) < sweep.rows:
+        there = f"{len(frame):,} of {sweep.rows:,} rows are there"
+        remarks.append(f"the sweep is not complete, {there}")
+    crossed = [axis for axis in axes.values() if axis.count is not None]
+    drawn = manifest["samples"]
+    shape = [axis.count or 0 for axis in crossed] + ([drawn["count"]] if drawn else [])
+    places = np.unravel_index(frame["scene"].to_numpy(np.int64), shape)
+    for axis, place in zip(crossed, places, strict=False):
+        frame[axis.name] = axis.at(np.arange(axis.count or 0))[place]
+    for name, value in where.items():
+        if name != "backend":
+            allowed = f"does not vary in this sweep; what does: {', '.join(axes)}"
+            require(name in axes, name, None, allowed)
+            allowed = "was sampled, so that hardly two rows share a value: it cannot be fixed"
+            require(axes[name].count is not None, name, None, allowed)
+        frame = frame[frame[name] == _meant(name, value, frame[name].unique())]
+    lacking = [name for name in numbers if name not in TEXT and frame[name].isna().any()]
+    lost = frame[lacking].isna().any(axis=1)
+    if lost.all():
+        what = f"no row has {' or '.join(lacking)}" if lost.size else "its rows are not there yet"
+        raise HertzchainError(f"there is nothing to draw: {what}")
+    if lost.any():
+        failed = int(frame["failure"][lost].notna().sum())
+        more = f"; {failed:,} of them failed" if failed else ""
+        without = f"{int(lost.sum()):,} of {lost.size:,} rows have no {' or '.join(lacking)}"
+        remarks.append(f"{without} and are left out{more}")
+    several = [name for name, axis in axes.items() if axis.count is None or axis.count > 1]
+    several += ["backend"] if len(manifest["backends"]) > 1 else []
+    numeric = {name: "float64" for name in numbers if name not in TEXT}
+    left = [name for name in several if name not in where]
+    return _Rows(frame[~lost].astype(numeric), axes, left), remarks
+
+
+def _meant(name: str, wanted: Any, values: NDArray[Any]) -> Any:
+    """Return the value of a sweep that is meant by a given one."""
+    if name in TEXT:
+        require(wanted in values, name, wanted, f"is not in the sweep: {', '.join(values)}")
+        return wanted
+    key = key_named(name)
+    given = wanted.strip() if isinstance(wanted, str) else wanted
+    off = np.abs(values - float(to_si(name, given, "" if key is None else key.unit)))
+    nearest = values[np.argsort(off, kind="stable")[:2]]
+    if not np.min(off) <= _AS_GIVEN * abs(nearest[0]):
+        said = " and ".join(f"{value:.5g}" for value in np.sort(nearest))
+        raise SceneError(name, wanted, f"is not in the sweep; the nearest there: {said}")
+    return nearest[0]
 
 
 # Lines and points
 
 
-def _draw_lines(axes: Axes, rows: Rows, x: str, y: str, colour: str | None) -> list[str]:
+def _draw_over(axes: Axes, rows: _Rows, x: str, y: str, colour: str | None) -> list[str]:
     """Draw lines where x belongs to a parameter on a grid, otherwise points."""
     along = rows.behind(x)
-    axes.grid(alpha=0.3)
-    lines = _lines(rows, along) if along in rows.place and {*rows.left} <= {*rows.place} else None
-    if lines and (colour is None or all(len({*rows.column[colour][line]}) == 1 for line in lines)):
-        _draw_each(axes, rows, lines, along, (x, y, colour))
+    across = [name for name in rows.left if name != along]
+    lines = []
+    if all(map(rows.is_crossed, (along, *across))):
+        found = rows.frame.groupby(across, sort=False) if across else [((), rows.frame)]
+        allowed = f"must be {_MOST_LINES:,} at most to be told apart: fix {' or '.join(across)}"
+        few = len(found) <= _MOST_LINES
+        require(few, "lines", len(found), f"{allowed} to one value (--where NAME=VALUE)")
+        values = rows.values(str(along))  # one without a row is a gap
+        lines = [line.set_index(along, drop=False).reindex(values) for _, line in found]
+    if lines and (colour is None or all(line[colour].nunique() < 2 for line in lines)):
+        _draw_lines(axes, rows, lines, x, y, colour)
         how = "all values are lines of one colour; --colour tells them apart"
     else:
         how = "points of all values are drawn on top of one another"
-        if colour is None:
-            _draw_points(axes, rows, x, y, {})
-        elif looks := looks_of(rows.column[colour], colour):
-            for value, look in looks.items():
-                _draw_points(axes, rows, x, y, look, rows.column[colour] == value)
-            legend(axes, rows.column[colour], colour)
-        else:
-            _draw_coloured(axes, rows, x, y, colour)
+        _draw_points(axes, rows, x, y, colour)
     hidden = _listed(rows.hidden(x, colour))
     return [f"{hidden}, too: {how}"] if hidden else []
 
 
-def _lines(rows: Rows, along: str | None) -> list[NDArray[np.intp]]:
-    """Return the rows of each line: those that differ in one parameter alone."""
-    import pandas
-
-    across = [name for name in rows.left if name != along]
-    one: list[Any] = [np.arange(rows.place["backend"].size)]
-    lines: list[Any] = (
-        list(pandas.DataFrame(rows.place).groupby(across).indices.values()) if across else one
-    )
-    allowed = f"must be {_MOST_LINES:,} at most to be told apart: fix {' or '.join(across)} to one"
-    require(len(lines) <= _MOST_LINES, "lines", len(lines), f"{allowed} value (--where NAME=VALUE)")
-    return lines
-
-
-def _draw_each(
-    axes: Axes,
-    rows: Rows,
-    lines: Sequence[NDArray[np.intp]],
-    along: str | None,
-    names: tuple[str, str, str | None],
+def _draw_lines(
+    axes: Axes, rows: _Rows, lines: Sequence[pandas.DataFrame], x: str, y: str, colour: str | None
 ) -> None:
-    """Draw lines; a missing point is a gap."""
-    x, y, colour = names
-    assert along is not None
-    axis = rows.axes[along]
-    count = rows.count(along)
-    order = np.argsort(axis.at(np.arange(count)), kind="stable")
-    plain = {"color": "#0072B2", "marker": "o", "markersize": 4}
-    looks = {} if colour is None else looks_of(rows.column[colour], colour)
-    bar: Any = None if looks or colour is None else colour_bar(axes, rows, colour)
-    labelled = set()
+    """Draw lines, each of one colour; a missing point is a gap."""
+    looks = {} if colour is None else looks_of(rows.frame[colour], colour)
+    bar: Any = None if looks or colour is None else rows.bar(axes, colour)
+    named: set[Any] = set()
     for line in lines:
-        at, to = np.full((2, count), np.nan)
-        at[rows.place[along][line]] = rows.column[x][line]
-        to[rows.place[along][line]] = rows.column[y][line]
-        look: dict[str, Any] = dict(plain)
+        look: dict[str, Any] = {"color": "#0072B2", "marker": "o", "markersize": 4}
+        at, to = line[x].to_numpy(), line[y].to_numpy()
         if colour is not None:
-            value = rows.column[colour][line[0]]
-            look = dict(looks[value]) if looks else plain | {"color": bar.to_rgba(value)}
-            if value in labelled:
-                look.pop("label", None)
-            labelled.add(value)
-        if count > _MOST_MARKED or bar is not None:  # a point between two gaps has no line
+            value = line[colour].dropna().iloc[0]
+            look |= looks[value] if looks else {"color": bar.to_rgba(value)}
+            look |= {"label": "_"} if value in named else {}
+            named.add(value)
+        if len(line) > _MOST_MARKED or bar is not None:  # a point between two gaps has no line
             look |= {"marker": "." if np.isnan(to).any() else "", "markersize": 2}
         if is_whole(y):  # there is no p between 9 and 10
             look["drawstyle"] = "steps-mid"
-        axes.plot(at[order], to[order], **({"linewidth": 1.2} | look))
+        axes.plot(at, to, **({"linewidth": 1.2} | look))
     if looks and colour is not None:
-        legend(axes, rows.column[colour], colour)
+        legend(axes, rows.frame[colour], colour)
 
 
-def _draw_points(
-    axes: Axes, rows: Rows, x: str, y: str, look: Mapping[str, Any], some: Any = slice(None)
-) -> None:
-    at, to = rows.column[x][some], rows.column[y][some]
-    style: dict[str, Any] = {"marker": "o", "color": "#0072B2", "markersize": 4} | dict(look)
-    style |= {"linestyle": "none", "rasterized": at.size > _MOST_VECTORS}
-    if at.size > _MOST_MARKED:
-        style["markersize"] *= 0.6 if at.size < 1000 else 0.3
-    axes.plot(at, to, **style)
+def _draw_points(axes: Axes, rows: _Rows, x: str, y: str, colour: str | None) -> None:
+    known = rows.frame
+    rasterized = len(known) > _MOST_VECTORS
+    looks = {} if colour is None else looks_of(rows.frame[colour], colour)
+    if colour is not None and not looks:
+        bar = rows.bar(axes, colour)
+        axes.scatter(
+            known[x], known[y], s=min(20.0, max(2.0, 20_000 / len(known))), c=known[colour],
+            norm=bar.norm, cmap=bar.cmap, rasterized=rasterized,
+        )  # fmt: skip
+        return
+    for value, look in looks.items() or [(None, {})]:
+        own = known if colour is None else known[known[colour] == value]
+        style: dict[str, Any] = {"marker": "o", "color": "#0072B2", "markersize": 4} | look
+        if len(own) > _MOST_MARKED:
+            style["markersize"] *= 0.6 if len(own) < 1000 else 0.3
+        axes.plot(own[x], own[y], **(style | {"linestyle": "none", "rasterized": rasterized}))
+    if colour is not None:
+        legend(axes, rows.frame[colour], colour)
 
 
-def _draw_coloured(axes: Axes, rows: Rows, x: str, y: str, colour: str) -> None:
-    """Draw points, coloured by a number."""
-    bar = colour_bar(axes, rows, colour)
-    values = rows.column[colour]
-    axes.scatter(
-        rows.column[x],
-        rows.column[y],
-        s=min(20.0, max(2.0, 20_000 / values.size)),
-        c=values,
-        norm=bar.norm,
-        cmap=bar.cmap,
-        rasterized=values.size > _MOST_VECTORS,
-    )
-
-
-_ALONG = {"peak_force_N": "peak force [N]", "peak_time_s": "time of the peak [s]"}
-"""Columns of the table of all contacts, and their labels."""
-
-
-def _draw_chains(
-    figure: Picture, sweep: Any, y: str, colour: str | None, where: Mapping[str, Any]
-) -> Drawn:
+def _draw_chains(axes: Axes, sweep: Any, rows: _Rows, y: str, colour: str | None) -> list[str]:
     """Draw the peaks of all contacts along the chain, a line for each scene and backend."""
-    from hertzchain.report.picture import at_whole_numbers, in_units
-
-    require(y in _ALONG, y, None, f"must be one of {', '.join(_ALONG)} where --x is contact")
-    known = names_of_columns(sweep.manifest), varied_names(sweep.manifest)
-    several = [axis["name"] for axis in sweep.manifest["vary"]]
-    colour = full_name(colour, *known) if colour else several[0]
-    rows = selected_rows(sweep, ("scene",), colour, where)
-    peaks = sweep.peaks_to_frame().groupby(["scene", "backend"], observed=True)
-    values = rows.column[colour]
-    require(values.size <= _MOST_LINES, "--where", None, "must leave 1,000 lines at most")
-    axes = figure.subplots()
-    looks = looks_of(values, colour)
-    bar: Any = None if looks else colour_bar(axes, rows, colour)
-    for row, value in enumerate(values):
-        chain = peaks.get_group((rows.column["scene"][row], rows.column["backend"][row]))
-        look = dict(looks[value]) if looks else {"color": bar.to_rgba(value)}
-        look |= {"marker": ""} if len(chain) > _MOST_MARKED else {}
-        if value in values[:row]:
-            look.pop("label", None)
-        axes.plot(chain["contact"], chain[y], **({"linewidth": 1.2} | look))
-    axes.grid(alpha=0.3)
-    axes.xaxis.set_major_locator(at_whole_numbers())
-    if looks:
-        legend(axes, values, colour)
-    in_units(axes.xaxis, "contact")
-    in_units(axes.yaxis, _ALONG[y])
+    require(len(rows.frame) <= _MOST_LINES, "--where", None, "must leave 1,000 lines at most")
+    peaks = rows.frame.merge(sweep.peaks_to_frame(), on=["scene", "backend"])
+    lines = [line for _, line in peaks.groupby(["scene", "backend"], sort=False)]
+    _draw_lines(axes, rows, lines, "contact", y, colour)
     hidden = _listed(rows.hidden(colour))
-    said = [f"{hidden}, too: lines of all values are drawn"] if hidden else []
-    return _finished(figure, rows, said, {colour})
+    return [f"{hidden}, too: lines of all values are drawn"] if hidden else []
 
 
 # Maps
 
 
-def _draw_map(axes: Axes, rows: Rows, x: str, y: str, colour: str | None) -> list[str]:
+def _draw_map(axes: Axes, rows: _Rows, x: str, y: str, colour: str | None) -> list[str]:
     """Draw a number over two parameters: cells of a grid, otherwise points."""
     if colour is None or colour in TEXT:
         raise SceneError(
             y, None, "varies, which makes a map: name the column of numbers to draw with --colour"
         )
     hidden = rows.hidden(x, y)
-    on_grid = x in rows.left and {x, y} <= rows.place.keys()
-    fixed = [f"--where {name}=VALUE" for name in hidden if name in rows.place]
+    on_grid = x in rows.left and rows.is_crossed(x) and rows.is_crossed(y)
+    fixed = [f"--where {name}=VALUE" for name in hidden if rows.is_crossed(name)]
     if hidden and (on_grid or fixed):
         advice = " and ".join(fixed) or f"take {hidden[0]} as --x or --y"
         raise HertzchainError(
@@ -269,29 +321,23 @@ def _draw_map(axes: Axes, rows: Rows, x: str, y: str, colour: str | None) -> lis
             f" {advice}"
         )
     if on_grid:
+        axes.grid(visible=False)
         _draw_cells(axes, rows, x, y, colour)
         return []
-    _draw_coloured(axes, rows, x, y, colour)
-    axes.grid(alpha=0.3)
+    _draw_points(axes, rows, x, y, colour)
     left_out = _listed(rows.hidden(x, y, colour))
     return [f"{left_out}, too: the map has points of all values"] if left_out else []
 
 
-def _draw_cells(axes: Axes, rows: Rows, x: str, y: str, colour: str) -> None:
-    edges, ranks = [], []
-    for name in (x, y):
-        values = rows.axes[name].at(np.arange(rows.count(name))).astype(np.float64)
-        order = np.argsort(values)
-        edges.append(cell_edges(values[order], is_log(rows, name)))
-        ranks.append(np.argsort(order)[rows.place[name]])
-    cells = np.full((edges[1].size - 1, edges[0].size - 1), np.nan)
-    cells[ranks[1], ranks[0]] = rows.column[colour]
-    bar = colour_bar(axes, rows, colour)
+def _draw_cells(axes: Axes, rows: _Rows, x: str, y: str, colour: str) -> None:
+    values = rows.values(x), rows.values(y)
+    cells = rows.frame.pivot_table(colour, y, x).reindex(values[1], columns=values[0])
+    edges = [cell_edges(at, rows.is_log(name)) for at, name in zip(values, (x, y), strict=True)]
+    bar = rows.bar(axes, colour)
     axes.set_facecolor("0.85")
-    axes.pcolormesh(
-        *edges, np.ma.masked_invalid(cells), norm=bar.norm, cmap=bar.cmap, rasterized=True
-    )
-    if np.isnan(cells).any():
+    shown = np.ma.masked_invalid(cells.to_numpy())
+    axes.pcolormesh(*edges, shown, norm=bar.norm, cmap=bar.cmap, rasterized=True)
+    if cells.isna().to_numpy().any():
         from matplotlib.patches import Patch
 
         axes.legend(handles=[Patch(facecolor="0.85", edgecolor="0.4", label="no number")])
@@ -308,28 +354,36 @@ def cell_edges(values: FloatArray, log: bool) -> FloatArray:
     return np.exp(edges) if log else edges
 
 
-# Colours, scales and labels
-
-_SHOCKS = {"table": "pulse table", "piston": "piston", "sine": "sine"}  # else "... pulse"
+# Words
 
 
-def _title(rows: Rows, shown: set[str | None]) -> str:
-    """Return a title with the parameters that are the same in all of the picture."""
-    said = [
-        _SHOCKS.get(value) or _in_title(column_named(name).title, value)
-        for name, value in rows.fixed.items()
-        if name not in shown and value == value  # noqa: PLR0124
-    ]
-    return ", ".join(said)
+def _title(manifest: Mapping[str, Any], rows: _Rows, shown: set[str | None]) -> str:
+    """Return what is the same in all of the picture: what varies elsewhere, shock, terms, length.
+
+    Of the other parameters of a chain a caption says what matters.
+    """
+    varies = {*rows.axes, *(OTHER_MEASURE.get(name, name) for name in rows.axes), *shown}
+    if any(key_of(name) == "granules" for name in varies if name):  # segments: the chain's, too
+        varies.add("chain.granules")
+    known = {column.name for column in columns_in(manifest)} - varies
+    same = {
+        f"{section}.{key}": value
+        for section, part in manifest["scene"].items()
+        for key, value in part.items()
+        if (section != "chain" or key == "granules") and value not in (None, 0)  # 0: no such term
+    }
+    same = {name: value for name, value in same.items() if name in known}
+    for name in (*rows.axes, "backend"):
+        if name not in (*rows.left, *shown):
+            same[name] = rows.frame[name].iloc[0]
+    return ", ".join(_said(name, value) for name, value in same.items())
 
 
-def _in_title(title: str, value: Any) -> str:
-    """Return the words of a title for a value, in a multiple of its unit that reads."""
-    before, number, after = title.partition("{:.4g} ")
-    unit, _, end = after.partition(" ")
-    if not number or unit not in MULTIPLES:
-        return title.format(value)
-    return f"{before}{in_prefixed(float(value), unit)} {end}".rstrip()
+def _said(name: str, value: Any) -> str:
+    from hertzchain.report.picture import parts_of
+
+    before, unit, after = parts_of(column_named(name).label)
+    return f"{before} {value}" if name in TEXT else f"{before}{after} = {in_prefixed(value, unit)}"
 
 
 def _listed(names: Sequence[str]) -> str:

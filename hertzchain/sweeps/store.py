@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 
 from hertzchain.errors import OutputError, require
 from hertzchain.files import make_folder, write_text, write_with
-from hertzchain.sweeps.columns import COUNTS, columns_of, peak_columns
+from hertzchain.sweeps.columns import COUNTS, columns_in, peak_columns
 from hertzchain.sweeps.measuring import Measured
 from hertzchain.sweeps.parts import Part
 
@@ -167,8 +167,7 @@ class Folder(AbstractContextManager["Folder"]):
 
     def _header(self, table: str) -> list[str]:
         """Read the names of the columns of a table."""
-        varied = [axis["name"] for axis in self._manifest["vary"]]
-        columns = columns_of(self._manifest["scene"], varied)
+        columns = columns_in(self._manifest)
         return list(peak_columns(columns)) if table == "peaks" else [one.name for one in columns]
 
     def _paths(self, table: str) -> list[Path]:

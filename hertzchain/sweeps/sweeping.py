@@ -18,7 +18,7 @@ from hertzchain.scene.given import SceneLike
 from hertzchain.showing import telling
 from hertzchain.sweeps import parts
 from hertzchain.sweeps.axes import Value
-from hertzchain.sweeps.columns import PARAMETERS, columns_of
+from hertzchain.sweeps.columns import PARAMETERS, columns_in
 from hertzchain.sweeps.design import Design, design
 from hertzchain.sweeps.running import Measure, measure_here
 from hertzchain.sweeps.store import Folder, Format, Memory, check_format, read_manifest
@@ -97,9 +97,7 @@ class Sweep:
 
     def _check_column(self, name: str) -> None:
         """Refuse a column that is not in the table, and name what is."""
-        from hertzchain.sweeps.selection import names_of_columns
-
-        known = names_of_columns(self.manifest)
+        known = [column.name for column in columns_in(self.manifest)]
         if name in known:
             return
         key = str(name)
@@ -123,8 +121,7 @@ class Sweep:
     def count(self) -> Counts:
         """Count the scenes that are done, failed or inaccurate; reads one part at a time."""
         done = failed = missed = cut_off = 0
-        varied = [axis["name"] for axis in self.manifest["vary"]]
-        known = [column.name for column in columns_of(self.manifest["scene"], varied)]
+        known = [column.name for column in columns_in(self.manifest)]
         late = [name for name in known if name == "contacts_cut_off"]
         reason = None
         aims = {each["name"]: _aim(each) for each in self.manifest["backends"]}
