@@ -1,4 +1,4 @@
-"""How objects show themselves: as a few lines, as a table in a notebook, as a picture, as a page.
+"""How objects show themselves: as text, as a picture, as a page.
 
 All of that is made in ``report``, which stands above the rooms of these objects and is loaded when
 an object is shown. This module is the only one that looks upwards.
@@ -17,34 +17,37 @@ ShowProgress = Callable[[str], object] | bool | None
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from hertzchain.report.document import Document
+
 
 class Shown:
-    """An object that prints as a few lines, and is a table in a notebook."""
+    """An object that prints as a few lines."""
 
     def __repr__(self) -> str:
         from hertzchain.report.cards import card_of
 
-        return card_of(self).text
-
-    def _repr_html_(self) -> str:
-        from hertzchain.report.cards import card_of
-
-        return card_of(self).html
+        return card_of(self)
 
 
-class ShownRun(Shown):
+class ShownRun:
     """A run: it prints as ``hertzchain run`` does, and can be drawn."""
 
-    def __str__(self) -> str:
+    def __repr__(self) -> str:
         from hertzchain.report.cards import printed
 
-        return printed(self)
+        return printed(self._document)
+
+    @property
+    def _document(self) -> Document:
+        from hertzchain.report.cards import document_of
+
+        return document_of(self)
 
     def plot(self) -> Figure:
-        """Draw the peak force of each contact and, where it was recorded, force over time."""
-        from hertzchain.report.cards import drawn
+        """Draw peak forces, of a verdict with differences, and force over time if recorded."""
+        from hertzchain.report.figures import figure_of
 
-        return drawn(self)
+        return figure_of(self._document)
 
 
 class ShownVerdict(ShownRun):
@@ -61,12 +64,6 @@ class ShownVerdict(ShownRun):
     def __bool__(self) -> bool:
         return self.verdict == "pass"
 
-    def plot(self) -> Figure:
-        """Draw the peak force of each contact, and how far it is from the reference."""
-        from hertzchain.report.cards import drawn
-
-        return drawn(self)
-
     def report(self, path: Path | str) -> None:
         """Write a page (.html) to read and to send: verdict, plots, tables and all numbers.
 
@@ -77,10 +74,9 @@ class ShownVerdict(ShownRun):
         OutputError
             If the name is no page's, or the file cannot be written.
         """
-        from hertzchain.report.cards import document_of
         from hertzchain.report.page import write_page
 
-        write_page(document_of(self), path)
+        write_page(self._document, path)
 
 
 def telling(progress: ShowProgress) -> AbstractContextManager[Callable[[str], object]]:

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.observables.definitions import context_of
 from hertzchain.scene.scene import Scene
-
-if TYPE_CHECKING:
-    from hertzchain.report.card import Card
 
 NOISE_KNOWN = 1.35
 """Mean square of differences over the noise above which they are no noise: that is measured to 5 %
@@ -104,12 +101,6 @@ class Fit:
     samples: int
     runs: int
 
-    def __repr__(self) -> str:
-        return self._card.text
-
-    def _repr_html_(self) -> str:
-        return self._card.html
-
     @property
     def is_noise(self) -> bool:
         """Whether the scene differs from what was measured by no more than its noise."""
@@ -149,9 +140,8 @@ class Fit:
             **context_of(self.scene),
         }
 
-    @property
-    def _card(self) -> Card:
-        from hertzchain.report.card import Card
+    def __repr__(self) -> str:
+        from hertzchain.report.cards import card
 
         facts = []
         for one in self.parameters:
@@ -175,4 +165,4 @@ class Fit:
             ("samples, runs", f"{self.samples:,}, {self.runs:,}"),
             *(("remark", remark) for remark in self.remarks),
         ]
-        return Card("Fit", facts)
+        return card("Fit", facts)

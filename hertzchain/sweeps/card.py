@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from hertzchain.report.card import Card, first_of
+from hertzchain.report.cards import card
 
 _MOST_VALUES = 6  # of a list that are named one by one (chosen)
 
 
-def card_of(manifest: Mapping[str, Any], rows: int, folder: Path | None) -> Card:
+def card_of(manifest: Mapping[str, Any], rows: int, folder: Path | None) -> str:
     """The card of a sweep, from its manifest alone: no table is read."""
     shock = manifest["scene"].get("shock", {})
     chain = manifest["scene"]["chain"]
@@ -20,7 +20,7 @@ def card_of(manifest: Mapping[str, Any], rows: int, folder: Path | None) -> Card
     vary = [f"{axis['name']}: {_values(axis)}" for axis in manifest["vary"]]
     drawn = manifest["samples"]
     facts = [("scenes", ", ".join(base))] if base else []
-    facts += first_of("varies", vary, 6)
+    facts += [("varies", one) for one in vary]
     facts += [("drawn", f"{drawn['count']:,} samples, seed {drawn['seed']}")] if drawn else []
     facts += [
         ("measured by", ", ".join(each["name"] for each in manifest["backends"])),
@@ -28,7 +28,7 @@ def card_of(manifest: Mapping[str, Any], rows: int, folder: Path | None) -> Card
         ("kept in", "memory" if folder is None else str(folder)),
         ("peaks of all contacts", "in peaks_to_frame()" if manifest["peaks"] else "not kept"),
     ]
-    return Card("Sweep", facts)
+    return card("Sweep", facts)
 
 
 def _values(axis: Mapping[str, Any]) -> str:

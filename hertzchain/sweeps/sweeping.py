@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     import pandas
     from matplotlib.figure import Figure
 
-    from hertzchain.report.card import Card
-
 _LAYOUT = 1  # version of the tables; other columns need another number
 
 
@@ -62,13 +60,6 @@ class Sweep:
         return cls(manifest, manifest["rows"], Folder(folder, manifest))
 
     def __repr__(self) -> str:
-        return self._card.text
-
-    def _repr_html_(self) -> str:
-        return self._card.html
-
-    @property
-    def _card(self) -> Card:
         from hertzchain.sweeps.card import card_of
 
         return card_of(self.manifest, self.rows, self.folder)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hertzchain.report.card import Card
+from hertzchain.report.cards import card
 from hertzchain.report.facts import describe, in_prefixed
 from hertzchain.report.picture import Picture, fit_letters
 
@@ -32,14 +32,14 @@ _BAND = "#56B4E9"  # Okabe and Ito's sky blue
 _HEADER = ("result", "", "nominal", "5 %", "95 %", "deviation", "made by")
 
 
-def spread_card(spread: Any) -> Card:
+def spread_card(spread: Any) -> str:
     """The card of a spread: first peaks of a few contacts, gauges, the wave."""
     facts = []
     for k in _shown(spread, every=False)[:_MOST_FACTS]:
         words, at, middle, low, high, deviation, made_by = _row(spread, k)
         text = f"{middle}, {low} to {high}, deviation {deviation} ({made_by})"
         facts.append((f"{words}, {at}", text))
-    return Card("Spread: 5 to 95 % of all realisations", [*_head(spread), *facts])
+    return card("Spread: 5 to 95 % of all realisations", [*_head(spread), *facts])
 
 
 def print_spread(console: Console, spread: Any, every: bool) -> None:

@@ -80,12 +80,7 @@ class Spread:
     def __repr__(self) -> str:
         from hertzchain.uncertainty.shown import spread_card
 
-        return spread_card(self).text
-
-    def _repr_html_(self) -> str:
-        from hertzchain.uncertainty.shown import spread_card
-
-        return spread_card(self).html
+        return spread_card(self)
 
     def plot(self) -> Figure:
         """Draw first peaks along the chain with their range, and what makes it."""

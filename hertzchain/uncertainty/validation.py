@@ -22,6 +22,8 @@ from hertzchain.verdict.traces.judging import TraceJudgement, judge_traces
 if TYPE_CHECKING:
     import pandas
 
+    from hertzchain.report.document import Document
+
 COVERED = 2.0
 """Validation uncertainties that a difference may have: one of 22 is beyond, if all is normal."""
 
@@ -70,6 +72,11 @@ class Compared:
     def ratio(self) -> float:
         """Comparison error over u_val, without sign."""
         return abs(self.error) / self.uncertainty
+
+    @property
+    def allowed(self) -> float:
+        """The largest difference that the uncertainties explain, in the unit of the number."""
+        return COVERED * self.uncertainty
 
     @property
     def seen_from(self) -> float:
@@ -121,6 +128,12 @@ class Validation(ShownVerdict):
     tolerance: float
     compared: tuple[Compared, ...]
     left_out: tuple[str, ...] = ()
+
+    @property
+    def _document(self) -> Document:
+        from hertzchain.uncertainty.document import of_validation
+
+        return of_validation(self)
 
     @property
     def remarks(self) -> tuple[str, ...]:

@@ -38,6 +38,7 @@ def test_a_difference_that_the_modulus_explains() -> None:
     """A modulus 4 % off makes forces 1.6 % off; known to 5 %, that is 0.8 deviations."""
     found = hc.validate(believed(1.04, 0.05), traces(), tolerance=0.1, realisations=64)
     assert found.verdict == "pass"
+    assert repr(found).endswith("Verdict: pass")
     peak, width, *_, time = found.compared
     assert peak.error / peak.measured == pytest.approx(1.04**0.4 - 1, rel=0.1)
     assert peak.input / peak.simulated == pytest.approx(0.4 * 0.05, rel=0.2)
