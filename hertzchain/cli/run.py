@@ -66,7 +66,7 @@ def run(
         min=2,
         metavar="N",
         help="Record the motion at N times, equally spaced, for -o (displacement, velocity and"
-        " contact force of each granule), --plot, --traces and --trajectory.",
+        " contact force of each granule), --plot, --report, --traces and --trajectory.",
     ),
     window: str | None = typer.Option(
         None, metavar="FROM:TO", help="When --record begins and ends, such as '0.1 ms:0.4 ms'."
@@ -134,7 +134,8 @@ def run(
     loaded = options.load_scene(scene)
     step = options.to_seconds("--dt", dt)
     limit = options.to_time_limit(time_limit)
-    is_recorded = any(path is not None for path in (output, plot, traces, trajectory))
+    shown = (output, plot, report, traces, trajectory)
+    is_recorded = any(path is not None for path in shown)
     options.refuse_without_need(is_recorded, record=record is not None)
     options.refuse_without_need(record is not None, window=window is not None)
     options.refuse_without_need(

@@ -1,4 +1,4 @@
-"""The document of a verdict, made once, then shown on a terminal, a page, a plot and in JUnit."""
+"""The document of a run or a verdict, then shown on a terminal, a page, a plot and in JUnit."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ class Document:
     kind: str  # title of the page
     name: str  # name of the JSON document
     numbers: Callable[[], dict[str, Any]]  # function that returns the JSON document
-    command: str  # compare or judge, in the name of the JUnit suite
+    command: str  # that prints it; in the name of the JUnit suite
     cases: tuple[Case, ...]  # of the JUnit suite
     results: Mapping[str, Result]  # results by the names of the engines
     verdict: Verdict  # without a sentence for a run
@@ -115,10 +115,10 @@ class Document:
     limits: Sequence[tuple[str, str, float]]  # style, label, value of lines among differences
     absent: Sequence[str] = ()  # labels of engines that did not run
     answers: Table | None = None  # the transition by each engine of a comparison
-    checks: Sequence[Check] = ()  # on which the verdict of a comparison rests
+    checks: Sequence[Check] = ()  # on which the verdict rests
     formulas: Sequence[str] = ()  # remarks on the formulas
     similar: Sequence[str] = ()  # remarks on engines that computed a similar chain
-    facts: Sequence[tuple[str, str]] = ()  # label and value of facts on all given peaks
+    facts: Sequence[tuple[str, str]] = ()  # label and value of facts on all contacts together
     cause: str | None = None  # likely cause of failures
     hint: str | None = None  # nearest mistake where no cause is known
     remarks: Sequence[str] = ()  # sentences on parts that could not be done

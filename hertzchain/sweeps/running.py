@@ -15,7 +15,7 @@ from hertzchain.engines.lammps.isolation import Child
 from hertzchain.limits import usable_cores
 from hertzchain.sweeps.design import Design
 from hertzchain.sweeps.measuring import YEAR, Measured, measure
-from hertzchain.sweeps.parts import Backend, Part, is_batched, is_short
+from hertzchain.sweeps.parts import NAMES, Backend, Part, is_batched, is_short
 
 LOOK = 1.0  # longest time without a look at who measures [s]
 _MOMENT = 0.05  # time between two checks of processes that are to end [s]
@@ -105,7 +105,8 @@ class _Cores(AbstractContextManager["_Cores"]):
         try:
             if isinstance(part.backend, Lammps):
                 return measure(*given, child=child, report_progress=self._report_on)
-            found: Measured = child.call(measure, *given, 1, time_limit=YEAR)
+            who = NAMES[type(part.backend)]
+            found: Measured = child.call(measure, *given, 1, time_limit=YEAR, who=who)
         finally:
             self._idle.put(child)
         self._report_on(part.stop - part.start)

@@ -34,12 +34,12 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_all_files_of_one_run(hertzchain: Command) -> None:
     outcome = hertzchain(
         "run", SCENE, "--record", "20", "-o", "motion.csv", "--contacts", "10:20:5",
-        "--plot", "run.svg", "--trajectory", "motion.xyz",
+        "--plot", "run.svg", "--trajectory", "motion.xyz", "--report", "run.html",
     )  # fmt: skip
     assert outcome.status == 0, outcome
     for what, name in (("Motion", "motion.csv"), ("Plot", "run.svg")):
         assert f"{what} written to {name}\n" in outcome.err
-    assert names() == ["motion.csv", "motion.xyz", "run.svg"]
+    assert names() == ["motion.csv", "motion.xyz", "run.html", "run.svg"]
     frame = pd.read_csv("motion.csv")
     assert frame["granule"].unique().tolist() == [10, 15, 20]
     times = np.linspace(0, Scene.from_toml(SCENE).end_time, 20)
@@ -47,6 +47,11 @@ def test_all_files_of_one_run(hertzchain: Command) -> None:
     assert Path("motion.xyz").read_text().count("time_s=") == 20
     # 20 times are too few for a picture.
     assert "recorded times are" in outcome.err
+
+
+def test_a_page_has_the_recorded_times(hertzchain: Command) -> None:
+    assert hertzchain("run", SCENE, "--record", "300", "--report", "run.html").status == 0
+    assert names() == ["run.html"]
 
 
 def test_a_window_of_the_run(hertzchain: Command) -> None:

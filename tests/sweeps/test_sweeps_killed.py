@@ -15,6 +15,8 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.cli import main
+from hertzchain.engines.lammps.isolation import Child
+from hertzchain.errors import RunFailed
 from hertzchain.sweeps import Sweep
 from tests import processes
 from tests.command_line import run_here
@@ -106,6 +108,12 @@ def goes_on_to_the_same(folder: Path, whole: Path, capfd: pytest.CaptureFixture[
         assert path.stat().st_mtime_ns == when, "a part was measured twice"
     equal(whole, folder / "out")
     assert not list(folder.rglob(".hertzchain-*")), "something half-written is left"
+
+
+@linux
+def test_a_killed_process_has_the_name_of_who_was_at_work() -> None:
+    with Child() as child, pytest.raises(RunFailed, match="native was killed"):
+        child.call(signal.raise_signal, signal.SIGKILL, time_limit=60.0, who="native")
 
 
 @pytest.mark.slow

@@ -132,14 +132,14 @@ def is_out_of_memory(said: str) -> bool:
     return any(sign in said for sign in _OUT_OF_MEMORY)
 
 
-def not_enough_memory() -> RunFailed:
+def not_enough_memory(who: str = "LAMMPS") -> RunFailed:
     """Return the error for a scene that is too large for this machine."""
-    return RunFailed("there is not enough memory for LAMMPS: free some, or take a shorter chain")
+    return RunFailed(f"there is not enough memory for {who}: free some, or take a shorter chain")
 
 
-def was_killed() -> RunFailed:
+def was_killed(who: str = "LAMMPS") -> RunFailed:
     """Return the error for a process that was killed from outside."""
     return RunFailed(
-        "LAMMPS was killed (SIGKILL), perhaps because memory ran out: free some, or take a shorter"
+        f"{who} was killed (SIGKILL), perhaps because memory ran out: free some, or take a shorter"
         " chain"
     )

@@ -48,8 +48,13 @@ class Child:
         """Process id; None while there is no process."""
         return None if self._process is None else self._process.popen.pid
 
-    def call(self, function: Callable[..., Any], *arguments: Any, time_limit: float) -> Any:
-        """Call a function in the process, within a time limit [s]; return or raise its outcome."""
+    def call(
+        self, function: Callable[..., Any], *arguments: Any, time_limit: float, who: str = "LAMMPS"
+    ) -> Any:
+        """Call a function in the process, within a time limit [s]; return or raise its outcome.
+
+        ``who`` is at work there, in the words of an error if the process ends.
+        """
         request = pickle.dumps(pickle.dumps((function, arguments)))
         deadline = Deadline(time_limit)
         process = self._process
@@ -63,7 +68,7 @@ class Child:
             raise
         if answer is None:
             self._process = None
-            raise _failure(*process.last_words())
+            raise _failure(*process.last_words(), who)
         worked, found = answer
         if not worked:
             raise found
@@ -153,10 +158,10 @@ class _Process:
             self._said = (self._said + said)[-_KEPT:]
 
 
-def _failure(status: int, said: str) -> RunFailed:
+def _failure(status: int, said: str, who: str) -> RunFailed:
     """Return the error for a process that ended, from its status and last output."""
     if is_out_of_memory(said):
-        return not_enough_memory()
+        return not_enough_memory(who)
     last = next((line.strip() for line in reversed(said.splitlines()) if line.strip()), "")
     words = f": {last}" if last else ""
     if status >= 0:
@@ -164,6 +169,6 @@ def _failure(status: int, said: str) -> RunFailed:
     else:
         name = signal_name(status)
         if name == "SIGKILL":
-            return was_killed()
+            return was_killed(who)
         how = f"{'crashed' if name in _CRASHES else 'was stopped'} ({name})"
-    return RunFailed(f"LAMMPS {how}{words}; hertzchain doctor says whether it works here")
+    return RunFailed(f"{who} {how}{words}; hertzchain doctor says whether it works here")
