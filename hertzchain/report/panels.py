@@ -15,7 +15,7 @@ from hertzchain.report.document import Document
 from hertzchain.report.facts import in_prefixed
 from hertzchain.report.motion import recorded
 from hertzchain.report.picture import at_whole_numbers, in_units, legend_above
-from hertzchain.report.waterfall import CURVES, drawn_contacts, with_peak
+from hertzchain.report.waterfall import CURVES, drawn_contacts, while_moving, with_peak
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,10 +27,6 @@ _BY_DEFAULT = 6  # contacts whose force over time is drawn
 _MARKED = 80  # contacts up to which each peak has a marker; more would melt into a band
 _NAMED = 12  # curves that a legend names without covering them; more have a colour bar
 _LIGHTEST = 0.9  # shade of a curve; the last tenth of the colours is too light on white
-_STILL, _MARGIN = 0.01, 0.03
-"""Change of a force over the largest that is too small to be seen; room before and after what
-happens, over its time (both chosen)."""
-
 _LINE, _HIGH = 0.2, 1.6
 """Height of a line of stacked forces [inches], and of its largest force [lines]."""
 
@@ -152,13 +148,7 @@ def what_happens(result: Result, contacts: Sequence[int]) -> tuple[float, float]
     history, static = recorded(result), result.static_force
     some = np.asarray(contacts) - 2
     moving = np.abs(history.contact_force[:, some] - (0.0 if static is None else static[some]))
-    largest = np.max(moving)
-    at = np.flatnonzero(np.any(moving > _STILL * largest, axis=1))
-    if not largest > 0:
-        return float(history.time[0]), float(history.time[-1])
-    begin, end = history.time[max(at[0] - 1, 0)], history.time[min(at[-1] + 1, moving.shape[0] - 1)]
-    room = _MARGIN * (end - begin)
-    return max(begin - room, history.time[0]), min(end + room, history.time[-1])
+    return while_moving(history.time, np.max(moving, axis=1))
 
 
 def draw_forces(axes: Axes, document: Document, contacts: Sequence[int] | None) -> None:

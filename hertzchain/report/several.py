@@ -12,7 +12,7 @@ from hertzchain.errors import require
 from hertzchain.observables.result import Result
 from hertzchain.report import style
 from hertzchain.report.motion import recorded
-from hertzchain.report.waterfall import drawn_contacts, with_peak
+from hertzchain.report.waterfall import drawn_contacts, while_moving, with_peak
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,10 +22,6 @@ if TYPE_CHECKING:
 _KINDS = {"peaks": "peak force", "forces": "contact force", "gauges": "force on a gauge"}
 _INSIDE = (5, 95)  # percentiles of the results of a band, as a spread has them
 _DASHES = ("-", "--", ":", "-.")
-_STILL, _ROOM = 0.01, 0.1
-"""Change of a force over the largest that is too small to be seen; room before and after what
-happens, over its time (both chosen)."""
-
 _FEW = 3  # contacts whose force over time is drawn by default
 
 _Line = tuple[FloatArray, FloatArray, FloatArray, FloatArray]  # x, middle, low, high
@@ -95,25 +91,19 @@ def plot(
         in_units(axes.yaxis, f"{what or _KINDS[draw]} [N]")
         axes.grid(alpha=0.25)
     if draw != "peaks":
-        drawn[-1].set_xlim(
-            *_while_moving([line for one in panels.values() for line in one.values()])
-        )
+        ends = [_changes(line) for one in panels.values() for line in one.values()]
+        drawn[-1].set_xlim(min(begin for begin, _ in ends), max(end for _, end in ends))
     in_units(drawn[-1].xaxis, "contact" if draw == "peaks" else "time [s]")
     legend_above(drawn[0])
     fit_letters(figure)
     return figure
 
 
-def _while_moving(lines: Sequence[_Line]) -> tuple[float, float]:
-    """Return from when until when forces change [s], with a little room."""
-    begin, end = np.inf, -np.inf
-    for time, _, low, high in lines:
-        off = np.maximum(np.abs(low - low[0]), np.abs(high - high[0]))
-        off = np.nan_to_num(off)
-        moving = time[off > _STILL * np.max(off)] if np.any(off) else time
-        begin, end = min(begin, moving[0]), max(end, moving[-1])
-    room = _ROOM * (end - begin)
-    return float(begin - room), float(end + room)
+def _changes(line: _Line) -> tuple[float, float]:
+    """Return from when until when a force changes [s]."""
+    time, _, low, high = line
+    off = np.maximum(np.abs(low - low[0]), np.abs(high - high[0]))
+    return while_moving(time, np.nan_to_num(off))
 
 
 def _panels(

@@ -15,6 +15,9 @@ READINGS = 4_000_000  # times and granules recorded at once: 100 MB for each sim
 _FINE = 0.2  # wave's units of time between recorded times of a run: half of what is close
 _CLOSE = 0.4  # and at most, for a map that shows 95 % of each peak: measured on the demo scene
 _FEWEST = 2.5  # and for curves with exact peaks: the wave passes a contact in six (chosen)
+_STILL, _ROOM = 0.01, 0.03
+"""Change of a force over the largest that is too small to be seen; room before and after what
+happens, over its time (both chosen)."""
 CURVES = 20  # most contacts whose forces are drawn one above the other
 
 
@@ -71,3 +74,13 @@ def with_peak(result: Result, contact: int) -> tuple[FloatArray, FloatArray]:
         return time, force
     at = int(np.searchsorted(time, peak_time))
     return np.insert(time, at, peak_time), np.insert(force, at, result.peak_at(contact))
+
+
+def while_moving(time: FloatArray, off: FloatArray) -> tuple[float, float]:
+    """From when until when forces change, by their change at each time, with a little room [s]."""
+    at = np.flatnonzero(off > _STILL * np.max(off))
+    if not at.size:
+        return float(time[0]), float(time[-1])
+    begin, end = time[max(at[0] - 1, 0)], time[min(at[-1] + 1, time.size - 1)]
+    room = _ROOM * (end - begin)
+    return float(max(begin - room, time[0])), float(min(end + room, time[-1]))

@@ -11,7 +11,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hertzchain.errors import OutputError, SceneError, did_you_mean, require
+from hertzchain.errors import OutputError, did_you_mean, require
 from hertzchain.limits import RTOL
 from hertzchain.observables.definitions import DEFINITIONS
 from hertzchain.scene.given import SceneLike
@@ -82,20 +82,11 @@ class Sweep:
         SceneError
             For a column that the sweep does not have.
         """
-        for name in columns or ():
-            self._check_column(name)
-        return _joined(self._store.frames("scenes", columns))
-
-    def _check_column(self, name: str) -> None:
-        """Refuse a column that is not in the table, and name what is."""
         known = [column.name for column in columns_in(self.manifest)]
-        if name in known:
-            return
-        key = str(name)
-        near = [one for one in known if one.partition(".")[2] == key]
-        hint = f"; did you mean {near[0]}?" if near else did_you_mean(key, known)
-        end = f"{hint} It has" if hint else ", which has"
-        raise SceneError(key, None, f"is no column of this sweep{end} {', '.join(known)}")
+        for name in columns or ():
+            allowed = f"is no column of this sweep, which has {', '.join(known)}"
+            require(name in known, name, None, allowed + did_you_mean(str(name), known))
+        return _joined(self._store.frames("scenes", columns))
 
     def peaks_to_frame(self) -> pandas.DataFrame:
         """Return one row per scene, backend and contact; OutputError if peaks were not kept."""

@@ -1,4 +1,4 @@
-"""The spread of results as a card, on a terminal, and as a picture along the chain.
+"""The spread of results on a terminal, and as a picture along the chain.
 
 ``Spread`` shows itself by these functions, which therefore do not import it.
 """
@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hertzchain.report.cards import card
 from hertzchain.report.facts import describe, in_prefixed
 from hertzchain.report.picture import Picture, fit_letters
 
@@ -27,19 +26,15 @@ _WORDS = {
 """What results are called, and their units."""
 
 _SHOWN = 0.005  # least share of a variance that is named
-_MOST_FACTS = 8  # of a card
 _BAND = "#56B4E9"  # Okabe and Ito's sky blue
 _HEADER = ("result", "", "nominal", "5 %", "95 %", "deviation", "made by")
 
 
-def spread_card(spread: Any) -> str:
-    """The card of a spread: first peaks of a few contacts, gauges, the wave."""
-    facts = []
-    for k in _shown(spread, every=False)[:_MOST_FACTS]:
-        words, at, middle, low, high, deviation, made_by = _row(spread, k)
-        text = f"{middle}, {low} to {high}, deviation {deviation} ({made_by})"
-        facts.append((f"{words}, {at}", text))
-    return card("Spread: 5 to 95 % of all realisations", [*_head(spread), *facts])
+def printed(spread: Any) -> str:
+    """What ``run --uncertainty`` prints of a spread, without colours."""
+    from hertzchain.report.console import plain_text
+
+    return plain_text(lambda console: print_spread(console, spread, every=False))
 
 
 def print_spread(console: Console, spread: Any, every: bool) -> None:

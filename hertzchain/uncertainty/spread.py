@@ -78,9 +78,9 @@ class Spread:
     rtol: float
 
     def __repr__(self) -> str:
-        from hertzchain.uncertainty.shown import spread_card
+        from hertzchain.uncertainty.shown import printed
 
-        return spread_card(self)
+        return printed(self)
 
     def plot(self) -> Figure:
         """Draw first peaks along the chain with their range, and what makes it."""

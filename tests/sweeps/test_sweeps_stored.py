@@ -122,9 +122,9 @@ def test_what_changes_no_number_does_not_make_another_sweep(
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("foo", ", which has scene, backend, "),
-        ("radius", "; did you mean chain.radius? It has scene, backend, "),
-        ("largest_peak_force", "; did you mean largest_peak_force_N? It has scene, backend, "),
+        ("foo", ""),
+        ("radius", ""),
+        ("largest_peak_force", "; did you mean largest_peak_force_N?"),
     ],
 )
 def test_an_unknown_column_is_refused_with_what_there_is(
@@ -133,7 +133,8 @@ def test_an_unknown_column_is_refused_with_what_there_is(
     swept = hc.sweep(SHORT, GRID, output=tmp_path / "out" if is_kept else None)
     with pytest.raises(SceneError) as refused:
         swept.to_frame(["scene", name])
-    assert str(refused.value).startswith(f"{name}: is no column of this sweep{words}")
+    assert str(refused.value).startswith(f"{name}: is no column of this sweep, which has scene,")
+    assert str(refused.value).endswith(words)
     assert all(str(column) in str(refused.value) for column in swept.to_frame())
 
 
