@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hertzchain.errors import HertzchainError, did_you_mean
-from hertzchain.files import read_bytes
+from hertzchain.files import read_bytes, text_in
 
 _MOST_BYTES = 100_000_000
 """Largest size of a file [bytes] (chosen): about three million samples."""
@@ -115,16 +115,6 @@ def read_lines(path: Path) -> list[str]:
     if text is None:
         raise HertzchainError(f"{path}: is not a text file; export the recording as CSV")
     return text.splitlines()
-
-
-def text_in(content: bytes) -> str | None:
-    """The text in the bytes of a file, in any usual encoding; None where they are none."""
-    try:
-        if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
-            return content.decode("utf-16")
-        return None if b"\0" in content else content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return content.decode("latin-1")
 
 
 def is_comment(line: str) -> bool:

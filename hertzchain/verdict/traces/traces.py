@@ -57,14 +57,10 @@ def _noise(time: FloatArray, force: FloatArray) -> float:
     return noise_within(force, step, resolution_of(force)).deviation
 
 
-def is_traces(names: list[str], scene: Scene, columns: Mapping[str, str]) -> bool:
-    """Return whether columns of these names are traces of some gauges, and not of all contacts."""
-    if any(_SENSOR.fullmatch(role) for role in columns):
-        return True
-    found = [match for name in names if (match := _COLUMN.fullmatch(name)) is not None]
-    # Codes number contacts from 0, 1 or 2: all of them are as many as there are.
-    contacts = sum(match[1].startswith("contact_") for match in found)
-    return bool(found) and contacts < scene.chain.granules - 1
+def is_traces(names: list[str], columns: Mapping[str, str]) -> bool:
+    """Return whether columns of these names, or with these roles, are traces of some gauges."""
+    found = (_COLUMN.fullmatch(name) for name in names)
+    return any(map(_SENSOR.fullmatch, columns)) or any(found)
 
 
 def names_in(results: Any) -> list[str]:
