@@ -91,7 +91,7 @@ def reduce(time: FloatArray, force: FloatArray, bend: float, noise: Noise) -> Co
                 kept[at] = moved
             at += 1
     corners: _Places = np.array(kept)
-    return Corners(time[corners], _not_negative(time, force, weight, corners), corners)
+    return Corners(time[corners], _heights(time, force, weight, corners), corners)
 
 
 def weights(time: FloatArray) -> FloatArray:
@@ -104,39 +104,6 @@ def weights(time: FloatArray) -> FloatArray:
 def impulse_of(time: FloatArray, force: FloatArray) -> float:
     """Return the integral of a force that is linear between samples [N s]."""
     return float(np.dot(weights(time), force))
-
-
-def fit(
-    time: FloatArray,
-    force: FloatArray,
-    weight: FloatArray,
-    places: _Places,
-    free: NDArray[np.bool_] | None = None,
-) -> FloatArray:
-    """Return forces at the corners of the polyline of least squares, shape (..., corners).
-
-    Several forces, shape (..., samples), may be fitted at once. Corners that are not ``free`` are
-    0; all are by default.
-    """
-    from scipy.linalg import solveh_banded
-
-    count = places.size
-    line = np.clip(np.searchsorted(places, np.arange(time.size), "right") - 1, 0, count - 2)
-    part = (time - time[places[line]]) / (time[places[line + 1]] - time[places[line]])
-    left, right = weight * (1 - part), weight * part
-    band = np.zeros((2, count))
-    band[0, 1:] = np.bincount(line, left * part, count)[:-1]
-    band[1] = np.bincount(line, left * (1 - part), count)
-    band[1, 1:] += np.bincount(line, right * part, count)[:-1]
-    starts = places[:-1]
-    sides = np.zeros((*force.shape[:-1], count))
-    sides[..., :-1] = np.add.reduceat(left * force, starts, axis=-1)
-    sides[..., 1:] += np.add.reduceat(right * force, starts, axis=-1)
-    if free is not None:
-        band[0, 1:] *= free[1:] & free[:-1]
-        band[1, ~free], sides[..., ~free] = 1.0, 0.0
-    solved: FloatArray = solveh_banded(band, np.moveaxis(sides, -1, 0))
-    return np.moveaxis(solved, 0, -1)
 
 
 def _is_straight(time: FloatArray, force: FloatArray, bend: float, noise: Noise) -> bool:
@@ -181,16 +148,14 @@ def _squares(sums: FloatArray) -> FloatArray:
     return found
 
 
-def _not_negative(
+def _heights(
     time: FloatArray, force: FloatArray, weight: FloatArray, places: _Places
 ) -> FloatArray:
-    """Return forces at the corners by least squares, at least 0, with the impulse of the samples.
+    """Return least squares at the corners, at least 0, with the impulse of the samples [N]."""
+    from scipy.interpolate import make_lsq_spline
 
-    Forces that would be negative are 0, and the others are fitted again.
-    """
-    free = np.ones(places.size, np.bool_)
-    values = fit(time, force, weight, places)
-    while np.any(values < 0):
-        free &= values > 0
-        values = fit(time, force, weight, places, free)
-    return values * (impulse_of(time, force) / impulse_of(time[places], values))
+    clock = time[places] / time[-1]
+    knots = np.concatenate([clock[:1], clock, clock[-1:]])
+    lines = make_lsq_spline(time / time[-1], force, knots, 1, np.sqrt(weight / time[-1]))
+    heights = np.maximum(lines.c, 0.0)
+    return np.asarray(heights * (impulse_of(time, force) / impulse_of(time[places], heights)))

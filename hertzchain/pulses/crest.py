@@ -103,7 +103,7 @@ def with_crest(corners: Corners, crest: Crest | None) -> Corners:
     """
     if crest is None:
         return corners
-    clock, force = _with_peak(corners.time, corners.force, crest.time, crest.force)
+    clock, force = _through(corners, crest)
     impulse, weight = impulse_of(corners.time, corners.force), weights(clock)
     free = force < crest.force
     while free.any():
@@ -115,6 +115,17 @@ def with_crest(corners: Corners, crest: Crest | None) -> Corners:
     return corners
 
 
+def _through(corners: Corners, crest: Crest) -> tuple[FloatArray, FloatArray]:
+    """Return lines led through a crest, by a corner near it or one more, and nowhere above it."""
+    time, force = corners.time, np.minimum(corners.force, crest.force)
+    line = int(np.clip(np.searchsorted(time, crest.time) - 1, 0, time.size - 2))
+    part = (crest.time - time[line]) / (time[line + 1] - time[line])
+    if _NEAR < part < 1 - _NEAR:
+        return np.insert(time, line + 1, crest.time), np.insert(force, line + 1, crest.force)
+    force[line + (part > 0.5)] = crest.force
+    return time, force
+
+
 def _squares_of_lines(time: FloatArray, force: FloatArray, weight: FloatArray, at: float) -> float:
     """Return the weighted squared differences from the best two lines that meet at a time."""
     part = (time - at) / (time[-1] - time[0])
@@ -122,25 +133,3 @@ def _squares_of_lines(time: FloatArray, force: FloatArray, weight: FloatArray, a
     root = np.sqrt(weight / (time[-1] - time[0]))
     best = np.linalg.lstsq(base * root[:, np.newaxis], force * root, rcond=None)[0]
     return float(np.dot(weight, (force - base @ best) ** 2))
-
-
-def _with_peak(
-    time: FloatArray, force: FloatArray, at: float, peak: float
-) -> tuple[FloatArray, FloatArray]:
-    """Lines cut off at their peak or, where they are all below it, led through it."""
-    if force.max() > peak:
-        rise = np.flatnonzero((force[1:] > peak) != (force[:-1] > peak))
-        part = (peak - force[rise]) / (force[rise + 1] - force[rise])
-        crossings = time[rise] + part * (time[rise + 1] - time[rise])
-        low = force <= peak
-        clock = np.concatenate([time[low], crossings])
-        values = np.concatenate([force[low], np.full(crossings.size, peak)])
-        order = np.argsort(clock, kind="stable")
-        return clock[order], values[order]
-    line = int(np.clip(np.searchsorted(time, at) - 1, 0, time.size - 2))
-    part = (at - time[line]) / (time[line + 1] - time[line])
-    values = force.copy()
-    if _NEAR < part < 1 - _NEAR:
-        return np.insert(time, line + 1, at), np.insert(values, line + 1, peak)
-    values[line + (part > 0.5)] = peak
-    return time, values

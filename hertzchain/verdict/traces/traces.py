@@ -13,9 +13,8 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError, SceneError, require
-from hertzchain.pulses.layout import layout_of, read_lines
 from hertzchain.pulses.noise import LEAST, noise_within, resolution_of
-from hertzchain.pulses.recording import read_recording
+from hertzchain.pulses.recording import read_columns, read_recording
 from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.quantities import to_si
 from hertzchain.scene.scene import Scene
@@ -69,7 +68,7 @@ def names_in(results: Any) -> list[str]:
         return [str(name) for name in results.columns]
     if isinstance(results, str | os.PathLike):
         try:
-            return list(layout_of(Path(results), read_lines(Path(results))).names)
+            return list(read_columns(Path(results)).names)
         except HertzchainError:
             return []
     return []
@@ -98,7 +97,7 @@ def read_traces(scene: Scene, results: Any, columns: Mapping[str, str]) -> Trace
     named = {role: _spec(role, text) for role, text in columns.items()}
     names = names_in(results)
     if not names and not hasattr(results, "columns"):
-        layout_of(Path(results), read_lines(Path(results)))  # says what is wrong with the file
+        read_columns(Path(results))  # says what is wrong with the file
     time_name, time_unit = named.pop("time", ("", ""))
     is_table = hasattr(results, "columns")
     if not time_name:
