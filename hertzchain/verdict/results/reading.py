@@ -94,11 +94,12 @@ def _content_of(path: Path, most: int) -> bytes:
 
 
 def _table_in(text: str, file: str) -> pandas.DataFrame:
-    """Return the words of a CSV file; decimal commas, between semicolons or tabs, as points."""
+    """Return the words of a CSV file, whose header may be a comment; decimal commas as points."""
     import pandas
 
+    text = text.removeprefix("#").lstrip(" ")
     head = text.partition("\n")[0]
-    separator = next((one for one in ";\t" if one in head), ",")
+    separator = next((one for one in ";\t," if one in head), r"\s+")
     try:
         with warnings.catch_warnings():  # of rows that are longer than the header
             warnings.simplefilter("error", pandas.errors.ParserWarning)
@@ -110,8 +111,10 @@ def _table_in(text: str, file: str) -> pandas.DataFrame:
         said = " ".join(str(problem).split())
         raise SceneError("", None, f"is no CSV file ({said})", file=file) from None
     table.columns = [str(name).strip() for name in table.columns]
-    if separator != "," and "," in text and "." not in "".join(map("".join, table.to_numpy())):
-        table = table.map(lambda word: word.replace(",", "."))
+    for name in set(COLUMNS) & set(table.columns) if separator != "," else ():
+        words = table[name]
+        if not words.str.contains(".", regex=False).any():
+            table[name] = words.str.replace(",", ".")
     return table
 
 

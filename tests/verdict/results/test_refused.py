@@ -47,7 +47,10 @@ BROKEN: dict[str, tuple[bytes, str]] = {
     "a long cell": (USUAL + b"2," + b"x" * 200_000 + b"\n", "= 'x{40}': must be a finite number"),
     "a damaged archive": (gzip.compress(b"contact")[:-9], "its compression is damaged"),
     "a spreadsheet": (b"PK\x03\x04\0\0", "a spreadsheet is saved as CSV first"),
-    "a log": (b"LAMMPS (22 Jul 2025)\nunits si\n", "has the columns 'LAMMPS .22 Jul 2025.', must"),
+    "a log": (
+        b"LAMMPS (22 Jul 2025)\nunits si\n",
+        "has the columns 'LAMMPS', .* or be a dump of LAMMPS with id, x, fx",
+    ),
     "dump without frames": (b"ITEM: TIMESTEP\n", "frame 1: ends in the middle"),
     "dump cut off": (f"{HEAD}{GRANULES}\n1 0 0 0\n".encode(), "frame 1: ends in the middle"),
     "two granules": (
