@@ -17,10 +17,6 @@ SCENE = hc.Scene(hc.Chain(N, **STEEL), hc.Pulse("cosine", 100.0, 2.0, rise_time=
 DT = 1e-7
 EVERY = 20  # steps between two samples: 0.14 natural time units
 
-OF_VELOCITIES = 0.02 * (DT / SCENE.units.time) ** 2
-"""Error of peaks between samples by velocity Verlet's own velocities, which are no derivatives, at
-most: 0.006 (dt / unit)^2 measured, 3 % of the error of its steps."""
-
 
 @dataclass(frozen=True, eq=False)
 class Samples:
