@@ -264,13 +264,21 @@ def with_crest(corners: Corners, crest: Crest | None) -> Corners:
 
 
 def _through(corners: Corners, crest: Crest) -> tuple[FloatArray, FloatArray]:
-    """Return lines led through a crest, by a corner near it or one more, and nowhere above it."""
-    time, force = corners.time, np.minimum(corners.force, crest.force)
+    """Return lines cut off at a crest or, where they are all below it, led through it."""
+    time, force, peak = corners.time, corners.force.copy(), crest.force
+    if force.max() > peak:
+        rise = np.flatnonzero((force[1:] > peak) != (force[:-1] > peak))
+        part = (peak - force[rise]) / (force[rise + 1] - force[rise])
+        crossings = time[rise] + part * (time[rise + 1] - time[rise])
+        low = force <= peak
+        clock = np.append(time[low], crossings)
+        order = np.argsort(clock, kind="stable")
+        return clock[order], np.append(force[low], np.full(crossings.size, peak))[order]
     line = int(np.clip(np.searchsorted(time, crest.time) - 1, 0, time.size - 2))
     part = (crest.time - time[line]) / (time[line + 1] - time[line])
     if _NEAR < part < 1 - _NEAR:
-        return np.insert(time, line + 1, crest.time), np.insert(force, line + 1, crest.force)
-    force[line + (part > 0.5)] = crest.force
+        return np.insert(time, line + 1, crest.time), np.insert(force, line + 1, peak)
+    force[line + (part > 0.5)] = peak
     return time, force
 
 
