@@ -37,6 +37,16 @@ def read_bytes(path: Path, most: int) -> bytes:
     raise OSError(errno.EFBIG, f"larger than {most / 1e6:g} MB")
 
 
+def text_in(content: bytes) -> str | None:
+    """The text in the bytes of a file, in any usual encoding; None where they are none."""
+    try:
+        if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
+            return content.decode("utf-16")
+        return None if b"\0" in content else content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return content.decode("latin-1")
+
+
 def read_rows(path: Path, most: int) -> tuple[list[str], list[list[str]]]:
     """Return the header of a CSV file and its other rows that are not empty.
 

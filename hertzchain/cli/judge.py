@@ -13,7 +13,7 @@ from hertzchain.cli.verdicts import Shown
 from hertzchain.errors import require
 from hertzchain.limits import TOLERANCE
 
-Units = StrEnum("Units", {name: name for name in ("si", "cgs", "micro", "nano", "lj")})  # type: ignore[misc]
+Units = StrEnum("Units", {name: name for name in ("si", "cgs", "micro", "nano")})  # type: ignore[misc]
 """LAMMPS's styles of units."""
 
 SI = Units("si")
@@ -24,21 +24,17 @@ def judge(
     results: list[Path] = typer.Argument(
         ...,
         metavar="FILE",
-        help="CSV with the columns contact, peak_force_N, or samples of forces or positions:"
-        " tables, LAMMPS logs and dumps (all files of one dump), which may be gzipped; or"
-        " measured traces: time_s, gauge_16_N, contact_10_N, wall_N, or any with --column.",
+        help="CSV with the columns contact, peak_force_N; or a LAMMPS dump of all granules with id,"
+        " x, fx (all files of one dump); or measured traces: time_s, gauge_16_N, contact_10_N,"
+        " wall_N, or any with --column. Peaks and dumps may be gzipped.",
     ),
     column: list[str] | None = typer.Option(
         None,
         metavar="WHAT=NAME",
-        help="Which columns are what; repeatable. WHAT: contact, peak_force, time, step,"
-        " contact_force, net_force, position, velocity, id. NAME may have * for"
-        " numbers and a unit: 'contact_force=F* [kN]'. Of traces: time, gauge_16,"
-        " contact_10, wall, as in 'gauge_16=CH1 [25 N]'.",
+        help="Which columns of traces are what; repeatable. WHAT: time, gauge_16, contact_10, wall,"
+        " as in 'gauge_16=CH1 [25 N]'.",
     ),
-    units: Units = typer.Option(
-        SI, help="Units of columns without one of their own, by LAMMPS's name."
-    ),
+    units: Units = typer.Option(SI, help="Units of a dump, by LAMMPS's name."),
     dt: str | None = typer.Option(
         None, help='The step of the code, seconds or with a unit ("20 ns").'
     ),
@@ -66,11 +62,11 @@ def judge(
     from hertzchain.verdict.traces.traces import is_traces, names_in
 
     shown = Shown(scene, results, as_json, plot, report, junit, size=size)
-    columns = options.by_name("--column", column or [], "peak_force=F")
+    columns = options.by_name("--column", column or [], "gauge_16=CH1")
     step, limit = options.to_seconds("--dt", dt), options.to_time_limit(time_limit)
     loaded = options.load_scene(scene)
-    of_traces = len(results) == 1 and is_traces(names_in(results[0]), loaded, columns)
-    options.refuse_without_need(of_traces, no_shift=no_shift)
+    of_traces = len(results) == 1 and is_traces(names_in(results[0]), columns)
+    options.refuse_without_need(of_traces, no_shift=no_shift, column=bool(columns))
     with output.progress() as report_progress, output.compiling(report_progress):
         if of_traces:
             allowed = "are in the header of a trace, or named by --column 'gauge_16=CH1 [25 N]'"
@@ -89,7 +85,6 @@ def judge(
         judgement = judging.judge(
             loaded,
             results,
-            columns=columns,
             units=units.value,
             tolerance=TOLERANCE if tolerance is None else tolerance,
             dt=step,

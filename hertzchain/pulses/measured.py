@@ -12,8 +12,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import peak_forces
 from hertzchain.errors import HertzchainError, is_finite, require
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.pulses.corners import Corners, impulse_of, reduce
-from hertzchain.pulses.crest import Crest, crest_of, with_crest
+from hertzchain.pulses.corners import Corners, Crest, crest_of, impulse_of, reduce, with_crest
 from hertzchain.pulses.recording import Recording
 from hertzchain.pulses.signal import Signal, binned, pulse_of
 from hertzchain.scene.pulse import PulseTable

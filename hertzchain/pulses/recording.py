@@ -2,28 +2,43 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable
+import re
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.errors import HertzchainError, SceneError, is_finite, require
-from hertzchain.pulses.layout import (
-    UNITS_OF_FORCE,
-    UNITS_OF_TIME,
-    Layout,
-    is_comment,
-    layout_of,
-    read_lines,
-)
+from hertzchain.errors import HertzchainError, SceneError, did_you_mean, is_finite, require
+from hertzchain.files import read_bytes, text_in
 from hertzchain.scene.quantities import to_si
 
 LEAST_SAMPLES = 8  # least number of samples of a recording; chosen
+_MOST_BYTES = 100_000_000  # of a file (chosen): about three million samples
+_LOOKED_AT = 2000  # lines at the beginning and at the end that tell the layout (chosen)
 _MOST = 1e60  # largest s or N: its square, and sums of squares, can be represented
 _SHOWN = 3  # most wrong lines that are named
+
+_LAYOUTS = ((";", "."), (";", ","), ("\t", "."), ("\t", ","), (",", "."), (" ", "."), (" ", ","))
+"""Layouts that are tried: separator of columns (a blank stands for any number) and decimal sign."""
+
+_SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", " ": "blanks"}
+
+_NUMBER = re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?|[-+]?(?:nan|inf)", re.IGNORECASE)
+_UNIT = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]\s*$|[_/]\s*([A-Za-zµμ]+)$")
+"""Unit at the end of the name of a column: "force [kN]", "Time (us)", "time_s", "F/N"."""
+
+_TIMES = ("s", "ms", "us", "µs", "μs", "ns")
+_FORCES = ("N", "kN", "mN", "MN")
+_OTHERS = ("V", "mV", "kV", "uV", "µV", "volt", "volts", "pC", "mA", "ampere")
+_WORDS = {
+    **{name: name for name in (*_TIMES, *_FORCES, *_OTHERS)},
+    **dict.fromkeys(("sec", "second", "seconds"), "s"),
+    **dict.fromkeys(("newton", "newtons"), "N"),
+}
+"""Units in headers, by how they are written."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +61,125 @@ class Recording:
     force: FloatArray
     newtons: float
     facts: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Columns:
+    """A text file of columns: its lines as cells, with decimal points, and what its header says."""
+
+    path: Path
+    cells: Sequence[Sequence[str]]  # of each line; none of comments
+    numeric: Sequence[int]  # columns with numbers
+    names: Sequence[str]  # of all columns; empty if the header does not say them
+    units: Sequence[str]
+    layout: str  # in words
+
+    def name(self, column: int) -> str:
+        """Return number and name of a column, for messages."""
+        return f"{column + 1} ({self.names[column]})" if self.names[column] else f"{column + 1}"
+
+    def find(self, option: str, wanted: str) -> int:
+        """Column with the name or number of an option; HertzchainError lists the columns."""
+        if wanted.isdecimal() and 1 <= int(wanted) <= len(self.names):
+            return int(wanted) - 1
+        bare = [_UNIT.sub("", name).strip().lower() for name in self.names]
+        for known, meant in ((list(self.names), wanted), (bare, wanted.lower())):
+            if known.count(meant) == 1:
+                return known.index(meant)
+        listed = ", ".join(map(self.name, range(len(self.names))))
+        hint = did_you_mean(wanted, [name for name in self.names if name])
+        raise HertzchainError(f"{option} {wanted}: no such column, there are {listed}{hint}")
+
+
+def read_columns(path: Path) -> Columns:
+    """Return the columns of a text file in any usual layout and encoding.
+
+    HertzchainError if it is unreadable, or has no line of two numbers.
+    """
+    lines = _lines(path)
+    looked_at = [*lines[:_LOOKED_AT], *lines[_LOOKED_AT:][-_LOOKED_AT:]]
+    # Most lines of numbers alone, or else of two numbers; of equals the first.
+    separator, decimal = max(_LAYOUTS, key=lambda signs: _fitting(looked_at, *signs))
+    rows = [row for line in looked_at if _numbers(row := _cells(line, separator, decimal)) >= 2]
+    if not rows:
+        raise HertzchainError(
+            f"{path}: no line has numbers in two columns; must be a text file with columns of time"
+            " and force"
+        )
+    count = Counter(map(len, rows)).most_common(1)[0][0]
+    numeric = [
+        column
+        for column in range(count)
+        if sum(_numbers(row[column : column + 1]) for row in rows) > len(rows) / 2
+    ]
+    names, units = _header(lines, separator, decimal, count)
+    cells = [_cells(line, separator, decimal) for line in lines]
+    layout = f"{_SEPARATORS[separator]} between columns"
+    layout += ", decimal commas" if decimal == "," else ""
+    return Columns(path, cells, numeric, names, units, layout)
+
+
+def _lines(path: Path) -> list[str]:
+    try:
+        content = read_bytes(path, _MOST_BYTES)
+    except (OSError, ValueError) as problem:  # ValueError: no name of a file
+        reason = getattr(problem, "strerror", None) or problem
+        raise HertzchainError(f"{path}: cannot be read ({reason}); must be a text file") from None
+    text = None if content.startswith(b"PK\x03\x04") else text_in(content)
+    if text is None:
+        raise HertzchainError(
+            f"{path}: is not a text file (a spreadsheet, an archive); export the recording as CSV"
+        )
+    return text.splitlines()
+
+
+def _cells(line: str, separator: str, decimal: str) -> list[str]:
+    """Return the cells of a line, numbers with decimal points; none of a comment."""
+    if line.lstrip()[:1] in ("", "#", "%", ";"):
+        return []
+    line = line.partition("#")[0].strip("\r\n ")
+    cells = line.split() if separator == " " else line.split(separator)
+    cells = [cell.strip().strip('"').strip() for cell in cells]
+    # With decimal commas 1.500 is no number.
+    return [cell.translate({44: 46, 46: 44}) for cell in cells] if decimal == "," else cells
+
+
+def _numbers(cells: Sequence[str]) -> int:
+    return sum(_NUMBER.fullmatch(cell) is not None for cell in cells)
+
+
+def _fitting(lines: Sequence[str], separator: str, decimal: str) -> tuple[int, int]:
+    """Return how many lines have only numbers, and how many have at least two numbers."""
+    rows = [[cell for cell in _cells(line, separator, decimal) if cell] for line in lines]
+    counts = [(_numbers(row), len(row)) for row in rows]
+    two = [(numbers, size) for numbers, size in counts if numbers >= 2]
+    return sum(numbers == size for numbers, size in two), len(two)
+
+
+def _header(
+    lines: Sequence[str], separator: str, decimal: str, count: int
+) -> tuple[list[str], list[str]]:
+    """Return names and units of the columns, from the last text lines before the numbers."""
+    texts: list[list[str]] = []
+    for line in lines:
+        cells = _cells(line.lstrip().lstrip("#%"), separator, ".")  # a comment may name them
+        if _numbers(_cells(line, separator, decimal)) >= 2 and len(cells) == count:
+            break
+        if len(cells) == count and all(cells) and not _numbers(cells):
+            texts.append(cells)
+    if not texts:
+        return [""] * count, [""] * count
+    units = [_as_unit(cell) for cell in texts[-1]]
+    if len(texts) > 1 and all(units):  # a line of units below the names
+        return texts[-2], units
+    found = [_UNIT.search(name) for name in texts[-1]]
+    return texts[-1], [_as_unit(match[1] or match[2]) if match else "" for match in found]
+
+
+def _as_unit(cell: str) -> str:
+    """Return the known unit in a cell, with or without brackets; empty if there is none."""
+    bare = cell.strip("[]() ")
+    return _WORDS.get(bare, _WORDS.get(bare.lower(), "") if len(bare) > 3 else "")
 
 
 def read_recording(
@@ -72,14 +206,13 @@ def read_recording(
     Raises
     ------
     HertzchainError
-        With all wrong lines of the file, or for an impossible column or unit.
+        With the first wrong lines of the file, or for an impossible column or unit.
     """
-    lines = read_lines(path)
-    layout = layout_of(path, lines)
-    numeric = iter(layout.numeric)
-    first = layout.find("--time", time) if time is not None else next(numeric, -1)
+    columns = read_columns(path)
+    numeric = iter(columns.numeric)
+    first = columns.find("--time", time) if time is not None else next(numeric, -1)
     second = (
-        layout.find("--force", force)
+        columns.find("--force", force)
         if force is not None
         else next((column for column in numeric if column != first), -1)
     )
@@ -88,21 +221,24 @@ def read_recording(
             f"{path}: time and force must be two columns of numbers; name them with --time and"
             " --force"
         )
-    seconds, unit_of_time = _unit("--time-unit", time_unit, layout.units[first], UNITS_OF_TIME, "s")
-    newtons, unit_of_force = _unit_of_force(layout, second, force_unit, scale)
-    begin, values = _read(path, lines, layout, (first, second))
-    counts = any(name.lower().startswith("increment") for name in layout.names)
-    if counts and bool(np.all(np.diff(values[:, 0]) == 1)):
+    of_time, of_force = columns.units[first], columns.units[second]
+    if scale is None and force_unit is None and of_force and of_force not in _FORCES:
         raise HertzchainError(
-            f"{path}: column {layout.name(first)} counts samples: write their times in its place,"
-            " from Start by Increment"
+            f"column {columns.name(second)} is in {of_force}: say with --scale how many N one"
+            f" {of_force} is"
         )
-    texts = sum(bool(line.strip()) for line in lines[:begin])
+    seconds, unit_of_time = _unit("--time-unit", time_unit, of_time, _TIMES)
+    known = () if scale is not None else _FORCES  # the unit of a header is in the scale
+    newtons, unit_of_force = _unit("--force-unit", force_unit, of_force, known or ("N",))
+    if scale is not None:
+        right = is_finite(scale) and scale != 0
+        require(right, "--scale", scale, "must be a finite number other than 0")
+        newtons, unit_of_force = newtons * scale, f"times {scale:g} {force_unit or 'N'}"
+    values = _read(columns, (first, second))
     facts = (
-        ("file", f"{path}: {len(values):,} samples, {layout.describe()}"),
-        *((("text before the numbers", f"{texts} line{'s' * (texts != 1)}"),) if texts else ()),
-        ("time", f"column {layout.name(first)}, {unit_of_time}"),
-        ("force", f"column {layout.name(second)}, {unit_of_force}"),
+        ("file", f"{path}: {len(values):,} samples, {columns.layout}"),
+        ("time", f"column {columns.name(first)}, {unit_of_time}"),
+        ("force", f"column {columns.name(second)}, {unit_of_force}"),
     )
     with np.errstate(over="ignore", invalid="ignore"):  # refused below
         clock, forces = values[:, 0] * seconds, values[:, 1] * newtons
@@ -115,80 +251,57 @@ def read_recording(
 
 
 def _unit(
-    option: str, given: str | None, of_header: str, known: dict[str, str], unit: str
+    option: str, given: str | None, of_header: str, known: Sequence[str]
 ) -> tuple[float, str]:
-    """Return the value of a unit in SI units, and words for it."""
+    """Return the value of a unit in SI units, the first of those known, and words for it."""
+    unit = known[0]
     if given is not None:
         worth = to_si(option, f"1 {given}", unit)
         require(is_finite(worth) and worth > 0, option, given, f"must be a unit such as {unit}")
         return worth, f"in {given}"
-    if of_header in known.values():
+    if of_header in known:
         return to_si(option, f"1 {of_header}", unit), f"in {of_header} (header)"
     return 1.0, f"taken as {unit}"
 
 
-def _unit_of_force(
-    layout: Layout, column: int, given: str | None, scale: float | None
-) -> tuple[float, str]:
-    of_header = layout.units[column]
-    if scale is None:
-        if given is None and of_header and of_header not in UNITS_OF_FORCE.values():
-            raise HertzchainError(
-                f"column {layout.name(column)} is in {of_header}: say with --scale how many N one"
-                f" {of_header} is"
-            )
-        return _unit("--force-unit", given, of_header, UNITS_OF_FORCE, "N")
-    right = is_finite(scale) and scale != 0
-    require(right, "--scale", scale, "must be a finite number other than 0")
-    worth, _ = _unit("--force-unit", given, "", UNITS_OF_FORCE, "N")
-    return worth * scale, f"times {scale:g} {given or 'N'}"
-
-
-def _read(
-    path: Path, lines: list[str], layout: Layout, columns: tuple[int, int]
-) -> tuple[int, FloatArray]:
-    """Return the index of the first line of numbers, and times and forces, shape (samples, 2)."""
-    cells: list[tuple[int, list[str]]] = []
-    begin = None
-    for number, line in enumerate(lines):
-        if is_comment(line):
-            continue
-        row = layout.split(line)
-        if begin is None:
-            if not all(column < len(row) and layout.is_number(row[column]) for column in columns):
-                continue
-            begin = number
-        if not (line.lstrip().startswith(";") and not _holds(row, columns)):
-            cells.append((number + 1, row))
-    if begin is None or len(cells) < LEAST_SAMPLES:
-        named = " and ".join(layout.name(column) for column in columns)
+def _read(columns: Columns, which: tuple[int, int]) -> FloatArray:
+    """Return times and forces, shape (samples, 2), from the first line that has both."""
+    rows = [
+        (number, [_value(cells, column) for column in which])
+        for number, cells in enumerate(columns.cells, 1)
+        if cells
+    ]
+    begin = next((k for k, (_, row) in enumerate(rows) if None not in row), len(rows))
+    samples = rows[begin:]
+    if len(samples) < LEAST_SAMPLES:
+        named = " and ".join(map(columns.name, which))
         raise HertzchainError(
-            f"{path}: {len(cells)} lines have numbers in the columns {named}, must be at least"
-            f" {LEAST_SAMPLES}; name the columns with --time and --force"
+            f"{columns.path}: {len(samples)} lines have numbers in the columns {named}, must be at"
+            f" least {LEAST_SAMPLES}; name the columns with --time and --force"
         )
-    values = np.array(
-        [
-            [_number(row[k], layout) if k < len(row) else math.nan for k in columns]
-            for _, row in cells
-        ]
-    )
-    wrong = [f"line {cells[k][0]}" for k in np.flatnonzero(~np.isfinite(values).all(axis=1))]
+    values = np.array([row for _, row in samples], np.float64)  # None is NaN
+    wrong = [f"line {samples[k][0]}" for k in np.flatnonzero(~np.isfinite(values).all(axis=1))]
     if wrong:
         more = f" and {len(wrong) - _SHOWN:,} more" if len(wrong) > _SHOWN else ""
         allowed = "has no finite time and force: correct it or delete it"
-        raise SceneError("", None, f"{', '.join(wrong[:_SHOWN])}{more}: {allowed}", path)
+        said = f"{', '.join(wrong[:_SHOWN])}{more}: {allowed}"
+        raise SceneError("", None, said, columns.path)
     back = np.flatnonzero(np.diff(values[:, 0]) <= 0)
     if back.size:
-        (before, _), (number, _) = cells[back[0]], cells[back[0] + 1]
+        (before, _), (number, _) = samples[back[0]], samples[back[0] + 1]
         allowed = f"line {number}: the time is not above that of line {before}"
         advice = "export times with more digits, or name another column"
-        raise SceneError("", None, f"{allowed}; {advice}", path)
-    return begin, values
+        raise SceneError("", None, f"{allowed}; {advice}", columns.path)
+    counts = any(name.lower().startswith("increment") for name in columns.names)
+    if counts and bool(np.all(np.diff(values[:, 0]) == 1)):
+        raise HertzchainError(
+            f"{columns.path}: column {columns.name(which[0])} counts samples: write their times in"
+            " its place, from Start by Increment"
+        )
+    return values
 
 
-def _number(cell: str, layout: Layout) -> float:
-    return layout.to_float(cell) if layout.is_number(cell) else math.nan
-
-
-def _holds(row: list[str], columns: Iterable[int]) -> bool:
-    return all(column < len(row) and row[column] for column in columns)
+def _value(cells: Sequence[str], column: int) -> float | None:
+    """Return the number in a cell, None without one."""
+    is_there = column < len(cells) and _NUMBER.fullmatch(cells[column]) is not None
+    return float(cells[column]) if is_there else None

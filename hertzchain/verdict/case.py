@@ -11,13 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native import Native, plan, simulate
+from hertzchain.engines.native import Native
 from hertzchain.errors import RunFailed, SceneError, TooExpensive
 from hertzchain.limits import Deadline
 from hertzchain.observables.result import Result
-from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.scene import Scene
-from hertzchain.scene.schedule import lay_steps
 
 _RTOL = 1e-8  # wanted accuracy of trial runs; smaller differences get no cause
 
@@ -75,38 +73,33 @@ class Case:
 
     def residual(self, peak_force: FloatArray) -> float:
         """Part of the differences that other peaks [N], (N - 1,), leave, in logarithms."""
-        found = float(np.sqrt(np.mean(self.left(peak_force) ** 2)))
-        return found if math.isfinite(found) else math.inf
+        left = self.left(peak_force)
+        return float(np.sqrt(np.mean(left**2))) if left.size else math.inf
 
     def left(self, peak_force: FloatArray) -> FloatArray:
-        """Return the residual of each judged contact."""
+        """Return the residual of each judged contact, without one that may be unknown at an end.
+
+        Nothing is left of peaks that are unknown in more contacts: the mistake is impossible.
+        """
         lowest = _LOWEST * self.reference.peak_force[self.judged]
         ratio = np.maximum(self.given[self.judged], lowest) / np.maximum(
             peak_force[self.judged], lowest
         )
-        return np.asarray(np.log(ratio))
+        known = np.isfinite(ratio)
+        return np.log(ratio[known]) if np.count_nonzero(~known) <= 1 else np.zeros(0)
 
-    def of(self, scene: Scene, ramps: Sequence[Ramp] | None = None) -> FloatArray:
-        """Return true peaks of another scene [N]; NaN where there are none.
-
-        ``ramps`` [s, N] is an applied force that no scene has, in place of the scene's.
-        """
+    def of(self, scene: Scene) -> FloatArray:
+        """Return true peaks of another scene [N]; NaN where there are none."""
         try:
             if scene.contact is not None:
                 return self._damped(scene)
-            if ramps is None:
-                native = Native(
-                    rtol=_RTOL, peaks_only=True, time_limit=max(self.deadline.left, 1e-3),
-                    wanted="first" if self.of_first_pulses else "all",
-                )  # fmt: skip
-                run = native.run(scene)
-                first = run.first_pulses if self.of_first_pulses else None
-                return run.peak_force if first is None else np.nan_to_num(first.force)
-            chosen = plan.cheapest(_RTOL, checked=False)
-            step = chosen.step * scene.units.time
-            legs = chosen.walker.cut(lay_steps(ramps, scene.end_time, step))
-            once = simulate(scene, legs, chosen.walker, deadline=self.deadline)
-            return np.asarray(once.peaks.force * scene.units.force)
+            native = Native(
+                rtol=_RTOL, peaks_only=True, time_limit=max(self.deadline.left, 1e-3),
+                wanted="first" if self.of_first_pulses else "all",
+            )  # fmt: skip
+            run = native.run(scene)
+            first = run.first_pulses if self.of_first_pulses else None
+            return run.peak_force if first is None else np.nan_to_num(first.force)
         except TooExpensive:
             raise
         except (RunFailed, SceneError):

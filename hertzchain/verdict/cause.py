@@ -126,22 +126,18 @@ def _rounded(case: Case) -> str | None:
     if most > _MOST_ROUNDED:
         return None
     slack = case.reference.error_estimate * expected
-    for what, numbers in (("digits", _DIGITS), ("decimals", _DECIMALS)):
-        for number in numbers:
-            if what == "digits":
-                size = np.floor(np.log10(given))
-                unit = 10.0 ** (size - number + 1)
-            else:
-                unit = np.full_like(given, 10.0**-number)
-            if not np.allclose(given, unit * np.round(given / unit), rtol=1e-12, atol=0):
-                continue
-            if np.all(np.abs(given - expected) <= _HALF * unit + slack):
-                place = f"{number} {what}" if number >= 0 else f"{10**-number} N"
-                return (
-                    f"rounding: these are the scene's own peaks to {place}, which moves them by"
-                    f" {100 * most:.2g} % at most; write more digits"
-                )
-            break
+    size = np.floor(np.log10(np.maximum(given, np.finfo(float).tiny)))
+    last_digits = {f"{count} digits": 10.0 ** (size - count + 1) for count in _DIGITS}
+    for count in _DECIMALS:
+        place = f"{count} decimals" if count >= 0 else f"{10**-count} N"
+        last_digits[place] = np.full_like(given, 10.0**-count)
+    for place, unit in last_digits.items():
+        is_round = np.allclose(given, unit * np.round(given / unit), rtol=1e-12, atol=0)
+        if is_round and np.all(np.abs(given - expected) <= _HALF * unit + slack):
+            return (
+                f"rounding: these are the scene's own peaks to {place}, which moves them by"
+                f" {100 * most:.2g} % at most; write more digits"
+            )
     return None
 
 

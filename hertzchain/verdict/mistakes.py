@@ -16,27 +16,19 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.scene.pulse import PROFILES
-from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.scene import Scene
-from hertzchain.verdict.case import Case, Found, Mistake, fixed
+from hertzchain.verdict.case import Case, Mistake, fixed
 from hertzchain.verdict.damping_mistakes import damping
-from hertzchain.verdict.other_laws import late_forces, other_contacts
 from hertzchain.verdict.slips import (
     force_in_words,
     scale_in_words,
     slips_of_stretch,
     stretch_in_words,
 )
-from hertzchain.verdict.step_mistakes import known_step, long_steps, round_steps, samples
+from hertzchain.verdict.step_mistakes import long_steps, steps_and_samples
 
 FEWEST = 6  # least number of contacts: fewer fit a curve with one parameter too easily
 _FAR = 3.0  # logarithms of the shortest and longest pulse tried over the scene's
-_HELD = (*range(2, 21), 25, 30, 40, 50)  # steps in a pulse; more leave 1e-4 of the peaks
-
-HALF_SINE, RECTANGLE = "half sine", "rectangle"
-
-_AREAS = {HALF_SINE: 2 / np.pi, RECTANGLE: 1.0}
-"""Impulses of pulses that no scene has over F0 times duration; 0.5 for those of the paper."""
 
 
 def with_rise_time(scene: Scene) -> Scene:
@@ -105,40 +97,22 @@ def _written(case: Case) -> Iterator[Mistake]:
         yield fixed(scale_in_words(case.scene, factor), factor * expected)
     else:
         yield fixed("no contact was pressed, or none was read", 0 * expected)
-    for text, peak_force in (
-        ("contact i has the peak of contact i + 1", np.append(expected[1:], unknown)),
-        ("contact i has the peak of contact i - 1", np.append(unknown, expected[:-1])),
-        ("contacts are numbered from the far end", expected[::-1]),
-    ):
-        yield replace(fixed(text, peak_force), search=_where_known(peak_force))
+    yield fixed("contact i has the peak of contact i + 1", np.append(expected[1:], unknown))
+    yield fixed("contact i has the peak of contact i - 1", np.append(unknown, expected[:-1]))
+    yield fixed("contacts are numbered from the far end", expected[::-1])
 
 
 def _granules(case: Case) -> Iterator[Mistake]:
     """Yield another number of granules."""
-    expected, granules = case.reference.peak_force, case.scene.chain.granules
-    scene = with_rise_time(case.scene)
-    for extra in (-1, 1):
-        peak_force = np.full(expected.size, np.nan)
-        found = case.of(_made_of(scene, granules=granules + extra))[: expected.size]
-        peak_force[: found.size] = found
-        text = f"a chain of {granules + extra} granules, not {granules}"
-        yield replace(fixed(text, peak_force), search=_where_known(peak_force))
-
-
-def _where_known(peak_force: FloatArray) -> Callable[[Case], Found]:
-    """Return the search for peaks that are unknown at one end."""
-
-    def search(case: Case) -> Found:
-        known = case.judged & np.isfinite(peak_force)
-        if np.count_nonzero(known) < FEWEST:
-            return Found(0.0, math.inf)
-        return Found(0.0, replace(case, judged=known).residual(peak_force))
-
-    return search
+    contacts, granules = case.given.size, case.scene.chain.granules
+    for other in (granules - 1, granules + 1):
+        found = case.of(_made_of(with_rise_time(case.scene), granules=other))
+        peak_force = np.append(found, np.nan)[:contacts]
+        yield fixed(f"a chain of {other} granules, not {granules}", peak_force)
 
 
 def _pulse(case: Case) -> Iterator[Mistake]:
-    """Yield another profile, another duration ratio, and a force held constant in steps."""
+    """Yield another profile and another duration ratio."""
     scene, pulse = with_rise_time(case.scene), case.scene.pulse
     if pulse is None:
         return
@@ -162,32 +136,6 @@ def _pulse(case: Case) -> Iterator[Mistake]:
         if other != pulse.profile:
             text = f"profile {other} in place of {pulse.profile}"
             yield fixed(text, case.of(_pulsed(scene, profile=other)))
-    for profile, area in _AREAS.items():
-        text = f"profile {profile} in place of {pulse.profile}"
-        yield fixed(text, case.of(scene, _ramps(scene, profile)))
-        shorter = _pulsed(scene, rise_time=rise_time * 0.5 / area)
-        yield fixed(f"{text}, of the same impulse", case.of(shorter, _ramps(shorter, profile)))
-    for steps in _HELD:
-        text = f"force held constant in {steps} steps of the pulse"
-        yield fixed(text, case.of(scene, _held(scene, steps)))
-
-
-def _ramps(scene: Scene, profile: str) -> list[Ramp]:
-    """Return the applied force [s, N] of a profile that no scene has."""
-    top, rise, end = scene.peak_force, scene.ramps[0].end, scene.ramps[-1].end
-    if profile == RECTANGLE:
-        return [Ramp(0.0, end, top, top, "linear")]
-    return [Ramp(0.0, rise, 0.0, top, "quarter-sine"), Ramp(rise, end, top, 0.0, "quarter-cosine")]
-
-
-def _held(scene: Scene, steps: int) -> list[Ramp]:
-    """Return the applied force [s, N], held in equal intervals at its value at their starts."""
-    times = np.linspace(0.0, scene.ramps[-1].end, steps + 1)
-    forces = scene.applied_force(times[:-1]).tolist()
-    return [
-        Ramp(start, stop, force, force, "linear")
-        for start, stop, force in zip(times[:-1].tolist(), times[1:].tolist(), forces, strict=True)
-    ]
 
 
 @dataclass(frozen=True)
@@ -206,13 +154,9 @@ FAMILIES = (
     Family("units and numbers of the contacts", _written, None),
     Family("number of granules", _granules, ("damping",)),
     Family("the pulse", _pulse),
-    Family("the step given", known_step),
     Family("steps too long", long_steps),
-    Family("steps in round numbers", round_steps, is_costly=True),
-    Family("samples", samples, is_costly=True),
+    Family("steps and samples", steps_and_samples, is_costly=True),
     Family("damping", damping, None, is_costly=True),
-    Family("drag and late forces", late_forces, is_costly=True),
-    Family("the contact law", other_contacts, is_costly=True),
 )
 """All families, in the order in which they are tried."""
 

@@ -1,4 +1,4 @@
-"""Mistakes by steps of velocity Verlet: too long, past corners, or samples in place of maxima."""
+"""Mistakes by steps of velocity Verlet: too long, past corners; samples in place of maxima."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from hertzchain.observables.history import Recorder
 from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
-from hertzchain.verdict.case import Case, Found, Mistake, fixed
+from hertzchain.verdict.case import Case, Mistake, fixed
 
 _VERLET: Method = METHODS["velocity-verlet"]
 _MOST_LEGS = 100_000  # most legs of one step (chosen): half a second
@@ -28,11 +28,7 @@ _MOST_LEGS = 100_000  # most legs of one step (chosen): half a second
 _ROUND = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.5, 8.0)
 _SHORTEST = 0.01  # fraction of the longest step: shorter ones change the peaks by 1e-5 or less
 
-# number of trial intervals, about 0.2 s; shorter ones change 1e-7 of the peaks
-_MOST_TRIALS = 1_000_000
-_AT_ONCE = 1000  # trial intervals that are computed at once, in the cache of the processor (chosen)
-# least number of contacts; random numbers pass a million trial steps once in 1e5 cases
-FEWEST_SAMPLED = 12
+_RTOL = 1e-6  # of runs that are sampled: samples are off by 1e-5 or more
 
 
 def velocity_verlet(
@@ -68,15 +64,13 @@ def _past_corners(scene: Scene, dt: float) -> list[Leg] | None:
     return legs
 
 
-def known_step(case: Case) -> Iterator[Mistake]:
-    """Yield effects of the given step: samples in place of maxima, steps across corners."""
+def steps_and_samples(case: Case) -> Iterator[Mistake]:
+    """Yield samples in place of maxima, and steps across corners, at the step given.
+
+    If none is given they are tried at usual steps, and samples of an accurate run, too.
+    """
     if case.dt is not None:
         yield from _with_step(case, case.dt)
-
-
-def round_steps(case: Case) -> Iterator[Mistake]:
-    """Yield the same effects for usual steps, if none is given."""
-    if case.dt is not None:
         return
     longest = stable_step(case.scene, _VERLET.interval)
     decades = range(math.floor(math.log10(_SHORTEST * longest)), math.ceil(math.log10(longest)))
@@ -85,6 +79,19 @@ def round_steps(case: Case) -> Iterator[Mistake]:
         if _SHORTEST * longest <= dt <= longest:
             with contextlib.suppress(StepUnstable):
                 yield from _with_step(case, dt)
+            text = f"samples in place of maxima, {dt:.3g} s apart, of an accurate run"
+            yield fixed(text, _accurate_samples(case, dt))
+
+
+def _accurate_samples(case: Case, apart: float) -> FloatArray:
+    """Return the highest samples of the true contact forces [N], at multiples of an interval."""
+    scene = case.scene
+    before = np.floor(case.reference.peak_time[case.judged] / apart)  # the highest is beside it
+    times = np.unique(np.minimum(apart * np.append(before, before + 1), scene.end_time))
+    native = Native(rtol=_RTOL, time_limit=max(case.deadline.left, 1e-3))
+    history = native.run(scene, record=times).history
+    assert history is not None
+    return np.asarray(history.contact_force.max(axis=0))
 
 
 def _with_step(case: Case, dt: float) -> Iterator[Mistake]:
@@ -122,72 +129,3 @@ def long_steps(case: Case) -> Iterator[Mistake]:
         made,
         (longest * np.geomspace(0.02, 1.0, 14)).tolist(),
     )
-
-
-def samples(case: Case) -> Iterator[Mistake]:
-    """Yield peaks from the highest samples at equal intervals, whose length is fitted.
-
-    Near its peak at t a contact force falls as the square of the time from t; the nearest sample is
-    at the distance t - k h. So every h lowers the contacts in its own pattern.
-    """
-    lower = case.differences
-    if np.mean(lower) >= 0 or lower.size < FEWEST_SAMPLED:
-        return
-    unit = case.scene.units.time
-    time = case.reference.peak_time[case.judged] / unit
-    bend = _shape(case, np.array([-0.02, 0.0, 0.02]), 2)[0]
-    h = mean_interval(lower, bend)
-    if not 1e-4 < h < 1.0:
-        return
-    shape = _shape(case, h * np.linspace(-0.7, 0.7, 5), 4)
-    trials = np.arange(math.log(0.6 * h), math.log(1.7 * h), 0.1 * h / float(np.max(time)))
-    if trials.size > _MOST_TRIALS:
-        return
-
-    powers = np.vstack([shape, np.zeros_like(lower)])  # the forces are relative to their peaks
-
-    def left(logs: FloatArray) -> FloatArray:
-        """Return the mean square that samples leave at intervals with these logarithms."""
-        found = []
-        for h in np.array_split(np.exp(logs)[:, np.newaxis], logs.size // _AT_ONCE + 1):
-            away = h * np.round(time / h) - time
-            found.append(np.mean((np.polyval(powers, away) - lower) ** 2, axis=1))
-        return np.concatenate(found)
-
-    def search(_: Case) -> Found:
-        apart = trials[1] - trials[0]
-        near = trials[np.argsort(left(trials))[:20], np.newaxis] + apart * np.linspace(-1, 1, 401)
-        fine = left(near.ravel())
-        best = int(np.argmin(fine))
-        return Found(math.exp(near.ravel()[best]) * unit, math.sqrt(fine[best]))
-
-    yield Mistake(
-        lambda step: f"samples in place of maxima, {step:.6g} s apart, of an accurate run",
-        search=search,
-    )
-
-
-def mean_interval(lower: FloatArray, bend: FloatArray) -> float:
-    """Return the interval of samples that lower peaks by ``bend`` times the square of a distance.
-
-    Distances are as often long as short, up to half of it: their mean square is h^2 / 12.
-    """
-    return math.sqrt(12 * max(float(np.mean(lower / bend)), 0.0))
-
-
-def _shape(case: Case, offsets: FloatArray, degree: int) -> FloatArray:
-    """Return relative contact forces around their peaks as polynomials of the time from the peak.
-
-    They have the coefficients of the powers ``degree`` to 1, natural time units: shape (degree,
-    judged contacts).
-    """
-    scene, unit = case.scene, case.scene.units.time
-    peak_time = case.reference.peak_time[case.judged]
-    wanted = peak_time + unit * offsets[:, np.newaxis]
-    times, where = np.unique(np.clip(wanted, 0.0, scene.end_time), return_inverse=True)
-    run = Native(rtol=1e-8, time_limit=max(case.deadline.left, 1e-3)).run(scene, record=times)
-    assert run.history is not None
-    contact = np.flatnonzero(case.judged)
-    force = run.history.contact_force[where.reshape(wanted.shape), contact]
-    relative = force / case.reference.peak_force[case.judged] - 1.0
-    return np.asarray(np.polyfit(offsets, relative, degree)[:-1])

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from hertzchain.arrays import FloatArray
-from hertzchain.pulses.corners import impulse_of, reduce
-from hertzchain.pulses.crest import crest_of, with_crest
+from hertzchain.pulses.corners import crest_of, impulse_of, reduce, with_crest
 from hertzchain.pulses.measured import Value, measured_pulse
 from hertzchain.pulses.noise import Noise
 from hertzchain.pulses.recording import Recording

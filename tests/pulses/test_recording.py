@@ -163,7 +163,7 @@ def test_all_that_is_wrong_is_said_at_once(tmp_path: Path) -> None:
         (b"", "no line has numbers in two columns"),
         (b"Time,Force\na,b\n", "no line has numbers in two columns"),
         (b"1,2\n2,3\n", "2 lines have numbers in the columns 1 and 2, must be at least 8"),
-        (b"PK\x03\x04abc", "is a spreadsheet or an archive"),
+        (b"PK\x03\x04abc", "is not a text file .a spreadsheet, an archive."),
         (b"\x00\x01\x02", "is not a text file"),
         (b"1" * 300_000 + b"x\n", "no line has numbers in two columns"),  # minutes in all ways
         (b"".join(b"%d,%d\n" % (k // 2, k) for k in range(20)), "export times with more digits"),

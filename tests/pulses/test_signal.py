@@ -9,8 +9,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError
 from hertzchain.pulses.noise import Noise, noise_before, noise_within, resolution_of
 from hertzchain.pulses.recording import Recording
-from hertzchain.pulses.signal import Given, averaged, pulse_of, without_negative
-from hertzchain.pulses.suspicions import cut_off, no_return
+from hertzchain.pulses.signal import Given, averaged, cut_off, no_return, pulse_of, without_negative
 from tests.recordings import DURATION, FORCE, GAIN, OFFSET, START, sine_squared, times, volts
 
 IMPULSE = FORCE * DURATION / 2  # [N s]

@@ -18,6 +18,7 @@ TERMS = {
     "dimer": ("unlike granules",),
     "cradle": ("moving granules",),
     "precompressed": ("precompression",),
+    "free-striker": ("striker", "precompression"),
     "damped": ("striker", "wall", "damping"),
     "piston": ("piston",),
     "sine": ("precompression",),

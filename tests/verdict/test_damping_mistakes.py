@@ -12,7 +12,6 @@ import pytest
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.damping import tsuji
-from hertzchain.scene.terms import DAMPING, DampingLaw
 from hertzchain.theory.restitution import damping_ratio, of_ratio
 from hertzchain.verdict.mistakes import families_for
 from tests.conftest import STEEL, paper_scene
@@ -45,23 +44,23 @@ RELAXED = hc.Contact("viscoelastic", relaxation_time=1e-6 / 1.5)
 ALPHA = math.sqrt(5) * damping_ratio(0.8)
 ASKED_AND_MADE: list[tuple[hc.Contact | None, hc.Contact | None, str]] = [
     (None, hc.Contact("restitution", restitution=0.9), "damping of restitution 0.9$"),
-    (None, hc.Contact("restitution", restitution=0.5432), "damping of restitution 0.5432$"),
+    (None, hc.Contact("restitution", restitution=0.5432), "damping of restitution 0.543$"),
     (
         None,
         hc.Contact("viscoelastic", relaxation_time=1.234e-6),
-        "damping of viscoelastic spheres with the relaxation time 1.234e-06 s$",
+        "damping of viscoelastic spheres with the relaxation time 1.23e-06 s$",
     ),
-    (None, hc.Contact("dashpot", coefficient=3.456), "damping by dashpots of 3.456 kg/s$"),
-    (None, pulling("restitution"), f"{SHORT}, with contacts that pull$"),
+    (None, hc.Contact("dashpot", coefficient=3.456), "damping by dashpots of 3.46 kg/s$"),
+    (None, pulling("dashpot"), "$"),
     (
         ASKED["restitution"],
         with_ratio(tsuji(0.8, False) / ALPHA).contact,
-        "damping of restitution 0.8534 in place of 0.8 .*: damping tsuji of LAMMPS before.* 0.8$",
+        "damping of restitution 0.853 in place of 0.8 .*: damping tsuji of LAMMPS before.* 0.8$",
     ),
     (
         ASKED["restitution"],
         with_ratio(tsuji(0.8, True) / ALPHA).contact,
-        "damping of restitution 0.7989 in place of 0.8 .*: damping tsuji of LAMMPS 2 Sep 2026 or",
+        "damping of restitution 0.799 in place of 0.8 .*: damping tsuji of LAMMPS 2 Sep 2026 or",
     ),
     (ASKED["restitution"], None, "no damping$"),
     (ASKED["viscoelastic"], None, "no damping$"),
@@ -74,11 +73,7 @@ ASKED_AND_MADE: list[tuple[hc.Contact | None, hc.Contact | None, str]] = [
     (ASKED["restitution"], with_ratio(1.0029 * math.sqrt(2)).contact, r".*: m in place of m\*$"),
     (ASKED["restitution"], with_ratio(1.0031 * math.sqrt(2)).contact, r".*times the scene's\)$"),
     (ASKED["viscoelastic"], RELAXED, ".*: the factor 3/2 is missing$"),
-    # A coefficient is named from 3e-4 on: nearer ones are the scene's.
-    (ASKED["restitution"], with_ratio(1 + 4e-4).contact, ".* in place of 0.8 "),
-    (ASKED["restitution"], with_ratio(1 + 2e-4).contact, "$"),
 ]
-UNCERTAIN = (("restitution", 3e-3),)
 QUICK = (0, 2, 3, 4, 5, 6, 7, 10, 17)
 
 
@@ -103,27 +98,6 @@ def test_noise_does_not_look_like_weak_damping_or_pulling() -> None:
         cause = hc.judge(replace(ELASTIC, contact=asked), peaks).cause or ""
         assert cause.startswith("no damping; leaves" if asked else "damping by dashpots of 3 kg/s")
         assert "contacts that pull" not in cause
-
-
-@pytest.mark.parametrize(
-    ("law", "size"),
-    [
-        pytest.param(law, size, marks=[] if (law, size) in UNCERTAIN else pytest.mark.slow)
-        for law in ASKED
-        for size in (1e-4, 1e-3, 3e-3)
-    ],
-)
-def test_uncertain_digits_are_left_out(law: DampingLaw, size: float) -> None:
-    """Coefficients from peaks with noise have few digits; the last one may be off by one."""
-    damped = replace(ELASTIC, contact=ASKED[law])
-    noise = np.random.default_rng(3).standard_normal(15)
-    found = hc.judge(ELASTIC, peaks_of(damped) * (1 + size * noise)).cause or ""
-    true = getattr(ASKED[law], DAMPING[law])
-    before = {"restitution": "restitution", "viscoelastic": "time", "dashpot": "dashpots of"}[law]
-    number = re.search(rf"{before} (\d+(?:\.(\d+))?(?:e([-+]\d+))?)", found)
-    assert number is not None, found
-    unit = 10.0 ** (int(number[3] or 0) - len(number[2] or ""))
-    assert abs(float(number[1]) - true) <= 1.001 * unit
 
 
 def test_with_other_terms_damping_is_tried() -> None:
@@ -151,7 +125,7 @@ def test_units_and_numbers_are_tried_in_any_scene() -> None:
 
 def test_what_is_tried() -> None:
     damped = replace(ELASTIC, contact=ASKED["dashpot"])
-    for scene, count in ((ELASTIC, 12), (damped, 5), (replace(damped, wall=hc.Wall("same")), 2)):
+    for scene, count in ((ELASTIC, 8), (damped, 5), (replace(damped, wall=hc.Wall("same")), 2)):
         names = [family.name for family in families_for(scene)]
         assert (len(names), "damping" in names) == (count, True)
 

@@ -1,1 +1,1 @@
-"""Results of other codes as people have them: tables, logs and dumps."""
+"""Results of other codes: tables of peaks, and dumps of LAMMPS."""

@@ -23,7 +23,6 @@ def judge(
     scene: SceneLike,
     results: Results,
     *,
-    columns: Mapping[str, str] | None = None,
     units: str = "si",
     tolerance: float = TOLERANCE,
     dt: float | None = None,
@@ -40,20 +39,12 @@ def judge(
         Peak forces [N] of contacts by the paper's numbers, 2 ... N, and N + 1 at a wall: a mapping
         from contacts to forces, or an array of shape (contacts,) with NaN for missing peaks.
 
-        Or a pandas table, or a file, gzipped or not: CSV or columns of numbers, a log of LAMMPS,
-        the output of ``fix ave/time`` or ``fix print``, or a text dump of granules.
-        Tables have peaks (contact, peak_force), or samples over time of contact_force, net_force,
-        position or velocity, a column for each contact or granule.
+        Or a pandas table, or a CSV file, with the columns contact and peak_force_N.
 
-        Or a list of files that together are one dump.
-    columns
-        Which columns of a file or table are what: names by ``contact``, ``peak_force``, ``time``,
-        ``step``, ``contact_force``, ``net_force``, ``position``, ``velocity``, ``id``.
-        ``*`` stands for the numbers of several columns; a unit may follow: ``"F* [kN]"``.
-        What is not named is known by its usual names.
+        Or a text dump of all granules by LAMMPS with id, x and fx, or a list of files that together
+        are one: peaks are found between its frames. Files may be gzipped.
     units
-        ``si``, ``cgs``, ``micro``, ``nano`` (LAMMPS's styles), of columns of a file or table
-        without a unit; with ``lj`` each column needs one.
+        ``si``, ``cgs``, ``micro``, ``nano`` (LAMMPS's styles), of a dump.
     tolerance
         Largest relative difference that passes; between 0 and 1.
     dt
@@ -77,7 +68,7 @@ def judge(
     require(dt is None or is_positive(dt), "dt", dt, f"{POSITIVE} [s]")
     with telling(progress) as report_progress:
         report_progress("reading results")
-        given = read(scene, results, columns or {}, units, dt)
+        given = read(scene, results, units, dt)
         sampling = given.error if given.how else None
         found = judged(
             scene, given.peak_force, tolerance, dt, sampling, time_limit, report_progress

@@ -13,9 +13,8 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError, SceneError, require
-from hertzchain.pulses.layout import layout_of, read_lines
 from hertzchain.pulses.noise import LEAST, noise_within, resolution_of
-from hertzchain.pulses.recording import read_recording
+from hertzchain.pulses.recording import read_columns, read_recording
 from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.quantities import to_si
 from hertzchain.scene.scene import Scene
@@ -57,14 +56,10 @@ def _noise(time: FloatArray, force: FloatArray) -> float:
     return noise_within(force, step, resolution_of(force)).deviation
 
 
-def is_traces(names: list[str], scene: Scene, columns: Mapping[str, str]) -> bool:
-    """Return whether columns of these names are traces of some gauges, and not of all contacts."""
-    if any(_SENSOR.fullmatch(role) for role in columns):
-        return True
-    found = [match for name in names if (match := _COLUMN.fullmatch(name)) is not None]
-    # Codes number contacts from 0, 1 or 2: all of them are as many as there are.
-    contacts = sum(match[1].startswith("contact_") for match in found)
-    return bool(found) and contacts < scene.chain.granules - 1
+def is_traces(names: list[str], columns: Mapping[str, str]) -> bool:
+    """Return whether columns of these names, or with these roles, are traces of some gauges."""
+    found = (_COLUMN.fullmatch(name) for name in names)
+    return any(map(_SENSOR.fullmatch, columns)) or any(found)
 
 
 def names_in(results: Any) -> list[str]:
@@ -73,7 +68,7 @@ def names_in(results: Any) -> list[str]:
         return [str(name) for name in results.columns]
     if isinstance(results, str | os.PathLike):
         try:
-            return list(layout_of(Path(results), read_lines(Path(results))).names)
+            return list(read_columns(Path(results)).names)
         except HertzchainError:
             return []
     return []
@@ -102,7 +97,7 @@ def read_traces(scene: Scene, results: Any, columns: Mapping[str, str]) -> Trace
     named = {role: _spec(role, text) for role, text in columns.items()}
     names = names_in(results)
     if not names and not hasattr(results, "columns"):
-        layout_of(Path(results), read_lines(Path(results)))  # says what is wrong with the file
+        read_columns(Path(results))  # says what is wrong with the file
     time_name, time_unit = named.pop("time", ("", ""))
     is_table = hasattr(results, "columns")
     if not time_name:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -18,10 +17,6 @@ SCENE = hc.Scene(hc.Chain(N, **STEEL), hc.Pulse("cosine", 100.0, 2.0, rise_time=
 DT = 1e-7
 EVERY = 20  # steps between two samples: 0.14 natural time units
 
-OF_VELOCITIES = 0.02 * (DT / SCENE.units.time) ** 2
-"""Error of peaks between samples by velocity Verlet's own velocities, which are no derivatives, at
-most: 0.006 (dt / unit)^2 measured, 3 % of the error of its steps."""
-
 
 @dataclass(frozen=True, eq=False)
 class Samples:
@@ -29,9 +24,7 @@ class Samples:
 
     time: FloatArray
     position: FloatArray
-    velocity: FloatArray
     net_force: FloatArray
-    contact_force: FloatArray
 
 
 def sampled(scene: hc.Scene, apart: float, phase: float = 0.0) -> Samples:
@@ -48,8 +41,7 @@ def sampled(scene: hc.Scene, apart: float, phase: float = 0.0) -> Samples:
     if scene.wall is not None:
         net[:, -1] -= force[:, -1]
     position = scene.granules.position + history.displacement
-    between = force[:, : scene.chain.granules - 1]
-    return Samples(time, position, history.velocity, net, between)
+    return Samples(time, position, net)
 
 
 def off(found: FloatArray, true: FloatArray) -> FloatArray:
@@ -58,12 +50,8 @@ def off(found: FloatArray, true: FloatArray) -> FloatArray:
     return np.asarray(np.abs(found[counts] / true[counts] - 1))
 
 
-WAYS: dict[str, Callable[[Samples], Motion]] = {
-    "all": lambda r: Motion(r.time, True, r.position, r.velocity, r.net_force),
-    "positions": lambda r: Motion(r.time, True, r.position),
-    "net forces": lambda r: Motion(r.time, True, net_force=r.net_force),
-    "contact forces": lambda r: Motion(r.time, False, contact_force=r.contact_force),
-}
+def motion(run: Samples) -> Motion:
+    return Motion(run.time, True, run.net_force)
 
 
 GRAVITY = hc.Precompression(gravity=9.81)
@@ -78,24 +66,21 @@ TERMS = {
 }
 
 
-def table(run: Samples, head: str, values: FloatArray, name: str, factor: float = 1.0) -> str:
-    columns = [head, *(name.format(k) for k in range(1, values.shape[1] + 1))]
-    rows = np.column_stack([run.time, values * factor])
-    lines = [",".join(f"{value:.12g}" for value in row) for row in rows]
-    return "\n".join([",".join(columns), *lines]) + "\n"
-
-
 HEAD = "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n12\nITEM: BOX BOUNDS f f f\n0 1\n0 1\n0 1\n"
 
 
 def dump_of(run: Samples, beside: FloatArray | float = 0.0) -> list[str]:
-    """Frames of a dump of places, with some granules beside the others [m]."""
+    """Frames of a dump with times, and with some granules beside the others [m]."""
     across = np.broadcast_to(beside, N)
     return [
-        HEAD.replace("\n0\n", f"\n{step}\n", 1)
-        + "ITEM: ATOMS id x y\n"
-        + "".join(f"{k + 1} {x:.15g} {across[k]:.15g}\n" for k, x in enumerate(places))
-        for step, places in enumerate(run.position)
+        f"ITEM: TIME\n{run.time[step]:.15g}\n"
+        + HEAD.replace("\n0\n", f"\n{step}\n", 1)
+        + "ITEM: ATOMS id x y fx\n"
+        + "".join(
+            f"{k + 1} {run.position[step, k]:.15g} {across[k]:.15g} {run.net_force[step, k]:.15g}\n"
+            for k in range(N)
+        )
+        for step in range(run.time.size)
     ]
 
 
