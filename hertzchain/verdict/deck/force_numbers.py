@@ -11,7 +11,6 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.found import FoundFix
-from hertzchain.verdict.deck.corrections import pushed_alone
 from hertzchain.verdict.deck.deck_check import ACTS, ROUND_OFF, Case, Indices, names, values
 from hertzchain.verdict.deck.measured import displacement, stretches_of
 from hertzchain.verdict.deck.number import Difference, Number, changed, same
@@ -213,10 +212,14 @@ def _others(case: Case) -> list[Difference]:
         )
     else:
         sentence = f"the applied force acts on {who} and not on granule 1, which the scene pushes"
-    one = Difference(int(others.size) + too, 1, effect=1.0, sentence=sentence,
-                     changes=_with_others(case, others) if too else None)  # fmt: skip
-    right = pushed_alone(case)
-    return [replace(one, at=min(right), role="pushed") if right else one]
+    pushing = [fix.command for fix in case.pushing(others)]
+    return [
+        Difference(
+            int(others.size) + too, 1, effect=1.0, sentence=sentence,
+            changes=_with_others(case, others) if too else None, role="pushed",
+            at=pushing[-1] if pushing else None,
+        )
+    ]  # fmt: skip
 
 
 def _shock(case: Case) -> list[Difference]:
@@ -231,9 +234,7 @@ def _shock(case: Case) -> list[Difference]:
             sentence="no applied force acts along the chain on granule 1, the scene pushes it"
             f" with up to {scene.peak_force:.4g} N",
         )  # fmt: skip
-        idle = any(f.style == "addforce" and not f.granules.any() for f in case.found.fixes)
-        right = pushed_alone(case) if idle else {}
-        return [replace(one, at=min(right), role="pushed") if right else of_shock(case, one)]
+        return [of_shock(case, one)]
     if scene.ramps or top <= least:
         return []
     return [
