@@ -171,21 +171,13 @@ def _across(case: Case) -> list[Difference]:
     side, least = found.applied_sideways, ACTS * case.scene.units.force
     if side <= least:
         return []
-    one = Difference(
-        side, 0.0, effect=case.whole_effect,
-        sentence=f"an applied force of up to {side:.4g} N acts across the chain, which lies along"
-        f" {found.axis}",
-    )  # fmt: skip
-    for fix in found.fixes:
-        across = float(np.max(fix.largest[:, 1])) > least
-        if across and not fix.moves and fix.style == "addforce":
-            words = found.commands[fix.command].text.split()
-            acting = next((word for word in words[4:7] if word not in ("0", "0.0", "NULL")), "0.0")
-            along = [acting if axis == found.axis else "0.0" for axis in "xyz"]
-            return [
-                replace(one, at=fix.command, command=" ".join([*words[:4], *along, *words[7:]]))
-            ]
-    return [of_shock(case, one)]
+    return [
+        of_shock(case, Difference(
+            side, 0.0, effect=case.whole_effect,
+            sentence=f"an applied force of up to {side:.4g} N acts across the chain, which lies"
+            f" along {found.axis}",
+        ))
+    ]  # fmt: skip
 
 
 def _pushed(case: Case) -> tuple[FloatArray, Indices, float]:

@@ -70,8 +70,7 @@ def _with_units(case: Case, one: Difference) -> Difference:
             fits = [np.allclose(found * factor, own, _SAME_UNIT, _SAME_UNIT * own[-1])
                     for found, own in both]  # fmt: skip
             if factor != 1 and all(fits):
-                at = command.file, command.line, command.written
-                return replace(one, at=index, stands=(), tried=({at: (f"units {name}",)},))
+                return replace(one, at=index, stands=(), command=f"units {name}")
     return one
 
 
