@@ -12,8 +12,7 @@ from hertzchain.engines.lammps.reading.found import FoundWall
 from hertzchain.verdict.deck.deck_check import Case, Indices, groups, values
 from hertzchain.verdict.deck.measured import EXPONENT, far_wall, law_of
 from hertzchain.verdict.deck.number import Difference, Number, changed, same
-from hertzchain.verdict.deck.own_words import right_law
-from hertzchain.verdict.deck.places import NUMBER, WITHOUT
+from hertzchain.verdict.deck.places import NUMBER, WITHOUT, Pairs
 from hertzchain.verdict.slips import near, slips_of_stiffness
 
 _BENT = 0.01  # of the force at other overlaps than the largest expected (chosen)
@@ -88,17 +87,36 @@ def _stiffness(case: Case) -> list[Difference]:
         k, who = int(alike[np.argmax(np.abs(ratio[alike] - 1))]), case.contact_name(alike)
         stiffness = changed(case.twin.stiffness, alike, (expected * ratio)[alike])
         measured, right = float(ratio[k] * expected[k]), float(expected[k])
-        at, tried = right_law(case, k)
         made.append(
             Difference(
                 measured, right, f"stiffness of {who}", relative=float(ratio[k] - 1),
                 changes={"stiffness": stiffness}, role=role_of(case, alike),
                 sentence=f"stiffness of {who} {values(measured, right, 'N m^-1.5')}"
                 f" ({_times(ratio[k])}{_slip(case, who, float(ratio[k]))})",
-                at=at, tried=tried,
+                stands=_words(case, k, float(ratio[k])),
             )
         )  # fmt: skip
     return made or [same(laws[0].stiffness, expected[0])]
+
+
+def _words(case: Case, k: int, ratio: float) -> Pairs:
+    """Numbers that alone make a contact so many times too stiff: its own, moduli, Poisson ratios.
+
+    Those of one granule, or of all that are alike.
+    """
+    granules, unit = case.scene.granules, case.units.pressure
+    softness = 1 / case.reduced_modulus(k)
+    pairs = [(4 / 3 * ratio / softness / unit, 4 / 3 / softness / unit)] if ratio > 0 else []
+    for granule in range(k, min(k + 2, granules.mass.size)) if ratio > 0 else ():
+        modulus = float(granules.young_modulus[granule])
+        poisson = float(granules.poisson_ratio[granule])
+        own = (1 - poisson**2) / modulus
+        for wrong in (own / ratio, own + softness / ratio - softness):
+            if wrong > 0:
+                pairs.append(((1 - poisson**2) / wrong / unit, modulus / unit))
+            if 0 < wrong * modulus < 1:
+                pairs.append((math.sqrt(1 - wrong * modulus), poisson))
+    return pairs
 
 
 def _by_radius(case: Case) -> FloatArray:

@@ -11,25 +11,20 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from hertzchain.engines.lammps.reading.found import Executed
-from hertzchain.verdict.deck.deck_check import ACTS, Case, DeckCheck
+from hertzchain.verdict.deck.deck_check import Case, DeckCheck
+from hertzchain.verdict.deck.measured import far_wall
 from hertzchain.verdict.deck.places import (
-    SIZES,
     WITHOUT,
     Changes,
     Place,
     commands_of,
     place_at,
-    variables_of,
 )
 from hertzchain.verdict.deck.right_commands import (
-    first_alone,
     granule_commands,
-    in_text,
     law_commands,
     load_commands,
     motion_commands,
-    neighbour_commands,
-    piston_commands,
     place_commands,
     shock_commands,
     velocity_commands,
@@ -78,16 +73,6 @@ def _whole(case: Case, lines: Sequence[str], old: Sequence[int]) -> Iterator[Cha
 # ---- Lines that change in a way of their own
 
 
-def _ends(case: Case, _: DeckCheck) -> Iterator[Changes]:
-    """A box that is not periodic along the chain."""
-    found = case.found
-    if found.axis in "xyz":
-        bounds = [*found.boundary.split(), "p", "p", "p"][:3]
-        bounds["xyz".index(found.axis)] = "f"
-        made = [one for one in found.commands if one.text.startswith("boundary")]
-        yield {_at(one): (f"boundary {' '.join(bounds)}",) for one in made}
-
-
 def _formula(case: Case, check: DeckCheck) -> Iterator[Changes]:
     """A clock that begins at 0, or the formula of the shock in place of the deck's."""
     early = case.found.commands[: case.found.first_run]
@@ -116,50 +101,6 @@ def _as_many_steps(case: Case, check: DeckCheck) -> Iterator[Changes]:
     yield edits
 
 
-def pushed_alone(case: Case) -> dict[int, tuple[str, ...]]:
-    """By command, what stands there so that the shock pushes granule 1 alone."""
-    found, texts = case.found, case.found.commands
-    first = [fix.command for fix in case.pushing(np.zeros(1, np.intp))]
-    pushing = case.pushing(np.arange(1, found.ids.size))
-    # Loads push others, too; the shock has a formula, where any force has one.
-    pushing = (
-        [fix for fix in pushing if "v_" in texts[fix.command].text]
-        or [fix for fix in pushing if fix.style != "gravity"]
-        or pushing
-        or [fix for fix in found.fixes if fix.style == "addforce" and not fix.granules.any()]
-    )
-    acts = np.any(np.abs(found.applied_force[:, 0]) > ACTS * case.scene.units.force)
-    extra = [fix.command for fix in pushing if acts and fix.command not in first]
-    extra += [fix.command for fix in pushing if fix.style == "gravity"]
-    right = first_alone(found, [fix for fix in pushing if fix.command not in extra])
-    gone = {k: (f"# {texts[k].written}",) for k in extra}
-    return {**{k: tuple(lines) for k, lines in right.items()}, **gone}
-
-
-def _pushed_alone(case: Case, _: DeckCheck) -> Iterator[Changes]:
-    yield {_at(case.found.commands[k]): lines for k, lines in pushed_alone(case).items()}
-
-
-def _place(case: Case, check: DeckCheck) -> Iterator[Changes]:
-    """A number of a variable from which a place follows: in proportion, or with a difference."""
-    texts, mine, right = case.found.commands, check.measured, check.expected
-    if not mine or not right:
-        return
-    used = {at for k in commands_of(case.found, "place") for at in variables_of(texts, k)}
-    for at in sorted(used, key=lambda k: (len(texts[k].written.split()[-1]), k)):
-        text = texts[at].written
-        if "loop" in text.split():
-            continue
-        for match in SIZES.finditer(text):
-            old, (start, end) = float(match.group()), match.span()
-            tried = [old * right / mine]
-            if text.split()[-1] == match.group():
-                tried.append(old + (right - mine) / case.units.length)
-            for new in tried:
-                if new != old:
-                    yield {_at(texts[at]): (f"{text[:start]}{in_text(new)}{text[end:]}",)}
-
-
 # ---- What a number is set by
 
 
@@ -180,6 +121,12 @@ def _its_own(name: str) -> Callable[[Case, DeckCheck], list[int]]:
         return [place.index] if place is not None and place.written.startswith(name) else []
 
     return blamed
+
+
+def _wall(case: Case, check: DeckCheck) -> list[int]:
+    """The wall at the far end; the command that is blamed where it meets no granule."""
+    wall = far_wall(case.found)
+    return _its_own("fix")(case, check) if wall is None else [wall.command]
 
 
 def _pushing(case: Case, of_time: bool) -> list[int]:
@@ -207,11 +154,8 @@ def _movers(case: Case, _: DeckCheck) -> list[int]:
 
 
 _BY_LINE = {
-    "image": _ends,
     "shock": _formula,
-    "pushed": _pushed_alone,
     "timestep": _as_many_steps,
-    "place": _place,
 }
 """Changes of single lines, by the role of a number."""
 
@@ -222,13 +166,12 @@ _SETTINGS = {
     "velocity": (velocity_commands, _its_own("velocity")),
     "spin": (velocity_commands, _its_own("velocity")),
     "contacts": (law_commands, _all_of("contacts")),
-    "wall": (wall_commands, _its_own("fix")),
+    "wall": (wall_commands, _wall),
     "constant force": (load_commands, _loads),
     "gravity": (load_commands, _loads),
     "shock": (shock_commands, _shocks),
-    "piston": (piston_commands, _all_of("piston")),
+    "pushed": (shock_commands, _shocks),
     "motion": (motion_commands, _movers),
-    "neighbours": (neighbour_commands, _all_of("neighbours")),
 }
 """By the role of a number: the scene's commands that set it, and those of the deck that go.
 

@@ -12,7 +12,6 @@ from hertzchain.verdict.deck.contact_numbers import QUIET, elsewhere, role_of
 from hertzchain.verdict.deck.deck_check import Case, values
 from hertzchain.verdict.deck.measured import Damper, dampers
 from hertzchain.verdict.deck.number import Difference, Number, same
-from hertzchain.verdict.deck.own_words import right_law
 
 _CLEAR = 1e-3  # of a contact force: damping that is off by more is wrong (chosen)
 
@@ -29,13 +28,12 @@ def _damping(case: Case) -> list[Difference]:
         return [same(0.0, 0.0)]
     one, alike, wanted = found[k], np.array([k]), case.scene.contact is not None
     added, expected = float(one.added[at]), float(one.expected[at])
-    who, (line, tried) = case.contact_name(alike), right_law(case, k)
+    who = case.contact_name(alike)
     return [
         Difference(
             added, expected, f"damping of {who}", changes=_damped(case, found),
             relative=(added - expected) / max(abs(expected), 1e-300) if wanted else None,
-            sentence=_sentence(one, at, who), role=role_of(case, alike), at=line,
-            tried=tried,
+            sentence=_sentence(one, at, who), role=role_of(case, alike),
         )
     ]  # fmt: skip
 

@@ -11,7 +11,6 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.found import FoundFix
-from hertzchain.verdict.deck.corrections import pushed_alone
 from hertzchain.verdict.deck.deck_check import ACTS, ROUND_OFF, Case, Indices, names, values
 from hertzchain.verdict.deck.measured import displacement, stretches_of
 from hertzchain.verdict.deck.number import Difference, Number, changed, same
@@ -172,21 +171,13 @@ def _across(case: Case) -> list[Difference]:
     side, least = found.applied_sideways, ACTS * case.scene.units.force
     if side <= least:
         return []
-    one = Difference(
-        side, 0.0, effect=case.whole_effect,
-        sentence=f"an applied force of up to {side:.4g} N acts across the chain, which lies along"
-        f" {found.axis}",
-    )  # fmt: skip
-    for fix in found.fixes:
-        across = float(np.max(fix.largest[:, 1])) > least
-        if across and not fix.moves and fix.style == "addforce":
-            words = found.commands[fix.command].text.split()
-            acting = next((word for word in words[4:7] if word not in ("0", "0.0", "NULL")), "0.0")
-            along = [acting if axis == found.axis else "0.0" for axis in "xyz"]
-            return [
-                replace(one, at=fix.command, command=" ".join([*words[:4], *along, *words[7:]]))
-            ]
-    return [of_shock(case, one)]
+    return [
+        of_shock(case, Difference(
+            side, 0.0, effect=case.whole_effect,
+            sentence=f"an applied force of up to {side:.4g} N acts across the chain, which lies"
+            f" along {found.axis}",
+        ))
+    ]  # fmt: skip
 
 
 def _pushed(case: Case) -> tuple[FloatArray, Indices, float]:
@@ -213,10 +204,14 @@ def _others(case: Case) -> list[Difference]:
         )
     else:
         sentence = f"the applied force acts on {who} and not on granule 1, which the scene pushes"
-    one = Difference(int(others.size) + too, 1, effect=1.0, sentence=sentence,
-                     changes=_with_others(case, others) if too else None)  # fmt: skip
-    right = pushed_alone(case)
-    return [replace(one, at=min(right), role="pushed") if right else one]
+    pushing = [fix.command for fix in case.pushing(others)]
+    return [
+        Difference(
+            int(others.size) + too, 1, effect=1.0, sentence=sentence,
+            changes=_with_others(case, others) if too else None, role="pushed",
+            at=pushing[-1] if pushing else None,
+        )
+    ]  # fmt: skip
 
 
 def _shock(case: Case) -> list[Difference]:
@@ -231,9 +226,7 @@ def _shock(case: Case) -> list[Difference]:
             sentence="no applied force acts along the chain on granule 1, the scene pushes it"
             f" with up to {scene.peak_force:.4g} N",
         )  # fmt: skip
-        idle = any(f.style == "addforce" and not f.granules.any() for f in case.found.fixes)
-        right = pushed_alone(case) if idle else {}
-        return [replace(one, at=min(right), role="pushed") if right else of_shock(case, one)]
+        return [of_shock(case, one)]
     if scene.ramps or top <= least:
         return []
     return [

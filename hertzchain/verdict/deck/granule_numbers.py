@@ -14,8 +14,8 @@ from hertzchain.engines.lammps.reading.units import UNITS
 from hertzchain.verdict.deck.deck_check import ROUND_OFF, Case, Indices, groups, names, values
 from hertzchain.verdict.deck.measured import far_wall
 from hertzchain.verdict.deck.number import Difference, Number, changed, same
-from hertzchain.verdict.deck.own_words import right_plane
 from hertzchain.verdict.deck.places import Pairs
+from hertzchain.verdict.deck.right_commands import wall_plane
 
 _SAME_UNIT = 0.1  # relative: lengths in other units are off by 100 or more (chosen)
 _PLACES = 1e-7  # of an overlap: gaps below are rounded coordinates (chosen)
@@ -70,8 +70,7 @@ def _with_units(case: Case, one: Difference) -> Difference:
             fits = [np.allclose(found * factor, own, _SAME_UNIT, _SAME_UNIT * own[-1])
                     for found, own in both]  # fmt: skip
             if factor != 1 and all(fits):
-                at = command.file, command.line, command.written
-                return replace(one, at=index, stands=(), tried=({at: (f"units {name}",)},))
+                return replace(one, at=index, stands=(), command=f"units {name}")
     return one
 
 
@@ -150,9 +149,13 @@ def _wall_place(case: Case) -> Difference | list[Difference]:
     measured = wall.position - float(case.found.position[-1])
     rounding = 8 * np.finfo(np.float64).eps * last
     opening = changed(case.twin.opening, -1, case.twin.opening[-1] + measured - expected)
-    at, tried = right_plane(case)
+    stands = []
+    if case.found.axis in "xyz":
+        plane, further = wall_plane(case), (measured - expected) / case.units.length
+        stands = [(plane + float(case.found.direction.sum()) * further, plane)]
     return Difference(
-        measured, expected, relative=0.0, at=at, tried=tried, changes={"opening": opening},
+        measured, expected, relative=0.0, at=wall.command, stands=stands,
+        changes={"opening": opening},
         differs=bool(abs(measured - expected) > _PLACES * float(case.near[-1]) + rounding),
         sentence=f"the wall {values(measured, expected, 'm')} from the centre of the last granule",
     )  # fmt: skip

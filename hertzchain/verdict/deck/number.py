@@ -46,8 +46,6 @@ class Difference:
         What that command should be where no number stands in it; ``WITHOUT`` for none.
     differs
         Whether there is a difference above round-off.
-    tried
-        Corrections of this difference that are tried before those of its role.
     """
 
     measured: float | None
@@ -64,7 +62,6 @@ class Difference:
     at: int | None = None
     command: str = ""
     differs: bool = True
-    tried: tuple[Changes, ...] = ()
 
 
 def same(measured: float, expected: float) -> Difference:
@@ -137,7 +134,7 @@ def check_of(case: Case, number: Number, one: Difference) -> DeckCheck:
         name, unit, measured, expected, effect, passed, True, sentence, one.reason or reason, where,
         command,
     )  # fmt: skip
-    tried = () if passed else _tried(case, check, role, one.tried)
+    tried = () if passed else _tried(case, check, role)
     return replace(check, command="", corrections=tried)
 
 
@@ -146,12 +143,10 @@ def _plain(number: float | None) -> float | None:
     return number if number is None or isinstance(number, int) else float(number)
 
 
-def _tried(
-    case: Case, check: DeckCheck, role: str, own: tuple[Changes, ...]
-) -> tuple[Changes, ...]:
-    """Corrections that may help a failed check, without repetitions; its own stand in front."""
+def _tried(case: Case, check: DeckCheck, role: str) -> tuple[Changes, ...]:
+    """Corrections that may help a failed check, without repetitions."""
     tried: list[Changes] = []
-    for edits in (*own, *corrections(case, check, role)):
+    for edits in corrections(case, check, role):
         changes = any(lines != (where[2],) for where, lines in edits.items())
         if edits and changes and edits not in tried:
             tried.append(edits)

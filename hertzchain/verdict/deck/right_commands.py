@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import itertools
 import math
-import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.deck import force_formula
-from hertzchain.engines.lammps.reading.found import FoundDeck, FoundFix
+from hertzchain.engines.lammps.reading.found import FoundDeck
 from hertzchain.scene.ramp import Ramp
-from hertzchain.scene.sine import Sine
 from hertzchain.verdict.deck.deck_check import Case
 
 _MOST_LINES = 64  # commands that a correction may add, one for each granule (chosen)
@@ -55,27 +53,6 @@ def _on_granule(found: FoundDeck, granule: int, command: str) -> list[str]:
             return [command.replace("{group}", name)]
     new = _unused(found, "group", f"granule{granule + 1}")
     return [f"group {new} {' '.join(alone)}", command.replace("{group}", new)]
-
-
-def first_alone(found: FoundDeck, fixes: Sequence[FoundFix]) -> dict[int, list[str]]:
-    """By command, what stands there so that some fixes act on granule 1 alone.
-
-    That is the group of a fix; the fix itself where others use that group, or it is ``all``.
-    """
-    words = [one.text.split() if one.carried_out else [] for one in found.commands]
-    pushing, right = [fix.command for fix in fixes], dict[int, list[str]]()
-    for k in pushing:
-        name = words[k][2]
-        made = [at for at, own in enumerate(words[:k]) if own[:2] == ["group", name]]
-        users = [at for at, own in enumerate(words) if name in own[1:] and at not in made]
-        if len(made) == 1 and set(users) <= set(pushing):
-            right[made[0]] = [f"group {name} id {int(found.ids[0])}"]
-        else:
-            alone = re.sub(
-                r"^(\s*fix\s+\S+\s+)\S+", r"\1{group}", found.commands[k].written, count=1
-            )
-            right[k] = _on_granule(found, 0, alone)
-    return right
 
 
 # ---- Commands
@@ -181,17 +158,9 @@ def law_commands(case: Case) -> list[str] | None:
             return None
     if not coefficients:
         return None
-    moduli = {(e, nu) for e, nu in zip(granules.young_modulus[:count],
-                                       granules.poisson_ratio[:count], strict=True)}  # fmt: skip
     if len(set(coefficients.values())) == 1:
         normal, eta, words = next(iter(coefficients.values()))
-        if len(moduli) == 1:
-            modulus, poisson = moduli.pop()
-            law = (
-                f"hertz/material {in_text(modulus / case.units.pressure)} {eta} {in_text(poisson)}"
-            )
-        else:
-            law = f"hertz {in_text(normal)} {eta}"
+        law = f"hertz {in_text(normal)} {eta}"
         return ["pair_style granular", f"pair_coeff * * {law} {_NO_FRICTION}{words}"]
     lines = ["pair_style granular"]
     kinds = range(1, max(high for _, high in coefficients) + 1)
@@ -252,17 +221,6 @@ def load_commands(case: Case) -> list[str]:
     return commands
 
 
-def piston_commands(case: Case) -> list[str] | None:
-    """The piston of a scene with a constant velocity; None for a table, and without one."""
-    piston = case.scene.piston
-    if piston is None or piston.velocity is None:
-        return None
-    speed = in_text(piston.velocity / case.units.velocity)
-    name = _unused(case.found, "fix", "piston")
-    right = f"fix {name} {{group}} move linear {vector(case, speed)}"
-    return _on_granule(case.found, 0, right)
-
-
 def motion_commands(case: Case) -> list[str]:
     """Velocity Verlet of all granules, but for those that a fix leads."""
     found = case.found
@@ -273,15 +231,6 @@ def motion_commands(case: Case) -> list[str]:
     others = _unused(found, "group", "others")
     groups = " ".join(dict.fromkeys(one.text.split()[2] for one in led))
     return [f"group {others} subtract all {groups}", f"fix {name} {others} nve"]
-
-
-def neighbour_commands(case: Case) -> list[str]:
-    """A search for neighbours in each step, far enough; velocities of all of them."""
-    skin = in_text(0.5 * float(np.min(case.scene.granules.radius)) / case.units.length)
-    return [
-        f"neighbor {skin} bin", "neigh_modify delay 0 every 1 check yes",
-        "comm_modify mode single vel yes",
-    ]  # fmt: skip
 
 
 def shock_commands(case: Case) -> list[str] | None:
@@ -306,14 +255,7 @@ def shock_commands(case: Case) -> list[str] | None:
 
 def _formula(case: Case) -> str | None:
     """The force of the scene over the deck's time, in its units; None for a table of many rows."""
-    shock, unit = case.scene.shock, case.units
-    if isinstance(shock, Sine):
-        begin = "time" if case.start == 0 else f"(time-{in_text(case.start / unit.time)})"
-        turns = in_text(2 * math.pi * shock.frequency * unit.time)
-        last = in_text(shock.cycles / shock.frequency / unit.time)
-        size = in_text(shock.amplitude / unit.force)
-        begun = "" if case.start == 0 else f"*({begin}>=0)"
-        return f"{size}*sin({turns}*{begin})*({begin}<{last}){begun}"
+    unit = case.units
     pieces = []
     for ramp in case.scene.ramps:
         begin, end = (in_text((case.start + time) / unit.time) for time in (ramp.start, ramp.end))

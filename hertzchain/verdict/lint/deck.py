@@ -1,21 +1,132 @@
-"""A deck as the rules of lint ask for it: its text, and what LAMMPS makes of it."""
+"""A deck as the rules of lint ask for it: its commands in their order, and what LAMMPS makes of it.
+
+They are those that LAMMPS has carried out, with the values of variables; where it was not asked, or
+has stopped, the rest is the text as it is written.
+"""
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
+from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from hertzchain.engines.lammps.dialect import DEFAULT_SKIN, NUMBERS_OF
-from hertzchain.verdict.lint.script import Command, number
+from hertzchain.engines.lammps.reading.text import in_ascii, lines_of, without_comment, words_of
 
 if TYPE_CHECKING:
     from hertzchain.arrays import FloatArray
+    from hertzchain.engines.lammps.reading.found import Executed
     from hertzchain.engines.lammps.reading.frozen import Applied
     from hertzchain.engines.lammps.reading.granules import Granules
     from hertzchain.engines.lammps.reading.looking import Look
+
+MOST_BYTES = 5_000_000  # of a deck: more are not written by hand
+
+
+@dataclass(frozen=True)
+class Command:
+    """One command.
+
+    Parameters
+    ----------
+    place
+        Its number among the commands.
+    line
+        Line of the deck, from 1, in which it, or the file that brings it, stands.
+    inside
+        Where it stands in an included file, as ``name:line``; empty in the deck itself.
+    words
+        Name and arguments, with values where they are known.
+    raw
+        The same as written.
+    index
+        Its number among the commands that LAMMPS carried out; None for one that is text.
+    """
+
+    place: int
+    line: int
+    inside: str
+    words: tuple[str, ...]
+    raw: tuple[str, ...]
+    index: int | None = None
+
+    @property
+    def name(self) -> str:
+        """What it does."""
+        return self.words[0]
+
+    def word(self, k: int) -> str:
+        """A word of it; empty where there are not so many."""
+        return self.words[k] if k < len(self.words) else ""
+
+    def after(self, keyword: str) -> str | None:
+        """The word that follows a keyword among the arguments, if any."""
+        return next((b for a, b in pairwise(self.words[1:]) if a == keyword), None)
+
+
+def number(word: str | None) -> float | None:
+    """The finite number that a word is, or None."""
+    if word is None or "_" in word:
+        return None
+    try:
+        value = float(word)
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None
+
+
+def script_of(
+    path: Path,
+    text: str,
+    carried_out: Sequence[Executed] = (),
+    stopped: bool = True,
+) -> list[Command]:
+    """The commands of a deck: those carried out, and the text behind them if LAMMPS stopped."""
+    found: list[Command] = []
+    line = 0
+    for index, done in enumerate(carried_out):
+        own = Path(done.file) == path
+        line = done.line if own else line
+        inside = "" if own else f"{Path(done.file).name}:{done.line}"
+        words = _split(done.text)
+        raw = _split(done.written)
+        raw = raw if raw[:1] == words[:1] else words  # of an if, or run every
+        if words:
+            found.append(Command(len(found), line, inside, words, raw, index))
+    if stopped:
+        for one in lines_of(in_ascii(text)):
+            words = _split(without_comment(one.text))
+            if words and one.number > line:
+                found.append(Command(len(found), one.number, "", words, words))
+    return found
+
+
+def _split(text: str) -> tuple[str, ...]:
+    return tuple(word.value for word in words_of(_closed_up(text)))
+
+
+def _closed_up(line: str) -> str:
+    """A line whose ``$(...)`` have no blanks in them, as LAMMPS fills them in before it splits."""
+    if "$(" not in line:
+        return line
+    pieces: list[str] = []
+    depth, at = 0, 0
+    for k, character in enumerate(line):
+        if depth == 0 and line.startswith("$(", k):
+            depth, at = 1, k + 1
+        elif depth and k > at:
+            depth += (character == "(") - (character == ")")
+        if not (depth and character.isspace()):
+            pieces.append(character)
+    return "".join(pieces)
+
+
+# ---- A deck
 
 Severity = Literal["error", "warning", "note"]
 

@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING
 
 from hertzchain.errors import HertzchainError
 from hertzchain.files import read_bytes
-from hertzchain.verdict.lint import chain_rules, contact_rules, granule_rules, motion_rules
-from hertzchain.verdict.lint.deck import Deck, Finding, Found
-from hertzchain.verdict.lint.script import MOST_BYTES, Command, script_of
+from hertzchain.verdict.lint import chain_rules, traps
+from hertzchain.verdict.lint.deck import MOST_BYTES, Command, Deck, Finding, Found, script_of
 
 if TYPE_CHECKING:
     from hertzchain.engines.lammps.reading.looking import Look
@@ -72,38 +71,29 @@ def _elsewhere(deck: Deck) -> Found:
         yield deck.pair_style, "note", text
 
 
-Rule = Callable[[Deck], Found]
-
-RULES: dict[str, Rule] = {
-    rule.__name__[1:].replace("_", "-"): rule
+RULES: dict[str, Callable[[Deck], Found]] = {
+    rule.__name__.strip("_").replace("_", "-"): rule
     for rule in (
-        _no_deck, _no_chain, _text_alone, _elsewhere, *granule_rules.RULES,
-        *contact_rules.RULES, *motion_rules.RULES, *chain_rules.RULES,
+        _no_deck, _no_chain, _text_alone, _elsewhere, *traps.RULES, *chain_rules.RULES,
     )
 }  # fmt: skip
-"""All rules by name."""
+"""Rules that are functions, by name; the others are those of ``traps.TRAPS``."""
 
-OF_CHAINS = {
-    "not-touching", "periodic", "thermostat", "force-on-all", "random-velocities", "gravity",
-    "step-length",
-}  # fmt: skip
-"""Rules that hold for chains alone."""
-
-_NOT_OF_LIGGGHTS = {"motion", "not-hertz", "wall"}
-"""Rules on what LIGGGHTS does otherwise; those on contact laws find none in its decks."""
+OF_CHAINS = {"not-hertz", "not-touching", "periodic", "force-on-all", "step-length"}
+"""Rules that hold for chains alone; a trap says it itself."""
 
 
 def findings(commands: Sequence[Command], look: Look | None = None) -> list[Finding]:
     """The findings in the commands of a deck, and in what LAMMPS makes of it, by line."""
     deck = Deck(commands, look)
+    made = [(trap.rule, trap.found_in(deck)) for trap in traps.TRAPS]
+    rules = {
+        name: rule for name, rule in RULES.items() if not (deck.no_chain and name in OF_CHAINS)
+    }
     found: set[Finding] = set()
-    for name, rule in RULES.items():
-        if deck.no_chain is not None and name in OF_CHAINS:
-            continue
-        if deck.is_of_liggghts and name in _NOT_OF_LIGGGHTS:
-            continue
+    for name, said in (*made, *((name, rule(deck)) for name, rule in rules.items())):
         with contextlib.suppress(ArithmeticError):  # numbers beyond the range of floating point
-            for command, severity, sentence in rule(deck):
+            for command, severity, sentence in said:
                 line = 1 if command is None else command.line
                 inside = f"{command.inside}: " if command is not None and command.inside else ""
                 found.add(Finding(line, name, severity, f"{inside}{sentence}"))
@@ -121,7 +111,7 @@ def lint_file(path: Path, variables: Mapping[str, str] | None = None) -> list[Fi
     text, given = read(path), variables or {}
     commands = script_of(path, text)
     deck = Deck(commands)
-    if deck.pair_style is None or not deck.runs or deck.is_of_liggghts:
+    if deck.is_of_liggghts or not (deck.unread or (deck.pair_style and deck.runs)):
         return findings(commands)
     from hertzchain.engines.lammps.reading.looking import look
 

@@ -50,41 +50,6 @@ def test_granules_in_words() -> None:
         assert deck_check.names(np.array(granules, np.intp), 20, "granule", 1) == name
 
 
-def with_group(deck: FoundDeck, made: str, fix: str = "fix 2 first addforce v_F 0 0") -> FoundDeck:
-    """A deck whose shock has another group, on granules 1 and 3."""
-    applied = deck.applied_force.copy()
-    applied[:, 2] = applied[:, 0]
-    commands = tuple(
-        replace(one, text=text, written=text)
-        for one in deck.commands
-        for text in (made if one.text == "group first id 1" else one.text,)
-        for text in (fix if text.startswith("fix 2") else text,)
-    )
-    both = np.isin(deck.ids, (1, 3))
-    pushed = np.outer(both * 100.0, [1.0, 0.0])
-    fixes = (deck.fixes[0], replace(deck.fixes[1], granules=both, largest=pushed))
-    return changed(deck, commands=commands, fixes=fixes, applied_force=applied)
-
-
-@pytest.mark.parametrize(
-    ("made", "fix", "line", "command"),
-    [
-        ("group push id 1 3", "fix 2 push addforce v_F 0 0", 9, "group push id 1"),
-        # Without a group of its own: a new one, whose name is free.
-        ("group granule1 id 4", "fix 2 all addforce v_F 0 0", 11,
-         "group granule1_2 id 1|fix 2 granule1_2 addforce v_F 0 0"),
-        ("group hit id 1", "fix 2 all addforce v_F 0 0", 11, "fix 2 hit addforce v_F 0 0"),
-    ],
-)  # fmt: skip
-def test_the_group_of_a_shock_keeps_its_name(
-    made: str, fix: str, line: int, command: str, scene: hc.Scene, right: FoundDeck
-) -> None:
-    done = examined(scene, with_group(right, made, fix))
-    check = by_name(done, "granules that are pushed")
-    assert check.place is not None
-    assert (check.place.line, "|".join(first_guess(check))) == (line, command)
-
-
 def test_a_formula_keeps_the_names_of_the_deck(scene: hc.Scene, right: FoundDeck) -> None:
     """Another profile: the deck's variable, fix and group."""
     time = right.applied_time
@@ -110,11 +75,8 @@ def test_a_pulse_that_lasts_longer(longer: float, scene: hc.Scene, right: FoundD
     applied = np.zeros_like(right.applied_force)
     part = right.applied_time / (longer * 60e-6)
     applied[:, 0] = np.where(part < 1, 100 * np.sin(np.pi * part) ** 2, 0.0)
-    check = by_name(examined(scene, changed(right, applied_force=applied)), "duration")
-    assert not check.passed
-    # Trials end 2e-6 from one another, and readings are 2e-7 s apart.
-    assert check.measured == pytest.approx(longer * 60e-6, rel=1e-4)
-    assert check.expected == pytest.approx(60e-6, rel=1e-12)
+    done = examined(scene, changed(right, applied_force=applied))
+    assert not by_name(done, "applied force over time").passed
 
 
 def test_effects_are_those_of_other_scenes(scene: hc.Scene, right: FoundDeck) -> None:

@@ -20,9 +20,9 @@ from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.engines.lammps.reading import looking
 from hertzchain.engines.lammps.reading.reading import Start
 from hertzchain.errors import HertzchainError
-from hertzchain.verdict.lint.deck import Finding
+from hertzchain.verdict.lint import traps
+from hertzchain.verdict.lint.deck import Finding, script_of
 from hertzchain.verdict.lint.rules import RULES, findings, lint_file
-from hertzchain.verdict.lint.script import script_of
 from tests.command_line import Command
 from tests.effort import effort
 from tests.test_public_names import modules_after
@@ -82,6 +82,8 @@ def test_nothing_is_said_of_a_clean_deck() -> None:
     assert lint(CLEAN) == []
 
 
+NAMES = {*RULES, *(trap.rule for trap in traps.TRAPS)}
+
 FIRST = {trap.rule: name for name, trap in reversed(TRAPS.items())}
 """A trap of each rule: those that the default suite looks for."""
 
@@ -103,7 +105,7 @@ def test_a_planted_trap_is_found(name: str) -> None:
 
 def test_every_rule_has_a_planted_trap() -> None:
     elsewhere = {"no-deck", "elsewhere", "no-chain"}  # tests of their own
-    assert {trap.rule for trap in TRAPS.values()} | elsewhere == set(RULES)
+    assert {trap.rule for trap in TRAPS.values()} | elsewhere == NAMES
 
 
 def peaks(text: str) -> FloatArray:
@@ -178,32 +180,6 @@ def test_a_force_may_name_a_variable_that_is_made_before_the_run() -> None:
     assert lint(CLEAN.replace(f"{made}\n{used}", f"{used}\n{made}")) == []
 
 
-@pytest.mark.parametrize(
-    ("pairs", "found"),
-    [
-        (("1 1", "2 2", "1 2"), False),
-        (("1 1", "2 2", "2 1"), False),
-        (("* *",), False),
-        (("1*2 2", "1 1"), False),
-        (("1 1", "2 2"), True),
-        (("1 1", "${i} 2"), False),  # cannot be known
-    ],
-)  # fmt: skip
-def test_which_pairs_are_left_to_lammps(pairs: tuple[str, ...], found: bool) -> None:
-    laws = "\n".join(f"pair_coeff {pair} {MODEL}" for pair in pairs)
-    text = CLEAN.replace("create_box 1", "create_box 2").replace(f"pair_coeff * * {MODEL}", laws)
-    said = {finding.rule for finding in lint(text)}
-    assert ("mixed-pairs" in said) == found
-
-
-@pytest.mark.parametrize(("limit", "given"), [("", "0.853"), (" limit_damping", "0.858")])
-def test_the_restitution_of_tsuji_is_said(limit: str, given: str) -> None:
-    text = CLEAN.replace("193e9 0.0 0.3", "193e9 0.8 0.3")
-    law = "tangential linear_nohistory 0.0 0.0"
-    said = [finding.text for finding in lint(text.replace(law, f"{law} damping tsuji{limit}"))]
-    assert any(f"tsuji with 0.8 gives a restitution of {given} in LAMMPS" in one for one in said)
-
-
 def test_a_chain_made_in_a_loop_is_a_chain() -> None:
     made = """\
 variable i loop 30
@@ -254,7 +230,7 @@ def of_text(text: str) -> list[Finding]:
 
 
 def has_findings(text: str) -> None:
-    assert all(one.rule in RULES and one.line >= 1 for one in of_text(text))
+    assert all(one.rule in NAMES and one.line >= 1 for one in of_text(text))
 
 
 CHANGES = st.lists(st.tuples(st.integers(0, 400), st.sampled_from(["", "drop", "twice", *WORDS])))
