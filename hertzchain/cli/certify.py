@@ -1,4 +1,4 @@
-"""hertzchain certify: a LAMMPS held against native."""
+"""hertzchain certify: a LAMMPS, LIGGGHTS or Yade held against native."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ def certify(
     lmp: list[str] | None = typer.Option(
         None,
         metavar="PROGRAM",
-        help="A LAMMPS binary of any version, repeatable; without one the lammps module."
+        help="A LAMMPS binary of any version, liggghts or yade, repeatable; without one the lammps"
+        " module."
         f" [env var: {options.LMP}]",
     ),
     suffix: Suffix | None = typer.Option(
@@ -37,10 +38,10 @@ def certify(
     as_json: options.AsJson = False,
     junit: options.Junit = None,
 ) -> None:
-    """Hold a LAMMPS against native: a short scene for each thing that can be wrong in a build.
+    """Hold a code against native: a short scene for each thing that can be wrong in a build.
 
     A row is right to round-off, right to the steps (differs by less than the steps cost), wrong by
-    so much, not supported by this LAMMPS, or not tested: a suffix without such a style runs the
+    so much, not supported by this code, or not tested: a suffix without such a style runs the
     plain one. Status 0: all that was tested is right; 1: a row is wrong; 2: rows could not run.
     """
     from hertzchain.files import check_outputs, make_folder, write_text

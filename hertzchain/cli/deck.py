@@ -135,7 +135,7 @@ def lint(
 
 
 def unit_test(scene: options.SceneFile, output: OutputFile = None) -> None:
-    """Write a test for LAMMPS's own suite: a scene's wave, with the motion that Eq. 1 gives it.
+    """Write a test for LAMMPS's own suite: a scene's wave or impact, with its motion by Eq. 1.
 
     The file is of the form of unittest/granular/tests/dem02-*.yaml in the sources of LAMMPS.
     """
@@ -148,7 +148,7 @@ def unit_test(scene: options.SceneFile, output: OutputFile = None) -> None:
     with progress() as report_progress:
         report_progress("native: looking for the wave")
         motion = known_motion(loaded)
-    text = test_text(motion, f"A wave in a chain of spheres, scene {scene.stem!r}", time.ctime())
+    text = test_text(motion, f"A chain of spheres, scene {scene.stem!r}", time.ctime())
     if output is None:
         typer.echo(text, nl=False)
     else:

@@ -41,6 +41,7 @@ class KnownMotion:
     snapshots: tuple[Moment, ...]  # at the end of each segment
     epsilon: float  # largest relative difference from rounding
     contact: Contact | None = None  # damping of the contacts
+    wall: tuple[float, float] | None = None  # its position [m] and 4/3 E* of its contact [Pa]
 
 
 def unit_test(motion: KnownMotion, title: str, date: str) -> str:
@@ -79,24 +80,33 @@ def unit_test(motion: KnownMotion, title: str, date: str) -> str:
         "skin": chain.radius / 2,
         "dt": motion.dt,
     }
-    law, damped = hertz("${emod}", "${poisson}"), []
+    law, more = hertz("${emod}", "${poisson}"), []
     if motion.contact is not None:
         variables["damp"], words = _damping(motion.contact, chain)
         law = f"hertz/material ${{emod}} ${{damp}} ${{poisson}} {NO_FRICTION} {words}"
         q, c = motion.contact.exponent, _coefficient(motion.contact, chain)
-        damped = [
+        more = [
             "# Contacts are damped: c overlap^q rate more, with the rate of half a step before,",
             f"# q = {q:g}, c = {c!r} N s/m^{1 + q:g}.",
         ]
     else:
         law = f"{law} {NO_FRICTION}"
+    styles, moved = ["atom sphere", "pair granular"], ["fix motion all nve"]
+    if motion.wall is not None:
+        place, variables["kwall"] = motion.wall
+        styles.append("fix wall/gran")
+        moved.append(
+            f"fix wall all wall/gran granular hertz ${{kwall}} 0.0 {NO_FRICTION}"
+            f" xplane NULL {place!r}"
+        )
+        more = ["# At the wall A = kwall sqrt(R)."]
     lines = [
         "---",
         f"# {title}.",
         "# Neither forces nor motion are LAMMPS's own: F = A overlap^(3/2) where spheres touch,",
         "# A = sqrt(2R) E / (3 (1 - nu^2)), nothing where they are apart, by velocity Verlet in",
         "# displacements. To record them again with -u would take that away.",
-        *damped,
+        *more,
         "# epsilon: at least thirty times what rounding makes of these steps in coordinates.",
         "# init_forces (run 0) and run_forces (the end) are read but not compared by test_dem_NN.",
         f"lammps_version: none, by hertzchain {version('hertzchain')}",
@@ -104,9 +114,9 @@ def unit_test(motion: KnownMotion, title: str, date: str) -> str:
         f"date_generated: {date}",
         f"epsilon: {motion.epsilon:g}",
         "skip_tests:",
-        *_block("prerequisites", ["atom sphere", "pair granular"]),
+        *_block("prerequisites", styles),
         *_block("pre_commands", build),
-        *_block("post_commands", ["fix motion all nve"]),
+        *_block("post_commands", moved),
         "input_file:",
         f"natoms: {granules}",
         *_block("variables", [f"{name} {value!r}" for name, value in variables.items()]),

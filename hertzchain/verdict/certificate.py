@@ -1,4 +1,4 @@
-"""A certificate of a LAMMPS: short scenes, each held against native at the same steps."""
+"""A certificate of a LAMMPS, LIGGGHTS or Yade: short scenes, held against native at its steps."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
+from hertzchain.engines import registry
+from hertzchain.engines.external.engine import ProgramEngine, code_of
 from hertzchain.engines.external.observation import Observation, Simulation
 from hertzchain.engines.external.rescaling import softening
 from hertzchain.engines.lammps.binary import Binary, Program, all_said, module
@@ -50,10 +52,11 @@ SUFFIXES: dict[str, tuple[str, ...]] = {
 
 _UNKNOWN = re.compile(
     r"Unrecogni[sz]ed|Unknown|not enabled|not installed|Invalid (?:fix|pair|atom)|Illegal|package"
-    r"|does not have the damping|Cannot (?:use|create)|\bnot support",
+    r"|does not have the damping|Cannot (?:use|create)|\bnot support"
+    r"|(?:LIGGGHTS|Yade) has no|(?:always|never) pull in",
     re.IGNORECASE,
 )
-"""Words of a LAMMPS that lacks a style, an option of one, or a package."""
+"""Words of a code that lacks a style, an option of one, or a package."""
 
 _BROKEN = re.compile(r"crashed|ended by SIG|do not trust")
 """Words of errors that no right program makes."""
@@ -79,6 +82,8 @@ class Row:
         Styles of contacts, then of fixes, as the program lists them.
     failed
         Whether the row was to be tested and could not be.
+    version
+        Version of the code that ran; "" if it did not.
     """
 
     case: Case
@@ -88,6 +93,7 @@ class Row:
     reason: str = ""
     styles: tuple[str, ...] = ()
     failed: bool = False
+    version: str = ""
 
     @property
     def passed(self) -> bool:
@@ -118,11 +124,12 @@ class Certificate:
     """Rows of one program, in the order of the table."""
 
     program: str
-    version: str  # LAMMPS's own number, year month day; "" if unknown
+    version: str  # the code's own number, of LAMMPS year month day; "" if unknown
     suffix: str | None
     ranks: int
     rows: tuple[Row, ...]
     seconds: float
+    code: str = "LAMMPS"  # name of the code
 
     @property
     def status(self) -> int:
@@ -138,7 +145,7 @@ class Certificate:
         count = {grade: sum(row.grade == grade for row in self.rows) for grade in GRADES}
         found = ", ".join(f"{number} {grade}" for grade, number in count.items() if number)
         wrong = ", ".join(row.case.name for row in self.rows if row.grade == WRONG)
-        version = f"LAMMPS {self.version}" if self.version else "LAMMPS"
+        version = f"{self.code} {self.version}".strip()
         how = f" with -sf {self.suffix}" if self.suffix else ""
         on = f" on {self.ranks} ranks" if self.ranks > 1 else ""
         return f"{version} ({self.program}){how}{on}: {found}" + (f": {wrong}" if wrong else "")
@@ -147,6 +154,7 @@ class Certificate:
         """Return the certificate as a JSON object."""
         return {
             "program": self.program,
+            "code": self.code,
             "version": self.version,
             "suffix": self.suffix,
             "ranks": self.ranks,
@@ -159,18 +167,13 @@ class Certificate:
 
 @dataclass(frozen=True)
 class _Watched(Program):
-    """A program that runs the deck of a case, and keeps it and what was said of styles."""
+    """A LAMMPS that runs edited decks, and keeps what was said of styles."""
 
-    case: Case | None = None
-    keep: Path | None = None
+    edit: Callable[[str], str] = str
     styles: list[str] = field(default_factory=list)
 
     def run(self, commands: str, folder: Path, deadline: Deadline) -> None:
-        assert self.case is not None
-        text = self.case.edit(commands, self.ranks)
-        if self.keep is not None:
-            write_text(self.keep / f"in.{self.case.file}", text)
-        super().run(f"{text}\n{INFO}", folder, deadline)
+        super().run(f"{self.edit(commands)}\n{INFO}", folder, deadline)
         said = all_said(folder)
         self.styles.extend(re.findall(r"types = +\d+, +style = (\S+)", said))
         self.styles.extend(re.findall(r"^Fix\[.*style = ([^, ]+)", said, re.MULTILINE))
@@ -186,12 +189,13 @@ def certify(
     time_limit: float = TIME_LIMIT,
     progress: Callable[[str], object] = lambda _: None,
 ) -> Certificate:
-    """Hold a LAMMPS against native, scene by scene at the same steps.
+    """Hold a LAMMPS, LIGGGHTS or Yade against native, scene by scene at the same steps.
 
     Parameters
     ----------
     lmp
-        Path or name of a LAMMPS binary; by default the ``lammps`` Python module.
+        Path or name of a LAMMPS binary; by default the ``lammps`` Python module. A program whose
+        name begins with liggghts or yade is taken for that code.
     suffix
         Suffix of accelerated styles: omp, kk, intel or gpu.
     ranks
@@ -217,68 +221,110 @@ def certify(
     require(ranks == 1 or lmp is not None, "ranks", ranks, alone)
     for name in only:
         require(name in CASES, "only", name, f"must be one of {', '.join(CASES)}")
+    other = _other(lmp)
+    one = f"must be left out: {lmp} is run as it is"
+    require(other is None or suffix is None, "suffix", suffix, one)
+    require(other is None or ranks == 1, "ranks", ranks, one)
     begin, rows, version, missing = time.perf_counter(), [], "", ""
     deadline = Deadline(time_limit)
+    program: Program | ProgramEngine | None = other
     try:
-        found = module(deadline) if lmp is None else Program.find(str(lmp), ranks, deadline)
-        options = SUFFIXES[suffix] if suffix else ()
-        program = replace(found, options=options)
-        version = program.build.version
+        if program is None:
+            found = module(deadline) if lmp is None else Program.find(str(lmp), ranks, deadline)
+            program = replace(found, options=SUFFIXES[suffix] if suffix else ())
+            version = program.build.version
     except HertzchainError as problem:
         missing = str(problem)
     for name in only or CASES:
         progress(name)
         if folder is not None:
             CASES[name].scene.to_toml(folder / f"{CASES[name].file}.toml")
-        if missing:
+        if program is None:
             rows.append(Row(CASES[name], UNTESTED, reason=missing, failed=True))
         else:
             rows.append(_graded(CASES[name], program, suffix, folder, time_limit))
     seconds = time.perf_counter() - begin
     label = "the lammps module" if lmp is None else str(lmp)
-    return Certificate(label, version, suffix, ranks, tuple(rows), seconds)
+    code = "LAMMPS" if other is None else other.LABEL
+    version = version or max(row.version for row in rows).rpartition(" ")[2]
+    return Certificate(label, version, suffix, ranks, tuple(rows), seconds, code)
+
+
+def _other(lmp: str | Path | None) -> ProgramEngine | None:
+    """Return the code other than LAMMPS that a program is by its name; None for LAMMPS."""
+    for entry in registry.ENGINES.values():
+        if lmp is not None and entry.program and Path(lmp).name.startswith(entry.program):
+            made = entry.make(program=str(lmp))
+            assert isinstance(made, ProgramEngine)
+            return made
+    return None
 
 
 def _graded(
-    case: Case, program: Program, suffix: str | None, keep: Path | None, time_limit: float
+    case: Case,
+    program: Program | ProgramEngine,
+    suffix: str | None,
+    keep: Path | None,
+    time_limit: float,
 ) -> Row:
-    if case.needs_ranks and program.ranks == 1:
-        return Row(case, UNTESTED, reason="one rank: ask for --ranks 2 or more")
-    right = expected(case.name)
+    ranks = program.ranks if isinstance(program, Program) else 1
+    for_lammps = case.of_lammps and isinstance(program, ProgramEngine)
+    if for_lammps or (case.needs_ranks and ranks == 1):
+        reason = "a row for LAMMPS" if for_lammps else "one rank: ask for --ranks 2 or more"
+        return Row(case, UNTESTED, reason=reason)
+    right, styles = expected(case.name), list[str]()
     allowed = float(right.error_estimate)
-    watched = _Watched(program.command, program.ranks, program.build, program.options, case, keep)
+
+    def edit(text: str) -> str:
+        text = case.edit(text, ranks)
+        if keep is not None:
+            write_text(keep / f"in.{case.file}", text)
+        return text
+
     try:
-        run = _simulated(case, watched, Deadline(time_limit))
+        run = _simulated(case, program, edit, styles, Deadline(time_limit))
     except HertzchainError as problem:
         wrong = isinstance(problem, StepUnstable | OverlapTooLarge) or _BROKEN.search(str(problem))
         lacks = not isinstance(problem, BackendMissing) and _UNKNOWN.search(str(problem))
         grade = WRONG if wrong else UNSUPPORTED if lacks else UNTESTED
         failed = grade == UNTESTED
-        return Row(case, grade, None, allowed, str(problem), tuple(watched.styles), failed)
+        return Row(case, grade, None, allowed, str(problem), tuple(styles), failed)
     state, peaks = _differences(run, right)
-    difference, styles = max(state, peaks), tuple(watched.styles)
-    if not math.isfinite(difference):
-        return Row(case, WRONG, None, allowed, "results are not numbers", styles)
-    if difference > max(allowed, INTERPOLATED):
-        reason = f"differs from native by more than the steps' {allowed:.1e}"
-        return Row(case, WRONG, difference, allowed, reason, styles)
-    if suffix and not any(style.startswith(f"{case.style}/{suffix}") for style in styles):
+    found = Row(case, WRONG, max(state, peaks), allowed, "", tuple(styles), version=run.version)
+    if not math.isfinite(max(state, peaks)):
+        found = replace(found, difference=None, reason="results are not numbers")
+    elif max(state, peaks) > max(allowed, INTERPOLATED):
+        found = replace(found, reason=f"differs from native by more than the steps' {allowed:.1e}")
+    elif suffix and not any(style.startswith(f"{case.style}/{suffix}") for style in styles):
         reason = f"{case.style} ran without /{suffix}: this program has no such style"
-        return Row(case, UNTESTED, difference, allowed, reason, styles)
-    rounded = state <= ROUNDED and peaks <= INTERPOLATED
-    return Row(case, ROUND_OFF if rounded else STEPS, difference, allowed, "", styles)
+        found = replace(found, grade=UNTESTED, reason=reason)
+    else:
+        rounded = state <= ROUNDED and peaks <= INTERPOLATED
+        found = replace(found, grade=ROUND_OFF if rounded else STEPS)
+    return found
 
 
-def _simulated(case: Case, program: Program, deadline: Deadline) -> Simulation:
-    """Run the deck of a case once."""
+def _simulated(
+    case: Case,
+    program: Program | ProgramEngine,
+    edit: Callable[[str], str],
+    styles: list[str],
+    deadline: Deadline,
+) -> Simulation:
+    """Run the deck of a case once, as edited; collect the styles that LAMMPS names."""
     scene = case.scene
     legs = scene.schedule(case.dt)
     damped = scene.contact is not None
     strides = [stride_of(scene, leg) if damped else READ_EVERY for leg in legs]
     made = softening(scene, sum(leg.steps for leg in legs))
-    seen = Observation(scene, made, legs, None, "LAMMPS")
-    code = Binary(case.pair_style, deadline, program)
-    return seen.simulation(code.run(made.scene(scene), seen.legs, strides, seen))
+    if isinstance(program, ProgramEngine):
+        label, code = program.LABEL, code_of(program, scene, deadline, edit)
+    else:
+        parts = program.command, program.ranks, program.build, program.options
+        watched = _Watched(*parts, edit, styles)
+        label, code = "LAMMPS", Binary(case.pair_style, deadline, watched).run
+    seen = Observation(scene, made, legs, None, label)
+    return seen.simulation(code(made.scene(scene), seen.legs, strides, seen))
 
 
 def _differences(run: Simulation, right: Result) -> tuple[float, float]:

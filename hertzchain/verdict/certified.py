@@ -52,6 +52,8 @@ class Case:
         Function that returns the deck that is run, from that of the scene and the number of ranks.
     needs_ranks
         Whether the row tests nothing on one rank.
+    of_lammps
+        Whether the row is of LAMMPS alone: LIGGGHTS and Yade have nothing like it.
     """
 
     name: str
@@ -61,6 +63,7 @@ class Case:
     pair_style: str = "granular"
     edit: Callable[[str, int], str] = lambda text, _: text
     needs_ranks: bool = False
+    of_lammps: bool = False
 
     @property
     def file(self) -> str:
@@ -141,7 +144,7 @@ _TABLE = (
     Case("gaps", "contacts that begin with a gap and open again", _struck(gap=2e-6)),
     Case(
         "gran/hertz/history", "Hertz's law of the older pair style", _pushed(),
-        "gran/hertz/history", "gran/hertz/history",
+        "gran/hertz/history", "gran/hertz/history", of_lammps=True,
     ),
     Case(
         "rigid wall", "fix wall/gran, a flat rigid wall",
@@ -194,11 +197,11 @@ _TABLE = (
     ),
     Case(
         "granules over ranks", "contacts of granules of two ranks",
-        _struck(40, after=45.0), "nve", needs_ranks=True,
+        _struck(40, after=45.0), "nve", needs_ranks=True, of_lammps=True,
     ),
     Case(
         "restart in the middle", "write_restart, clear, read_restart", _pushed(), "nve",
-        edit=_restarted,
+        edit=_restarted, of_lammps=True,
     ),
     Case(
         "units cgs", "the same in centimetres, grams and dyn", _in_cgs(_struck()),

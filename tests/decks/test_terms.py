@@ -154,16 +154,16 @@ def test_the_law_is_checked_much_more_closely_than_peaks(tmp_path: Path) -> None
 WRITERS = {
     "data file": (("deck", "--atoms", "data"), "leave out --atoms data"),
     "pair style": (("deck", "--pair-style", "gran/hertz/history"), "take granular for a scene"),
-    "liggghts": (("deck", "--engine", "liggghts"), "does not support wall: "),
-    "yade": (("deck", "--engine", "yade"), "does not support wall: "),
-    "unit test": (("unit-test",), "does not support wall: "),
+    "liggghts": (("deck", "--engine", "liggghts"), "does not support gaps, wall: "),
+    "yade": (("deck", "--engine", "yade"), "does not support gaps, wall: "),
+    "unit test": (("unit-test",), "does not support gaps: "),
 }
 
 
 @pytest.mark.parametrize("writer", WRITERS)
 def test_nothing_is_written(hertzchain: Command, tmp_path: Path, writer: str) -> None:
     scene = tmp_path / "scene.toml"
-    hc.Scene(hc.Chain(12, **STEEL), PULSE, wall=hc.Wall("rigid")).to_toml(scene)
+    hc.Scene(hc.Chain(12, **STEEL, gap=1e-5), PULSE, wall=hc.Wall("rigid")).to_toml(scene)
     (command, *options), why = WRITERS[writer]
     outcome = hertzchain(command, scene, "-o", tmp_path / "out", *options)
     assert outcome.status == 2

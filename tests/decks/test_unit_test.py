@@ -166,10 +166,48 @@ def test_another_damping_fails(law: str, right: str, wrong: str) -> None:
     assert drive(text.replace(right, wrong), "on") > float(read(text)["epsilon"])
 
 
-@pytest.mark.parametrize("shock", [hc.Piston(0.1), hc.Striker(1.0)])
-def test_what_is_not_let_go_is_refused(shock: Any) -> None:
+WALL = hc.Wall("rigid")
+IMPACTS = {
+    "striker": hc.Scene(hc.Chain(12, **STEEL), hc.Striker(1.0)),
+    "two spheres": hc.Scene(hc.Chain(2, **STEEL), hc.Striker(1.0), contact=DAMPING["restitution"]),
+    "wave at a wall": hc.Scene(hc.Chain(6, **STEEL), hc.Striker(1.0), wall=WALL),
+    "sphere at a wall": hc.Scene(
+        hc.Chain(2, **STEEL), hc.Striker(1.0), wall=hc.Wall("elastic", 70e9, 0.33, gap=1e-3)
+    ),
+}
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize(
+    ("name", "granules", "right", "wrong"),
+    [
+        ("striker", 3, "dens 7958.0", "dens 7958.001"),
+        ("two spheres", 2, "damp 0.8", "damp 0.80001"),
+        ("wave at a wall", 3, "kwall 282", "kwall 283"),
+        ("sphere at a wall", 1, "xplane NULL 0.00949", "xplane NULL 0.009491"),
+    ],
+)
+def test_lammps_passes_impacts(name: str, granules: int, right: str, wrong: str) -> None:
+    text = unit_test(known_motion(IMPACTS[name]), name, DATE)
+    config = read(text)
+    assert int(config["natoms"]) == granules
+    assert ("fix wall/gran" in config["prerequisites"]) == ("wall" in name)
+    assert drive(text, "on") <= 0.5 * float(config["epsilon"])
+    assert right in text
+    assert drive(text.replace(right, wrong), "on") > float(config["epsilon"])
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        hc.Scene(hc.Chain(8, **STEEL), hc.Piston(0.1)),
+        hc.Scene(hc.Chain(8, **STEEL), hc.Striker(1.0, radius=8e-3)),
+        hc.Scene(hc.Chain(8, **STEEL), hc.Striker(1.0), wall=WALL, contact=DAMPING["dashpot"]),
+    ],
+)
+def test_what_is_not_let_go_is_refused(scene: hc.Scene) -> None:
     with pytest.raises(HertzchainError, match="a unit test for LAMMPS does not support "):
-        known_motion(hc.Scene(hc.Chain(8, **STEEL), shock))
+        known_motion(scene)
 
 
 def test_the_tolerance_is_far_below_what_a_test_should_find() -> None:

