@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -29,7 +29,7 @@ from hertzchain.engines.lammps.reading.prober import Sizes
 from hertzchain.engines.lammps.reading.probing import Probes, probe
 from hertzchain.engines.lammps.reading.session import Module, Stage
 from hertzchain.engines.lammps.reading.text import Edits
-from hertzchain.engines.lammps.reading.watching import Given, Stopped, Watched, Watcher
+from hertzchain.engines.lammps.reading.watching import Stopped, Watched, Watcher
 from hertzchain.errors import HertzchainError, RunFailed, TooExpensive
 from hertzchain.limits import TIME_LIMIT, Deadline, bound_memory, in_words
 from hertzchain.scene.scene import Scene
@@ -144,13 +144,18 @@ class Reader:
         if restarts:
             self._child.end()
         each = self._sizes.between(probes.granules.units, probes.contact_time)
+        driven = seen.driven if seen.stopped else None
+        still, applied = self._call(without_motion, source, probes, each, driven)
         if seen.stopped:
-            stopped = seen.stopped
-            seen, applied = self._call(without_motion, source, probes, each, seen.driven)
-            seen.stopped = stopped
-        else:
-            places = tuple(f"{done.file}:{done.line}" for done in seen.commands)
-            applied = self._call(_freeze, seen.given, probes, each, places)
+            still.stopped = seen.stopped
+            seen = still
+        elif still.stopped:
+            raise RunFailed(still.stopped)
+        elif still.runs != seen.runs or _fixes(still) != _fixes(seen):
+            raise RunFailed(
+                f"{self._deck}: its runs or fixes depend on its motion: give numbers in place of"
+                " conditions and values that are computed on the way"
+            )
         return found_of(probes, seen, applied, self._scene)
 
 
@@ -197,6 +202,11 @@ def look(path: Path, variables: Mapping[str, str], time_limit: float) -> Look:
             looked, Start(folder, None), path, Path.cwd(), dict(variables), time_limit=time_limit
         )
     return found
+
+
+def _fixes(seen: Watched) -> list[str]:
+    """The fixes of a deck as LAMMPS got them."""
+    return [done.text for done in seen.commands if done.text.startswith("fix ")]
 
 
 # ---- In the process that runs LAMMPS
@@ -311,23 +321,13 @@ def _played(source: Source, player: Watcher | Replay, ends: type[RunFailed]) -> 
     return seen
 
 
-def _freeze(
-    start: Start,
-    given: Sequence[Given],
-    probes: Probes,
-    between: float,
-    places: tuple[str, ...],
-) -> Applied:
-    with start.stage() as stage:
-        return Replay(stage, probes.granules, between, places).play(given)
-
-
 def without_motion(
-    start: Start, source: Source, probes: Probes, between: float, driven: NDArray[np.bool_]
+    start: Start, source: Source, probes: Probes, between: float, driven: NDArray[np.bool_] | None
 ) -> tuple[Watched, Applied]:
     """The forces of a deck, and its runs, as it plays without its motion.
 
-    ``driven`` are granules that are known to be driven, apart from those that a fix leads.
+    ``driven`` are granules that are known to be driven, apart from those that a fix leads; None
+    where nobody asks how they are led.
     """
     granules = probes.granules
 
@@ -338,6 +338,8 @@ def without_motion(
             return _played(source, replay, RunFailed), replay.applied()
 
     seen, applied = replayed(leads=False)
+    if driven is None:
+        return seen, applied
     leading = [fix.granules for fix in applied.fixes if fix.style == LEADS]
     seen.driven = np.any([driven, *leading], axis=0)
     if leading:

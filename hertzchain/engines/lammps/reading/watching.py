@@ -28,16 +28,6 @@ class Stopped(RunFailed):
     """A run that did not come to its end; what is known of the deck before it stays true."""
 
 
-@dataclass(frozen=True)
-class Given:
-    """A command that LAMMPS was given; a run where ``steps`` is not None."""
-
-    text: str
-    words: tuple[str, ...]
-    index: int
-    steps: int | None = None
-
-
 @dataclass(eq=False)
 class Watched:
     """What was observed of a deck while it was played, in its units and by increasing coordinate.
@@ -48,9 +38,7 @@ class Watched:
     count: int  # of granules
     version: str = ""
     commands: tuple[Executed, ...] = ()
-    given: list[Given] = field(default_factory=list)
     runs: list[FoundRun] = field(default_factory=list)
-    first_run: int = -1
     stopped: str = ""
     cleared: bool = False
     time: float = 0.0
@@ -65,6 +53,20 @@ class Watched:
         self.held = np.zeros(self.count, bool)  # at rest, whatever presses them, in all runs
         self.position = self.velocity = np.full(self.count, np.nan)
         self.peaks = (PeaksSeen.unknown(self.count - 1),) * 2  # forwards and backwards
+
+    @property
+    def first_run(self) -> int:
+        """Index of the first run that takes a step; -1 where there is none."""
+        return self.runs[0].command if self.runs else -1
+
+    def ran(self, steps: int, dt: float, command: int) -> None:
+        """Take note of steps that were taken."""
+        last = self.runs[-1] if self.runs else None
+        if last is not None and last.command == command and last.dt == dt:  # run every
+            self.runs[-1] = replace(last, steps=last.steps + steps)
+        else:
+            self.runs.append(FoundRun(self.time, dt, steps, command))
+        self.time += steps * dt
 
     def lead(self, time: FloatArray, ends: FloatArray) -> None:
         """Take note of where the ends of the chain are while fixes lead them."""
@@ -90,7 +92,6 @@ class Watcher:
         is_new = words[0] == "fix" and words[1:2] and words[1] not in self.stage.alive
         self._changed |= bool(is_new) or words[0] == "unfix"
         self.stage.give(text, words, index)
-        self.seen.given.append(Given(text, tuple(words), index))
 
     def clear(self) -> bool:
         """Forget all before the first run; the deck ends here after it."""
@@ -98,7 +99,6 @@ class Watcher:
             self.seen.cleared = True
             return False
         self.stage.forget()
-        self.seen.given.append(Given("clear", ("clear",), -1))
         return True
 
     def run(self, steps: int, keywords: str, index: int) -> None:
@@ -110,10 +110,7 @@ class Watcher:
                 self.stage.give(text, ["run"], index)
             except RunFailed as problem:
                 raise Stopped(str(problem)) from None
-            self.seen.given.append(Given(text, ("run",), index))
             return
-        if self.seen.first_run < 0:
-            self.seen.first_run = index
         lammps = self.stage.lammps
         dt, first = lammps.dt(), lammps.step()
         stride = max(1, min(steps, int(self._between / dt)))
@@ -142,14 +139,7 @@ class Watcher:
             raise Stopped("granules left the box while it ran") from None
         except RunFailed as problem:
             raise Stopped(str(problem).split("; the step is too long")[0]) from None
-        done = lammps.step() - first
-        self.seen.given.append(Given(text.replace(str(steps), str(done), 1), ("run",), index, done))
-        last = self.seen.runs[-1] if self.seen.runs else None
-        if last is not None and last.command == index and last.dt == dt:  # run every
-            self.seen.runs[-1] = replace(last, steps=last.steps + done)
-        else:
-            self.seen.runs.append(FoundRun(self.seen.time, dt, done, index))
-        self.seen.time += done * dt
+        self.seen.ran(lammps.step() - first, dt, index)
 
     @property
     def peaks(self) -> tuple[PeaksSeen, PeaksSeen]:
