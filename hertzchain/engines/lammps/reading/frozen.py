@@ -14,7 +14,7 @@ from hertzchain.engines.lammps.reading.granules import Granules
 from hertzchain.engines.lammps.reading.hooks import BLOCK, Readings
 from hertzchain.engines.lammps.reading.prober import members
 from hertzchain.engines.lammps.reading.session import DeckFix, Stage
-from hertzchain.engines.lammps.reading.watching import Watched, sizes
+from hertzchain.engines.lammps.reading.watching import Playing, sizes
 
 _LEAST_READINGS = 400
 """Readings of a run at least, however long no force has changed: chosen."""
@@ -67,18 +67,14 @@ class _Exerted:
         return np.where(self.highest - self.lowest <= _UNCHANGED * most, self.lowest, 0.0)
 
 
-class Replay:
-    """Plays a deck without its motion; a ``Player``.
-
-    With ``leads`` the granules that a fix leads, and no others, are moved.
-    """
+class Replay(Playing):
+    """Plays a deck without its motion; with ``leads`` granules that a fix leads are moved."""
 
     def __init__(
         self, stage: Stage, granules: Granules, between: float, leads: bool = False
     ) -> None:
-        self._leads = leads
-        self.seen = Watched(granules.count)
-        self.stage, self._granules, self._between = stage, granules, between
+        super().__init__(stage, granules.count)
+        self._granules, self._between, self._leads = granules, between, leads
         self._left_out: set[str] = set()
         self._time: list[FloatArray] = []
         self._force: list[FloatArray] = []  # of all fixes but walls, along the chain
@@ -92,7 +88,7 @@ class Replay:
     def give(self, text: str, words: list[str], index: int) -> None:
         """Give LAMMPS a command that neither moves granules nor ends a run before its time."""
         if not self._leaves_out(words, index):
-            self.stage.give(text, words, index)
+            super().give(text, words, index)
 
     def run(self, steps: int, keywords: str, index: int) -> None:
         """Have LAMMPS take so many steps."""
@@ -106,12 +102,9 @@ class Replay:
 
     def clear(self) -> bool:
         """Forget all before the first run; the deck ends here after it."""
-        if self.seen.runs:
-            return False
-        self.stage.forget()
         self._left_out.clear()
         self._moves.clear()
-        return True
+        return super().clear()
 
     def _leaves_out(self, words: list[str], index: int) -> bool:
         if words[0] == "fix" and len(words) > 3:

@@ -74,15 +74,30 @@ class Watched:
         self.driven_ends = np.concatenate([self.driven_ends, ends])
 
 
-class Watcher:
-    """Plays a deck to its end and keeps the peaks; a ``Player``.
+class Playing:
+    """Gives LAMMPS the commands of a deck; a ``Player``. ``seen`` is what was observed."""
 
-    ``between`` is the time between two readings; ``seen`` is what was observed.
-    """
+    def __init__(self, stage: Stage, count: int = 1) -> None:
+        self.stage, self.seen = stage, Watched(count)
+
+    def give(self, text: str, words: list[str], index: int) -> None:
+        """Give LAMMPS a command."""
+        self.stage.give(text, words, index)
+
+    def clear(self) -> bool:
+        """Forget all before the first run; the deck ends here after it."""
+        self.seen.cleared = bool(self.seen.runs)
+        if not self.seen.cleared:
+            self.stage.forget()
+        return not self.seen.cleared
+
+
+class Watcher(Playing):
+    """Plays a deck to its end and keeps the peaks; ``between`` is the time between two readings."""
 
     def __init__(self, stage: Stage, probes: Probes, between: float) -> None:
-        self.stage, self.probes, self._between = stage, probes, between
-        self.seen = Watched(probes.granules.count)
+        super().__init__(stage, probes.granules.count)
+        self.probes, self._between = probes, between
         self._contacts = ContactWatch(probes)
         self._changed = False  # whether fixes have been made or ended since the last run
 
@@ -91,15 +106,7 @@ class Watcher:
         # One of the same id takes the place of that before.
         is_new = words[0] == "fix" and words[1:2] and words[1] not in self.stage.alive
         self._changed |= bool(is_new) or words[0] == "unfix"
-        self.stage.give(text, words, index)
-
-    def clear(self) -> bool:
-        """Forget all before the first run; the deck ends here after it."""
-        if self.seen.runs:
-            self.seen.cleared = True
-            return False
-        self.stage.forget()
-        return True
+        super().give(text, words, index)
 
     def run(self, steps: int, keywords: str, index: int) -> None:
         """Have LAMMPS take so many steps, and read every so many of them."""
