@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -126,8 +127,7 @@ class Replay(Playing):
         rest = np.zeros((self._granules.count, 3))
         lammps.put({"v": rest, "omega": rest})
         dt, first = lammps.dt(), lammps.step()
-        self._stride = max(1, int(self._between / dt))
-        self.stage.hooks.twice = self._stride > 1
+        self._stride = _prime(max(1, int(self._between / dt)))
         self._longest = max(self._stride, steps // _LEAST_READINGS)
         acting = [fix for fix in self.stage.alive.values() if fix.style not in QUIET]
         for fix in [*acting, *self._moves.values()]:
@@ -201,3 +201,14 @@ def _needed(force: FloatArray) -> NDArray[np.bool_]:
     kept = np.ones(len(force), bool)
     kept[1:-1] = changes[:-1] | changes[1:]
     return kept
+
+
+def _prime(number: int) -> int:
+    """The largest prime from 7 on that is not above a number, else 1.
+
+    The period of a force that comes and goes is a round one, and shows where readings are not.
+    """
+    for candidate in range(number, 6, -1):
+        if all(candidate % k for k in range(2, isqrt(candidate) + 1)):
+            return candidate
+    return 1

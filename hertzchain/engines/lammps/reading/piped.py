@@ -116,11 +116,7 @@ def _failure(said: str, status: int) -> RunFailed:
 
 
 class StoredForces(Hooks):
-    """Forces that ``fix store/force`` keeps; the deck's runs are cut where they are read.
-
-    With ``twice`` readings are a prime number of steps apart: the period of a force that comes and
-    goes is a round one.
-    """
+    """Forces that ``fix store/force`` keeps; the deck's runs are cut where they are read."""
 
     def __init__(self, lammps: Piped) -> None:
         super().__init__(lammps.give, "store/force")
@@ -129,7 +125,6 @@ class StoredForces(Hooks):
     def run(self, text: str, steps: int, stride: int, take: Callable[[Readings], None]) -> None:
         """Give LAMMPS a ``run`` and read its start, every ``stride``-th step and its end."""
         lammps = self._lammps
-        stride = _prime(stride) if self.twice else stride
         keywords = text.split()[2:]
         kept = " ".join(
             f"{name} {value}"
@@ -153,12 +148,10 @@ class StoredForces(Hooks):
             if values.shape[2] != count:
                 raise GranulesChanged
             parts = np.moveaxis(values.reshape(len(step), -1, 3, count), 3, 2)
-            late = step != first
             take(
                 Readings(
                     step=step.astype(np.int64),
                     half=np.zeros(len(step), bool),
-                    late=late,
                     ids=np.broadcast_to(ids, (len(step), count)),
                     position=parts[:, 0],
                     velocity=parts[:, 1],
@@ -166,11 +159,3 @@ class StoredForces(Hooks):
                     force=parts[:, 3:],
                 )
             )
-
-
-def _prime(number: int) -> int:
-    """The largest prime from 7 on that is not above a number, else 1."""
-    for candidate in range(number, 6, -1):
-        if all(candidate % k for k in range(2, int(candidate**0.5) + 1)):
-            return candidate
-    return 1

@@ -79,7 +79,7 @@ class Prober:
 
     def __init__(self, stage: Stage) -> None:
         self.stage, self.lammps = stage, stage.lammps
-        self.granules = granules_of(stage.lammps, stage.boundary)
+        self.granules = granules_of(stage.lammps)
 
     def ask(
         self, place: FloatArray, velocity: FloatArray, spin: FloatArray, steps: int = 0

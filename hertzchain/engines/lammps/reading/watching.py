@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -74,7 +75,7 @@ class Watched:
         self.driven_ends = np.concatenate([self.driven_ends, ends])
 
 
-class Playing:
+class Playing(ABC):
     """Gives LAMMPS the commands of a deck; a ``Player``. ``seen`` is what was observed."""
 
     def __init__(self, stage: Stage, count: int = 1) -> None:
@@ -83,6 +84,10 @@ class Playing:
     def give(self, text: str, words: list[str], index: int) -> None:
         """Give LAMMPS a command."""
         self.stage.give(text, words, index)
+
+    @abstractmethod
+    def run(self, steps: int, keywords: str, index: int) -> None:
+        """Have LAMMPS take so many steps."""
 
     def clear(self) -> bool:
         """Forget all before the first run; the deck ends here after it."""
@@ -200,7 +205,8 @@ class Watcher(Playing):
         # Steps of velocity Verlet: a half step is missing where forces are added up.
         acceleration = np.where(self._free, net / granules.mass, 0.0)
         missing, late = (
-            np.where(flags, dt / 2, 0.0)[:, np.newaxis] for flags in (readings.half, readings.late)
+            np.where(flags, dt / 2, 0.0)[:, np.newaxis]
+            for flags in (readings.half, time > self.seen.time)
         )
         velocity = velocity + missing * acceleration
         pairs = granules.along(readings.of_pairs)[..., 0]
