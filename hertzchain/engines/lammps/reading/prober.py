@@ -108,9 +108,11 @@ class Prober:
 
     def of_fixes(self, seen: Readings, walls: bool) -> FloatArray:
         """Forces of all fixes that are walls, or of all others, shape (granules, 3)."""
-        forces = by_fix(self.stage, seen, self.granules)
-        own = [force[-1] for fix, force in forces if fix.is_wall == walls]
-        return np.sum([np.zeros((self.granules.count, 3)), *own], axis=0)
+        total = np.zeros((self.granules.count, 3))
+        for fix, force in by_fix(self.stage, seen, self.granules):
+            if fix.is_wall == walls:
+                total += force[-1]
+        return total
 
 
 def by_fix(

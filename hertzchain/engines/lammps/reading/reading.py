@@ -231,7 +231,7 @@ class Source:
         """What carries out the deck."""
         return Interpreter(
             player.stage.lammps, self.name, self.path, self.variables, player,
-            folder=self.folder, edits=self.edits, tell=_tell if self.tells else lambda _: None,
+            folders=(self.folder,), edits=self.edits, tell=_tell if self.tells else lambda _: None,
         )  # fmt: skip
 
 
