@@ -169,7 +169,7 @@ class Callbacks(Hooks):
     def _copy(self, number: int, step: int, granules: int, ids: Any, place: Any) -> None:
         row, size = self._arrays[self._rows], 24 * granules
         if size != row[0].nbytes:
-            raise GranulesChanged
+            raise GranulesChanged("granules leave the box")
         if number == 0:
             self._reading = True
             self._step[self._rows] = step
@@ -214,6 +214,3 @@ class Callbacks(Hooks):
 
 class GranulesChanged(RunFailed):
     """The number of granules is not what it was when the run began."""
-
-    def __init__(self, problem: str = "granules leave the box") -> None:
-        super().__init__(problem)

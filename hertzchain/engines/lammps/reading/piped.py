@@ -143,10 +143,10 @@ class StoredForces(Hooks):
             lammps.give(f'run {steps} pre no post no {ahead} every {stride} "{write}"')
         ids = lammps.dumped("id")[0].astype(np.int64)
         if ids.size != count:
-            raise GranulesChanged
+            raise GranulesChanged("granules leave the box")
         for step, values in read_blocks(path, columns, BLOCK):
             if values.shape[2] != count:
-                raise GranulesChanged
+                raise GranulesChanged("granules leave the box")
             parts = np.moveaxis(values.reshape(len(step), -1, 3, count), 3, 2)
             take(
                 Readings(

@@ -39,6 +39,10 @@ _READ_EVERY = 0.2
 
 _MOST_GRANULES = 2000  # of a chain whose runs are played without a scene (chosen)
 
+_DEPTH = 0.01
+"""Overlap at which contacts of own decks are pressed [smallest radius], and a third, a tenth, a
+hundredth and three times of it: whatever the shock, so that forces have all digits if it is weak."""
+
 _SURE, _DENSER, _TRIES = 1e-5, 0.1, 3
 """Error of the peaks by the distance of readings above which the deck is run again with readings
 that are so much denser, and how often at most: where the contacts are stiffer, or pressed harder,
@@ -358,3 +362,14 @@ def looked(start: Start, path: Path, folder: Path, variables: Mapping[str, str])
     nobody = np.zeros(probes.granules.count, bool)
     seen, applied = without_motion(start, source, probes, _READ_EVERY * probes.contact_time, nobody)
     return Look(seen.commands, seen.stopped, probes, tuple(seen.runs), applied)
+
+
+def examine_deck(folder: Path, scene: Scene, text: str, program: Program | None) -> FoundDeck:
+    """What LAMMPS makes of the deck of a scene, in a folder that outlives the process."""
+    path = folder / "in.generated"
+    path.write_text(text)
+    start, source = Start(folder, program, alone=False), Source("generated", path, folder)
+    probes, _ = probed(start, source, replace(Sizes.of(scene), overlap=_DEPTH))
+    driven = np.zeros(probes.granules.count, bool)
+    seen, applied = without_motion(start, source, probes, 0.0, driven)
+    return found_of(probes, seen, applied, backwards=False)

@@ -196,7 +196,7 @@ class Watcher(Playing):
     def _take(self, readings: Readings, time: FloatArray, dt: float) -> None:
         granules = self.probes.granules
         if not np.array_equal(readings.ids[-1], granules.ids):
-            raise GranulesChanged
+            raise GranulesChanged("granules leave the box")
         if not np.all(np.isfinite(readings.position)) or not np.all(np.isfinite(readings.net)):
             raise Stopped("the motion diverged")
         place = granules.moved_from(granules.along(readings.position))
