@@ -41,7 +41,7 @@ _MOST_GRANULES = 2000  # of a chain whose runs are played without a scene (chose
 
 _DEPTH = 0.01
 """Overlap at which contacts of own decks are pressed [smallest radius], and a third, a tenth, a
-hundredth and three times of it: whatever the shock, so that forces have all digits if it is weak."""
+hundredth and three times of it: whatever the shock, so that forces have all digits."""
 
 _SURE, _DENSER, _TRIES = 1e-5, 0.1, 3
 """Error of the peaks by the distance of readings above which the deck is run again with readings
