@@ -96,6 +96,11 @@ RARELY_WRONG: dict[str, tuple[str, str | None, str]] = {
     ),
     "no end": ("include /dev/zero", None, "larger than 10 MB"),
     "no step": ("", "run 0", "takes no step"),
+    "waits": (
+        "",
+        'run 90\nif "$(vcm(all,x)) > 0" then "unfix push"\nrun 9',
+        "depend on its motion",
+    ),
     "no granules": ("delete_atoms group all", None, "has made no granules"),
 }
 
