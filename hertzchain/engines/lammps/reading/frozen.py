@@ -201,11 +201,11 @@ def _needed(force: FloatArray) -> NDArray[np.bool_]:
 
 
 def _prime(number: int) -> int:
-    """The largest prime from 7 on that is not above a number, else 1.
+    """The largest prime, but 2 and 5, that is not above a number; else 1.
 
     The period of a force that comes and goes is a round one, and shows where readings are not.
     """
-    for candidate in range(number, 6, -1):
-        if all(candidate % k for k in range(2, isqrt(candidate) + 1)):
+    for candidate in range(number, 2, -1):
+        if candidate != 5 and all(candidate % k for k in range(2, isqrt(candidate) + 1)):
             return candidate
     return 1
