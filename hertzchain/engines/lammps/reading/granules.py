@@ -36,7 +36,7 @@ class Granules:
     low: FloatArray  # the box in these directions; along a diagonal where the axis leaves it
     high: FloatArray
     boundary: str  # as the deck gives it, along x, y and z
-    periodic: tuple[bool, bool, bool]  # in these directions
+    periodic: list[bool]  # in these directions
 
     @property
     def count(self) -> int:
@@ -78,31 +78,26 @@ class Granules:
         return np.asarray(place - turns)
 
 
-def granules_of(lammps: Session, boundary: str) -> Granules:
+def granules_of(lammps: Session) -> Granules:
     """The granules that LAMMPS has now; RunFailed where it has none, or points."""
-    units = units_of(lammps.units())
+    name, sides = lammps.system()
+    units = units_of(name)
     if lammps.count() == 0:
         raise RunFailed("the deck has made no granules when it runs for the first time")
     each = lammps.atoms()
-    (low, high), periodic = lammps.box(), lammps.periodic()
-    place = each["x"]
+    low, high = lammps.box()
+    place = each.position
     first = int(np.argmax(np.ptp(place, axis=0)))
     chosen = [first, *(k for k in range(3) if k != first)]
     made = Granules(
         units=units,
         frame=np.eye(3)[chosen],
         order=np.arange(len(place)),
-        ids=each["id"],
-        types=each["type"],
-        position=place,
-        velocity=each["v"],
-        spin=each["omega"],
-        radius=each["radius"],
-        mass=each["mass"],
+        **each._asdict(),
         low=low[chosen],
         high=high[chosen],
-        boundary=_sure(boundary, periodic),
-        periodic=(periodic[chosen[0]], periodic[chosen[1]], periodic[chosen[2]]),
+        boundary=" ".join(sides),
+        periodic=[sides[k] == "p" for k in chosen],
     )
     straight = _turned(made, made.frame)
     if straight.is_chain or len(place) < _FEWEST:
@@ -121,7 +116,7 @@ def granules_of(lammps: Session, boundary: str) -> Granules:
         diagonal,
         low=np.append(inside[0], low[:2]),
         high=np.append(inside[1], high[:2]),
-        periodic=(False, False, False),  # images of a diagonal are no neighbours of it
+        periodic=[False] * 3,  # images of a diagonal are no neighbours of it
     )
 
 
@@ -143,11 +138,3 @@ def _along(place: FloatArray) -> FloatArray:
     frame = np.linalg.svd(place - np.mean(place, axis=0), full_matrices=False)[2]
     frame[0] *= np.sign(frame[0, int(np.argmax(np.abs(frame[0])))])
     return np.asarray(frame)
-
-
-def _sure(boundary: str, periodic: list[bool]) -> str:
-    """The boundary as the deck gives it, or as the box says where that came from a restart file."""
-    words = boundary.split()
-    if [word == "p" for word in words] == periodic:
-        return boundary
-    return " ".join("p" if flag else "f" for flag in periodic)
