@@ -48,10 +48,6 @@ _WITH_TERMS = "granular"
 """The only pair style with a stiffness for each pair of materials."""
 
 
-_SCHEDULED_STEP = 0.01  # natural time units; step of the schedule whose corners are examined
-_STEPS_PER_LEG = 4  # readings of the applied force on a leg, besides its start
-
-
 def set_up(scene: Scene, pair_style: str = "granular", version: str | None = None) -> str:
     """Return the commands that create the chain at rest, with one of ``PAIR_STYLES``.
 
@@ -60,17 +56,6 @@ def set_up(scene: Scene, pair_style: str = "granular", version: str | None = Non
     if version is not None:
         refuse_old(scene, version)
     return "\n".join([*START, "", *chain(scene, pair_style)]) + "\n"
-
-
-def to_be_examined(scene: Scene, pair_style: str, version: str) -> str:
-    """Return the deck with a few steps on each leg of the shock: corners are looked at alone."""
-    legs = [
-        leg.in_steps(_STEPS_PER_LEG) for leg in scene.schedule(_SCHEDULED_STEP * scene.units.time)
-    ]
-    lines = [set_up(scene, pair_style, version)]
-    for before, leg in zip((None, *legs[:-1]), legs, strict=True):
-        lines += [*leg_commands(leg, before), f"run {leg.steps}"]
-    return "\n".join(lines) + "\n"
 
 
 def chain(scene: Scene, pair_style: str, data_file: str = "") -> list[str]:

@@ -36,7 +36,7 @@ class Granules:
     low: FloatArray  # the box in these directions; along a diagonal where the axis leaves it
     high: FloatArray
     boundary: str  # as the deck gives it, along x, y and z
-    periodic: list[bool]  # in these directions
+    periodic: tuple[bool, bool, bool]  # in these directions
 
     @property
     def count(self) -> int:
@@ -78,26 +78,31 @@ class Granules:
         return np.asarray(place - turns)
 
 
-def granules_of(lammps: Session) -> Granules:
+def granules_of(lammps: Session, boundary: str) -> Granules:
     """The granules that LAMMPS has now; RunFailed where it has none, or points."""
-    name, sides = lammps.system()
-    units = units_of(name)
+    units = units_of(lammps.units())
     if lammps.count() == 0:
         raise RunFailed("the deck has made no granules when it runs for the first time")
     each = lammps.atoms()
-    low, high = lammps.box()
-    place = each.position
+    (low, high), periodic = lammps.box(), lammps.periodic()
+    place = each["x"]
     first = int(np.argmax(np.ptp(place, axis=0)))
     chosen = [first, *(k for k in range(3) if k != first)]
     made = Granules(
         units=units,
         frame=np.eye(3)[chosen],
         order=np.arange(len(place)),
-        **each._asdict(),
+        ids=each["id"],
+        types=each["type"],
+        position=place,
+        velocity=each["v"],
+        spin=each["omega"],
+        radius=each["radius"],
+        mass=each["mass"],
         low=low[chosen],
         high=high[chosen],
-        boundary=" ".join(sides),
-        periodic=[sides[k] == "p" for k in chosen],
+        boundary=_sure(boundary, periodic),
+        periodic=(periodic[chosen[0]], periodic[chosen[1]], periodic[chosen[2]]),
     )
     straight = _turned(made, made.frame)
     if straight.is_chain or len(place) < _FEWEST:
@@ -116,7 +121,7 @@ def granules_of(lammps: Session) -> Granules:
         diagonal,
         low=np.append(inside[0], low[:2]),
         high=np.append(inside[1], high[:2]),
-        periodic=[False] * 3,  # images of a diagonal are no neighbours of it
+        periodic=(False, False, False),  # images of a diagonal are no neighbours of it
     )
 
 
@@ -138,3 +143,11 @@ def _along(place: FloatArray) -> FloatArray:
     frame = np.linalg.svd(place - np.mean(place, axis=0), full_matrices=False)[2]
     frame[0] *= np.sign(frame[0, int(np.argmax(np.abs(frame[0])))])
     return np.asarray(frame)
+
+
+def _sure(boundary: str, periodic: list[bool]) -> str:
+    """The boundary as the deck gives it, or as the box says where that came from a restart file."""
+    words = boundary.split()
+    if [word == "p" for word in words] == periodic:
+        return boundary
+    return " ".join("p" if flag else "f" for flag in periodic)

@@ -31,11 +31,13 @@ class Readings:
 
     ``ids`` is of shape (readings, granules), ``position``, ``velocity`` and ``torque`` (readings,
     granules, 3), ``force`` (readings, hooks, granules, 3): the force so far where each hook is.
-    Where ``half``, velocities are those of the half step before.
+    Where ``half``, velocities are those of the half step before; where ``late``, those that damped
+    contacts were.
     """
 
     step: NDArray[np.int64]
     half: NDArray[np.bool_]
+    late: NDArray[np.bool_]
     ids: NDArray[np.int64]
     position: FloatArray
     velocity: FloatArray
@@ -62,7 +64,8 @@ class Hooks(ABC):
     """Fixes of ours in a LAMMPS, between those of a deck.
 
     ``sources`` has the index of the deck's command before each hook, None for the first.
-    ``stride`` is the number of steps between two readings; what takes readings may change it.
+    ``stride`` is the number of steps between two readings; what takes readings may change it. With
+    ``twice`` a force that comes and goes in step with the readings shows.
     """
 
     def __init__(self, give: Callable[[str], None], style: str) -> None:
@@ -70,7 +73,7 @@ class Hooks(ABC):
         self.sources: list[int | None] = []
         self._names: list[str] = []
         self._made = 0
-        self.stride = 1
+        self.stride, self.twice = 1, False
 
     def add(self, source: int | None) -> str:
         """Read forces after the fixes that there are; the name of the hook."""
@@ -96,7 +99,8 @@ class Hooks(ABC):
 class Callbacks(Hooks):
     """Functions that ``fix external`` of the Python module calls where forces are added up.
 
-    The deck's own ``run`` is left as it is, so that all it says about times and steps holds.
+    The deck's own ``run`` is left as it is, so that all it says about times and steps holds. With
+    ``twice`` the step after each reading is read, too.
     """
 
     def __init__(self, lammps: Any) -> None:
@@ -107,7 +111,7 @@ class Callbacks(Hooks):
         self._extract.argtypes, self._extract.restype = [ctypes.c_void_p, ctypes.c_char_p], _DOUBLES
         self._problem: BaseException | None = None
         self._next, self._stop = _NOWHERE, 0  # nothing is read where nobody asks
-        self._reading = False
+        self._reading = self._again = False
         self._take: Callable[[Readings], None] = lambda _: None
 
     def add(self, source: int | None) -> str:
@@ -136,7 +140,7 @@ class Callbacks(Hooks):
         self._stop, self.stride, self._take = self._first + steps, stride, take
         if "pre no" in text:  # no forces are added up at its start
             self._next = min(self._first + stride, self._stop)
-        self._reading, self._problem = False, None
+        self._reading, self._again, self._problem = False, False, None
         try:
             self._give(text)
         except Exception:
@@ -169,7 +173,7 @@ class Callbacks(Hooks):
     def _copy(self, number: int, step: int, granules: int, ids: Any, place: Any) -> None:
         row, size = self._arrays[self._rows], 24 * granules
         if size != row[0].nbytes:
-            raise GranulesChanged("granules leave the box")
+            raise GranulesChanged
         if number == 0:
             self._reading = True
             self._step[self._rows] = step
@@ -181,7 +185,9 @@ class Callbacks(Hooks):
         ctypes.memmove(row[3 + number].ctypes.data, self._array(b"f"), size)
         if number == len(self.sources) - 1:
             self._reading = False
-            self._next = min(step + self.stride, max(self._stop, step + 1))
+            pace = 1 if self.twice and not self._again else self.stride
+            self._again = not self._again
+            self._next = min(step + pace, max(self._stop, step + 1))
             self._rows += 1
             if self._rows == len(self._step):
                 self._hand_on()
@@ -203,6 +209,7 @@ class Callbacks(Hooks):
             Readings(
                 step=step,
                 half=step != self._first,
+                late=step != self._first,
                 ids=np.take_along_axis(ids, order, axis=1).astype(np.int64),
                 position=arrays[:, 0],
                 velocity=arrays[:, 1],
@@ -214,3 +221,6 @@ class Callbacks(Hooks):
 
 class GranulesChanged(RunFailed):
     """The number of granules is not what it was when the run began."""
+
+    def __init__(self, problem: str = "granules leave the box") -> None:
+        super().__init__(problem)

@@ -85,8 +85,8 @@ class Interpreter:
         Values, by name, which replace those of ``index`` variables, as ``-var`` does.
     player
         Who gives LAMMPS the commands.
-    folders
-        In which files are looked for before that of the deck: the working folder.
+    folder
+        Working folder, in which files are looked for first; by default that of the deck alone.
     edits
         Commands in place of others.
     tell
@@ -101,12 +101,13 @@ class Interpreter:
         variables: Mapping[str, str],
         player: Player,
         *,
-        folders: tuple[Path, ...] = (),
+        folder: Path | None = None,
         edits: Edits | None = None,
         tell: Callable[[str], object] = lambda _: None,
     ) -> None:
         self._lammps, self._player, self._tell = lammps, player, tell
-        self._rules, self._edits = Rules((*folders, path.parent)), edits or {}
+        folders = [path.parent] if folder is None else [folder, path.parent]
+        self._rules, self._edits = Rules(tuple(folders)), edits or {}
         self._name, self._deck, self._variables = name, path, variables
         self._files: list[_Open] = []
         self._skips_jump = False

@@ -21,9 +21,9 @@ from hertzchain.engines.lammps.reading.prober import (
     Prober,
     Sizes,
     members,
-    walls_of,
 )
 from hertzchain.engines.lammps.reading.session import Stage
+from hertzchain.engines.lammps.reading.walls import walls_of
 from hertzchain.errors import RunFailed
 
 NOT_IN_A_ROW = "they do not lie in one row"

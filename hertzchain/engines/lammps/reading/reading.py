@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import ExitStack, closing, contextmanager
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Self
@@ -13,35 +13,26 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.program import work_folder
 from hertzchain.engines.lammps.binary import Program
-from hertzchain.engines.lammps.engine import engine
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.engines.lammps.reading.allowed import LEADS
 from hertzchain.engines.lammps.reading.assembling import found_of
-from hertzchain.engines.lammps.reading.found import Executed, FoundDeck, FoundRun
+from hertzchain.engines.lammps.reading.found import FoundDeck
 from hertzchain.engines.lammps.reading.frozen import Applied, Replay, nothing_applied
-from hertzchain.engines.lammps.reading.granules import Granules
-from hertzchain.engines.lammps.reading.interpreter import Ended, Interpreter
-from hertzchain.engines.lammps.reading.piped import Piped
+from hertzchain.engines.lammps.reading.interpreter import Ended, Interpreter, Player
+from hertzchain.engines.lammps.reading.piped import piped
 from hertzchain.engines.lammps.reading.prober import Sizes
 from hertzchain.engines.lammps.reading.probing import Probes, probe
-from hertzchain.engines.lammps.reading.session import Module, Stage
+from hertzchain.engines.lammps.reading.session import Session, Stage, module
 from hertzchain.engines.lammps.reading.text import Edits
-from hertzchain.engines.lammps.reading.watching import Playing, Stopped, Watched, Watcher
-from hertzchain.errors import HertzchainError, RunFailed, TooExpensive
+from hertzchain.engines.lammps.reading.watching import Given, Stopped, Watched, Watcher
+from hertzchain.errors import RunFailed, TooExpensive
 from hertzchain.limits import TIME_LIMIT, Deadline, bound_memory, in_words
 from hertzchain.scene.scene import Scene
 
 _READ_EVERY = 0.2
 """Contact times between two readings: the interpolation between them is right to 1e-6 then."""
-
-_MOST_GRANULES = 2000  # of a chain whose runs are played without a scene (chosen)
-
-_DEPTH = 0.01
-"""Overlap at which contacts of own decks are pressed [smallest radius], and a third, a tenth, a
-hundredth and three times of it: whatever the shock, so that forces have all digits."""
 
 _SURE, _DENSER, _TRIES = 1e-5, 0.1, 3
 """Error of the peaks by the distance of readings above which the deck is run again with readings
@@ -148,70 +139,14 @@ class Reader:
         if restarts:
             self._child.end()
         each = self._sizes.between(probes.granules.units, probes.contact_time)
-        driven = seen.driven if seen.stopped else None
-        still, applied = self._call(without_motion, source, probes, each, driven)
         if seen.stopped:
-            still.stopped = seen.stopped
-            seen = still
-        elif still.stopped:
-            raise RunFailed(still.stopped)
-        elif still.runs != seen.runs or _acts(still) != _acts(seen):
-            raise RunFailed(
-                f"{self._deck}: its commands depend on its motion: give numbers in place of"
-                " conditions and values that are computed on the way"
-            )
+            stopped = seen.stopped
+            seen, applied = self._call(without_motion, source, probes, each, seen.driven)
+            seen.stopped = stopped
+        else:
+            places = tuple(f"{done.file}:{done.line}" for done in seen.commands)
+            applied = self._call(_freeze, seen.given, probes, each, places)
         return found_of(probes, seen, applied, self._scene)
-
-
-@dataclass(frozen=True, eq=False)
-class Look:
-    """What LAMMPS makes of a deck: of a chain all of it, of others what stands before a run."""
-
-    commands: tuple[Executed, ...]  # as they were carried out
-    stopped: str  # why LAMMPS stopped behind them; empty where it did not
-    probes: Probes | None = None  # before the first run; None where there is none
-    runs: tuple[FoundRun, ...] = ()
-    applied: Applied | None = None  # forces during these runs; None where it is no chain
-
-    @property
-    def is_whole(self) -> bool:
-        """Whether the deck was carried out to its end."""
-        return not self.stopped and (self.probes is None or self.applied is not None)
-
-    @property
-    def granules(self) -> Granules | None:
-        """The granules before the first run; None where there are none."""
-        return None if self.probes is None else self.probes.granules
-
-    @property
-    def law(self) -> tuple[FloatArray, FloatArray] | None:
-        """A and p in F = A d^p of each contact, by its two largest overlaps; None if unknown."""
-        probes = self.probes
-        if probes is None or probes.why_not is not None:
-            return None
-        with np.errstate(all="ignore"):  # NaN where a contact has no force
-            force, overlap = (np.log(each[-2:]) for each in (probes.contact_force, probes.overlap))
-            exponent = np.diff(force, axis=0)[0] / np.diff(overlap, axis=0)[0]
-            return np.exp(force[-1] - exponent * overlap[-1]), exponent
-
-
-def look(path: Path, variables: Mapping[str, str], time_limit: float) -> Look:
-    """What LAMMPS makes of a deck without motion, in a process of its own; no scene is needed.
-
-    Raises BackendMissing without a LAMMPS module, RunFailed if it crashes, TooExpensive if it is
-    not done in time [s].
-    """
-    with work_folder("LAMMPS") as folder, Child() as child:
-        found: Look = child.call(
-            looked, Start(folder, None), path, Path.cwd(), dict(variables), time_limit=time_limit
-        )
-    return found
-
-
-def _acts(seen: Watched) -> list[str]:
-    """The commands of a deck as LAMMPS got them, but for those that may say what is measured."""
-    said = ("print", "variable", "if")
-    return [done.text for done in seen.commands if done.text.split()[0] not in said]
 
 
 # ---- In the process that runs LAMMPS
@@ -232,11 +167,11 @@ class Source:
     edits: Edits = field(default_factory=dict)
     tells: bool = False
 
-    def played_by(self, player: Playing) -> Interpreter:
+    def played_by(self, player: Player, lammps: Session) -> Interpreter:
         """What carries out the deck."""
         return Interpreter(
-            player.stage.lammps, self.name, self.path, self.variables, player,
-            folders=(self.folder,), edits=self.edits, tell=_tell if self.tells else lambda _: None,
+            lammps, self.name, self.path, self.variables, player,
+            folder=self.folder, edits=self.edits, tell=_tell if self.tells else lambda _: None,
         )  # fmt: skip
 
 
@@ -248,19 +183,14 @@ class Start:
     program: Program | None
     alone: bool = True  # whether this process is for LAMMPS alone
 
-    @contextmanager
-    def stage(self) -> Iterator[Stage]:
+    def session(self) -> AbstractContextManager[Session]:
         """A LAMMPS without a box."""
         if self.alone:
             os.chdir(self.folder)
             bound_memory()  # a lattice a hundred times too fine makes a million times the granules
         if self.program is None:
-            with engine() as lammps:
-                yield Stage(Module(lammps, self.folder))
-        else:
-            path, version = self.program.command[0], self.program.build.version
-            with closing(Piped(path, version, self.folder)) as session:
-                yield Stage(session)
+            return module(self.folder)
+        return piped(self.program.command[0], self.program.build.version, self.folder)
 
 
 def _tell(place: str) -> None:
@@ -268,73 +198,90 @@ def _tell(place: str) -> None:
     os.write(2, f"{place}\n".encode())
 
 
-class First(Playing):
+class First:
     """Plays a deck up to its first run, and asks there."""
 
     def __init__(self, stage: Stage, sizes: Sizes) -> None:
-        super().__init__(stage)
-        self._sizes = sizes
+        self._stage, self._sizes = stage, sizes
         self.probes: Probes | None = None
+
+    def give(self, text: str, words: list[str], index: int) -> None:
+        """Give LAMMPS a command."""
+        self._stage.give(text, words, index)
 
     def run(self, steps: int, keywords: str, index: int) -> None:
         """Ask for all numbers, where steps are taken."""
-        self.stage.ready()
-        self.stage.velocities_of_ghosts()
+        self._stage.ready()
+        self._stage.velocities_of_ghosts()
         if steps == 0:
-            self.stage.give(f"run 0 {keywords}", ["run"], index)
+            self._stage.give(f"run 0 {keywords}", ["run"], index)
             return
-        self.probes = probe(self.stage, self._sizes)
+        self.probes = probe(self._stage, self._sizes)
         raise Ended
+
+    def clear(self) -> bool:
+        """Forget all."""
+        self._stage.forget()
+        return True
 
 
 def probed(start: Start, source: Source, sizes: Sizes) -> tuple[Probes, Watched]:
     """What LAMMPS makes of the deck before its first run, and the commands up to there."""
-    with start.stage() as stage:
-        first = First(stage, sizes)
-        seen = _played(source, first)
+    with start.session() as lammps:
+        first = First(Stage(lammps), sizes)
+        script = source.played_by(first, lammps)
+        script.play()
+        version = lammps.version
     if first.probes is None:
         raise RunFailed(f"{source.name}: the deck takes no step: it has no run, or ends before it")
-    return first.probes, replace(seen, count=first.probes.granules.count)
+    count, commands = first.probes.granules.count, tuple(script.commands)
+    return first.probes, Watched(count, version=version, commands=commands)
 
 
 def _watch(start: Start, source: Source, probes: Probes, between: float) -> Watched:
-    with start.stage() as stage:
-        watcher = Watcher(stage, probes, between)
-        seen = _played(source, watcher, Stopped)
-        seen.peaks = watcher.peaks
-        return seen
+    with start.session() as lammps:
+        watcher = Watcher(Stage(lammps), probes, between)
+        script = source.played_by(watcher, lammps)
+        try:
+            script.play()
+        except Stopped as problem:
+            watcher.seen.stopped = str(problem)
+        watcher.seen.version, watcher.seen.commands = lammps.version, tuple(script.commands)
+        return watcher.finish()
 
 
-def _played(source: Source, player: Playing, *ends: type[HertzchainError]) -> Watched:
-    """What is seen while a deck is played to its end, or to an error of these kinds."""
-    script, seen = source.played_by(player), player.seen
-    try:
-        script.play()
-    except ends as problem:
-        seen.stopped = str(problem)
-    seen.version, seen.commands = player.stage.lammps.version, tuple(script.commands)
-    return seen
+def _freeze(
+    start: Start,
+    given: Sequence[Given],
+    probes: Probes,
+    between: float,
+    places: tuple[str, ...],
+) -> Applied:
+    with start.session() as lammps:
+        return Replay(Stage(lammps), probes.granules, between, places).play(given)
 
 
 def without_motion(
-    start: Start, source: Source, probes: Probes, between: float, driven: NDArray[np.bool_] | None
+    start: Start, source: Source, probes: Probes, between: float, driven: NDArray[np.bool_]
 ) -> tuple[Watched, Applied]:
     """The forces of a deck, and its runs, as it plays without its motion.
 
-    ``driven`` are granules that are known to be driven, apart from those that a fix leads; None
-    where nobody asks how they are led.
+    ``driven`` are granules that are known to be driven, apart from those that a fix leads.
     """
     granules = probes.granules
 
     def replayed(leads: bool) -> tuple[Watched, Applied]:
-        with start.stage() as stage:
-            replay = Replay(stage, granules, between, leads=leads)
-            # LAMMPS may refuse to run such granules even at rest.
-            return _played(source, replay, RunFailed), replay.applied()
+        with start.session() as lammps:
+            replay = Replay(Stage(lammps), granules, between, leads=leads)
+            script = source.played_by(replay, lammps)
+            try:
+                script.play()
+            except RunFailed as problem:  # LAMMPS refuses to run such granules even at rest
+                replay.seen.stopped = str(problem)
+            replay.seen.version, replay.seen.commands = lammps.version, tuple(script.commands)
+            return replay.seen, replay.applied()
 
     seen, applied = replayed(leads=False)
-    if driven is None:
-        return seen, applied
     leading = [fix.granules for fix in applied.fixes if fix.style == LEADS]
     seen.driven = np.any([driven, *leading], axis=0)
     if leading:
@@ -345,32 +292,3 @@ def without_motion(
         ways = np.outer(time, granules.velocity[[0, -1], 0])
         seen.lead(time, granules.position[[0, -1], 0] + ways)
     return seen, applied
-
-
-def looked(start: Start, path: Path, folder: Path, variables: Mapping[str, str]) -> Look:
-    """The same in this process."""
-    source = Source(str(path), folder / path, folder, variables)
-    with start.stage() as stage:
-        first = First(stage, Sizes())
-        seen = _played(source, first, HertzchainError)
-    probes = first.probes
-    if (
-        probes is None
-        or not 1 < probes.granules.count <= _MOST_GRANULES
-        or not probes.granules.is_chain
-    ):
-        return Look(seen.commands, seen.stopped, probes)
-    nobody = np.zeros(probes.granules.count, bool)
-    seen, applied = without_motion(start, source, probes, _READ_EVERY * probes.contact_time, nobody)
-    return Look(seen.commands, seen.stopped, probes, tuple(seen.runs), applied)
-
-
-def examine_deck(folder: Path, scene: Scene, text: str, program: Program | None) -> FoundDeck:
-    """What LAMMPS makes of the deck of a scene, in a folder that outlives the process."""
-    path = folder / "in.generated"
-    path.write_text(text)
-    start, source = Start(folder, program, alone=False), Source("generated", path, folder)
-    probes, _ = probed(start, source, replace(Sizes.of(scene), overlap=_DEPTH))
-    driven = np.zeros(probes.granules.count, bool)
-    seen, applied = without_motion(start, source, probes, 0.0, driven)
-    return found_of(probes, seen, applied, backwards=False)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -13,7 +12,7 @@ from hertzchain.engines.lammps.reading.allowed import IGNORES_FORCES, LEADS, QUI
 from hertzchain.engines.lammps.reading.found import Executed, FoundRun
 from hertzchain.engines.lammps.reading.hooks import GranulesChanged, Readings
 from hertzchain.engines.lammps.reading.peaks import ContactWatch, PeaksSeen
-from hertzchain.engines.lammps.reading.prober import by_fix, members
+from hertzchain.engines.lammps.reading.prober import members
 from hertzchain.engines.lammps.reading.probing import Probes
 from hertzchain.engines.lammps.reading.session import Stage
 from hertzchain.errors import RunFailed
@@ -29,6 +28,16 @@ class Stopped(RunFailed):
     """A run that did not come to its end; what is known of the deck before it stays true."""
 
 
+@dataclass(frozen=True)
+class Given:
+    """A command that LAMMPS was given; a run where ``steps`` is not None."""
+
+    text: str
+    words: tuple[str, ...]
+    index: int
+    steps: int | None = None
+
+
 @dataclass(eq=False)
 class Watched:
     """What was observed of a deck while it was played, in its units and by increasing coordinate.
@@ -39,7 +48,9 @@ class Watched:
     count: int  # of granules
     version: str = ""
     commands: tuple[Executed, ...] = ()
+    given: list[Given] = field(default_factory=list)
     runs: list[FoundRun] = field(default_factory=list)
+    first_run: int = -1
     stopped: str = ""
     cleared: bool = False
     time: float = 0.0
@@ -55,54 +66,21 @@ class Watched:
         self.position = self.velocity = np.full(self.count, np.nan)
         self.peaks = (PeaksSeen.unknown(self.count - 1),) * 2  # forwards and backwards
 
-    @property
-    def first_run(self) -> int:
-        """Index of the first run that takes a step; -1 where there is none."""
-        return self.runs[0].command if self.runs else -1
-
-    def ran(self, steps: int, dt: float, command: int) -> None:
-        """Take note of steps that were taken."""
-        last = self.runs[-1] if self.runs else None
-        if last is not None and last.command == command and last.dt == dt:  # run every
-            self.runs[-1] = replace(last, steps=last.steps + steps)
-        else:
-            self.runs.append(FoundRun(self.time, dt, steps, command))
-        self.time += steps * dt
-
     def lead(self, time: FloatArray, ends: FloatArray) -> None:
         """Take note of where the ends of the chain are while fixes lead them."""
         self.driven_time = np.concatenate([self.driven_time, time])
         self.driven_ends = np.concatenate([self.driven_ends, ends])
 
 
-class Playing(ABC):
-    """Gives LAMMPS the commands of a deck; a ``Player``. ``seen`` is what was observed."""
+class Watcher:
+    """Plays a deck to its end and keeps the peaks; a ``Player``.
 
-    def __init__(self, stage: Stage, count: int = 1) -> None:
-        self.stage, self.seen = stage, Watched(count)
-
-    def give(self, text: str, words: list[str], index: int) -> None:
-        """Give LAMMPS a command."""
-        self.stage.give(text, words, index)
-
-    @abstractmethod
-    def run(self, steps: int, keywords: str, index: int) -> None:
-        """Have LAMMPS take so many steps."""
-
-    def clear(self) -> bool:
-        """Forget all before the first run; the deck ends here after it."""
-        self.seen.cleared = bool(self.seen.runs)
-        if not self.seen.cleared:
-            self.stage.forget()
-        return not self.seen.cleared
-
-
-class Watcher(Playing):
-    """Plays a deck to its end and keeps the peaks; ``between`` is the time between two readings."""
+    ``between`` is the time between two readings; ``seen`` is what was observed.
+    """
 
     def __init__(self, stage: Stage, probes: Probes, between: float) -> None:
-        super().__init__(stage, probes.granules.count)
-        self.probes, self._between = probes, between
+        self.stage, self.probes, self._between = stage, probes, between
+        self.seen = Watched(probes.granules.count)
         self._contacts = ContactWatch(probes)
         self._changed = False  # whether fixes have been made or ended since the last run
 
@@ -111,7 +89,17 @@ class Watcher(Playing):
         # One of the same id takes the place of that before.
         is_new = words[0] == "fix" and words[1:2] and words[1] not in self.stage.alive
         self._changed |= bool(is_new) or words[0] == "unfix"
-        super().give(text, words, index)
+        self.stage.give(text, words, index)
+        self.seen.given.append(Given(text, tuple(words), index))
+
+    def clear(self) -> bool:
+        """Forget all before the first run; the deck ends here after it."""
+        if self.seen.runs:
+            self.seen.cleared = True
+            return False
+        self.stage.forget()
+        self.seen.given.append(Given("clear", ("clear",), -1))
+        return True
 
     def run(self, steps: int, keywords: str, index: int) -> None:
         """Have LAMMPS take so many steps, and read every so many of them."""
@@ -122,7 +110,10 @@ class Watcher(Playing):
                 self.stage.give(text, ["run"], index)
             except RunFailed as problem:
                 raise Stopped(str(problem)) from None
+            self.seen.given.append(Given(text, ("run",), index))
             return
+        if self.seen.first_run < 0:
+            self.seen.first_run = index
         lammps = self.stage.lammps
         dt, first = lammps.dt(), lammps.step()
         stride = max(1, min(steps, int(self._between / dt)))
@@ -151,12 +142,19 @@ class Watcher(Playing):
             raise Stopped("granules left the box while it ran") from None
         except RunFailed as problem:
             raise Stopped(str(problem).split("; the step is too long")[0]) from None
-        self.seen.ran(lammps.step() - first, dt, index)
+        done = lammps.step() - first
+        self.seen.given.append(Given(text.replace(str(steps), str(done), 1), ("run",), index, done))
+        last = self.seen.runs[-1] if self.seen.runs else None
+        if last is not None and last.command == index and last.dt == dt:  # run every
+            self.seen.runs[-1] = replace(last, steps=last.steps + done)
+        else:
+            self.seen.runs.append(FoundRun(self.seen.time, dt, done, index))
+        self.seen.time += done * dt
 
-    @property
-    def peaks(self) -> tuple[PeaksSeen, PeaksSeen]:
-        """Peaks seen from either end of the chain."""
-        return self._contacts.seen(backwards=False), self._contacts.seen(backwards=True)
+    def finish(self) -> Watched:
+        """The deck is over: what was observed, with peaks from either end of the chain."""
+        self.seen.peaks = self._contacts.seen(backwards=False), self._contacts.seen(backwards=True)
+        return self.seen
 
     def _moved(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Which granules fixes move by their forces, and which they lead, shape (granules,)."""
@@ -171,7 +169,7 @@ class Watcher(Playing):
                     free |= inside
                     unpressed |= inside & (fix.style == IGNORES_FORCES)
         without = (self._takes_all_forces() | unpressed) & free & ~led
-        moving = granules.along(self.stage.lammps.atoms().velocity)[:, 0] != 0
+        moving = granules.along(np.asarray(self.stage.lammps.atoms()["v"]))[:, 0] != 0
         self.seen.held = without & ~moving & (self.seen.held | (not self.seen.runs))
         led |= without & moving  # they fly as they do
         self.seen.driven |= led
@@ -196,7 +194,7 @@ class Watcher(Playing):
     def _take(self, readings: Readings, time: FloatArray, dt: float) -> None:
         granules = self.probes.granules
         if not np.array_equal(readings.ids[-1], granules.ids):
-            raise GranulesChanged("granules leave the box")
+            raise GranulesChanged
         if not np.all(np.isfinite(readings.position)) or not np.all(np.isfinite(readings.net)):
             raise Stopped("the motion diverged")
         place = granules.moved_from(granules.along(readings.position))
@@ -205,16 +203,19 @@ class Watcher(Playing):
         # Steps of velocity Verlet: a half step is missing where forces are added up.
         acceleration = np.where(self._free, net / granules.mass, 0.0)
         missing, late = (
-            np.where(flags, dt / 2, 0.0)[:, np.newaxis]
-            for flags in (readings.half, time > self.seen.time)
+            np.where(flags, dt / 2, 0.0)[:, np.newaxis] for flags in (readings.half, readings.late)
         )
         velocity = velocity + missing * acceleration
         pairs = granules.along(readings.of_pairs)[..., 0]
         walls = np.zeros_like(pairs)
-        for fix, own in by_fix(self.stage, readings, granules):
-            if fix.is_wall:
+        for source, force in zip(
+            self.stage.hooks.sources[1:], np.moveaxis(readings.of_fixes, 1, 0), strict=True
+        ):
+            assert source is not None
+            own = granules.along(force)
+            if self.stage.fixes[source].is_wall:
                 walls += own[..., 0]
-            known = self.seen.exerted.setdefault(fix.command, np.zeros((granules.count, 2)))
+            known = self.seen.exerted.setdefault(source, np.zeros((granules.count, 2)))
             np.maximum(known, sizes(own), out=known)
         stray = self._contacts.take(time, late, place, velocity, acceleration, pairs, walls)
         self.seen.image_force = max(self.seen.image_force, stray)

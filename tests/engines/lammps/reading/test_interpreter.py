@@ -226,7 +226,7 @@ def test_where_each_command_stands(tmp_path: Path) -> None:
         ('"""A chain\nof granules."""\n', 1, "is no command of LAMMPS: must be an input script"),
         ("[chain]\n", 1, "is no command of LAMMPS"),
         ("temper 10 10 1\n", 1, "temper is none of the commands"),
-        ("variable w world a b\n", 1, "a variable of style world is none of the variables"),
+        ("variable w world a b\n", 1, "a variable of style world is none that is known"),
         ("include -\n", 1, "cannot be read"),
     ],
 )
