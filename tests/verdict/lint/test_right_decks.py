@@ -59,7 +59,9 @@ def test_nothing_is_said_of_generated_decks(name: str, pair_style: str, watch_ev
     "radius", [1e-6, 50.0, *(pytest.param(r, marks=pytest.mark.slow) for r in (1e-4, 0.3))]
 )
 def test_nothing_is_said_of_generated_decks_of_any_size(radius: float) -> None:
-    pulse = hc.PulseTable((0.0, 1e-5, 2e-5, 5e-5), (10.0, 40.0, 100.0, 30.0))
+    size = radius / STEEL["radius"]  # of similar scenes: as many steps
+    times, forces = np.array([0.0, 1e-5, 2e-5, 5e-5]), np.array([10.0, 40.0, 100.0, 30.0])
+    pulse = hc.PulseTable(tuple(size * times), tuple(size**2 * forces))
     scene = hc.Scene(hc.Chain(10, **{**STEEL, "radius": radius}), pulse)
     assert lint(generated(scene, 1)) == []
 
