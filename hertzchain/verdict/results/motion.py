@@ -26,6 +26,9 @@ nearly all with more than 0.6 between samples."""
 _COARSE, _TELLS_LITTLE = 0.02, 10.0
 """Difference of curves of fourth and second degree from which samples are too far apart to tell,
 and what the error is then at most, in such differences (measured, up to 1.2 units apart)."""
+_AGAIN = 0.05
+"""Most of the largest force by which a sample may differ from another of the same time: dampers act
+with velocities half a step apart in them. On granule 1 a force may begin between them."""
 _MOST_CRESTS = 8  # humps that are looked at for each contact (chosen)
 _DIGITS = 2.0  # last digits that rounded forces cost a peak at most: sums of a few (chosen)
 
@@ -72,6 +75,10 @@ def peaks_of(scene: Scene, motion: Motion, file: object) -> Sampled:
     # A code writes a sample twice, at the end of a run and at the start of the next.
     once = np.append(True, np.diff(motion.time) != 0)
     time = motion.time[once]
+    again = np.abs(np.diff(motion.net_force[:, 1:], axis=0))[~once[1:]]
+    if np.max(again, initial=0.0) > _AGAIN * np.max(np.abs(motion.net_force)):
+        allowed = "has two different samples of one time: give the samples of one run"
+        raise SceneError("", None, allowed, file=str(file))
     if time.size < _FEWEST:
         allowed = (
             f"has {time.size} samples of the run, must have at least {_FEWEST}: name all files of a"

@@ -123,12 +123,13 @@ def _of_table(scene: Scene, table: pandas.DataFrame, file: str) -> Sampled:
     import pandas
 
     names = [str(name) for name in table.columns]
-    if any(names.count(name) != 1 for name in COLUMNS):
+    # The second of a name has .1 added.
+    if any(names.count(name) != 1 or f"{name}.1" in names for name in COLUMNS):
         shown = ", ".join(repr(name[:_LONGEST]) for name in names[:8])
         allowed = (
             f"has the columns {shown}, must have {' and '.join(COLUMNS)} (contact 2 is that of"
-            " granules 1 and 2), or be a dump of LAMMPS with id, x, fx; forces over time stand in"
-            " time_s and contact_2_N, contact_3_N, ..."
+            " granules 1 and 2), once each, or be a dump of LAMMPS with id, x, fx; forces over time"
+            " stand in time_s and contact_2_N, contact_3_N, ...: hc.judge_traces takes these"
         )
         raise SceneError("", None, allowed, file=file)
     values = []
