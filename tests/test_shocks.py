@@ -56,7 +56,7 @@ def scene(request: pytest.FixtureRequest, tmp_path: Path) -> hc.Scene:
 
 def numbers_of(shock: Shock) -> list[str]:
     """The keys of a shock in its section that are numbers here."""
-    return [key for key in keys_of(type(shock)) if isinstance(getattr(shock, key), float | int)]
+    return [key for key in keys_of(type(shock)) if type(getattr(shock, key)) in (float, int)]
 
 
 def test_a_shock_is_public_and_has_words(scene: hc.Scene) -> None:

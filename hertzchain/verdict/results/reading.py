@@ -69,9 +69,17 @@ def _of_files(scene: Scene, paths: Sequence[Path], units: str, dt: float | None)
     if is_dump(texts[0]):
         motion = motion_of(texts, scene.chain.granules, UNITS[units], dt, file)
         return peaks_of(scene, motion, file)
+    begins = (line.split() for line in texts[0].splitlines() if line.strip()[:1] not in ("", "#"))
+    if next(begins, [""])[0] in _OF_DECKS:
+        allowed = "is a LAMMPS input: run it and judge its peaks, or try hertzchain examine"
+        raise SceneError("", None, allowed, file=file)
     allowed = f"is for dumps: {COLUMNS[1]} of a table is in N"
     require(units == "si", "units", units, allowed)
     return _of_table(scene, _table_in(texts[0], file), file)
+
+
+_OF_DECKS = ("units", "atom_style", "boundary", "newton", "dimension", "variable", "clear")
+"""Commands with which LAMMPS inputs begin."""
 
 
 def _content_of(path: Path, most: int) -> bytes:
