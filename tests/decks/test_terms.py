@@ -111,8 +111,8 @@ MISTAKES = {
     ),
     "a true peak": (
         "all at once",
-        r"(variable known_true atom \"[^\"]*\(id==4\)\*1\.)7",
-        r"\g<1>8",
+        r"(variable known_true atom \"[^\"]*\(id==4\)\*)\d\.",
+        r"\g<1>9.",
     ),
     "overlap": ("gaps", r"f_known\[1\]\+x-c_ahead", r"f_known[1]*1.0000001+x-c_ahead"),
     "stale positions": ("gaps", r"(fix look all ave/time) \S+ 1 \S+", r"\1 100 1 100"),
