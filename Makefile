@@ -8,7 +8,7 @@ REVISION ?= HEAD~1
 # Compiled Python is kept: the tests start hundreds of processes, and commands load in half the time.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup demo test test-all validate figures picture notebooks extremes long-run tradeoff gallery decks versions engines cluster bench bench-before docs lint format lock clean help
+.PHONY: setup demo test test-all validate figures picture notebooks extremes long-run tradeoff gallery decks versions engines bench bench-before docs lint format lock clean help
 
 help: ## list what there is to make
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -58,9 +58,6 @@ versions: $(STAMP) ## certificates of LAMMPS of 2022 to 2025, alone, on two proc
 
 engines: $(STAMP) ## LAMMPS, LIGGGHTS and Yade at the same steps; the programs must be here
 	$(BIN)/python validation/engines.py -o validation/results/engines.csv
-
-cluster: $(STAMP) ## how much faster two workers of a Dask cluster sweep than one; on an idle machine
-	$(BIN)/python validation/cluster.py -o validation/results/cluster.csv
 
 bench: $(STAMP) ## what accuracy costs, as ratios; on an idle machine
 	$(BIN)/python validation/benchmarks.py

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 import hertzchain as hc
+from tests.sweeps.dask_processes import scheduler
 from tests.sweeps.drawn import BASE, RATIO, N
 from tests.sweeps.texts import CHAIN_SECTION, SEGMENTS, SHOCK
-from validation.cluster import scheduler
 
 
 @pytest.fixture

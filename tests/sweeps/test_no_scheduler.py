@@ -15,8 +15,8 @@ import pytest
 
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed
 from hertzchain.sweeps import cluster
+from tests.sweeps.dask_processes import await_workers, worker
 from tests.sweeps.test_sweeps_cluster import sweep
-from validation.cluster import await_workers, worker
 
 # Failures
 

@@ -21,7 +21,7 @@ from hertzchain.sweeps import cluster
 from hertzchain.sweeps.parts import Part
 from tests.command_line import MAIN
 from tests.conftest import STEEL, paper_scene
-from validation.cluster import await_workers, kill, scheduler, worker
+from tests.sweeps.dask_processes import await_workers, kill, scheduler, worker
 
 SCENE = paper_scene("cosine-triangular", 2.0, 2.0, granules=16)
 RATIOS = {"shock.momentum_ratio": "0.5:4:16:log"}
