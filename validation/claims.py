@@ -10,9 +10,6 @@ from typing import Any
 
 import numpy as np
 import pandas
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import NullLocator
 from scipy.integrate import quad
 from scipy.interpolate import make_interp_spline
 from scipy.optimize import brentq
@@ -25,8 +22,6 @@ from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS
 from hertzchain.scene.pulse import PROFILES
 from hertzchain.theory import paper
 from hertzchain.theory import solitary_wave as exact
-from validation.drawing import BACKENDS, new_figure
-from validation.drawing import PROFILES as PROFILE_STYLES
 from validation.limits import impulse_scene
 from validation.rows import Row, did_not_run, ends, largest, row
 from validation.script import Script
@@ -507,105 +502,11 @@ def _claim_h(table: pandas.DataFrame, backend: str) -> Iterator[Row]:
             yield from _by_ends(name, backend, values, expected, tolerance, reason)
 
 
-# What is shown
-
-
-def draw(table: pandas.DataFrame) -> Figure:
-    """A panel for each claim."""
-    figure = new_figure(16, 8, TITLE)
-    of = {str(what): own for what, own in table.groupby("what", sort=False)}
-    above, below = figure.subplots(2, 4)
-    _draw_waves(above, of)
-    _draw_conditions(below, of)
-    for axes in figure.axes:
-        axes.legend(fontsize="x-small")
-        axes.grid(alpha=0.3)
-        axes.title.set_fontsize("medium")
-    return figure
-
-
-_PAPER: dict[str, Any] = {"color": "#D55E00", "linestyle": "--"}
-
-
-def _draw_waves(panels: Any, of: Mapping[str, pandas.DataFrame]) -> None:
-    """Claims a to d."""
-    a, b, c, d = panels
-    for profile, some in of[AT_ONCE].groupby("profile", sort=False):
-        style = PROFILE_STYLES[str(profile)]
-        a.plot(some["n"], some["native"], color=style["color"], label=style["label"])
-    _draw_by_backend(a, of[AT_ONCE], "n")
-    a.axhline(1, label="paper", **_PAPER)
-    a.set(xlabel="n", ylabel="far field / F0", title="a. Height at LM_ratio 1", xscale="log")
-    a.set_xticks([2, 4, 10, 50], labels=["2", "4", "10", "50"])
-    a.xaxis.set_minor_locator(NullLocator())
-
-    own = of[THROWN].sort_values("momentum_ratio").assign(place=np.arange(len(of[THROWN])))
-    b.plot(own["paper"], own["place"], "D", color="#D55E00", label="paper, Delta L")
-    for backend, style in BACKENDS.items():
-        b.plot(own[backend], own["place"], **style)
-    names = [name.replace("_", " ") for name in own["scene"]]
-    b.set_yticks(own["place"], labels=names, fontsize="x-small")
-    b.set(xlabel="momentum / L_Applied(t0_hat)", title="b. Momentum gained by ejection")
-    b.set_xscale("log")
-
-    long = of[SHARE]["scene"].str.endswith(LONG)
-    for (who, n), some in of[SHARE][long].groupby(["profile", "n"], sort=False):
-        look = {"color": PROFILE_STYLES[str(who)]["color"], "label": f"{who}, n {n:g}"}
-        c.plot(some["momentum_ratio"], some["native"], "-" if n == 2 else "--", **look)
-    _draw_by_backend(c, of[SHARE][~long], "momentum_ratio")
-    c.set(xlabel="LM_ratio", ylabel="share of L_Applied", title="c. Primary wave", ylim=(0, 1.1))
-
-    _draw_by_backend(d, of[DISTANCE][of[DISTANCE]["contact"] <= 20], "contact")
-    for level, label in ((0.01, "1 %"), (0.001, "0.1 %")):
-        d.axhline(level, color="0.5", linestyle="--")
-        d.text(20, 1.1 * level, label, ha="right")
-    d.axvspan(7, 10, color="#009E73", alpha=0.2, label="paper: 7 to 10")
-    d.set(xlabel="contact", ylabel="peak / far field - 1", title="d. After an impulse")
-    d.set(yscale="log", xticks=range(2, 21, 2))
-
-
-def _draw_conditions(panels: Any, of: Mapping[str, pandas.DataFrame]) -> None:
-    """Claims e to h."""
-    e, f, g, h = panels
-    n_of_line = np.linspace(1, 10, 50)
-    e.plot(n_of_line, (n_of_line - 2) / 2, color="0.6", label="(n - 2) t0 / 2")
-    areas = of[DECAY_RISE].groupby("profile", sort=False)
-    for (profile, some), size in zip(areas, (11, 8, 5), strict=True):
-        look = {"linestyle": "none", "fillstyle": "none", "markersize": size}
-        e.plot(some["n"], some["quadrature"], **PROFILE_STYLES[str(profile)] | look)
-    e.axhspan(-0.6, 0, color="0.9")
-    e.set(xlabel="n", ylabel="area of decay - area of rise [F0 t0]", ylim=(-0.6, 4.2),
-          title="e. Condition on the profile: not negative")  # fmt: skip
-
-    _draw_by_backend(f, of[NO_FLOOR], "momentum_ratio")
-    f.axhline(5, label="paper: at least 5", **_PAPER)
-    f.set(xlabel="LM_ratio", ylabel="granules", title="f. p by changes below 1 % alone")
-
-    heights = pandas.concat([of[what] for what in (HEIGHT, AT_ONCE, JUST_ABOVE)])
-    _draw_by_backend(g, heights, "momentum_ratio")
-    g.axhline(1, label="paper: 1 at LM_ratio 1", **_PAPER)
-    g.axvline(1, **_PAPER)
-    g.set(xlabel="LM_ratio", ylabel="far field / F0", title="g. Lower or higher than F0")
-
-    _draw_by_backend(h, of[HANDED_ON], "momentum_ratio")
-    pulses, label = of[FIRST_PULSE], "native, up to the first minimum"
-    h.plot(pulses["momentum_ratio"], pulses["native"], "x", color="#009E73", label=label)
-    h.axhline(0, label="paper, Eq. 5", **_PAPER)
-    h.set(xlabel="LM_ratio", ylabel="integral of F_i / L_SW - 1 [%]",
-          title="h. Handed on by contacts 2 to p")  # fmt: skip
-
-
-def _draw_by_backend(axes: Axes, own: pandas.DataFrame, x: str) -> None:
-    for backend, style in BACKENDS.items():
-        if own[backend].notna().any():
-            axes.plot(own[x], own[backend], **style)
-
-
 SCRIPT = Script(
     TITLE,
     "Which claims of the text hold, and by how much do the others miss?",
     "native, LAMMPS, quadrature, exact wave; sections 1, 2, 4.1 and 6 of the paper",
-    measure, promises, draw,
+    measure, promises,
 )  # fmt: skip
 
 if __name__ == "__main__":

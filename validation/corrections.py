@@ -18,7 +18,6 @@ from typing import Any
 
 import numpy as np
 import pandas
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.integrate import quad
 
@@ -478,55 +477,21 @@ def promises(table: pandas.DataFrame) -> list[Row]:
 
 
 def draw(table: pandas.DataFrame) -> Figure:
-    """The 92 entries with Eq. 6 as read and as printed; criteria for p; the other readings."""
-    figure = new_figure(13, 8.5, TITLE)
-    grid = figure.add_gridspec(2, 2)
-    _draw_entries(figure.add_subplot(grid[0, :]), table[table["kind"] == "entry"])
-    own = table[(table["kind"] == "score") & (table["backend"] == "native")]
-    criteria, others = own["what"] == CRITERION, own["what"].isin((MEAN, TABLE_3, SHORT))
-    left, right = (figure.add_subplot(grid[1, k]) for k in (0, 1))
-    _draw_scores(left, own[criteria], "#6: p that come out, of 24", False)
-    _draw_scores(right, own[others], "mean deviation [percentage points]", True)
-    return figure
-
-
-def _draw_entries(axes: Axes, entries: pandas.DataFrame) -> None:
-    printed = entries["reading"].str.startswith("printed")
-    for label, own, colour in (
-        ("exponent as printed", entries[printed], "#D55E00"),
-        ("as read", entries[~printed], "#000000"),
-    ):
-        for backend, style in BACKENDS.items():
-            some = own[own["backend"] == backend]
-            if len(some):
-                of = f"{label}, {style['label']}"
-                place = np.arange(1, len(some) + 1)
-                axes.semilogy(place, some["score"], **style | {"color": colour, "label": of})
+    """The 92 entries of Tables 3 and 4 with Eq. 6 as read and as printed."""
+    figure = new_figure(9, 4.5)
+    axes, entries = figure.subplots(), table[table["kind"] == "entry"]
+    for (reading, backend), some in entries.groupby(["reading", "backend"], sort=False):
+        printed = str(reading).startswith("printed")
+        style = BACKENDS[str(backend)]
+        label = f"exponent {'as printed' if printed else 'as read'}, {style['label']}"
+        look = style | {"color": "#D55E00" if printed else "#000000", "label": label}
+        axes.semilogy(np.arange(1, len(some) + 1), some["score"], **look)
     axes.axhline(0.05, color="0.5", linestyle="--", label="rounding to one decimal")
-    axes.set(
-        xlabel="entry of Tables 3 and 4", ylabel="off by [percentage points]", xlim=(0, 93),
-        title="#3: error of Eq. 6 against the error that is printed",
-    )  # fmt: skip
+    axes.set(xlabel="entry of Tables 3 and 4", xlim=(0, 93), ylim=(None, 1000))
+    axes.set_ylabel("error of Eq. 6 - printed error [percentage points]")
     axes.grid(alpha=0.3)
-    axes.legend(fontsize="x-small", ncols=5, loc="upper center")
-    axes.set_ylim(top=1000)
-
-
-def _draw_scores(axes: Axes, scores: pandas.DataFrame, label: str, logarithmic: bool) -> None:
-    """Draw a bar for each reading; that of the reading used here is dark."""
-    used = ~scores.duplicated(["number", "what"])
-    place = np.arange(len(scores))[::-1]
-    axes.barh(place, scores["score"], color=np.where(used, "#0072B2", "#E69F00"))
-    for y, value in zip(place, scores["score"], strict=True):
-        axes.text(value, y, f" {value:.2g}", va="center", fontsize="x-small")
-    names = [
-        f"#{number:g} {reading}" if logarithmic else reading
-        for number, reading in zip(scores["number"], scores["reading"], strict=True)
-    ]
-    axes.set_yticks(place, labels=names, fontsize="x-small")
-    axes.set(xlabel=label, xscale="log" if logarithmic else "linear")
-    axes.set_title("blue: the reading that is used", fontsize="small")
-    axes.margins(x=0.1)
+    axes.legend(fontsize="x-small", ncols=3, loc="upper center")
+    return figure
 
 
 SCRIPT = Script(

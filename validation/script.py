@@ -48,7 +48,12 @@ class Script:
     measure: Callable[[bool, bool], pandas.DataFrame]
     # Checks of such a table, measured now or read from its file.
     promises: Callable[[pandas.DataFrame], list[Row]]
-    draw: Callable[[pandas.DataFrame], Figure]
+    # Function from the table to a figure; by default one of the checks.
+    drawing: Callable[[pandas.DataFrame], Figure] | None = None
+
+    def draw(self, table: pandas.DataFrame) -> Figure:
+        """Return the figure of a table."""
+        return draw_rows(self.promises(table)) if self.drawing is None else self.drawing(table)
 
     def compare(self, quick: bool = False) -> list[Row]:
         """The rows, with both backends; BackendMissing if LAMMPS is not there."""
@@ -173,14 +178,14 @@ def write_figure(path: Path, figure: Figure) -> None:
 
 
 def rows_only(compare: Callable[[bool, bool], list[Row]]) -> dict[str, Any]:
-    """``measure``, ``promises`` and ``draw`` of a script whose table is the rows of ``compare``."""
+    """``measure`` and ``promises`` of a script whose table is the rows of ``compare``."""
 
     def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
         columns = [field.name for field in fields(Row)]
         rows = [asdict(entry) for entry in compare(quick, with_lammps)]
         return pandas.DataFrame(rows, columns=columns)
 
-    return {"measure": measure, "promises": rows_of, "draw": draw_rows}
+    return {"measure": measure, "promises": rows_of}
 
 
 def rows_of(table: pandas.DataFrame) -> list[Row]:
@@ -189,27 +194,21 @@ def rows_of(table: pandas.DataFrame) -> list[Row]:
     return [Row(**{str(key): value for key, value in entry.items()}) for entry in records]
 
 
-def draw_rows(table: pandas.DataFrame) -> Figure:
+def draw_rows(rows: Sequence[Row]) -> Figure:
     """Each row's difference in units of its tolerance: 1 is the limit.
 
     Rows without a tolerance have to be met exactly and are left out.
     """
-    known = table[table["tolerance"] > 0]
-    times = (known["measured"] - known["expected"]).abs() / known["tolerance"]
+    known = [entry for entry in rows if entry.tolerance > 0]
+    times = [abs(entry.measured - entry.expected) / entry.tolerance for entry in known]
     figure = new_figure(8, 1.2 + 0.16 * len(known))
     axes = figure.subplots()
-    place = np.arange(len(known))
-    looks = (True, "o", "#0072B2", "passes"), (False, "X", "#D55E00", "fails")
-    for passed, marker, colour, label in looks:
-        some = (known["passed"] == passed).to_numpy()
-        if some.any():
-            seen = np.clip(times.to_numpy()[some], 1e-6, None)
-            axes.semilogx(seen, place[some], marker, color=colour, markersize=4, label=label)
+    colours = ["#0072B2" if entry.passed else "#D55E00" for entry in known]
+    axes.scatter(np.clip(times, 1e-6, None), range(len(known)), 16, colours)
     axes.axvline(1.0, color="0.4", linewidth=0.8)
-    labels = [f"{what} ({who})" for what, who in zip(known["what"], known["backend"], strict=True)]
-    axes.set_yticks(place, labels=labels, fontsize=6)
+    labels = [f"{entry.what} ({entry.backend})" for entry in known]
+    axes.set_yticks(range(len(known)), labels=labels, fontsize=6)
     axes.invert_yaxis()
-    axes.set_xlabel("difference, in units of the tolerance")
+    axes.set(xscale="log", xlabel="difference, in units of the tolerance")
     axes.grid(axis="x", alpha=0.3)
-    axes.legend(fontsize="small")
     return figure

@@ -219,11 +219,10 @@ def test_ten_granules_pushed_slowly_are_pushed_as_one() -> None:
 
 def test_a_wave_that_is_known_is_found() -> None:
     # A wave of height 2 that loses 1e-6 at each contact and goes at its own speed.
-    contender = long_run.Contender("known", "rk4", 0.1, (1_000, 2_000))
+    contender = long_run.Contender("known", "rk4", (1_000, 2_000))
     force = 2 * np.exp(-1e-6 * np.arange(2_098))
     speed = solitary_wave().speed * force ** (1 / 6)
     table = long_run.wave_at(contender, force, np.cumsum(1 / speed))
-    assert table["loss"].to_numpy() == pytest.approx([1e-6, 1e-6], rel=1e-6, abs=0)
     # Speeds are means over contacts here and over time there: (1e-6 1000 / 6)^2 / 12 apart.
     assert table["relation"].abs().max() < 1e-6
     assert table["amplitude"].to_numpy() == pytest.approx([force[98], force[1_098]], rel=1e-15)
