@@ -26,7 +26,10 @@ FAR = 5.0
 """Deviations from the truth beyond which a fit stands in another minimum: noise does it once in a
 million."""
 
-FIELDS = ("kind", "seed", "values", "held", "farthest", "is_noise", "fails", "differs", "failure")
+FIELDS = (
+    "kind", "seed", "values", "held", "farthest", "is_noise", "mean_square", "chance", "fails",
+    "differs", "failure",
+)  # fmt: skip
 WRONG = ("dashpot", "viscoelastic", "material", "gap", "drag")
 
 
@@ -104,7 +107,7 @@ def experiment(kind: str, seed: int) -> dict[str, Any]:
         found = hc.fit(scene(guess), noisy, free)
     except hc.HertzchainError as problem:
         return row | {"failure": str(problem)}
-    row["is_noise"] = found.is_noise
+    row |= {"is_noise": found.is_noise, "mean_square": found.mean_square, "chance": found.chance}
     if is_right:
         off = np.array([(x.value - truth[x.key]) / x.deviation for x in found.parameters])
         held, far = int(np.sum(np.abs(off) < 1.96)), float(np.max(np.abs(off)))
