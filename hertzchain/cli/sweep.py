@@ -61,6 +61,7 @@ def sweep(
         " count together.",
     ),
     seed: int = typer.Option(0, help="Other points for another number."),
+    tie: options.Ties = None,
     backend: list[Source] | None = typer.Option(
         None,
         help="Who measures each scene; repeatable; formulas: uniform free chains alone."
@@ -118,6 +119,7 @@ def sweep(
             varied,
             samples=samples,
             seed=seed,
+            ties=options.by_name("--tie", tie or [], options.TIE),
             backends=backends,
             peaks=peaks,
             output=output,

@@ -13,8 +13,8 @@ import numpy as np
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.native import Native
 from hertzchain.errors import SceneError, require
-from hertzchain.fits.fitted import NOISE_KNOWN, Fit, Parameter, limits_of
-from hertzchain.fits.model import ACCURATE, GAIN, Model
+from hertzchain.fits.fitted import NOISE_KNOWN, RARE, Fit, Parameter, limits_of
+from hertzchain.fits.model import ACCURATE, GAIN, Model, lasting
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.scene import Scene
@@ -120,7 +120,7 @@ def fit(
         _refuse_alike(model.slopes(model.begin, ACCURATE), keys)
         best = None
         for x in _starts(model.begin, len(keys), bounds):
-            if best is not None and best[1] <= NOISE_KNOWN:
+            if best is not None and best[1] <= NOISE_KNOWN and model.chance(best[2]) >= RARE:
                 break
             report_progress(f"least squares from {_said(model.values(x))}")
             found = _least_squares(model, x, bounds)
@@ -207,10 +207,7 @@ def _of(
     slopes = model.slopes(x, ACCURATE)
     _refuse_alike(slopes, keys)
     # Correlated samples carry less information than as many independent ones.
-    centred = off - off.mean()
-    along = float(np.sum(centred[1:] * centred[:-1]) / max(float(np.sum(centred**2)), 1e-300))
-    is_white = abs(along) < 3 / np.sqrt(off.size)
-    wider = 1.0 if is_white else max((1 + along) / max(1 - along, 1e-3), 1.0)
+    along, wider = lasting(off)
     factor = max(mean_square, _LEAST_SQUARE) * wider
     covariance = np.asarray(np.linalg.inv(slopes.T @ slopes) * factor)
     moves = _moves(covariance)
@@ -233,7 +230,7 @@ def _of(
     fitted = replace(model.scene(x), run=base.run, gauges=model.gauges, uncertain=uncertain)
     return Fit(
         fitted, parameters, correlation, tuple(model.shifts(x).tolist()), mean_square, along,
-        model.size, model.runs,
+        model.size, model.runs, model.chance(off),
     )  # fmt: skip
 
 

@@ -16,6 +16,9 @@ NOISE_KNOWN = 1.35
 """Mean square of differences over the noise above which they are no noise: that is measured to 5 %
 in 200 samples, and counts squared."""
 
+RARE = 1e-3
+"""Probability of differences that last, below which they are no noise (chosen)."""
+
 _LIMITS = {"restitution": (1e-3, 0.9999), "poisson_ratio": (-0.999, 0.5)}
 """Ranges of values that have one."""
 
@@ -90,6 +93,8 @@ class Fit:
         Correlation of differences with those of the next sample: 0 for white noise.
     samples, runs
         How many samples were compared, and how many runs that took.
+    chance
+        Probability that noise makes differences which last as long as these.
     """
 
     scene: Scene
@@ -100,11 +105,12 @@ class Fit:
     autocorrelation: float
     samples: int
     runs: int
+    chance: float
 
     @property
     def is_noise(self) -> bool:
         """Whether the scene differs from what was measured by no more than its noise."""
-        return self.mean_square <= NOISE_KNOWN
+        return self.mean_square <= NOISE_KNOWN and self.chance >= RARE
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -112,6 +118,11 @@ class Fit:
         left = (
             f"the residual is {np.sqrt(self.mean_square):.2g} times the noise: something other"
             " than the fitted values differs from the scene, and the intervals are widened by that"
+        )
+        lasts = (
+            "the residual is as large as the noise, but lasts for half a pulse, as noise does in"
+            f" less than one of {1 / RARE:,.0f} fits: something other than the fitted values"
+            " differs from the scene, and the intervals do not count it"
         )
         near = [
             f"{one.key} is near the end of its range, so that its deviation cannot be drawn from:"
@@ -122,7 +133,8 @@ class Fit:
             < one.value + _FAR * one.deviation
             < limits_of(one.key)[1]
         ]
-        return (*(() if self.is_noise else (left,)), *near)
+        what = [left] if self.mean_square > NOISE_KNOWN else [lasts] * (not self.is_noise)
+        return (*what, *near)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the fit as a JSON object."""
@@ -133,6 +145,7 @@ class Fit:
             "residuals": {
                 "mean_square_over_noise": self.mean_square,
                 "autocorrelation": self.autocorrelation,
+                "chance": self.chance,
                 "samples": self.samples,
             },
             "runs": self.runs,

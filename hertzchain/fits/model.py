@@ -9,15 +9,15 @@ from itertools import pairwise
 import numpy as np
 
 from hertzchain.arrays import Array, FloatArray
-from hertzchain.engines.native import Native
+from hertzchain.engines.native.motion import motion_at
 from hertzchain.errors import RunFailed, SceneError, require
 from hertzchain.limits import Deadline
 from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.run import Run
 from hertzchain.scene.scene import Scene
 from hertzchain.sweeps.keys import changed
-from hertzchain.verdict.traces.matching import FEWEST, Expected, recorded
-from hertzchain.verdict.traces.traces import Traces
+from hertzchain.verdict.traces.matching import FEWEST, Expected, read_in
+from hertzchain.verdict.traces.traces import ENOUGH, Traces
 
 GAIN = "gain"
 """A key that no scene has: the measured over the true force, the same for all gauges."""
@@ -54,12 +54,18 @@ class Samples:
         Standard deviation of each gauge [N], shape (gauges,).
     gauges
         Columns of the model that the gauges are, shape (gauges,).
+    quiet
+        How many first samples of each gauge are before anything arrives, shape (gauges,).
+    block
+        Samples in half the width of the narrowest pulse.
     """
 
     time: FloatArray
     force: FloatArray
     noise: FloatArray
     gauges: tuple[int, ...]
+    quiet: tuple[int, ...]
+    block: int
 
 
 class Model:
@@ -100,7 +106,11 @@ class Model:
         noise = np.maximum(traces.noise, least)
         allowed = "have no samples while the scene is known: check clock and unit"
         require(int(np.count_nonzero(during)) > FEWEST, "traces", None, allowed)
-        return Samples(traces.time[during], traces.force[during], noise, places)
+        time, read = traces.time[during], [known.readings[place] for place in places]
+        width = min(known.result.gauges[k].width for k in range(len(self._gauges)))
+        quiet = np.searchsorted(time, [shift + one.arrival - width for one in read])
+        block = max(int(0.5 * width / np.median(np.diff(time))), 1)
+        return Samples(time, traces.force[during], noise, places, tuple(quiet.tolist()), block)
 
     @property
     def gauges(self) -> tuple[Gauge, ...]:
@@ -160,9 +170,10 @@ class Model:
         ]
         times, place = np.unique(np.concatenate(places), return_inverse=True)
         self.runs += 1
-        native = Native(rtol=rtol or self._rtol, time_limit=max(self._deadline.left, 1e-3))
         try:
-            force = recorded(self.scene(x), self._gauges, native, times)[place]
+            scene = self.scene(x)
+            history = motion_at(scene, times, rtol or self._rtol, self._deadline)
+            force = read_in(scene, self._gauges, history)[place]
         except SceneError as problem:
             tried = ", ".join(f"{key} = {value:.6g}" for key, value in self.values(x).items())
             raise RunFailed(f"with {tried}, which the fit tried: {problem}") from None
@@ -179,6 +190,29 @@ class Model:
         """Differences from the measured samples over the noise, shape (samples,)."""
         measured = [_centred(one.force / one.noise) for one in self._samples]
         return np.asarray(self._read(x) - np.concatenate(measured))
+
+    def chance(self, differences: FloatArray) -> float:
+        """Probability that noise makes differences which last as long as these.
+
+        Their sums over half a pulse are squared and summed; how far noise itself lasts is known
+        from quiet samples.
+        """
+        from scipy.stats import chi2
+
+        sums, quiet, begin = [], [], 0
+        for one in self._samples:
+            size, block = one.time.size, one.block
+            for count in one.quiet:
+                own = differences[begin : begin + size]
+                begin += size
+                whole = own[: size // block * block].reshape(-1, block)
+                sums.append(whole.sum(axis=1) / np.sqrt(block))
+                quiet.append(own[:count])
+        before = np.concatenate(quiet)
+        _, wider = lasting(before if before.size >= ENOUGH else differences)
+        blocks = np.concatenate(sums)
+        scale = float(np.mean(differences**2)) * wider
+        return float(chi2.sf(float(np.sum(blocks**2)) / max(scale, 1e-300), blocks.size))
 
     def slopes(self, x: Array, rtol: float | None = None) -> FloatArray:
         """Derivatives of the differences, shape (samples, keys and shifts).
@@ -205,6 +239,14 @@ class Model:
                 column[begin:end] = slope[begin:end]
                 columns.append(column)
         return np.stack(columns, axis=1)
+
+
+def lasting(differences: FloatArray) -> tuple[float, float]:
+    """Return the correlation with the next sample, and the variance of means that it multiplies."""
+    centred = differences - differences.mean()
+    along = float(np.sum(centred[1:] * centred[:-1]) / max(float(np.sum(centred**2)), 1e-300))
+    is_white = abs(along) < 3 / np.sqrt(differences.size)
+    return along, 1.0 if is_white else max((1 + along) / max(1 - along, 1e-3), 1.0)
 
 
 def _centred(values: FloatArray) -> FloatArray:

@@ -21,6 +21,8 @@ def card_of(manifest: Mapping[str, Any], rows: int, folder: Path | None) -> str:
     drawn = manifest["samples"]
     facts = [("scenes", ", ".join(base))] if base else []
     facts += [("varies", one) for one in vary]
+    ties = manifest.get("ties", {})
+    facts += [("tied", f"{key} = {formula}") for key, formula in ties.items()]
     facts += [("drawn", f"{drawn['count']:,} samples, seed {drawn['seed']}")] if drawn else []
     facts += [
         ("measured by", ", ".join(each["name"] for each in manifest["backends"])),

@@ -183,7 +183,8 @@ def is_whole(name: str) -> bool:
 
 def columns_in(manifest: Mapping[str, Any]) -> tuple[Column, ...]:
     """Return the columns of a sweep from its manifest."""
-    return columns_of(manifest["scene"], [axis["name"] for axis in manifest["vary"]])
+    varied = [axis["name"] for axis in manifest["vary"]]
+    return columns_of(manifest["scene"], [*varied, *manifest.get("ties", ())])
 
 
 def columns_of(

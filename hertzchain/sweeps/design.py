@@ -26,6 +26,7 @@ from hertzchain.sweeps.columns import (
     Column,
     columns_of,
 )
+from hertzchain.sweeps.formulas import Tie, tied, ties_of
 from hertzchain.sweeps.keys import base_values, changed, full_name
 
 MOST_SCENES = 10**8  # most scenes of a sweep, chosen: a day of two cores at a millisecond a scene
@@ -44,20 +45,27 @@ class Design:
     axes: tuple[Axis, ...]
     samples: int | None = None
     seed: int = 0
+    ties: tuple[Tie, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Parameters that differ from the base."""
+        return (*(axis.name for axis in self.axes), *(tie.key for tie in self.ties))
 
     @property
     def are_plain(self) -> bool:
         """True if no scene can have terms."""
         known = all(axis.name in PARAMETERS for axis in self.axes)
         free = self.base.is_plain and not self.base.gauges
-        return known and free and self.base.chain.section is None
+        # A formula may give values that no scene has; only scenes say so.
+        return known and free and self.base.chain.section is None and not self.ties
 
     @property
     def columns(self) -> tuple[Column, ...]:
         """The columns of the table."""
         if self.are_plain:
             return ALL
-        return columns_of(sections_of(self.base), [axis.name for axis in self.axes])
+        return columns_of(sections_of(self.base), self.names)
 
     @property
     def grid(self) -> tuple[Axis, ...]:
@@ -91,7 +99,8 @@ class Design:
     def parameters(self, scenes: NDArray[np.int64]) -> dict[str, NDArray[Any]]:
         """Return all parameters of scenes in SI, by name, shape (some,); NaN or "" for none."""
         names = [one.name for one in self.columns if "." in one.name]
-        base = base_values(self.base, {*names, *(axis.name for axis in self.axes)})
+        used = (key for tie in self.ties for key in tie.uses)
+        base = base_values(self.base, {*names, *self.names, *used})
         found = {name: np.full(scenes.size, value) for name, value in base.items()}
         numbers = np.unravel_index(scenes, self.shape)
         for axis, number in zip(self.grid, numbers, strict=False):
@@ -100,8 +109,10 @@ class Design:
             points = self._points(numbers[-1].astype(np.int64))
             for axis, fraction in zip(self.sampled, points.T, strict=True):
                 found[axis.name] = axis.between(fraction)
+        for name, value in tied(self.base, self.ties, found).items():
+            found[name] = np.broadcast_to(value, scenes.size)
         for given, other in OTHER_MEASURE.items():
-            if any(axis.name == given for axis in self.axes):
+            if given in self.names:
                 found[other] = np.full(scenes.size, np.nan)
         return self._of_file(found)
 
@@ -139,9 +150,7 @@ class Design:
 
     def scene(self, parameters: Mapping[str, NDArray[Any]], k: int) -> Scene:
         """Return the k-th scene of these parameters."""
-        return changed(
-            self.base, {axis.name: parameters[axis.name][k].item() for axis in self.axes}
-        )
+        return changed(self.base, {name: parameters[name][k].item() for name in self.names})
 
     def to_dict(self) -> dict[str, Any]:
         """Return all that identifies this design, as a JSON object."""
@@ -151,7 +160,9 @@ class Design:
             from importlib.metadata import version
 
             drawn = {"count": self.samples, "seed": self.seed, "scipy": version("scipy")}
-        return {"scene": scene, "vary": [asdict(axis) for axis in self.axes], "samples": drawn}
+        ties = {"ties": {tie.key: tie.formula for tie in self.ties}} if self.ties else {}
+        vary = [asdict(axis) for axis in self.axes]
+        return {"scene": scene, "vary": vary, "samples": drawn, **ties}
 
 
 def _as_before(base: Scene) -> dict[str, Any]:
@@ -169,6 +180,7 @@ def design(
     vary: Mapping[str, str | Iterable[Value]],
     samples: int | None = None,
     seed: int = 0,
+    ties: Mapping[str, str] | None = None,
 ) -> Design:
     """Return the scenes of a sweep.
 
@@ -188,6 +200,9 @@ def design(
         combination of the other parameters gets all of these points.
     seed
         Seed of the sequence: another number gives other points.
+    ties
+        Formulas of keys that follow from others, in SI units by full names:
+        ``{"chain.granules": "0.2 / (2 * chain.radius)"}`` keeps the length.
 
     Raises
     ------
@@ -203,7 +218,8 @@ def design(
     require(samples is None or is_whole(samples, 1), "samples", samples, allowed)
     within = is_whole(seed, 0) and seed < 2**32
     require(within, "seed", seed, "must be a whole number from 0 to 4294967295")
-    found = Design(scene, axes, None if samples is None else int(samples), int(seed))
+    follow = ties_of(scene, ties or {}, [axis.name for axis in axes])
+    found = Design(scene, axes, None if samples is None else int(samples), int(seed), follow)
     if found.sampled and samples is None:
         allowed = (
             "has no count: give one (LOW:HIGH:COUNT), or say how many samples to draw with"
@@ -253,13 +269,13 @@ def _check(found: Design, name: str, value: Value) -> None:
         kinds = varied[0] if varied else (found.base.wall.kind,)
         allowed = 'cannot vary: only a wall of kind "elastic" has it, in all scenes of the sweep'
         require(set(kinds) == {"elastic"}, name, None, allowed)
-    problem = _problem(found.base, {name: value})
+    problem = _problem(found, {name: value})
     if problem is None or problem.key in _OF_A_ROW:
         return
     others = [axis for axis in found.axes if axis.name != name]
     for values in itertools.product(*map(_extremes, others)):
         given = dict(zip([axis.name for axis in others], values, strict=True))
-        if _problem(found.base, {**given, name: value}) is None:
+        if _problem(found, {**given, name: value}) is None:
             return
     key, _, granule = problem.key.partition(" of granule ")
     if granule and key == f"chain.{key_of(name)}":  # the granule's value comes from the parameter
@@ -274,10 +290,10 @@ _OF_A_ROW = ("scene", *OF_VELOCITIES)
 """Keys of problems that a row has as its reason: beyond floating point, or without a collision."""
 
 
-def _problem(base: Scene, values: Mapping[str, Value]) -> SceneError | None:
+def _problem(found: Design, values: Mapping[str, Value]) -> SceneError | None:
     """Return why a scene of these values is impossible; None where it is possible."""
     try:
-        changed(base, values)
+        changed(found.base, tied(found.base, found.ties, values))
     except SceneError as problem:
         return problem
     return None

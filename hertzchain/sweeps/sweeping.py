@@ -150,6 +150,7 @@ def sweep(
     *,
     samples: int | None = None,
     seed: int = 0,
+    ties: Mapping[str, str] | None = None,
     backends: str | Iterable[str | parts.Backend] = ("native",),
     rtol: float = RTOL,
     peaks: bool = False,
@@ -164,8 +165,9 @@ def sweep(
     ----------
     scene
         The scene that all others are derived from, or the path of its file.
-    vary, samples, seed
-        Parameters that vary and their values; see ``hertzchain.sweeps.design``.
+    vary, samples, seed, ties
+        Parameters that vary and their values, and those that follow from them; see
+        ``hertzchain.sweeps.design``.
     backends
         Backends that measure each scene: ``native``, ``lammps``, ``formulas`` (uniform free chains
         alone), or a ``Native`` or ``Lammps`` with its parameters.
@@ -202,7 +204,7 @@ def sweep(
     RunFailed
         If the scheduler cannot be reached, or its workers are lost.
     """
-    found = design(scene, vary, samples, seed)
+    found = design(scene, vary, samples, seed, ties)
     chosen = _backends(backends, rtol)
     _refuse_formulas(found, chosen)
     if output is not None:
@@ -289,8 +291,8 @@ def _backends(given: str | Iterable[str | parts.Backend], rtol: float) -> tuple[
 def _refuse_formulas(found: Design, backends: Iterable[parts.Backend]) -> None:
     """Raise a SceneError if formulas are asked for scenes with terms."""
     who = parts.NAMES[parts.Formulas]
-    varied = [axis.name for axis in found.axes if axis.name not in PARAMETERS]
-    others = ["gauges" if found.base.gauges else "segments"]
+    varied = [name for name in found.names if name not in PARAMETERS]
+    others = ["gauges" if found.base.gauges else "ties" if found.ties else "segments"]
     terms = ", ".join(found.base.terms or varied or others)
     allowed = f"are about uniform free chains, and this sweep has {terms}: leave them out"
     is_asked = any(isinstance(backend, parts.Formulas) for backend in backends)

@@ -13,6 +13,7 @@ from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.native import Native
 from hertzchain.errors import SceneError, require
 from hertzchain.observables.gauges import Reading, force_over_time
+from hertzchain.observables.history import History
 from hertzchain.observables.result import Result
 from hertzchain.pulses.noise import noise_before, resolution_of
 from hertzchain.scene.gauge import Gauge
@@ -114,7 +115,12 @@ def recorded(
     """Return what gauges read at some times [N], shape (times, gauges)."""
     run = replace(native, peaks_only=False, wanted="first").run(replace(scene, gauges=()), time)
     assert run.history is not None
-    return np.stack([force_over_time(scene, gauge, run.history) for gauge in gauges], axis=1)
+    return read_in(scene, gauges, run.history)
+
+
+def read_in(scene: Scene, gauges: tuple[Gauge, ...], history: History) -> FloatArray:
+    """Return what gauges read in a history [N], shape (times, gauges)."""
+    return np.stack([force_over_time(scene, gauge, history) for gauge in gauges], axis=1)
 
 
 def without_offset(traces: Traces, known: Expected, shift: float) -> Traces:
