@@ -15,6 +15,7 @@ Scenes with terms have no such window: base is 0.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from hertzchain.arrays import FloatArray
@@ -47,6 +48,7 @@ from hertzchain.engines.native.elastic_state import (
     NO_ROOM,
     STOPPED,
     Outcome,
+    Record,
     Seen,
     State,
     Steps,
@@ -265,3 +267,62 @@ def march(
         run.piston,
         0.0,
     )
+
+
+@compiled_and_kept(**UNCOUNTED)
+def march_each(
+    rows: FloatArray,
+    steps: Steps,
+    state: State,
+    blank: State,
+    granules: int,
+    start: FloatArray,
+    moving: int,
+    leaves: Any,
+    force: FloatArray,
+    time: FloatArray,
+    record: Record,
+    end: FloatArray,
+    evaluations: FloatArray,
+    control: FloatArray,
+) -> None:
+    """Integrate plain chains one after the other, as ``march`` does one of them.
+
+    Parameters
+    ----------
+    rows
+        Their legs, shape (scenes, legs, 8); a leg without steps is left out.
+    steps
+        As for ``march``, with any legs.
+    state, blank
+        Room for any of them, with N + 1 columns, and the same as it is at the start.
+    granules, start, moving, control
+        As for ``march``: they are at rest.
+    leaves
+        Whether granules of each may be left behind, shape (scenes,).
+    force, time
+        Filled in with peaks, shape (scenes, N - 1).
+    record
+        One in which nothing is recorded.
+    end, evaluations
+        Filled in with the time reached by each and its force evaluations, NaN where the motion
+        diverged, shape (scenes,).
+    """
+    for n in range(rows.shape[0]):
+        taken = 0
+        while taken < rows.shape[1] and rows[n, taken, STEPS] > 0:
+            taken += 1
+        for row in range(state.rows.shape[0]):
+            for i in range(state.rows.shape[1]):
+                state.rows[row, i] = 0.0
+        state.progress[0] = blank.progress[0]
+        its = Steps(
+            rows[n, :taken], steps.kicks, steps.drifts, steps.verlet, steps.tolerance,
+            steps.starting,
+        )  # fmt: skip
+        seen = Seen(force[n], time[n], record)
+        found = march(its, state, granules, start, None, moving, leaves[n], seen, control)
+        if found.status == STOPPED:
+            return
+        end[n] = found.end
+        evaluations[n] = math.nan if found.status == DIVERGED else found.evaluations
