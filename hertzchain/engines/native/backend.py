@@ -198,7 +198,7 @@ class Native:
             require(scene.contact is None, "method", self.method, allowed)
         if self.method in (None, *AS_WRITTEN) and self.dt is None:
             rtol = RTOL if self.rtol is None else self.rtol
-            found = self._accurate_enough(scene, recorder, deadline, rtol)
+            found = self.accurate_enough(scene, recorder, deadline, rtol)
             refuse_meaningless("native", found[-1].least, too_long=False)
         elif scene.contact is not None:
             found = self._damped(scene, recorder, deadline)
@@ -293,7 +293,7 @@ class Native:
         Runs with other steps could share an error, as where a later blow is the hardest one.
         """
         for rtol in (RTOL, _CLOSER * RTOL):
-            *_, accurate, errors = self._accurate_enough(scene, None, deadline, rtol)
+            *_, accurate, errors = self.accurate_enough(scene, None, deadline, rtol)
             differences = accurate.peaks.differences(run.peaks)
             if differences.wanted > _CLEAR * errors.wanted:
                 break
@@ -310,11 +310,11 @@ class Native:
         require(self.method in (None, "reference"), "method", self.method, names)
         allowed = "must be left out for damped contacts, or stand with method velocity-verlet"
         require(self.dt is None, "dt", self.dt, allowed)
-        found = self._accurate_enough(scene, recorder, deadline, plans.TIGHTEST)
+        found = self.accurate_enough(scene, recorder, deadline, plans.TIGHTEST)
         refuse_meaningless("native", found[-1].least, too_long=False)
         return found
 
-    def _accurate_enough(
+    def accurate_enough(
         self, scene: Scene, recorder: Recorder | None, deadline: Deadline, rtol: float
     ) -> tuple[str, float, Simulation, ContactErrors]:
         """Return method, longest step [s], run and its error, by what is cheapest for ``rtol``."""
@@ -376,7 +376,7 @@ def _adaptive(
     first: bool,
     most_work: float = math.inf,
 ) -> tuple[str, float, Simulation, ContactErrors]:
-    """Return the same as ``Native._accurate_enough``, by adaptive steps."""
+    """Return the same as ``Native.accurate_enough``, by adaptive steps."""
     run, errors = damped_runs.accurate_enough(scene, rtol, deadline, recorder, most_work, first)
     return damped_runs.METHOD, damped_runs.longest_step(scene), run, errors
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import itertools
 import threading
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from contextvars import Context, copy_context
+from contextvars import copy_context
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,8 +54,7 @@ def march_all(
     limit = min(max(0.0, deadline.left), threading.TIMEOUT_MAX)
     with ThreadPoolExecutor(cores) as pool:
         try:
-            contexts = [copy_context() for _ in parts]  # one cannot be entered twice at once
-            list(pool.map(Context.run, contexts, itertools.repeat(part), parts, timeout=limit))
+            list(pool.map(run_in_context(part), parts, timeout=limit))
         except BaseException as problem:
             control[0] = -1
             pool.shutdown(cancel_futures=True)
@@ -62,3 +62,10 @@ def march_all(
                 raise deadline.passed() from None
             raise
     return found
+
+
+def run_in_context(part: Callable[[Any], None]) -> Callable[[Any], None]:
+    """Return a function for other threads, whose time for compiling counts for the run here."""
+    context = copy_context()
+    # One context cannot be entered twice at once.
+    return lambda some: context.copy().run(part, some)
