@@ -17,7 +17,6 @@ from numpy.typing import ArrayLike
 from hertzchain.engines.native import damped_runs
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.duration import with_end
-from hertzchain.engines.native.kernel_input import can_leave_behind
 from hertzchain.engines.native.methods import SymplecticNystrom
 from hertzchain.engines.native.named_methods import METHODS
 from hertzchain.engines.native.refinement import Walker
@@ -93,9 +92,9 @@ class Native:
         Where amplified rounding errors are larger, ``error_estimate`` of the result has the
         accuracy reached.
     peaks_only
-        Whether only the peaks are wanted. Then, under one of the three pulses and after a striker
-        on a uniform chain, granules that cannot change any peak are dropped, and displacement and
-        velocity at the end are NaN.
+        Whether only the peaks are wanted. Then, under one of the three pulses on a uniform chain,
+        granules that cannot change any peak are dropped, and displacement and velocity at the end
+        are NaN.
     time_limit
         Time limit of a run [s], without compiling.
     wanted
@@ -331,7 +330,7 @@ class Native:
         prepared = self._prepared(scene, deadline, plan.walker)
         before, cost, adaptive, aim = math.inf, 0.0, None, rtol
         expensive, refined = math.inf, 1.0
-        if not (scene.is_plain or can_leave_behind(scene) or self.method == "numpy"):
+        if not (scene.is_plain or self.method == "numpy"):
             expensive, refined = _EXPENSIVE, 1 + _REFINED * float(np.mean(scene.granules.gap > 0))
         for left in reversed(range(plans.TRIES)):
             legs = plan.walker.cut(scene.schedule(plan.step * scene.contact_time))

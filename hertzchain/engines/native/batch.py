@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.backend import Native
-from hertzchain.engines.native.kernel_input import can_leave_behind, code_of, leg_rows
+from hertzchain.engines.native.kernel_input import code_of, is_single_pulse, leg_rows
 from hertzchain.engines.native.many import march_all, run_in_context
 from hertzchain.errors import POSITIVE, SceneError, require
 from hertzchain.limits import (
@@ -163,7 +163,7 @@ def _peaks_of(scenes: Sequence[Scene], rtol: float, time_limit: float, wanted: s
     rows = np.zeros((len(legs), max(map(len, legs), default=0), 8))
     for of_scene, row in zip(rows, legs, strict=True):
         of_scene[: len(row)] = row
-    leaves = np.array([can_leave_behind(scene) for scene in scenes])
+    leaves = np.array([is_single_pulse(scene) for scene in scenes])
     found = _accurate_enough(
         rows, calibrated, leaves, scenes.__getitem__, granules, rtol, time_limit, usable_cores()
     )

@@ -110,15 +110,15 @@ def march(
     granules
         N.
     start
-        Displacement and velocity at the start, shape (2, N), with ``leave_behind`` only next to
-        terms; shape (0, 0) for a chain at rest.
+        Displacement and velocity at the start, shape (2, N), not with ``leave_behind``; shape
+        (0, 0) for a chain at rest.
     chain
         What the scene has beyond a plain chain; or None.
     moving
         Granules that may move at the start; N for a run without a front.
     leave_behind
         Whether granules that cannot matter to any peak are left behind, and the run ended when
-        none can change. There is no final state then.
+        none can change. There is no final state then. Only in a plain chain.
     seen
         Filled in; nothing is recorded with ``leave_behind``.
     control
@@ -233,9 +233,9 @@ def march(
                 if is_diverged(energy, run.given, run.work, run.moved, chain):
                     reason = _DIVERGED
                     break
-                if leave_behind and over:
-                    lo = leave_behind_in(u, v, g, u0, seen.force, lo, hi, run, chain)
-                    if base + hi == granules and is_settled(u, v, seen.force, base, lo, hi, chain):
+                if chain is None and leave_behind and over:
+                    lo = leave_behind_in(u, v, g, seen.force, lo, hi, run)
+                    if base + hi == granules and is_settled(u, v, seen.force, base, lo, hi):
                         reason = _SETTLED
                         break
         if reason == _LEG_DONE:
