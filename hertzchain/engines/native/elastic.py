@@ -35,12 +35,7 @@ from hertzchain.engines.native.elastic_chain import (
     work_in_step,
 )
 from hertzchain.engines.native.elastic_legs import begin_run, is_diverged, pushed_legs, start_leg
-from hertzchain.engines.native.elastic_maxima import (
-    keep_ends,
-    keep_peaks,
-    scan,
-    turning_contacts_of_verlet,
-)
+from hertzchain.engines.native.elastic_maxima import keep_ends, keep_peaks, scan
 from hertzchain.engines.native.elastic_state import (
     DEEPEST,
     DIVERGED,
@@ -56,7 +51,6 @@ from hertzchain.engines.native.elastic_state import (
     margin_of,
 )
 from hertzchain.engines.native.elastic_step import (
-    back_to_the_start,
     keep_start,
     scale_coefficients,
     symplectic_step,
@@ -180,14 +174,14 @@ def march(
                     break
             run.evaluations += stages
             if verlet:
-                turns, dips = turning_contacts_of_verlet(v0, a, v, g, h, lo, hi), True
+                turns, dips = 0, True
             else:
                 turns, dips, fastest, speed = scan(
                     u0, v0, a, u, v, g, h, begin < steps.starting, lo, hi, chain
                 )
                 felt = fastest**3 * h**5 > (tolerance * speed) ** 2
                 if tolerance > 0 and level < DEEPEST and felt:
-                    back_to_the_start(u, v, g, u0, v0, a, lo, hi + 1)
+                    keep_start(u0, v0, a, u, v, g, lo, hi + 1)  # undone
                     level, part, h = level + 1, 2 * part, h / 2
                     scale_coefficients(h, state, steps)
                     continue
