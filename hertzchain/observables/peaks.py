@@ -167,12 +167,7 @@ def judged_contacts(peak_force: Array, significant: float = SIGNIFICANT) -> NDAr
 
 def any_rising(force: Array, passed: NDArray[np.bool_]) -> bool:
     """Return whether a contact that counts was pressed hardest at the end; both (contacts,)."""
-    return not passed.all() and bool(are_rising(force, passed))
-
-
-def are_rising(force: Array, passed: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """``any_rising`` of many runs at once: shape (..., contacts) to shape (...)."""
-    return np.asarray(np.any(judged_contacts(force, ESTIMATED) & ~passed, axis=-1))
+    return not passed.all() and bool(np.any(judged_contacts(force, ESTIMATED) & ~passed))
 
 
 def times_of_peaks(peak_force: FloatArray, peak_time: FloatArray) -> FloatArray:
@@ -180,16 +175,6 @@ def times_of_peaks(peak_force: FloatArray, peak_time: FloatArray) -> FloatArray:
     time = peak_time.copy()
     time[peak_force <= 0] = np.nan
     return time
-
-
-def largest_differences(
-    peak_force: Array, expected: Array, significant: float = SIGNIFICANT
-) -> FloatArray:
-    """``largest_difference`` of many runs at once: shape (runs, contacts) to shape (runs,)."""
-    judged, largest = judged_contacts(expected, significant), expected.max(axis=1, keepdims=True)
-    difference = np.abs(peak_force / np.where(judged, expected, 1.0) - 1.0)
-    wrong = (largest == 0) & (peak_force > 0)
-    return np.asarray(np.max(np.where(judged, difference, wrong), axis=1, initial=0.0))
 
 
 def largest_difference(

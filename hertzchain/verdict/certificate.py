@@ -14,7 +14,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines import registry
-from hertzchain.engines.external.engine import ProgramEngine, code_of
+from hertzchain.engines.external.engine import ProgramEngine
 from hertzchain.engines.external.observation import Observation, Simulation
 from hertzchain.engines.external.rescaling import softening
 from hertzchain.engines.lammps.binary import Binary, Program, all_said, module
@@ -318,7 +318,7 @@ def _simulated(
     strides = [stride_of(scene, leg) if damped else READ_EVERY for leg in legs]
     made = softening(scene, sum(leg.steps for leg in legs))
     if isinstance(program, ProgramEngine):
-        label, code = program.LABEL, code_of(program, scene, deadline, edit)
+        label, code = program.LABEL, program.code_of(scene, deadline, edit)
     else:
         parts = program.command, program.ranks, program.build, program.options
         watched = _Watched(*parts, edit, styles)

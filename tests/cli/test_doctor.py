@@ -53,9 +53,9 @@ def test_kernels_are_compiled_ahead_for_runs_and_batches() -> None:
     # Types of one process: what is kept on disk is loaded into it.
     code = """
 from hertzchain.cli.diagnosis import compile_kernels
-from hertzchain.engines.native import elastic, lanes_kernel
+from hertzchain.engines.native import elastic
 compile_kernels()
-for kernel in (elastic.march, lanes_kernel.march_lanes):
+for kernel in (elastic.march, elastic.march_each):
     print(len(kernel.signatures))
 """
     command = [sys.executable, "-c", code]

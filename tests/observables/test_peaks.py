@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 
 from hertzchain.arrays import Array, FloatArray
-from hertzchain.observables.peaks import PeakWatch, largest_difference, largest_differences
+from hertzchain.observables.peaks import PeakWatch, largest_difference
 from hertzchain.observables.samples import Samples
 
 Overlap = Callable[[Array, int], Array]
@@ -307,17 +307,6 @@ def test_largest_difference_of_peaks_that_are_all_0_is_0() -> None:
 def test_largest_difference_refuses_different_numbers_of_contacts() -> None:
     with pytest.raises(ValueError, match=r"\(3,\) and \(2,\)"):
         largest_difference(np.ones(3), np.ones(2))
-
-
-def test_largest_differences_vs_one_by_one() -> None:
-    rng = np.random.default_rng(4)
-    expected = 10 ** rng.uniform(-5, 0, (20, 7))
-    expected[3], expected[4] = 0.0, 0.0
-    measured = expected * rng.normal(1.0, 0.1, (20, 7))
-    measured[4, 2] = 1e-9
-    one_by_one = [largest_difference(*pair) for pair in zip(measured, expected, strict=True)]
-    assert largest_differences(measured, expected).tolist() == one_by_one
-    assert one_by_one[3:5] == [0.0, 1.0]
 
 
 def polynomials(*of_contacts: np.polynomial.Polynomial) -> Overlap:

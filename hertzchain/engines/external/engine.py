@@ -196,31 +196,29 @@ class ProgramEngine(ExternalEngine):
         """Refuse a scene that the code cannot simulate; the default refuses none."""
 
     def _code(self, scene: Scene, deadline: Deadline) -> Code:
-        return code_of(self, scene, deadline)
+        return self.code_of(scene, deadline)
 
+    def code_of(
+        self, scene: Scene, deadline: Deadline, edit: Callable[[str], str] = lambda text: text
+    ) -> Code:
+        """Return the code of the program, which runs decks as ``edit`` returns them.
 
-def code_of(
-    engine: ProgramEngine,
-    scene: Scene,
-    deadline: Deadline,
-    edit: Callable[[str], str] = lambda text: text,
-) -> Code:
-    """Return the code of a program, which runs decks as ``edit`` returns them.
+        RunFailed for a scene that it cannot simulate.
+        """
+        program = find_program(self.program, f"install it with: {self.INSTALL}")
+        self._refuse(scene)
 
-    RunFailed for a scene that it cannot simulate.
-    """
-    program = find_program(engine.program, f"install it with: {engine.INSTALL}")
-    engine._refuse(scene)
+        def run(
+            scene: Scene, legs: Sequence[Leg], strides: Sequence[int], seen: Observation
+        ) -> str:
+            recorded.refuse_large(legs, strides, scene.chain.granules)
+            text = edit(self._deck(scene, legs, strides))
+            with work_folder(self.LABEL) as folder:
+                (folder / self.FILE).write_text(text, encoding="ascii")
+                command = self._command(program)
+                run_program(command, folder, deadline, self.LABEL, **self.ENVIRONMENT)
+                found = self._found(folder, scene)
+            recorded.observe(seen, found.rest, found.readings, strides, found.wall_force)
+            return found.version
 
-    def run(scene: Scene, legs: Sequence[Leg], strides: Sequence[int], seen: Observation) -> str:
-        recorded.refuse_large(legs, strides, scene.chain.granules)
-        text = edit(engine._deck(scene, legs, strides))
-        with work_folder(engine.LABEL) as folder:
-            (folder / engine.FILE).write_text(text, encoding="ascii")
-            command = engine._command(program)
-            run_program(command, folder, deadline, engine.LABEL, **engine.ENVIRONMENT)
-            found = engine._found(folder, scene)
-        recorded.observe(seen, found.rest, found.readings, strides, found.wall_force)
-        return found.version
-
-    return run
+        return run

@@ -17,7 +17,6 @@ from numpy.typing import ArrayLike
 from hertzchain.engines.native import damped_runs
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.duration import with_end
-from hertzchain.engines.native.kernel_input import can_leave_behind
 from hertzchain.engines.native.methods import SymplecticNystrom
 from hertzchain.engines.native.named_methods import METHODS
 from hertzchain.engines.native.refinement import Walker
@@ -93,9 +92,9 @@ class Native:
         Where amplified rounding errors are larger, ``error_estimate`` of the result has the
         accuracy reached.
     peaks_only
-        Whether only the peaks are wanted. Then, under one of the three pulses and after a striker
-        on a uniform chain, granules that cannot change any peak are dropped, and displacement and
-        velocity at the end are NaN.
+        Whether only the peaks are wanted. Then, under one of the three pulses on a uniform chain,
+        granules that cannot change any peak are dropped, and displacement and velocity at the end
+        are NaN.
     time_limit
         Time limit of a run [s], without compiling.
     wanted
@@ -198,7 +197,7 @@ class Native:
             require(scene.contact is None, "method", self.method, allowed)
         if self.method in (None, *AS_WRITTEN) and self.dt is None:
             rtol = RTOL if self.rtol is None else self.rtol
-            found = self._accurate_enough(scene, recorder, deadline, rtol)
+            found = self.accurate_enough(scene, recorder, deadline, rtol)
             refuse_meaningless("native", found[-1].least, too_long=False)
         elif scene.contact is not None:
             found = self._damped(scene, recorder, deadline)
@@ -293,7 +292,7 @@ class Native:
         Runs with other steps could share an error, as where a later blow is the hardest one.
         """
         for rtol in (RTOL, _CLOSER * RTOL):
-            *_, accurate, errors = self._accurate_enough(scene, None, deadline, rtol)
+            *_, accurate, errors = self.accurate_enough(scene, None, deadline, rtol)
             differences = accurate.peaks.differences(run.peaks)
             if differences.wanted > _CLEAR * errors.wanted:
                 break
@@ -310,11 +309,11 @@ class Native:
         require(self.method in (None, "reference"), "method", self.method, names)
         allowed = "must be left out for damped contacts, or stand with method velocity-verlet"
         require(self.dt is None, "dt", self.dt, allowed)
-        found = self._accurate_enough(scene, recorder, deadline, plans.TIGHTEST)
+        found = self.accurate_enough(scene, recorder, deadline, plans.TIGHTEST)
         refuse_meaningless("native", found[-1].least, too_long=False)
         return found
 
-    def _accurate_enough(
+    def accurate_enough(
         self, scene: Scene, recorder: Recorder | None, deadline: Deadline, rtol: float
     ) -> tuple[str, float, Simulation, ContactErrors]:
         """Return method, longest step [s], run and its error, by what is cheapest for ``rtol``."""
@@ -331,7 +330,7 @@ class Native:
         prepared = self._prepared(scene, deadline, plan.walker)
         before, cost, adaptive, aim = math.inf, 0.0, None, rtol
         expensive, refined = math.inf, 1.0
-        if not (scene.is_plain or can_leave_behind(scene) or self.method == "numpy"):
+        if not (scene.is_plain or self.method == "numpy"):
             expensive, refined = _EXPENSIVE, 1 + _REFINED * float(np.mean(scene.granules.gap > 0))
         for left in reversed(range(plans.TRIES)):
             legs = plan.walker.cut(scene.schedule(plan.step * scene.contact_time))
@@ -376,7 +375,7 @@ def _adaptive(
     first: bool,
     most_work: float = math.inf,
 ) -> tuple[str, float, Simulation, ContactErrors]:
-    """Return the same as ``Native._accurate_enough``, by adaptive steps."""
+    """Return the same as ``Native.accurate_enough``, by adaptive steps."""
     run, errors = damped_runs.accurate_enough(scene, rtol, deadline, recorder, most_work, first)
     return damped_runs.METHOD, damped_runs.longest_step(scene), run, errors
 

@@ -5,6 +5,7 @@ In natural units a scene is given by its profile, LM_ratio, n and N; a batch has
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -18,8 +19,8 @@ from numpy.typing import ArrayLike, NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.backend import Native
-from hertzchain.engines.native.kernel_input import can_leave_behind, code_of, leg_rows
-from hertzchain.engines.native.many import march_all
+from hertzchain.engines.native.kernel_input import code_of, is_single_pulse, leg_rows
+from hertzchain.engines.native.many import march_all, run_in_context
 from hertzchain.errors import POSITIVE, SceneError, require
 from hertzchain.limits import (
     RTOL,
@@ -30,12 +31,12 @@ from hertzchain.limits import (
     usable_cores,
 )
 from hertzchain.observables.first_pulse import WANTED, check_wanted, usually_wanted
-from hertzchain.observables.peaks import ESTIMATED, are_rising, largest_differences, times_of_peaks
+from hertzchain.observables.peaks import times_of_peaks
 from hertzchain.observables.result import Result
-from hertzchain.scene.chain import MOST_GRANULES
+from hertzchain.scene.chain import MOST_GRANULES, Chain
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS
-from hertzchain.scene.pulse import PROFILES, Profile
+from hertzchain.scene.pulse import PROFILES, Profile, Pulse
 from hertzchain.scene.ramp import SHAPES
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.validity import overlap_ratio, refuse_deep_overlap
@@ -44,6 +45,12 @@ from hertzchain.showing import Shown
 
 if TYPE_CHECKING:
     import pandas
+
+
+_ANY = {"radius": 1.0, "young_modulus": 1e9, "poisson_ratio": 0.0, "density": 1000.0}
+_WEAK = 1e-6
+"""Material [SI units] and peak force [N] of scenes that are given by numbers alone: any would do,
+as results are in natural units, that press granules into one another by little."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -145,19 +152,21 @@ def _peaks_of(scenes: Sequence[Scene], rtol: float, time_limit: float, wanted: s
         return _one_by_one(scenes, rtol, time_limit, wanted)
     granules = _common_length(scenes)
 
-    def legs(plan: plans.Plan, wanted: NDArray[np.intp]) -> FloatArray:
-        rows = [
-            leg_rows(plan.walker.cut(scene.schedule(plan.step * scene.contact_time)), scene.units)
-            for scene in (scenes[k] for k in wanted)
-        ]
-        padded = np.zeros((len(rows), max(len(row) for row in rows), 8))
-        for of_scene, row in zip(padded, rows, strict=True):
-            of_scene[: len(row)] = row
-        return padded
-
-    known = np.array([plans.is_calibrated(scene) for scene in scenes])
-    leaves = np.array([can_leave_behind(scene) for scene in scenes])
-    found = _accurate_enough(legs, known, granules, rtol, leaves, time_limit, usable_cores())
+    plans.check(rtol)
+    check_time_limit(time_limit)
+    plan = plans.cheapest(rtol, checked=False)
+    calibrated = np.array([plans.is_calibrated(scene) for scene in scenes])
+    legs = [
+        leg_rows(plan.walker.cut(scene.schedule(plan.step * scene.contact_time)), scene.units)
+        for scene in itertools.compress(scenes, calibrated)
+    ]
+    rows = np.zeros((len(legs), max(map(len, legs), default=0), 8))
+    for of_scene, row in zip(rows, legs, strict=True):
+        of_scene[: len(row)] = row
+    leaves = np.array([is_single_pulse(scene) for scene in scenes])
+    found = _accurate_enough(
+        rows, calibrated, leaves, scenes.__getitem__, granules, rtol, time_limit, usable_cores()
+    )
     force = np.array([scene.units.force for scene in scenes])[:, None]
     time = np.array([scene.units.time for scene in scenes])[:, None]
     for k, (scene, largest) in enumerate(zip(scenes, found.peak_force.max(axis=1), strict=True)):
@@ -254,95 +263,76 @@ def similar_peak_forces(
     require(bool(np.all(np.isfinite(ratio) & (ratio > 0))), "momentum_ratio", None, POSITIVE)
     possible = bool(np.all(np.isfinite(n) & (n > 1)))
     require(possible, "duration_ratio", None, "must be finite numbers above 1")
-    rise = 2 * MOMENTUM_IN_NATURAL_UNITS * ratio / n
-    corners = np.stack([np.zeros_like(rise), rise, n * rise, n * rise], axis=1)
-    corners[:, 3] += watched_time(granules, ratio)
+    plans.check(rtol)
+    check_time_limit(time_limit)
+    plan, calibrated = plans.cheapest(rtol, checked=False), plans.is_known(ratio, n, granules)
+    rise = (2 * MOMENTUM_IN_NATURAL_UNITS * ratio / n)[calibrated]
+    corners = np.stack([np.zeros_like(rise), rise, n[calibrated] * rise, n[calibrated] * rise], 1)
+    corners[:, 3] += watched_time(granules, ratio[calibrated])
+    rows, start, end = np.zeros((rise.size, 3, 8)), corners[:, :-1], corners[:, 1:]
+    rows[:, :, 0], rows[:, :, 1] = start, end
+    rows[:, :, 2] = np.ceil((end - start) / plan.step)
+    rows[:, :2, 4], rows[:, :2, 5] = start[:, :2], end[:, :2]
+    rows[:, 0, 7] = rows[:, 1, 6] = 1.0
+    for k, shape in enumerate(PROFILES[profile]):
+        rows[:, k, 3] = code_of(shape)
+        if SHAPES[shape].is_curved:
+            rows[:, k, 2] *= np.ceil(plan.walker.cosine_steps / rows[:, k, 2])
+    chain = Chain(granules, **_ANY)
 
-    def legs(plan: plans.Plan, wanted: NDArray[np.intp]) -> FloatArray:
-        rows = np.zeros((wanted.size, 3, 8))
-        start, end = corners[wanted, :-1], corners[wanted, 1:]
-        rows[:, :, 0], rows[:, :, 1] = start, end
-        rows[:, :, 2] = np.ceil((end - start) / plan.step)
-        rows[:, :2, 4], rows[:, :2, 5] = start[:, :2], end[:, :2]
-        rows[:, 0, 7] = rows[:, 1, 6] = 1.0
-        for k, shape in enumerate(PROFILES[profile]):
-            rows[:, k, 3] = code_of(shape)
-            if SHAPES[shape].is_curved:
-                rows[:, k, 2] *= np.ceil(plan.walker.cosine_steps / rows[:, k, 2])
-        return rows
+    def scene_of(k: int) -> Scene:
+        shock = Pulse(profile, _WEAK, float(n[k]), momentum_ratio=float(ratio[k]))
+        return Scene(chain, shock)
 
-    known = plans.is_known(ratio, n, granules)
-    leaves = np.ones(known.size, np.bool_)
+    leaves = np.ones(calibrated.size, np.bool_)
     return _accurate_enough(
-        legs, known, granules, rtol, leaves, time_limit, cores or usable_cores()
+        rows, calibrated, leaves, scene_of, granules, rtol, time_limit, cores or usable_cores()
     )
 
 
 def _accurate_enough(
-    legs: Callable[[plans.Plan, NDArray[np.intp]], FloatArray],
-    known: NDArray[np.bool_],
+    rows: FloatArray,
+    calibrated: NDArray[np.bool_],
+    leaves: NDArray[np.bool_],
+    scene_of: Callable[[int], Scene],
     granules: int,
     rtol: float,
-    leaves: NDArray[np.bool_],
     time_limit: float,
     cores: int,
 ) -> Batch:
-    """Compute the peaks of all scenes in natural units.
+    """Compute the peaks of all plain scenes in natural units.
 
-    Scenes whose largest error is known run once; the others get a second run to estimate the error,
-    and further runs until the error is small enough or no longer falls.
+    Those whose largest error is known run once, with ``rows``, their legs, shape (calibrated, legs,
+    8); the others as single runs do, which estimate their error.
     """
-    plans.check(rtol)
-    check_time_limit(time_limit)
     import hertzchain.engines.native.elastic  # noqa: F401 - loaded before any clock starts
     from hertzchain.engines.native.preparation import Watched
 
     with Watched() as preparation:
         deadline = Deadline(time_limit, lambda: preparation.time)
-        scenes = known.size
+        scenes, known = calibrated.size, np.flatnonzero(calibrated)
         refuse_memory(8.0 * 3 * scenes * granules)
         force, time = np.zeros((scenes, granules - 1)), np.full((scenes, granules - 1), np.nan)
-        error, end, evaluations = np.ones(scenes), np.zeros(scenes), np.zeros(scenes)
-        wanted = np.nonzero(known)[0]
-        if wanted.size:
+        error, evaluations = np.ones(scenes), np.zeros(scenes, np.int64)
+        passed = np.zeros(force.shape, np.bool_)
+        if known.size:
             plan = plans.cheapest(rtol, checked=False)
-            force[wanted], time[wanted], end[wanted], evaluations[wanted] = march_all(
-                legs(plan, wanted),
-                plan.walker,
-                granules,
-                leaves[wanted],
-                deadline,
-                cores,
+            force[known], time[known], end, taken = march_all(
+                rows, plan.walker, granules, leaves[known], deadline, cores
             )
-            error[wanted] = plan.estimate(0.0, evaluations[wanted])
-        plan, wanted = plans.cheapest(rtol, hard=True), np.nonzero(~(error <= rtol))[0]
-        before = np.full(scenes, np.inf)
-        for _ in range(plans.TRIES):
-            if not wanted.size:
-                break
-            rows = legs(plan, wanted)
-            force[wanted], time[wanted], end[wanted], evaluations[wanted] = march_all(
-                rows, plan.walker, granules, leaves[wanted], deadline, cores
-            )
-            steps = rows[:, :, 2].copy()
-            rows[:, :, 2] = plans.other_steps(steps)
-            others, *_ = march_all(rows, plan.coarser, granules, leaves[wanted], deadline, cores)
-            differences = largest_differences(others, force[wanted], ESTIMATED)
-            rising = are_rising(force[wanted], time[wanted] < end[wanted, None])
-            if rising.any():
-                # Forces at one time are erratic: one difference may be small by chance.
-                rows[:, :, 2] = plans.more_steps(steps)
-                more, *_ = march_all(
-                    rows[rising], plan.coarser, granules, leaves[wanted[rising]], deadline, cores
-                )
-                again = largest_differences(more, force[wanted[rising]], ESTIMATED)
-                differences[rising] = np.maximum(differences[rising], again)
-            found = plan.estimate(differences, evaluations[wanted])
-            error[wanted] = np.where(np.isnan(found), np.inf, found)  # NaN: the motion diverged
-            hopeless = plan.hopeless(error, before, granules * evaluations)
-            wanted, before = np.nonzero((error > rtol) & ~hopeless)[0], error.copy()
-            if wanted.size:
-                plan = plan.closer(rtol, float(np.max(error[wanted])))
-        # A motion that diverged has no meaningful number of evaluations.
-        taken = np.nan_to_num(evaluations).astype(np.int64)
-        return Batch(force, time, error, time < end[:, None], taken)
+            # A motion that diverged has no meaningful number of evaluations.
+            evaluations[known] = np.nan_to_num(taken)
+            error[known] = np.where(np.isnan(taken), np.inf, plan.estimate(0.0, taken))
+            passed[known] = time[known] < end[:, None]
+        native = Native(rtol=rtol, peaks_only=True, wanted="all")
+
+        def one(k: int) -> None:
+            if deadline.left <= 0:
+                raise deadline.passed()
+            *_, run, errors = native.accurate_enough(scene_of(k), None, deadline, rtol)
+            force[k], time[k], passed[k] = run.peaks.force, run.peaks.time, run.peaks.passed
+            error[k], evaluations[k] = errors.largest, run.evaluations
+
+        with ThreadPoolExecutor(cores) as pool:
+            list(pool.map(run_in_context(one), np.flatnonzero(~(error <= rtol)).tolist()))
+        return Batch(force, time, error, passed, evaluations)

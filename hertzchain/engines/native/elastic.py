@@ -15,6 +15,7 @@ Scenes with terms have no such window: base is 0.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from hertzchain.arrays import FloatArray
@@ -34,12 +35,7 @@ from hertzchain.engines.native.elastic_chain import (
     work_in_step,
 )
 from hertzchain.engines.native.elastic_legs import begin_run, is_diverged, pushed_legs, start_leg
-from hertzchain.engines.native.elastic_maxima import (
-    keep_ends,
-    keep_peaks,
-    scan,
-    turning_contacts_of_verlet,
-)
+from hertzchain.engines.native.elastic_maxima import keep_ends, keep_peaks, scan
 from hertzchain.engines.native.elastic_state import (
     DEEPEST,
     DIVERGED,
@@ -47,6 +43,7 @@ from hertzchain.engines.native.elastic_state import (
     NO_ROOM,
     STOPPED,
     Outcome,
+    Record,
     Seen,
     State,
     Steps,
@@ -54,7 +51,6 @@ from hertzchain.engines.native.elastic_state import (
     margin_of,
 )
 from hertzchain.engines.native.elastic_step import (
-    back_to_the_start,
     keep_start,
     scale_coefficients,
     symplectic_step,
@@ -108,15 +104,15 @@ def march(
     granules
         N.
     start
-        Displacement and velocity at the start, shape (2, N), with ``leave_behind`` only next to
-        terms; shape (0, 0) for a chain at rest.
+        Displacement and velocity at the start, shape (2, N), not with ``leave_behind``; shape
+        (0, 0) for a chain at rest.
     chain
         What the scene has beyond a plain chain; or None.
     moving
         Granules that may move at the start; N for a run without a front.
     leave_behind
         Whether granules that cannot matter to any peak are left behind, and the run ended when
-        none can change. There is no final state then.
+        none can change. There is no final state then. Only in a plain chain.
     seen
         Filled in; nothing is recorded with ``leave_behind``.
     control
@@ -178,14 +174,14 @@ def march(
                     break
             run.evaluations += stages
             if verlet:
-                turns, dips = turning_contacts_of_verlet(v0, a, v, g, h, lo, hi), True
+                turns, dips = 0, True
             else:
                 turns, dips, fastest, speed = scan(
                     u0, v0, a, u, v, g, h, begin < steps.starting, lo, hi, chain
                 )
                 felt = fastest**3 * h**5 > (tolerance * speed) ** 2
                 if tolerance > 0 and level < DEEPEST and felt:
-                    back_to_the_start(u, v, g, u0, v0, a, lo, hi + 1)
+                    keep_start(u0, v0, a, u, v, g, lo, hi + 1)  # undone
                     level, part, h = level + 1, 2 * part, h / 2
                     scale_coefficients(h, state, steps)
                     continue
@@ -231,9 +227,9 @@ def march(
                 if is_diverged(energy, run.given, run.work, run.moved, chain):
                     reason = _DIVERGED
                     break
-                if leave_behind and over:
-                    lo = leave_behind_in(u, v, g, u0, seen.force, lo, hi, run, chain)
-                    if base + hi == granules and is_settled(u, v, seen.force, base, lo, hi, chain):
+                if chain is None and leave_behind and over:
+                    lo = leave_behind_in(u, v, g, seen.force, lo, hi, run)
+                    if base + hi == granules and is_settled(u, v, seen.force, base, lo, hi):
                         reason = _SETTLED
                         break
         if reason == _LEG_DONE:
@@ -265,3 +261,62 @@ def march(
         run.piston,
         0.0,
     )
+
+
+@compiled_and_kept(**UNCOUNTED)
+def march_each(
+    rows: FloatArray,
+    steps: Steps,
+    state: State,
+    blank: State,
+    granules: int,
+    start: FloatArray,
+    moving: int,
+    leaves: Any,
+    force: FloatArray,
+    time: FloatArray,
+    record: Record,
+    end: FloatArray,
+    evaluations: FloatArray,
+    control: FloatArray,
+) -> None:
+    """Integrate plain chains one after the other, as ``march`` does one of them.
+
+    Parameters
+    ----------
+    rows
+        Their legs, shape (scenes, legs, 8); a leg without steps is left out.
+    steps
+        As for ``march``, with any legs.
+    state, blank
+        Room for any of them, with N + 1 columns, and the same as it is at the start.
+    granules, start, moving, control
+        As for ``march``: they are at rest.
+    leaves
+        Whether granules of each may be left behind, shape (scenes,).
+    force, time
+        Filled in with peaks, shape (scenes, N - 1).
+    record
+        One in which nothing is recorded.
+    end, evaluations
+        Filled in with the time reached by each and its force evaluations, NaN where the motion
+        diverged, shape (scenes,).
+    """
+    for n in range(rows.shape[0]):
+        taken = 0
+        while taken < rows.shape[1] and rows[n, taken, STEPS] > 0:
+            taken += 1
+        for row in range(state.rows.shape[0]):
+            for i in range(state.rows.shape[1]):
+                state.rows[row, i] = 0.0
+        state.progress[0] = blank.progress[0]
+        its = Steps(
+            rows[n, :taken], steps.kicks, steps.drifts, steps.verlet, steps.tolerance,
+            steps.starting,
+        )  # fmt: skip
+        seen = Seen(force[n], time[n], record)
+        found = march(its, state, granules, start, None, moving, leaves[n], seen, control)
+        if found.status == STOPPED:
+            return
+        end[n] = found.end
+        evaluations[n] = math.nan if found.status == DIVERGED else found.evaluations

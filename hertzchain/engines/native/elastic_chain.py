@@ -94,12 +94,13 @@ def mass_of(i: int, chain: Any) -> float:
 
 
 @part
-def _net(u: Any, v: Any, i: int, leg: Any, time: float, chain: Any) -> Any:
-    """Acceleration and jerk of a granule of a scene with terms; 0 for the wall."""
-    if i == chain.stiffness.size:
+def _net(u: Any, v: Any, i: int, lo: int, leg: Any, time: float, chain: Any) -> Any:
+    """Acceleration and jerk of a granule (Eq. 1 and its derivative); 0 for the wall."""
+    if chain is not None and i == chain.stiffness.size:
         return 0.0, 0.0
-    net, rate = applied_force(leg, time), applied_force_rate(leg, time)
-    if i > 0:
+    if i == lo:
+        net, rate = applied_force(leg, time), applied_force_rate(leg, time)
+    else:
         r = overlap_of(u, i - 1, chain)
         net = with_stiffness(hertz_force(r), i - 1, chain)
         rate = with_stiffness(hertz_force_rate(r, float(v[i - 1] - v[i])), i - 1, chain)
@@ -118,23 +119,13 @@ def motion_of_granule(
     u: Any, v: Any, i: int, lo: int, leg: Any, time: float, off: float,
     chain: Any,
 ) -> Any:  # fmt: skip
-    """Displacement of a granule, its rate, acceleration and jerk (Eq. 1 and its derivative).
+    """Displacement of a granule, its rate, acceleration and jerk.
 
     The velocities of velocity Verlet are central differences of its displacements; the rates are
     ``off`` times the jerk less: h^2/6, and 0 for other methods.
     """
-    if chain is not None:
-        net, rate = _net(u, v, i, leg, time, chain)
-        return float(u[i]), float(v[i]) - off * rate, net, rate
-    if i == lo:
-        pushed, pushed_rate = applied_force(leg, time), applied_force_rate(leg, time)
-    else:
-        r = float(u[i - 1] - u[i])
-        pushed, pushed_rate = hertz_force(r), hertz_force_rate(r, float(v[i - 1] - v[i]))
-    r = float(u[i] - u[i + 1])
-    passed_on, passed_on_rate = hertz_force(r), hertz_force_rate(r, float(v[i] - v[i + 1]))
-    jerk = pushed_rate - passed_on_rate
-    return float(u[i]), float(v[i]) - off * jerk, pushed - passed_on, jerk
+    net, jerk = _net(u, v, i, lo, leg, time, chain)
+    return float(u[i]), float(v[i]) - off * jerk, net, jerk
 
 
 @part
@@ -143,24 +134,10 @@ def motion_of_contact(
     chain: Any,
 ) -> Any:  # fmt: skip
     """Overlap of granules i and i + 1, and its first three derivatives."""
-    overlap, rate = overlap_of(u, i, chain), float(v[i] - v[i + 1])
-    if chain is not None:
-        net, jerk = _net(u, v, i, leg, time, chain)
-        net_ahead, jerk_ahead = _net(u, v, i + 1, leg, time, chain)
-        jerk -= jerk_ahead
-        return overlap, rate - off * jerk, net - net_ahead, jerk
-    root = math.sqrt(max(overlap, 0.0))
-    ahead = float(u[i + 1] - u[i + 2])
-    root_ahead = math.sqrt(max(ahead, 0.0))
-    if i == lo:
-        behind, behind_rate = applied_force(leg, time), applied_force_rate(leg, time)
-    else:
-        r = float(u[i - 1] - u[i])
-        behind, behind_rate = hertz_force(r), hertz_force_rate(r, float(v[i - 1] - v[i]))
-    acceleration = behind - 2 * root * overlap + root_ahead * ahead
-    rate_ahead = float(v[i + 1] - v[i + 2])
-    jerk = behind_rate - 3 * root * rate + 1.5 * root_ahead * rate_ahead
-    return overlap, rate - off * jerk, acceleration, jerk
+    net, jerk = _net(u, v, i, lo, leg, time, chain)
+    net_ahead, jerk_ahead = _net(u, v, i + 1, lo, leg, time, chain)
+    jerk -= jerk_ahead
+    return overlap_of(u, i, chain), float(v[i] - v[i + 1]) - off * jerk, net - net_ahead, jerk
 
 
 @part
@@ -229,10 +206,7 @@ def momentum_of(v: Any, lo: int, hi: int, chain: Any) -> float:
     """Momentum of granules lo ... hi - 1, without a piston."""
     total = 0.0
     for i in range(np.uint64(lo), np.uint64(hi)):
-        if chain is None:
-            total += v[i]
-        else:
-            total += v[i] / chain.inverse_mass[i] if chain.inverse_mass[i] > 0 else 0.0
+        total += mass_of(i, chain) * v[i]
     return total
 
 
@@ -242,10 +216,8 @@ def energy_of(u: Any, v: Any, lo: int, hi: int, chain: Any) -> float:
     total = 0.0
     for i in range(lo, hi):
         r = overlap_of(u, i, chain)
-        if chain is None:
-            total += 0.5 * float(v[i]) ** 2 + 0.4 * hertz_force(r) * r
-        else:
-            mass = mass_of(i, chain)
-            total += 0.5 * mass * float(v[i]) ** 2 + 0.4 * hertz_force(r) * r * chain.stiffness[i]
+        mass = mass_of(i, chain)
+        total += 0.5 * mass * float(v[i]) ** 2 + 0.4 * with_stiffness(hertz_force(r) * r, i, chain)
+        if chain is not None:
             total -= mass * chain.constant[i] * u[i]
     return total

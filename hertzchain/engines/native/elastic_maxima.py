@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.engines.native.compiling import ONE, compiled, compiled_without_nan, larger, part
+from hertzchain.engines.native.compiling import ONE, compiled_without_nan, larger, part
 from hertzchain.engines.native.elastic_chain import motion_of_contact, overlap_of, with_stiffness
 from hertzchain.engines.native.interpolant import hermite, hertz_force, highest_place, value_at
 
@@ -52,32 +52,17 @@ def scan(
     return turns, dips > 0, fastest, speed
 
 
-@compiled
-def turning_contacts_of_verlet(v0: Any, a: Any, v: Any, g: Any, h: Any, lo: int, hi: int) -> int:
-    """How many contacts may have had a maximum within a step of velocity Verlet.
-
-    Its rates are off by h^2 / 6 times the jerk, so those count that are nearly 0: by six times that
-    while the jerk stays the same.
-    """
-    turns = 0
-    for i in range(np.uint64(lo), np.uint64(hi)):
-        w0, w1 = v0[i] - v0[i + ONE], v[i] - v[i + ONE]
-        g0, g1 = a[i] - a[i + ONE], g[i] - g[i + ONE]
-        near = h * abs(g1 - g0)
-        turns += (w0 + near > 0.0) & (w1 - near <= 0.0)
-    return turns
-
-
 @part
 def keep_peaks(
     seen: Any, base: int, u0: Any, v0: Any, a: Any, u: Any, v: Any, g: Any, lo: int, hi: int,
     leg: Any, begin: float, time: float, h: float, off: float, dips: bool, slack: float, b: Any,
     chain: Any,
 ) -> None:  # fmt: skip
-    """The maxima of contact forces within a step, of the contacts that ``scan`` found.
+    """The maxima of contact forces within a step, of the contacts that ``scan`` finds.
 
-    ``time`` is that of the end of the step, to the last digit; ``slack`` is h for velocity Verlet
-    (see ``turning_contacts_of_verlet``) and 0 for other methods.
+    ``time`` is that of the end of the step, to the last digit. ``slack`` is 0, and h for velocity
+    Verlet: its rates are off by h^2 / 6 times the jerk, so those count that are nearly 0, by six
+    times that while the jerk stays the same.
     """
     peak_force, peak_time, dip = seen.force, seen.time, DIP * h
     for i in range(lo, hi - 1):

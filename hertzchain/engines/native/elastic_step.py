@@ -87,18 +87,9 @@ def accelerate_first(u: Any, g: Any, push: float, lo: int, chain: Any) -> None:
 
 @compiled
 def keep_start(u: Any, v: Any, g: Any, u0: Any, v0: Any, a: Any, lo: int, hi: int) -> None:
-    """Keep the motion at the start of a step."""
+    """Keep the motion at the start of a step in ``u0``, ``v0`` and ``a``."""
     for i in range(np.uint64(lo), np.uint64(hi)):
         u0[i], v0[i], a[i] = u[i], v[i], g[i]
-
-
-@compiled
-def back_to_the_start(
-    u: Any, v: Any, g: Any, u0: Any, v0: Any, a: Any, lo: int, hi: int
-) -> None:  # fmt: skip
-    """Undo a step."""
-    for i in range(np.uint64(lo), np.uint64(hi)):
-        u[i], v[i], g[i] = u0[i], v0[i], a[i]
 
 
 @compiled

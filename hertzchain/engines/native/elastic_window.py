@@ -5,13 +5,12 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
 
 from hertzchain.engines.native.compiling import ONE, part
-from hertzchain.engines.native.elastic_chain import energy_of, mass_of, momentum_of, with_stiffness
+from hertzchain.engines.native.elastic_chain import energy_of, momentum_of
 from hertzchain.engines.native.elastic_step import accelerate_first
 from hertzchain.engines.native.interpolant import hertz_force
 
@@ -45,70 +44,45 @@ two contacts are pressed alike."""
 
 
 @part
-def _strength(force: float, velocity: float, chain: Any) -> float:
+def _strength(force: float, velocity: float) -> float:
     """How hard contacts can come to be pressed, after one pulse, by what has these largest values.
 
     Not proved; in 6,787 scenes with one pulse, N 2 to 41, LM_ratio 0.1 to 100, n 1.001 to 101, no
-    peak was missed for it. With terms granules ahead are those at the far end, see
-    ``kernel_input.can_leave_behind``.
+    peak was missed for it.
     """
-    impact = _IMPACT * max(velocity, 0.0) ** 1.2
-    if chain is not None:
-        last = chain.stiffness.size - 1
-        impact *= chain.stiffness[last - 1] ** 0.4 / chain.inverse_mass[last] ** 0.6
-    return max(force, impact)
+    return max(force, _IMPACT * max(velocity, 0.0) ** 1.2)
 
 
 @part
-def _fastest(v: Any, i: Any, chain: Any) -> float:
-    """The velocity with which a granule may run into others, for ``_strength``.
-
-    Through a contact a heavy first granule gives those ahead up to twice its own.
-    """
-    velocity = float(v[i])
-    if chain is not None and i == 0:
-        velocity *= 2
-    return max(velocity, float(v[i] - v[i + ONE]))
+def _fastest(v: Any, i: Any) -> float:
+    """The velocity with which a granule may run into others, for ``_strength``."""
+    return max(float(v[i]), float(v[i] - v[i + ONE]))
 
 
 @part
-def _height(momentum: float, energy: float, hardest: float, chain: Any) -> float:
+def _height(momentum: float, energy: float, hardest: float) -> float:
     """Height of the solitary wave that has this momentum and energy; 0 where they are not of one.
 
     All three numbers have to fit: of a given momentum, one wave has another energy than two, or
     than granules that fly.
     """
-    mass, softness = 1.0, 1.0
-    if chain is not None:
-        last = chain.stiffness.size - 1
-        mass, softness = 1.0 / chain.inverse_mass[last], chain.stiffness[last - 1] ** (-2 / 3)
     if momentum <= 0 or energy <= 0:
         return 0.0
-    if abs(energy * mass / (_WAVE_RATIO * momentum**2) - 1) > _LIKE_A_WAVE:
+    if abs(energy / (_WAVE_RATIO * momentum**2) - 1) > _LIKE_A_WAVE:
         return 0.0
-    height = (energy / (_WAVE_ENERGY * softness)) ** 0.6
+    height = (energy / _WAVE_ENERGY) ** 0.6
     if not _LEAST_PRESSED * height <= hardest <= (1 + _LIKE_A_WAVE) * height:
         return 0.0
     return float(height)
 
 
 @part
-def _quiet(leading: float, chain: Any) -> Any:
-    """Largest overlap and velocity of a quiet granule, behind a wave of this height."""
-    overlap, velocity = _QUIET * leading ** (2 / 3), _QUIET * leading ** (5 / 6)
-    if chain is not None:
-        last = chain.stiffness.size - 1
-        overlap *= chain.stiffness[last - 1] ** (-2 / 3)
-        velocity *= chain.stiffness[last - 1] ** (-1 / 3) * math.sqrt(chain.inverse_mass[last])
-    return overlap, velocity
-
-
-@part
-def left_behind(u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int, chain: Any) -> int:
+def left_behind(u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int) -> int:
     """How far the window can be closed from behind once the pulse is over.
 
-    The shock has to be one pulse or a striker (``kernel_input.can_leave_behind``). A cut needs all
-    of this:
+    The shock has to be one pulse, in a plain chain: after a second push a broad packet can break
+    up into waves stronger than any before, and unlike granules, gaps and walls reflect waves. A cut
+    needs all of this:
 
     - Ahead of it lies a quiet stretch: ``_QUIET_GRANULES`` granules whose overlaps and velocities
       are below ``_QUIET`` of those of the leading wave. Contacts that are hardly pressed are hardly
@@ -137,7 +111,7 @@ def left_behind(u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int, ch
         return lo
     # The contact behind the hardest pressed one has just had its peak.
     leading = peak_force[base + crest - 1]
-    quiet_overlap, quiet_velocity = _quiet(leading, chain)
+    quiet_overlap, quiet_velocity = _QUIET * leading ** (2 / 3), _QUIET * leading ** (5 / 6)
     weakest_peak, weakest_ahead, strongest = leading, -1.0, 0.0
     begin, momentum, energy, hardest, fastest = lo, 0.0, 0.0, 0.0, 0.0
     quiet, cut = 0, lo
@@ -151,14 +125,13 @@ def left_behind(u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int, ch
                 begin = i - _QUIET_GRANULES
                 momentum, energy, hardest, fastest = 0.0, 0.0, 0.0, 0.0
             quiet = 0
-        force = with_stiffness(hertz_force(r), i, chain)
-        mass = mass_of(i, chain)
-        hardest, fastest = max(hardest, force), max(fastest, _fastest(v, i, chain))
-        momentum += mass * speed
-        energy += 0.5 * mass * speed**2 + 0.4 * force * r
+        force = hertz_force(r)
+        hardest, fastest = max(hardest, force), max(fastest, _fastest(v, i))
+        momentum += speed
+        energy += 0.5 * speed**2 + 0.4 * force * r
         if quiet == _QUIET_GRANULES:
-            height = _height(momentum, energy, hardest, chain)
-            strength = max(_strength(hardest, fastest, chain), height)
+            height = _height(momentum, energy, hardest)
+            strength = max(_strength(hardest, fastest), height)
             if _LOOSENED * max(strongest, strength) < _SLOWER * weakest_peak:
                 strongest = max(strongest, strength)
             else:
@@ -176,7 +149,7 @@ def left_behind(u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int, ch
 
 
 @part
-def is_settled(u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int, chain: Any) -> bool:
+def is_settled(u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int) -> bool:
     """Whether no peak can change any more, once the pulse is over and all granules were reached.
 
     Granules that fly off at the free end never come back; of the others none can press a contact
@@ -187,11 +160,11 @@ def is_settled(u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int, cha
         end -= 1
     hardest, fastest = 0.0, 0.0
     for i in range(np.uint64(lo), np.uint64(end - 1)):
-        hardest = max(hardest, with_stiffness(hertz_force(float(u[i] - u[i + ONE])), i, chain))
-        fastest = max(fastest, _fastest(v, i, chain))
+        hardest = max(hardest, hertz_force(float(u[i] - u[i + ONE])))
+        fastest = max(fastest, _fastest(v, i))
     if end - 1 <= lo:
         return True
-    strength = _LOOSENED * _strength(hardest, fastest, chain)
+    strength = _LOOSENED * _strength(hardest, fastest)
     for i in range(np.uint64(base + lo), np.uint64(peak_force.size)):
         if peak_force[i] <= strength:
             return False
@@ -199,19 +172,14 @@ def is_settled(u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int, cha
 
 
 @part
-def leave_behind_in(
-    u: Any, v: Any, g: Any, u0: Any, peak_force: Any, lo: int, hi: int, run: Any, chain: Any
-) -> int:
+def leave_behind_in(u: Any, v: Any, g: Any, peak_force: Any, lo: int, hi: int, run: Any) -> int:
     """Let go of granules that cannot matter any more; returns where the window begins now.
 
     What is let go keeps its momentum and energy, which are counted.
     """
-    cut = left_behind(u, v, peak_force, run.base, lo, hi, chain)
+    cut = left_behind(u, v, peak_force, run.base, lo, hi)
     if cut > lo:
-        run.momentum += momentum_of(v, lo, cut, chain)
-        run.energy += energy_of(u, v, lo, cut, chain)
-        if chain is not None:
-            # The formulas of terms ask for the granule behind.
-            u[cut - 1] = u0[cut - 1] = u[cut] - 1
-        accelerate_first(u, g, run.push, cut, chain)
+        run.momentum += momentum_of(v, lo, cut, None)
+        run.energy += energy_of(u, v, lo, cut, None)
+        accelerate_first(u, g, run.push, cut, None)
     return cut

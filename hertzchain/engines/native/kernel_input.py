@@ -27,17 +27,11 @@ MOVING = 8
 
 
 def is_single_pulse(scene: Scene) -> bool:
-    """Return whether a scene is one of the paper's: a plain chain and a pulse."""
-    return scene.pulse is not None and scene.is_plain
+    """Return whether a scene is one of the paper's: a plain chain and a pulse.
 
-
-def can_leave_behind(scene: Scene) -> bool:
-    """Return whether granules behind the wave may be dropped: only after a single push.
-
-    After a second push a broad packet can break up into waves stronger than any before. A push is a
-    pulse, or a striker of any size. Different granules, gaps and walls reflect waves.
+    Of such scenes granules behind the wave may be dropped: see ``elastic_window.left_behind``.
     """
-    return is_single_pulse(scene) or scene.terms == ("striker",)
+    return scene.pulse is not None and scene.is_plain
 
 
 def chain_of(scene: Scene) -> Chain | None:

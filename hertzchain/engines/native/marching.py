@@ -41,7 +41,7 @@ def march(
     The arguments are those of ``elastic.march``.
     """
     columns = granules + 1
-    if leave_behind and chain is None:
+    if leave_behind:
         columns = min(columns, elastic_state.least_columns(steps.drifts.size))
     state = elastic_state.at_the_start(steps, columns)
     while True:

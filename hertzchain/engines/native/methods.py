@@ -1,6 +1,7 @@
 """Integration methods as tables of coefficients.
 
-``in_numpy.step`` takes them for u'' = f(t, u). Adaptive steps take SciPy's DOP853 (``damped``).
+``in_numpy.step`` takes them for u'' = f(t, u).
+Adaptive steps take SciPy's DOP853 (``damped_runs``).
 """
 
 from __future__ import annotations

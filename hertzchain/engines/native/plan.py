@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.methods import SRKN_6B, SRKN_11B
 from hertzchain.engines.native.refinement import Refined
 from hertzchain.errors import is_finite, require
@@ -107,14 +106,14 @@ class Plan:
         walker = replace(self.walker, tolerance=self.walker.tolerance * factor)
         return replace(self, step=step, walker=walker)
 
-    def hopeless(self, error: Any, before: Any, evaluations: Any) -> Any:
+    def hopeless(self, error: float, before: float, evaluations: float) -> bool:
         """Return whether this plan cost much and its error is hardly below that of the plan before.
 
-        All may be arrays; ``evaluations`` counts forces times granules. The constant part of both
-        estimates is subtracted.
+        ``evaluations`` counts forces times granules. The constant part of both estimates is
+        subtracted.
         """
         hardly = error - self.error > _HOPELESS * (before - self.error)
-        return hardly & (evaluations > _CHEAP)
+        return hardly and evaluations > _CHEAP
 
     def estimate(self, difference: Any, evaluations: Any) -> Any:
         """Upper bound of the error, from the difference to a run with other steps and round-off.
@@ -178,16 +177,6 @@ def cheapest(rtol: float, checked: bool = True, hard: bool = False) -> Plan:
 def other_step(steps: int) -> int:
     """Leg's number of steps in the run that estimates the error: 2/3 as many, or one more."""
     return 2 * steps // 3 if steps > 2 else steps + 1
-
-
-def other_steps(steps: FloatArray) -> FloatArray:
-    """Return ``other_step`` for many legs, any shape; legs without steps stay without."""
-    return np.where(steps > 2, 2 * steps // 3, steps + (steps > 0))
-
-
-def more_steps(steps: FloatArray) -> FloatArray:
-    """Return a quarter more steps, any shape; legs without steps stay without."""
-    return np.where(steps > 0, np.maximum(steps + 1, 5 * steps // 4), 0.0)
 
 
 def round_off(evaluations: Any) -> Any:

@@ -15,7 +15,6 @@ from hertzchain.arrays import FloatArray, Scalar
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.kernel_input import (
     MOVING,
-    can_leave_behind,
     chain_of,
     is_single_pulse,
     leg_rows,
@@ -182,7 +181,7 @@ class Prepared:
     @property
     def _can_leave_behind(self) -> bool:
         """Whether granules may be dropped: a first pulse may not be over when peaks are."""
-        return self.own_start and self.contacts is None and can_leave_behind(self.scene)
+        return self.own_start and self.contacts is None and is_single_pulse(self.scene)
 
     def _refuse(
         self,
@@ -197,7 +196,7 @@ class Prepared:
         if _FASTEST * work > deadline.limit:
             least = [_least_time(scene, rows, stages, left) for left in (False, True)]
             can_leave = not leave_behind and recorder is None and self.own_start
-            is_cheaper = can_leave and can_leave_behind(scene) and least[True] < deadline.limit
+            is_cheaper = can_leave and is_single_pulse(scene) and least[True] < deadline.limit
             deadline.refuse(least[leave_behind], _PEAKS_ALONE if is_cheaper else "")
         if deadline.left <= 0:
             raise deadline.passed()
@@ -262,9 +261,8 @@ def _least_time(scene: Scene, rows: FloatArray, stages: int, leave_behind: bool)
 
     While the force acts no granule is dropped, and the front moves along the chain with at least
     half the speed of a wave as strong as the shock (measured). Under a pulse table, which may push
-    late and little, only the first granule is certain to move. After a striker the run may end at
-    any time if granules are dropped. With terms but without constant forces steps cost nothing
-    while all granules fly.
+    late and little, only the first granule is certain to move. With terms but without constant
+    forces steps cost nothing while all granules fly.
     """
     granules = scene.chain.granules
     single = is_single_pulse(scene)
@@ -274,7 +272,7 @@ def _least_time(scene: Scene, rows: FloatArray, stages: int, leave_behind: bool)
     for row in rows:
         start, end, steps, shape = row[:4]
         moving = min(float(granules), speed * (start + end) / 2) if single else 1.0
-        if (leave_behind and not single) or (shape == 0 and may_fly):
+        if shape == 0 and may_fly:
             moving = 0.0
         elif shape == 0 and leave_behind:
             # The run continues only until the front has reached the end.

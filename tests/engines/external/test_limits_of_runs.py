@@ -15,7 +15,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native import METHODS, elastic, lanes_kernel, simulate, simulation
+from hertzchain.engines.native import METHODS, elastic, simulate, simulation
 from hertzchain.engines.native.in_numpy import simulate_in_numpy
 from hertzchain.engines.native.methods import RungeKuttaNystrom, SymplecticNystrom
 from hertzchain.engines.native.refinement import Fixed
@@ -163,13 +163,13 @@ def test_a_run_is_stopped_at_the_limit(controls: list[FloatArray]) -> None:
 
 def test_a_batch_is_stopped_at_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     ends: list[FloatArray] = []  # times reached by the scenes of each part, 0 before they are
-    march_lanes = lanes_kernel.march_lanes
+    march_each = elastic.march_each
 
     def noted(*arguments: Any) -> Any:
-        ends.append(arguments[9])
-        return march_lanes(*arguments)
+        ends.append(arguments[11])
+        return march_each(*arguments)
 
-    monkeypatch.setattr(lanes_kernel, "march_lanes", noted)
+    monkeypatch.setattr(elastic, "march_each", noted)
     ratios = np.geomspace(0.1, 10, 30_000)  # ten seconds of two cores
     with pytest.raises(TooExpensive, match=r"stopped at the time limit of 0\.2 s"):
         hc.similar_peak_forces("cosine", ratios, 2.0, granules=500, time_limit=0.2)

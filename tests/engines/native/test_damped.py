@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from hertzchain.engines.native import damped_advance, elastic_state
-from hertzchain.engines.native.damped import integrate_damped
 from hertzchain.engines.native.damped_plan import accurate
+from hertzchain.engines.native.damped_runs import integrate_damped
 from hertzchain.engines.native.elastic_state import Seen
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.kernel_input import nothing_recorded, room_for

@@ -11,7 +11,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.native import elastic_state
-from hertzchain.engines.native.damped import integrate_damped
+from hertzchain.engines.native.damped_runs import integrate_damped
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.simulation import Simulation
 from hertzchain.errors import TooExpensive

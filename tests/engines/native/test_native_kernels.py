@@ -20,7 +20,6 @@ from hertzchain.engines.native import (
     elastic,
     elastic_maxima,
     interpolant,
-    lanes_kernel,
     simulate,
     simulate_in_numpy,
     simulation,
@@ -253,7 +252,7 @@ def test_a_maximum_in_a_step_whose_rate_is_no_parabola(
 
 @pytest.mark.parametrize(
     "kernel",
-    [elastic.march, damped_kernel.march, damped_verlet_kernel.take_steps, lanes_kernel.march_lanes],
+    [elastic.march, damped_kernel.march, damped_verlet_kernel.take_steps, elastic.march_each],
     ids=lambda kernel: kernel.py_func.__module__,
 )
 def test_a_kept_kernel_is_forgotten_when_a_module_changes_that_it_calls(kernel: Any) -> None:
