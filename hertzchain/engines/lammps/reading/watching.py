@@ -169,7 +169,7 @@ class Watcher:
                     free |= inside
                     unpressed |= inside & (fix.style == IGNORES_FORCES)
         without = (self._takes_all_forces() | unpressed) & free & ~led
-        moving = granules.along(np.asarray(self.stage.lammps.atoms()["v"]))[:, 0] != 0
+        moving = granules.along(self.stage.lammps.atoms().velocity)[:, 0] != 0
         self.seen.held = without & ~moving & (self.seen.held | (not self.seen.runs))
         led |= without & moving  # they fly as they do
         self.seen.driven |= led
