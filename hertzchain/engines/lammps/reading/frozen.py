@@ -47,21 +47,19 @@ class Applied:
 class _Exerted:
     """What one fix has exerted so far, by increasing coordinate, shape (granules, 3) each."""
 
-    first: FloatArray
     lowest: FloatArray
     highest: FloatArray
     largest: FloatArray  # along and off the axis, shape (granules, 2)
     readings: int = 0
-    from_start: bool = False
 
     @classmethod
-    def nothing(cls, force: FloatArray, from_start: bool) -> _Exerted:
-        """Before the first readings, shape (readings, granules, 3)."""
-        largest = np.zeros((force.shape[1], 2))
-        return cls(force[0], force[0], force[0], largest, from_start=from_start)
+    def nothing(cls, granules: int) -> _Exerted:
+        """Before the first readings."""
+        most = np.full((granules, 3), np.inf)
+        return cls(most, -most, np.zeros((granules, 2)))
 
     def update(self, force: FloatArray) -> None:
-        """Take note of readings."""
+        """Take note of readings, shape (readings, granules, 3)."""
         self.lowest = np.minimum(self.lowest, force.min(axis=0))
         self.highest = np.maximum(self.highest, force.max(axis=0))
         self.largest = np.maximum(self.largest, sizes(force))
@@ -69,10 +67,10 @@ class _Exerted:
 
     def constant(self, readings: int) -> FloatArray:
         """What it has exerted at all of the readings, 0 where that has changed."""
-        if not self.from_start or self.readings < readings:
-            return np.zeros_like(self.first)
+        if self.readings < readings:
+            return np.zeros_like(self.lowest)
         most = float(np.max(self.largest, initial=0.0))
-        return np.where(self.highest - self.lowest <= _UNCHANGED * most, self.first, 0.0)
+        return np.where(self.highest - self.lowest <= _UNCHANGED * most, self.lowest, 0.0)
 
 
 class Replay:
@@ -187,9 +185,7 @@ class Replay:
                 continue
             own = granules.along(force)
             total += own
-            if source not in self._exerted:
-                self._exerted[source] = _Exerted.nothing(own, from_start=not self._time)
-            self._exerted[source].update(own)
+            self._exerted.setdefault(source, _Exerted.nothing(granules.count)).update(own)
         self._time.append(time)
         if self._leads:
             self.seen.lead(time, granules.along(readings.position)[:, [0, -1], 0])
