@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 import pty
 import subprocess
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -57,7 +57,7 @@ class Piped(Session):
             os.close(its_end)
         self._lines = os.fdopen(terminal, errors="replace")
 
-    def end(self) -> None:
+    def close(self) -> None:
         """Kill it."""
         self._process.kill()
         self._process.wait()
@@ -174,13 +174,3 @@ def _prime(number: int) -> int:
         if all(candidate % k for k in range(2, int(candidate**0.5) + 1)):
             return candidate
     return 1
-
-
-@contextmanager
-def piped(program: str, version: str, folder: Path) -> Iterator[Piped]:
-    """A session with a LAMMPS binary."""
-    session = Piped(program, version, folder)
-    try:
-        yield session
-    finally:
-        session.end()

@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,7 +18,7 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.dumps import read_frames
 from hertzchain.engines.lammps.dialect import write_dump
-from hertzchain.engines.lammps.engine import command, engine, version_of
+from hertzchain.engines.lammps.engine import command, version_of
 from hertzchain.engines.lammps.reading.allowed import MOVES, QUIET
 from hertzchain.engines.lammps.reading.hooks import Callbacks, Hooks
 from hertzchain.engines.lammps.reading.text import after_quotes, quoted
@@ -180,13 +179,6 @@ class Module(Session):
     def hooks(self) -> Hooks:
         """Hooks, of which there are none yet."""
         return Callbacks(self.lammps)
-
-
-@contextmanager
-def module(folder: Path) -> Iterator[Module]:
-    """A session with LAMMPS's Python module."""
-    with engine() as lammps:
-        yield Module(lammps, folder)
 
 
 @dataclass(frozen=True)

@@ -151,10 +151,10 @@ class Watcher:
             self.seen.runs.append(FoundRun(self.seen.time, dt, done, index))
         self.seen.time += done * dt
 
-    def finish(self) -> Watched:
-        """The deck is over: what was observed, with peaks from either end of the chain."""
-        self.seen.peaks = self._contacts.seen(backwards=False), self._contacts.seen(backwards=True)
-        return self.seen
+    @property
+    def peaks(self) -> tuple[PeaksSeen, PeaksSeen]:
+        """Peaks seen from either end of the chain."""
+        return self._contacts.seen(backwards=False), self._contacts.seen(backwards=True)
 
     def _moved(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Which granules fixes move by their forces, and which they lead, shape (granules,)."""
