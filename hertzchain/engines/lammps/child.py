@@ -47,6 +47,6 @@ def _answer(request: Request) -> bytes:
     except HertzchainError as problem:
         return pickle.dumps((False, problem))
     except MemoryError:
-        return pickle.dumps((False, not_enough_memory()))
+        return pickle.dumps((False, not_enough_memory("this chain")))
     except Exception:  # a bug, raised again in the process that asked
         return pickle.dumps((False, RuntimeError(traceback.format_exc())))

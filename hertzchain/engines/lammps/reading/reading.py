@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -29,7 +29,7 @@ from hertzchain.engines.lammps.reading.prober import Sizes
 from hertzchain.engines.lammps.reading.probing import Probes, probe
 from hertzchain.engines.lammps.reading.session import Module, Stage
 from hertzchain.engines.lammps.reading.text import Edits
-from hertzchain.engines.lammps.reading.watching import Given, Stopped, Watched, Watcher
+from hertzchain.engines.lammps.reading.watching import Playing, Stopped, Watched, Watcher
 from hertzchain.errors import HertzchainError, RunFailed, TooExpensive
 from hertzchain.limits import TIME_LIMIT, Deadline, bound_memory, in_words
 from hertzchain.scene.scene import Scene
@@ -149,8 +149,7 @@ class Reader:
             seen, applied = self._call(without_motion, source, probes, each, seen.driven)
             seen.stopped = stopped
         else:
-            places = tuple(f"{done.file}:{done.line}" for done in seen.commands)
-            applied = self._call(_freeze, seen.given, probes, each, places)
+            applied = self._call(_freeze, seen, probes, each)
         return found_of(probes, seen, applied, self._scene)
 
 
@@ -217,10 +216,10 @@ class Source:
     edits: Edits = field(default_factory=dict)
     tells: bool = False
 
-    def played_by(self, player: Watcher | Replay | First) -> Interpreter:
+    def played_by(self, player: Playing) -> Interpreter:
         """What carries out the deck."""
         return Interpreter(
-            player.stage.lammps, self.name, self.path, self.variables, player,
+            self.name, self.path, self.variables, player,
             folder=self.folder, edits=self.edits, tell=_tell if self.tells else lambda _: None,
         )  # fmt: skip
 
@@ -253,16 +252,13 @@ def _tell(place: str) -> None:
     os.write(2, f"{place}\n".encode())
 
 
-class First:
+class First(Playing):
     """Plays a deck up to its first run, and asks there."""
 
     def __init__(self, stage: Stage, sizes: Sizes) -> None:
-        self.stage, self._sizes = stage, sizes
+        super().__init__(stage)
+        self._sizes = sizes
         self.probes: Probes | None = None
-
-    def give(self, text: str, words: list[str], index: int) -> None:
-        """Give LAMMPS a command."""
-        self.stage.give(text, words, index)
 
     def run(self, steps: int, keywords: str, index: int) -> None:
         """Ask for all numbers, where steps are taken."""
@@ -274,22 +270,15 @@ class First:
         self.probes = probe(self.stage, self._sizes)
         raise Ended
 
-    def clear(self) -> bool:
-        """Forget all."""
-        self.stage.forget()
-        return True
-
 
 def probed(start: Start, source: Source, sizes: Sizes) -> tuple[Probes, Watched]:
     """What LAMMPS makes of the deck before its first run, and the commands up to there."""
     with start.stage() as stage:
         first = First(stage, sizes)
-        script = source.played_by(first)
-        script.play()
+        seen = _played(source, first)
     if first.probes is None:
         raise RunFailed(f"{source.name}: the deck takes no step: it has no run, or ends before it")
-    count, commands = first.probes.granules.count, tuple(script.commands)
-    return first.probes, Watched(count, version=stage.lammps.version, commands=commands)
+    return first.probes, replace(seen, count=first.probes.granules.count)
 
 
 def _watch(start: Start, source: Source, probes: Probes, between: float) -> Watched:
@@ -300,8 +289,8 @@ def _watch(start: Start, source: Source, probes: Probes, between: float) -> Watc
         return seen
 
 
-def _played(source: Source, player: Watcher | Replay, ends: type[RunFailed]) -> Watched:
-    """What is seen while a deck is played to its end, or to an error that ``ends`` it."""
+def _played(source: Source, player: Playing, *ends: type[HertzchainError]) -> Watched:
+    """What is seen while a deck is played to its end, or to an error of these kinds."""
     script, seen = source.played_by(player), player.seen
     try:
         script.play()
@@ -311,15 +300,17 @@ def _played(source: Source, player: Watcher | Replay, ends: type[RunFailed]) -> 
     return seen
 
 
-def _freeze(
-    start: Start,
-    given: Sequence[Given],
-    probes: Probes,
-    between: float,
-    places: tuple[str, ...],
-) -> Applied:
+def _freeze(start: Start, seen: Watched, probes: Probes, between: float) -> Applied:
+    """The forces of a deck without its motion: what is computed on the way is as it was seen."""
     with start.stage() as stage:
-        return Replay(stage, probes.granules, between, places).play(given)
+        replay = Replay(stage, probes.granules, between)
+        for index, give in seen.given:
+            try:
+                give(replay)
+            except HertzchainError as problem:
+                place = seen.commands[index]
+                raise type(problem)(f"{place.file}:{place.line}: {problem}") from None
+        return replay.applied()
 
 
 def without_motion(
@@ -355,18 +346,14 @@ def looked(start: Start, path: Path, folder: Path, variables: Mapping[str, str])
     source = Source(str(path), folder / path, folder, variables)
     with start.stage() as stage:
         first = First(stage, Sizes())
-        script, stopped = source.played_by(first), ""
-        try:
-            script.play()
-        except HertzchainError as problem:
-            stopped = str(problem)
+        seen = _played(source, first, HertzchainError)
     probes = first.probes
     if (
         probes is None
         or not 1 < probes.granules.count <= _MOST_GRANULES
         or not probes.granules.is_chain
     ):
-        return Look(tuple(script.commands), stopped, probes)
+        return Look(seen.commands, seen.stopped, probes)
     nobody = np.zeros(probes.granules.count, bool)
     seen, applied = without_motion(start, source, probes, _READ_EVERY * probes.contact_time, nobody)
     return Look(seen.commands, seen.stopped, probes, tuple(seen.runs), applied)
