@@ -27,7 +27,7 @@ _CARRIED_OUT = frozenset(
      "minimize", "molecule", "neigh_modify", "neighbor", "newton", "pair_coeff", "pair_modify",
      "pair_style", "print", "read_data", "read_restart", "region", "replicate", "reset_atom_ids",
      "reset_atoms", "reset_ids", "reset_timestep", "set", "special_bonds", "thermo",
-     "thermo_modify", "thermo_style", "timestep", "uncompute", "unfix", "units",
+     "thermo_modify", "thermo_style", "timer", "timestep", "uncompute", "unfix", "units",
      "variable", "velocity")
 )  # fmt: skip
 
@@ -44,7 +44,6 @@ _LEFT_OUT = {
     **dict.fromkeys(("shell", "python", "plugin", "geturl", "message", "server"), _OUTSIDE),
     **dict.fromkeys(("package", "suffix"), "LAMMPS runs without accelerators here"),
     **dict.fromkeys(("balance", "processors", "partition"), _ONE_PROCESS),
-    "timer": "the time limit is that of the command line",
 }  # fmt: skip
 
 MOVES = frozenset(
@@ -102,6 +101,9 @@ _VARIABLES = frozenset(
      "internal", "timer")
 )  # fmt: skip
 
+_FROM_OUTSIDE = {"python": _OUTSIDE, "getenv": "the environment is not the deck's"}
+"""Variables that are left out."""
+
 _FILE_KEYWORDS = ("file", "append")
 """Keywords of ``print`` and of fixes that take note after which a file is named."""
 
@@ -136,6 +138,7 @@ class Rules:
             "variable": self._variable,
             "pair_style": _pair_style,
             "print": _without_files,
+            "timer": _timer,
             "molecule": self._with_paths,
             "read_data": self._with_paths,
             "read_restart": self._with_paths,
@@ -172,8 +175,8 @@ class Rules:
         if len(words) < 3:
             return text, None
         style = words[2].value
-        if style in ("python", "getenv"):
-            return None, _OUTSIDE
+        if style in _FROM_OUTSIDE:
+            return None, _FROM_OUTSIDE[style]
         if style not in _VARIABLES:
             raise _refused(f"a variable of style {style}", "variables")
         return self._with_paths(words, text) if style in ("file", "atomfile") else (text, None)
@@ -206,6 +209,12 @@ def _pair_style(words: Sequence[Word], text: str) -> tuple[str, None]:
 def _compute(words: Sequence[Word], text: str) -> tuple[str, None]:
     if len(words) >= _WORDS_OF_FIX and words[3].value in _RUNS_CODE:
         raise _refused(f"compute {words[3].value}", "computes")
+    return text, None
+
+
+def _timer(words: Sequence[Word], text: str) -> tuple[str | None, str | None]:
+    if "timeout" in [word.value for word in words]:
+        return None, "the time limit is that of the command line"
     return text, None
 
 
