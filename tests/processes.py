@@ -51,7 +51,7 @@ def runs(pid: int) -> bool:
 def is_server(pid: int) -> bool:
     """Return whether a process was started to run LAMMPS for another."""
     try:
-        return b"hertzchain.engines.lammps.child" in Path(f"/proc/{pid}/cmdline").read_bytes()
+        return b"hertzchain.engines.lammps.isolation" in Path(f"/proc/{pid}/cmdline").read_bytes()
     except OSError:
         return False
 

@@ -17,7 +17,6 @@ from matplotlib.figure import Figure
 import hertzchain as hc
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps import examine
 from hertzchain.engines.lammps.backend import run_in
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.scene.pulse import PROFILES, profile_named
@@ -96,7 +95,7 @@ def _ramp_times(scene: hc.Scene) -> tuple[FloatArray, FloatArray]:
 def _by_lammps(scene: hc.Scene, child: Child) -> pandas.DataFrame:
     lammps = hc.Lammps(extrapolated=True)
     try:
-        seen = child.call(examine, scene, time_limit=lammps.time_limit)
+        seen = child.call(lammps.examine, scene, time_limit=lammps.time_limit)
         momentum = run_in(child, lammps, scene).balance.momentum
     except hc.HertzchainError as problem:
         names = {"profile": pulse_of(scene)[0].profile, "source": "lammps"}

@@ -134,7 +134,7 @@ def lammps_processes(workers: Sequence[subprocess.Popen[bytes]]) -> list[psutil.
             found += [
                 one
                 for one in family
-                if "hertzchain.engines.lammps.child" in " ".join(one.cmdline())
+                if "hertzchain.engines.lammps.isolation" in " ".join(one.cmdline())
             ]
     return found
 

@@ -12,7 +12,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps import FoundDeck, examine
+from hertzchain.engines.lammps import FoundDeck
 from hertzchain.verdict.deck_numbers import EXAMINED, number_checks
 from tests.conftest import STEEL
 
@@ -26,7 +26,7 @@ LENGTH = 12 * STEEL["radius"]
 @cache
 def right(driven: bool = False) -> FoundDeck:
     """What LAMMPS makes of the deck of a scene, with a pulse or a piston."""
-    return examine(PISTON if driven else SCENE)
+    return hc.Lammps().examine(PISTON if driven else SCENE)
 
 
 PISTON = replace(SCENE, shock=hc.Piston(0.2))

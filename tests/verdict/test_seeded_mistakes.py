@@ -10,7 +10,7 @@ from types import ModuleType
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps import deck, examine
+from hertzchain.engines.lammps import deck
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.errors import RunFailed
@@ -51,7 +51,7 @@ def seen(plant: Plant, name: str, pair_style: str = "granular") -> Check:
     """A check of the examination under a mistake."""
     with plant():
         scene = small_scene()
-        checks = number_checks(scene, examine(scene, pair_style))
+        checks = number_checks(scene, hc.Lammps(pair_style=pair_style).examine(scene))
     return next(check for check in checks if check.name == name)
 
 
@@ -161,7 +161,7 @@ def test_the_deck_makes_as_many_granules_as_asked_for(granules: int) -> None:
     with engine() as lammps:
         command(lammps, deck.set_up(scene))
         assert lammps.get_natoms() == granules
-    checks = number_checks(scene, examine(scene))
+    checks = number_checks(scene, hc.Lammps().examine(scene))
     assert failed(tuple(checks)) == set()
 
 

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps import examine
 from hertzchain.verdict.deck_numbers import number_checks
 from tests.conftest import STEEL
 from tests.engines.native.test_terms import PTFE, PULSE, SCENES, row
@@ -98,7 +97,7 @@ def test_every_scene_passes(name: str) -> None:
     ],
 )
 def test_any_scene_passes_its_examination(scene: hc.Scene) -> None:
-    checks = number_checks(scene, examine(scene))
+    checks = number_checks(scene, hc.Lammps().examine(scene))
     assert [check.name for check in checks if not check.passed] == []
 
 
@@ -113,7 +112,7 @@ def test_any_scene_passes_its_examination(scene: hc.Scene) -> None:
 )
 def test_the_granule_that_is_off_is_named(array: str, granule: int, name: str) -> None:
     scene = SCENES["all at once"]
-    found = examine(scene)
+    found = hc.Lammps().examine(scene)
     values = getattr(found, array).copy()
     one = (granule,) if values.ndim == 1 else (granule, 0)
     # Three decimal digits of all that it is compared with.
@@ -127,7 +126,7 @@ def test_the_granule_that_is_off_is_named(array: str, granule: int, name: str) -
 @pytest.mark.lammps
 def test_forces_that_are_no_numbers_fail() -> None:
     scene = SCENES["all at once"]
-    found = examine(scene)
+    found = hc.Lammps().examine(scene)
     nothing = np.full_like(found.contact_force, np.nan)
     walls = (replace(found.walls[0], position=np.nan),)
     moving = np.full_like(found.damped_force, np.nan)

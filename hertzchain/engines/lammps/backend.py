@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
@@ -24,7 +24,7 @@ from hertzchain.engines.lammps.dialect import NO_STEP
 from hertzchain.engines.lammps.engine import command, engine, look, run, version_of
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.engines.lammps.reading.found import FoundDeck
-from hertzchain.engines.lammps.reading.own import examine, examine_deck, own_deck
+from hertzchain.engines.lammps.reading.own import examine_deck, own_deck
 from hertzchain.errors import HertzchainError, SceneError, require
 from hertzchain.limits import RTOL, TIME_LIMIT, Deadline
 from hertzchain.observables.result import Result
@@ -127,20 +127,23 @@ class Lammps(ExternalEngine):
         RunFailed
             If LAMMPS stops with an error or, in its own process, crashes.
         """
-        if not self.isolated and self.lmp is None:
-            return examine(scene, self.pair_style)
         deadline, program = Deadline(self.time_limit), None
         # The folder is this process's: one of a process that is ended would stay.
         with work_folder("LAMMPS") as folder, Child() as child:
+
+            def ask(function: Callable[..., Any], *arguments: Any) -> Any:
+                if self.isolated or program is not None:
+                    return child.call(function, *arguments, time_limit=deadline.left)
+                return function(*arguments)
+
             if self.lmp is None:
-                version = child.call(look, time_limit=deadline.left)[0]
+                version = ask(look)[0]
             else:  # a binary is asked on one process
                 found = Program.find(str(self.lmp), self.ranks, deadline)
                 version = found.build.version
                 program = replace(found, command=found.command[-1:])
             text = own_deck(scene, self.pair_style, version)
-            arguments = folder, scene, text, program
-            examined: FoundDeck = child.call(examine_deck, *arguments, time_limit=deadline.left)
+            examined: FoundDeck = ask(examine_deck, folder, scene, text, program)
             return examined
 
     def peaks_alone(self, scene: Scene) -> tuple[FloatArray, int]:

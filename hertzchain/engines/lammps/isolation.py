@@ -1,4 +1,8 @@
-"""Runs LAMMPS in a new interpreter, whose crash, hang or end does not affect this process."""
+"""Runs LAMMPS in a new interpreter, whose crash, hang or end does not affect this process.
+
+It receives functions and returns their results. Both are pickled twice, the second time as bytes:
+an unreadable request does not affect the next.
+"""
 
 from __future__ import annotations
 
@@ -9,17 +13,18 @@ import queue
 import subprocess
 import sys
 import threading
+import traceback
 from collections.abc import Callable
 from typing import Any, BinaryIO, Self
 
 from hertzchain.engines.external.program import SLICE, kill, signal_name, start
 from hertzchain.engines.lammps.dialect import is_out_of_memory, not_enough_memory, was_killed
-from hertzchain.errors import RunFailed
+from hertzchain.errors import HertzchainError, RunFailed
 from hertzchain.limits import Deadline
 
 _PROGRAM = (
     "import sys; sys.path[:] = sys.argv[1:];"
-    "from hertzchain.engines.lammps.child import serve; serve()"
+    "from hertzchain.engines.lammps.isolation import serve; serve()"
 )
 
 _CRASHES = {"SIGSEGV", "SIGBUS", "SIGABRT", "SIGFPE", "SIGILL", "SIGTRAP", "SIGSYS"}
@@ -172,3 +177,40 @@ def _failure(status: int, said: str, who: str) -> RunFailed:
             return was_killed(who)
         how = f"{'crashed' if name in _CRASHES else 'was stopped'} ({name})"
     return RunFailed(f"{who} {how}{words}; hertzchain doctor says whether it works here")
+
+
+# ---- In that process
+
+
+def serve() -> None:
+    """Answer requests from standard input until the process that asks is gone."""
+    requests, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
+    # Output of LAMMPS and MPI must not mix with the answers.
+    os.dup2(2, 1)
+    inbox: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+    threading.Thread(target=_listen, args=(requests, inbox), daemon=True).start()
+    while True:
+        pickle.dump(_answer(inbox.get()), answers)
+        answers.flush()
+
+
+def _listen(requests: BinaryIO, inbox: queue.SimpleQueue[bytes]) -> None:
+    """Queue requests; at their end, stop the process at once, even during a run."""
+    try:
+        while True:
+            inbox.put(pickle.load(requests))  # noqa: S301 - from the process that started this one
+    finally:
+        os._exit(0)
+
+
+def _answer(request: bytes) -> bytes:
+    """Return whether a request worked, and its result or error."""
+    try:
+        function, arguments = pickle.loads(request)  # noqa: S301 - as above
+        return pickle.dumps((True, function(*arguments)))
+    except HertzchainError as problem:
+        return pickle.dumps((False, problem))
+    except MemoryError:
+        return pickle.dumps((False, not_enough_memory("this chain")))
+    except Exception:  # a bug, raised again in the process that asked
+        return pickle.dumps((False, RuntimeError(traceback.format_exc())))

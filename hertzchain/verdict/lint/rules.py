@@ -18,7 +18,7 @@ from hertzchain.verdict.lint import chain_rules, traps
 from hertzchain.verdict.lint.deck import MOST_BYTES, Command, Deck, Finding, Found, script_of
 
 if TYPE_CHECKING:
-    from hertzchain.engines.lammps.reading.looking import Look
+    from hertzchain.engines.lammps.reading.reading import Look
 
 _TIME_LIMIT = 60.0  # seconds in which LAMMPS has to have looked at a deck
 
@@ -113,7 +113,7 @@ def lint_file(path: Path, variables: Mapping[str, str] | None = None) -> list[Fi
     deck = Deck(commands)
     if deck.is_of_liggghts or not (deck.unread or (deck.pair_style and deck.runs)):
         return findings(commands)
-    from hertzchain.engines.lammps.reading.looking import look
+    from hertzchain.engines.lammps.reading.reading import look
 
     try:
         seen = look(path, given, _TIME_LIMIT)

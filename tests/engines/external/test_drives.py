@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps import examine
 from hertzchain.errors import HertzchainError
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.verdict.deck_numbers import number_checks
@@ -78,7 +77,7 @@ def test_comparisons(name: str) -> None:
 @pytest.mark.lammps
 def test_a_piston_that_moves_otherwise_is_found() -> None:
     scene = SCENES["forwards and backwards"]
-    found = examine(scene)
+    found = hc.Lammps().examine(scene)
     assert [check for check in number_checks(scene, found) if not check.passed] == []
     assert isinstance(scene.shock, hc.Piston)
     other = replace(scene.shock, displacement=(0.0, 4e-6, 1e-6, 2e-6 * (1 + 1e-6)))

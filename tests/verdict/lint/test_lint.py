@@ -17,8 +17,7 @@ from hypothesis import strategies as st
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.engine import command, engine
-from hertzchain.engines.lammps.reading import looking
-from hertzchain.engines.lammps.reading.reading import Start
+from hertzchain.engines.lammps.reading import reading
 from hertzchain.errors import HertzchainError
 from hertzchain.verdict.lint import traps
 from hertzchain.verdict.lint.deck import Finding, script_of
@@ -64,11 +63,13 @@ def planted(trap: Trap, text: str = CLEAN) -> str:
 def lint(text: str, variables: dict[str, str] | None = None) -> list[Finding]:
     """The findings in a text, LAMMPS being asked in this process."""
 
-    def here(path: Path, given: dict[str, str], _: float) -> looking.Look:
-        return looking.looked(Start(path.parent, None, alone=False), path, path.parent, given)
+    def here(path: Path, given: dict[str, str], _: float) -> reading.Look:
+        return reading.looked(
+            reading.Start(path.parent, None, alone=False), path, path.parent, given
+        )
 
     with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
-        patch.setattr(looking, "look", here)
+        patch.setattr(reading, "look", here)
         path = Path(folder) / "in.chain"
         path.write_text(text, encoding="utf-8")
         return lint_file(path, variables)

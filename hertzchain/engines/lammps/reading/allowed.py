@@ -32,6 +32,7 @@ _CARRIED_OUT = frozenset(
 )  # fmt: skip
 
 _WRITES, _OUTSIDE = "it would write files", "it would run other programs"
+_ONE_PROCESS = "LAMMPS runs on one process here"
 
 _LEFT_OUT = {
     **dict.fromkeys(
@@ -42,9 +43,7 @@ _LEFT_OUT = {
     ),
     **dict.fromkeys(("shell", "python", "plugin", "geturl", "message", "server"), _OUTSIDE),
     **dict.fromkeys(("package", "suffix"), "LAMMPS runs without accelerators here"),
-    "balance": "LAMMPS runs on one process here",
-    "processors": "LAMMPS runs on one process here",
-    "partition": "LAMMPS runs on one process here",
+    **dict.fromkeys(("balance", "processors", "partition"), _ONE_PROCESS),
 }  # fmt: skip
 
 MOVES = frozenset(
@@ -85,7 +84,7 @@ _TAKES_NOTE = frozenset(
 
 _FIXES = MOVES | _FORCES | OF_MOTION | _CHANGES | _TAKES_NOTE
 
-_USELESS = {"print": "it only prints", "balance": "LAMMPS runs on one process here"}
+_USELESS = {"print": "it only prints", "balance": _ONE_PROCESS}
 """Fixes that are left out."""
 
 _RUNS_CODE = frozenset(("python", "mliap", "kim"))
@@ -101,6 +100,9 @@ _VARIABLES = frozenset(
     ("delete", "index", "loop", "string", "format", "equal", "atom", "vector", "atomfile", "file",
      "internal", "timer")
 )  # fmt: skip
+
+_FROM_OUTSIDE = {"python": _OUTSIDE, "getenv": "the environment is not the deck's"}
+"""Variables that are left out."""
 
 _FILE_KEYWORDS = ("file", "append")
 """Keywords of ``print`` and of fixes that take note after which a file is named."""
@@ -127,10 +129,7 @@ class Rules:
         if not name.replace("_", "").replace("/", "").isalnum():
             raise RunFailed("is no command of LAMMPS: must be an input script, as lmp -in reads it")
         if name not in _CARRIED_OUT:
-            raise RunFailed(
-                f"{name} is none of the commands that are carried out here: leave it out of the"
-                " deck, if the chain does not need it"
-            )
+            raise _refused(name, "commands")
         special = {
             "fix": self._fix,
             "compute": _compute,
@@ -139,10 +138,10 @@ class Rules:
             "variable": self._variable,
             "pair_style": _pair_style,
             "print": _without_files,
-            "molecule": self._molecule,
-            "read_data": self._file,
-            "read_restart": self._file,
             "timer": _timer,
+            "molecule": self._with_paths,
+            "read_data": self._with_paths,
+            "read_restart": self._with_paths,
         }
         return special[name](words, text) if name in special else (text, None)
 
@@ -162,10 +161,7 @@ class Rules:
             self.missing.add(number)
             return None, _USELESS[style]
         if style not in _FIXES:
-            raise RunFailed(
-                f"fix {style} is none of the fixes that are carried out here: leave it out of the"
-                " deck, if the chain does not need it"
-            )
+            raise _refused(f"fix {style}", "fixes")
         if style in _TAKES_NOTE:
             return _without_files(words, text)
         return text, None
@@ -175,60 +171,44 @@ class Rules:
             return None, f"fix {words[1].value} was left out"
         return text, None
 
-    def _file(self, words: Sequence[Word], _: str) -> tuple[str, None]:
-        return self._with_path(words, 1), None
-
     def _variable(self, words: Sequence[Word], text: str) -> tuple[str | None, str | None]:
         if len(words) < 3:
             return text, None
         style = words[2].value
-        if style == "python":
-            return None, _OUTSIDE
-        if style == "getenv":
-            return None, "the environment is not the deck's"
+        if style in _FROM_OUTSIDE:
+            return None, _FROM_OUTSIDE[style]
         if style not in _VARIABLES:
-            raise RunFailed(
-                f"a variable of style {style} is none that is known here: take equal, index, loop"
-                " or another that does not need several processes"
-            )
-        if style in ("file", "atomfile") and len(words) > 3:
-            return self._with_path(words, 3), None
-        return text, None
+            raise _refused(f"a variable of style {style}", "variables")
+        return self._with_paths(words, text) if style in ("file", "atomfile") else (text, None)
 
-    def _with_path(self, words: Sequence[Word], place: int) -> str:
-        """The command with the whole path of the file that a word names."""
-        if place >= len(words):
-            return _joined(words)
-        path = str(self.path(words[place].value))
-        return _joined([*words[:place], Word(path, quoted(path)), *words[place + 1 :]])
-
-    def _molecule(self, words: Sequence[Word], _: str) -> tuple[str, None]:
-        """With the whole path of each file that is there, and keywords as they are."""
-        found = [
+    def _with_paths(self, words: Sequence[Word], _: str) -> tuple[str, None]:
+        """With the whole path of each file that is there, and other words as they are."""
+        named = [
             Word(str(path), quoted(str(path)))
             if (path := self.path(word.value)).is_file()
             else word
-            for word in words[2:]
+            for word in words[1:]
         ]
-        return _joined([*words[:2], *found]), None
+        return _joined([words[0], *named]), None
+
+
+def _refused(what: str, of: str) -> RunFailed:
+    return RunFailed(
+        f"{what} is none of the {of} that are carried out here: leave it out of the deck, if the"
+        " chain does not need it"
+    )
 
 
 def _pair_style(words: Sequence[Word], text: str) -> tuple[str, None]:
     names = [word.value for word in words[1:]]
     if names and (not names[0].startswith(_PAIRS) or not _RUNS_CODE.isdisjoint(names)):
-        raise RunFailed(
-            f"pair_style {names[0]} is none that is carried out here: take granular, gran/hertz or"
-            " another of granules"
-        )
+        raise _refused(f"pair_style {names[0]}", "pair styles")
     return text, None
 
 
 def _compute(words: Sequence[Word], text: str) -> tuple[str, None]:
     if len(words) >= _WORDS_OF_FIX and words[3].value in _RUNS_CODE:
-        raise RunFailed(
-            f"compute {words[3].value} is none of the computes that are carried out here: leave it"
-            " out of the deck, if the chain does not need it"
-        )
+        raise _refused(f"compute {words[3].value}", "computes")
     return text, None
 
 

@@ -8,11 +8,7 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.reading.found import (
-    FoundDeck,
-    FoundWall,
-    scaled,
-)
+from hertzchain.engines.lammps.reading.found import FoundDeck, FoundWall, scaled
 from hertzchain.engines.lammps.reading.frozen import Applied
 from hertzchain.engines.lammps.reading.granules import Granules
 from hertzchain.engines.lammps.reading.probing import Probes
@@ -99,9 +95,7 @@ def found_of(
         applied_force=sign * turned(applied.force),
         applied_sideways=applied.sideways,
         peak_force=peaks.force,
-        peak_time=peaks.time,
         peak_reading_error=peaks.error,
-        read_every=seen.read_every,
         missed_overlap=peaks.missed,
         driven=turned(seen.driven),
         driven_time=seen.driven_time[led],

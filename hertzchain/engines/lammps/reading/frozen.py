@@ -6,7 +6,6 @@ that move granules: conditions and variables of the motion have their values fro
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,13 +13,12 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.allowed import LEADS, MOVES, OF_MOTION, QUIET
-from hertzchain.engines.lammps.reading.found import FoundFix, FoundRun
+from hertzchain.engines.lammps.reading.found import FoundFix
 from hertzchain.engines.lammps.reading.granules import Granules
 from hertzchain.engines.lammps.reading.hooks import BLOCK, Readings
 from hertzchain.engines.lammps.reading.prober import members
 from hertzchain.engines.lammps.reading.session import DeckFix, Stage
-from hertzchain.engines.lammps.reading.watching import Given, Watched, sizes
-from hertzchain.errors import HertzchainError
+from hertzchain.engines.lammps.reading.watching import Playing, sizes
 
 _LEAST_READINGS = 400
 """Readings of a run at least, however long no force has changed: chosen."""
@@ -47,21 +45,19 @@ class Applied:
 class _Exerted:
     """What one fix has exerted so far, by increasing coordinate, shape (granules, 3) each."""
 
-    first: FloatArray
     lowest: FloatArray
     highest: FloatArray
     largest: FloatArray  # along and off the axis, shape (granules, 2)
     readings: int = 0
-    from_start: bool = False
 
     @classmethod
-    def nothing(cls, force: FloatArray, from_start: bool) -> _Exerted:
-        """Before the first readings, shape (readings, granules, 3)."""
-        largest = np.zeros((force.shape[1], 2))
-        return cls(force[0], force[0], force[0], largest, from_start=from_start)
+    def nothing(cls, granules: int) -> _Exerted:
+        """Before the first readings."""
+        most = np.full((granules, 3), np.inf)
+        return cls(most, -most, np.zeros((granules, 2)))
 
     def update(self, force: FloatArray) -> None:
-        """Take note of readings."""
+        """Take note of readings, shape (readings, granules, 3)."""
         self.lowest = np.minimum(self.lowest, force.min(axis=0))
         self.highest = np.maximum(self.highest, force.max(axis=0))
         self.largest = np.maximum(self.largest, sizes(force))
@@ -69,30 +65,20 @@ class _Exerted:
 
     def constant(self, readings: int) -> FloatArray:
         """What it has exerted at all of the readings, 0 where that has changed."""
-        if not self.from_start or self.readings < readings:
-            return np.zeros_like(self.first)
+        if self.readings < readings:
+            return np.zeros_like(self.lowest)
         most = float(np.max(self.largest, initial=0.0))
-        return np.where(self.highest - self.lowest <= _UNCHANGED * most, self.first, 0.0)
+        return np.where(self.highest - self.lowest <= _UNCHANGED * most, self.lowest, 0.0)
 
 
-class Replay:
-    """Gives LAMMPS what it was given before, without motion; ``places`` are those in the deck.
-
-    It is also a ``Player`` of a deck whose motion does not come to its end. With ``leads`` the
-    granules that a fix leads, and no others, are moved.
-    """
+class Replay(Playing):
+    """Plays a deck without its motion; with ``leads`` granules that a fix leads are moved."""
 
     def __init__(
-        self,
-        stage: Stage,
-        granules: Granules,
-        between: float,
-        places: Sequence[str] = (),
-        leads: bool = False,
+        self, stage: Stage, granules: Granules, between: float, leads: bool = False
     ) -> None:
-        self._places, self._leads = places, leads
-        self.seen = Watched(granules.count)
-        self.stage, self._granules, self._between = stage, granules, between
+        super().__init__(stage, granules.count)
+        self._granules, self._between, self._leads = granules, between, leads
         self._left_out: set[str] = set()
         self._time: list[FloatArray] = []
         self._force: list[FloatArray] = []  # of all fixes but walls, along the chain
@@ -103,49 +89,33 @@ class Replay:
         self._moves: dict[str, DeckFix] = {}
         self._stride = 1  # steps between readings while forces change
 
-    def play(self, given: Sequence[Given]) -> Applied:
-        """Play all commands; the forces that fixes but walls exert."""
-        for one in given:
-            try:
-                self._play(one)
-            except HertzchainError as problem:
-                raise type(problem)(f"{self._places[one.index]}: {problem}") from None
-        return self.applied()
-
-    def _play(self, one: Given) -> None:
-        """Play a command."""
-        if one.words[0] == "run":
-            self.stage.velocities_of_ghosts()
-        if one.steps:
-            self._run(one, one.steps)
-        elif one.words[0] == "clear":
-            self.stage.forget()
-            self._left_out.clear()
-        elif not self._leaves_out(one):
-            self.stage.give(one.text, list(one.words), one.index)
-
     def give(self, text: str, words: list[str], index: int) -> None:
-        """Give LAMMPS a command."""
-        self._play(Given(text, tuple(words), index))
+        """Give LAMMPS a command that neither moves granules nor ends a run before its time."""
+        if not self._leaves_out(words, index):
+            super().give(text, words, index)
 
     def run(self, steps: int, keywords: str, index: int) -> None:
         """Have LAMMPS take so many steps."""
-        self._play(Given(f"run {steps} {keywords}".strip(), ("run",), index, steps))
+        self.stage.ready()
+        self.stage.velocities_of_ghosts()
+        text = f"run {steps} {keywords}".strip()
+        if steps == 0:
+            self.stage.give(text, ["run"], index)
+        else:
+            self._run(text, steps, index)
 
     def clear(self) -> bool:
         """Forget all before the first run; the deck ends here after it."""
-        if not self.seen.runs:
-            self._play(Given("clear", ("clear",), -1))
-        return not self.seen.runs
+        self._left_out.clear()
+        self._moves.clear()
+        return super().clear()
 
-    def _leaves_out(self, one: Given) -> bool:
-        """Whether a command would move granules or end a run before its time."""
-        words = one.words
+    def _leaves_out(self, words: list[str], index: int) -> bool:
         if words[0] == "fix" and len(words) > 3:
             if words[3] in MOVES | OF_MOTION and not (self._leads and words[3] == LEADS):
                 self._left_out.add(words[1])
                 if words[3] != "halt":
-                    self._moves[words[1]] = DeckFix(words[1], words[2], words[3], one.index)
+                    self._moves[words[1]] = DeckFix(words[1], words[2], words[3], index)
                 return True
             self._left_out.discard(words[1])
             return False
@@ -155,9 +125,8 @@ class Replay:
             return words[1] in self._left_out
         return words[0] == "velocity"
 
-    def _run(self, one: Given, steps: int) -> None:
+    def _run(self, text: str, steps: int, index: int) -> None:
         lammps, start = self.stage.lammps, self.seen.time
-        self.stage.ready()
         rest = np.zeros((self._granules.count, 3))
         lammps.put({"v": rest, "omega": rest})
         dt, first = lammps.dt(), lammps.step()
@@ -171,11 +140,8 @@ class Replay:
         def take(readings: Readings) -> None:
             self._take(readings, np.asarray(start + (readings.step - first) * dt))
 
-        if not self.seen.runs:
-            self.seen.first_run = one.index
-        self.seen.runs.append(FoundRun(start, dt, steps, one.index))
-        self.seen.time += steps * dt
-        self.stage.hooks.run(one.text, steps, self._stride, take)
+        self.seen.ran(steps, dt, index)
+        self.stage.hooks.run(text, steps, self._stride, take)
 
     def _take(self, readings: Readings, time: FloatArray) -> None:
         hooks, granules = self.stage.hooks, self._granules
@@ -187,9 +153,7 @@ class Replay:
                 continue
             own = granules.along(force)
             total += own
-            if source not in self._exerted:
-                self._exerted[source] = _Exerted.nothing(own, from_start=not self._time)
-            self._exerted[source].update(own)
+            self._exerted.setdefault(source, _Exerted.nothing(granules.count)).update(own)
         self._time.append(time)
         if self._leads:
             self.seen.lead(time, granules.along(readings.position)[:, [0, -1], 0])

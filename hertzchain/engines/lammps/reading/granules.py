@@ -80,25 +80,20 @@ class Granules:
 
 def granules_of(lammps: Session, boundary: str) -> Granules:
     """The granules that LAMMPS has now; RunFailed where it has none, or points."""
-    units = units_of(lammps.units())
+    name, periodic = lammps.system()
+    units = units_of(name)
     if lammps.count() == 0:
         raise RunFailed("the deck has made no granules when it runs for the first time")
     each = lammps.atoms()
-    (low, high), periodic = lammps.box(), lammps.periodic()
-    place = each["x"]
+    low, high = lammps.box()
+    place = each.position
     first = int(np.argmax(np.ptp(place, axis=0)))
     chosen = [first, *(k for k in range(3) if k != first)]
     made = Granules(
         units=units,
         frame=np.eye(3)[chosen],
         order=np.arange(len(place)),
-        ids=each["id"],
-        types=each["type"],
-        position=place,
-        velocity=each["v"],
-        spin=each["omega"],
-        radius=each["radius"],
-        mass=each["mass"],
+        **each._asdict(),
         low=low[chosen],
         high=high[chosen],
         boundary=_sure(boundary, periodic),

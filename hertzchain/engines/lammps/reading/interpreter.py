@@ -11,11 +11,10 @@ import functools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from hertzchain.engines.lammps.reading.allowed import CONTROL, Rules, shown, steps_of
 from hertzchain.engines.lammps.reading.found import Executed
-from hertzchain.engines.lammps.reading.session import Session
 from hertzchain.engines.lammps.reading.text import (
     Edits,
     Line,
@@ -26,6 +25,7 @@ from hertzchain.engines.lammps.reading.text import (
     without_comment,
     words_of,
 )
+from hertzchain.engines.lammps.reading.watching import Playing
 from hertzchain.errors import HertzchainError, RunFailed
 from hertzchain.files import read_bytes
 
@@ -33,19 +33,6 @@ _MOST_BYTES = 10_000_000  # of a deck or include; chosen, far above any deck wri
 _MOST_COMMANDS = 200_000  # carried out; chosen: a deck that makes more seems to have no end
 _LONGEST = 200  # characters of a command in messages
 _DEEPEST = 15  # files that include one another, as in LAMMPS itself
-
-
-class Player(Protocol):
-    """Who gives LAMMPS the commands, and may do more."""
-
-    def give(self, text: str, words: list[str], index: int) -> None:
-        """Give LAMMPS a command; the index is that of ``Executed``."""
-
-    def run(self, steps: int, keywords: str, index: int) -> None:
-        """Have LAMMPS take so many steps, with other keywords of ``run``."""
-
-    def clear(self) -> bool:
-        """Forget all; False if the deck ends here."""
 
 
 class Ended(Exception):
@@ -77,14 +64,12 @@ class Interpreter:
 
     Parameters
     ----------
-    lammps
-        That has no box.
     name, path
         The deck, as the user names it, and where it is.
     variables
         Values, by name, which replace those of ``index`` variables, as ``-var`` does.
     player
-        Who gives LAMMPS the commands.
+        Gives the commands to a LAMMPS that has no box.
     folder
         Working folder, in which files are looked for first; by default that of the deck alone.
     edits
@@ -95,22 +80,21 @@ class Interpreter:
 
     def __init__(
         self,
-        lammps: Session,
         name: str,
         path: Path,
         variables: Mapping[str, str],
-        player: Player,
+        player: Playing,
         *,
         folder: Path | None = None,
         edits: Edits | None = None,
         tell: Callable[[str], object] = lambda _: None,
     ) -> None:
-        self._lammps, self._player, self._tell = lammps, player, tell
+        self._lammps, self._player, self._tell = player.stage.lammps, player, tell
         folders = [path.parent] if folder is None else [folder, path.parent]
         self._rules, self._edits = Rules(tuple(folders)), edits or {}
         self._name, self._deck, self._variables = name, path, variables
         self._files: list[_Open] = []
-        self._skips_jump = False
+        self._skips_jump = self._ran = False
         self.commands: list[Executed] = []
         self.here: Executed | None = None
 
@@ -229,8 +213,9 @@ class Interpreter:
         body: list[str] = []
         k, commands = 0, 2  # "then" stands after the first condition alone
         while k < len(values):
-            chosen = values[k - 1] == "else" or self._lammps.holds(values[k])
-            k = k if values[k - 1] == "else" else k + commands
+            is_else = k > 0 and values[k - 1] == "else"
+            chosen = is_else or self._lammps.holds(values[k])
+            k = k if is_else else k + commands
             end = k
             while end < len(values) and values[end] not in ("elif", "else"):
                 end += 1
@@ -247,24 +232,24 @@ class Interpreter:
     def _clear(self, *_: Any) -> None:
         if not self._player.clear():
             raise Ended
+        self._ran = False
         self._rules.missing.clear()
 
     def _run(self, values: list[str], _: list[Word], index: int, where: Executed) -> None:
         _need(values, 1, "run")
         steps = steps_of(values[0])
         now = self._lammps.step()
-        kept: list[str] = []
+        kept: dict[str, str] = {}
         every: tuple[int, list[str]] | None = None
         k = 1
-        starts = False
         while k < len(values):
             word = values[k]
             if word == "upto":
                 steps = max(steps - now, 0)
                 k += 1
             elif word in ("start", "stop", "pre", "post"):
-                kept += values[k : k + 2]
-                starts |= word == "start"
+                _need(values[k:], 2, f"run {word}")
+                kept[word] = values[k + 1]
                 k += 2
             elif word == "every":
                 _need(values[k:], 2, "run every")
@@ -273,21 +258,24 @@ class Interpreter:
             else:
                 raise RunFailed(f"run has no keyword {word}")
         if every is None or every[0] == 0:
-            self._player.run(steps, " ".join(kept), index)
+            self._take(steps, kept, index)
             return
-        if not starts:
-            kept += ["start", str(now)]
-        if "stop" not in kept:
-            kept += ["stop", str(now + steps)]
+        kept = {"start": str(now), "stop": str(now + steps), **kept}
         pace, texts = every
         done = 0
         while done < steps or done == 0:
             part = min(pace, steps - done)
-            self._player.run(part, " ".join(kept), index)
+            self._take(part, kept, index)
             done += max(part, 1)
             for text in texts:
                 if text != "NULL":
                     self._one(text, where)
+
+    def _take(self, steps: int, keywords: dict[str, str], index: int) -> None:
+        """Take steps; LAMMPS prepares its first run, whatever ``pre`` says."""
+        kept = [f"{word} {value}" for word, value in keywords.items() if self._ran or word != "pre"]
+        self._player.run(steps, " ".join(kept), index)
+        self._ran = True
 
 
 def read_text(path: Path) -> str:

@@ -10,10 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hertzchain.engines.external.program import work_folder
 from hertzchain.engines.lammps import deck
 from hertzchain.engines.lammps.binary import Program
-from hertzchain.engines.lammps.engine import look
 from hertzchain.engines.lammps.reading.assembling import found_of
 from hertzchain.engines.lammps.reading.found import FoundDeck
 from hertzchain.engines.lammps.reading.prober import Sizes
@@ -28,29 +26,8 @@ _SCHEDULED_STEP = 0.01  # natural time units; step of the schedule whose corners
 _STEPS_PER_LEG = 4  # readings of the applied force on a leg, besides its start
 
 
-def examine(scene: Scene, pair_style: str = "granular") -> FoundDeck:
-    """Read from LAMMPS the numbers that it has for the generated deck of a scene.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    pair_style
-        ``granular`` (with hertz/material) or ``gran/hertz/history``.
-
-    Raises
-    ------
-    BackendMissing
-        If LAMMPS is not installed.
-    RunFailed
-        If LAMMPS stops with an error.
-    """
-    with work_folder("LAMMPS") as folder:
-        return examine_deck(folder, scene, own_deck(scene, pair_style, look()[0]), None)
-
-
 def examine_deck(folder: Path, scene: Scene, text: str, program: Program | None) -> FoundDeck:
-    """The same of a deck that is written already, in a folder that outlives the process."""
+    """What LAMMPS makes of the deck of a scene, in a folder that outlives the process."""
     path = folder / "in.generated"
     path.write_text(text)
     start, source = Start(folder, program, alone=False), Source("generated", path, folder)

@@ -30,10 +30,9 @@ _END = {"first": (0, -1.0), "last": (-1, 1.0)}
 
 @dataclass(frozen=True, eq=False)
 class PeaksSeen:
-    """Peaks and their times, overlaps without a force, shape (contacts,); relative error."""
+    """Peaks, overlaps without a force, shape (contacts,); relative error of the peaks."""
 
     force: FloatArray
-    time: FloatArray
     missed: FloatArray
     error: float
 
@@ -41,7 +40,7 @@ class PeaksSeen:
     def unknown(cls, contacts: int) -> PeaksSeen:
         """Peaks of a deck that does not run."""
         nothing = np.full(contacts, np.nan)
-        return cls(nothing, nothing, np.zeros(contacts), np.nan)
+        return cls(nothing, np.zeros(contacts), np.nan)
 
 
 class ContactWatch:
@@ -140,7 +139,7 @@ class ContactWatch:
         if np.any(counts):
             changes = np.abs(self._halved.force[which][counts] / force[counts] - 1)
             error = max(error, float(np.max(changes)))
-        return PeaksSeen(force, self._all.time[which], self._missed[which], error)
+        return PeaksSeen(force, self._missed[which], error)
 
 
 def law_of(probes: Probes) -> DampedLaw | None:

@@ -1,31 +1,25 @@
-"""A LAMMPS binary that gets the commands of a deck through a pipe and answers in files."""
+"""A LAMMPS binary that gets the commands of a deck through a pipe."""
 
 from __future__ import annotations
 
 import os
 import pty
-import re
 import subprocess
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.external.dumps import read_blocks, read_frames
+from hertzchain.engines.external.dumps import read_blocks
 from hertzchain.engines.lammps.dialect import is_out_of_memory, not_enough_memory, write_dump
 from hertzchain.engines.lammps.engine import forget_shared_memory
 from hertzchain.engines.lammps.reading.hooks import BLOCK, GranulesChanged, Hooks, Readings
 from hertzchain.engines.lammps.reading.session import Session
 from hertzchain.errors import BackendMissing, RunFailed
 
-_MARK = "hertzchain:"  # begins a line of answers
-_MASK = "hertzchain_inside"
-_DUMP = "hertzchain.dump"
-_STATE = ("type", "x", "y", "z", "vx", "vy", "vz", "omegax", "omegay", "omegaz", "radius", "mass")
+_DONE = "hertzchain: done"
 _READ = ("x", "y", "z", "vx", "vy", "vz", "tqx", "tqy", "tqz")
 
 
@@ -43,8 +37,7 @@ class Piped(Session):
     """
 
     def __init__(self, program: str, version: str, folder: Path) -> None:
-        self.version, self.folder = version, folder
-        self._said = ""  # all that it said before its last answer
+        super().__init__(folder, version)
         # A terminal: LAMMPS of 2021 to 2023 keeps what it says until a pipe is full, and later ones
         # have an option for that.
         terminal, its_end = pty.openpty()
@@ -64,7 +57,7 @@ class Piped(Session):
             os.close(its_end)
         self._lines = os.fdopen(terminal, errors="replace")
 
-    def end(self) -> None:
+    def close(self) -> None:
         """Kill it."""
         self._process.kill()
         self._process.wait()
@@ -76,43 +69,25 @@ class Piped(Session):
 
     def give(self, text: str) -> None:
         """Give it a command."""
-        self._ask(text, "done")
-
-    def printed(self, text: str) -> str:
-        """How it prints a text."""
-        return self._ask(None, text)
-
-    def units(self) -> str:
-        """The name of the units."""
-        return self._system(r"Units\s*=\s*(\S+)")
-
-    def periodic(self) -> list[bool]:
-        """Along which axes the box is periodic."""
-        sides = self._system(r"Boundaries\s*=\s*(\S+ \S+ \S+)").split()
-        return [side == "p,p" for side in sides]
-
-    def atoms(self) -> Mapping[str, Any]:
-        """Arrays of granules in the order of their ids."""
-        found = self._dump(("id", *_STATE))
-        whole = {name: found[name].astype(np.int64) for name in ("id", "type")}
-        vectors = {
-            name: np.column_stack([found[part] for part in parts])
-            for name, parts in (("x", _STATE[1:4]), ("v", _STATE[4:7]), ("omega", _STATE[7:10]))
-        }
-        return {**whole, **vectors, "radius": found["radius"], "mass": found["mass"]}
-
-    def members(self, group: str) -> NDArray[np.bool_]:
-        """Which granules are in a group."""
-        self._ask(f"variable {_MASK} atom gmask({group})", "done")
-        return np.asarray(self._dump((f"v_{_MASK}",))[f"v_{_MASK}"] != 0)
+        process = self._process
+        assert process.stdin is not None
+        said = ""
+        with suppress(OSError):  # it has ended: what it said says why
+            process.stdin.write(f'{text}\nprint "{_DONE}"\n')
+            process.stdin.flush()
+        with suppress(OSError):  # how a terminal says that nobody is there any more
+            for line in self._lines:
+                if line.rstrip() == _DONE:
+                    return
+                said = (said + line)[-_KEPT:]
+        raise _failure(said, process.wait())
 
     def put(self, arrays: Mapping[str, FloatArray]) -> None:
         """Replace ``x``, ``v`` or ``omega``, shape (granules, 3)."""
-        ids = self._dump(("id",))["id"].astype(np.int64)
         parts = {"x": ("x", "y", "z"), "v": ("vx", "vy", "vz")}
         lines = []
-        for k, number in enumerate(ids):
-            words = [f"set atom {number}"]
+        for k, number in enumerate(self.dumped("id")[0]):
+            words = [f"set atom {number:.0f}"]
             for name, values in arrays.items():
                 row = [f"{value!r}" for value in values[k].tolist()]
                 if name == "omega":
@@ -120,42 +95,11 @@ class Piped(Session):
                 else:
                     words += map(" ".join, zip(parts[name], row, strict=True))
             lines.append(" ".join(words))
-        self._ask("\n".join(lines), "done")
+        self.give("\n".join(lines))
 
     def hooks(self) -> Hooks:
         """Hooks, of which there are none yet."""
         return StoredForces(self)
-
-    def _system(self, pattern: str) -> str:
-        """What it says of its system, as a restart file may have it."""
-        self._ask("info system", "done")
-        found = re.search(pattern, self._said)
-        if found is None:
-            raise RunFailed("LAMMPS does not say what its system is: take another version")
-        return found[1]
-
-    def _dump(self, columns: tuple[str, ...]) -> dict[str, FloatArray]:
-        """Columns of all granules, in the order of their ids."""
-        path = self.folder / _DUMP
-        self._ask(write_dump(str(path), columns), "done")
-        values = read_frames(path, columns)[1][0]
-        return dict(zip(columns, values, strict=True))
-
-    def _ask(self, commands: str | None, answer: str) -> str:
-        """Give it commands; how it prints a text then."""
-        process = self._process
-        assert process.stdin is not None
-        lines = [commands] if commands else []
-        self._said = ""
-        with suppress(OSError):  # it has ended: what it said says why
-            process.stdin.write("\n".join([*lines, f'print "{_MARK}{answer}"', ""]))
-            process.stdin.flush()
-        with suppress(OSError):  # how a terminal says that nobody is there any more
-            for line in self._lines:
-                if line.startswith(_MARK):
-                    return line[len(_MARK) :].rstrip("\r\n")
-                self._said = (self._said + line)[-_KEPT:]
-        raise _failure(self._said, process.wait())
 
 
 _KEPT = 4096  # characters of what it says that are kept
@@ -196,13 +140,13 @@ class StoredForces(Hooks):
         columns = (*_READ, *(f"f_{name}[{k}]" for name in self._names for k in (1, 2, 3)))
         path = lammps.folder / "hertzchain.run"
         path.unlink(missing_ok=True)
-        write = write_dump(str(path), columns, append=True)
+        write = write_dump(path.name, columns, append=True)
         ahead = kept or f"start {first} stop {first + steps}"
         lammps.give(f"run 0 {' '.join(keywords)}".strip())
         lammps.give(write)
         if steps:
             lammps.give(f'run {steps} pre no post no {ahead} every {stride} "{write}"')
-        ids = np.sort(lammps.atoms()["id"])
+        ids = lammps.dumped("id")[0].astype(np.int64)
         if ids.size != count:
             raise GranulesChanged
         for step, values in read_blocks(path, columns, BLOCK):
@@ -230,13 +174,3 @@ def _prime(number: int) -> int:
         if all(candidate % k for k in range(2, int(candidate**0.5) + 1)):
             return candidate
     return 1
-
-
-@contextmanager
-def piped(program: str, version: str, folder: Path) -> Iterator[Piped]:
-    """A session with a LAMMPS binary."""
-    session = Piped(program, version, folder)
-    try:
-        yield session
-    finally:
-        session.end()

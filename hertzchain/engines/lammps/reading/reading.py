@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import AbstractContextManager, ExitStack
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Self
@@ -13,26 +13,31 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.program import work_folder
 from hertzchain.engines.lammps.binary import Program
+from hertzchain.engines.lammps.engine import engine
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.engines.lammps.reading.allowed import LEADS
 from hertzchain.engines.lammps.reading.assembling import found_of
-from hertzchain.engines.lammps.reading.found import FoundDeck
+from hertzchain.engines.lammps.reading.found import Executed, FoundDeck, FoundRun
 from hertzchain.engines.lammps.reading.frozen import Applied, Replay, nothing_applied
-from hertzchain.engines.lammps.reading.interpreter import Ended, Interpreter, Player
-from hertzchain.engines.lammps.reading.piped import piped
+from hertzchain.engines.lammps.reading.granules import Granules
+from hertzchain.engines.lammps.reading.interpreter import Ended, Interpreter
+from hertzchain.engines.lammps.reading.piped import Piped
 from hertzchain.engines.lammps.reading.prober import Sizes
 from hertzchain.engines.lammps.reading.probing import Probes, probe
-from hertzchain.engines.lammps.reading.session import Session, Stage, module
+from hertzchain.engines.lammps.reading.session import Module, Stage
 from hertzchain.engines.lammps.reading.text import Edits
-from hertzchain.engines.lammps.reading.watching import Given, Stopped, Watched, Watcher
-from hertzchain.errors import RunFailed, TooExpensive
+from hertzchain.engines.lammps.reading.watching import Playing, Stopped, Watched, Watcher
+from hertzchain.errors import HertzchainError, RunFailed, TooExpensive
 from hertzchain.limits import TIME_LIMIT, Deadline, bound_memory, in_words
 from hertzchain.scene.scene import Scene
 
 _READ_EVERY = 0.2
 """Contact times between two readings: the interpolation between them is right to 1e-6 then."""
+
+_MOST_GRANULES = 2000  # of a chain whose runs are played without a scene (chosen)
 
 _SURE, _DENSER, _TRIES = 1e-5, 0.1, 3
 """Error of the peaks by the distance of readings above which the deck is run again with readings
@@ -144,9 +149,53 @@ class Reader:
             seen, applied = self._call(without_motion, source, probes, each, seen.driven)
             seen.stopped = stopped
         else:
-            places = tuple(f"{done.file}:{done.line}" for done in seen.commands)
-            applied = self._call(_freeze, seen.given, probes, each, places)
+            applied = self._call(_freeze, seen, probes, each)
         return found_of(probes, seen, applied, self._scene)
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """What LAMMPS makes of a deck: of a chain all of it, of others what stands before a run."""
+
+    commands: tuple[Executed, ...]  # as they were carried out
+    stopped: str  # why LAMMPS stopped behind them; empty where it did not
+    probes: Probes | None = None  # before the first run; None where there is none
+    runs: tuple[FoundRun, ...] = ()
+    applied: Applied | None = None  # forces during these runs; None where it is no chain
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether the deck was carried out to its end."""
+        return not self.stopped and (self.probes is None or self.applied is not None)
+
+    @property
+    def granules(self) -> Granules | None:
+        """The granules before the first run; None where there are none."""
+        return None if self.probes is None else self.probes.granules
+
+    @property
+    def law(self) -> tuple[FloatArray, FloatArray] | None:
+        """A and p in F = A d^p of each contact, by its two largest overlaps; None if unknown."""
+        probes = self.probes
+        if probes is None or probes.why_not is not None:
+            return None
+        with np.errstate(all="ignore"):  # NaN where a contact has no force
+            force, overlap = (np.log(each[-2:]) for each in (probes.contact_force, probes.overlap))
+            exponent = np.diff(force, axis=0)[0] / np.diff(overlap, axis=0)[0]
+            return np.exp(force[-1] - exponent * overlap[-1]), exponent
+
+
+def look(path: Path, variables: Mapping[str, str], time_limit: float) -> Look:
+    """What LAMMPS makes of a deck without motion, in a process of its own; no scene is needed.
+
+    Raises BackendMissing without a LAMMPS module, RunFailed if it crashes, TooExpensive if it is
+    not done in time [s].
+    """
+    with work_folder("LAMMPS") as folder, Child() as child:
+        found: Look = child.call(
+            looked, Start(folder, None), path, Path.cwd(), dict(variables), time_limit=time_limit
+        )
+    return found
 
 
 # ---- In the process that runs LAMMPS
@@ -167,10 +216,10 @@ class Source:
     edits: Edits = field(default_factory=dict)
     tells: bool = False
 
-    def played_by(self, player: Player, lammps: Session) -> Interpreter:
+    def played_by(self, player: Playing) -> Interpreter:
         """What carries out the deck."""
         return Interpreter(
-            lammps, self.name, self.path, self.variables, player,
+            self.name, self.path, self.variables, player,
             folder=self.folder, edits=self.edits, tell=_tell if self.tells else lambda _: None,
         )  # fmt: skip
 
@@ -183,14 +232,19 @@ class Start:
     program: Program | None
     alone: bool = True  # whether this process is for LAMMPS alone
 
-    def session(self) -> AbstractContextManager[Session]:
+    @contextmanager
+    def stage(self) -> Iterator[Stage]:
         """A LAMMPS without a box."""
         if self.alone:
             os.chdir(self.folder)
             bound_memory()  # a lattice a hundred times too fine makes a million times the granules
         if self.program is None:
-            return module(self.folder)
-        return piped(self.program.command[0], self.program.build.version, self.folder)
+            with engine() as lammps:
+                yield Stage(Module(lammps, self.folder))
+        else:
+            path, version = self.program.command[0], self.program.build.version
+            with closing(Piped(path, version, self.folder)) as session:
+                yield Stage(session)
 
 
 def _tell(place: str) -> None:
@@ -198,67 +252,65 @@ def _tell(place: str) -> None:
     os.write(2, f"{place}\n".encode())
 
 
-class First:
+class First(Playing):
     """Plays a deck up to its first run, and asks there."""
 
     def __init__(self, stage: Stage, sizes: Sizes) -> None:
-        self._stage, self._sizes = stage, sizes
+        super().__init__(stage)
+        self._sizes = sizes
         self.probes: Probes | None = None
-
-    def give(self, text: str, words: list[str], index: int) -> None:
-        """Give LAMMPS a command."""
-        self._stage.give(text, words, index)
 
     def run(self, steps: int, keywords: str, index: int) -> None:
         """Ask for all numbers, where steps are taken."""
-        self._stage.ready()
-        self._stage.velocities_of_ghosts()
+        self.stage.ready()
+        self.stage.velocities_of_ghosts()
         if steps == 0:
-            self._stage.give(f"run 0 {keywords}", ["run"], index)
+            self.stage.give(f"run 0 {keywords}", ["run"], index)
             return
-        self.probes = probe(self._stage, self._sizes)
+        self.probes = probe(self.stage, self._sizes)
         raise Ended
-
-    def clear(self) -> bool:
-        """Forget all."""
-        self._stage.forget()
-        return True
 
 
 def probed(start: Start, source: Source, sizes: Sizes) -> tuple[Probes, Watched]:
     """What LAMMPS makes of the deck before its first run, and the commands up to there."""
-    with start.session() as lammps:
-        first = First(Stage(lammps), sizes)
-        script = source.played_by(first, lammps)
-        script.play()
-        version = lammps.version
+    with start.stage() as stage:
+        first = First(stage, sizes)
+        seen = _played(source, first)
     if first.probes is None:
         raise RunFailed(f"{source.name}: the deck takes no step: it has no run, or ends before it")
-    count, commands = first.probes.granules.count, tuple(script.commands)
-    return first.probes, Watched(count, version=version, commands=commands)
+    return first.probes, replace(seen, count=first.probes.granules.count)
 
 
 def _watch(start: Start, source: Source, probes: Probes, between: float) -> Watched:
-    with start.session() as lammps:
-        watcher = Watcher(Stage(lammps), probes, between)
-        script = source.played_by(watcher, lammps)
-        try:
-            script.play()
-        except Stopped as problem:
-            watcher.seen.stopped = str(problem)
-        watcher.seen.version, watcher.seen.commands = lammps.version, tuple(script.commands)
-        return watcher.finish()
+    with start.stage() as stage:
+        watcher = Watcher(stage, probes, between)
+        seen = _played(source, watcher, Stopped)
+        seen.peaks = watcher.peaks
+        return seen
 
 
-def _freeze(
-    start: Start,
-    given: Sequence[Given],
-    probes: Probes,
-    between: float,
-    places: tuple[str, ...],
-) -> Applied:
-    with start.session() as lammps:
-        return Replay(Stage(lammps), probes.granules, between, places).play(given)
+def _played(source: Source, player: Playing, *ends: type[HertzchainError]) -> Watched:
+    """What is seen while a deck is played to its end, or to an error of these kinds."""
+    script, seen = source.played_by(player), player.seen
+    try:
+        script.play()
+    except ends as problem:
+        seen.stopped = str(problem)
+    seen.version, seen.commands = player.stage.lammps.version, tuple(script.commands)
+    return seen
+
+
+def _freeze(start: Start, seen: Watched, probes: Probes, between: float) -> Applied:
+    """The forces of a deck without its motion: what is computed on the way is as it was seen."""
+    with start.stage() as stage:
+        replay = Replay(stage, probes.granules, between)
+        for index, give in seen.given:
+            try:
+                give(replay)
+            except HertzchainError as problem:
+                place = seen.commands[index]
+                raise type(problem)(f"{place.file}:{place.line}: {problem}") from None
+        return replay.applied()
 
 
 def without_motion(
@@ -271,15 +323,10 @@ def without_motion(
     granules = probes.granules
 
     def replayed(leads: bool) -> tuple[Watched, Applied]:
-        with start.session() as lammps:
-            replay = Replay(Stage(lammps), granules, between, leads=leads)
-            script = source.played_by(replay, lammps)
-            try:
-                script.play()
-            except RunFailed as problem:  # LAMMPS refuses to run such granules even at rest
-                replay.seen.stopped = str(problem)
-            replay.seen.version, replay.seen.commands = lammps.version, tuple(script.commands)
-            return replay.seen, replay.applied()
+        with start.stage() as stage:
+            replay = Replay(stage, granules, between, leads=leads)
+            # LAMMPS may refuse to run such granules even at rest.
+            return _played(source, replay, RunFailed), replay.applied()
 
     seen, applied = replayed(leads=False)
     leading = [fix.granules for fix in applied.fixes if fix.style == LEADS]
@@ -292,3 +339,21 @@ def without_motion(
         ways = np.outer(time, granules.velocity[[0, -1], 0])
         seen.lead(time, granules.position[[0, -1], 0] + ways)
     return seen, applied
+
+
+def looked(start: Start, path: Path, folder: Path, variables: Mapping[str, str]) -> Look:
+    """The same in this process."""
+    source = Source(str(path), folder / path, folder, variables)
+    with start.stage() as stage:
+        first = First(stage, Sizes())
+        seen = _played(source, first, HertzchainError)
+    probes = first.probes
+    if (
+        probes is None
+        or not 1 < probes.granules.count <= _MOST_GRANULES
+        or not probes.granules.is_chain
+    ):
+        return Look(seen.commands, seen.stopped, probes)
+    nobody = np.zeros(probes.granules.count, bool)
+    seen, applied = without_motion(start, source, probes, _READ_EVERY * probes.contact_time, nobody)
+    return Look(seen.commands, seen.stopped, probes, tuple(seen.runs), applied)

@@ -7,57 +7,56 @@ from __future__ import annotations
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.engine import command, engine, version_of
+from hertzchain.engines.external.dumps import read_frames
+from hertzchain.engines.lammps.dialect import write_dump
+from hertzchain.engines.lammps.engine import command, version_of
 from hertzchain.engines.lammps.reading.allowed import MOVES, QUIET
 from hertzchain.engines.lammps.reading.hooks import Callbacks, Hooks
 from hertzchain.engines.lammps.reading.text import after_quotes, quoted
 from hertzchain.errors import RunFailed
 
 _CONDITION = "hertzchain_holds"  # the variable that says whether a condition holds
+_INSIDE = "hertzchain_inside"  # the variable that says which granules are in a group
+_STATE = (
+    "id", "type", "x", "y", "z", "vx", "vy", "vz", "omegax", "omegay", "omegaz", "radius", "mass",
+)  # fmt: skip
 _VALUE = re.compile(r"\$(?:(?P<name>\w|\{\w+\})|(?=\())")
+
+
+class Granular(NamedTuple):
+    """Granules in the order of their ids, in the deck's units."""
+
+    ids: NDArray[np.int64]
+    types: NDArray[np.int64]
+    position: FloatArray
+    velocity: FloatArray
+    spin: FloatArray
+    radius: FloatArray
+    mass: FloatArray
 
 
 class Session(ABC):
     """A LAMMPS that is queried while it reads a deck; arrays are in the order of ids.
 
     What it prints has the values of variables and formulas: most of what is asked is such a text.
+    It answers in files of a folder.
     """
 
-    version: str
+    def __init__(self, folder: Path, version: str) -> None:
+        self.folder, self.version = folder, version
 
     @abstractmethod
     def give(self, text: str) -> None:
         """Give it a command."""
-
-    @abstractmethod
-    def printed(self, text: str) -> str:
-        """How it prints a text."""
-
-    @abstractmethod
-    def units(self) -> str:
-        """The name of the units."""
-
-    @abstractmethod
-    def periodic(self) -> list[bool]:
-        """Along which axes the box is periodic."""
-
-    @abstractmethod
-    def atoms(self) -> Mapping[str, Any]:
-        """Arrays ``id``, ``type``, ``x``, ``v``, ``omega``, ``radius`` and ``mass``."""
-
-    @abstractmethod
-    def members(self, group: str) -> NDArray[np.bool_]:
-        """Which granules are in a group."""
 
     @abstractmethod
     def put(self, arrays: Mapping[str, FloatArray]) -> None:
@@ -66,6 +65,42 @@ class Session(ABC):
     @abstractmethod
     def hooks(self) -> Hooks:
         """Hooks, of which there are none yet."""
+
+    def printed(self, text: str) -> str:
+        """How it prints a text."""
+        said = self.folder / "hertzchain.said"
+        self.give(f"print {quoted(text)} file {quoted(str(said))}")
+        return said.read_text(errors="replace").rstrip("\n")
+
+    def system(self) -> tuple[str, list[bool]]:
+        """The name of the units, and along which axes the box is periodic."""
+        path = self.folder / "hertzchain.system"
+        self.give(f"info out overwrite {quoted(str(path))} system")
+        said = path.read_text()
+        units = re.search(r"Units\s*=\s*(\S+)", said)
+        sides = re.search(r"Boundaries\s*=\s*(\S+) (\S+) (\S+)", said)
+        if units is None or sides is None:
+            raise RunFailed("LAMMPS does not say what its system is: take another version")
+        return units[1], [side == "p,p" for side in sides.groups()]
+
+    def dumped(self, *columns: str) -> list[FloatArray]:
+        """Columns of all granules."""
+        path = self.folder / "hertzchain.dump"
+        self.give(write_dump(quoted(str(path)), columns))
+        return list(read_frames(path, columns)[1][0])
+
+    def atoms(self) -> Granular:
+        """The granules that there are."""
+        numbers, types, *found, radius, mass = self.dumped(*_STATE)
+        place, velocity, spin = (np.column_stack(found[k : k + 3]) for k in (0, 3, 6))
+        return Granular(
+            numbers.astype(np.int64), types.astype(np.int64), place, velocity, spin, radius, mass
+        )
+
+    def members(self, group: str) -> NDArray[np.bool_]:
+        """Which granules are in a group."""
+        self.give(f"variable {_INSIDE} atom gmask({group})")
+        return np.asarray(self.dumped(f"v_{_INSIDE}")[0] != 0)
 
     def expanded(self, text: str) -> str:
         """A command with the values of variables outside quotes."""
@@ -124,73 +159,26 @@ def _closed(text: str, k: int) -> int:
 
 
 class Module(Session):
-    """LAMMPS's Python module in this process; what it prints goes through a file of a folder."""
+    """LAMMPS's Python module in this process."""
 
     def __init__(self, lammps: Any, folder: Path) -> None:
-        self.lammps, self._said = lammps, folder / "hertzchain.said"
-        self.version = version_of(lammps)
+        super().__init__(folder, version_of(lammps))
+        self.lammps = lammps
 
     def give(self, text: str) -> None:
         """Give it a command."""
         command(self.lammps, text)
 
-    def printed(self, text: str) -> str:
-        """How it prints a text."""
-        self.give(f"print {quoted(text)} file {quoted(str(self._said))}")
-        return self._said.read_text(errors="replace").rstrip("\n")
-
-    def units(self) -> str:
-        """The name of the units."""
-        return str(self.lammps.extract_global("units"))
-
-    def periodic(self) -> list[bool]:
-        """Along which axes the box is periodic."""
-        return [bool(flag) for flag in self.lammps.extract_box()[5]]
-
-    def atoms(self) -> Mapping[str, Any]:
-        """Arrays of granules in the order of their ids."""
-        if not self.lammps.extract_setting("radius_flag"):
-            raise RunFailed("the granules have no radius: take atom_style sphere")
-        found = {name: self._array(name) for name in ("id", "type", "x", "v", "omega", "radius")}
-        order = np.argsort(found["id"])
-        if self.lammps.extract_setting("rmass_flag"):
-            found["mass"] = self._array("rmass")
-        else:
-            of_types = np.ravel(self.lammps.numpy.extract_atom("mass"))
-            found["mass"] = of_types[found["type"]]
-        return {name: values[order] for name, values in found.items()}
-
-    def members(self, group: str) -> NDArray[np.bool_]:
-        """Which granules are in a group."""
-        names = self.lammps.available_ids("group")
-        if group not in names:
-            return np.zeros(self._count(), bool)
-        inside = self._array("mask") & (1 << names.index(group)) != 0
-        return np.asarray(inside[np.argsort(self._array("id"))])
-
     def put(self, arrays: Mapping[str, FloatArray]) -> None:
         """Replace ``x``, ``v`` or ``omega``, shape (granules, 3)."""
-        order = np.argsort(self._array("id"))
+        extract = self.lammps.numpy.extract_atom
+        order = np.argsort(extract("id")[: int(self.lammps.extract_setting("nlocal"))])
         for name, values in arrays.items():
-            self.lammps.numpy.extract_atom(name)[order] = values
+            extract(name)[order] = values
 
     def hooks(self) -> Hooks:
         """Hooks, of which there are none yet."""
         return Callbacks(self.lammps)
-
-    def _array(self, name: str) -> Any:
-        """A copy of an array, in LAMMPS's order."""
-        return np.array(self.lammps.numpy.extract_atom(name)[: self._count()])
-
-    def _count(self) -> int:
-        return int(self.lammps.extract_setting("nlocal"))
-
-
-@contextmanager
-def module(folder: Path) -> Iterator[Module]:
-    """A session with LAMMPS's Python module."""
-    with engine() as lammps:
-        yield Module(lammps, folder)
 
 
 @dataclass(frozen=True)

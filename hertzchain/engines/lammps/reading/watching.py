@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, replace
+from operator import methodcaller
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,16 +30,6 @@ class Stopped(RunFailed):
     """A run that did not come to its end; what is known of the deck before it stays true."""
 
 
-@dataclass(frozen=True)
-class Given:
-    """A command that LAMMPS was given; a run where ``steps`` is not None."""
-
-    text: str
-    words: tuple[str, ...]
-    index: int
-    steps: int | None = None
-
-
 @dataclass(eq=False)
 class Watched:
     """What was observed of a deck while it was played, in its units and by increasing coordinate.
@@ -48,9 +40,8 @@ class Watched:
     count: int  # of granules
     version: str = ""
     commands: tuple[Executed, ...] = ()
-    given: list[Given] = field(default_factory=list)
+    given: list[tuple[int, methodcaller]] = field(default_factory=list)  # calls of a ``Playing``
     runs: list[FoundRun] = field(default_factory=list)
-    first_run: int = -1
     stopped: str = ""
     cleared: bool = False
     time: float = 0.0
@@ -66,21 +57,56 @@ class Watched:
         self.position = self.velocity = np.full(self.count, np.nan)
         self.peaks = (PeaksSeen.unknown(self.count - 1),) * 2  # forwards and backwards
 
+    @property
+    def first_run(self) -> int:
+        """Index of the first run that takes a step; -1 where there is none."""
+        return self.runs[0].command if self.runs else -1
+
+    def ran(self, steps: int, dt: float, command: int) -> None:
+        """Take note of steps that were taken."""
+        last = self.runs[-1] if self.runs else None
+        if last is not None and last.command == command and last.dt == dt:  # run every
+            self.runs[-1] = replace(last, steps=last.steps + steps)
+        else:
+            self.runs.append(FoundRun(self.time, dt, steps, command))
+        self.time += steps * dt
+
     def lead(self, time: FloatArray, ends: FloatArray) -> None:
         """Take note of where the ends of the chain are while fixes lead them."""
         self.driven_time = np.concatenate([self.driven_time, time])
         self.driven_ends = np.concatenate([self.driven_ends, ends])
 
 
-class Watcher:
-    """Plays a deck to its end and keeps the peaks; a ``Player``.
+class Playing(ABC):
+    """Gives LAMMPS the commands of a deck, by their index; ``seen`` is what was observed."""
 
-    ``between`` is the time between two readings; ``seen`` is what was observed.
-    """
+    def __init__(self, stage: Stage, count: int = 1) -> None:
+        self.stage, self.seen = stage, Watched(count)
+
+    def give(self, text: str, words: list[str], index: int) -> None:
+        """Give LAMMPS a command."""
+        self.stage.give(text, words, index)
+        self.seen.given.append((index, methodcaller("give", text, words, index)))
+
+    @abstractmethod
+    def run(self, steps: int, keywords: str, index: int) -> None:
+        """Have LAMMPS take so many steps, with other keywords of ``run``."""
+
+    def clear(self) -> bool:
+        """Forget all before the first run; the deck ends here after it."""
+        self.seen.cleared = bool(self.seen.runs)
+        if not self.seen.cleared:
+            self.stage.forget()
+            self.seen.given.append((-1, methodcaller("clear")))
+        return not self.seen.cleared
+
+
+class Watcher(Playing):
+    """Plays a deck to its end and keeps the peaks; ``between`` is the time between two readings."""
 
     def __init__(self, stage: Stage, probes: Probes, between: float) -> None:
-        self.stage, self.probes, self._between = stage, probes, between
-        self.seen = Watched(probes.granules.count)
+        super().__init__(stage, probes.granules.count)
+        self.probes, self._between = probes, between
         self._contacts = ContactWatch(probes)
         self._changed = False  # whether fixes have been made or ended since the last run
 
@@ -89,17 +115,7 @@ class Watcher:
         # One of the same id takes the place of that before.
         is_new = words[0] == "fix" and words[1:2] and words[1] not in self.stage.alive
         self._changed |= bool(is_new) or words[0] == "unfix"
-        self.stage.give(text, words, index)
-        self.seen.given.append(Given(text, tuple(words), index))
-
-    def clear(self) -> bool:
-        """Forget all before the first run; the deck ends here after it."""
-        if self.seen.runs:
-            self.seen.cleared = True
-            return False
-        self.stage.forget()
-        self.seen.given.append(Given("clear", ("clear",), -1))
-        return True
+        super().give(text, words, index)
 
     def run(self, steps: int, keywords: str, index: int) -> None:
         """Have LAMMPS take so many steps, and read every so many of them."""
@@ -110,10 +126,8 @@ class Watcher:
                 self.stage.give(text, ["run"], index)
             except RunFailed as problem:
                 raise Stopped(str(problem)) from None
-            self.seen.given.append(Given(text, ("run",), index))
+            self.seen.given.append((index, methodcaller("run", 0, keywords, index)))
             return
-        if self.seen.first_run < 0:
-            self.seen.first_run = index
         lammps = self.stage.lammps
         dt, first = lammps.dt(), lammps.step()
         stride = max(1, min(steps, int(self._between / dt)))
@@ -143,18 +157,13 @@ class Watcher:
         except RunFailed as problem:
             raise Stopped(str(problem).split("; the step is too long")[0]) from None
         done = lammps.step() - first
-        self.seen.given.append(Given(text.replace(str(steps), str(done), 1), ("run",), index, done))
-        last = self.seen.runs[-1] if self.seen.runs else None
-        if last is not None and last.command == index and last.dt == dt:  # run every
-            self.seen.runs[-1] = replace(last, steps=last.steps + done)
-        else:
-            self.seen.runs.append(FoundRun(self.seen.time, dt, done, index))
-        self.seen.time += done * dt
+        self.seen.given.append((index, methodcaller("run", done, keywords, index)))
+        self.seen.ran(done, dt, index)
 
-    def finish(self) -> Watched:
-        """The deck is over: what was observed, with peaks from either end of the chain."""
-        self.seen.peaks = self._contacts.seen(backwards=False), self._contacts.seen(backwards=True)
-        return self.seen
+    @property
+    def peaks(self) -> tuple[PeaksSeen, PeaksSeen]:
+        """Peaks seen from either end of the chain."""
+        return self._contacts.seen(backwards=False), self._contacts.seen(backwards=True)
 
     def _moved(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Which granules fixes move by their forces, and which they lead, shape (granules,)."""
@@ -169,7 +178,7 @@ class Watcher:
                     free |= inside
                     unpressed |= inside & (fix.style == IGNORES_FORCES)
         without = (self._takes_all_forces() | unpressed) & free & ~led
-        moving = granules.along(np.asarray(self.stage.lammps.atoms()["v"]))[:, 0] != 0
+        moving = granules.along(self.stage.lammps.atoms().velocity)[:, 0] != 0
         self.seen.held = without & ~moving & (self.seen.held | (not self.seen.runs))
         led |= without & moving  # they fly as they do
         self.seen.driven |= led

@@ -8,34 +8,26 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hertzchain.engines.lammps.engine import command, engine
+from hertzchain.engines.lammps.engine import engine
 from hertzchain.engines.lammps.reading.interpreter import Interpreter
-from hertzchain.engines.lammps.reading.session import Module
+from hertzchain.engines.lammps.reading.session import Module, Stage
+from hertzchain.engines.lammps.reading.watching import Playing
 from hertzchain.errors import RunFailed
 
 pytestmark = pytest.mark.lammps
 
 
-class Player:
-    """Passes its commands to LAMMPS."""
+class Player(Playing):
+    """Passes runs to LAMMPS, too."""
 
-    def __init__(self, lammps: Any) -> None:
-        self.lammps = lammps
-        self.runs: list[tuple[int, str]] = []
-
-    def give(self, text: str, words: list[str], index: int) -> None:  # noqa: ARG002
-        """Give LAMMPS a command."""
-        command(self.lammps, text)
-
-    def run(self, steps: int, keywords: str, index: int) -> None:  # noqa: ARG002
+    def run(self, steps: int, keywords: str, index: int) -> None:
         """Take steps."""
-        self.runs.append((steps, keywords))
-        command(self.lammps, f"run {steps} {keywords}")
+        self.stage.give(f"run {steps} {keywords}", ["run"], index)
 
-    def clear(self) -> bool:
-        """Forget all."""
-        command(self.lammps, "clear")
-        return True
+
+def player(lammps: Any, folder: Path) -> Player:
+    """What gives commands to LAMMPS."""
+    return Player(Stage(Module(lammps, folder)))
 
 
 BEADS = """units si
@@ -91,6 +83,7 @@ variable reached equal 1
 variable x equal 3
 if "${x} < 2" then "variable y string low" elif "${x} < 4" "variable y string middle" &
    "variable z string both" else "variable y string high"
+if "$x == 3" then "variable v string bare" else
 if "(${x} == 3) && !(${x} < 2)" then "variable w string yes" else "variable w string no"
 if 'abc != abd' then "variable t string differ"
 if "${x} > 5" then "variable u string big" elif "${x} > 4" "variable u string large" &
@@ -175,7 +168,7 @@ def test_a_deck_does_what_it_does_in_lammps(
     for file, text in FILES.items():
         (tmp_path / file).write_text(text)
     with engine() as lammps:
-        script = Interpreter(Module(lammps, tmp_path), "in.mine", deck, {}, Player(lammps))
+        script = Interpreter("in.mine", deck, {}, player(lammps, tmp_path))
         script.play()
         ours = state(lammps)
     with engine() as lammps:
@@ -197,7 +190,7 @@ def test_where_each_command_stands(tmp_path: Path) -> None:
     )
     (tmp_path / "part.in").write_text("\n\nvariable p string p\n")
     with engine() as lammps:
-        script = Interpreter(Module(lammps, tmp_path), "my/in.mine", deck, {}, Player(lammps))
+        script = Interpreter("my/in.mine", deck, {}, player(lammps, tmp_path))
         script.play()
     found = [(done.file, done.line, done.text) for done in script.commands]
     mine, loop = "my/in.mine", (3, "variable a string it{}")
@@ -226,7 +219,7 @@ def test_where_each_command_stands(tmp_path: Path) -> None:
         ('"""A chain\nof granules."""\n', 1, "is no command of LAMMPS: must be an input script"),
         ("[chain]\n", 1, "is no command of LAMMPS"),
         ("temper 10 10 1\n", 1, "temper is none of the commands"),
-        ("variable w world a b\n", 1, "a variable of style world is none that is known"),
+        ("variable w world a b\n", 1, "a variable of style world is none of the variables"),
         ("include -\n", 1, "cannot be read"),
     ],
 )
@@ -237,7 +230,7 @@ def test_what_cannot_be_carried_out_is_one_sentence(
     deck = tmp_path / "in.mine"
     deck.write_text(text)
     with engine() as lammps, pytest.raises(RunFailed) as caught:
-        Interpreter(Module(lammps, tmp_path), "in.mine", deck, {}, Player(lammps)).play()
+        Interpreter("in.mine", deck, {}, player(lammps, tmp_path)).play()
     assert str(caught.value).startswith(f"in.mine:{place}: ")
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
@@ -247,5 +240,5 @@ def test_variables_of_the_command_line_go_before_those_of_the_deck(tmp_path: Pat
     deck = tmp_path / "in.mine"
     deck.write_text("variable a index 1\nvariable b index 2\nvariable c equal v_a+v_b\n")
     with engine() as lammps:
-        Interpreter(Module(lammps, tmp_path), "in.mine", deck, {"a": "40"}, Player(lammps)).play()
+        Interpreter("in.mine", deck, {"a": "40"}, player(lammps, tmp_path)).play()
         assert lammps.extract_variable("c") == 42

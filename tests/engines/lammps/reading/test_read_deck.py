@@ -89,7 +89,6 @@ def test_every_number_is_found(deck: Deck, tmp_path: Path) -> None:
     np.testing.assert_allclose([run.dt, found.end_time], [STEP, 1e-4], rtol=DIGITS)
     same = hc.Native(method="velocity-verlet", dt=STEP).run(SCENE)
     np.testing.assert_allclose(found.peak_force, same.peak_force, rtol=1e-6)  # of interpolation
-    np.testing.assert_allclose(found.peak_time, same.peak_time, rtol=1e-6)
     assert found.peak_reading_error < 1e-5
     start = 8e-3 * np.arange(6)
     np.testing.assert_allclose(found.final_position - start, same.displacement, rtol=1e-6)

@@ -141,5 +141,5 @@ def test_points_are_no_granules(tmp_path: Path) -> None:
         "units si\nregion b block -1 1 -1 1 -1 1\ncreate_box 1 b\ncreate_atoms 1 single 0 0 0\n"
         "mass 1 1\npair_style zero 0.1\npair_coeff * *\nfix 1 all nve\nrun 10\n"
     )
-    with pytest.raises(RunFailed, match="no radius: take atom_style"):
+    with pytest.raises(RunFailed, match=r"atom property that isn't allocated"):
         read_deck(path, SCENE)
