@@ -163,7 +163,7 @@ def test_first_pulses_are_drawn_where_they_were_asked_for() -> None:
     assert axes.get_ylabel() == "peak force [N]"
 
 
-@pytest.mark.parametrize("only", [["peaks"], ["forces"], ["stacked"], ["map"]])
+@pytest.mark.parametrize("only", [["peaks"], ["forces"], ["map"]])
 def test_labels_of_a_small_picture_do_not_overlap(result: hc.Result, only: list[str]) -> None:
     figure = figure_of(of_result(result), [5, 30, 50], (3.4, 2.6), only)
     figure.draw_without_rendering()
