@@ -10,21 +10,19 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.observables.result import Result
-from hertzchain.report.document import Document, Failure, Peaks, Table, Verdict
+from hertzchain.report.document import Document, Peaks, Table, Verdict
 from hertzchain.report.facts import (
     NO_DIGIT,
-    difference,
     duration,
+    failure_of,
     number,
     shown_contacts,
     similar_scene,
 )
-from hertzchain.report.junit import case
 from hertzchain.report.style import FORMULAS, LABELS
 from hertzchain.verdict.reference_checks import FIRST_PULSES, PEAKS
 
 if TYPE_CHECKING:
-    from hertzchain.verdict.check import Check
     from hertzchain.verdict.comparison import Comparison
 
 
@@ -41,10 +39,6 @@ def of_comparison(comparison: Comparison) -> Document:
         name="comparison",
         numbers=comparison.to_dict,
         command="compare",
-        cases=tuple(
-            case(one.name, one.measured, one.expected, one.tolerance, one.passed, one.reason)
-            for one in comparison.checks
-        ),
         results=comparison.results,
         verdict=_verdict(comparison, of_formulas),
         peaks=_peaks(comparison, drawn, equations),
@@ -166,14 +160,6 @@ def _answers_of_wave(comparison: Comparison, row: Callable[..., list[str]]) -> T
     )
 
 
-def _failure(check: Check) -> Failure:
-    off, tolerance, _ = difference(check)
-    if not off:
-        return Failure(check.name, "", check.reason)
-    found = f"off by {off}, allowed is {tolerance} ({check.reason})"
-    return Failure(check.name, found, check.kind.advice)
-
-
 def _of_run(peak: float, error: float) -> str:
     """Return a peak with nine digits, for its differences; words where none of them is right."""
     return NO_DIGIT if error >= 1 else number(peak, 9)
@@ -210,5 +196,5 @@ def _verdict(comparison: Comparison, of_formulas: Sequence[str]) -> Verdict:
         *of_formulas,
         *(f"{check.name}: {check.remark}" for check in checks if check.remark),
     ]
-    failures = [_failure(check) for check in failed]
+    failures = [failure_of(check) for check in failed]
     return Verdict(None if only_absent else not failed, sentence, failures, remarks)

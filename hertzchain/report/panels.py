@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,7 +53,7 @@ def draw_peaks(axes: Axes, document: Document, *_: object) -> None:
     elif document.command == "run" and native.first_pulses is not None:
         what = "first pulse"
         peaks = np.asarray(native.first_columns["first_peak_force_N"], np.float64)
-        label = f"first pulse{_without(native, np.isnan(peaks))}"
+        label = "first pulse"
         if native.static_force is not None:
             what = "first pulse, less the static force"
     colour = style.COLOURS.get(native.backend, style.COLOURS["native"])
@@ -62,6 +62,9 @@ def draw_peaks(axes: Axes, document: Document, *_: object) -> None:
         contact, peaks, marker=style.MARKERS["native"] if marked else "", color=colour,
         markersize=3.5, linewidth=1.0, label=label,
     )  # fmt: skip
+    if what == "peak force":
+        low, high = (peaks * (1 + sign * native.peak_errors) for sign in (-1, 1))
+        axes.fill_between(contact, low, high, color=colour, alpha=0.25, linewidth=0)
     static = native.static_force
     if static is not None:
         axes.plot(contact, static, color="0.5", linewidth=1.0, label="static force")
@@ -85,17 +88,6 @@ def draw_peaks(axes: Axes, document: Document, *_: object) -> None:
         )
     _finish_along(axes, document)
     in_units(axes.yaxis, f"{what} [N]")
-
-
-def _without(result: Result, lacks: NDArray[np.bool_]) -> str:
-    """Return words for the contacts that have no first pulse; empty if all have one."""
-    if not lacks.any():
-        return ""
-    numbers = result.contact[lacks]
-    ranges = np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1)
-    named = [str(r[0]) if r.size == 1 else f"{r[0]}–{r[-1]}" for r in ranges]  # noqa: RUF001
-    named = named if len(named) <= _BY_DEFAULT else [*named[:_BY_DEFAULT], "others"]
-    return f"; none: {'contact' if numbers.size == 1 else 'contacts'} {', '.join(named)}"
 
 
 def _draw_points(axes: Axes, document: Document, drawn: Mapping[str, FloatArray]) -> None:
@@ -179,7 +171,11 @@ def draw_forces(axes: Axes, document: Document, contacts: Sequence[int] | None) 
     for name, other in others.items():
         for contact in contacts if other.history is not None else ():
             own = style.LABELS[name] if contact == contacts[0] else "_"
-            look: dict[str, Any] = {"color": style.COLOURS[name], "linewidth": 1.0, "linestyle": "--"}
+            look: dict[str, Any] = {
+                "color": style.COLOURS[name],
+                "linewidth": 1.0,
+                "linestyle": "--",
+            }
             axes.plot(*with_peak(other, contact), **look, label=own)
     drawn = np.concatenate([np.asarray(line.get_ydata(), np.float64) for line in axes.lines])
     axes.set_ylim(*style.force_limits(float(np.min(drawn)), float(np.max(drawn))))
