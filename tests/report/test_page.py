@@ -134,8 +134,8 @@ def test_numbers_of_the_page_are_those_of_the_json(compared: hc.Comparison) -> N
         assert numbers(cells[2:4]) == pytest.approx(
             [check["measured"], check["expected"]], rel=1e-8, abs=0
         )
-    answers = {cells[0]: cells[1:] for cells in read.table("The transition")[1:]}
-    assert answers["p, granules"][:2] == ["5", "5"]
+    answers = {cells[0]: cells[1:] for cells in read.table("What each of them")[1:]}
+    assert answers["transition, p"][:2] == ["5 granules"] * 2
     steps = document["results"]["native"]["steps"]
     assert int(answers["steps"][0].replace(",", "")) == steps
 
@@ -254,7 +254,7 @@ def test_a_scene_can_be_copied_and_run(compared: hc.Comparison, tmp_path: Path) 
         assert hc.Scene.from_toml(tmp_path / "scene.toml") == scene
         read = Reader(page)
         assert ("Eqs. 3 to 9 are about Table 1's" in read.text) == (scene.shock is pulse)
-        assert "not drawn" not in read.text
+        assert "no motion was recorded" not in read.text
 
 
 def test_contacts_that_are_never_pressed(compared: hc.Comparison) -> None:
@@ -264,7 +264,7 @@ def test_contacts_that_are_never_pressed(compared: hc.Comparison) -> None:
     read = Reader(comparison_page(with_lammps(found)))
     last = read.table("Peak force of each contact")[-1]
     assert (last[0], float(last[1]), last[5]) == ("12", 0.0, "")
-    assert "none" in read.table("The transition")[1]
+    assert "none ends here" in read.table("What each of them")[1]
 
 
 @pytest.fixture(scope="module")
