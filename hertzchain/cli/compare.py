@@ -9,10 +9,6 @@ import typer
 from hertzchain.cli import options, output
 from hertzchain.cli.verdicts import Shown
 from hertzchain.engines.registry import ENGINES, compared_by_default
-from hertzchain.errors import HertzchainError
-
-_MOVED = ("--results", "--deck", "--column", "--units", "--dt", "--tolerance", "--var")
-"""Options of ``judge`` and ``examine`` that compare had."""
 
 
 def compare(
@@ -41,7 +37,6 @@ def compare(
     size: options.Size = None,
     report: options.Report = None,
     junit: options.Junit = None,
-    moved: list[str] | None = typer.Option(None, *_MOVED, hidden=True),
 ) -> None:
     """Cross-validate a scene: native, LAMMPS and the formulas side by side, with a verdict."""
     from hertzchain.engines.external.step_error import usual_accuracy
@@ -49,11 +44,6 @@ def compare(
     from hertzchain.report.waterfall import plot_times
     from hertzchain.verdict import comparison
 
-    if moved:
-        raise HertzchainError(
-            "compare runs simulations alone: results of another code are for"
-            f" hertzchain judge {scene} RESULTS, a deck is for hertzchain examine {scene} DECK"
-        )
     names = dict.fromkeys(["native", *map(str, backend or compared_by_default())])
     shown = Shown(scene, (), as_json, plot, report, junit, every, size)
     with_lammps = "lammps" in names

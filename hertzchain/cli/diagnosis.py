@@ -8,10 +8,9 @@ import platform
 import shutil
 import sys
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hertzchain.cli.options import LMP
 from hertzchain.engines.registry import ENGINES
@@ -103,17 +102,8 @@ def _kernels() -> Finding:
     if folder is None:
         text = f"compiled again in every process, 6 s, as {_NOT_KEPT}"
         return Finding("kernels", False, text, needed=False)
-    if _has_compiled(elastic.march):
-        return Finding("kernels", True, f"compiled, kept in {folder}")
-    how = "the first run does, 6 s, or doctor --compile"
-    return Finding("kernels", True, f"not compiled yet ({how}); kept in {folder}")
-
-
-def _has_compiled(kernel: Any) -> bool:
-    """Return whether code of a kernel is kept that was compiled from its present source."""
-    with suppress(Exception):  # a damaged index can raise anything; then it is compiled again
-        return bool(kernel._cache._cache_file._load_index())
-    return False
+    how = "the first run compiles them, 6 s, or doctor --compile"
+    return Finding("kernels", True, f"kept in {folder}; {how}")
 
 
 def compile_kernels() -> None:

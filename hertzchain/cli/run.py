@@ -22,7 +22,7 @@ _METHODS = (
 MethodName = StrEnum("MethodName", {name.upper(): name for name in _METHODS})  # type: ignore[misc]
 """The native methods."""
 
-_PANELS = ("peaks", "forces", "stacked", "map")
+_PANELS = ("peaks", "forces", "map")
 Panel = StrEnum("Panel", {name.upper(): name for name in _PANELS})  # type: ignore[misc]
 """The panels of a picture of a run."""
 

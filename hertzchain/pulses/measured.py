@@ -163,13 +163,13 @@ def measured_pulse(
     others = _with_other_noise(recording, signal, corners, crest, _BEND * wanted)
     in_scene = None if scene is None else _in_scene(scene, signal, corners, others, wanted)
     force, impulse, rise = (_value(figure, corners, others) for figure in _FIGURES)
-    table = _table(corners)
+    table = table_of(corners)
     return MeasuredPulse(recording, signal, table, force, impulse, rise, wanted, in_scene)
 
 
-def table_of(signal: Signal) -> PulseTable:
-    """Return all samples of a pulse as a pulse table."""
-    return PulseTable(tuple(signal.time.tolist()), tuple(signal.force.tolist()))
+def table_of(pulse: Signal | Corners) -> PulseTable:
+    """Return all samples of a pulse, or its corners, as a pulse table."""
+    return PulseTable(tuple(pulse.time.tolist()), tuple(pulse.force.tolist()))
 
 
 def _reduced(signal: Signal, bend: float) -> tuple[Corners, Crest | None]:
@@ -178,10 +178,6 @@ def _reduced(signal: Signal, bend: float) -> tuple[Corners, Crest | None]:
     finest = min(bend, _BEND * RTOL * float(signal.force.max()))
     crest = crest_of(signal.time, signal.force, corners, finest, signal.noise)
     return with_crest(corners, crest), crest
-
-
-def _table(corners: Corners) -> PulseTable:
-    return PulseTable(tuple(corners.time.tolist()), tuple(corners.force.tolist()))
 
 
 def _with_other_noise(
@@ -236,18 +232,9 @@ def _deviation(others: Any, value: Any) -> Any:
 
 def _rise_time(time: FloatArray, force: FloatArray) -> float:
     """Return the time in which a force first grows from 10 % to 90 % of its largest value [s]."""
-    largest = float(force.max())
-    begin, end = (_first_above(time, force, part * largest) for part in (0.1, 0.9))
-    return end - begin
-
-
-def _first_above(time: FloatArray, force: FloatArray, limit: float) -> float:
-    """Return the time at which straight lines first reach a limit below their largest value [s]."""
-    k = int(np.argmax(force >= limit))
-    if k == 0:
-        return float(time[0])
-    part = (limit - force[k - 1]) / (force[k] - force[k - 1])
-    return float(time[k - 1] + part * (time[k] - time[k - 1]))
+    limits = np.array([0.1, 0.9]) * force.max()
+    begin, end = np.interp(limits, np.maximum.accumulate(force), time)
+    return float(end - begin)
 
 
 def _largest(_: FloatArray, force: FloatArray) -> float:
@@ -261,7 +248,7 @@ def _in_scene(
     scene: Scene, signal: Signal, corners: Corners, others: Sequence[Corners], wanted: float
 ) -> InScene:
     """Return peaks in a scene, their deviations under other noise, and their change by few rows."""
-    tables = [_table(corners), table_of(signal), *map(_table, others)]
+    tables = [table_of(corners), table_of(signal), *map(table_of, others)]
     scenes = [replace(scene, shock=table) for table in tables]
     peaks, truth, *noisy = _peaks(scenes, _RUNS * wanted)
     ratio, _, *ratios = (one.momentum_ratio for one in scenes)

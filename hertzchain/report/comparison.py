@@ -2,29 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.observables.result import Result
-from hertzchain.report.document import Document, Failure, Peaks, Table, Verdict
+from hertzchain.report.document import Document, Peaks, Table, Verdict
 from hertzchain.report.facts import (
     NO_DIGIT,
-    difference,
     duration,
+    failure_of,
     number,
     shown_contacts,
     similar_scene,
 )
-from hertzchain.report.junit import case
+from hertzchain.report.run import main_facts
 from hertzchain.report.style import FORMULAS, LABELS
 from hertzchain.verdict.reference_checks import FIRST_PULSES, PEAKS
 
 if TYPE_CHECKING:
-    from hertzchain.verdict.check import Check
     from hertzchain.verdict.comparison import Comparison
 
 
@@ -41,10 +38,6 @@ def of_comparison(comparison: Comparison) -> Document:
         name="comparison",
         numbers=comparison.to_dict,
         command="compare",
-        cases=tuple(
-            case(one.name, one.measured, one.expected, one.tolerance, one.passed, one.reason)
-            for one in comparison.checks
-        ),
         results=comparison.results,
         verdict=_verdict(comparison, of_formulas),
         peaks=_peaks(comparison, drawn, equations),
@@ -107,71 +100,32 @@ def _peaks(
 
 
 def _answers(comparison: Comparison) -> Table:
-    """Return the other results of each oracle, and their cost."""
-    simulated = [comparison.results.get(name) for name in comparison.wanted]
-
-    def row(label: str, shown: Callable[[Result], str], of_formulas: str = "") -> list[str]:
-        cells = ["" if result is None else shown(result) for result in simulated]
-        return [label, *cells, of_formulas]
-
-    is_plain = comparison.scene.is_plain
-    answers = (_answers_of_wave if is_plain else _answers_with_terms)(comparison, row)
-    efforts = [
-        row("error, at most", lambda run: f"{run.wanted_error:.1e}"),
-        row("method", lambda run: run.method),
-        row("steps", lambda run: f"{run.steps:,}"),
-        row("time", lambda run: duration(run.wall_time)),
-    ]
-    return replace(answers, rows=[*answers.rows, *efforts])
-
-
-def _answers_with_terms(comparison: Comparison, row: Callable[..., list[str]]) -> Table:
-    """Return each simulation's results on wall and velocities."""
-    rows = [
-        row("velocity of granule 1 at the end [m/s]", lambda run: number(run.velocity[0], 7)),
-        row("velocity of the last granule [m/s]", lambda run: number(run.velocity[-1], 7)),
-    ]
-    if comparison.scene.wall is not None:
-        rows[:0] = [
-            row(
-                "largest force on the wall [N]",
-                lambda run: _of_run(run.peak_force[-1], run.peak_errors[-1]),
-            ),
-            row("its time [s]", lambda run: number(run.peak_time[-1], 6)),
-        ]
-    header = ["", *(LABELS[name] for name in comparison.wanted), ""]
-    return Table("Wall and velocities", header, rows)
-
-
-def _answers_of_wave(comparison: Comparison, row: Callable[..., list[str]]) -> Table:
-    """Return each oracle's results on the transition and the wave after it."""
+    """Return what a run says of itself, of each simulation next to the others, and their cost."""
+    known = {
+        name: {
+            **dict(main_facts(result)),
+            "error, at most": f"{result.wanted_error:.1e}",
+            "method": result.method,
+            "steps": f"{result.steps:,}",
+            "time": duration(result.wall_time),
+        }
+        for name, result in comparison.results.items()
+    }
     formulas = comparison.formulas
-    eq3 = formulas.transition_granules
-    paper, exact = formulas.speed, formulas.exact_speed
-    speed = f"{paper:.2f}, exact {exact:.2f} at F_SW" if paper else ""
+    said = {}
+    if formulas.transition_granules is not None:
+        said["transition, p"] = f"{formulas.transition_granules:.2f}"
+    if formulas.speed:
+        said["speed"] = f"{formulas.speed:.2f}, exact {formulas.exact_speed:.2f} at F_SW"
+    wanted = [*comparison.wanted, "formulas"] if comparison.scene.is_plain else comparison.wanted
     return Table(
-        "The transition and the wave that leaves it",
-        ["", *(LABELS[name] for name in comparison.wanted), "formulas"],
+        "What each of them says of the chain as a whole",
+        ["", *(LABELS.get(name, name) for name in wanted)],
         [
-            row(
-                "p, granules",
-                lambda run: str(run.transition_granules or "none"),
-                "" if eq3 is None else f"{eq3:.2f}",
-            ),
-            row("F_SW [N]", lambda run: number(run.solitary_wave.peak_force, 8)),
-            row("far-field force [N]", lambda run: number(run.solitary_wave.far_field_force, 8)),
-            row("settled to", lambda run: number(run.solitary_wave.far_field_error, 2)),
-            row("speed [m/s]", lambda run: number(run.solitary_wave.speed, 7), speed),
+            [label, *((known | {"formulas": said}).get(name, {}).get(label, "") for name in wanted)]
+            for label in known["native"]
         ],
     )
-
-
-def _failure(check: Check) -> Failure:
-    off, tolerance, _ = difference(check)
-    if not off:
-        return Failure(check.name, "", check.reason)
-    found = f"off by {off}, allowed is {tolerance} ({check.reason})"
-    return Failure(check.name, found, check.kind.advice)
 
 
 def _of_run(peak: float, error: float) -> str:
@@ -210,5 +164,5 @@ def _verdict(comparison: Comparison, of_formulas: Sequence[str]) -> Verdict:
         *of_formulas,
         *(f"{check.name}: {check.remark}" for check in checks if check.remark),
     ]
-    failures = [_failure(check) for check in failed]
+    failures = [failure_of(check) for check in failed]
     return Verdict(None if only_absent else not failed, sentence, failures, remarks)

@@ -11,7 +11,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.observables.result import Result
-from hertzchain.report.junit import Case, Suite
+from hertzchain.report.junit import Case, Suite, case
 
 if TYPE_CHECKING:
     from hertzchain.verdict.check import Check
@@ -107,13 +107,13 @@ class Document:
     name: str  # name of the JSON document
     numbers: Callable[[], dict[str, Any]]  # function that returns the JSON document
     command: str  # that prints it; in the name of the JUnit suite
-    cases: tuple[Case, ...]  # of the JUnit suite
     results: Mapping[str, Result]  # results by the names of the engines
     verdict: Verdict  # without a sentence for a run
     peaks: Peaks
     drawn: Mapping[str, FloatArray]  # peak forces [N] next to native's, by the names of styles
     limits: Sequence[tuple[str, str, float]]  # style, label, value of lines among differences
     absent: Sequence[str] = ()  # labels of engines that did not run
+    cases: tuple[Case, ...] = ()  # of the JUnit suite, where they are not the checks
     answers: Table | None = None  # the transition by each engine of a comparison
     checks: Sequence[Check] = ()  # on which the verdict rests
     formulas: Sequence[str] = ()  # remarks on the formulas
@@ -147,4 +147,8 @@ class Document:
     def suite(self, scene: str, begun: datetime, seconds: float) -> Suite:
         """Name of the JUnit suite, without dots, which CI systems take for folders."""
         name = f"hertzchain.{self.command}.{scene.replace('.', '_')}"
-        return Suite(name, self.cases, begun, seconds)
+        cases = self.cases or tuple(
+            case(one.name, one.measured, one.expected, one.tolerance, one.passed, one.reason)
+            for one in self.checks
+        )
+        return Suite(name, cases, begun, seconds)

@@ -10,7 +10,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.observables.result import Result
-from hertzchain.report.document import Peaks
+from hertzchain.report.document import Failure, Peaks
 from hertzchain.scene.scene import Scene
 from hertzchain.theory.two_spheres import parting
 
@@ -138,6 +138,15 @@ def difference(check: Check) -> tuple[str, str, str]:
     share = off / check.tolerance if check.tolerance else math.inf if off else 0.0
     words = f"{share:.2g}" if 0.01 <= share < 100 else f"{share:,.0f}"
     return f"{off:.1e}", f"{check.tolerance:.1e}", "< 0.01" if 0 < share < 0.01 else words
+
+
+def failure_of(check: Check) -> Failure:
+    """Return a failed check with its difference and advice, as a page shows it."""
+    off, tolerance, _ = difference(check)
+    if not off:
+        return Failure(check.name, "", check.reason)
+    found = f"off by {off}, allowed is {tolerance} ({check.reason})"
+    return Failure(check.name, found, check.kind.advice)
 
 
 _MOST_FAILED = 10  # most failed contacts outside the transition on a terminal

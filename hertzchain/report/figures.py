@@ -10,7 +10,6 @@ from hertzchain.files import write_with
 from hertzchain.report import style
 from hertzchain.report.document import Document
 from hertzchain.report.facts import describe
-from hertzchain.report.waterfall import drawn_contacts
 
 if TYPE_CHECKING:
     from hertzchain.report.picture import Picture
@@ -27,11 +26,8 @@ def panels_of(document: Document) -> tuple[str, ...]:
     if document.overlays:
         return ("traces",)
     known = ["peaks", *(["differences"] if document.drawn else [])]
-    moved = document.native.history is not None
-    if moved and document.command == "run":
-        known += ["forces", "map"]
-    elif moved and drawn_contacts(document.native):
-        known += ["stacked"]
+    if document.native.history is not None:
+        known += ["forces", "map"] if document.command == "run" else ["forces"]
     return tuple(known)
 
 

@@ -12,10 +12,11 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError
-from hertzchain.files import write_text, write_with
+from hertzchain.files import write_with
 from hertzchain.observables.history import History
 from hertzchain.observables.result import Result
 from hertzchain.report.formats import check_format
+from hertzchain.report.tables import write_frame
 
 if TYPE_CHECKING:
     import pandas
@@ -100,20 +101,13 @@ def write_motion(result: Result, path: Path | str, numbers: Sequence[int] | None
     if Path(path).suffix.lower() == ".npz":
         write_with(path, partial(_write_arrays, motion_arrays(result, numbers)))
     else:
-        _write_frame(motion_frame(result, numbers), Path(path))
+        write_frame(motion_frame(result, numbers), Path(path))
 
 
 def write_traces(result: Result, path: Path | str) -> None:
     """Write ``Result.to_traces``, whole or not at all, as .csv or .parquet; else an OutputError."""
     check_format(path, "traces")
-    _write_frame(result.to_traces(), Path(path))
-
-
-def _write_frame(frame: pandas.DataFrame, path: Path) -> None:
-    if path.suffix.lower() == ".csv":
-        write_text(path, frame.to_csv(index=False))
-    else:
-        write_with(path, lambda part: frame.to_parquet(part, engine="pyarrow", index=False))
+    write_frame(result.to_traces(), Path(path))
 
 
 def _write_arrays(arrays: dict[str, NDArray[Any]], path: Path) -> None:

@@ -120,11 +120,8 @@ def _caption(document: Document) -> str:
             "Differences are relative and without their sign; lines are what each simulation says"
             " of its own error, at most. Exact agreement is not drawn on the logarithmic scale."
         )
-    if "stacked" in panels:
-        said.append("Forces over time stand one above the other, each with its exact peak.")
-    elif "forces" not in panels:
-        why = "no motion was recorded" if native.history is None else "it has too few times"
-        said.append(f"Forces over time are not drawn: {why}.")
+    if "forces" not in panels:
+        said.append("Forces over time are not drawn: no motion was recorded.")
     return " ".join(said)
 
 

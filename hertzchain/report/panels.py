@@ -12,10 +12,9 @@ from hertzchain.arrays import FloatArray
 from hertzchain.observables.result import Result
 from hertzchain.report import style
 from hertzchain.report.document import Document
-from hertzchain.report.facts import in_prefixed
 from hertzchain.report.motion import recorded
 from hertzchain.report.picture import at_whole_numbers, in_units, legend_above
-from hertzchain.report.waterfall import CURVES, drawn_contacts, while_moving, with_peak
+from hertzchain.report.waterfall import drawn_contacts, while_moving, with_peak
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,8 +26,6 @@ _BY_DEFAULT = 6  # contacts whose force over time is drawn
 _MARKED = 80  # contacts up to which each peak has a marker; more would melt into a band
 _NAMED = 12  # curves that a legend names without covering them; more have a colour bar
 _LIGHTEST = 0.9  # shade of a curve; the last tenth of the colours is too light on white
-_LINE, _HIGH = 0.2, 1.6
-"""Height of a line of stacked forces [inches], and of its largest force [lines]."""
 
 
 def marked_contacts(document: Document) -> NDArray[np.intp]:
@@ -56,7 +53,7 @@ def draw_peaks(axes: Axes, document: Document, *_: object) -> None:
     elif document.command == "run" and native.first_pulses is not None:
         what = "first pulse"
         peaks = np.asarray(native.first_columns["first_peak_force_N"], np.float64)
-        label = f"first pulse{_without(native, np.isnan(peaks))}"
+        label = "first pulse"
         if native.static_force is not None:
             what = "first pulse, less the static force"
     colour = style.COLOURS.get(native.backend, style.COLOURS["native"])
@@ -65,6 +62,9 @@ def draw_peaks(axes: Axes, document: Document, *_: object) -> None:
         contact, peaks, marker=style.MARKERS["native"] if marked else "", color=colour,
         markersize=3.5, linewidth=1.0, label=label,
     )  # fmt: skip
+    if what == "peak force":
+        low, high = (peaks * (1 + sign * native.peak_errors) for sign in (-1, 1))
+        axes.fill_between(contact, low, high, color=colour, alpha=0.25, linewidth=0)
     static = native.static_force
     if static is not None:
         axes.plot(contact, static, color="0.5", linewidth=1.0, label="static force")
@@ -88,17 +88,6 @@ def draw_peaks(axes: Axes, document: Document, *_: object) -> None:
         )
     _finish_along(axes, document)
     in_units(axes.yaxis, f"{what} [N]")
-
-
-def _without(result: Result, lacks: NDArray[np.bool_]) -> str:
-    """Return words for the contacts that have no first pulse; empty if all have one."""
-    if not lacks.any():
-        return ""
-    numbers = result.contact[lacks]
-    ranges = np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1)
-    named = [str(r[0]) if r.size == 1 else f"{r[0]}–{r[-1]}" for r in ranges]  # noqa: RUF001
-    named = named if len(named) <= _BY_DEFAULT else [*named[:_BY_DEFAULT], "others"]
-    return f"; none: {'contact' if numbers.size == 1 else 'contacts'} {', '.join(named)}"
 
 
 def _draw_points(axes: Axes, document: Document, drawn: Mapping[str, FloatArray]) -> None:
@@ -152,8 +141,11 @@ def what_happens(result: Result, contacts: Sequence[int]) -> tuple[float, float]
 
 
 def draw_forces(axes: Axes, document: Document, contacts: Sequence[int] | None) -> None:
-    """Draw contact forces over time, each with its exact peak, and the applied force."""
-    contacts = contacts or drawn_contacts(document.native, _BY_DEFAULT, coarse=True)
+    """Draw contact forces over time, each with its exact peak, and the applied force.
+
+    Forces by other engines are dashed lines over those of the first.
+    """
+    contacts = contacts or drawn_contacts(document.native, _BY_DEFAULT)
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import ListedColormap, Normalize
@@ -175,6 +167,12 @@ def draw_forces(axes: Axes, document: Document, contacts: Sequence[int] | None) 
         label = result.scene.contact_name(contact)
         shade = shades(spread(k if few else contact))
         axes.plot(time, force, color=shade, linewidth=1.2, label=label)
+    others = {name: one for name, one in document.results.items() if one is not result}
+    for name, other in others.items():
+        for contact in contacts if other.history is not None else ():
+            own = style.LABELS[name] if contact == contacts[0] else "_"
+            colour, line = style.COLOURS[name], with_peak(other, contact)
+            axes.plot(*line, "--", color=colour, linewidth=1.0, label=own)
     drawn = np.concatenate([np.asarray(line.get_ydata(), np.float64) for line in axes.lines])
     axes.set_ylim(*style.force_limits(float(np.min(drawn)), float(np.max(drawn))))
     axes.set_xlim(*what_happens(result, contacts))
@@ -208,46 +206,6 @@ def draw_map(axes: Axes, document: Document, *_: object) -> None:
     in_units(axes.xaxis, "time [s]")
 
 
-def draw_stacked(axes: Axes, document: Document, *_: object) -> None:
-    """Draw contact forces over time, a line for each contact, one above the other."""
-    native = document.native
-    scene, time = native.scene, recorded(native).time
-    box = axes.get_position().height * axes.figure.get_figheight()  # type: ignore[union-attr]
-    drawn = drawn_contacts(native, int(np.clip(box / _LINE, 2, CURVES)))
-    largest = max(float(np.max(native.peak_force)), scene.peak_force)
-    scale = _HIGH / largest
-    if scene.ramps:
-        applied = scale * scene.applied_force(time)
-        axes.plot(time, applied, color="0.6", linewidth=1.0, label="applied force")
-    for key, result in document.results.items():
-        if result.history is None:
-            continue
-        line, width = ("-", 1.0) if key == "native" else ("--", 1.2)
-        for place, contact in enumerate(drawn, start=1):
-            at, force = with_peak(result, contact)
-            axes.plot(
-                at, place + scale * force, color=style.COLOURS[key], linestyle=line,
-                linewidth=width, label=style.LABELS[key] if place == 1 else "_",
-            )  # fmt: skip
-    first = "striker" if scene.striker else "piston" if scene.piston else "shock"
-    axes.set_yticks(range(len(drawn) + 1), [first, *map(scene.contact_label, drawn)])
-    axes.set(ylabel="contact", ylim=(-0.4, len(drawn) + _HIGH + 0.3))
-    axes.set_xlim(*what_happens(native, drawn))
-    in_units(axes.xaxis, "time [s]")
-    axes.grid(alpha=0.25)
-    _draw_scale(axes, largest)
-    legend_above(axes)
-
-
-def _draw_scale(axes: Axes, largest: float) -> None:
-    """Draw how high a round force is in a panel of stacked forces, to its right."""
-    power = 10.0 ** np.floor(np.log10(largest))
-    round_force = next(float(n * power) for n in (5, 2, 1) if n * power <= largest * (1 + 1e-9))
-    right = axes.secondary_yaxis("right", functions=(lambda y: y, lambda y: y))
-    right.set_yticks([0, _HIGH * round_force / largest], ["0", in_prefixed(round_force, "N")])
-    right.tick_params(labelsize="small")
-
-
 def draw_traces(axes: Axes, document: Document, *_: object) -> None:
     """Draw measured traces one below the other, and what the reference reads as lines on them."""
     overlays = document.overlays
@@ -270,14 +228,13 @@ def draw_traces(axes: Axes, document: Document, *_: object) -> None:
     legend_above(axes)
 
 
-HEIGHTS = {"peaks": 3, "differences": 2.4, "forces": 3, "stacked": 4.5, "map": 3.2, "traces": 4.5}
+HEIGHTS = {"peaks": 3, "differences": 2.4, "forces": 3, "map": 3.2, "traces": 4.5}
 """Heights of panels in a picture of no given size [inches]."""
 
 DRAW: dict[str, Callable[[Axes, Document, Sequence[int] | None], None]] = {
     "peaks": draw_peaks,
     "differences": draw_differences,
     "forces": draw_forces,
-    "stacked": draw_stacked,
     "map": draw_map,
     "traces": draw_traces,
 }

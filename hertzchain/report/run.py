@@ -25,7 +25,6 @@ def of_result(result: Result) -> Document:
         name="run",
         numbers=lambda: run_document(result),
         command="run",
-        cases=(),
         results={result.backend: result},
         verdict=Verdict(None, ""),
         peaks=_peaks(result),

@@ -65,7 +65,7 @@ def plot(
     if draw == "forces":
         most = min(one.scene.last_contact for one in each)
         shortest = min(each, key=lambda one: one.scene.last_contact)
-        contacts = contacts or drawn_contacts(shortest, _FEW, coarse=True)
+        contacts = contacts or drawn_contacts(shortest, _FEW)
         allowed = f"must be numbers from 2 to {most}, which all results have"
         is_there = all(2 <= one <= most for one in contacts)
         require(is_there, "contacts", contacts, allowed)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hertzchain.files import write_text, write_with
 from hertzchain.observables.result import Result
 from hertzchain.report.formats import check_format
 from hertzchain.theory.two_spheres import parting
+
+if TYPE_CHECKING:
+    import pandas
 
 
 def run_document(result: Any) -> dict[str, Any]:
@@ -23,27 +25,6 @@ def run_document(result: Any) -> dict[str, Any]:
     return {**document, "two_spheres": own}
 
 
-def _write_csv(result: Result, path: Path) -> None:
-    write_text(path, result.to_frame().to_csv(index=False))
-
-
-def _write_json(result: Result, path: Path) -> None:
-    write_text(path, json.dumps(run_document(result), indent=2, allow_nan=False) + "\n")
-
-
-def _write_parquet(result: Result, path: Path) -> None:
-    frame = result.to_frame()
-    write_with(path, lambda part: frame.to_parquet(part, engine="pyarrow", index=False))
-
-
-_WRITERS: dict[str, Callable[[Result, Path], None]] = {
-    "": _write_csv,  # pipes and devices have no suffix
-    ".csv": _write_csv,
-    ".json": _write_json,
-    ".parquet": _write_parquet,
-}
-
-
 def write_result(result: Any, path: Path | str) -> None:
     """Write a result, completely or not at all; OutputError on failure.
 
@@ -51,4 +32,15 @@ def write_result(result: Any, path: Path | str) -> None:
     whole result, as ``Result.to_dict``. A spread has the same functions.
     """
     check_format(path, "result")
-    _WRITERS[Path(path).suffix.lower()](result, Path(path))
+    if Path(path).suffix.lower() == ".json":
+        write_text(path, json.dumps(run_document(result), indent=2, allow_nan=False) + "\n")
+    else:
+        write_frame(result.to_frame(), Path(path))
+
+
+def write_frame(frame: pandas.DataFrame, path: Path) -> None:
+    """Write a table as Parquet or, to any other name, pipes among them, as CSV."""
+    if path.suffix.lower() == ".parquet":
+        write_with(path, lambda part: frame.to_parquet(part, engine="pyarrow", index=False))
+    else:
+        write_text(path, frame.to_csv(index=False))

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hertzchain.report.document import Document, Failure, Overlay, Peaks, Verdict
-from hertzchain.report.facts import number
-from hertzchain.report.junit import case
-from hertzchain.verdict.check import apart
+from hertzchain.report.document import Document, Overlay, Peaks, Verdict
+from hertzchain.report.facts import failure_of, number
 
 if TYPE_CHECKING:
     from hertzchain.verdict.traces.judging import TraceJudgement
@@ -23,31 +21,16 @@ def of_traces(judgement: TraceJudgement) -> Document:
         sentence = f"{len(failed)} of {len(checks)} numbers are off by more than {tolerance:.1e}."
     else:
         sentence = f"All {len(checks)} numbers are within {tolerance:.1e} and their noise."
-    failures = [
-        Failure(
-            check.name,
-            ", expected ".join(apart(check.measured or 0.0, check.expected or 0.0)),
-            check.kind.advice,
-        )
-        for check in failed
-    ]
     return Document(
         kind="Judgement of measured traces",
         name="judgement",
         numbers=judgement.to_dict,
         command="judge",
-        cases=tuple(
-            case(
-                check.name, check.measured or 0.0, check.expected or 0.0, check.tolerance or 0.0,
-                check.passed, check.reason, check.name,
-            )
-            for check in checks
-        ),
         results={"native": judgement.reference},
         verdict=Verdict(
             None if not checks else not failed,
             sentence,
-            failures,
+            [failure_of(check) for check in failed],
             [*judgement.remarks, *judgement.reference.warnings],
         ),
         peaks=_pulses(judgement),

@@ -14,11 +14,9 @@ from hertzchain.scene.scene import Scene
 READINGS = 4_000_000  # times and granules recorded at once: 100 MB for each simulation
 _FINE = 0.2  # wave's units of time between recorded times of a run: half of what is close
 _CLOSE = 0.4  # and at most, for a map that shows 95 % of each peak: measured on the demo scene
-_FEWEST = 2.5  # and for curves with exact peaks: the wave passes a contact in six (chosen)
 _STILL, _ROOM = 0.01, 0.03
 """Change of a force over the largest that is too small to be seen; room before and after what
 happens, over its time (both chosen)."""
-CURVES = 20  # most contacts whose forces are drawn one above the other
 
 
 def plot_times(scene: Scene) -> FloatArray:
@@ -46,20 +44,12 @@ def wave_time(scene: Scene) -> float:
     return float(scene.units.time * force_scale(scene.momentum_ratio) ** (-1 / 6))
 
 
-def drawn_contacts(result: Result, most: int = CURVES, *, coarse: bool = False) -> list[int]:
-    """Return numbers of contacts to draw, closer together near the shock.
-
-    There are none where motion was recorded at no or, unless they may be ``coarse``, few times.
-    """
-    history = result.history
-    if history is None or history.time.size < 2:
-        return []
-    time = history.time
-    if not coarse and np.max(np.diff(time)) > _FEWEST * wave_time(result.scene):
-        return []
+def drawn_contacts(result: Result, most: int) -> list[int]:
+    """Return numbers of contacts to draw, closer together near the shock."""
+    time = recorded(result).time
     pressed = result.contact[(result.peak_time > time[0]) & (result.peak_time < time[-1])]
-    if pressed.size <= most:
-        return [int(contact) for contact in pressed]
+    if pressed.size <= most:  # the first where the wave has passed none
+        return [int(contact) for contact in pressed] or [2]
     wanted = np.geomspace(pressed[0], pressed[-1], most)
     nearest = np.argmin(np.abs(np.log(pressed[:, None] / wanted)), axis=0)
     return [int(contact) for contact in np.unique(pressed[nearest])]

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Collection, Iterable
 
+from hertzchain.errors import require
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.keys import Key, keys_of
@@ -52,6 +54,19 @@ KEYS: dict[str, Key] = {
 
 SEGMENT = re.compile(r"(?:chain\.)?segments\.(\d+)\.(?:cell\.(\d+)\.)?(\w+)")
 """The name of a key of a segment: its number, that of a granule of its cell, the key."""
+
+
+def full_names(name: object, known: Iterable[str], preferred: Collection[str] = ()) -> list[str]:
+    """Return the full name that is meant by one with or without its section; none if unknown.
+
+    Of several sections that have it, a preferred one is meant, else a SceneError lists them.
+    """
+    found = [one for one in known if name in (one, one.partition(".")[2] or one)]
+    if len(found) > 1:
+        found = [one for one in found if one in preferred] or found
+    allowed = f"is in several sections: name one of {', '.join(found)}"
+    require(len(found) <= 1, str(name), None, allowed)
+    return found
 
 
 def key_named(name: str) -> Key | None:

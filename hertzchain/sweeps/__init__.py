@@ -11,7 +11,6 @@ cluster     parts on the workers of a Dask scheduler
 store       sweeps in memory or in a folder
 sweeping    the functions for users: sweep, Sweep
 drawing     a sweep as a picture
-card        a sweep in a few lines
 """
 
 from hertzchain.sweeps.sweeping import Counts, Sweep, sweep

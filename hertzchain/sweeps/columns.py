@@ -7,9 +7,9 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from hertzchain.errors import SceneError, did_you_mean, require
+from hertzchain.errors import did_you_mean, require
 from hertzchain.scene.keys import Key, keys_of
-from hertzchain.scene.parts import KEYS, OF_PROFILE, SEGMENT, key_named
+from hertzchain.scene.parts import KEYS, OF_PROFILE, SEGMENT, full_names, key_named
 from hertzchain.scene.pulse import Pulse
 from hertzchain.sweeps.numbers import FIRST
 
@@ -152,12 +152,7 @@ def full_name(name: str, columns: Sequence[str] = COLUMNS, varied: Collection[st
 
     Of several sections that have it, the one that varies is meant.
     """
-    meant = PAPER_NAMES.get(name, name)
-    found = [one for one in columns if meant in (one, one.partition(".")[2] or one)]
-    if len(found) > 1:
-        found = [one for one in found if one in varied] or found
-    if len(found) > 1:
-        raise SceneError(name, None, f"is in several sections: name one of {', '.join(found)}")
+    found = full_names(PAPER_NAMES.get(name, name), columns, varied)
     allowed = f"is no column of a sweep, which has {', '.join(columns)}"
     require(len(found) == 1, name, None, allowed + did_you_mean(name, columns))
     return found[0]

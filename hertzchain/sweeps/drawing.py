@@ -117,7 +117,10 @@ def draw(
     colour = varied[0] if along and colour is None else colour
     colour = None if colour is None else full_name(colour, columns, varied)
     if along:
-        require(y in _ALONG, y, None, f"must be one of {', '.join(_ALONG)} where --x is contact")
+        allowed = f"must be one of {', '.join(_ALONG)} where --x is contact"
+        require(y in _ALONG, y, None, allowed)
+        allowed = "the sweep did not keep the peaks of all contacts: sweep again with --peaks"
+        require(sweep.manifest["peaks"], "contact", None, allowed)
     else:
         x, y = full_name(x, columns, varied), full_name(y, columns, varied)
     for name in (x, y):

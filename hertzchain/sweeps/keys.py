@@ -14,7 +14,7 @@ import numpy as np
 from hertzchain.errors import SceneError
 from hertzchain.scene.chain import MATERIAL
 from hertzchain.scene.keys import keys_of
-from hertzchain.scene.parts import OTHERS, SECTIONS, SEGMENT
+from hertzchain.scene.parts import OTHERS, SECTIONS, SEGMENT, full_names
 from hertzchain.scene.reading import read_chain
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.sections import sections_of
@@ -62,11 +62,7 @@ def names_of(scene: Scene) -> tuple[str, ...]:
 def full_name(name: object, scene: Scene) -> str:
     """Return the full name of a parameter that can vary, given with or without its section."""
     names = names_of(scene)
-    full = [one for one in names if name in (one, one.partition(".")[2])]
-    if len(full) > 1:
-        allowed = f"is in several sections: name one of {', '.join(full)}"
-        raise SceneError(str(name), None, allowed)
-    if full:
+    if full := full_names(name, names):
         return full[0]
     section = str(name).partition(".")[0]
     if section in SECTIONS and section not in {*sections_of(scene), "run", "gauge"}:

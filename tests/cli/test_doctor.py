@@ -14,7 +14,7 @@ from numba.core.caching import NullCache
 
 import hertzchain as hc
 from hertzchain.cli import diagnosis
-from hertzchain.cli.diagnosis import PACKAGES, trial_scene
+from hertzchain.cli.diagnosis import PACKAGES
 from hertzchain.engines.native import elastic
 from tests.cli.short_chain import GET_IT
 from tests.command_line import Command
@@ -62,22 +62,6 @@ for kernel in (elastic.march, elastic.march_each):
     done = subprocess.run(command, capture_output=True, text=True, timeout=500, check=False)
     assert (done.returncode, done.stderr) == (0, "")
     assert "0" not in done.stdout.split()
-
-
-def test_kernels_that_are_kept_are_told_from_those_that_are_not(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    hc.Native(peaks_only=True).run(trial_scene())
-    folder = elastic.march.stats.cache_path
-    found = diagnosis._kernels()
-    assert (found.works, found.text) == (True, f"compiled, kept in {folder}")
-    # A version of another source counts as not compiled.
-    kept = elastic.march._cache._cache_file
-    monkeypatch.setattr(kept, "_source_stamp", (0.0, 0))
-    assert diagnosis._kernels().text.startswith("not compiled yet (the first run does, 6 s, or")
-    monkeypatch.undo()
-    monkeypatch.setattr(kept, "_index_path", str(tmp_path / "none.nbi"))
-    assert diagnosis._kernels().text.endswith(f"doctor --compile); kept in {folder}")
 
 
 def test_the_doctor_compiles_nothing_that_cannot_be_kept(

@@ -223,7 +223,7 @@ def test_a_comparison_shows_every_oracle_and_its_difference(both: hc.Comparison)
         assert row[6] == f"{both.formulas.eq6[k] / peak - 1:+.2%}"
         assert row[7] == f"{both.formulas.eq9[k] / peak - 1:+.2%}"
     assert len(rows[4]) == 6  # contact p + 1 has no Eq. 6
-    assert line_of(text, "p, granules").split()[:2] == ["5", "5"]
+    assert line_of(text, "transition, p").split()[:3:2] == ["5", "5"]
     assert line_of(text, "error, at most").split()[1] == "2.0e-03"
     assert line_of(text, "steps").split()[1] == "54,321"
     assert text.endswith("Verdict: pass\n")

@@ -44,7 +44,7 @@ def test_a_page_and_a_plot(hertzchain: Command, name: str, tmp_path: Path) -> No
     assert done.status == 0
     assert "Eq. 6" not in done.out
     text = page.read_text()
-    assert "Wall and velocities" in text
+    assert "What each of them says" in text
     assert "Transition and solitary wave" not in text
     drawn = plot.read_text()
     assert "relative difference" not in drawn

@@ -219,7 +219,7 @@ def test_peaks_of_all_contacts_are_lines_along_the_chain() -> None:
 
 
 def test_peaks_that_were_not_kept_are_not_drawn(grid: hc.Sweep) -> None:
-    with pytest.raises(hc.HertzchainError, match="not asked for"):
+    with pytest.raises(hc.HertzchainError, match="sweep again with --peaks"):
         draw(grid, "contact", "peak_force_N")
 
 
