@@ -110,7 +110,7 @@ class Design:
             for axis, fraction in zip(self.sampled, points.T, strict=True):
                 found[axis.name] = axis.between(fraction)
         for name, value in tied(self.base, self.ties, found).items():
-            found[name] = np.broadcast_to(value, scenes.size)
+            found[name] = np.full(scenes.size, value)
         for given, other in OTHER_MEASURE.items():
             if given in self.names:
                 found[other] = np.full(scenes.size, np.nan)
