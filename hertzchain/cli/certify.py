@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import json
 from datetime import UTC, datetime
-from enum import StrEnum
 from importlib.metadata import version
 from pathlib import Path
+from typing import Literal
 
 import typer
 
 from hertzchain.cli import options, output
-
-Suffix = StrEnum("Suffix", {name: name for name in ("omp", "kk", "intel", "gpu")})  # type: ignore[misc]
-"""Suffixes of LAMMPS's accelerated styles."""
 
 
 def certify(
@@ -24,7 +21,7 @@ def certify(
         " module."
         f" [env var: {options.LMP}]",
     ),
-    suffix: Suffix | None = typer.Option(
+    suffix: Literal["omp", "kk", "intel", "gpu"] | None = typer.Option(
         None, help="Accelerated styles, as LAMMPS's -sf chooses them."
     ),
     ranks: options.Ranks = None,
@@ -63,7 +60,7 @@ def certify(
         found = [
             measure(
                 one,
-                suffix=None if suffix is None else suffix.value,
+                suffix=suffix,
                 ranks=1 if ranks is None else ranks,
                 folder=kept,
                 progress=report_progress,

@@ -108,15 +108,9 @@ class Row:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the row as a JSON object."""
-        return {
-            "name": self.case.name,
-            "tests": self.case.tests,
-            "grade": self.grade,
-            "difference": self.difference,
-            "allowed": self.allowed,
-            "reason": self.reason,
-            "styles": list(self.styles),
-        }
+        keys = ("grade", "difference", "allowed", "reason", "styles")
+        found = {key: getattr(self, key) for key in keys}
+        return {"name": self.case.name, "tests": self.case.tests, **found}
 
 
 @dataclass(frozen=True)
@@ -152,17 +146,9 @@ class Certificate:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the certificate as a JSON object."""
-        return {
-            "program": self.program,
-            "code": self.code,
-            "version": self.version,
-            "suffix": self.suffix,
-            "ranks": self.ranks,
-            "status": self.status,
-            "sentence": self.sentence,
-            "seconds": self.seconds,
-            "rows": [row.to_dict() for row in self.rows],
-        }
+        keys = ("program", "code", "version", "suffix", "ranks", "status", "sentence", "seconds")
+        found = {key: getattr(self, key) for key in keys}
+        return {**found, "rows": [row.to_dict() for row in self.rows]}
 
 
 @dataclass(frozen=True)
