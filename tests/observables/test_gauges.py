@@ -149,26 +149,6 @@ def test_gauges_are_in_files_and_results(tmp_path: Path) -> None:
     assert scene.end_time == SCENES["plain"].end_time
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("[gauge]\ngranule = 3\n", r"must be \[\[gauge\]\], with two brackets"),
-        ("[[gauge]]\n", "must have either granule or contact"),
-        ("[[gauge]]\ngranule = 3\ncontact = 3\n", "must have either granule or contact"),
-        ("[[gauge]]\ngranule = 1\n", "gauge.granule = 1: must be a granule from 2 to 8"),
-        ("[[gauge]]\ncontact = 9\n", "gauge.contact = 9: must be a contact from 2 to 8"),
-        ("[[gauge]]\ngranule = 2.5\n", "must be an integer"),
-        ("[[gauge]]\nbead = 3\n", "unknown key, allowed are granule, contact"),
-    ],
-)
-def test_what_cannot_be_is_refused(text: str, words: str, tmp_path: Path) -> None:
-    path = tmp_path / "scene.toml"
-    SCENES["plain"].to_toml(path)
-    path.write_text(path.read_text() + text)
-    with pytest.raises(SceneError, match=words):
-        hc.Scene.from_toml(path)
-
-
 TWO = replace(
     SCENES["walled"], gauges=(hc.Gauge(granule=3), hc.Gauge(granule=6), hc.Gauge(contact=9))
 )

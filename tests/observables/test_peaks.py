@@ -84,13 +84,6 @@ def cosine_error(h: float, jerk: bool) -> float:
     return float(np.max(np.abs(force - 1.0)))
 
 
-@pytest.mark.parametrize(("jerk", "order"), [(False, 6), (True, 8)])
-def test_error_falls_with_the_order_of_the_interpolation(jerk: bool, order: int) -> None:
-    # The next term is h^2 = 4 % smaller; at h = 0.2 the septic is at 1e-12, far above round-off.
-    observed = math.log2(cosine_error(0.4, jerk) / cosine_error(0.2, jerk))
-    assert observed == pytest.approx(order, abs=0.1)
-
-
 @pytest.mark.parametrize(("jerk", "constant"), [(False, 1.5 / 46080), (True, 1.5 / 10321920)])
 def test_error_vs_the_remainder_of_hermite_interpolation(jerk: bool, constant: float) -> None:
     """In the middle the remainder is (h/2)^q / q! times the q-th derivative, q 6 or 8.
@@ -287,21 +280,10 @@ def test_peaks_of_a_chain_vs_scipy(dense_legs: list[tuple[float, float, Any]], j
 # largest_difference
 
 
-def test_largest_difference_is_relative() -> None:
-    measured, expected = np.array([1.0, 2.002, 50.0]), np.array([1.0, 2.0, 50.1])
-    # 0.1 / 50.1 = 0.001996, 0.002 / 2 = 0.001.
-    assert largest_difference(measured, expected) == pytest.approx(0.1 / 50.1, rel=1e-13, abs=0)
-
-
 def test_largest_difference_ignores_peaks_below_a_thousandth() -> None:
     expected = np.array([1000.0, 1.0, 0.999, 0.0])
     assert largest_difference(np.array([1000.0, 1.0, 5.0, 7.0]), expected) == 0.0
     assert largest_difference(np.array([1000.0, 1.5, 0.9, 0.0]), expected) == 0.5
-
-
-def test_largest_difference_of_peaks_that_are_all_0_is_0() -> None:
-    """A run that ends before its shock begins presses no contact."""
-    assert largest_difference(np.zeros(3), np.zeros(3)) == 0.0
 
 
 def test_largest_difference_refuses_different_numbers_of_contacts() -> None:

@@ -96,8 +96,3 @@ def test_the_strength_goes_through_files(tmp_path: Path) -> None:
     file.write_text(text.replace('yield_strength = "300 MPa"\n', ""))
     with pytest.raises(SceneError, match=r"needs chain\.yield_strength"):
         hc.Scene.from_toml(file)
-
-
-def test_only_an_elastic_wall_has_a_strength() -> None:
-    with pytest.raises(SceneError, match="only a wall of kind"):
-        hc.Wall("rigid", yield_strength=3e8)

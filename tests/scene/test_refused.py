@@ -103,6 +103,14 @@ pulse precompression.force=20; wall={kind="same", gap=1e-6} => wall.gap = 1e-06:
 pulse wall={} => wall.kind: missing, must be one of rigid, same, elastic
 pulse wall={kind="elastic", poisson_ratio=0.3} => wall.young_modulus: missing
 pulse wall={kind="rigid", young_modulus=1e9} => wall.young_modulus = 1000000000.0: only a wall of kind "elastic" has it
+pulse wall={kind="rigid", yield_strength=3e8} => only a wall of kind
+pulse gauge={granule=3} => must be [[gauge]], with two brackets
+pulse gauge=[{}] => must have either granule or contact
+pulse gauge=[{granule=3, contact=3}] => must have either granule or contact
+pulse gauge=[{granule=1}] => gauge.granule = 1: must be a granule from 2 to 60
+pulse gauge=[{contact=61}] => gauge.contact = 61: must be a contact from 2 to 60
+pulse gauge=[{granule=2.5}] => must be an integer
+pulse gauge=[{bead=3}] => unknown key, allowed are granule, contact
 pulse contact.restitution=0.9 => contact.damping: missing, must be one of restitution, viscoelastic, dashpot
 pulse contact.damping="restitution" => contact.restitution: missing
 pulse contact={damping="restitution", restitution=0.5, attracton=true} => did you mean attraction?
