@@ -47,18 +47,6 @@ def test_momentum_of_the_unit_wave_is_1_651778333() -> None:
     assert round(MOMENTUM_IN_NATURAL_UNITS, 9) == 1.651778333
 
 
-@given(modulus=factor, force=factor, radius=factor, density=factor)
-def test_unit_ratio_momentum_vs_the_papers_formula(
-    modulus: float, force: float, radius: float, density: float
-) -> None:
-    chain = hc.Chain(60, 4.75e-3 * radius, 193e9 * modulus, 0.3, 7958.0 * density)
-    inside = 0.91 * chain.radius**4 * chain.density**1.5 / chain.young_modulus
-    printed = 139 / 32 * inside ** (1 / 3) * (100.0 * force) ** (5 / 6)
-    assert MOMENTUM_IN_NATURAL_UNITS * natural_units(
-        chain, 100.0 * force
-    ).momentum == pytest.approx(printed, rel=ROUND_OFF, abs=0)
-
-
 @pytest.mark.parametrize("momentum_ratio", [1e-3, 1e-4])
 def test_a_short_pulse_presses_as_hard_as_its_momentum_does(momentum_ratio: float) -> None:
     """Two granules: no other takes momentum away from the one that is pushed."""
