@@ -8,7 +8,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.errors import SceneError
-from tests.scene.test_scene import refusal
+from tests.scene.test_scene import refusal, scene_of
 
 CHAIN = {
     "chain.granules": "60",
@@ -103,6 +103,7 @@ pulse precompression.force=20; wall={kind="same", gap=1e-6} => wall.gap = 1e-06:
 pulse wall={} => wall.kind: missing, must be one of rigid, same, elastic
 pulse wall={kind="elastic", poisson_ratio=0.3} => wall.young_modulus: missing
 pulse wall={kind="rigid", young_modulus=1e9} => wall.young_modulus = 1000000000.0: only a wall of kind "elastic" has it
+pulse chain.segments=[{granules=60, cell=[{}, {yield_strength=2e7}]}] => needs chain.yield_strength
 pulse wall={kind="rigid", yield_strength=3e8} => only a wall of kind
 pulse gauge={granule=3} => must be [[gauge]], with two brackets
 pulse gauge=[{}] => must have either granule or contact
@@ -145,9 +146,10 @@ def folder(tmp_path: Path) -> Path:
 
 @pytest.mark.parametrize("base", ["pulse", "table", "striker", "sine", "file"])
 def test_the_scenes_themselves_are_read(base: str, folder: Path) -> None:
-    path = folder / "scene.toml"
-    path.write_text(text_of(base))
-    hc.Scene.from_toml(path)
+    chain = scene_of(folder, text_of(base)).chain
+    if base == "file":
+        assert (chain.granules, chain.radius, chain.gap) == (2, (0.005, 0.004), (0.0, 1e-6))
+        assert chain.young_modulus == 193e9
 
 
 @pytest.mark.parametrize("case", REFUSED.strip().splitlines())

@@ -2,26 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 import hertzchain as hc
 from tests.conftest import STEEL
-from tests.scene.test_scene import CHAIN_TEXT, scene_of
-
-SINE = '[shock]\nprofile = "sine"\namplitude = "5 N"\nfrequency = "8 kHz"\ncycles = 3\n'
-PRESSED = '[precompression]\nforce = "5 N"\n'
-
-
-def test_there_and_back(tmp_path: Path) -> None:
-    scene = scene_of(tmp_path, CHAIN_TEXT + SINE + PRESSED)
-    assert scene.shock == hc.Sine(5.0, 8000.0, 3)
-    assert scene.terms == ("precompression",)
-    scene.to_toml(tmp_path / "copy.toml")
-    assert "cycles = 3\n" in (tmp_path / "copy.toml").read_text()
-    assert hc.Scene.from_toml(tmp_path / "copy.toml") == scene
 
 
 def test_the_force_is_a_sine() -> None:
