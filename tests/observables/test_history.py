@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 import hertzchain as hc
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import Array
 from hertzchain.errors import SceneError, TooExpensive
 from hertzchain.observables.history import MOST_FRAMES, History, Recorder, wanted_times
 from hertzchain.observables.samples import Samples
 from tests.conftest import paper_scene
+from tests.oracles.first_pulses import Trace
 
 # Analytic motion: three granules that swing against each other
 
@@ -149,46 +148,10 @@ SCENE = paper_scene("cosine-triangular", 1.3, 2.5, granules=6)
 
 @pytest.fixture(scope="module")
 def scipy_history() -> History:
-    """A chain of six by DOP853, in SI units, from Eq. 1 and Table 1 as they are printed."""
-    modulus, mass = 193e9 / (2 * 0.91), 4 / 3 * math.pi * 4.75e-3**3 * 7958.0
-    stiffness = 4 / 3 * modulus * math.sqrt(4.75e-3 / 2)
-    assert SCENE.rise_time is not None
-    rise, duration, end = SCENE.rise_time, 2.5 * SCENE.rise_time, SCENE.end_time
-    # Micrometres: the tolerances of SciPy are absolute as well.
-    length = 1e-6
-
-    def applied(t: float) -> float:
-        if t <= rise:
-            return 50.0 * (1 - math.cos(math.pi * t / rise))
-        return max(0.0, 100.0 * (duration - t) / (duration - rise))
-
-    def eq_1(t: float, state: FloatArray) -> FloatArray:
-        u = state[:6] * length
-        force = stiffness * np.maximum(u[:-1] - u[1:], 0.0) ** 1.5
-        net = np.concatenate([[applied(t)], force]) - np.concatenate([force, [0.0]])
-        return np.concatenate([state[6:], net / mass / length])
-
-    time = np.linspace(0.0, end, 201)
-    corners = (0.0, rise, duration, end)
-    states, state = np.zeros((time.size, 12)), np.zeros(12)
-    for start, stop in itertools.pairwise(corners):
-        inside = (time > start) & (time <= stop)
-        at = np.union1d(time[inside], [stop])
-        solution = solve_ivp(
-            eq_1,
-            (start, stop),
-            state,
-            "DOP853",
-            at,
-            rtol=1e-12,
-            atol=[1e-13] * 6 + [1e-8] * 6,  # of micrometres, and of micrometres per second
-            max_step=5e-7,  # for the dense output, and to see contacts open
-        )
-        states[inside] = solution.y.T[: int(inside.sum())]
-        state = solution.y[:, -1]
-    u = states[:, :6] * length
-    force = stiffness * np.maximum(u[:, :-1] - u[:, 1:], 0.0) ** 1.5
-    return History(time, u, states[:, 6:] * length, force)
+    """A chain of six by SciPy's DOP853, in SI units."""
+    trace, time = Trace(SCENE), np.linspace(0.0, SCENE.end_time, 201)
+    states = trace.states(time)
+    return History(time, states[:6].T, states[6:].T, trace.force(states).T)
 
 
 def largest_deviations(history: History, expected: History) -> list[float]:

@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 
+import hertzchain as hc
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.observables.peaks import PeakWatch, largest_difference
 from hertzchain.observables.samples import Samples
+from tests.oracles.first_pulses import Trace
 
 Overlap = Callable[[Array, int], Array]
 """The k-th time derivative of the overlap of each contact at given times."""
@@ -194,32 +195,13 @@ def applied(t: float) -> float:
     return t if t <= RISE else max(0.0, (3 * RISE - t) / (2 * RISE))
 
 
-def eq_1(t: float, state: FloatArray) -> FloatArray:
-    """Eq. 1 for five granules in natural units."""
-    u, v = state[:5], state[5:]
-    force = [max(0.0, u[i] - u[i + 1]) ** 1.5 for i in range(4)]
-    pushed = [applied(t), *force]
-    passed_on = [*force, 0.0]
-    return np.array([*v, *(a - b for a, b in zip(pushed, passed_on, strict=True))])
-
-
 @pytest.fixture(scope="module")
 def dense_legs() -> list[tuple[float, float, Any]]:
-    """Start, end and dense output of each stretch between the corners of the pulse."""
-    legs, state = [], np.zeros(10)
-    for start, end in ((0.0, RISE), (RISE, 3 * RISE), (3 * RISE, END)):
-        solution = solve_ivp(
-            eq_1,
-            (start, end),
-            state,
-            method="DOP853",
-            rtol=1e-13,
-            atol=1e-15,
-            max_step=0.1,  # so that the dense output, of order 7, is as good as the steps
-            dense_output=True,
-        )
-        legs.append((start, end, solution.sol))
-        state = solution.y[:, -1]
+    """Start, end and dense output of each stretch between the corners; mass and stiffness are 1."""
+    chain = hc.Chain(5, 1.0, 1.5 * math.sqrt(2), 0.0, 0.75 / math.pi)
+    pulse = hc.Pulse("triangular", 1.0, 3.0, rise_time=RISE)
+    legs = Trace(hc.Scene(chain, pulse, hc.Run(END))).parts
+    assert [leg[:2] for leg in legs] == [(0.0, RISE), (RISE, 3 * RISE), (3 * RISE, END)]
     return legs
 
 

@@ -128,11 +128,15 @@ class Trace:
 
     def at_all(self, times: Floats) -> Floats:
         """Forces of all contacts at increasing times, (contacts, times)."""
-        found = np.zeros((self.contacts, times.size))
+        return self.force(self.states(times))
+
+    def states(self, times: Floats) -> Floats:
+        """Displacements and velocities at increasing times, (2 granules, times)."""
+        found = np.zeros((2 * self.granules, times.size))
         for begin, end, solution in self.parts:
             here = (times >= begin) & (times <= end)
             if here.any():
-                found[:, here] = self.force(solution(times[here]))
+                found[:, here] = solution(times[here])
         return found
 
 
