@@ -62,6 +62,21 @@ def test_compare_prints_every_oracle_and_a_verdict(hertzchain: Command) -> None:
 
 
 @pytest.mark.lammps
+def test_codes_are_compared_at_a_wanted_accuracy(hertzchain: Command) -> None:
+    damped = {"contact.damping": '"restitution"', "contact.restitution": "0.8"}
+    scene_file({"chain.granules": "3"} | damped)
+    steps = []
+    for rtol in ("1e-3", "1e-4"):
+        document = hertzchain("compare", "scene.toml", "--rtol", rtol, "--json").json()
+        assert document["verdict"] == "pass"
+        found = document["results"]["lammps"]
+        assert found["error_estimate"] <= float(rtol)
+        assert document["results"]["native"]["error_estimate"] < 1e-8
+        steps.append(found["steps"])
+    assert steps[1] > steps[0]
+
+
+@pytest.mark.lammps
 def test_the_order_and_number_of_backends_do_not_matter(hertzchain: Command) -> None:
     scene_file({"chain.granules": "4", "run.end_time": '"60 us"'})
     wanted = ["--backend", "lammps", "--backend", "native", "--backend", "lammps"]

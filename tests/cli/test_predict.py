@@ -51,6 +51,9 @@ def test_predict_needs_no_simulation() -> None:
     assert outcome.json()["missing"] is None
 
 
+DAMPED: Changes = {"contact.damping": '"restitution"', "contact.restitution": "0.8"}
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
@@ -58,8 +61,9 @@ def test_predict_needs_no_simulation() -> None:
         ({"shock.momentum_ratio": "20"}, "LM_ratio 0.1 to 10"),
         ({"shock.duration_ratio": "1.5"}, "n 2 to 50"),
         ({"shock.momentum_ratio": "10"}, "at least 41 under this pulse"),
+        (DAMPED, "Eqs. 3 to 9 and the map are about uniform free chains, this one has damping"),
     ],
-    ids=["table", "LM_ratio", "n", "N"],
+    ids=["table", "LM_ratio", "n", "N", "damped"],
 )
 def test_what_cannot_be_predicted_is_said_to_be_missing(
     hertzchain: Command, changes: Changes, words: str
@@ -70,11 +74,13 @@ def test_what_cannot_be_predicted_is_said_to_be_missing(
     assert (outcome.status, outcome.err) == (0, "")
     document = outcome.json()
     assert problems(document, "predict.json") == []
-    assert (document["outside_range"] is None) == (changes is TABLE)
+    assert (document["outside_range"] is None) == (changes in (TABLE, DAMPED))
+    assert (document["constants"] == []) == (changes is DAMPED)
     assert document["transition_granules"] is document["speed_m_s"] is None
     assert words in document["missing"]
     assert {row["map_N"] for row in document["rows"]} == {None}
     outcome = hertzchain("predict", "scene.toml")
     assert (outcome.status, outcome.err) == (0, "")
     assert words in " ".join(outcome.out.split())
+    assert ("139/32" in outcome.out) == (changes not in (TABLE, DAMPED))
     assert rows_of(outcome.out) == []

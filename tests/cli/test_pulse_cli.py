@@ -50,7 +50,12 @@ def test_a_name_with_quotes_is_given_as_a_scene_takes_it(
 
 
 def test_json(hertzchain: Command, scope: Path, scene: Path) -> None:
-    found = hertzchain("pulse", scope, "--scale", 25, "--scene", scene, "--json").json()
+    plot = scene.with_name("pulse.svg")
+    options = ("--scale", 25, "--scene", scene, "--plot", plot, "--json")
+    done = hertzchain("pulse", scope, *options)
+    assert (done.status, done.err) == (0, f"Plot written to {plot}\n")
+    assert plot.read_text(encoding="utf-8").startswith("<?xml")
+    found = done.json()
     assert found["samples"] == 1000
     assert found["rows"] < found["samples_of_pulse"] < 500
     assert abs(found["start_s"] - START) < 4e-6
@@ -73,13 +78,6 @@ def test_options_reach_the_pulse(hertzchain: Command, scope: Path) -> None:
     assert found["duration_s"] == pytest.approx(50e-9, abs=0.4e-9)
     assert found["baseline_N"] == pytest.approx(200)
     assert found["peak_force_N"]["value"] == pytest.approx(2000 * (4.012 - 0.1), rel=0.02)
-
-
-def test_a_plot(hertzchain: Command, scope: Path, tmp_path: Path) -> None:
-    plot = tmp_path / "pulse.svg"
-    done = hertzchain("pulse", scope, "--scale", 25, "--plot", plot)
-    assert (done.status, done.err) == (0, f"Plot written to {plot}\n")
-    assert plot.read_text(encoding="utf-8").startswith("<?xml")
 
 
 def test_a_scene_with_another_shock_is_read_for_its_chain(

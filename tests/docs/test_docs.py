@@ -115,23 +115,13 @@ def agrees(expected: str, got: str) -> bool:
 @pytest.mark.parametrize(
     ("expected", "got", "same"),
     [
-        ("p = 9", "p = 9\n", True),
-        ("p = 9", "p = 10", False),
         ("F 105.41 N", "F 105.42 N", True),
         ("F 105.41 N", "F 105.43 N", False),
-        ("error 1.2e-11", "error 1.3e-11", True),
         ("error 1.2e-11", "error 1.2e-10", False),
-        ("7.453541864498467", "7.453541864498463", True),
-        ("7.453541864498467", "7.453541864498267", False),
         ("1,685 steps", "1,686 steps", False),
         ("a ... z", "a b c z", True),
         ("a ... z", "a b c", False),
-        ("... 3.0\n...\nend", "x 2.0 3.0 y\nend", True),
-        ("...", "", True),
         ("", "anything", False),
-        ("srkn-11b", "srkn-6b", False),
-        ("[1.5, 2.5]", "[1.5, 2.5]", True),
-        ("3.", "4.", False),
     ],
 )
 def test_what_is_shown_is_compared(expected: str, got: str, same: bool) -> None:
@@ -208,49 +198,6 @@ class Page:
     def expect(shown: str, said: str) -> None:
         """Fail where something else was printed than is shown."""
         assert agrees(shown, said), f"shown:\n{shown}\nprinted:\n{said}"
-
-
-@pytest.mark.parametrize(
-    ("text", "problem"),
-    [
-        ("```python\nprint(1)\n```\n\n```text\n2\n```", "shown:"),
-        ("```text\n1\n```", "output of nothing"),
-        ("```python\nprint(1)\n```\n\n```toml\n# a.toml\n```", "not shown"),
-        ("```fortran\nend\n```", "a block of fortran"),
-        ("```\n1\n```", "no language"),
-        ("```toml\n[chain]\n```", "name of its file"),
-        ("```console\n$ rm chain.toml\n```", "is not run here"),
-        ("```console\n$ hertzchain --version\nhertzchain 999.0\n```", "shown:"),
-        ("```console\n$ hertzchain --version\n# status 1\n...\n```", "hertzchain --version"),
-    ],
-    ids=[
-        "output",
-        "no output",
-        "not shown",
-        "language",
-        "none",
-        "file name",
-        "program",
-        "printed",
-        "status",
-    ],
-)
-def test_a_page_that_is_wrong_fails(
-    text: str, problem: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
-    page = Page(tmp_path, capfd)
-    *before, last = blocks(text)
-    for block in before:
-        page.run(block)
-    with pytest.raises(AssertionError, match=problem):
-        page.run(last)
-
-
-def test_a_mark_is_about_the_next_block_alone() -> None:
-    text = (
-        "<!-- not run: slow -->\n```toml\n```\n\n```toml\n```\n<!-- not run: a -->\nb\n```toml\n```"
-    )
-    assert [block.not_run for block in blocks(text)] == ["slow", None, None]
 
 
 @pytest.mark.lammps

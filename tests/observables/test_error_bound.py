@@ -79,25 +79,6 @@ def test_coarser_run_keeps_times_and_force() -> None:
         assert (leg.start, leg.end, leg.ramp) == (twin.start, twin.end, twin.ramp)
 
 
-@pytest.mark.parametrize("steps", [1, 2, 3, 7, 8, 501])
-def test_factor_gives_the_very_error_of_one_leg(steps: int) -> None:
-    """P(h) = P + C h^2, measured at two steps."""
-    legs = legs_of(steps)
-    other = coarser_run(legs, math.inf)
-    difference = abs(error(other.legs, [0.7]) - error(legs, [0.7]))
-    assert other.factor * difference == pytest.approx(error(legs, [0.7]), rel=ROUND_OFF, abs=0)
-
-
-@pytest.mark.parametrize("steps", [(3, 60, 9), (1, 1), (1, 3, 5)])
-def test_factor_gives_the_very_error_where_every_step_changes_alike(
-    steps: tuple[int, ...],
-) -> None:
-    legs, weights = legs_of(*steps), [0.7, 0.2, 1.3][: len(steps)]
-    other = coarser_run(legs, math.inf)
-    difference = abs(error(other.legs, weights) - error(legs, weights))
-    assert other.factor * difference == pytest.approx(error(legs, weights), rel=ROUND_OFF, abs=0)
-
-
 @given(st.lists(st.tuples(st.integers(1, 1000), st.floats(1e-3, 1.0)), min_size=1, max_size=6))
 def test_factor_bounds_the_error_of_many_legs(legs: list[tuple[int, float]]) -> None:
     """Whichever leg makes it, as long as the legs do not cancel each other."""
@@ -132,14 +113,6 @@ def test_a_finer_run_has_a_quarter_more_steps_and_one_more_at_least(
     assert found.factor == pytest.approx(factor, rel=1e-14, abs=0)
 
 
-@pytest.mark.parametrize("steps", [1, 2, 3, 7, 8, 501])
-def test_the_factor_of_a_finer_run_gives_the_very_error_of_one_leg(steps: int) -> None:
-    legs = legs_of(steps)
-    other = finer_run(legs)
-    difference = abs(error(other.legs, [0.7]) - error(legs, [0.7]))
-    assert other.factor * difference == pytest.approx(error(legs, [0.7]), rel=ROUND_OFF, abs=0)
-
-
 @pytest.mark.parametrize(
     ("step", "rising", "safety"),
     [
@@ -172,21 +145,7 @@ def test_which_scenes_are_hard() -> None:
     assert amplifies_errors(hc.Scene(paper_scene("cosine", 2.0, 2.0, granules=60).chain, table))
 
 
-@pytest.mark.parametrize("order", [3, 4, 6])
-@pytest.mark.parametrize("steps", [1, 2, 3, 7, 8])
-def test_factor_bounds_errors_of_higher_order(order: int, steps: int) -> None:
-    legs = legs_of(steps)
-    other = coarser_run(legs, math.inf)
-    difference = abs(other.legs[0].dt ** order - legs[0].dt ** order)
-    assert other.factor * difference > legs[0].dt ** order
-
-
 # The step for a wanted error
-
-
-def peaks_with_error(coefficient: float, asked: list[float]) -> FloatArray:
-    """Three peaks whose second is off by ``coefficient`` h^2 at the step asked last."""
-    return np.array([1.0, 2.0 * (1.0 + coefficient * asked[-1] ** 2), 0.5])
 
 
 @pytest.mark.parametrize("wanted", [1e-5, 1e-6, 3e-8])
@@ -198,7 +157,7 @@ def test_step_gives_the_wanted_error_where_errors_are_quadratic(
 
     def peaks_at(step: float) -> FloatArray:
         asked.append(step)
-        return peaks_with_error(coefficient, asked)
+        return np.array([1.0, 2.0 * (1.0 + coefficient * step**2), 0.5])
 
     step = second_order_step(peaks_at, pilot=0.04, wanted=wanted)
     assert asked == [0.04, 0.02]
@@ -209,12 +168,9 @@ def test_step_gives_the_wanted_error_where_errors_are_quadratic(
 
 def test_step_grows_at_most_to_twice_the_pilot() -> None:
     def peaks_at(step: float) -> FloatArray:
-        return peaks_with_error(1e-9, [step])
+        return np.array([1.0, 1.0 + 1e-9 * step**2])
 
     assert second_order_step(peaks_at, pilot=0.04, wanted=1e-6) == 0.08
-
-
-def test_step_is_the_pilot_where_the_trials_agree() -> None:
     assert second_order_step(lambda _: np.ones(3), pilot=0.04, wanted=1e-6) == 0.04
 
 

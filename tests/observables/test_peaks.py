@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 
+import hertzchain as hc
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.observables.peaks import PeakWatch, largest_difference
 from hertzchain.observables.samples import Samples
+from tests.oracles.first_pulses import Trace
 
 Overlap = Callable[[Array, int], Array]
 """The k-th time derivative of the overlap of each contact at given times."""
@@ -82,13 +83,6 @@ def cosine_error(h: float, jerk: bool) -> float:
     time = 2.0 + h * np.arange(-3, 5)
     force = watched(samples_of(cosines(np.ones(16), peak_time), time, jerk)).force
     return float(np.max(np.abs(force - 1.0)))
-
-
-@pytest.mark.parametrize(("jerk", "order"), [(False, 6), (True, 8)])
-def test_error_falls_with_the_order_of_the_interpolation(jerk: bool, order: int) -> None:
-    # The next term is h^2 = 4 % smaller; at h = 0.2 the septic is at 1e-12, far above round-off.
-    observed = math.log2(cosine_error(0.4, jerk) / cosine_error(0.2, jerk))
-    assert observed == pytest.approx(order, abs=0.1)
 
 
 @pytest.mark.parametrize(("jerk", "constant"), [(False, 1.5 / 46080), (True, 1.5 / 10321920)])
@@ -201,32 +195,13 @@ def applied(t: float) -> float:
     return t if t <= RISE else max(0.0, (3 * RISE - t) / (2 * RISE))
 
 
-def eq_1(t: float, state: FloatArray) -> FloatArray:
-    """Eq. 1 for five granules in natural units."""
-    u, v = state[:5], state[5:]
-    force = [max(0.0, u[i] - u[i + 1]) ** 1.5 for i in range(4)]
-    pushed = [applied(t), *force]
-    passed_on = [*force, 0.0]
-    return np.array([*v, *(a - b for a, b in zip(pushed, passed_on, strict=True))])
-
-
 @pytest.fixture(scope="module")
 def dense_legs() -> list[tuple[float, float, Any]]:
-    """Start, end and dense output of each stretch between the corners of the pulse."""
-    legs, state = [], np.zeros(10)
-    for start, end in ((0.0, RISE), (RISE, 3 * RISE), (3 * RISE, END)):
-        solution = solve_ivp(
-            eq_1,
-            (start, end),
-            state,
-            method="DOP853",
-            rtol=1e-13,
-            atol=1e-15,
-            max_step=0.1,  # so that the dense output, of order 7, is as good as the steps
-            dense_output=True,
-        )
-        legs.append((start, end, solution.sol))
-        state = solution.y[:, -1]
+    """Start, end and dense output of each stretch between the corners; mass and stiffness are 1."""
+    chain = hc.Chain(5, 1.0, 1.5 * math.sqrt(2), 0.0, 0.75 / math.pi)
+    pulse = hc.Pulse("triangular", 1.0, 3.0, rise_time=RISE)
+    legs = Trace(hc.Scene(chain, pulse, hc.Run(END))).parts
+    assert [leg[:2] for leg in legs] == [(0.0, RISE), (RISE, 3 * RISE), (3 * RISE, END)]
     return legs
 
 
@@ -287,21 +262,10 @@ def test_peaks_of_a_chain_vs_scipy(dense_legs: list[tuple[float, float, Any]], j
 # largest_difference
 
 
-def test_largest_difference_is_relative() -> None:
-    measured, expected = np.array([1.0, 2.002, 50.0]), np.array([1.0, 2.0, 50.1])
-    # 0.1 / 50.1 = 0.001996, 0.002 / 2 = 0.001.
-    assert largest_difference(measured, expected) == pytest.approx(0.1 / 50.1, rel=1e-13, abs=0)
-
-
 def test_largest_difference_ignores_peaks_below_a_thousandth() -> None:
     expected = np.array([1000.0, 1.0, 0.999, 0.0])
     assert largest_difference(np.array([1000.0, 1.0, 5.0, 7.0]), expected) == 0.0
     assert largest_difference(np.array([1000.0, 1.5, 0.9, 0.0]), expected) == 0.5
-
-
-def test_largest_difference_of_peaks_that_are_all_0_is_0() -> None:
-    """A run that ends before its shock begins presses no contact."""
-    assert largest_difference(np.zeros(3), np.zeros(3)) == 0.0
 
 
 def test_largest_difference_refuses_different_numbers_of_contacts() -> None:

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
 import hertzchain as hc
-from hertzchain.errors import SceneError
-from hertzchain.scene.sections import sections_of
 from tests.conftest import STEEL
 
 STRIKER = hc.Striker(1.0)
@@ -75,29 +72,3 @@ def test_the_weaker_body_yields(name: str, part: float, yields: bool) -> None:
         scene = replace(scene, chain=replace(scene.chain, yield_strength=[strong, weak]))
     warnings = hc.Native().run(scene).warnings
     assert any("yield_strength" in one for one in warnings) == yields
-
-
-def test_the_strength_goes_through_files(tmp_path: Path) -> None:
-    plain, each = (replace(LIKE, yield_strength=y) for y in (3e8, [3e8, 2e7]))
-    for chain in (plain, each):
-        scene = hc.Scene(chain, STRIKER, wall=replace(ON_WALL, yield_strength=2.5e8))
-        scene.to_toml(tmp_path / "scene.toml")
-        assert hc.Scene.from_toml(tmp_path / "scene.toml") == scene
-        assert sections_of(scene)["wall"]["yield_strength"] == 2.5e8
-    text = (
-        '[chain]\ngranules = 2\nradius = "4.75 mm"\nyoung_modulus = "193 GPa"\n'
-        'poisson_ratio = 0.3\ndensity = 7958\nyield_strength = "300 MPa"\n'
-        '[[chain.segments]]\ngranules = 2\ncell = [{}, {yield_strength = "20 MPa"}]\n'
-        "[striker]\nvelocity = 1\n"
-    )
-    file = tmp_path / "segments.toml"
-    file.write_text(text)
-    assert hc.Scene.from_toml(file).chain.yield_strength == (3e8, 2e7)
-    file.write_text(text.replace('yield_strength = "300 MPa"\n', ""))
-    with pytest.raises(SceneError, match=r"needs chain\.yield_strength"):
-        hc.Scene.from_toml(file)
-
-
-def test_only_an_elastic_wall_has_a_strength() -> None:
-    with pytest.raises(SceneError, match="only a wall of kind"):
-        hc.Wall("rigid", yield_strength=3e8)

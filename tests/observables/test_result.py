@@ -27,12 +27,6 @@ def ending_at(scene: hc.Scene, end_time: float) -> hc.Scene:
 # Contents
 
 
-def test_contacts_have_the_papers_numbers(demo_reference: hc.Result) -> None:
-    assert demo_reference.contact.tolist() == list(range(2, 61))
-    assert demo_reference.peak_force.shape == demo_reference.peak_time.shape == (59,)
-    assert demo_reference.displacement.shape == demo_reference.velocity.shape == (60,)
-
-
 def test_transition_and_wave_of_the_demo(demo_reference: hc.Result) -> None:
     assert demo_reference.transition_granules == 9
     wave = demo_reference.solitary_wave
@@ -108,32 +102,6 @@ def test_json_says_what_the_result_says(demo_reference: hc.Result) -> None:
     assert {"hertzchain", "numpy", "python", "platform"} <= document["provenance"].keys()
 
 
-def test_json_has_all_that_is_promised(demo_reference: hc.Result) -> None:
-    promised = {
-        "backend",
-        "method",
-        "end_time_s",
-        "rise_time_s",
-        "momentum_ratio",
-        "dt_s",
-        "peak_force_N",
-        "peak_time_s",
-        "transition_granules",
-        "solitary_wave",
-        "error_estimate",
-        "overlap_ratio",
-        "largest_pressure_Pa",
-        "largest_pressure_contact",
-        "largest_pressure_time_s",
-        "needed_yield_strength_Pa",
-        "warnings",
-        "wall_time_s",
-        "compile_time_s",
-        "provenance",
-    }
-    assert promised <= through_json(demo_reference).keys()
-
-
 def test_contacts_that_were_never_pressed_are_null() -> None:
     scene = paper_scene("cosine", 1.0, 2.0, granules=60)
     assert scene.rise_time is not None
@@ -150,16 +118,11 @@ def test_contacts_that_were_never_pressed_are_null() -> None:
     assert set(document["solitary_wave"].values()) == {None}
 
 
-def test_a_pulse_table_has_no_rise_time() -> None:
-    table = hc.PulseTable((0.0, 2e-5, 6e-5), (0.0, 100.0, 0.0))
-    result = hc.Native("rk4").run(hc.Scene(hc.Chain(3, **STEEL), table))
-    assert through_json(result)["rise_time_s"] is None
-
-
 def test_a_run_that_ends_before_its_shock_begins() -> None:
     table = hc.PulseTable((1e-4, 2e-4), (100.0, 100.0))
     scene = hc.Scene(hc.Chain(3, **STEEL), table, hc.Run(5e-5))
     document = through_json(hc.Native("rk4").run(scene))
+    assert document["rise_time_s"] is None
     assert document["peak_force_N"] == [0.0, 0.0]
     assert document["peak_time_s"] == [None, None]
 

@@ -43,16 +43,6 @@ def polynomial_motion(displacement: Polynomial) -> Callable[[Array, int], Array]
     return lambda time, k: np.asarray((displacement.deriv(k) if k else displacement)(time))
 
 
-@pytest.mark.parametrize("jerk", [False, True])
-def test_constant_force_on_a_granule_that_accelerates_evenly(jerk: bool) -> None:
-    """F a t^2 / 2, from rest."""
-    force, acceleration, time = 3.0, 0.7, np.linspace(0.0, 2.0, 9)
-    motion = polynomial_motion(Polynomial([5.0, 0.0, acceleration / 2]))
-    work = work_done(samples_of(motion, time, jerk), Ramp(0.0, 2.0, force, force, "linear"))
-    # Exact but for roundings: the basis, up to 84, times displacements of 6, in 8 intervals.
-    assert work == pytest.approx(force * acceleration * 2.0**2 / 2, rel=3e-13, abs=0)
-
-
 terms = st.floats(-1.0, 1.0)
 
 
@@ -106,18 +96,6 @@ def test_blocks_add_up() -> None:
 
     # The same terms, summed in another order.
     assert work(time[:8]) + work(time[7:]) == pytest.approx(work(time), rel=1e-15, abs=0)
-
-
-def test_uneven_samples_vs_even_ones() -> None:
-    """A refined run hands on samples at uneven distances."""
-    ramp = Ramp(0.0, 2.0, 1.0, 0.0, "linear")
-
-    def work(times: Array) -> float:
-        return float(work_done(samples_of(lambda t, k: np.sin(t + k * np.pi / 2), times), ramp))
-
-    uneven = np.concatenate([np.linspace(0.0, 0.1, 30), np.linspace(0.1, 2.0, 20)[1:]])
-    # Both are exact to 1e-13 at intervals of 0.1: 0.05^8 / 8! = 1e-15 in the displacement.
-    assert work(uneven) == pytest.approx(work(np.linspace(0.0, 2.0, 21)), rel=1e-13, abs=0)
 
 
 def test_long_double_is_kept() -> None:

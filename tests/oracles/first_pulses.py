@@ -7,7 +7,9 @@ these. Only the numbers of a scene are read.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -91,60 +93,80 @@ class Trace:
 
     def first_pulses(self, static: Floats) -> list[Seen | None]:
         """First pulses of all contacts of a scene whose drive has ended."""
-        step = 0.01 * self.chain.time
-        times = np.concatenate(
-            [
-                np.linspace(b, e, max(2, int((e - b) / step)), endpoint=False)
-                for b, e, _ in self.parts
-            ]
-            + [[self.parts[-1][1]]]
-        )
+        times = self._times()
         forces = np.concatenate([self.at_all(some) for some in np.array_split(times, 50)], axis=1)
         dynamic = forces - static[:, np.newaxis]
         of_run = dynamic.max(axis=1)
         return [
-            self._seen(i, times, dynamic[i], static[i])
+            seen(times, dynamic[i], partial(self._above, i, float(static[i])))
             if of_run[i] >= 1e-3 * of_run.max()
             else None
             for i in range(self.contacts)
         ]
 
+    def _above(self, contact: int, static: float, time: float) -> float:
+        return self.at(contact, time) - static
+
+    def gauge(self, granule: int, static: Floats) -> Seen:
+        """First pulse of the mean of the contacts of a granule from 2 on."""
+        places = [k for k in (granule - 2, granule - 1) if k < self.contacts]
+
+        def read(time: float) -> float:
+            return float(sum(self.at(k, time) - static[k] for k in places)) / 2
+
+        times = self._times()
+        forces = (self.at_all(times) - static[:, np.newaxis])[places]
+        return seen(times, forces.sum(axis=0) / 2, read)
+
+    def _times(self) -> Floats:
+        """A hundred times in each unit of time."""
+        step = 0.01 * self.chain.time
+        parts = [
+            np.linspace(b, e, max(2, int((e - b) / step)), endpoint=False) for b, e, _ in self.parts
+        ]
+        return np.concatenate([*parts, [self.parts[-1][1]]])
+
     def at_all(self, times: Floats) -> Floats:
         """Forces of all contacts at increasing times, (contacts, times)."""
-        found = np.zeros((self.contacts, times.size))
+        return self.force(self.states(times))
+
+    def states(self, times: Floats) -> Floats:
+        """Displacements and velocities at increasing times, (2 granules, times)."""
+        found = np.zeros((2 * self.granules, times.size))
         for begin, end, solution in self.parts:
             here = (times >= begin) & (times <= end)
             if here.any():
-                found[:, here] = self.force(solution(times[here]))
+                found[:, here] = solution(times[here])
         return found
 
-    def _seen(self, i: int, times: Floats, f: Floats, static: float) -> Seen:
-        """The definition, step by step."""
-        run, top, best = f.max(), 0.0, 0
-        over = None
-        for k, force in enumerate(f):
-            if force > top:
-                top, best = float(force), k
-            elif force <= top / 2 and top >= 0.01 * run:
-                over = k
-                break
-        low, high = times[max(best - 1, 0)], times[min(best + 1, times.size - 1)]
-        # Within the interval: SciPy finds a place to 1e-8 of itself, and a dashpot that closes
-        # jumps to its maximum.
-        found = minimize_scalar(
-            lambda s: -self.at(i, low + s * (high - low)), bounds=(0, 1), method="bounded",
-            options={"xatol": 1e-9},
-        )  # fmt: skip
-        force = max(-float(found.fun), top + static) - static
 
-        def excess(time: float) -> float:
-            return self.at(i, time) - static - force / 2
+def seen(times: Floats, f: Floats, read: Callable[[float], float]) -> Seen:
+    """The definition of a first pulse, step by step: forces at times, and at any time."""
+    run, top, best = f.max(), 0.0, 0
+    over = None
+    for k, force in enumerate(f):
+        if force > top:
+            top, best = float(force), k
+        elif force <= top / 2 and top >= 0.01 * run:
+            over = k
+            break
+    low, high = times[max(best - 1, 0)], times[min(best + 1, times.size - 1)]
+    # Within the interval: SciPy finds a place to 1e-8 of itself, and a dashpot that closes
+    # jumps to its maximum.
+    found = minimize_scalar(
+        lambda s: -read(low + s * (high - low)), bounds=(0, 1), method="bounded",
+        options={"xatol": 1e-9},
+    )  # fmt: skip
+    force = max(-float(found.fun), top)
 
-        reached = int(np.argmax(f >= force / 2))
-        if over is not None:  # of the maximum that is known now, which is a little higher
-            over = best + int(np.argmax(f[best:] <= force / 2))
-        arrival = float(times[0])  # where spheres that touch begin with a closing speed
-        if reached:
-            arrival = brentq(excess, times[reached - 1], times[reached], xtol=1e-18)
-        end = None if over is None else brentq(excess, times[over - 1], times[over], xtol=1e-18)
-        return Seen(force, float(low + found.x * (high - low)), arrival, end)
+    def excess(time: float) -> float:
+        return read(time) - force / 2
+
+    reached = int(np.argmax(f >= force / 2))
+    if over is not None:  # of the maximum that is known now, which is a little higher
+        over = best + int(np.argmax(f[best:] <= force / 2))
+    arrival = float(times[0])  # where spheres that touch begin with a closing speed
+    if reached:
+        arrival = brentq(excess, times[reached - 1], times[reached], xtol=1e-18)
+    end = None if over is None else brentq(excess, times[over - 1], times[over], xtol=1e-18)
+    return Seen(force, float(low + found.x * (high - low)), arrival, end)

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 import hertzchain as hc
 from hertzchain.engines.native import METHODS, simulate_in_numpy
 from tests.conftest import STEEL, paper_scene
 from tests.oracles import eighth_order, extrapolation
+from tests.oracles.first_pulses import Trace
 
 
 def test_two_granules_under_a_constant_force() -> None:
@@ -26,29 +26,7 @@ def test_two_granules_under_a_constant_force() -> None:
 
 def test_vs_scipy_in_si() -> None:
     scene = paper_scene("triangular", 0.3, 4.0, 6)
-    chain, shock = scene.chain, scene.shock
-    assert isinstance(shock, hc.Pulse)
-    assert scene.rise_time is not None
-    rise, stop = float(scene.rise_time), scene.ramps[-1].end
-
-    def push(t: float) -> float:
-        return 100.0 * (t / rise if t < rise else max(0.0, (stop - t) / (stop - rise)))
-
-    def motion(t: float, y: np.ndarray) -> np.ndarray:
-        overlap = np.maximum(y[:5] - y[1:6], 0)
-        force = np.concatenate([[push(t)], chain.contact_stiffness * overlap**1.5, [0.0]])
-        return np.concatenate([y[6:], -np.diff(force) / chain.granule_mass])
-
-    state, peak = np.zeros(12), np.zeros(5)
-    for begin, end in ((0.0, rise), (rise, stop), (stop, scene.end_time)):
-        run = solve_ivp(
-            motion, (begin, end), state, method="Radau", rtol=1e-10, atol=1e-17, dense_output=True
-        )
-        state = run.y[:, -1]
-        assert run.sol is not None
-        y = run.sol(np.linspace(begin, end, 40_000))
-        overlap = np.maximum(y[:5] - y[1:6], 0)
-        peak = np.maximum(peak, np.max(chain.contact_stiffness * overlap**1.5, axis=1))
+    peak = Trace(scene).at_all(np.linspace(0.0, scene.end_time, 100_000)).max(axis=1)
     # The largest of samples a thousandth of a contact's time apart: 5e-8 was seen.
     assert eighth_order.solve(scene).error_of(peak) < 1e-7
 

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from typing import Any
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import hertzchain as hc
-from hertzchain.errors import is_finite, is_positive
 from tests.conftest import STEEL
 
 ROUND_OFF = 1e-15
@@ -38,37 +35,3 @@ def test_contact_stiffness_vs_the_hertz_law_of_two_unlike_spheres(
     modulus = 1 / (2 * (1 - poisson_ratio**2) / 193e9)
     expected = 4 / 3 * modulus * math.sqrt(1 / (1 / radius + 1 / radius))
     assert chain.contact_stiffness == pytest.approx(expected, rel=ROUND_OFF)
-
-
-def test_errors_are_also_value_errors() -> None:
-    with pytest.raises(ValueError, match="granules = 1: must be an integer from 2"):
-        chain_with(granules=1)
-
-
-def test_a_chain_cannot_be_changed() -> None:
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        chain_with().radius = 1.0  # type: ignore[misc]
-
-
-def test_equal_chains_are_equal_and_hash_alike() -> None:
-    assert chain_with() == chain_with()
-    assert hash(chain_with()) == hash(chain_with())
-    assert chain_with() != chain_with(granules=61)
-
-
-@pytest.mark.parametrize("value", [0, 1, -2.5, 5e-324, np.float64(3.0)])
-def test_finite_numbers_are_finite(value: object) -> None:
-    assert is_finite(value)
-
-
-@pytest.mark.parametrize("value", [math.inf, -math.inf, math.nan, True, "1", None, 1j, [1.0]])
-def test_what_is_not_a_finite_number_is_not(value: object) -> None:
-    assert not is_finite(value)
-    assert not is_positive(value)
-
-
-@pytest.mark.parametrize(
-    ("value", "positive"), [(5e-324, True), (1, True), (0.0, False), (-1, False)]
-)
-def test_positive_means_above_0(value: object, positive: bool) -> None:
-    assert is_positive(value) is positive

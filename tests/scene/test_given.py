@@ -41,15 +41,14 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
-@pytest.mark.parametrize("kind", [str, Path])
-def test_a_path_stands_for_its_scene(name: str, kind: Callable[[Path], Any], path: Path) -> None:
+def test_a_path_stands_for_its_scene(name: str, path: Path) -> None:
     function = FUNCTIONS[name]
-    assert np.array_equal(function(kind(path)), function(SHORT), equal_nan=True)
+    assert np.array_equal(function(str(path)), function(SHORT), equal_nan=True)
 
 
 @pytest.mark.parametrize(
     "function",
-    [*FUNCTIONS.values(), lambda scene: hc.examine(scene, "in.mine")],
+    [*FUNCTIONS.values(), hc.Lammps().run, lambda scene: hc.examine(scene, "in.mine")],
 )
 def test_a_scene_file_that_is_not_there_is_named(function: Callable[[Any], Any]) -> None:
     with pytest.raises(SceneError, match=r"^nowhere\.toml: cannot be read"):
@@ -62,5 +61,10 @@ def test_a_batch_is_of_a_list(given: Any) -> None:
         hc.peak_forces(given)
 
 
-def test_a_scene_is_returned_as_it_is() -> None:
+def test_a_scene_a_path_or_neither(path: Path) -> None:
     assert to_scene(SHORT) is SHORT
+    assert to_scene(path) == SHORT
+    said = r"must be a Scene or the path of a scene file \(TOML\)$"
+    for given, start in ((None, "^scene: "), (SHORT.chain, "^scene = 'Chain': ")):
+        with pytest.raises(SceneError, match=start + said):
+            to_scene(given)  # type: ignore[arg-type]

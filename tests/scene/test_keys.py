@@ -78,6 +78,7 @@ def test_an_impossible_value_is_an_error_with_key_and_value(part: Any, name: str
             continue  # one number for each granule
         with pytest.raises(SceneError) as caught:
             replace(part, **{name: value})
+        assert isinstance(caught.value, ValueError)
         assert caught.value.key == name
         assert caught.value.value is value
         assert caught.value.allowed == key.allowed

@@ -15,77 +15,36 @@ from hertzchain.scene.natural_units import (
     force_scale,
     natural_units,
 )
-from tests.conftest import STEEL, paper_scene
+from tests.conftest import paper_scene
 
-CHAIN = hc.Chain(60, **STEEL)
-UNITS = natural_units(CHAIN, 100.0)
 ROUND_OFF = 1e-14
 """A few dozen roundings of 1e-16."""
-
-
-def test_two_granules_pressed_by_the_unit_force_overlap_by_the_unit_length() -> None:
-    modulus, radius = 193e9 / (2 * (1 - 0.3**2)), 4.75e-3 / 2  # effective, of two equal granules
-    assert 4 / 3 * modulus * math.sqrt(radius) * UNITS.length**1.5 == pytest.approx(
-        100.0, rel=ROUND_OFF, abs=0
-    )
-
-
-def test_the_unit_force_moves_a_granule_by_the_unit_length_over_the_square_of_the_unit_time() -> (
-    None
-):
-    mass = 4 / 3 * math.pi * 4.75e-3**3 * 7958.0
-    assert mass * UNITS.length / UNITS.time**2 == pytest.approx(100.0, rel=ROUND_OFF, abs=0)
-
-
-def test_derived_units_vs_their_dimensions() -> None:
-    mass = 4 / 3 * math.pi * 4.75e-3**3 * 7958.0
-    assert UNITS.force == 100.0
-    assert UNITS.velocity * UNITS.time == pytest.approx(UNITS.length, rel=ROUND_OFF, abs=0)
-    assert UNITS.momentum == pytest.approx(mass * UNITS.velocity, rel=ROUND_OFF, abs=0)
-    assert UNITS.energy == pytest.approx(mass * UNITS.velocity**2, rel=ROUND_OFF, abs=0)
 
 
 factor = st.floats(1e-6, 1e6)
 
 
-@given(modulus=factor, force=factor, radius=factor, density=factor)
-def test_units_scale_as_powers(modulus: float, force: float, radius: float, density: float) -> None:
-    """F = A length^(3/2) with A as E R^(1/2), and F = m length / time^2 with m as rho R^3."""
-    chain = hc.Chain(60, 4.75e-3 * radius, 193e9 * modulus, 0.3, 7958.0 * density)
-    scaled = natural_units(chain, 100.0 * force)
-    length = force ** (2 / 3) * modulus ** (-2 / 3) * radius ** (-1 / 3)
-    time = force ** (-1 / 6) * modulus ** (-1 / 3) * radius ** (4 / 3) * density**0.5
-    assert scaled.force == 100.0 * force
-    assert scaled.length == pytest.approx(UNITS.length * length, rel=ROUND_OFF, abs=0)
-    assert scaled.time == pytest.approx(UNITS.time * time, rel=ROUND_OFF, abs=0)
-
-
-@given(poisson_ratio=st.floats(-0.99, 0.5))
-def test_units_know_the_poisson_ratio_through_the_modulus_only(poisson_ratio: float) -> None:
-    """E / (1 - nu^2) is all that Hertz's law has of both."""
-    chain = hc.Chain(60, 4.75e-3, 193e9 * (1 - poisson_ratio**2), poisson_ratio, 7958.0)
-    plain = hc.Chain(60, 4.75e-3, 193e9, 0.0, 7958.0)
-    units, expected = natural_units(chain, 100.0), natural_units(plain, 100.0)
-    # 1 - nu^2 is computed the same way on both sides.
-    assert units.length == pytest.approx(expected.length, rel=ROUND_OFF, abs=0)
-    assert units.time == pytest.approx(expected.time, rel=ROUND_OFF, abs=0)
+@given(modulus=factor, force=factor, radius=factor, density=factor, nu=st.floats(-0.99, 0.5))
+def test_units_vs_the_laws_of_hertz_and_newton(
+    modulus: float, force: float, radius: float, density: float, nu: float
+) -> None:
+    """The unit force presses two granules by the unit length, and moves one as far."""
+    modulus, force, radius, density = 193e9 * modulus, 100 * force, 4.75e-3 * radius, 7958 * density
+    units = natural_units(hc.Chain(60, radius, modulus, nu, density), force)
+    # Effective, of two equal granules.
+    hertz = 4 / 3 * modulus / (2 * (1 - nu**2)) * math.sqrt(radius / 2)
+    mass = 4 / 3 * math.pi * radius**3 * density
+    assert units.force == force
+    assert hertz * units.length**1.5 == pytest.approx(force, rel=ROUND_OFF, abs=0)
+    assert mass * units.length / units.time**2 == pytest.approx(force, rel=ROUND_OFF, abs=0)
+    assert units.velocity * units.time == pytest.approx(units.length, rel=ROUND_OFF, abs=0)
+    assert units.momentum == pytest.approx(mass * units.velocity, rel=ROUND_OFF, abs=0)
+    assert units.energy == pytest.approx(mass * units.velocity**2, rel=ROUND_OFF, abs=0)
 
 
 def test_momentum_of_the_unit_wave_is_1_651778333() -> None:
     assert PAPER_MOMENTUM == 4.34375
     assert round(MOMENTUM_IN_NATURAL_UNITS, 9) == 1.651778333
-
-
-@given(modulus=factor, force=factor, radius=factor, density=factor)
-def test_unit_ratio_momentum_vs_the_papers_formula(
-    modulus: float, force: float, radius: float, density: float
-) -> None:
-    chain = hc.Chain(60, 4.75e-3 * radius, 193e9 * modulus, 0.3, 7958.0 * density)
-    inside = 0.91 * chain.radius**4 * chain.density**1.5 / chain.young_modulus
-    printed = 139 / 32 * inside ** (1 / 3) * (100.0 * force) ** (5 / 6)
-    assert MOMENTUM_IN_NATURAL_UNITS * natural_units(
-        chain, 100.0 * force
-    ).momentum == pytest.approx(printed, rel=ROUND_OFF, abs=0)
 
 
 @pytest.mark.parametrize("momentum_ratio", [1e-3, 1e-4])

@@ -14,62 +14,8 @@ import hertzchain as hc
 from hertzchain.errors import SceneError
 from hertzchain.scene.shock import Stroke
 from tests.conftest import STEEL
-from tests.scene.test_scene import CHAIN_TEXT, refusal, scene_of
-
-PISTON = '[shock]\nprofile = "piston"\n'
-WALL = '[wall]\nkind = "same"\n'
-TABLE = "time_s,displacement_m\n1e-5,0\n3e-5,4e-6\n4e-5,1e-6\n"
-
-
-def test_a_velocity_and_a_table_there_and_back(tmp_path: Path) -> None:
-    (tmp_path / "motion.csv").write_text(TABLE)
-    for text, piston in (
-        ('velocity = "20 cm/s"\n', hc.Piston(0.2)),
-        ('file = "motion.csv"\n', hc.Piston(None, (1e-5, 3e-5, 4e-5), (0, 4e-6, 1e-6))),
-    ):
-        scene = scene_of(tmp_path, CHAIN_TEXT + PISTON + text)
-        assert scene.shock == piston
-        assert scene.terms == ("piston",)
-        scene.to_toml(tmp_path / "copy.toml")
-        assert hc.Scene.from_toml(tmp_path / "copy.toml") == scene
-
-
-REFUSED = {
-    "neither": (PISTON, "velocity or file: missing, a piston needs exactly one of the two"),
-    "both": (
-        PISTON + 'velocity = 1\nfile = "motion.csv"\n',
-        'shock.velocity = 1: not allowed with profile = "piston" and a file, which takes only file',
-    ),
-    "a force": (PISTON + "velocity = 1\npeak_force = 1\n", "shock.peak_force = 1: unknown key"),
-    "no file": (PISTON + 'file = "none.csv"\n', "shock.file = 'none.csv': cannot be read"),
-    "no name": (PISTON + "file = 3\n", "shock.file = 3: must be the name of a CSV file"),
-}
-
-
-@pytest.mark.parametrize("case", REFUSED)
-def test_what_cannot_be_is_one_sentence(tmp_path: Path, case: str) -> None:
-    text, expected = REFUSED[case]
-    said = refusal(tmp_path, CHAIN_TEXT + text)
-    assert expected in said
-    assert "\n" not in said
-
-
-@pytest.mark.parametrize(
-    ("table", "expected"),
-    [
-        ("time_s,force_N\n0,0\n1,1\n", "must be time_s,displacement_m"),
-        (TABLE.replace("1e-5,0", "1e-5,1e-9"), "displacement_m in row 1 = 1e-09: must be 0"),
-        (TABLE.replace("4e-6", "inf"), "displacement_m in row 2 = inf: must be a finite number"),
-        (TABLE.replace("4e-6", "0").replace("1e-6", "0"), "must not be 0 in all rows"),
-        (TABLE.replace("3e-5", "5e-5"), "time_s in row 3 = 4e-05: must be above 5e-05"),
-        ("time_s,displacement_m\n0,0\n", "rows = 1: must be at least 2 rows"),
-        ("time_s,displacement_m\n0,0\n1e-300,1e10\n", "displacement_m in row 2: is reached in"),
-        ("time_s,displacement_m\n0,0,1\n", "row 1 = '0,0,1': must be two numbers"),
-    ],
-)
-def test_tables_that_cannot_be(tmp_path: Path, table: str, expected: str) -> None:
-    (tmp_path / "motion.csv").write_text(table)
-    assert expected in refusal(tmp_path, CHAIN_TEXT + PISTON + 'file = "motion.csv"\n')
+from tests.scene.test_refused import text_of
+from tests.scene.test_scene import scene_of
 
 
 @pytest.mark.parametrize(
@@ -85,6 +31,15 @@ def test_a_piston_in_python_that_cannot_be(given: dict[str, Any], key: str) -> N
     with pytest.raises(SceneError) as caught:
         hc.Piston(**given)
     assert caught.value.key == key
+
+
+def test_a_velocity_and_a_table_are_read(tmp_path: Path) -> None:
+    (tmp_path / "motion.csv").write_text("time_s,displacement_m\n1e-5,0\n3e-5,4e-6\n4e-5,1e-6\n")
+    for text, piston in (
+        ('velocity="20 cm/s"', hc.Piston(0.2)),
+        ('file="motion.csv"', hc.Piston(None, (1e-5, 3e-5, 4e-5), (0, 4e-6, 1e-6))),
+    ):
+        assert scene_of(tmp_path, text_of(f"piston shock.{text}")).shock == piston
 
 
 def test_strokes_follow_the_table() -> None:

@@ -42,6 +42,7 @@ from tests.places import ROOT
         ("20. ns", "s", 20e-9),
         ("1 in", "m", 0.0254),
         ("1 millimeter", "m", 1e-3),
+        ("1 minute", "s", 60.0),
         ("-3 m", "m", -3.0),
         ("0 mm", "m", 0.0),
         ("50 mm/m", "", 0.05),
@@ -65,11 +66,7 @@ def test_numbers_pass_unchanged(number: float) -> None:
     assert to_si("key", number, "m") == number
     assert to_si("key", repr(number), "m") == number
     assert to_si("key", f"{number!r} m", "m") == number
-
-
-@pytest.mark.parametrize("text", ["nan", "nan m", "-nan"])
-def test_nan_is_left_to_who_asks(text: str) -> None:
-    assert math.isnan(to_si("key", text, "m"))
+    assert math.isnan(to_si("key", "nan m", "m"))
 
 
 @pytest.mark.parametrize(
@@ -183,11 +180,6 @@ def test_usual_units_are_worth_what_pint_says(unit: str, given: str, number: flo
     by_pint = float(_registry().Quantity(number, given).to(unit).magnitude)
     # to_si gives 15 digits.
     assert to_si("key", f"{number!r} {given}", unit) == pytest.approx(by_pint, rel=2e-15, abs=0)
-
-
-def test_unusual_units_are_known_too() -> None:
-    assert to_si("radius", "1 inch", "m") == 0.0254
-    assert to_si("rise_time", "1 minute", "s") == 60.0
 
 
 @pytest.mark.parametrize(

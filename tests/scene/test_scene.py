@@ -72,15 +72,6 @@ def test_strings_with_units_vs_plain_numbers(tmp_path: Path, demo: hc.Scene) -> 
     assert scene_of(tmp_path, plain) == demo
 
 
-def test_a_rise_time_and_an_end_time_are_read(tmp_path: Path) -> None:
-    text = TEXT.replace("momentum_ratio = 2.0", 'rise_time = "70 us"')
-    read = scene_of(tmp_path, text + '[run]\nend_time = "1.2 ms"\n')
-    assert isinstance(read.shock, hc.Pulse)
-    assert read.shock.momentum_ratio is None
-    assert read.rise_time == pytest.approx(70e-6, rel=1e-15)  # a conversion
-    assert read.end_time == pytest.approx(1.2e-3, rel=1e-15)
-
-
 def test_a_table_is_read_relative_to_the_scene(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -102,129 +93,6 @@ def test_a_table_may_lie_anywhere(tmp_path: Path) -> None:
     for name in ("elsewhere/pulse.csv", "./elsewhere/../elsewhere/pulse.csv", table.as_posix()):
         read = scene_of(tmp_path, TABLE_TEXT.replace("pulse.csv", name))
         assert read.peak_force == 100.0
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "words"),
-    [
-        ("granules = 60", "granules = 1", "chain.granules = 1: must be an integer from 2"),
-        ("granules = 60", "granules = 60.0", "chain.granules = 60.0: must be an integer"),
-        (
-            "[chain]",
-            '[chain]\ndiameter = "9.5 mm"',
-            "chain.diameter = '9.5 mm': unknown key: write radius, half of it",
-        ),
-        ("granules = 60", "granule = 60", "chain.granule = 60: unknown key, allowed are granules,"),
-        ("granules = 60\n", "", "chain.granules: missing"),
-        ('"4.75 mm"', '"4.75 s"', "chain.radius = '4.75 s': has the wrong dimension"),
-        ('"4.75 mm"', "true", "chain.radius = True: must be a number [m]"),
-        ('"4.75 mm"', "[1, 2]", "chain.radius = [1, 2]: must be a number [m]"),
-        ('"4.75 mm"', '"-4.75 mm"', "chain.radius = '-4.75 mm': must be a finite number above 0"),
-        ("duration_ratio = 2\n", "", "shock.duration_ratio: missing"),
-        ("momentum_ratio = 2.0\n", "", "shock.momentum_ratio or rise_time: missing"),
-        ("momentum_ratio = 2.0", "momentum_ratio = 2.0\nrise_time = 1", "both are given"),
-        ('"cosine-triangular"', '"box"', "shock.profile = 'box': must be one of cosine, triang"),
-        ('profile = "cosine-triangular"\n', "", "shock.profile: missing"),
-        ("[chain]", "colour = 1\n[chain]", "colour = 1: unknown key, allowed are the sections"),
-        ("[chain]", "[chains]", "chains = "),
-        ("[chain]", "[[chain]]", "chain = "),
-        ("[shock]", "[run]\nend_tim = 1\n[shock]", "run.end_tim = 1: unknown key, allowed are end"),
-    ],
-)
-def test_an_impossible_scene_is_refused_with_file_key_and_value(
-    tmp_path: Path, old: str, new: str, words: str
-) -> None:
-    assert TEXT.count(old) == 1
-    said = refusal(tmp_path, TEXT.replace(old, new))
-    assert said.startswith(f"{tmp_path / 'scene.toml'}: ")
-    assert words in said
-    assert "\n" not in said
-
-
-def test_a_missing_section_is_refused(tmp_path: Path) -> None:
-    chain, shock = TEXT.split("[shock]")
-    assert "[shock]: missing section" in refusal(tmp_path, chain)
-    assert "[chain]: missing section" in refusal(tmp_path, "[shock]" + shock)
-    assert "[chain]: missing section" in refusal(tmp_path, "")
-
-
-def test_a_long_value_is_not_shown_whole(tmp_path: Path) -> None:
-    said = refusal(tmp_path, TEXT.replace('"4.75 mm"', f'"{"m" * 10_000}"'))
-    assert "'mmmm" in said
-    assert "..." in said
-    assert len(said) < 400
-
-
-@pytest.mark.parametrize(
-    ("old", "new"),
-    [
-        ('"cosine-triangular"', '["cosine"]'),
-        ("granules = 60", f"granules = {'1' * 5000}"),
-        ('"4.75 mm"', "1" * 5000),
-        ('"cosine-triangular"', f"0x{'f' * 5000}"),
-        ('"4.75 mm"', "[" * 5000 + "]" * 5000),
-    ],
-    ids=["list", "long", "long radius", "hex profile", "nested"],
-)
-def test_values_that_are_odd_in_toml_are_refused(tmp_path: Path, old: str, new: str) -> None:
-    assert "scene.toml" in refusal(tmp_path, TEXT.replace(old, new))
-
-
-NOT_TOML = [b"[chain", b"chain = ", b"\xff\xfe", b"\x00", b"\x89PNG\r\n", b"{}", b"a: 1"]
-TWICE = [b"a = 1\na = 2\n", b"[chain]\na = 1\na = 2", b"[chain]\n[shock]\n[chain]"]
-TWICE += [b"a = {b = 1, b = 2}"]
-
-
-@pytest.mark.parametrize("content", [*NOT_TOML, *TWICE], ids=repr)
-def test_what_is_not_toml_is_refused(tmp_path: Path, content: bytes) -> None:
-    path = tmp_path / "scene.toml"
-    path.write_bytes(content)
-    with pytest.raises(SceneError, match=r"scene\.toml: is not TOML") as refused:
-        hc.Scene.from_toml(path)
-    twice = "a key or a section is given twice: delete one of them"
-    assert (twice in str(refused.value)) == (content in TWICE)
-
-
-@pytest.mark.parametrize("name", [".", "missing.toml", "x" * 5000, "with\0nul.toml"])
-def test_a_file_that_cannot_be_read_is_refused(tmp_path: Path, name: str) -> None:
-    with pytest.raises(SceneError, match="TOML"):
-        hc.Scene.from_toml(tmp_path / name)
-
-
-@pytest.mark.parametrize(
-    ("new", "words"),
-    [
-        ('profile = "table"', "shock.file: missing"),
-        ('profile = "table"\nfile = 3', "shock.file = 3: must be the name of a CSV file"),
-        ('profile = "table"\nfile = "no.csv"', "no.csv"),
-        ('profile = "table"\nfile = "."', "shock.file"),
-        ('profile = "table"\nfile = "a\\u0000b"', "shock.file"),
-        ('profile = "table"\nfile = "pulse.csv"\npeak_force = 1', "shock.peak_force = 1: not allo"),
-        ('profile = "cosine"\nfile = "pulse.csv"', "shock.file = 'pulse.csv': unknown key"),
-    ],
-)
-def test_an_impossible_table_section_is_refused(tmp_path: Path, new: str, words: str) -> None:
-    (tmp_path / "pulse.csv").write_text("time_s,force_N\n0,0\n1e-5,100\n")
-    assert words in refusal(tmp_path, CHAIN_TEXT + "[shock]\n" + new)
-    (tmp_path / "pulse.csv").write_text("time_s,force_N\n0,0\n0,100\n")
-    said = refusal(tmp_path, TABLE_TEXT)
-    assert said == f"{tmp_path / 'pulse.csv'}: time_s in row 2 = 0.0: must be above 0.0"
-
-
-@pytest.mark.parametrize(
-    ("old", "new"),
-    [
-        ('"4.75 mm"', "1e300"),
-        ('"4.75 mm"', "1e-300"),
-        ('"7958 kg/m^3"', "1e-320"),
-        ("duration_ratio = 2", "duration_ratio = 1.7e308"),
-        ("momentum_ratio = 2.0", "rise_time = 1e308"),
-    ],
-)
-def test_numbers_that_leave_floating_point_together_are_refused(
-    tmp_path: Path, old: str, new: str
-) -> None:
-    assert "too large or too small" in refusal(tmp_path, TEXT.replace(old, new))
 
 
 @pytest.mark.parametrize(
@@ -266,21 +134,6 @@ PULSE = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0)
 def test_parts_of_another_type_are_refused(parts: tuple[Any, ...], said: str) -> None:
     with pytest.raises(SceneError, match=said):
         hc.Scene(*parts)
-
-
-@pytest.mark.parametrize("backend", [hc.Native(), hc.Lammps()], ids=["native", "lammps"])
-@pytest.mark.parametrize(
-    ("scene", "said"),
-    [
-        ("nowhere.toml", r"^nowhere\.toml: cannot be read \(No such file or directory\)"),
-        (None, r"^scene: must be a Scene or the path of a scene file \(TOML\)$"),
-        (CHAIN, r"^scene = 'Chain': must be a Scene or the path of a scene file \(TOML\)$"),
-    ],
-    ids=["name", "none", "chain"],
-)
-def test_what_is_no_scene_is_not_run(backend: Any, scene: Any, said: str) -> None:
-    with pytest.raises(SceneError, match=said):
-        backend.run(scene)
 
 
 def test_a_table_of_many_rows_is_summed_in_one_pass() -> None:

@@ -2,51 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 import hertzchain as hc
 from tests.conftest import STEEL
-from tests.scene.test_scene import CHAIN_TEXT, refusal, scene_of
-
-SINE = '[shock]\nprofile = "sine"\namplitude = "5 N"\nfrequency = "8 kHz"\ncycles = 3\n'
-PRESSED = '[precompression]\nforce = "5 N"\n'
-
-
-def test_there_and_back(tmp_path: Path) -> None:
-    scene = scene_of(tmp_path, CHAIN_TEXT + SINE + PRESSED)
-    assert scene.shock == hc.Sine(5.0, 8000.0, 3)
-    assert scene.terms == ("precompression",)
-    scene.to_toml(tmp_path / "copy.toml")
-    assert "cycles = 3\n" in (tmp_path / "copy.toml").read_text()
-    assert hc.Scene.from_toml(tmp_path / "copy.toml") == scene
-
-
-REFUSED = {
-    "too many": (SINE.replace("= 3", "= 50001"), "must be an integer from 1 to 50000"),
-    "no frequency": (SINE.replace("frequency", "#"), "shock.frequency: missing"),
-    "no profile": (SINE.replace("sine", "sinus"), "shock.profile = 'sinus': must be one of cosine"),
-    "a peak": (SINE + "peak_force = 3\n", "shock.peak_force = 3: unknown key"),
-}
-
-
-@pytest.mark.parametrize("case", REFUSED)
-def test_what_cannot_be_is_one_sentence(tmp_path: Path, case: str) -> None:
-    text, expected = REFUSED[case]
-    said = refusal(tmp_path, CHAIN_TEXT + text + PRESSED)
-    assert expected in said
-    assert "\n" not in said
-
-
-def test_an_actuator_cannot_pull(tmp_path: Path) -> None:
-    said = "shock.amplitude = 5.0: must be at most the static load"
-    assert said in refusal(tmp_path, CHAIN_TEXT + SINE)
-    little = PRESSED.replace('"5 N"', "4.9999999")
-    assert said in refusal(tmp_path, CHAIN_TEXT + SINE + little)
-    gravity = '[wall]\nkind = "rigid"\n[precompression]\ngravity = 1e4\n'
-    assert said in refusal(tmp_path, CHAIN_TEXT + SINE + gravity)
 
 
 def test_the_force_is_a_sine() -> None:

@@ -12,18 +12,8 @@ import hertzchain as hc
 from hertzchain.errors import SceneError
 from hertzchain.scene.terms import DAMPING, WALLS, DampingLaw, WallKind
 from tests.conftest import STEEL
-from tests.scene.test_scene import CHAIN_TEXT, TEXT, refusal, scene_of
-
-SHOCK = "[shock]" + TEXT.partition("[shock]")[2]
-STRIKER = '[striker]\nvelocity = "1 m/s"\n'
-PRESSED = '[precompression]\nforce = "20 N"\n'
-WALL = '[wall]\nkind = "same"\n'
-
-
-def segmented(*segments: str, granules: int = 60) -> str:
-    """A chain of segments, each the lines after its header, under the shock of the demo."""
-    chain = CHAIN_TEXT.replace("granules = 60", f"granules = {granules}")
-    return chain + "".join(f"[[chain.segments]]\n{text}\n" for text in segments) + SHOCK
+from tests.scene.test_refused import text_of
+from tests.scene.test_scene import TEXT, scene_of
 
 
 def test_kinds_of_walls_and_laws_of_damping_are_typed() -> None:
@@ -31,200 +21,60 @@ def test_kinds_of_walls_and_laws_of_damping_are_typed() -> None:
     assert set(get_args(DampingLaw)) == set(DAMPING)
 
 
-def test_a_plain_scene_has_no_terms(tmp_path: Path) -> None:
-    scene = scene_of(tmp_path, TEXT)
-    assert scene.is_plain
-    assert scene.terms == ()
+TERMS = """
+striker => striker
+pulse wall.kind="same" => wall
+pulse precompression.force="20 N" => precompression
+pulse wall.kind="same"; precompression.gravity=9.81 => wall, gravity
+pulse chain.segments=[{granules=60, radius_ratio=0.99}] => unlike granules
+pulse chain.segments=[{granules=60, gap="1 um"}] => gaps
+pulse chain.gap="1 um" => gaps
+pulse contact={damping="restitution", restitution=0.9} => damping
+pulse contact={damping="dashpot", coefficient="2 g/s"} => damping
+pulse wall.kind="same"; contact={damping="viscoelastic", relaxation_time="1 us"} => wall, damping
+piston shock.velocity="20 cm/s" => piston
+sine => precompression
+"""
+"""Scenes of ``test_refused``, and their terms."""
 
 
-@pytest.mark.parametrize(
-    ("text", "terms"),
-    [
-        (CHAIN_TEXT + STRIKER, ("striker",)),
-        (TEXT + WALL, ("wall",)),
-        (TEXT + PRESSED, ("precompression",)),
-        (TEXT + WALL + "[precompression]\ngravity = 9.81\n", ("wall", "gravity")),
-        (segmented("granules = 60\nradius_ratio = 0.99"), ("unlike granules",)),
-        (segmented('granules = 60\ngap = "1 um"'), ("gaps",)),
-        (TEXT + '[contact]\ndamping = "restitution"\nrestitution = 0.9\n', ("damping",)),
-        (
-            TEXT + WALL + '[contact]\ndamping = "viscoelastic"\nrelaxation_time = "1 us"\n'
-            "attraction = true\n",
-            ("wall", "damping"),
-        ),
-        (TEXT + '[contact]\ndamping = "dashpot"\ncoefficient = "2 g/s"\n', ("damping",)),
-        (TEXT.replace("[shock]", 'gap = "1 um"\n[shock]'), ("gaps",)),
-        (
-            segmented("granules = 30", 'granules = 30\ndensity = "2 g/cm^3"')
-            .replace(SHOCK, STRIKER + WALL + PRESSED),
-            ("unlike granules", "striker", "wall", "precompression"),
-        ),
-    ],
-)  # fmt: skip
-def test_terms_are_named_and_written_and_read(
-    tmp_path: Path, text: str, terms: tuple[str, ...]
-) -> None:
-    scene = scene_of(tmp_path, text)
-    assert scene.terms == terms
+@pytest.mark.parametrize("case", TERMS.strip().splitlines())
+def test_terms_are_named(tmp_path: Path, case: str) -> None:
+    text, _, terms = case.partition(" => ")
+    scene = scene_of(tmp_path, text_of(text))
+    assert ", ".join(scene.terms) == terms
     assert not scene.is_plain
-    scene.to_toml(tmp_path / "copy.toml")
-    assert hc.Scene.from_toml(tmp_path / "copy.toml") == scene
 
 
 def test_segments_cells_and_tapers(tmp_path: Path) -> None:
-    text = segmented(
-        "granules = 1\nradius = 1e-2",
-        "granules = 5\ncell = [{}, {density = 1000, gap = 1e-6}]",
-        "granules = 3\nradius = 4e-3\nradius_ratio = 0.5",
-        granules=9,
+    text = (
+        "pulse chain.granules=9; chain.segments=[{granules=1, radius=1e-2},"
+        " {granules=5, cell=[{}, {density=1000, gap=1e-6}]},"
+        " {granules=3, radius=4e-3, radius_ratio=0.5}]"
     )
-    chain = scene_of(tmp_path, text).chain
+    chain = scene_of(tmp_path, text_of(text)).chain
     steel = STEEL["radius"]
     assert chain.radius == pytest.approx((1e-2, *[steel] * 5, 4e-3, 2e-3, 1e-3), rel=1e-15)
     iron = pytest.approx(STEEL["density"], rel=1e-15)
     assert chain.density == (iron, iron, 1000.0, iron, 1000.0, iron, iron, iron, iron)
     assert chain.gap == (0, 0, 1e-6, 0, 1e-6, 0, 0, 0, 0)
     assert isinstance(chain.young_modulus, float)
+    cells = 'chain.segments=[{granules=60, cell=[{}, {yield_strength="20 MPa"}]}]'
+    text = text_of(f'pulse chain.yield_strength="300 MPa"; {cells}')
+    assert scene_of(tmp_path, text).chain.yield_strength == (3e8, 2e7) * 30
 
 
 def test_segments_of_the_same_granules_are_one_chain(tmp_path: Path) -> None:
-    text = segmented("granules = 20", 'granules = 40\nradius = "4.75 mm"')
+    text = text_of('pulse chain.segments=[{granules=20}, {granules=40, radius="4.75 mm"}]')
     assert scene_of(tmp_path, text) == scene_of(tmp_path, TEXT)
 
 
-def test_sequences_in_python() -> None:
+def test_sequences_and_numbers_of_numpy_in_python() -> None:
     radius = np.array([1e-3, 2e-3, 3e-3])
     chain = hc.Chain(3, radius, [1e9, 1e9, 1e9], 0.3, (1.0, 2.0, 3.0))
     assert chain.radius == (1e-3, 2e-3, 3e-3)
     assert chain.young_modulus == 1e9
     assert hash(chain) == hash(hc.Chain(3, radius.tolist(), 1e9, 0.3, [1, 2, 3]))
-
-
-REFUSED = {
-    "counts below": (
-        segmented("granules = 10", "granules = 20"),
-        "chain.segments: the granules of all segments must sum to chain.granules = 60",
-    ),
-    "counts above": (segmented("granules = 61"), "chain.segments.1.granules = 61: the granules"),
-    "no count": (segmented("radius = 1e-3"), "chain.segments.1.granules: missing"),
-    "empty cell": (segmented("granules = 60\ncell = []"), "chain.segments.1.cell = []: must be"),
-    "cell and ratio": (
-        segmented("granules = 60\ncell = [{}]\nradius_ratio = 2"),
-        "chain.segments.1.radius_ratio = 2.0: not allowed with a cell",
-    ),
-    "negative gap": (segmented("granules = 60\ngap = -1e-6"), "chain.gap of granule 1 = -1e-06"),
-    "misspelt": (
-        segmented("granules = 60\nraduis = 1e-3"),
-        "chain.segments.1.raduis = 0.001: unknown key",
-    ),
-    "misspelt meant": (segmented("granules = 60\nraduis = 1e-3"), "did you mean radius?"),
-    "a taper that leaves floating point": (
-        segmented("granules = 60\nradius_ratio = 1e300"),
-        "chain.radius of granule 3 = inf: must be a finite number above 0",
-    ),
-    "a gap of no number before granule 1": (
-        segmented("granules = 60\ngap = nan"),
-        "chain.gap of granule 1 = nan: must be a finite number of at least 0",
-    ),
-    "too many granules with a wall": (
-        TEXT.replace("granules = 60", "granules = 1000001") + WALL,
-        "chain.granules = 1000001: must be at most 1000000 in a scene with wall",
-    ),
-    "a material that is none": (
-        segmented("granules = 60\ncell = [{poisson_ratio = 0.7}]"),
-        "chain.poisson_ratio of granule 1 = 0.7",
-    ),
-    "shock and striker": (TEXT + STRIKER, "[shock] and [striker]: both sections are given"),
-    "neither": (CHAIN_TEXT, "[shock]: missing section"),
-    "weight on nothing": (
-        TEXT + "[precompression]\ngravity = 9.81\n",
-        "precompression.gravity = 9.81: needs a [wall]",
-    ),
-    "pressed gaps": (
-        segmented("granules = 60\ngap = 1e-6") + PRESSED,
-        "chain.gap: must be 0 with [precompression]",
-    ),
-    "pressed before a wall": (
-        TEXT + WALL + "gap = 1e-6\n" + PRESSED,
-        "wall.gap = 1e-06: must be 0 with [precompression]",
-    ),
-    "no load": (TEXT + "[precompression]\n", "precompression.force and gravity: both are 0"),
-    "elastic without E": (
-        TEXT + '[wall]\nkind = "elastic"\npoisson_ratio = 0.3\n',
-        "wall.young_modulus: missing",
-    ),
-    "rigid with E": (
-        TEXT + '[wall]\nkind = "rigid"\nyoung_modulus = 1e9\n',
-        'wall.young_modulus = 1000000000.0: only a wall of kind "elastic" has it',
-    ),
-    "no kind": (
-        TEXT + "[wall]\n",
-        "wall.kind: missing, must be one of rigid, same, elastic",
-    ),
-    "no law of damping": (
-        TEXT + "[contact]\nrestitution = 0.9\n",
-        "contact.damping: missing, must be one of restitution, viscoelastic, dashpot",
-    ),
-    "restitution without e": (
-        TEXT + '[contact]\ndamping = "restitution"\n',
-        "contact.restitution: missing",
-    ),
-    "parameter of another law": (
-        TEXT + '[contact]\ndamping = "dashpot"\ncoefficient = 1\nrestitution = 0.5\n',
-        'contact.restitution = 0.5: not allowed with damping = "dashpot", which takes coefficient',
-    ),
-    "wall misspelt": (TEXT + "[wal]\n", "did you mean wall?"),
-}
-
-
-def test_no_other_key_is_suggested_for_friction(tmp_path: Path) -> None:
-    contact = '[contact]\ndamping = "restitution"\nrestitution = 0.5\n'
-    assert "did you mean" not in refusal(tmp_path, TEXT + contact + "friction = 0.3\n")
-    assert "did you mean attraction?" in refusal(tmp_path, TEXT + contact + "attracton = true\n")
-
-
-@pytest.mark.parametrize("case", REFUSED)
-def test_what_cannot_be_is_one_sentence(tmp_path: Path, case: str) -> None:
-    text, expected = REFUSED[case]
-    said = refusal(tmp_path, text)
-    assert expected in said
-    assert "\n" not in said
-
-
-TABLE = "radius_m,young_modulus_Pa,poisson_ratio,density_kg_m3,gap_m\n"
-ROWS = "0.005,193e9,0.3,7958,0\n0.004,193e9,0.3,7958,1e-6\n"
-
-
-@pytest.mark.parametrize(
-    ("table", "said"),
-    [
-        (TABLE.replace(",gap_m", "") + ROWS, "first line = 'radius_m,young_modulus_Pa"),
-        (TABLE + ROWS + "1,2,3\n", "row 3 = '1,2,3': must be 5 numbers"),
-        (TABLE + ROWS + "a,b,c,d,e\n", "row 3 = 'a,b,c,d,e': must be 5 numbers"),
-        (TABLE + "0.005,193e9,0.3,7958,0\n", "rows = 1: must be at least 2 granules"),
-        (TABLE + ROWS.replace("0.004", "-1"), "radius of granule 2 = -1.0"),
-        ("", "first line = ''"),
-    ],
-)
-def test_a_table_of_granules_that_cannot_be(tmp_path: Path, table: str, said: str) -> None:
-    (tmp_path / "granules.csv").write_text(table)
-    text = '[chain]\nfile = "granules.csv"\n' + SHOCK
-    assert said in refusal(tmp_path, text)
-
-
-def test_a_table_of_granules(tmp_path: Path) -> None:
-    (tmp_path / "granules.csv").write_text(TABLE + ROWS)
-    chain = scene_of(tmp_path, '[chain]\nfile = "granules.csv"\n' + SHOCK).chain
-    assert (chain.granules, chain.radius, chain.gap) == (2, (0.005, 0.004), (0.0, 1e-6))
-    assert chain.young_modulus == 193e9
-    text = '[chain]\nfile = "granules.csv"\ngranules = 3\n' + SHOCK
-    assert "chain.granules = 3: must be 2, the rows of chain.file" in refusal(tmp_path, text)
-    text = '[chain]\nfile = "granules.csv"\nradius = 1e-3\n' + SHOCK
-    assert "chain.radius = 0.001: not allowed with chain.file" in refusal(tmp_path, text)
-    assert "must be a CSV file" in refusal(tmp_path, '[chain]\nfile = "no.csv"\n' + SHOCK)
-
-
-def test_numbers_of_numpy_and_what_is_one_number_in_uniform_chains_alone() -> None:
     chain = hc.Chain(3, np.array(1e-3), np.float64(1e9), 0.3, 1000.0)
     assert chain == hc.Chain(3, 1e-3, 1e9, 0.3, 1000.0)
     unlike = hc.Chain(3, [1e-3, 2e-3, 1e-3], 1e9, 0.3, 1000.0)
@@ -263,9 +113,5 @@ def test_a_free_striker_touches_a_chain_that_is_pressed_without_it(wall: hc.Wall
 
 
 def test_a_loaded_striker_needs_a_load(tmp_path: Path) -> None:
-    striker = STRIKER + "loaded = true\n"
-    scene = scene_of(tmp_path, CHAIN_TEXT + striker + PRESSED)
-    assert scene.granules.static_force == pytest.approx(20.0)
-    scene.to_toml(tmp_path / "again.toml")
-    assert hc.Scene.from_toml(tmp_path / "again.toml") == scene
-    assert "needs [precompression]" in refusal(tmp_path, CHAIN_TEXT + striker)
+    text = text_of("striker striker.loaded=true; precompression.force=20")
+    assert scene_of(tmp_path, text).granules.static_force == pytest.approx(20.0)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -150,24 +148,6 @@ def test_the_script_and_the_reader_agree() -> None:
     assert off.max() < peak_map.STEP + 5e-7
 
 
-def test_the_script_writes_what_the_reader_reads(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The whole script runs with the numbers of the file in place of 112,000 simulations."""
-    output = tmp_path / "map.npz"
-    monkeypatch.setattr(
-        make_map, "simulated", lambda profile: peak_map.table(profile).astype(np.float64)
-    )
-    monkeypatch.setattr(sys, "argv", ["make_map.py", "-o", str(output)])
-    assert make_map.run()
-    with np.load(output) as file:
-        assert set(file) == set(PROFILES)
-        for profile in PROFILES:
-            # Once more through steps, and through float32.
-            off = np.abs(peak_map.decode(file[profile]) - peak_map.table(profile))
-            assert off.max() < peak_map.STEP + 5e-7
-
-
 def test_the_file_is_read_when_it_is_needed() -> None:
     code = """
 from hertzchain import theory
@@ -214,9 +194,6 @@ def test_points_outside_are_refused(ratio: float, n: float) -> None:
     with pytest.raises(SceneError, match=r"LM_ratio 0[.]1 to 10 and n 2 to 50"):
         peak_map.peaks("cosine", ratio, n)
     assert peak_map.outside(ratio, n) is not None
-
-
-def test_an_unknown_profile_is_refused() -> None:
     with pytest.raises(SceneError, match="profile = 'table'"):
         peak_map.peaks("table", 1.0, 5.0)
 

@@ -179,10 +179,6 @@ def test_where_p_cannot_be_told_both_are_given() -> None:
     # Changes go as LM_ratio or weaker: 1 % farther the smaller p is beyond doubt.
     before = paper_scene("triangular", 0.99 * scene.momentum_ratio, 10.0)
     assert theory.predict(before).candidates == (p,)
-
-
-def test_where_the_end_of_the_transition_cannot_be_told_none_is_among_them() -> None:
-    scene, p = switch_of_p(60)
     short = replace(scene, chain=hc.Chain(p + 2, **STEEL))
     assert theory.predict(short).candidates == (p, None)
 
@@ -201,16 +197,6 @@ def test_without_an_end_of_the_transition_there_are_peaks_alone() -> None:
     assert predicted.speed is predicted.momentum is None
 
 
-def says_nothing(predicted: theory.Prediction) -> None:
-    assert np.isnan(predicted.peak_force).all()
-    assert predicted.candidates == ()
-    assert predicted.transition_granules is predicted.far_field_force is None
-    document = json.loads(json.dumps(predicted.to_dict(), allow_nan=False))
-    for row in document["rows"]:
-        assert row["map_N"] is row["eq6_N"] is row["eq9_N"] is None
-    assert document["eq3_transition_granules"] is document["speed_m_s"] is None
-
-
 @pytest.mark.parametrize(
     ("ratio", "n", "covered"),
     [(0.05, 2.0, "tables"), (11.0, 4.0, "tables"), (1.0, 1.5, "at least 2"), (1.0, 60.0, "tables")],
@@ -221,10 +207,14 @@ def test_outside_of_the_map_nothing_is_said(ratio: float, n: float, covered: str
     assert f"here they are {ratio:g} and {n:g}" in predicted.missing
     assert predicted.note is not None
     assert covered in predicted.note
-    says_nothing(predicted)
-
-
-def test_between_the_papers_range_and_the_maps_both_are_told_apart() -> None:
+    assert np.isnan(predicted.peak_force).all()
+    assert predicted.candidates == ()
+    assert predicted.transition_granules is predicted.far_field_force is None
+    document = json.loads(json.dumps(predicted.to_dict(), allow_nan=False))
+    for row in document["rows"]:
+        assert row["map_N"] is row["eq6_N"] is row["eq9_N"] is None
+    assert document["eq3_transition_granules"] is document["speed_m_s"] is None
+    # Between the paper's range and the map's.
     predicted = theory.predict(paper_scene("cosine", 5.0, 4.0))
     assert predicted.missing is None
     assert predicted.note == "the paper's tables have LM_ratio 0.3 to 2.5 and n 2 to 10"

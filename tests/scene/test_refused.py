@@ -1,0 +1,250 @@
+"""Scene files that cannot be, one line each: an error in one sentence with file, key and value."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import hertzchain as hc
+from hertzchain.errors import SceneError
+from tests.scene.test_scene import refusal, scene_of
+
+CHAIN = {
+    "chain.granules": "60",
+    "chain.radius": '"4.75 mm"',
+    "chain.young_modulus": '"193 GPa"',
+    "chain.poisson_ratio": "0.3",
+    "chain.density": '"7958 kg/m^3"',
+}
+PULSE = {
+    "shock.profile": '"cosine-triangular"',
+    "shock.peak_force": '"100 N"',
+    "shock.duration_ratio": "2",
+    "shock.momentum_ratio": "2.0",
+}
+SINE = {"shock.profile": '"sine"', "shock.amplitude": '"5 N"', "shock.frequency": '"8 kHz"'}
+
+BASES: dict[str, dict[str, str]] = {
+    "none": {},
+    "shock": PULSE,
+    "chain": CHAIN,
+    "pulse": CHAIN | PULSE,
+    "table": CHAIN | {"shock.profile": '"table"', "shock.file": '"pulse.csv"'},
+    "piston": CHAIN | {"shock.profile": '"piston"'},
+    "striker": CHAIN | {"striker.velocity": '"1 m/s"'},
+    "sine": CHAIN | SINE | {"shock.cycles": "3", "precompression.force": '"5 N"'},
+    "file": PULSE | {"chain.file": '"granules.csv"'},
+}
+"""Scenes as keys and values in TOML."""
+
+REFUSED = """
+none => [chain]: missing section
+shock => [chain]: missing section
+chain => [shock]: missing section
+none chain=[{granules=60}]; shock={} => chain =
+none chains={}; shock={} => chains =
+pulse colour=1 => colour = 1: unknown key, allowed are the sections
+pulse wal={} => did you mean wall?
+pulse chain.granules=1 => chain.granules = 1: must be an integer from 2
+pulse chain.diameter="9.5 mm" => chain.diameter = '9.5 mm': unknown key: write radius, half of it
+pulse chain.granule=60 => chain.granule = 60: unknown key, allowed are granules,
+pulse -chain.granules => chain.granules: missing
+pulse chain.radius="4.75 s" => chain.radius = '4.75 s': has the wrong dimension
+pulse chain.radius=true => chain.radius = True: must be a number [m]
+pulse chain.radius=[1, 2] => chain.radius = [1, 2]: must be a number [m]
+pulse chain.radius="-4.75 mm" => chain.radius = '-4.75 mm': must be a finite number above 0
+pulse run.end_tim=1 => run.end_tim = 1: unknown key, allowed are end
+pulse -shock.duration_ratio => shock.duration_ratio: missing
+pulse -shock.momentum_ratio => shock.momentum_ratio or rise_time: missing
+pulse shock.rise_time=1 => both are given
+pulse -shock.profile => shock.profile: missing
+pulse shock.profile="box" => shock.profile = 'box': must be one of cosine, triang
+pulse shock.profile=["cosine"] => shock.profile = ['cosine']
+pulse shock.file="pulse.csv" => shock.file = 'pulse.csv': unknown key
+pulse chain.radius=1e300 => too large or too small
+pulse chain.radius=1e-300 => too large or too small
+pulse chain.density=1e-320 => too large or too small
+pulse shock.duration_ratio=1.7e308 => too large or too small
+pulse -shock.momentum_ratio; shock.rise_time=1e308 => too large or too small
+table -shock.file => shock.file: missing
+table shock.file=3 => shock.file = 3: must be the name of a CSV file
+table shock.file="no.csv" => no.csv
+table shock.file="." => shock.file
+table shock.file="a\\u0000b" => shock.file
+table shock.peak_force=1 => shock.peak_force = 1: not allo
+piston => velocity or file: missing, a piston needs exactly one of the two
+piston shock.velocity=1; shock.file="motion.csv" => shock.velocity = 1: not allowed with profile = "piston" and a file, which takes only file
+piston shock.velocity=1; shock.peak_force=1 => shock.peak_force = 1: unknown key
+piston shock.file="none.csv" => shock.file = 'none.csv': cannot be read
+sine shock.cycles=50001 => must be an integer from 1 to 50000
+sine -shock.frequency => shock.frequency: missing
+sine shock.peak_force=3 => shock.peak_force = 3: unknown key
+sine -precompression.force => shock.amplitude = 5.0: must be at most the static load
+sine precompression.force=4.9999999 => shock.amplitude = 5.0: must be at most the static load
+sine wall.kind="rigid"; -precompression.force; precompression.gravity=1e4 => shock.amplitude = 5.0: must be at most
+pulse striker.velocity=1 => [shock] and [striker]: both sections are given
+striker striker.loaded=true => needs [precompression]
+pulse chain.segments=[{granules=10}, {granules=20}] => chain.segments: the granules of all segments must sum to chain.granules = 60
+pulse chain.segments=[{granules=61}] => chain.segments.1.granules = 61: the granules
+pulse chain.segments=[{radius=1e-3}] => chain.segments.1.granules: missing
+pulse chain.segments=[{granules=60, cell=[]}] => chain.segments.1.cell = []: must be
+pulse chain.segments=[{granules=60, cell=[{}], radius_ratio=2}] => chain.segments.1.radius_ratio = 2.0: not allowed with a cell
+pulse chain.segments=[{granules=60, raduis=1e-3}] => chain.segments.1.raduis = 0.001: unknown key & did you mean radius?
+pulse chain.segments=[{granules=60, gap=-1e-6}] => chain.gap of granule 1 = -1e-06
+pulse chain.segments=[{granules=60, gap=nan}] => chain.gap of granule 1 = nan: must be a finite number of at least 0
+pulse chain.segments=[{granules=60, radius_ratio=1e300}] => chain.radius of granule 3 = inf: must be a finite number above 0
+pulse chain.segments=[{granules=60, cell=[{poisson_ratio=0.7}]}] => chain.poisson_ratio of granule 1 = 0.7
+pulse chain.granules=1000001; wall.kind="same" => chain.granules = 1000001: must be at most 1000000 in a scene with wall
+pulse precompression={} => precompression.force and gravity: both are 0
+pulse precompression.gravity=9.81 => precompression.gravity = 9.81: needs a [wall]
+pulse precompression.force=20; chain.gap=1e-6 => chain.gap: must be 0 with [precompression]
+pulse precompression.force=20; wall={kind="same", gap=1e-6} => wall.gap = 1e-06: must be 0 with [precompression]
+pulse wall={} => wall.kind: missing, must be one of rigid, same, elastic
+pulse wall={kind="elastic", poisson_ratio=0.3} => wall.young_modulus: missing
+pulse wall={kind="rigid", young_modulus=1e9} => wall.young_modulus = 1000000000.0: only a wall of kind "elastic" has it
+pulse chain.segments=[{granules=60, cell=[{}, {yield_strength=2e7}]}] => needs chain.yield_strength
+pulse wall={kind="rigid", yield_strength=3e8} => only a wall of kind
+pulse gauge={granule=3} => must be [[gauge]], with two brackets
+pulse gauge=[{}] => must have either granule or contact
+pulse gauge=[{granule=3, contact=3}] => must have either granule or contact
+pulse gauge=[{granule=1}] => gauge.granule = 1: must be a granule from 2 to 60
+pulse gauge=[{contact=61}] => gauge.contact = 61: must be a contact from 2 to 60
+pulse gauge=[{granule=2.5}] => must be an integer
+pulse gauge=[{bead=3}] => unknown key, allowed are granule, contact
+pulse contact.restitution=0.9 => contact.damping: missing, must be one of restitution, viscoelastic, dashpot
+pulse contact.damping="restitution" => contact.restitution: missing
+pulse contact={damping="restitution", restitution=0.5, attracton=true} => did you mean attraction?
+pulse contact={damping="dashpot", coefficient=1, restitution=0.5} => contact.restitution = 0.5: not allowed with damping = "dashpot", which takes coefficient
+file chain.granules=3 => chain.granules = 3: must be 2, the rows of chain.file
+file chain.radius=1e-3 => chain.radius = 0.001: not allowed with chain.file
+file chain.file="no.csv" => must be a CSV file
+"""  # noqa: E501 - a line is a case
+"""A scene, keys that are set or left out, and what the sentence has."""
+
+
+def text_of(case: str) -> str:
+    """Return the scene file of a case."""
+    base, _, changes = case.partition(" ")
+    keys = dict(BASES[base])
+    for change in filter(None, changes.split("; ")):
+        key, _, value = change.partition("=")
+        if key.startswith("-"):
+            del keys[key[1:]]
+        else:
+            keys[key] = value
+    return "\n".join(f"{key} = {value}" for key, value in keys.items())
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder with a pulse table and a table of granules."""
+    (tmp_path / "pulse.csv").write_text("time_s,force_N\n0,0\n1e-5,100\n")
+    (tmp_path / "granules.csv").write_text(GRANULES + TWO)
+    return tmp_path
+
+
+@pytest.mark.parametrize("base", ["pulse", "table", "striker", "sine", "file"])
+def test_the_scenes_themselves_are_read(base: str, folder: Path) -> None:
+    chain = scene_of(folder, text_of(base)).chain
+    if base == "file":
+        assert (chain.granules, chain.radius, chain.gap) == (2, (0.005, 0.004), (0.0, 1e-6))
+        assert chain.young_modulus == 193e9
+
+
+@pytest.mark.parametrize("case", REFUSED.strip().splitlines())
+def test_it_is_refused_in_one_sentence(case: str, folder: Path) -> None:
+    given, _, words = case.partition(" => ")
+    said = refusal(folder, text_of(given))
+    assert said.startswith(f"{folder / 'scene.toml'}: ")
+    assert [word for word in words.split(" & ") if word not in said] == []
+    assert "\n" not in said
+
+
+def test_a_long_value_is_not_shown_whole(tmp_path: Path) -> None:
+    for value in (f'"{"m" * 10_000}"', "1" * 5000, f"0x{'f' * 5000}", "[" * 5000 + "]" * 5000):
+        said = refusal(tmp_path, text_of(f"pulse chain.radius={value}"))
+        assert "scene.toml: " in said
+        assert len(said) < 400
+
+
+def test_no_other_key_is_suggested_for_friction(tmp_path: Path) -> None:
+    contact = 'contact={damping="restitution", restitution=0.5, friction=0.3}'
+    assert "did you mean" not in refusal(tmp_path, text_of(f"pulse {contact}"))
+
+
+NOT_TOML = [b"[chain", b"chain = ", b"\xff\xfe", b"\x00", b"\x89PNG\r\n", b"{}", b"a: 1"]
+TWICE = [b"a = 1\na = 2\n", b"[chain]\na = 1\na = 2", b"[chain]\n[shock]\n[chain]"]
+TWICE += [b"a = {b = 1, b = 2}"]
+
+
+@pytest.mark.parametrize("content", [*NOT_TOML, *TWICE], ids=repr)
+def test_what_is_not_toml_is_refused(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_bytes(content)
+    with pytest.raises(SceneError, match=r"scene\.toml: is not TOML") as refused:
+        hc.Scene.from_toml(path)
+    twice = "a key or a section is given twice: delete one of them"
+    assert (twice in str(refused.value)) == (content in TWICE)
+
+
+@pytest.mark.parametrize("name", [".", "missing.toml", "x" * 5000, "with\0nul.toml"])
+def test_a_file_that_cannot_be_read_is_refused(tmp_path: Path, name: str) -> None:
+    with pytest.raises(SceneError, match="TOML"):
+        hc.Scene.from_toml(tmp_path / name)
+
+
+# Tables
+
+GRANULES = "radius_m,young_modulus_Pa,poisson_ratio,density_kg_m3,gap_m\n"
+TWO = "0.005,193e9,0.3,7958,0\n0.004,193e9,0.3,7958,1e-6\n"
+PUSH, MOVE = "time_s,force_N\n0,1\n", "time_s,displacement_m\n1e-5,0\n"
+
+TABLES: list[tuple[str, str, str]] = [
+    ("table", "", "time_s,force_N"),
+    ("table", "t,f\n0,1\n1,1\n", "time_s,force_N"),
+    ("table", "force_N,time_s\n0,1\n1,1\n", "time_s,force_N"),
+    ("table", "time_s;force_N\n0;1\n1;1\n", "time_s,force_N"),
+    ("table", PUSH, "at least 2 rows"),
+    ("table", PUSH + "1,one\n", "row 2 = '1,one': must be two numbers"),
+    ("table", PUSH + "1\n", "row 2 = '1': must be two numbers"),
+    ("table", PUSH + "1,1,2\n", "row 2 = '1,1,2': must be two numbers"),
+    ("table", PUSH.replace("0", "-1e-9") + "1,1\n", "time_s in row 1 = -1e-09: must be at least 0"),
+    ("table", PUSH + "0,2\n", "time_s in row 2 = 0.0: must be above 0.0"),
+    ("table", PUSH + "2,1\n1,1\n", "time_s in row 3 = 1.0: must be above 2.0"),
+    ("table", PUSH + "inf,1\n", "time_s in row 2 = inf: must be"),
+    ("table", PUSH + "nan,1\n", "time_s in row 2 = nan: must be"),
+    ("table", PUSH + "1,-1e-9\n", "force_N in row 2 = -1e-09: must be"),
+    ("table", PUSH + "1,1e999\n", "force_N in row 2 = inf: must be"),
+    ("table", PUSH + "1,nan\n", "force_N in row 2 = nan: must be"),
+    ("table", PUSH.replace("1", "0") + "1,0\n", "force_N"),
+    ("table", PUSH + "1,\x00\n", "row 2"),
+    ("table", "\x89PNG\r\n\x1a\n\x00\udcff\xfe", "must be a CSV file"),
+    ("piston", "time_s,force_N\n0,0\n1,1\n", "must be time_s,displacement_m"),
+    ("piston", MOVE.replace(",0", ",1e-9") + "1,1", "displacement_m in row 1 = 1e-09: must be 0"),
+    ("piston", MOVE + "3e-5,inf\n", "displacement_m in row 2 = inf: must be a finite number"),
+    ("piston", MOVE + "3e-5,0\n4e-5,0\n", "must not be 0 in all rows"),
+    (
+        "piston",
+        MOVE.replace("1e-5", "0") + "1e-300,1e10\n",
+        "displacement_m in row 2: is reached in",
+    ),
+    ("file", GRANULES.replace(",gap_m", "") + TWO, "first line = 'radius_m,young_modulus_Pa"),
+    ("file", GRANULES + TWO + "1,2,3\n", "row 3 = '1,2,3': must be 5 numbers"),
+    ("file", GRANULES + TWO + "a,b,c,d,e\n", "row 3 = 'a,b,c,d,e': must be 5 numbers"),
+    ("file", GRANULES + TWO.partition("\n")[0], "rows = 1: must be at least 2 granules"),
+    ("file", GRANULES + TWO.replace("0.004", "-1"), "radius of granule 2 = -1.0"),
+]
+
+
+@pytest.mark.parametrize(("base", "table", "words"), TABLES)
+def test_a_table_is_refused_in_one_sentence(
+    base: str, table: str, words: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "own.csv"
+    path.write_bytes(table.encode("utf-8", "surrogateescape"))
+    key = "chain.file" if base == "file" else "shock.file"
+    said = refusal(tmp_path, text_of(f'{base} {key}="own.csv"'))
+    assert "own.csv" in said
+    assert words in said
+    assert "\n" not in said
