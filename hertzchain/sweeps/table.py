@@ -12,8 +12,16 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError
 from hertzchain.observables.result import Result
 from hertzchain.scene.validity import IMPOSSIBLE_OVERLAP
-from hertzchain.sweeps.columns import ALL, COUNTS, Column, is_result, peak_columns
-from hertzchain.sweeps.numbers import FIRST, of_batch, of_prediction, of_result
+from hertzchain.sweeps.columns import (
+    ALL,
+    COUNTS,
+    FIRST,
+    Column,
+    is_result,
+    numbers_of,
+    peak_columns,
+)
+from hertzchain.sweeps.numbers import of_batch, of_prediction
 
 if TYPE_CHECKING:
     import pandas
@@ -62,7 +70,7 @@ class Rows:
 
     def add_result(self, row: int, result: Result) -> None:
         """Fill in the result of a simulation."""
-        self._fill(row, of_result(result))
+        self._fill(row, numbers_of(result))
         if self._peaks is not None:
             never = np.full(result.peak_force.size, np.nan)
             first = [result.first_columns.get(name, never) for name in FIRST]
