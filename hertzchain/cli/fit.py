@@ -7,7 +7,14 @@ from pathlib import Path
 import typer
 
 from hertzchain.cli import options
-from hertzchain.cli.output import OUT_OF_TOLERANCE, compiling, progress, show, write_file
+from hertzchain.cli.output import (
+    OUT_OF_TOLERANCE,
+    check_files,
+    compiling,
+    progress,
+    show,
+    write_file,
+)
 
 
 def fit(
@@ -44,10 +51,9 @@ def fit(
     The search starts from the values in the scene file. The status is 1 if the residual is more
     than noise.
     """
-    from hertzchain.files import check_outputs
     from hertzchain.fits import fit as fits
 
-    check_outputs([scene, *traces], [output])
+    check_files([scene, *traces], [output])
     columns = options.by_name("--column", column or [], "gauge_16=CH1")
     limit = options.to_time_limit(time_limit)
     loaded = options.load_scene(scene)

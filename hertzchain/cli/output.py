@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -67,6 +67,22 @@ def compiling(report_progress: Callable[[str], object], is_native: bool = True) 
         yield
     if preparation.compile_time:
         say(f"{what}: {preparation.compile_time:.2g} s")
+
+
+def check_files(
+    given: Sequence[Path | None], others: Sequence[Path | None] = (), **files: Path | None
+) -> None:
+    """Refuse files that cannot be written, before any work is done.
+
+    Keywords are files by the kinds of ``check_format``; ``others`` have no format, and no file may
+    be one of those ``given``.
+    """
+    from hertzchain.files import check_outputs
+    from hertzchain.report.formats import check_format
+
+    check_outputs(given, [*others, *files.values()])
+    for kind, path in files.items():
+        check_format(path, kind)
 
 
 def write_file(what: str, path: Path | None, write: Callable[[Path], object]) -> None:

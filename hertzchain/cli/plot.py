@@ -7,7 +7,7 @@ from pathlib import Path
 import typer
 
 from hertzchain.cli.options import Size, by_name, to_inches
-from hertzchain.cli.output import progress, say, write_file
+from hertzchain.cli.output import check_files, progress, say, write_file
 
 
 def plot(
@@ -53,15 +53,12 @@ def plot(
     variations. An axis is logarithmic where its parameter was swept by logarithms, and where what
     is drawn spans more than two decades.
     """
-    from hertzchain.files import check_outputs
-    from hertzchain.report.formats import check_format
     from hertzchain.sweeps import Sweep
     from hertzchain.sweeps.drawing import SIZE, draw
 
     swept = Sweep.load(folder)
     target = folder / "plot.png" if output is None else output
-    check_format(target, "plot")
-    check_outputs([folder / "sweep.json"], [target])
+    check_files([folder / "sweep.json"], plot=target)
     fixed = by_name("--where", where or [], "shock.profile=cosine")
     inches = to_inches(size) or SIZE
     with progress() as report_progress:

@@ -14,7 +14,7 @@ from hertzchain.cli.options import (
     to_inches,
     to_seconds,
 )
-from hertzchain.cli.output import compiling, progress, say, show, write_file
+from hertzchain.cli.output import check_files, compiling, progress, say, show, write_file
 
 
 def pulse(
@@ -75,18 +75,16 @@ def pulse(
     """
     import json
 
-    from hertzchain.files import check_outputs, write_text
+    from hertzchain.files import write_text
     from hertzchain.pulses.measured import check_accuracy, measured_pulse
     from hertzchain.pulses.recording import read_recording
     from hertzchain.pulses.signal import Given, pulse_of
-    from hertzchain.report.formats import check_format
     from hertzchain.report.pulse import plot_pulse, print_pulse
 
-    check_outputs([recording, scene], [output, plot])
+    check_files([recording, scene], [output], plot=plot)
     check_accuracy(rtol)
     refuse_without_need(plot is not None, size=size is not None)
     inches = to_inches(size)
-    check_format(plot, "plot")
     given = Given(
         _number("--baseline", baseline, "in the unit of the column"),
         to_seconds("--start", start),

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hertzchain.cli.output import say, write_file
+from hertzchain.cli.output import check_files, say, write_file
 from hertzchain.errors import require
 from hertzchain.scene.gauge import NO_GAUGE
 
@@ -53,16 +53,10 @@ class RunFiles:
 
     def check(self, file: Path, scene: Scene) -> None:
         """Raise an OutputError, before any work is done, for what cannot be written."""
-        from hertzchain.files import check_outputs
-        from hertzchain.report.formats import check_format
-
-        check_outputs([file], [self.output, self.plot, self.trajectory, self.traces, self.report])
         require(self.traces is None or bool(scene.gauges), "gauge", None, NO_GAUGE)
-        check_format(self.traces, "traces")
-        check_format(self.output, "result" if self.record is None else "motion")
-        check_format(self.plot, "plot")
-        check_format(self.report, "page")
-        check_format(self.trajectory, "trajectory")
+        own = {"result" if self.record is None else "motion": self.output, "plot": self.plot}
+        others = {"trajectory": self.trajectory, "traces": self.traces, "page": self.report}
+        check_files([file], (), **own, **others)
 
     @property
     def others(self) -> str:

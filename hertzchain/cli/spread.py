@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from hertzchain.cli import options
-from hertzchain.cli.output import compiling, progress, show, write_file
+from hertzchain.cli.output import check_files, compiling, progress, show, write_file
 
 
 def run_uncertain(
@@ -13,15 +13,12 @@ def run_uncertain(
     plot: Path | None, size: str | None, every: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Print the spread of a scene's results, and write its table and its picture."""
-    from hertzchain.files import check_outputs, write_with
-    from hertzchain.report.formats import check_format
+    from hertzchain.files import write_with
     from hertzchain.report.tables import write_result
     from hertzchain.uncertainty.shown import plot_spread, print_spread
     from hertzchain.uncertainty.spread import RTOL, spread
 
-    check_outputs([scene], [output, plot])
-    check_format(output, "result")
-    check_format(plot, "plot")
+    check_files([scene], result=output, plot=plot)
     loaded, inches = options.load_scene(scene), options.to_inches(size)
     with progress() as report_progress, compiling(report_progress):
         found = spread(

@@ -16,6 +16,7 @@ from hertzchain.cli.options import (
 )
 from hertzchain.cli.output import (
     UNUSABLE,
+    check_files,
     compiling,
     progress,
     say,
@@ -39,17 +40,15 @@ def tradeoff(
 
     SciPy is for uniform free chains, and left out where a scene has more.
     """
-    from hertzchain.files import check_outputs, write_text
+    from hertzchain.files import write_text
     from hertzchain.report import figures
-    from hertzchain.report.formats import check_format
     from hertzchain.report.tradeoff import print_tradeoff
     from hertzchain.verdict.tradeoff import tradeoff as measure
 
     refuse_without_need(plot is not None, size=size is not None)
     inches = to_inches(size)
     loaded = load_scene(scene)
-    check_outputs([scene], [plot, output])
-    check_format(plot, "plot")
+    check_files([scene], [output], plot=plot)
     with progress() as report_progress, compiling(report_progress):
         measured = measure(loaded, progress=report_progress)
     show(as_json, measured.to_dict, lambda console: print_tradeoff(console, [measured]))

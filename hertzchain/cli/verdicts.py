@@ -47,15 +47,11 @@ class Shown:
     size: str | None = None
 
     def __post_init__(self) -> None:
-        from hertzchain.files import check_outputs
-        from hertzchain.report.formats import check_format
-
         options.refuse_without_need(self.plot is not None, size=self.size is not None)
         self._inches = options.to_inches(self.size)
         self._begun, self._begin = datetime.now(UTC), time.perf_counter()
-        check_outputs([self.scene, *self.given], [self.plot, self.report, self.junit])
-        check_format(self.plot, "plot")
-        check_format(self.report, "page")
+        given = [self.scene, *self.given]
+        output.check_files(given, [self.junit], plot=self.plot, page=self.report)
 
     def end(self, document: Document) -> NoReturn:
         """Print the document, write the files, and end with the status of the verdict."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -33,13 +33,18 @@ def of_comparison(comparison: Comparison) -> Document:
     equations = {name: getattr(formulas, name) for name in named}
     drawn = {name: result.peak_force for name, result in others.items()}
     of_formulas = [f"Formulas: {text}" for text in (formulas.applicable, formulas.note) if text]
+    similar = (
+        f"{LABELS[name]} computed {how}"
+        for name, result in others.items()
+        if (how := similar_scene(result)) is not None
+    )
     return Document(
         kind="Comparison",
         name="comparison",
         numbers=comparison.to_dict,
         command="compare",
         results=comparison.results,
-        verdict=_verdict(comparison, of_formulas),
+        verdict=_verdict(comparison),
         peaks=_peaks(comparison, drawn, equations),
         drawn=drawn | (equations if formulas.applicable is None else {}),
         limits=[
@@ -49,12 +54,7 @@ def of_comparison(comparison: Comparison) -> Document:
         absent=[LABELS[name] for name in comparison.wanted if name not in comparison.results],
         answers=_answers(comparison),
         checks=comparison.checks,
-        formulas=of_formulas,
-        similar=[
-            f"{LABELS[name]} computed {similar}"
-            for name, result in others.items()
-            if (similar := similar_scene(result)) is not None
-        ],
+        notes=[*of_formulas, *similar],
     )
 
 
@@ -133,7 +133,7 @@ def _of_run(peak: float, error: float) -> str:
     return NO_DIGIT if error >= 1 else number(peak, 9)
 
 
-def _verdict(comparison: Comparison, of_formulas: Sequence[str]) -> Verdict:
+def _verdict(comparison: Comparison) -> Verdict:
     checks, results = comparison.checks, comparison.results
     failed = [check for check in checks if not check.passed]
     only_absent = bool(failed) and all(check.measured is None for check in failed)
@@ -161,7 +161,6 @@ def _verdict(comparison: Comparison, of_formulas: Sequence[str]) -> Verdict:
         sentence = f"{len(failed)} of {len(checks)} checks failed."
     remarks = [
         *(f"{LABELS[name]}: {text}" for name in results for text in results[name].warnings),
-        *of_formulas,
         *(f"{check.name}: {check.remark}" for check in checks if check.remark),
     ]
     failures = [failure_of(check) for check in failed]

@@ -154,7 +154,7 @@ def print_document(
         console.print(table(answers.header, answers.rows, left=("", "number")))
     if document.facts:
         print_facts(console, document.facts)
-    for remark in (*document.formulas, *document.similar):
+    for remark in document.notes:
         print_prose(console, f"{remark}.")
     if document.findings:
         _print_findings(console, document)

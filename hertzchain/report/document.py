@@ -116,8 +116,7 @@ class Document:
     cases: tuple[Case, ...] = ()  # of the JUnit suite, where they are not the checks
     answers: Table | None = None  # the transition by each engine of a comparison
     checks: Sequence[Check] = ()  # on which the verdict rests
-    formulas: Sequence[str] = ()  # remarks on the formulas
-    similar: Sequence[str] = ()  # remarks on engines that computed a similar chain
+    notes: Sequence[str] = ()  # remarks on the answers: formulas, engines with a similar chain
     facts: Sequence[tuple[str, str]] = ()  # label and value of facts on all contacts together
     cause: str | None = None  # likely cause of failures
     hint: str | None = None  # nearest mistake where no cause is known

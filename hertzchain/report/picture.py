@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.figure import Figure
-from matplotlib.ticker import Formatter, MaxNLocator
+from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
 from hertzchain.report.facts import MULTIPLES, prefixed
 
@@ -35,7 +35,6 @@ _OF_AN_ENTRY, _LETTERS = 0.42, 20.0
 _OF_LABELS = 0.6  # width of the labels of an axis [inches]
 
 _PLAIN = (1e-3, 1e4)  # between these values a logarithmic axis has plain numbers, not powers of ten
-_ROUNDING = 1e-6  # largest rounding of the number at a tick, over the distance of ticks
 
 
 class Picture(Figure):
@@ -72,27 +71,18 @@ def _rounded(numbers: str) -> str:
     return re.sub(r"(\.\d\d)\d+", r"\1", numbers).replace("\n", " ")
 
 
-class _Scaled(Formatter):
-    """Numbers at ticks in another unit, all with the same number of decimals."""
+class _Scaled(ScalarFormatter):
+    """Numbers at ticks in a multiple of the unit of the data, with equal decimals."""
 
     def __init__(self, scale: float) -> None:
+        super().__init__(useOffset=False)
+        self.set_scientific(False)
         self._scale = scale
-
-    def __call__(self, x: float, pos: int | None = None) -> str:  # noqa: ARG002
-        """Return a number alone."""
-        return self.fix_minus(f"{x / self._scale:.6g}")
 
     def format_ticks(self, values: Sequence[float]) -> list[str]:
         """Return the numbers at all ticks of an axis."""
-        scaled = np.asarray(values, np.float64) / self._scale
-        if not scaled.size:
-            return []
-        allowed = _ROUNDING * (np.min(np.diff(np.sort(scaled))) if scaled.size > 1 else scaled[0])
-        fits = (
-            d for d in range(12) if np.all(np.abs(np.round(scaled, d) - scaled) <= abs(allowed))
-        )
-        decimals = next(fits, 12)
-        return [self.fix_minus(f"{value + 0.0:.{decimals}f}") for value in scaled.round(decimals)]
+        found: list[str] = super().format_ticks(np.asarray(values) / self._scale)  # type: ignore[arg-type]
+        return found
 
 
 def in_units(axis: Any, label: str) -> None:

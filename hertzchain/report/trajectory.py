@@ -14,7 +14,6 @@ from hertzchain.errors import SceneError
 from hertzchain.files import write_with
 from hertzchain.observables.result import Result
 from hertzchain.report.formats import check_format
-from hertzchain.scene.chain import granule_mass
 from hertzchain.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -39,20 +38,15 @@ def write_trajectory(result: Result, path: Path | str) -> None:
         applied force, F_1 in the paper.
     ``id``
         The paper's number of the granule, from 1.
-    ``mass``, ``velo``, ``force``
-        Mass, velocity again, and the sum of the forces on the granule, by the names in the format
-        and in OVITO.
-    ``masses``, ``momenta``
-        Masses and momenta for ASE (``get_masses``, ``get_velocities``, ``get_kinetic_energy``).
+    ``velo``
+        Velocity again, by the name in OVITO.
 
     ASE writes numbers with eight digits after the point. In metres that would leave two digits of a
     displacement of 1e-6 m, so lengths are in a unit that is a power of 1000 times the metre, at
-    most as long as the natural unit of length, which is the overlap under F0; likewise velocities,
-    forces and masses. So rounding is at most 5e-9 of the natural units. Each frame has the values
-    of its units: ``length_unit_m``, ``velocity_unit_m_s``, ``force_unit_N`` and ``mass_unit_kg``;
-    momenta are in the unit of mass times that of velocity. They are not the units of ASE (angstrom,
-    eV, amu): quantities that ASE computes are in these units, too. Each frame has its time,
-    ``time_s``.
+    most as long as the natural unit of length, which is the overlap under F0; likewise velocities
+    and forces. So rounding is at most 5e-9 of the natural units. Each frame has the values of its
+    units, ``length_unit_m``, ``velocity_unit_m_s`` and ``force_unit_N``, which are not those of ASE
+    (angstrom, eV), and its time, ``time_s``.
 
     The cell, ``Lattice`` with its corner at ``Origin``, just holds the chain at rest. It is not
     periodic, and granules may leave it.
@@ -100,13 +94,9 @@ def frames(result: Result) -> Iterator[Atoms]:
         power_of_1000(unit)
         for unit in (scene.units.length, scene.units.velocity, scene.units.force)
     )
-    # Viewers draw a piston as a granule of its own mass.
-    masses = np.asarray(granule_mass(granules.radius, granules.density))
-    mass = power_of_1000(float(masses[0]))
     radius, widest = granules.radius / length, 2 * float(np.max(granules.radius)) / length
     sites = granules.position
     span = (sites[-1] + granules.radius[-1] + granules.radius[0]) / length
-    masses = masses / mass
     applied = scene.applied_force(history.time)
     for k, time in enumerate(history.time.tolist()):
         frame = Atoms(
@@ -120,26 +110,16 @@ def frames(result: Result) -> Iterator[Atoms]:
                 "length_unit_m": length,
                 "velocity_unit_m_s": velocity,
                 "force_unit_N": force,
-                "mass_unit_kg": mass,
             },
         )
         moving = _along_x(history.velocity[k] / velocity)
         pressed = np.concatenate([applied[k : k + 1], history.contact_force[k]]) / force
-        known = pressed[:count]
         frame.set_array("radius", radius)
         frame.set_array("displacement", _along_x(history.displacement[k] / length))
         frame.set_array("velocity", moving)
-        frame.set_array("contact_force", known)
+        frame.set_array("contact_force", pressed[:count])
         frame.set_array("id", np.arange(1, count + 1))
-        frame.set_array("mass", masses)
         frame.set_array("velo", moving)
-        # Not ``forces``: on reading, ASE makes a calculator from these, and copies the frame.
-        # Contact i pushes granule i forwards and granule i - 1 back; only a wall is behind the last
-        # granule.
-        ahead = np.append(pressed[1:], 0.0)[:count]
-        frame.set_array("force", _along_x(known - ahead + granules.constant_force / force))
-        frame.set_masses(masses)
-        frame.set_velocities(moving)
         yield frame
 
 

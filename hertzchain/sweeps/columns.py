@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import Any
 
+import numpy as np
+
 from hertzchain.errors import did_you_mean, require
+from hertzchain.observables.result import Result
 from hertzchain.scene.keys import Key, keys_of
 from hertzchain.scene.parts import KEYS, OF_PROFILE, SEGMENT, full_names, key_named
 from hertzchain.scene.pulse import Pulse
-from hertzchain.sweeps.numbers import FIRST
+
+Read = Callable[[Result], float | None]
 
 
 @dataclass(frozen=True)
@@ -22,6 +27,7 @@ class Column:
     label: str  # on an axis; empty: cannot be drawn
     kind: str = "float"  # float, int or str; missing: NaN, 0 or ""
     of: str = ""  # kind of scenes that have it, see ``columns_of``; empty: all
+    read: Read | None = None  # how it is read from a result; None for what no simulation has
 
 
 def _of_key(name: str, key: Key, where: str = "") -> Column:
@@ -51,44 +57,68 @@ TERMS = tuple(name for name in _OF_KEYS if name not in PARAMETERS)
 
 _OF_EVERY_SHOCK = ("shock.profile", "shock.momentum_ratio")
 
+FIRST = ("first_peak_force_N", "arrival_time_s")
+"""Columns of first pulses."""
+
+
+def _on_wall(values: str) -> Read:
+    """Return what reads a number of the wall's contact; None for what is not known to its end."""
+
+    def read(run: Result) -> float | None:
+        if values in FIRST:
+            return float(run.first_columns[values][-1]) if run.first_columns else None
+        is_cut_off = run.scene.contact_name(run.scene.last_contact) in run.cut_off
+        return None if is_cut_off or run.peak_errors[-1] >= 1 else float(getattr(run, values)[-1])
+
+    return read
+
+
+def _largest_dynamic(run: Result) -> float:
+    return float(np.max(run.peak_force - (0.0 if run.static_force is None else run.static_force)))
+
+
 FOUND_COLUMNS = (
-    Column("transition_granules", "p, granules in the transition", "int", of="waves"),
-    Column("solitary_wave_force_N", "F_SW [N]", of="waves"),
-    Column("far_field_force_N", "peak force far from the shock [N]", of="waves"),
-    Column("far_field_error", "largest further change of the wave, relative", of="waves"),
-    Column("speed_m_s", "wave speed [m/s]", of="waves"),
-    Column(
-        "speed_error",
-        "largest difference of the speed from that of the settled wave, relative",
-        of="waves",
-    ),
-    Column("largest_peak_force_N", "largest peak force [N]"),
-    Column("largest_peak_contact", "contact of the largest peak", "int"),
-    Column("last_peak_force_N", "peak force of contact N [N]", of="terms"),
-    Column(
-        "largest_dynamic_force_N", "largest peak force less the static force [N]",
-        of="precompression",
-    ),
-    Column("wall_first_peak_force_N", "first peak force on the wall [N]", of="wall"),
-    Column("wall_arrival_time_s", "arrival at the wall [s]", of="wall"),
-    Column("wall_peak_force_N", "peak force on the wall [N]", of="wall"),
-    Column("wall_peak_time_s", "time of the peak force on the wall [s]", of="wall"),
-    Column(
-        "contacts_cut_off", "contacts whose peak may come after the end of the run", "int",
-        of="terms",
-    ),
-    Column("overlap_ratio", "largest overlap / R"),
+    Column("transition_granules", "p, granules in the transition", "int", "waves",
+           attrgetter("transition_granules")),
+    Column("solitary_wave_force_N", "F_SW [N]", of="waves",
+           read=attrgetter("solitary_wave.peak_force")),
+    Column("far_field_force_N", "peak force far from the shock [N]", of="waves",
+           read=attrgetter("solitary_wave.far_field_force")),
+    Column("far_field_error", "largest further change of the wave, relative", of="waves",
+           read=attrgetter("solitary_wave.far_field_error")),
+    Column("speed_m_s", "wave speed [m/s]", of="waves", read=attrgetter("solitary_wave.speed")),
+    Column("speed_error", "largest difference of the speed from that of the settled wave, relative",
+           of="waves", read=attrgetter("solitary_wave.speed_error")),
+    Column("largest_peak_force_N", "largest peak force [N]",
+           read=lambda run: float(np.max(run.peak_force))),
+    Column("largest_peak_contact", "contact of the largest peak", "int",
+           read=lambda run: int(np.argmax(run.peak_force)) + 2),
+    Column("last_peak_force_N", "peak force of contact N [N]", of="terms",
+           read=lambda run: run.peak_at(run.scene.chain.granules)),
+    Column("largest_dynamic_force_N", "largest peak force less the static force [N]",
+           of="precompression", read=_largest_dynamic),
+    Column("wall_first_peak_force_N", "first peak force on the wall [N]", of="wall",
+           read=_on_wall(FIRST[0])),
+    Column("wall_arrival_time_s", "arrival at the wall [s]", of="wall", read=_on_wall(FIRST[1])),
+    Column("wall_peak_force_N", "peak force on the wall [N]", of="wall",
+           read=_on_wall("peak_force")),
+    Column("wall_peak_time_s", "time of the peak force on the wall [s]", of="wall",
+           read=_on_wall("peak_time")),
+    Column("contacts_cut_off", "contacts whose peak may come after the end of the run", "int",
+           "terms", lambda run: len(run.cut_off)),
+    Column("overlap_ratio", "largest overlap / R", read=attrgetter("overlap_ratio")),
     Column("eq3_transition_granules", "p by Eq. 3, granules", of="plain"),
-    Column("error_estimate", "error estimate of the peaks, relative"),
-    Column("force_evaluations", "force evaluations", "int"),
+    Column("error_estimate", "error estimate of the peaks, relative",
+           read=attrgetter("error_estimate")),
+    Column("force_evaluations", "force evaluations", "int", read=attrgetter("force_evaluations")),
 )  # fmt: skip
 """Columns of results, in the order of the table, after the parameters."""
 
 _GAUGE = {
-    "first_peak_force_N": "first peak of gauge {} [N]",
-    "arrival_time_s": "arrival at gauge {} [s]",
+    "first_peak_force_N": ("first peak of gauge {} [N]", attrgetter("force")),
+    "arrival_time_s": ("arrival at gauge {} [s]", attrgetter("arrival")),
 }
-"""Labels of what is found of each gauge."""
+"""Label and value of what is found of each gauge."""
 
 _GAUGE_NAME = re.compile(rf"gauge_(\d+)_({'|'.join(_GAUGE)})")
 
@@ -163,7 +193,10 @@ def column_named(name: str) -> Column:
     if name in _BY_NAME:
         return _BY_NAME[name]
     if (gauge := _GAUGE_NAME.fullmatch(name)) is not None:
-        return Column(name, _GAUGE[gauge[2]].format(gauge[1]))
+        label, value = _GAUGE[gauge[2]]
+        return Column(
+            name, label.format(gauge[1]), read=lambda run: value(run.gauges[int(gauge[1]) - 1])
+        )
     found, key = SEGMENT.fullmatch(name), key_named(name)
     assert found is not None, name
     assert key is not None, name
@@ -192,11 +225,7 @@ def columns_of(
     shock = OF_PROFILE.get(scene.get("shock", {}).get("profile", ""))
     held = any(section in scene for section in ("striker", "wall", "precompression", "contact"))
     held = held or (shock is not None and shock.is_driven)
-    gauges = [
-        column_named(f"gauge_{number}_{what}")
-        for number in range(1, len(scene.get("gauge", ())) + 1)
-        for what in _GAUGE
-    ]
+    gauges = _of_gauges(len(scene.get("gauge", ())))
     if not (of_terms or unlike or {"gap", "velocity"} & {*chain} or held or gauges):
         return ALL
     kept = [name for name in PARAMETERS if name.partition(".")[0] in {*scene, "run"}]
@@ -221,6 +250,20 @@ def columns_of(
         *gauges,
         _END,
     )
+
+
+def _of_gauges(count: int) -> list[Column]:
+    return [column_named(f"gauge_{k}_{what}") for k in range(1, count + 1) for what in _GAUGE]
+
+
+def numbers_of(run: Result) -> dict[str, float | None]:
+    """Return the numbers of a result by the names of their columns; None where there is none."""
+    parts = {"wall": run.scene.wall, "precompression": run.scene.precompression}
+    return {
+        column.name: column.read(run)
+        for column in (*FOUND_COLUMNS, *_of_gauges(len(run.gauges)))
+        if column.read is not None and parts.get(column.of, True) is not None
+    }
 
 
 def _has(scene: Mapping[str, Mapping[str, Any]], section: str, key: str) -> bool:

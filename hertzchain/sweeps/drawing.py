@@ -281,7 +281,7 @@ def _draw_points(axes: Axes, rows: _Rows, x: str, y: str, colour: str | None) ->
     if colour is not None and not looks:
         bar = rows.bar(axes, colour)
         axes.scatter(
-            known[x], known[y], s=min(20.0, max(2.0, 20_000 / len(known))), c=known[colour],
+            known[x], known[y], s=min(36.0, max(2.0, 20_000 / len(known))), c=known[colour],
             norm=bar.norm, cmap=bar.cmap, rasterized=rasterized,
         )  # fmt: skip
         return

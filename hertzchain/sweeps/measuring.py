@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
     from hertzchain.engines.lammps.isolation import Child
     from hertzchain.engines.native import Batch
+    from hertzchain.observables.result import Result
+    from hertzchain.theory import Prediction
 
 YEAR = 3e7  # default: no time limit [s]
 _LONG = 1e8  # natural time units times granules, about 1 s: longer scenes run by themselves
@@ -74,8 +76,10 @@ def measure(
             try:
                 scene = design.scene(given, row)
                 if scene.shock.section == "shock" and not (design.are_plain and scene.pulse):
-                    rows.set_measures(row, scene.momentum_ratio, scene.rise_time)
-                run(rows, row, scene)
+                    parameters["shock.momentum_ratio"][row] = scene.momentum_ratio
+                    if scene.rise_time is not None:
+                        parameters["shock.rise_time"][row] = scene.rise_time
+                rows.fill(row, run(scene))
             except BackendMissing:
                 raise
             except HertzchainError as problem:
@@ -133,29 +137,34 @@ def _batches(
     return left
 
 
-_Run = Callable[[Rows, int, Scene], None]
+_Run = Callable[[Scene], "Result | Prediction"]
 
 
 @contextmanager
 def _runner(backend: Backend, child: Child | None) -> Iterator[_Run]:
     """Yield a function that measures one scene; LAMMPS runs in a process that may crash."""
     if isinstance(backend, Formulas):
-        from hertzchain import theory
-
-        yield lambda rows, row, scene: rows.add_prediction(row, theory.predict(scene))
+        yield _predicted
     elif isinstance(backend, Native):
-        native = replace(backend, peaks_only=True)
-        yield lambda rows, row, scene: rows.add_result(row, native.run(scene))
+        yield replace(backend, peaks_only=True).run
     elif backend.lmp is not None:  # a binary is a process of its own anyway
-        yield lambda rows, row, scene: rows.add_result(row, backend.run(scene))
+        yield backend.run
     else:
         from hertzchain.engines.lammps.backend import run_in
         from hertzchain.engines.lammps.isolation import Child
 
         own = Child()
         try:
-            yield lambda rows, row, scene: rows.add_result(
-                row, run_in(child or own, backend, scene)
-            )
+            yield lambda scene: run_in(child or own, backend, scene)
         finally:
             own.end()
+
+
+def _predicted(scene: Scene) -> Prediction:
+    """Return a prediction that has peaks; RunFailed says why there are none."""
+    from hertzchain import theory
+
+    found = theory.predict(scene)
+    if np.isnan(found.peak_force).any():
+        raise RunFailed(found.missing)
+    return found

@@ -12,8 +12,16 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError
 from hertzchain.observables.result import Result
 from hertzchain.scene.validity import IMPOSSIBLE_OVERLAP
-from hertzchain.sweeps.columns import ALL, COUNTS, Column, is_result, peak_columns
-from hertzchain.sweeps.numbers import FIRST, of_batch, of_prediction, of_result
+from hertzchain.sweeps.columns import (
+    ALL,
+    COUNTS,
+    FIRST,
+    Column,
+    is_result,
+    numbers_of,
+    peak_columns,
+)
+from hertzchain.sweeps.numbers import of_batch, of_prediction
 
 if TYPE_CHECKING:
     import pandas
@@ -35,7 +43,7 @@ class Rows:
     ) -> None:
         self.numbers, self.backend = numbers, backend
         self._columns = columns
-        self._parameters = dict(parameters)
+        self._parameters = parameters
         # 0 marks a missing count: a chain has at least 2 granules, a run at least 1 step.
         self._found: dict[str, NDArray[Any]] = {
             column.name: np.zeros(numbers.size, np.int64)
@@ -54,35 +62,20 @@ class Rows:
         """Store the reason why a scene has no numbers."""
         self._failure[row] = str(problem)
 
-    def set_measures(self, row: int, momentum_ratio: float, rise_time: float | None) -> None:
-        """Fill LM_ratio and rise time [s], if there is one, of scenes outside of similarity."""
-        self._parameters["shock.momentum_ratio"][row] = momentum_ratio
-        if rise_time is not None:
-            self._parameters["shock.rise_time"][row] = rise_time
-
-    def add_result(self, row: int, result: Result) -> None:
-        """Fill in the result of a simulation."""
-        self._fill(row, of_result(result))
+    def fill(self, row: int, found: Result | Prediction) -> None:
+        """Fill in a simulation or a prediction of a scene."""
+        never = np.full(found.peak_force.size, np.nan)
+        numbers: Mapping[str, float | None]
+        if isinstance(found, Result):
+            numbers, time, first = numbers_of(found), found.peak_time, found.first_columns
+            self.versions = found.versions
+        else:
+            numbers, time, first = of_prediction(found), never, {}
+        for name in self._found.keys() & numbers.keys():
+            if (value := numbers[name]) is not None:
+                self._found[name][row] = value
         if self._peaks is not None:
-            never = np.full(result.peak_force.size, np.nan)
-            first = [result.first_columns.get(name, never) for name in FIRST]
-            self._peaks[row] = result.peak_force, result.peak_time, *first
-        self.versions = result.versions
-
-    def add_prediction(self, row: int, prediction: Prediction) -> None:
-        """Fill in the values of the formulas."""
-        if np.isnan(prediction.peak_force).any():
-            self._failure[row] = prediction.missing
-            return
-        self._fill(row, of_prediction(prediction))
-        if self._peaks is not None:
-            never = np.full(prediction.peak_force.size, np.nan)
-            self._peaks[row] = prediction.peak_force, never, never, never
-
-    def _fill(self, row: int, numbers: Mapping[str, float | None]) -> None:
-        for name, values in self._found.items():
-            if (value := numbers.get(name)) is not None:
-                values[row] = value
+            self._peaks[row] = found.peak_force, time, *(first.get(name, never) for name in FIRST)
 
     def add_batch(self, rows: NDArray[np.intp], batch: Batch, *units: FloatArray) -> Any:
         """Fill in results of a batch of similar scenes, in natural units of [N], [m], [s].

@@ -56,16 +56,13 @@ class Frames:
 
 
 def read_by_ase(path: Path) -> Frames:
-    """By ASE, as its users have it: masses and velocities from its own methods."""
+    """By ASE, as its users have it."""
     from ase.io import read
 
     found = read(path, index=":", format="extxyz")
     names = [name for name in found[0].arrays if name not in {"numbers", "positions"}]
     arrays = {name: np.array([frame.arrays[name] for frame in found]) for name in names}
     arrays["pos"] = np.array([frame.get_positions() for frame in found])
-    arrays["masses"] = np.array([frame.get_masses() for frame in found])
-    arrays["momenta"] = np.array([frame.get_velocities() for frame in found])
-    arrays["momenta"] *= arrays["masses"][:, :, None]
     assert {symbol for frame in found for symbol in frame.symbols} == {"X"}
     cells = [{"Lattice": frame.cell.array.ravel(), "pbc": frame.pbc} for frame in found]
     return Frames([frame.info | cell for frame, cell in zip(found, cells, strict=True)], arrays)
@@ -116,9 +113,8 @@ def is_the_history(frames: Frames, result: hc.Result) -> None:
     assert history is not None
     assert len(frames.info) == 400
     names = {"length_unit_m": 1e-6, "velocity_unit_m_s": 1e-3, "force_unit_N": 1.0}
-    names["mass_unit_kg"] = 1e-3
-    length, velocity, force, mass = (frames.info[0][name] for name in names)
-    assert (length, velocity, force, mass) == tuple(names.values())
+    length, velocity, force = (frames.info[0][name] for name in names)
+    assert (length, velocity, force) == tuple(names.values())
     assert [info["time_s"] for info in frames.info] == history.time.tolist()
     arrays = frames.arrays
 
@@ -134,15 +130,9 @@ def is_the_history(frames: Frames, result: hc.Result) -> None:
         assert arrays[name][:, :, 0] * velocity == pytest.approx(
             history.velocity, rel=0, abs=HALF_A_DIGIT * velocity
         )
-    for name in ("pos", "displacement", "velocity", "velo", "force", "momenta"):
+    for name in ("pos", "displacement", "velocity", "velo"):
         assert not arrays[name][:, :, 1:].any()
     assert np.unique(arrays["radius"] * length) == pytest.approx([4.75e-3], rel=1e-12, abs=0)
-    # 4/3 pi R^3 of 7958 kg/m^3 is 3.6 g: to the digits that are written.
-    expected = 7958.0 * 4 / 3 * np.pi * 4.75e-3**3
-    for name in ("mass", "masses"):
-        assert np.unique(arrays[name] * mass) == pytest.approx(
-            [expected], rel=0, abs=HALF_A_DIGIT * mass
-        )
     assert (arrays["id"] == np.arange(1, 13)).all()
     contact = arrays["contact_force"] * force
     assert contact[:, 1:] == pytest.approx(history.contact_force, rel=0, abs=HALF_A_DIGIT)
@@ -157,34 +147,6 @@ def is_the_history(frames: Frames, result: hc.Result) -> None:
         assert cell == pytest.approx(np.diag([0.114, 9.5e-3, 9.5e-3]), rel=1e-12, abs=0)
         assert np.multiply(info["Origin"], length) == pytest.approx(3 * [-4.75e-3], rel=1e-12)
         assert not np.any(info["pbc"])
-
-
-@pytest.mark.parametrize("read", READERS)
-def test_momenta_and_forces_of_a_trajectory_balance(
-    tmp_path: Path, read: Callable[[Path], Frames]
-) -> None:
-    scene = paper_scene("cosine", 1.0, 2.0, granules=12)
-    hc.write_trajectory(recorded("native", scene, 400), tmp_path / "motion.xyz")
-    frames = read(tmp_path / "motion.xyz")
-    time = np.array([info["time_s"] for info in frames.info])
-    unit = frames.info[0]["mass_unit_kg"] * frames.info[0]["velocity_unit_m_s"]
-    momenta = frames.arrays["momenta"][:, :, 0] * unit
-    forces = frames.arrays["force"][:, :, 0] * frames.info[0]["force_unit_N"]
-    # After the shock its impulse is in the chain: up to half a digit of each of 12 momenta.
-    after = time > scene.ramps[-1].end
-    assert after.sum() > 100
-    assert momenta[after].sum(axis=1) == pytest.approx(
-        scene.impulse, rel=0, abs=12 * HALF_A_DIGIT * unit
-    )
-    # The forces between granules cancel, and what is left is applied: 12 half digits again.
-    assert forces.sum(axis=1) == pytest.approx(
-        scene.applied_force(time), rel=0, abs=12 * HALF_A_DIGIT
-    )
-    # Force is the rate of momentum. The trapezoidal rule over 0.1 natural units is off by
-    # 0.1^2 / 12 of the curvature of a force: at most 300 N per unit squared, where the last contact
-    # opens.
-    rate = np.diff(momenta, axis=0) / np.diff(time)[:, None]
-    assert rate == pytest.approx((forces[1:] + forces[:-1]) / 2, rel=0, abs=0.3)
 
 
 def test_small_scenes_keep_their_digits(tmp_path: Path) -> None:

@@ -20,9 +20,9 @@ from hertzchain.errors import HertzchainError, SceneError
 from hertzchain.scene.pulse import PROFILES
 from hertzchain.sweeps import measuring
 from hertzchain.sweeps import parts as parts_of_sweeps
-from hertzchain.sweeps.columns import ALL, COLUMNS, is_result
+from hertzchain.sweeps.columns import ALL, COLUMNS, is_result, numbers_of
 from hertzchain.sweeps.design import design
-from hertzchain.sweeps.numbers import of_prediction, of_result
+from hertzchain.sweeps.numbers import of_prediction
 from hertzchain.sweeps.parts import Formulas, Part, is_short
 from hertzchain.sweeps.table import Rows
 from tests.command_line import MAIN, process
@@ -77,7 +77,7 @@ def test_rows_of_the_compiled_batch_are_those_of_single_runs() -> None:
         # maxima are as high as one another the later may be taken for the earlier.
         late = np.abs(own["peak_time_s"].to_numpy() - result.peak_time) / scene.units.time
         assert np.median(late) < 1e-3
-        numbers, p = of_result(result), result.transition_granules
+        numbers, p = numbers_of(result), result.transition_granules
         # A change of one per cent may be met a digit earlier; all else follows from p.
         if (None if pd.isna(row["transition_granules"]) else row["transition_granules"]) != p:
             change = np.abs(np.diff(result.peak_force) / result.peak_force[1:])
@@ -149,7 +149,7 @@ def test_what_the_batch_does_not_take_is_run_scene_by_scene() -> None:
             assert own["peak_force_N"].tolist() == result.peak_force.tolist()
             assert own["peak_time_s"].dropna().tolist() == [t for t in result.peak_time if t == t]  # noqa: PLR0124
             assert row["shock.momentum_ratio"] == one.momentum_ratio
-            has_numbers(row, of_result(result))
+            has_numbers(row, numbers_of(result))
 
 
 def test_a_scene_that_fails_is_a_row_with_the_reason_a_single_run_has() -> None:

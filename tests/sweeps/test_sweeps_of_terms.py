@@ -14,10 +14,9 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.errors import OutputError
-from hertzchain.sweeps.columns import COLUMNS, column_named, columns_of
+from hertzchain.sweeps.columns import COLUMNS, column_named, columns_of, numbers_of
 from hertzchain.sweeps.design import design
 from hertzchain.sweeps.drawing import draw
-from hertzchain.sweeps.numbers import of_result
 from tests.command_line import Command, is_refused
 from tests.conftest import STEEL
 from tests.sweeps.made import has_numbers
@@ -56,7 +55,7 @@ def are_rows_of(
         assert {name: row[name] for name in values} == values
         result = hc.Native(rtol=rtol, peaks_only=True).run(scene)
         assert row["chain.granules"] == scene.chain.granules
-        has_numbers(row, of_result(result))
+        has_numbers(row, numbers_of(result))
         own = peaks[peaks["scene"] == row["scene"]]
         assert own["contact"].tolist() == result.contact.tolist()
         np.testing.assert_array_equal(own["peak_force_N"], result.peak_force)
