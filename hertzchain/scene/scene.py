@@ -153,6 +153,7 @@ class Scene(Shown):
             has_gap,
             self.striker is not None,
             self.piston is not None,
+            self.shock.granule > 1,
             self.moves,
             self.wall is not None,
             pressed is not None and pressed.force > 0,
@@ -354,6 +355,11 @@ class Scene(Shown):
         return float(self.granules.mass[0])
 
     @property
+    def pushed_mass(self) -> float:
+        """Mass of the granule on which the force acts [kg]; infinite for a piston."""
+        return float(self.granules.mass[self.shock.granule - 1])
+
+    @property
     def _constant_force(self) -> FloatArray:
         return np.zeros(1) if self.precompression is None else self.granules.constant_force
 
@@ -382,7 +388,7 @@ class Scene(Shown):
             ratio, momentum = self.momentum_ratio, self._shock_momentum
             if ratio < (least := self.shock.least_ratio):
                 ratio, momentum = least, least * self._unit_momentum
-            pushes = [(self._shock_units, ratio, momentum, self.first_mass)]
+            pushes = [(self._shock_units, ratio, momentum, self.pushed_mass)]
         if self.force_at_start > 0:
             pushes.append(weakest_start(self.granules, *self.first_contact, self.force_at_start))
         wall, each = self.wall is not None, self.granules

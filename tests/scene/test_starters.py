@@ -22,6 +22,7 @@ TERMS = {
     "damped": ("striker", "wall", "damping"),
     "piston": ("piston",),
     "sine": ("precompression",),
+    "local": ("local shock", "precompression"),
 }
 
 
