@@ -54,7 +54,7 @@ class Scene(Shown):
     chain
         The granules.
     shock
-        Force on granule 1, or the striker or piston that granule 1 is; left out where granules of
+        Force on a granule, or the striker or piston that granule 1 is; left out where granules of
         the chain move at the start.
     run
         Duration of the run.
@@ -310,7 +310,7 @@ class Scene(Shown):
         if shock.is_driven:
             return self.first_contact[1] * (shock.impact_velocity or 0.0)
         if shock.start_velocity > 0:  # a striker
-            return self.first_mass * shock.start_velocity
+            return self.pushed_mass * shock.start_velocity
         if isinstance(shock, Moving):
             return self._moved
         own = shock.compared_impulse
@@ -350,13 +350,8 @@ class Scene(Shown):
         return impulse_until(self.ramps, self.end_time)
 
     @property
-    def first_mass(self) -> float:
-        """Mass of granule 1 [kg]; infinite for a piston."""
-        return float(self.granules.mass[0])
-
-    @property
     def pushed_mass(self) -> float:
-        """Mass of the granule on which the force acts [kg]; infinite for a piston."""
+        """Mass of the granule that the shock pushes or is [kg]; infinite for a piston."""
         return float(self.granules.mass[self.shock.granule - 1])
 
     @property
