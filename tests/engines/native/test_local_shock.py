@@ -95,6 +95,18 @@ def test_files_and_tables(tmp_path: Path) -> None:
         assert hc.Scene.from_toml(path) == scene
 
 
+def test_the_granule_varies_in_a_sweep() -> None:
+    scene = local(precompression=hc.Precompression(20.0))
+    table = hc.sweep(scene, {"shock.granule": [3, 7]}, backends="native").to_frame()
+    peaks = [
+        hc.Native().run(replace(scene, shock=replace(PULSE, granule=granule))).peak_force.max()
+        for granule in (3, 7)
+    ]
+    assert table["shock.granule"].tolist() == [3, 7]
+    # Both are right to 1e-6.
+    assert table["largest_peak_force_N"].tolist() == pytest.approx(peaks, rel=2e-6)
+
+
 def judge(number: int) -> None:
     """Assert that each answer of a random scene is within its own bound, or refused."""
     rng = np.random.default_rng([376, number])
