@@ -149,7 +149,7 @@ def plain_deck(scene: hc.Scene, dt: float) -> None:
         command(lammps, deck.set_up(scene))
         before = None
         for leg in scene.schedule(dt):
-            lines = [*deck.leg_commands(leg, before), f"run {leg.steps} post no"]
+            lines = [*deck.leg_commands(scene, leg, before), f"run {leg.steps} post no"]
             command(lammps, "\n".join(lines))
             before = leg
 

@@ -136,7 +136,7 @@ def random_scene(rng: np.random.Generator) -> hc.Scene:
     """A scene from RANGES."""
     drawn = {name: float(10 ** rng.uniform(*np.log10(ends))) for name, ends in RANGES.items()}
     granules, poisson_ratio = round(drawn.pop("granules")), float(rng.uniform(-0.99, 0.5))
-    shock = {name: drawn.pop(name) for name in ("peak_force", "momentum_ratio")}
+    shock: dict[str, Any] = {name: drawn.pop(name) for name in ("peak_force", "momentum_ratio")}
     n = 1 + drawn.pop("duration_ratio")
     chain = hc.Chain(granules, poisson_ratio=poisson_ratio, **drawn)
     profile = profile_named(str(rng.choice(list(PROFILES))))

@@ -74,6 +74,7 @@ GALLERY = (
     Entry("terms/damped_striker_on_a_wall", "viscoelastic contacts at a rigid wall", rtol=2e-4),
     Entry("terms/piston", "a piston moves at 0.1 m/s: waves follow one another"),
     Entry("terms/sine", "an actuator shakes a pressed chain"),
+    Entry("terms/local_shock", "a pulse on granule 10 of a pressed chain: waves run both ways"),
 )
 """The demo, the six scenes of Table 2, what else a deck can do, and each term. The long chain and
 damped contacts are less exact: with fewer steps they run in seconds too."""

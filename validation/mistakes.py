@@ -55,8 +55,8 @@ def force_that_stays() -> AbstractContextManager[Any]:
     """The force is not dropped after the pulse."""
     original = deck.leg_commands
 
-    def without_unfix(leg: Leg, before: Leg | None) -> list[str]:
-        return [line for line in original(leg, before) if line != "unfix shock"]
+    def without_unfix(scene: hc.Scene, leg: Leg, before: Leg | None) -> list[str]:
+        return [line for line in original(scene, leg, before) if line != "unfix shock"]
 
     return patch.object(deck, "leg_commands", without_unfix)
 

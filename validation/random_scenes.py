@@ -190,6 +190,15 @@ def thrown(rng: np.random.Generator, scene: hc.Scene) -> hc.Scene:
         return moving
 
 
+def pushed_within(rng: np.random.Generator, scene: hc.Scene) -> hc.Scene:
+    """Return the scene with its force on any granule; one without an applied force as it is."""
+    if not scene.ramps:
+        return scene
+    shock: Any = scene.shock
+    granule = int(rng.integers(1, scene.chain.granules + 1))
+    return replace(scene, shock=replace(shock, granule=granule))
+
+
 def _with_terms(rng: np.random.Generator, longest: int) -> hc.Scene:
     """Static loads are 1e-3 to 1e3 of the shock."""
     granules = round(spread(rng, 2.0, longest))

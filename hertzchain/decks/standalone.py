@@ -49,7 +49,7 @@ def standalone(scene: Scene, layout: Layout, known: KnownAnswer | None = None) -
     if known is None:
         sections += [
             _trajectory(layout),
-            _run(legs),
+            _run(scene, legs),
             [write_dump("chain.final", ("x", "vx", "fx"))],
         ]
     else:
@@ -58,7 +58,7 @@ def standalone(scene: Scene, layout: Layout, known: KnownAnswer | None = None) -
             numbers.commands(),
             _watch(softer, numbers),
             _trajectory(layout),
-            _run(legs),
+            _run(scene, legs),
             _peaks(softer),
             _verdict(softer, layout, known, numbers),
         ]
@@ -233,7 +233,7 @@ def _watch(scene: Scene, numbers: KnownNumbers) -> list[str]:
     ]
 
 
-def _run(legs: list[Leg]) -> list[str]:
+def _run(scene: Scene, legs: list[Leg]) -> list[str]:
     """Return the commands that run leg after leg, each in equal steps."""
     lines = ["# ---- The run: steps end at the corners of the shock, and are equal between them"]
     for before, leg in zip([None, *legs], legs, strict=False):
@@ -243,7 +243,7 @@ def _run(legs: list[Leg]) -> list[str]:
             what = f"From {ramp.start_force:g} N to {ramp.end_force:g} N ({ramp.shape})"
         if leg.stroke is not None:
             what = f"The piston moves at {leg.stroke.velocity:g} m/s"
-        lines += ["", f"# {what}", *leg_commands(leg, before), f"run {leg.steps} post no"]
+        lines += ["", f"# {what}", *leg_commands(scene, leg, before), f"run {leg.steps} post no"]
     return lines
 
 

@@ -311,7 +311,7 @@ def usually_wanted(scene: Scene) -> str:
 def reflects(scene: Scene) -> bool:
     """Return whether a striker, a wall or unlike granules reflect waves within the chain.
 
-    Granules that move at the start may send several waves.
+    Granules that move at the start, or a shock within the chain, may send several waves.
     """
     has_end = scene.striker is not None or scene.wall is not None or scene.moves
-    return has_end or "unlike granules" in scene.terms
+    return has_end or not {"unlike granules", "local shock"}.isdisjoint(scene.terms)

@@ -13,11 +13,14 @@ from hertzchain.scene.ramp import Ramp
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 
-def work_done(samples: Samples, ramp: Ramp) -> Any:
-    """Return the integral of force times velocity of granule 1 over a leg, in the ramp's units."""
+def work_done(samples: Samples, ramp: Ramp, pushed: int = 0) -> Any:
+    """Return the integral of force times velocity of a granule over a leg, in the ramp's units.
+
+    ``pushed`` is the granule, counted from 0.
+    """
     h = np.diff(samples.time)
-    first = [values[:, 0] for values in samples.granule_derivatives]
-    curve = hermite.coefficients([d[:-1] for d in first], [d[1:] for d in first], h)
+    its = [values[:, pushed] for values in samples.granule_derivatives]
+    curve = hermite.coefficients([d[:-1] for d in its], [d[1:] for d in its], h)
     travelled = hermite.derivative(curve)  # velocity times h
     total = samples.time.dtype.type(0)
     for node, weight in zip((_NODES + 1) / 2, _WEIGHTS / 2, strict=True):

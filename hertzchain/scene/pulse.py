@@ -1,4 +1,4 @@
-"""The shock: the force on the first granule over time (Eq. 2), as ramps between corners.
+"""The shock: the force on a granule over time (Eq. 2), as ramps between corners.
 
 Every pulse here is a sequence of ramps: the rise and the decay of the three profiles of Table 1,
 or the lines between the rows of a table.
@@ -18,7 +18,7 @@ from hertzchain.errors import SceneError, is_finite, require
 from hertzchain.scene.chain import short_repr
 from hertzchain.scene.keys import check, key
 from hertzchain.scene.ramp import Ramp
-from hertzchain.scene.shock import Shock
+from hertzchain.scene.shock import GRANULE, Shock
 from hertzchain.scene.shock_table import check_times
 
 Profile = Literal["cosine", "triangular", "cosine-triangular"]
@@ -53,6 +53,8 @@ class Pulse(Shock):
         n > 1: the pulse lasts n rise times.
     momentum_ratio, rise_time
         LM_ratio = t0 / t0_hat (with the paper's 139/32), or t0 [s]: exactly one of the two.
+    granule
+        Number of the granule on which it acts, from 1.
 
     Raises
     ------
@@ -68,6 +70,7 @@ class Pulse(Shock):
     duration_ratio: float = field(metadata=key("", "n", above=1))
     momentum_ratio: float | None = field(default=None, metadata=key("", "LM_ratio", above=0))
     rise_time: float | None = field(default=None, metadata=key("s", "rise time t0", above=0))
+    granule: int = field(default=1, metadata=GRANULE)
 
     def __post_init__(self) -> None:
         check(self)
@@ -120,6 +123,8 @@ class PulseTable(Shock):
     file
         The name of the CSV file it came from, relative to the scene file, if any; two tables are
         equal without regard to it.
+    granule
+        Number of the granule on which it acts, from 1.
 
     Raises
     ------
@@ -134,8 +139,10 @@ class PulseTable(Shock):
     time: tuple[float, ...]
     force: tuple[float, ...]
     file: str | None = field(default=None, compare=False)
+    granule: int = field(default=1, metadata=GRANULE)
 
     def __post_init__(self) -> None:
+        check(self)
         check_times(self.time, self.force, "force_N")
         for row, force in enumerate(self.force, start=1):
             require(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import MISSING, fields
+from dataclasses import MISSING, fields, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -65,6 +65,8 @@ def texts_of(path: Path, chain: Chain, shock: Shock, **others: Any) -> dict[Path
         require(table != path, "path", str(path), allowed)
         texts[table] = "\n".join(rows) + "\n"
         document["shock"] = {"profile": shock.profile_name, "file": table.name}
+        if shock.granule > 1:
+            document["shock"]["granule"] = shock.granule
     elif shock.section:
         profile = {"profile": shock.profile_name} if shock.section == "shock" else {}
         document[shock.section] = profile | _given(shock)
@@ -165,18 +167,24 @@ def _shock(section: Mapping[str, Any], folder: Path) -> Shock:
     require(known, "shock.profile", profile, allowed)
     kind = OF_PROFILE[str(profile)]
     keys = keys_of(kind)
-    if kind.column is not None and ("file" in section or not keys):
-        name = _file_alone(section, f'profile = "{profile}"{" and a file" if keys else ""}')
-        return read_table(kind, folder / name, name)
+    if kind.column is not None and ("file" in section or "velocity" not in keys):
+        of_file = f'profile = "{profile}"{" and a file" if "velocity" in keys else ""}'
+        name = _file_alone(section, of_file, keys)
+        table = read_table(kind, folder / name, name)
+        if "granule" not in section:
+            return table
+        keys["granule"].check("shock.granule", section["granule"])
+        return replace(table, granule=section["granule"])  # type: ignore[call-arg]
     besides = ("profile",) if kind.column is None else ("profile", "file")
     return _section("shock", section, kind, [key for key in besides if key not in keys])
 
 
-def _file_alone(section: Mapping[str, Any], what: str) -> str:
-    """Return the file name of a [shock] that may have no other key."""
+def _file_alone(section: Mapping[str, Any], what: str, keys: Iterable[str]) -> str:
+    """Return the file name of a [shock] that may have no other key but its granule."""
+    also = ("granule",) if "granule" in keys else ()
     for key, value in section.items():
-        allowed = f"not allowed with {what}, which takes only file"
-        require(key in ("profile", "file"), f"shock.{key}", value, allowed)
+        allowed = f"not allowed with {what}, which takes only {' and '.join(('file', *also))}"
+        require(key in ("profile", "file", *also), f"shock.{key}", value, allowed)
     name = section.get("file")
     require("file" in section, "shock.file", None, f"missing, {what} needs it")
     require(isinstance(name, str), "shock.file", name, "must be the name of a CSV file")

@@ -54,7 +54,7 @@ class Scene(Shown):
     chain
         The granules.
     shock
-        Force on granule 1, or the striker or piston that granule 1 is; left out where granules of
+        Force on a granule, or the striker or piston that granule 1 is; left out where granules of
         the chain move at the start.
     run
         Duration of the run.
@@ -153,6 +153,7 @@ class Scene(Shown):
             has_gap,
             self.striker is not None,
             self.piston is not None,
+            self.shock.granule > 1,
             self.moves,
             self.wall is not None,
             pressed is not None and pressed.force > 0,
@@ -309,7 +310,7 @@ class Scene(Shown):
         if shock.is_driven:
             return self.first_contact[1] * (shock.impact_velocity or 0.0)
         if shock.start_velocity > 0:  # a striker
-            return self.first_mass * shock.start_velocity
+            return self.pushed_mass * shock.start_velocity
         if isinstance(shock, Moving):
             return self._moved
         own = shock.compared_impulse
@@ -349,9 +350,9 @@ class Scene(Shown):
         return impulse_until(self.ramps, self.end_time)
 
     @property
-    def first_mass(self) -> float:
-        """Mass of granule 1 [kg]; infinite for a piston."""
-        return float(self.granules.mass[0])
+    def pushed_mass(self) -> float:
+        """Mass of the granule that the shock pushes or is [kg]; infinite for a piston."""
+        return float(self.granules.mass[self.shock.granule - 1])
 
     @property
     def _constant_force(self) -> FloatArray:
@@ -382,7 +383,7 @@ class Scene(Shown):
             ratio, momentum = self.momentum_ratio, self._shock_momentum
             if ratio < (least := self.shock.least_ratio):
                 ratio, momentum = least, least * self._unit_momentum
-            pushes = [(self._shock_units, ratio, momentum, self.first_mass)]
+            pushes = [(self._shock_units, ratio, momentum, self.pushed_mass)]
         if self.force_at_start > 0:
             pushes.append(weakest_start(self.granules, *self.first_contact, self.force_at_start))
         wall, each = self.wall is not None, self.granules

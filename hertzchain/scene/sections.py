@@ -26,8 +26,9 @@ def sections_of(scene: Scene) -> dict[str, Any]:
         "gauge": [_given(gauge) for gauge in scene.gauges],
         **sections_of_uncertain(scene.uncertain),
     }
-    for section, key in (("chain", "gap"), ("chain", "velocity"), ("wall", "gap")):
-        if sections[section].get(key) == 0:
+    absent = (("chain", "gap"), 0), (("chain", "velocity"), 0), (("wall", "gap"), 0)
+    for (section, key), value in (*absent, ((shock.section, "granule"), 1)):
+        if sections[section].get(key) == value:
             del sections[section][key]
     return {name: section for name, section in sections.items() if section}
 
@@ -38,7 +39,8 @@ def _of_shock(shock: Shock) -> dict[str, Any]:
     if shock.column is None or not shock.rows:
         return values | _given(shock)
     time, value = (list(column) for column in zip(*shock.rows, strict=True))
-    return {**values, "time_s": time, shock.column[1]: value}
+    more = {} if shock.granule == 1 else {"granule": shock.granule}
+    return {**values, **more, "time_s": time, shock.column[1]: value}
 
 
 def _given(part: Any) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What all shocks have in common: a force on granule 1, or granule 1 itself as striker or piston.
+"""What all shocks have in common: a force on a granule, or granule 1 as striker or piston.
 
 A shock is a frozen dataclass, derived from ``Shock``, and an entry in ``parts.SHOCKS``. Nothing
 else asks which one it is, except for what holds for one alone (see ``Scene.pulse``).
@@ -13,7 +13,11 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from hertzchain.arrays import FloatArray
+from hertzchain.scene.keys import key
 from hertzchain.scene.ramp import Ramp
+
+GRANULE = key("", "granule that is pushed", least=1, kind="int")
+"""Key of the granule on which a force acts."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +68,11 @@ class Shock:
     def loaded_granule(self) -> int:
         """Index of the granule that a static load pushes: 0, or 1 behind a striker that is free."""
         return 0
+
+    @property
+    def granule(self) -> int:
+        """Number of the granule on which the force acts, from 1."""
+        return 1
 
     @property
     def profile_name(self) -> str:

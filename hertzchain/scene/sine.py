@@ -1,4 +1,4 @@
-"""The sine: an actuator adds an oscillating force to the static load on granule 1."""
+"""The sine: an actuator adds an oscillating force to the static load."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import require
 from hertzchain.scene.keys import check, key
 from hertzchain.scene.ramp import Ramp
-from hertzchain.scene.shock import Shock
+from hertzchain.scene.shock import GRANULE, Shock
 
 _MOST_CYCLES = 50_000
 """Most cycles (chosen): as many corners as a pulse table can have rows, about 200,000."""
@@ -27,10 +27,10 @@ _QUARTERS = (
 
 @dataclass(frozen=True)
 class Sine(Shock):
-    """The force amplitude * sin(2 pi frequency t) on granule 1, for some cycles, in SI units.
+    """The force amplitude * sin(2 pi frequency t) on a granule, for some cycles, in SI units.
 
     It comes on top of the static load, which must be at least the amplitude: an actuator pushes
-    granule 1, and cannot pull it.
+    its granule, and cannot pull it.
 
     Parameters
     ----------
@@ -40,6 +40,8 @@ class Sine(Shock):
         Cycles per second [Hz].
     cycles
         Number of cycles, a whole number from 1 to 50,000.
+    granule
+        Number of the granule on which it acts, from 1.
 
     Raises
     ------
@@ -57,6 +59,7 @@ class Sine(Shock):
     )
     frequency: float = field(metadata=key("Hz", "frequency", above=0, usual=(0.1, 1e8)))
     cycles: int = field(metadata=key("", "cycles", least=1, most=_MOST_CYCLES, kind="int"))
+    granule: int = field(default=1, metadata=GRANULE)
 
     def __post_init__(self) -> None:
         check(self)
@@ -95,7 +98,7 @@ class Sine(Shock):
         """Refuse an amplitude above the static load [N]."""
         allowed = (
             f"must be at most the static load, [precompression] force = {load:g} N: an actuator"
-            " pushes granule 1, and cannot pull it"
+            " pushes its granule, and cannot pull it"
         )
         require(self.amplitude <= load, "shock.amplitude", self.amplitude, allowed)
 

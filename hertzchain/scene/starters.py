@@ -180,6 +180,14 @@ frequency = "8 kHz"
 cycles = 4
 """,
     ),
+    "local": Starter(
+        "A pulse on a granule within a chain under a static load.",
+        _COSINE.replace("the force on granule 1", "the force on granule 10")
+        + """granule = 10                 # waves run from it to both ends
+"""
+        + _LOAD,
+        30,
+    ),
 }
 """Starters by name, in the order in which they are listed."""
 

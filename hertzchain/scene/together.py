@@ -58,6 +58,8 @@ def refuse_impossible(
         law = next(law for law, parameter in DAMPING.items() if parameter == name)
         allowed = f'needs [contact] damping = "{law}", whose {name} is that of all other contacts'
         require(contact is not None and contact.damping == law, f"wall.{name}", value, allowed)
+    allowed = f"must be at most {chain.granules}, the granules of the chain"
+    require(shock.granule <= chain.granules, "shock.granule", shock.granule, allowed)
     if isinstance(shock, Moving | Striker):
         _refuse_no_meeting(chain, shock, wall)
     shock.check_load(0.0 if pressed is None else pressed.force)

@@ -47,7 +47,7 @@ PARAMETERS = tuple(
     name
     for name in _OF_KEYS
     if (name.startswith("chain.") and name not in _OF_UNLIKE)
-    or name in (f"shock.{key}" for key in keys_of(Pulse))
+    or name in (f"shock.{key}" for key in keys_of(Pulse) if key != "granule")
     or name == "run.end_time"
 )
 """Parameters of uniform free chains that can vary, by scene files."""
@@ -224,7 +224,7 @@ def columns_of(
     of_terms = any(name not in PARAMETERS for name in varied)
     shock = OF_PROFILE.get(scene.get("shock", {}).get("profile", ""))
     held = any(section in scene for section in ("striker", "wall", "precompression", "contact"))
-    held = held or (shock is not None and shock.is_driven)
+    held = held or (shock is not None and shock.is_driven) or "granule" in scene.get("shock", {})
     gauges = _of_gauges(len(scene.get("gauge", ())))
     if not (of_terms or unlike or {"gap", "velocity"} & {*chain} or held or gauges):
         return ALL

@@ -168,6 +168,7 @@ class Design:
 def _as_before(base: Scene) -> dict[str, Any]:
     """Return the sections of a plain scene in the form that all folders of sweeps have."""
     shock = sections_of(base)["shock"] if base.pulse is None else asdict(base.pulse)
+    shock.pop("granule", None)  # 1
     chain = asdict(base.chain)
     del chain["gap"], chain["velocity"]  # 0
     if chain["yield_strength"] is None:

@@ -25,7 +25,7 @@ _Part = TypeVar("_Part")
 
 _OF_GRANULE = (*MATERIAL, "gap", "velocity")
 _OF_ELASTIC_WALL = ("young_modulus", "poisson_ratio", "yield_strength")
-_IF_GIVEN = ("chain.velocity", *(f"wall.{key}" for key in DAMPING.values()))
+_IF_GIVEN = ("chain.velocity", "shock.granule", *(f"wall.{key}" for key in DAMPING.values()))
 """Keys that vary only where the scene has them: they have the names of others."""
 _KNOWN = (*PARAMETERS, *(name for name in TERMS if name not in _IF_GIVEN), *_IF_GIVEN)
 

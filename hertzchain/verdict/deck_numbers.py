@@ -264,9 +264,10 @@ def _forces(scene: Scene, found: FoundDeck) -> Iterator[Number]:
         load[scene.shock.loaded_granule] += scene.precompression.force
         load[-1] -= scene.precompression.force if scene.wall is None else 0.0
     along = found.constant_force[:, 0].copy()
-    of_shock = load[0] == 0  # then a constant force on granule 1 belongs to the shock
+    pushed = scene.shock.granule - 1
+    of_shock = load[pushed] == 0  # then a constant force on that granule belongs to the shock
     if of_shock or scene.piston is not None:
-        along[0] = load[0]
+        along[pushed] = load[pushed]
     across = np.max(np.abs(found.constant_force[:, 1:]), axis=1)
     allowed = EXAMINED * scene.units.force
     yield Number(
@@ -290,13 +291,14 @@ def _forces(scene: Scene, found: FoundDeck) -> Iterator[Number]:
             " differ, as a fraction of the chain", lambda k: f"largest at {time[k]:.6g} s",
         )  # fmt: skip
     elif found.applied_time.size:
-        yield _applied(scene, found, float(found.constant_force[0, 0]) if of_shock else 0.0)
+        yield _applied(scene, found, float(found.constant_force[pushed, 0]) if of_shock else 0.0)
 
 
 def _applied(scene: Scene, found: FoundDeck, constant: float) -> Number:
     """The force of the shock; one on any other granule is none of it."""
-    time, force = found.applied_time, found.applied_force
-    measured = force[:, 0] + np.sum(np.abs(force[:, 1:]), axis=1) + found.applied_sideways
+    time, force, pushed = found.applied_time, found.applied_force, scene.shock.granule - 1
+    others = np.delete(force, pushed, axis=1)
+    measured = force[:, pushed] + np.sum(np.abs(others), axis=1) + found.applied_sideways
     measured = measured + constant
     # LAMMPS adds up the time leg by leg; a steep ramp amplifies the rounding errors.
     late = len(found.runs) * math.ulp(scene.pulse_end)

@@ -297,7 +297,7 @@ def _work_error(result: Result) -> float:
     The displacement of a step lacks F' dt^3 / 6m, so the work of a ramp lacks the change of F^2
     dt^2 / 12m; the bound is twice that. It matters for short pulses, which do little work.
     """
-    legs, mass = result.scene.schedule(result.dt), result.scene.first_mass
+    legs, mass = result.scene.schedule(result.dt), result.scene.pushed_mass
     return math.fsum(
         leg.dt**2 / (6 * mass) * abs(leg.ramp.end_force**2 - leg.ramp.start_force**2)
         for leg in legs

@@ -150,7 +150,7 @@ def test_the_keys_are_those_that_the_reader_knows(section: str, tmp_path: Path) 
         read(unknown.document(1), tmp_path)
     if section == "[shock], a measured pulse":
         assert "takes only file" in str(caught.value)
-        assert page == {"profile", "file"}
+        assert page == {"profile", "file", "granule"}
         return
     (known,) = re.findall(r"allowed are ([a-z_, ]+)", str(caught.value))
     assert page == set(known.split(", "))

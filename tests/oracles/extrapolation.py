@@ -172,9 +172,11 @@ def _law_rate(chain: Any, y: Any, slope: Any, i: int) -> float:
 @_compiled
 def _slope(chain: Any, y: Any, push: float, is_at: Any, slope: Any) -> None:
     """Fill in velocities and accelerations."""
-    size, behind = chain.inverse_mass.size, push
+    size, behind = chain.inverse_mass.size, 0.0
     for i in range(size):
         ahead = 0.0
+        if i == chain.pushed:
+            behind += push
         if i < chain.stiffness.size and is_at[i] == _PRESSED:
             ahead = _law(chain, y, i)
         slope[i] = y[size + i]

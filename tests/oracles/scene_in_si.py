@@ -30,6 +30,7 @@ class Numbers(NamedTuple):
     attraction: bool
     length: float  # what overlaps and errors are compared with
     time: float  # of the fastest contact
+    pushed: int = 0  # granule on which the applied force acts, from 0
 
 
 def numbers_of(scene: hc.Scene) -> Numbers:
@@ -74,6 +75,7 @@ def numbers_of(scene: hc.Scene) -> Numbers:
     return Numbers(
         inverse_mass, constant, stiffness, gap - (static / stiffness) ** (2 / 3),
         damping, exponent, law is not None and law.attraction, length, shortest,
+        scene.shock.granule - 1,
     )  # fmt: skip
 
 

@@ -14,15 +14,22 @@ import hertzchain as hc
 from hertzchain.errors import OutputError
 from tests.conftest import STEEL
 from tests.scene.test_scene import CHAIN
-from validation.random_scenes import KINDS, Draw, random_damped_scene, thrown, with_wall_of_its_own
+from validation.random_scenes import (
+    KINDS,
+    Draw,
+    pushed_within,
+    random_damped_scene,
+    thrown,
+    with_wall_of_its_own,
+)
 
 # Writing
 
 
 def with_terms(rng: np.random.Generator, longest: int) -> hc.Scene:
-    """A damped scene with terms of all kinds; in half of them granules move at the start."""
+    """A damped scene with terms of all kinds; granules move at the start, or any is pushed."""
     scene = with_wall_of_its_own(rng, random_damped_scene(rng, longest))
-    scene = thrown(rng, scene) if rng.random() < 0.5 else scene
+    scene = thrown(rng, scene) if rng.random() < 0.5 else pushed_within(rng, scene)
     chain = scene.chain
     if isinstance(chain.gap, float) and chain.gap > 0:  # files of granules have 0 before the first
         scene = replace(scene, chain=replace(chain, gap=(0, *[chain.gap] * (chain.granules - 1))))
@@ -82,4 +89,4 @@ def test_a_scene_of_numpy_numbers_vs_one_of_plain_numbers(tmp_path: Path) -> Non
         assert there_and_back(numpy, tmp_path).ramps == plain.ramps
         assert set_up(numpy) == set_up(plain)
         legs, expected = numpy.schedule(1e-7), plain.schedule(1e-7)
-        assert leg_commands(legs[0], None) == leg_commands(expected[0], None)
+        assert leg_commands(numpy, legs[0], None) == leg_commands(plain, expected[0], None)

@@ -259,7 +259,7 @@ def ramp_work(result: hc.Result) -> float:
     """Twice the work that velocity Verlet lacks on rise and decay of a whole pulse [J]."""
     top = result.scene.peak_force
     rise, decay, _ = result.scene.schedule(result.dt)
-    return (rise.dt**2 + decay.dt**2) * top**2 / (6 * result.scene.first_mass)
+    return (rise.dt**2 + decay.dt**2) * top**2 / (6 * result.scene.pushed_mass)
 
 
 FEW, MANY, SURE = {"steps": 10}, {"steps": 10**6}, {"error_estimate": 1e-15}

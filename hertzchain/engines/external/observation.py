@@ -121,7 +121,7 @@ class Observation:
         if self._notes is not None:
             self._notes.update(samples, 0.0 if self._damped is None else leg.dt / 2)
         if leg.ramp is not None:
-            self._work += float(work_done(samples, leg.ramp))
+            self._work += float(work_done(samples, leg.ramp, self._held.pushed))
         if leg.stroke is not None:
             pushed = self._pushed(samples)
             self._piston_impulse += pushed
@@ -203,7 +203,7 @@ def _fastest(scene: Scene) -> float:
         # The halves of a sine cancel in the impulse, but not in the velocities.
         pushed = math.fsum(abs(ramp.impulse) for ramp in scene.ramps)
         momentum = pushed + abs(float(scene.granules.moved[0]))
-        energy = momentum**2 / (2 * scene.first_mass) + static
+        energy = momentum**2 / (2 * scene.pushed_mass) + static
     return 10.0 * math.sqrt(2 * (energy + flying) / lightest)
 
 
@@ -211,11 +211,12 @@ def _held(made: Scene) -> readings.Held:
     """Constant loads and the wall of the granules of a code; ``Held()`` without terms."""
     pressed, wall = made.precompression, made.wall
     place = None if wall is None else wall_position(made)
+    pushed = made.shock.granule - 1
     if pressed is None:
-        return readings.Held(wall=place)
+        return readings.Held(wall=place, pushed=pushed)
     second = pressed.force if made.shock.loaded_granule else 0.0
     last = pressed.force if wall is None else 0.0
-    return readings.Held(pressed.gravity, second, last, place)
+    return readings.Held(pressed.gravity, second, last, place, pushed)
 
 
 @dataclass(frozen=True, eq=False)

@@ -46,12 +46,15 @@ class Held:
         Force on the last granule, against the chain [N].
     wall
         Position of the wall [m]; None for a free end.
+    pushed
+        Granule on which the applied force acts, counted from 0.
     """
 
     acceleration: float = 0.0
     second_force: float = 0.0
     last_force: float = 0.0
     wall: float | None = None
+    pushed: int = 0
 
 
 FREE = Held()
@@ -67,17 +70,23 @@ def contact_forces(net_force: FloatArray) -> FloatArray:
 
 
 def all_contact_forces(
-    net_force: FloatArray, at_rest: Granules, held: Held, wall_force: FloatArray | None
+    net_force: FloatArray,
+    at_rest: Granules,
+    held: Held,
+    wall_force: FloatArray | None,
+    applied: FloatArray | float = 0.0,
 ) -> FloatArray:
     """Force in each contact [N] of granules under loads; the last is that on a wall.
 
-    The arguments are net forces (readings, granules) and the force on the wall (readings,), if any
-    [N].
+    The arguments are net forces (readings, granules), the force on the wall, if any, and the
+    applied force, (readings,) [N].
     """
     if held == FREE:
         return contact_forces(net_force)
     own = net_force - held.acceleration * at_rest.moving_mass
     own[:, 1] -= held.second_force
+    if held.pushed > 0:
+        own[:, held.pushed] -= applied
     own[:, -1] += held.last_force
     if wall_force is None:
         return contact_forces(own)
@@ -112,7 +121,8 @@ def samples(
         overlap = np.concatenate([overlap, last], axis=1)
     # Granules that only touch may overlap by rounding of their positions; this is no contact.
     pressed = overlap > np.finfo(np.float64).eps * np.max(np.abs(at_rest.position))
-    contact_force = all_contact_forces(force, at_rest, held, wall_force)
+    applied = 0.0 if leg.ramp is None else leg.ramp.force(time)
+    contact_force = all_contact_forces(force, at_rest, held, wall_force, applied)
     contact_force = np.where(pressed, contact_force, 0.0)
     known = Samples(
         time=time,
@@ -124,10 +134,10 @@ def samples(
     )
     if law is not None:
         return true_forces(known, law, leg)  # errors of the derivatives are of a higher order
-    return _with_true_derivatives(known, at_rest.mass, leg)
+    return _with_true_derivatives(known, at_rest.mass, leg, held.pushed)
 
 
-def _with_true_derivatives(samples: Samples, mass: FloatArray, leg: Leg) -> Samples:
+def _with_true_derivatives(samples: Samples, mass: FloatArray, leg: Leg, pushed: int) -> Samples:
     """Return samples with the derivatives of the displacements, up to the third.
 
     A contact force F goes as r^(3/2), so with k = 3/2 F / r its derivatives are k r' and
@@ -141,14 +151,14 @@ def _with_true_derivatives(samples: Samples, mass: FloatArray, leg: Leg) -> Samp
     # Within a step of the opening of a contact its force has no second derivative.
     growth = rate**2 / (2 * np.maximum(r, np.abs(rate) * dt))
     applied_rate, applied_second = _applied(samples.time, leg)
-    jerk = _net(stiffness * rate, applied_rate, mass.size) / mass
-    fourth = _net(stiffness * (second + growth), applied_second, mass.size) / mass
+    jerk = _net(stiffness * rate, applied_rate, mass.size, pushed) / mass
+    fourth = _net(stiffness * (second + growth), applied_second, mass.size, pushed) / mass
     true_rate = rate - dt**2 / 6 * closing(jerk, r.shape[1])
     return replace(
         samples,
         velocity=velocity - dt**2 / 6 * jerk,
         acceleration=acceleration - dt**2 / 12 * fourth,
-        jerk=_net(stiffness * true_rate, applied_rate, mass.size) / mass,
+        jerk=_net(stiffness * true_rate, applied_rate, mass.size, pushed) / mass,
     )
 
 
@@ -160,12 +170,16 @@ def _applied(time: Array, leg: Leg) -> tuple[Array, Array]:
     return rate(time), (rate(time + leg.dt) - rate(time - leg.dt)) / (2 * leg.dt)
 
 
-def _net(contact: Array, applied: Array, granules: int) -> Array:
+def _net(contact: Array, applied: Array, granules: int, pushed: int) -> Array:
     """Net forces, or derivatives, from contact forces, (readings, contacts), and applied ones."""
     passed_on = np.zeros((contact.shape[0], granules + 1))
-    passed_on[:, 0] = applied
     passed_on[:, 1 : 1 + contact.shape[1]] = contact
-    return passed_on[:, :-1] - passed_on[:, 1:]
+    if pushed == 0:
+        passed_on[:, 0] = applied
+    net = passed_on[:, :-1] - passed_on[:, 1:]
+    if pushed > 0:
+        net[:, pushed] += applied
+    return net
 
 
 def stops(leg: Leg, stride: int) -> list[int]:

@@ -152,10 +152,12 @@ def _velocity_commands(scene: Scene) -> list[str]:
 def motion_commands(scene: Scene) -> list[str]:
     """Return the commands of LAMMPS and LIGGGHTS for the motion of all granules but a piston."""
     if scene.piston is None:
+        pushed = scene.shock.granule
         return [
             "# In one dimension granules do not spin: fix nve is enough.",
             "fix motion all nve",
             "group first id 1",
+            *([f"group pushed id {pushed}"] if pushed > 1 else []),
         ]
     return [
         "# In one dimension granules do not spin: fix nve is enough. Granule 1 is moved.",
@@ -163,6 +165,15 @@ def motion_commands(scene: Scene) -> list[str]:
         "group moving subtract all first",
         "fix motion moving nve",
     ]
+
+
+def push_command(scene: Scene) -> str:
+    """Return the command of LAMMPS and LIGGGHTS that applies the force of the variable ``force``.
+
+    Its group is one of ``motion_commands``.
+    """
+    group = "first" if scene.shock.granule == 1 else "pushed"
+    return f"fix shock {group} addforce v_force 0.0 0.0"
 
 
 def force_on_ramp(ramp: Ramp, fraction: str) -> str:

@@ -239,7 +239,7 @@ class _Module:
             seen.begin(state.granules(lammps))
             before = None
             for number, (leg, stride) in enumerate(zip(legs, strides, strict=True)):
-                command(lammps, "\n".join([*deck.leg_commands(leg, before), NO_STEP]))
+                command(lammps, "\n".join([*deck.leg_commands(scene, leg, before), NO_STEP]))
                 before = leg
                 wall = None if scene.wall is None else np.zeros(BLOCK + 1)
                 shape = (len(state.ARRAYS), scene.chain.granules, 3)

@@ -213,7 +213,7 @@ class Binary:
             for k, (before, leg, stride) in enumerate(
                 zip((None, *legs[:-1]), legs, strides, strict=True)
             ):
-                lines += _leg(k, before, leg, stride, columns)
+                lines += _leg(scene, k, before, leg, stride, columns)
             self.program.run("\n".join(lines), folder, self.deadline)
             held = _snapshot(folder / _REST, ("x", "mass", "radius"))
             seen.begin(readings.Granules(held["x"], held["mass"], 2 * held["radius"]))
@@ -227,12 +227,12 @@ class Binary:
 
 
 def _leg(
-    number: int, before: Leg | None, leg: Leg, stride: int, columns: tuple[str, ...]
+    scene: Scene, number: int, before: Leg | None, leg: Leg, stride: int, columns: tuple[str, ...]
 ) -> list[str]:
     """Return the commands of a leg, cut as for the module, so that times add up identically."""
     write = dialect.write_dump(f"{number}.dump", columns, append=True)
     go = f'{dialect.go_on(leg.steps)} every {stride} "{write}"'
-    return [*deck.leg_commands(leg, before), dialect.NO_STEP, write, go]
+    return [*deck.leg_commands(scene, leg, before), dialect.NO_STEP, write, go]
 
 
 def _read(

@@ -22,13 +22,14 @@ from hertzchain.engines.external.terms import (
     materials_of,
     motion_commands,
     numbered,
+    push_command,
     refuse_long,
     stroke_commands,
     wall_position,
     weighty_density,
 )
 from hertzchain.engines.lammps.damping import by_version, damping_of, refuse_old
-from hertzchain.engines.lammps.dialect import LET_GO, NO_FRICTION, PAIR_STYLES, PUSH, WALL
+from hertzchain.engines.lammps.dialect import LET_GO, NO_FRICTION, PAIR_STYLES, WALL
 from hertzchain.errors import RunFailed, require
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.ramp import Ramp
@@ -85,7 +86,7 @@ def check_pair_style(pair_style: str) -> None:
     require(pair_style in PAIR_STYLES, "pair_style", pair_style, f"must be one of {names}")
 
 
-def leg_commands(leg: Leg, before: Leg | None) -> list[str]:
+def leg_commands(scene: Scene, leg: Leg, before: Leg | None) -> list[str]:
     """Return the commands between two legs: step and force, where they change."""
     if leg.stroke is not None:
         end = [LET_GO_PISTON] if before is not None else []
@@ -95,7 +96,7 @@ def leg_commands(leg: Leg, before: Leg | None) -> list[str]:
     if leg.ramp is not None:
         lines.append(f"variable force equal {force_formula(leg.ramp)}")
         if not pushed:
-            lines.append(PUSH)
+            lines.append(push_command(scene))
     elif pushed:
         lines.append(LET_GO)
     return lines

@@ -92,8 +92,8 @@ PAIR_STYLES = {
 
 # ---- Commands
 
-PUSH, LET_GO = "fix shock first addforce v_force 0.0 0.0", "unfix shock"
-"""Commands that start and end the force of the variable ``force`` on the first granule."""
+LET_GO = "unfix shock"
+"""Command that ends the applied force."""
 
 WALL, WALL_FORCE = "wall", "f_wall[2]"
 """Id of the wall's fix, and the column of a dump with the wall's force on a granule."""

@@ -18,6 +18,7 @@ from hertzchain.engines.external.terms import (
     load_commands,
     motion_commands,
     positions,
+    push_command,
     refuse_long,
     stroke_commands,
     wall_position,
@@ -113,7 +114,7 @@ def _walls(scene: Scene) -> list[tuple[str, str, str]]:
     return [(name, *model) for name, model in zip(names, models(scene.contact), strict=False)]
 
 
-def leg_commands(leg: Leg, before: Leg | None) -> list[str]:
+def leg_commands(scene: Scene, leg: Leg, before: Leg | None) -> list[str]:
     """Return the commands between two legs: the new step and the new force."""
     lines = [] if before is None or before.stroke is None else [LET_GO_PISTON]
     # Back to step 0, so that readings are counted from the start of each leg.
@@ -125,7 +126,7 @@ def leg_commands(leg: Leg, before: Leg | None) -> list[str]:
         lines.append("unfix shock")
     if leg.ramp is not None:
         lines.append(f"variable force equal {force_formula(leg)}")
-        lines.append("fix shock first addforce v_force 0.0 0.0")
+        lines.append(push_command(scene))
     return lines
 
 
@@ -151,7 +152,7 @@ def watched(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
     lines = [set_up(scene), *_dump("rest", 1, AT_REST, GRANULES), "run 0", "undump rest"]
     for before, leg, stride in zip((None, *legs[:-1]), legs, strides, strict=True):
         lines += [
-            *leg_commands(leg, before),
+            *leg_commands(scene, leg, before),
             *_dump("readings", stride, READINGS, columns),
             f"run {leg.steps}",
             "undump readings",
@@ -201,7 +202,7 @@ def deck(scene: Scene, legs: Sequence[Leg], about: Sequence[str]) -> str:
         until = "the force follows a ramp" if leg.ramp else "no force"
         lines += [
             f"# {leg.start:.6g} s to {leg.end:.6g} s: {until}",
-            *leg_commands(leg, before),
+            *leg_commands(scene, leg, before),
             f"run {leg.steps}",
             "",
         ]

@@ -245,6 +245,8 @@ def advance(
             copy(end.a, start.a, 0, hi)
             copy(end.f, start.f, 0, hi + 1)
             copy(end.r, start.r, 0, hi + 1)
+            last = end.f.size - 1
+            start.f[last], start.r[last] = end.f[last], end.r[last]
             copy(end.power, start.power, 0, hi)
         if was_fresh and not fresh:
             run.following = min(run.following, h)

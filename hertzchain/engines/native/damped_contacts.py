@@ -2,7 +2,8 @@
 
 Contact i lies ahead of granule i, and every array has an entry for it: at a free end stiffness,
 damping and ``on`` of the last are 0. An array of forces has one entry more: entry 0 is the applied
-force, entry i + 1 that of contact i. In a step each contact keeps its mode: 1 in ``on`` means that
+force on granule 0, entry i + 1 that of contact i; the last entry is the applied force on any other
+granule. In a step each contact keeps its mode: 1 in ``on`` means that
 F = k d^(3/2) + c d^q d' without a limit, 0 that F = 0. So all is smooth within a step, and where a
 mode has to change is a root of a smooth function.
 """
@@ -54,10 +55,12 @@ def forces(
 
 
 @compiled
-def accelerations(f: Any, a: Any, inverse_mass: Any, constant: Any, hi: int) -> None:
+def accelerations(f: Any, a: Any, inverse_mass: Any, constant: Any, hi: int, pushed: int) -> None:
     """Fill in the acceleration of each granule."""
     for i in range(np.uint64(0), np.uint64(hi)):
         a[i] = (f[i] - f[i + ONE]) * inverse_mass[i] + constant[i]
+    if pushed > 0:
+        a[pushed] += f[f.size - 1] * inverse_mass[pushed]
 
 
 @compiled
@@ -268,7 +271,10 @@ def jerk(rate: Any, i: int, c: Any) -> float:
     """The jerk of a granule, from how fast forces grow; 0 for the wall."""
     if i == c.inverse_mass.size:
         return 0.0
-    return float((rate[i] - rate[i + 1]) * c.inverse_mass[i])
+    net = rate[i] - rate[i + 1]
+    if i == c.pushed and i > 0:
+        net += rate[rate.size - 1]
+    return float(net * c.inverse_mass[i])
 
 
 @compiled

@@ -215,7 +215,8 @@ def start_modes(u: Any, v: Any, on: Any, c: Any) -> bool:
     for i in range(on.size):
         d, w = u[i] - u[i + 1] - c.gap[i], v[i] - v[i + 1]
         on[i] = 0.0
-        if c.stiffness[i] > 0.0 and (d > 0.0 or (d == 0.0 and w >= 0.0)):
+        presses = w > 0.0 or (w == 0.0 and i + 1 != c.pushed)  # the shock opens the one behind it
+        if c.stiffness[i] > 0.0 and (d > 0.0 or (d == 0.0 and presses)):
             on[i] = 1.0
             fresh = fresh or (d == 0.0 and w > 0.0)
     return fresh

@@ -101,12 +101,13 @@ def march(
     run.status = STOPPED if is_stopped(control) else DONE
     # Only a part of the chain is computed where granules fly, but not where loads move them all.
     parted = np.any(c.gap > 0.0) and not np.any(c.constant) and record.time.size == 0
+    parted = parted and c.pushed == 0
     since = np.full(granules, run.time)
     size = granules if parted else 0
     part_u, part_v, part_on = np.zeros(size + 1), np.zeros(size + 1), np.zeros(size)
     part_of_c = Chain(
         np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), c.exponent,
-        c.attraction,
+        c.attraction, 0,
     )  # fmt: skip
     part_force, part_time = np.zeros(size), np.zeros(size)
     inside, chosen = np.zeros(granules, np.bool_), np.zeros(size, np.int64)
@@ -165,7 +166,7 @@ def march(
                 its = Chain(
                     part_of_c.stiffness[:many], part_of_c.inverse_mass[:many],
                     part_of_c.gap[:many], part_of_c.constant[:many], part_of_c.damping[:many],
-                    c.exponent, c.attraction,
+                    c.exponent, c.attraction, 0,
                 )  # fmt: skip
                 own = Motion(
                     part_u[: many + 1], part_v[: many + 1], begun.a, begun.f, begun.r, begun.power

@@ -92,6 +92,7 @@ def integrate_damped(
     record = room_for(None, granules) if record is None else record
     # The front of a wave moves granules smoothly, but not across a gap or under a static load.
     has_front = start.size == 0 and not chain.gap.any() and not chain.constant.any()
+    has_front = has_front and chain.pushed == 0
     force, time = np.zeros(contacts), np.full(contacts, np.nan)
     method = _method()
     state = at_the_start(granules, method.nodes.size)

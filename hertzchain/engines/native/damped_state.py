@@ -12,7 +12,7 @@ from hertzchain.engines.native.damped_contacts import keep_history
 
 
 class Motion(NamedTuple):
-    """A chain at the start or at the end of a step, shape (granules + 1,).
+    """A chain at the start or at the end of a step, shape (granules + 2,).
 
     Displacements, velocities, accelerations; forces, how fast they grow, and the power that
     contacts dissipate: see ``damped_contacts``.
@@ -77,9 +77,9 @@ class State(NamedTuple):
 
 def at_the_start(granules: int, stages: int) -> State:
     """Return a state for the start of a run."""
-    start, end = (Motion(*np.zeros((6, granules + 1))) for _ in range(2))
+    start, end = (Motion(*np.zeros((6, granules + 2))) for _ in range(2))
     room = Room(
-        np.zeros(granules + 1), np.zeros(granules), np.zeros(granules),
+        np.zeros(granules + 2), np.zeros(granules), np.zeros(granules),
         np.zeros((stages, granules)), np.zeros((stages + 1, stages)), np.zeros(4),
     )  # fmt: skip
     return State(start, end, np.zeros(granules), room, np.zeros(1, RUN))

@@ -131,6 +131,12 @@ def _bend(bent: Any, rows: Any, nodes: Any, size: float, m: int) -> None:
 
 
 @compiled
+def place_of_push(f: Any, c: Any) -> int:
+    """Place of the applied force in an array of forces: see ``damped_contacts``."""
+    return 0 if c.pushed == 0 else f.size - 1
+
+
+@compiled
 def take_step(
     start: Any, end: Any, room: Any, on: Any, method: Any, leg: Any, begin: float, h: float, m: int,
     hi: int, c: Any,
@@ -149,7 +155,8 @@ def take_step(
         _bend(room.bent, rows, nodes, size, m)
         twice = room.bent
     gained[0], gained[1], gained[2], gained[3] = 0.0, 0.0, 0.0, 0.0
-    pushing = 1 if c.inverse_mass[0] == 0.0 else 0  # the contact of a piston, or the applied force
+    place, is_piston = place_of_push(f, c), 1.0 if c.inverse_mass[0] == 0.0 else 0.0
+    pushing = 1 if is_piston > 0.0 else place  # the contact of a piston, or the applied force
     for i in range(granules):
         lost[i] = 0.0
     # The first stage is the state itself; in t^(1/m) nothing moves yet.
@@ -157,9 +164,9 @@ def take_step(
     for i in range(np.uint64(0), np.uint64(hi)):
         k[0, i] = moves * start.a[i]
     part = size * rows[stages, 0] * moves
-    gained[0] += part * start.f[pushing] * start.v[0]
+    gained[0] += part * start.f[pushing] * start.v[c.pushed]
     gained[2] += part * start.f[granules]
-    gained[3] += pushing * part * start.f[1]
+    gained[3] += is_piston * part * start.f[1]
     _lose(lost, part, start.power, hi)
     for s in range(1, stages + 1):
         tau = size if s == stages else nodes[s] * size
@@ -170,7 +177,7 @@ def take_step(
         _combine(u1, v1, size, twice, rows, s, k, min(s, stages), hi)
         if s == stages:
             break
-        f[0] = applied_force(leg, begin + past)
+        f[place] = applied_force(leg, begin + past)
         forces(u1, v1, on, f, power, c.stiffness, c.damping, c.gap, c.exponent, hi)
         if f[hi] > _LEAST and hi < granules:
             grown = min(hi + _AHEAD, granules)
@@ -181,11 +188,13 @@ def take_step(
                 power[i] = 0.0
             hi = grown
         _keep_stage(k, s, f, c.inverse_mass, c.constant, scale, hi)
+        if c.pushed > 0:
+            k[s, c.pushed] += scale * f[place] * c.inverse_mass[c.pushed]
         if rows[stages, s] != 0.0:
             part = size * rows[stages, s] * scale
-            gained[0] += part * f[pushing] * v1[0]
+            gained[0] += part * f[pushing] * v1[c.pushed]
             gained[2] += part * f[granules]
-            gained[3] += pushing * part * f[1]
+            gained[3] += is_piston * part * f[1]
             _lose(lost, part, power, hi)
     gained[1] = _sum(lost, hi)
     return hi
@@ -224,7 +233,8 @@ def largest_error(
 @compiled
 def evaluate(at: Any, on: Any, leg: Any, time: float, hi: int, c: Any) -> None:
     """Forces, how fast they grow, and accelerations of a state."""
-    at.f[0], at.r[0] = applied_force(leg, time), applied_force_rate(leg, time)
+    place = place_of_push(at.f, c)
+    at.f[place], at.r[place] = applied_force(leg, time), applied_force_rate(leg, time)
     forces(at.u, at.v, on, at.f, at.power, c.stiffness, c.damping, c.gap, c.exponent, hi)
-    accelerations(at.f, at.a, c.inverse_mass, c.constant, hi)
+    accelerations(at.f, at.a, c.inverse_mass, c.constant, hi, c.pushed)
     force_rates(at.u, at.v, at.a, on, at.r, c.stiffness, c.damping, c.gap, c.exponent, hi)

@@ -81,7 +81,8 @@ def samples_of(
     chain, unit = Chain.of(scene), scene.units
     refuse_memory(8.0 * scene.chain.granules * 20 * _BLOCK)
     law = DampedLaw(chain.stiffness, chain.damping, chain.exponent, chain.attraction)
-    walk = Walk.of(chain, *state_at_start(scene, added=start))
+    displacement, velocity = state_at_start(scene, added=start)
+    walk = Walk.of(chain, displacement, velocity, (chain.pushed,))
     for leg in legs:
         stride = every or stride_of(scene, leg)
         natural = leg.in_units(unit.time, unit.force, unit.length)

@@ -98,12 +98,13 @@ def _net(u: Any, v: Any, i: int, lo: int, leg: Any, time: float, chain: Any) -> 
     """Acceleration and jerk of a granule (Eq. 1 and its derivative); 0 for the wall."""
     if chain is not None and i == chain.stiffness.size:
         return 0.0, 0.0
-    if i == lo:
+    net = rate = 0.0
+    if i == (lo if chain is None else chain.pushed):
         net, rate = applied_force(leg, time), applied_force_rate(leg, time)
-    else:
+    if i > lo:
         r = overlap_of(u, i - 1, chain)
-        net = with_stiffness(hertz_force(r), i - 1, chain)
-        rate = with_stiffness(hertz_force_rate(r, float(v[i - 1] - v[i])), i - 1, chain)
+        net += with_stiffness(hertz_force(r), i - 1, chain)
+        rate += with_stiffness(hertz_force_rate(r, float(v[i - 1] - v[i])), i - 1, chain)
     r = overlap_of(u, i, chain)
     net -= with_stiffness(hertz_force(r), i, chain)
     rate -= with_stiffness(hertz_force_rate(r, float(v[i] - v[i + 1])), i, chain)
@@ -146,8 +147,9 @@ def work_in_step(
     chain: Any,
 ) -> float:  # fmt: skip
     """Work done by the applied force in a step: four Gauss points, see ``work.work_done``."""
-    start = motion_of_granule(u0, v0, lo, lo, leg, begin, off, chain)
-    end = motion_of_granule(u, v, lo, lo, leg, begin + h, off, chain)
+    i = lo if chain is None else chain.pushed
+    start = motion_of_granule(u0, v0, i, lo, leg, begin, off, chain)
+    end = motion_of_granule(u, v, i, lo, leg, begin + h, off, chain)
     curve = hermite(start, end, h)
     total = 0.0
     for node in (-_OUTER, -_INNER, _INNER, _OUTER):

@@ -16,7 +16,7 @@ from hertzchain.engines.native.elastic_chain import (
     overlap_of,
     with_stiffness,
 )
-from hertzchain.engines.native.elastic_step import accelerate_first
+from hertzchain.engines.native.elastic_step import accelerate_pushed
 from hertzchain.engines.native.interpolant import hertz_force
 
 DIVERGED_ENERGY = 10.0
@@ -40,7 +40,7 @@ def is_diverged(energy: float, given: float, work: float, moved: float, chain: A
 def begin_run(
     u: Any, v: Any, g: Any, start: Any, granules: int, seen: Any, run: Any, chain: Any
 ) -> None:
-    """Accelerations, energy and forces of contacts at the start; the first granule's come later."""
+    """Accelerations, energy and forces of contacts at the start; one that is pushed comes later."""
     for i in range(start.shape[1]):
         u[i], v[i] = start[0, i], start[1, i]
     run.given = energy_of(u, v, 0, granules, chain)
@@ -71,7 +71,7 @@ def start_leg(leg: Any, u: Any, v: Any, g: Any, seen: Any, run: Any, lo: int, ch
         force = with_stiffness(hertz_force(overlap_of(u, 0, chain)), 0, chain)
         if force > seen.force[0]:
             seen.force[0], seen.time[0] = force, leg[START]
-    accelerate_first(u, g, run.push, lo, chain)
+    accelerate_pushed(u, g, run.push, lo, chain)
 
 
 @part

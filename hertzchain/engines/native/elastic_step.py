@@ -69,8 +69,13 @@ def _last_kick(u: Any, v: Any, g: Any, left: Any, kick: Any, lo: int, hi: int, c
 
 
 @part
-def accelerate_first(u: Any, g: Any, push: float, lo: int, chain: Any) -> None:
-    """Acceleration of the first granule under the applied force of the moment."""
+def accelerate_pushed(u: Any, g: Any, push: float, lo: int, chain: Any) -> None:
+    """Acceleration of the granule under the applied force of the moment."""
+    if chain is not None and chain.pushed > 0:
+        lo = chain.pushed
+        r = u[lo - 1] - u[lo] - chain.gap[lo - 1]
+        r = r if r > LEAST else 0.0
+        push += r * np.sqrt(r) * chain.stiffness[lo - 1]
     r = u[lo] - u[lo + 1]
     if chain is not None:
         r -= chain.gap[lo]
@@ -100,18 +105,29 @@ def symplectic_step(
     """Take one step of a symplectic Nystrom method; returns where the window ends now."""
     kicks, drifts, run = state.kicks, state.drifts, state.progress[0]
     pushed, push, time, stages = leg[SHAPE] != 0, run.push, begin, drifts.size
+    first = chain is None or chain.pushed == 0
     _first_kick(u, v, g, kicks[0], drifts[0], lo, hi)
     for s in range(1, stages):
         if pushed:
             time += fractions[s - 1] * h
             push = applied_force(leg, time)
-        ahead = _kick_and_drift(u, v, push, kicks[s], drifts[s], lo, hi, chain)
+        behind = push if first else 0.0
+        ahead = _kick_and_drift(u, v, behind, kicks[s], drifts[s], lo, hi, chain)
+        if chain is not None and not first:
+            more = kicks[s] * push * chain.inverse_mass[chain.pushed]
+            v[chain.pushed] += more
+            u[chain.pushed] += drifts[s] * more
         if ahead > 0:
             hi = min(hi + AHEAD, last)
     if pushed:
         push = applied_force(leg, begin + h)
     run.push = push
-    ahead = _last_kick(u, v, g, push, kicks[stages], lo, hi, chain)
+    behind = push if first else 0.0
+    ahead = _last_kick(u, v, g, behind, kicks[stages], lo, hi, chain)
+    if chain is not None and not first:
+        more = push * chain.inverse_mass[chain.pushed]
+        g[chain.pushed] += more
+        v[chain.pushed] += kicks[stages] * more
     if ahead > 0 and hi < last:
         if chain is not None:
             ahead *= chain.inverse_mass[hi]

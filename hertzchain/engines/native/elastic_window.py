@@ -11,7 +11,7 @@ import numpy as np
 
 from hertzchain.engines.native.compiling import ONE, part
 from hertzchain.engines.native.elastic_chain import energy_of, momentum_of
-from hertzchain.engines.native.elastic_step import accelerate_first
+from hertzchain.engines.native.elastic_step import accelerate_pushed
 from hertzchain.engines.native.interpolant import hertz_force
 
 _QUIET_GRANULES = 8
@@ -181,5 +181,5 @@ def leave_behind_in(u: Any, v: Any, g: Any, peak_force: Any, lo: int, hi: int, r
     if cut > lo:
         run.momentum += momentum_of(v, lo, cut, None)
         run.energy += energy_of(u, v, lo, cut, None)
-        accelerate_first(u, g, run.push, cut, None)
+        accelerate_pushed(u, g, run.push, cut, None)
     return cut

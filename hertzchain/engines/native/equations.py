@@ -6,7 +6,8 @@ rests. In natural units (``scene.natural_units``), in which k, m and F0 of a pla
 
     overlap   d_i   = u_i - u_{i+1} - gap_i                    a static overlap is a negative gap
     force     F_i   = k_i d_i^(3/2) + c_i d_i^q d_i'           where d_i > 0, otherwise 0
-    motion    u_i'' = (F_{i-1} - F_i) / m_i + constant_i       F_0 = F(t), the applied force
+    motion    u_i'' = (F_{i-1} - F_i) / m_i + constant_i       F_0 = F(t), the applied force;
+    if it acts on another granule, F(t) is added there
 
 Without attraction F_i is never below 0. Gravity and precompression are the constants. A striker is
 granule 1 with a velocity at the start, which any other may have, too. A piston is granule 1 with
@@ -47,6 +48,8 @@ class Chain(NamedTuple):
         q of all contacts: 0 (dashpot), 0.25 (restitution), 0.5 (viscoelastic).
     attraction
         Whether the force of a damped contact may be negative while it overlaps.
+    pushed
+        Granule on which the applied force acts, counted from 0.
     """
 
     stiffness: Array
@@ -56,6 +59,7 @@ class Chain(NamedTuple):
     damping: Array
     exponent: float = 0.5
     attraction: bool = False
+    pushed: int = 0
 
     @classmethod
     def plain(cls, granules: int, dtype: type[np.floating[Any]] = np.float64) -> Chain:
@@ -86,7 +90,8 @@ class Chain(NamedTuple):
             )
         )
         attraction = contact is not None and contact.attraction
-        return cls(stiffness, inverse_mass, gap, constant, damping, q, attraction)
+        pushed = scene.shock.granule - 1
+        return cls(stiffness, inverse_mass, gap, constant, damping, q, attraction, pushed)
 
     def padded(self) -> Chain:
         """Return the chain for the kernels: with an entry for the free end, which never presses."""
@@ -133,7 +138,7 @@ class Chain(NamedTuple):
 
     def moved_by(self, force: Array, applied_force: Array | float) -> Array:
         """Return u_i'', shape (..., granules), of F_i, (..., contacts), and F(t), (...)."""
-        net = net_force(force, applied_force, self.inverse_mass.size)
+        net = net_force(force, applied_force, self.inverse_mass.size, self.pushed)
         return self.inverse_mass * net + self.constant
 
     def acceleration(
@@ -146,7 +151,8 @@ class Chain(NamedTuple):
     def jerk(self, overlap: Array, rate: Array, applied_rate: Array | float) -> Array:
         """Return u_i''' of elastic contacts, shape (..., granules); F'(t) has the shape (...)."""
         force_rate = 1.5 * self.stiffness * np.sqrt(np.maximum(overlap, 0)) * rate
-        return self.inverse_mass * net_force(force_rate, applied_rate, self.inverse_mass.size)
+        granules = self.inverse_mass.size
+        return self.inverse_mass * net_force(force_rate, applied_rate, granules, self.pushed)
 
     def energy(self, displacement: Array, velocity: Array) -> Any:
         """Return the energy of motion and of the contacts of a state, without the constants."""
@@ -161,10 +167,10 @@ def hertz(overlap: Array) -> Array:
     return pressed * np.sqrt(pressed)
 
 
-def net_force(force: Array, applied_force: Array | float, granules: int) -> Array:
+def net_force(force: Array, applied_force: Array | float, granules: int, pushed: int = 0) -> Array:
     """Return F_{i-1} - F_i, shape (..., granules), of F_i, (..., contacts), and F(t), (...)."""
     net = np.zeros((*force.shape[:-1], granules), force.dtype)
-    net[..., 0] = applied_force
+    net[..., pushed] = applied_force
     net[..., 1:] += force[..., : granules - 1]
     net[..., : force.shape[-1]] -= force
     return net

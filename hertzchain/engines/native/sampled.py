@@ -109,7 +109,7 @@ def simulation_of(
             pushed = contact_impulse(samples, 0) if leg.stroke is not None else 0.0
         done_now = pushed * leg.stroke.velocity if leg.stroke is not None else 0.0
         if leg.ramp is not None:
-            done_now = work_done(samples, leg.ramp)
+            done_now = work_done(samples, leg.ramp, chain.pushed)
         piston_impulse += pushed
         work, exchanged = work + done_now, exchanged + abs(done_now)
         if recorder is not None:

@@ -139,7 +139,7 @@ class Prepared:
         chain = Chain.of(scene).padded() if first else chain_of(scene)
         # The front of a wave moves granules smoothly, but not across a gap or under a static load.
         has_front = window and start is None and (chain is None or not chain.gap.any())
-        has_front = has_front and not scene.moves
+        has_front = has_front and not scene.moves and scene.shock.granule == 1
         return cls(
             scene,
             deadline,

@@ -51,6 +51,7 @@ def motion(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
     made = _MOTION.format(
         shapes=shapes, bounds=bounds, geometry=geometry, law=law, loads=loads,
         physics=physics, damping=damping, piston=piston, stroke=stroke,
+        pushed=scene.shock.granule - 1,
     )  # fmt: skip
     return f"""\
 import numpy as np
@@ -202,7 +203,7 @@ leg, done = 0, 0  # which leg, and how many steps of it
 
 
 def applied_force():
-    """The force on the first granule at this step of this leg [N]."""
+    """The applied force at this step of this leg [N]."""
     shape, start, growth, fraction = legs[leg][3:7]
     part = done * fraction
     grown = {{
@@ -227,7 +228,7 @@ def push():
         start_leg(start_velocity)
     elif done == steps:
         position, half, force = along_the_chain()
-        force[0] += applied_force()
+        force[{pushed}] += applied_force()
         velocity = half + force * dt / (2 * mass)
         see(position, velocity, force)
         leg, done = leg + 1, 0
@@ -236,17 +237,17 @@ def push():
         start_leg(velocity)
     elif done % stride == 0:
         position, half, force = along_the_chain()
-        force[0] += applied_force()
+        force[{pushed}] += applied_force()
         see(position, half + force * dt / (2 * mass), force)
     if legs[leg][3] != "none":
-        O.forces.addF(0, (applied_force(), 0, 0))
+        O.forces.addF({pushed}, (applied_force(), 0, 0))
     done += 1
 
 
 def start_leg(velocity):
     """Set velocities back by half a step of a leg, with its force."""
 {stroke}    position, _, force = along_the_chain()
-    force[0] += applied_force()
+    force[{pushed}] += applied_force()
     see(position, velocity, force)
     O.dt = legs[leg][1]
     for state, half in zip(states, velocity - force * O.dt / (2 * mass)):

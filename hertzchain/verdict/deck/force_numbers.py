@@ -181,13 +181,14 @@ def _across(case: Case) -> list[Difference]:
 
 
 def _pushed(case: Case) -> tuple[FloatArray, Indices, float]:
-    """The largest applied force on each granule, which others than granule 1 have one; the least.
+    """The largest applied force on each granule, which others than the scene's; the least.
 
     All are in N, and forces below the least are none.
     """
     largest = np.max(np.abs(case.found.applied_force), axis=0, initial=0.0)
     least = ACTS * case.scene.units.force
-    return largest, np.flatnonzero(largest[1:] > least) + 1, least
+    at = np.flatnonzero(largest > least)
+    return largest, at[at != case.scene.shock.granule - 1], least
 
 
 def _others(case: Case) -> list[Difference]:
@@ -195,15 +196,15 @@ def _others(case: Case) -> list[Difference]:
     largest, others, least = _pushed(case)
     if not case.scene.ramps or not others.size:
         return []
-    who = names(others, largest.size, "granule", 1)
-    too = largest[0] > least
+    who, mine = names(others, largest.size, "granule", 1), case.scene.shock.granule
+    too = largest.size >= mine and largest[mine - 1] > least
     if too:
         sentence = (
-            f"the applied force acts on granule 1 and on {who}, too, with up to"
-            f" {np.max(largest[others]):.4g} N; the scene pushes granule 1 alone"
+            f"the applied force acts on granule {mine} and on {who}, too, with up to"
+            f" {np.max(largest[others]):.4g} N; the scene pushes granule {mine} alone"
         )
     else:
-        sentence = f"the applied force acts on {who} and not on granule 1, which the scene pushes"
+        sentence = f"the applied force acts on {who} and not on granule {mine}, the scene's"
     pushing = [fix.command for fix in case.pushing(others)]
     return [
         Difference(
@@ -215,15 +216,15 @@ def _others(case: Case) -> list[Difference]:
 
 
 def _shock(case: Case) -> list[Difference]:
-    """The applied force on granule 1 over time, or that it is missing, or none of the scene."""
+    """The applied force over time on its granule, or that it is missing, or none of the scene."""
     scene, (largest, others, least) = case.scene, _pushed(case)
-    top = float(np.max(largest, initial=0.0))
-    if scene.ramps and largest.size and largest[0] > least:
+    top, mine = float(np.max(largest, initial=0.0)), scene.shock.granule
+    if scene.ramps and largest.size >= mine and largest[mine - 1] > least:
         return pulse(case)
     if scene.ramps and not others.size and case.found.applied_sideways <= least:
         one = Difference(
-            top, scene.peak_force, "applied force on granule 1", effect=1.0,
-            sentence="no applied force acts along the chain on granule 1, the scene pushes it"
+            top, scene.peak_force, f"applied force on granule {mine}", effect=1.0,
+            sentence=f"no applied force acts along the chain on granule {mine}, the scene pushes it"
             f" with up to {scene.peak_force:.4g} N",
         )  # fmt: skip
         return [of_shock(case, one)]
@@ -239,14 +240,14 @@ def _shock(case: Case) -> list[Difference]:
 
 
 def _with_others(case: Case, granules: Indices) -> dict[str, Any]:
-    """Forces on some granules besides the scene's own on granule 1."""
+    """Forces on some granules besides the scene's own."""
     granules = granules[granules < case.twin.mass.size]
     extra = stretches_of(case.found, case.scene, case.start, granules)
     both = tuple(
         replace(one, applied=np.hstack([one.applied, more.applied]))
         for one, more in zip(case.stretches, extra, strict=True)
     )
-    return {"pushed": np.append(0, granules), "stretches": both}
+    return {"pushed": np.append(case.twin.pushed, granules), "stretches": both}
 
 
 # ---- The piston
@@ -313,7 +314,7 @@ FORCES = (
     Number("applied force across the chain", "N", "shock", _across,
            "the scene pushes along the chain", explains=True),
     Number("granules that are pushed", "", "shock", _others,
-           "granule 1 is the first of the chain, and the scene pushes no other"),
+           "granule 1 is the first of the chain, and the scene pushes one granule"),
     Number("applied force", "N", "shock", _shock, "the shock of the scene"),
     Number("granules that are led", "", "piston", _driven,
            "counts must be equal", explains=True),

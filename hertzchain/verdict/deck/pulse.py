@@ -41,9 +41,10 @@ def of_shock(case: Case, one: Difference) -> Difference:
 
 
 def pulse(case: Case) -> list[Difference]:
-    """The force on granule 1 over time."""
+    """The force over time on the granule that the scene pushes."""
     found, scene = case.found, case.scene
-    time, force = found.applied_time - case.start, found.applied_force[:, 0]
+    its = scene.shock.granule - 1
+    time, force = found.applied_time - case.start, found.applied_force[:, its]
     # A reading at a jump, or a step's rounding at a corner, is none of the shape.
     moved = 1e-6 * max((run.dt for run in found.runs), default=0.0)
     near = [scene.applied_force(time + shift) for shift in (-moved, 0.0, moved)]
@@ -51,7 +52,7 @@ def pulse(case: Case) -> list[Difference]:
     k = int(np.argmax(off))
     if off[k] <= 1e-6 * scene.peak_force:
         return [same(float(np.max(force)), scene.peak_force)]
-    effect = case.effect(**pushing_changes(case, np.zeros(1, np.intp)))
+    effect = case.effect(**pushing_changes(case, case.twin.pushed))
     held = _held(case, time, force)
     # Digits are those of the impulse: another duration of the pulse changes it as much.
     given, wanted = (

@@ -90,7 +90,7 @@ def twin_of(scene: Scene) -> Twin:
         damping=np.zeros(contacts) if granules.damping is None else granules.damping,
         damping_exponent=0.0 if contact is None else contact.exponent,
         attraction=contact is not None and contact.attraction,
-        pushed=np.zeros(1, np.intp),
+        pushed=np.array([scene.shock.granule - 1]),
     )
 
 

@@ -24,7 +24,7 @@ def whole_deck(scene: hc.Scene, dt: float, pair_style: str = "granular") -> str:
     """All that the backend gives LAMMPS, and the final state in a file."""
     lines, before = [set_up(scene, pair_style)], None
     for leg in scene.schedule(dt):
-        lines += [*leg_commands(leg, before), f"run {leg.steps}"]
+        lines += [*leg_commands(scene, leg, before), f"run {leg.steps}"]
         before = leg
     final = "write_dump all custom chain.final id x vx fx modify sort id format float %.17g"
     return "\n".join([*lines, final]) + "\n"

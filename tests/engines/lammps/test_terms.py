@@ -14,7 +14,7 @@ from hertzchain.errors import RunFailed, Unpredictable
 from hertzchain.scene.terms import ALL_TERMS
 from hertzchain.verdict.run_checks import same_steps_checks
 from tests.conftest import STEEL
-from validation.random_scenes import random_scene_with_terms, thrown
+from validation.random_scenes import pushed_within, random_scene_with_terms, thrown
 
 pytestmark = pytest.mark.lammps
 
@@ -25,10 +25,10 @@ READ_EVERY = 3
 """Steps: where granules collide after a flight, peaks interpolated between readings further apart
 are off by up to 8e-7, more than round-off."""
 
-QUICK, SLOW, MOVING = range(21, 27), range(100, 160), range(160, 190)
-"""Numbers of random scenes; in the last granules move at the start."""
+QUICK, SLOW, MOVING, LOCAL = range(21, 27), range(100, 160), range(160, 190), range(190, 210)
+"""Numbers of random scenes; in the last two granules move at the start, or any may be pushed."""
 
-REFUSED = {130: "cannot resolve the overlaps"}
+REFUSED = dict.fromkeys((130, 193), "cannot resolve the overlaps")
 """Scenes whose overlaps are lost in the coordinates, so that LAMMPS refuses them."""
 
 
@@ -37,14 +37,19 @@ def drawn(number: int) -> hc.Scene:
     rng = np.random.default_rng([9, number])
     if number in MOVING:
         return thrown(rng, random_scene_with_terms(rng, 30, 100.0))
+    if number in LOCAL:
+        return pushed_within(rng, random_scene_with_terms(rng, 30, 100.0))
     return random_scene_with_terms(rng, 200, 200.0 if number in QUICK else 1000.0)
 
 
 @pytest.mark.parametrize(
     "number",
     [
-        *(*QUICK, *MOVING[:4]),
-        *(pytest.param(number, marks=pytest.mark.slow) for number in (*SLOW, *MOVING[4:])),
+        *(*QUICK, *MOVING[:4], *LOCAL[:4]),
+        *(
+            pytest.param(number, marks=pytest.mark.slow)
+            for number in (*SLOW, *MOVING[4:], *LOCAL[4:])
+        ),
     ],
 )
 def test_same_scheme_same_steps(number: int) -> None:
@@ -81,7 +86,7 @@ def test_roundings_of_a_flight_add_up() -> None:
 def test_random_scenes_have_every_term(numbers: range) -> None:
     count = Counter(term for number in numbers for term in drawn(number).terms)
     # Pistons and damping are drawn elsewhere: test_drives.py, test_damped.py.
-    assert set(count) == set(ALL_TERMS) - {"piston", "damping", "moving granules"}
+    assert set(count) == set(ALL_TERMS) - {"piston", "damping", "moving granules", "local shock"}
 
 
 UNIFORM = hc.Chain(3, **STEEL)
@@ -93,6 +98,7 @@ ONE_TERM = {
     "gaps": hc.Scene(replace(UNIFORM, gap=1e-6), PULSE),
     "striker": hc.Scene(UNIFORM, hc.Striker(1.0)),
     "piston": hc.Scene(UNIFORM, hc.Piston(1.0)),
+    "local shock": hc.Scene(UNIFORM, replace(PULSE, granule=2)),
     "moving granules": hc.Scene(replace(UNIFORM, velocity=[0.0, 1.0, 0.0])),
     "wall": hc.Scene(UNIFORM, PULSE, wall=WALL),
     "precompression": hc.Scene(UNIFORM, PULSE, precompression=hc.Precompression(1.0)),
@@ -120,6 +126,7 @@ def test_a_term_that_is_off_by_a_millionth_shows(term: str) -> None:
         "gaps": {"chain": replace(chain, gap=1e-6 * more)},
         "striker": {"shock": hc.Striker(1.0 * more)},
         "piston": {"shock": hc.Piston(1.0 * more)},
+        "local shock": {"shock": replace(PULSE, peak_force=100.0 * more, granule=2)},
         "moving granules": {"chain": replace(chain, velocity=[0.0, 1.0 * more, 0.0])},
         "wall": {"wall": hc.Wall("elastic", 1e6 * STEEL["young_modulus"], STEEL["poisson_ratio"])},
         "precompression": {"precompression": hc.Precompression(1.0 * more)},

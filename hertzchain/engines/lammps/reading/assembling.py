@@ -122,9 +122,12 @@ def _is_reversed(probes: Probes, seen: Watched, applied: Applied, scene: Scene |
     """
     granules = probes.granules
     shocked, pushed = _shocked(probes, seen, applied)
+    half = 1.0  # a shock on another granule than the first may be in the far half
+    if scene is not None and scene.shock.granule > 1:
+        half = float(np.sign((scene.chain.granules + 1) / 2 - scene.shock.granule))
     walls = [wall.end for wall in probes.walls]
     signs = [
-        _middle(shocked), -pushed, float(walls == ["first"]) - float(walls == ["last"]),
+        half * _middle(shocked), -pushed, float(walls == ["first"]) - float(walls == ["last"]),
         0.0 if scene is None else _misfit(granules, scene, 1) - _misfit(granules, scene, -1),
         # Weight and loads push towards the far end.
         0.0 if scene is None or scene.precompression is None else -np.sum(applied.constant[:, 0]),

@@ -44,5 +44,5 @@ def own_deck(scene: Scene, pair_style: str, version: str) -> str:
     ]
     lines = [deck.set_up(scene, pair_style, version)]
     for before, leg in zip((None, *legs[:-1]), legs, strict=True):
-        lines += [*deck.leg_commands(leg, before), f"run {leg.steps}"]
+        lines += [*deck.leg_commands(scene, leg, before), f"run {leg.steps}"]
     return "\n".join(lines) + "\n"
