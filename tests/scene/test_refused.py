@@ -75,6 +75,7 @@ pulse chain.radius=1e-105; chain.density=1e20; shock.peak_force=1 => too small t
 pulse chain.young_modulus=1e300; shock.peak_force=1e-20 => too small to be represented
 pulse chain.density=1e-290; chain.young_modulus=1e-10; shock.peak_force=1e-30 => too small to be represented
 pulse chain.density=1e-250; shock.peak_force=1e140 => too small to be represented
+striker chain.segments=[{granules=59}, {granules=1, radius=1e-150}] => too large or too small to be represented
 table -shock.file => shock.file: missing
 table shock.file=3 => shock.file = 3: must be the name of a CSV file
 table shock.file="no.csv" => no.csv

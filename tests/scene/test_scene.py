@@ -104,8 +104,10 @@ PULSE = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0)
         ((None, PULSE), "chain: must be a Chain"),
         ((CHAIN, "cosine"), "shock = 'cosine': must be a Pulse, a PulseTable, a Striker, a Piston"),
         ((CHAIN, PULSE, 1e-3), r"run = 0\.001: must be a Run"),
+        ((CHAIN, PULSE, hc.Run(), "same"), "wall = 'same': must be a Wall or None"),
+        ((CHAIN, PULSE, hc.Run(), None, 3), "precompression = 3: must be a Precompression or None"),
     ],
-    ids=["chain", "shock", "run"],
+    ids=["chain", "shock", "run", "wall", "load"],
 )
 def test_parts_of_another_type_are_refused(parts: tuple[Any, ...], said: str) -> None:
     with pytest.raises(SceneError, match=said):
