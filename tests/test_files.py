@@ -18,12 +18,6 @@ from hertzchain.files import check_writable, write_text, write_texts, write_with
 from tests.processes import linux, names
 
 
-def test_text_is_written_with_nothing_beside_it(tmp_path: Path) -> None:
-    write_text(tmp_path / "a.txt", "größer\nals\n")
-    assert (tmp_path / "a.txt").read_bytes() == "größer\nals\n".encode()
-    assert names(tmp_path) == ["a.txt"]
-
-
 def test_the_writer_gets_the_same_suffix_in_the_same_folder(tmp_path: Path) -> None:
     seen: list[Path] = []
 
@@ -47,6 +41,9 @@ def test_a_new_file_takes_the_place_of_the_old_one(tmp_path: Path) -> None:
         thread.join()
         assert reader.read() == "a much longer old text"
     assert path.read_text() == "new"
+    write_text(path, "größer\nals\n")
+    assert path.read_bytes() == "größer\nals\n".encode()
+    assert names(tmp_path) == ["a.txt"]
     (tmp_path / "usual").touch()
     assert path.stat().st_mode == (tmp_path / "usual").stat().st_mode
 

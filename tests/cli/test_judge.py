@@ -44,9 +44,12 @@ def test_wrong_peaks_are_status_1_with_a_cause(hertzchain: Command, native: Outc
     )
     assert "velocity Verlet, steps of 2e-08 s" in outcome.out
     assert outcome.out.endswith("Verdict: fail\n")
-    outcome = hertzchain(*JUDGE, "--json", "--tolerance", "0.5")
-    assert outcome.status == 1
-    document = outcome.json()
+    outcome = hertzchain(*JUDGE, "--json", "--tolerance", "0.5", "--report", "report.html")
+    assert (outcome.status, outcome.err) == (1, "Report written to report.html\n")
+    assert names() == ["peaks.csv", "report.html", "scene.toml"]
+    page, document = Path("report.html").read_text("utf-8"), outcome.json()
+    assert embedded(page) == document
+    assert "scene.toml</b> and <b>peaks.csv" in page
     assert document["verdict"] == "fail"
     assert document["tolerance"] == 0.5
     assert "in units of kN" in document["cause"]
@@ -67,14 +70,3 @@ def test_peaks_of_a_damped_scene_are_judged(hertzchain: Command, native: Outcome
     assert "What velocity Verlet has at that step is not known of damped contacts." in said
     assert "Causes that were tried in a scene with damping: " in said
     assert "no damping" in Path("report.html").read_text("utf-8")
-
-
-def test_a_judgement_with_a_report(hertzchain: Command, native: Outcome) -> None:
-    scene_file()
-    peaks_file(native, 1.01)
-    outcome = hertzchain(*JUDGE, "--report", "report.html", "--json")
-    assert (outcome.status, outcome.err) == (1, "Report written to report.html\n")
-    page = Path("report.html").read_text("utf-8")
-    assert embedded(page) == outcome.json()
-    assert "scene.toml</b> and <b>peaks.csv" in page
-    assert names() == ["peaks.csv", "report.html", "scene.toml"]

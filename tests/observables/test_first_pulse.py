@@ -134,12 +134,6 @@ def test_errors_that_are_too_small_are_seen() -> None:
     assert max(shares(scene, hc.Native("velocity-verlet", 2e-8, wanted="first"))) > 0.1
 
 
-def test_a_later_end_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(first_pulse, "FALLS", (0.6, 0.4, 0.4))
-    scene = replace(TAPER, chain=hc.Chain(8, **STEEL), run=hc.Run(2e-4))
-    assert max(shares(scene, hc.Native(rtol=1e-6, wanted="first"))) > 1
-
-
 def test_chaos_at_the_end_does_not_hide_the_first_pulses() -> None:
     """A taper that ends in granules of 0.2 mm: after 0.9 ms no digit of most peaks is left."""
     short = hc.Native(rtol=1e-8, wanted="first").run(TAPER).first_pulses

@@ -78,14 +78,24 @@ def steady_wave(granules: int, p: int, peaked_until: int | None = None) -> Solit
     return solitary_wave(100.0 + contact, 2.0 * contact, peaked, p, 0.5, SLOWNESS)
 
 
-def test_wave_force_is_that_of_contact_p_plus_1() -> None:
-    assert steady_wave(40, 9).peak_force == 110.0
-
-
-@pytest.mark.parametrize("granules", [40, 21, 14, 13])
-def test_speed_is_distance_over_time(granules: int) -> None:
+@pytest.mark.parametrize(
+    ("granules", "peaked_until", "speed"),
+    [
+        *((granules, None, 0.25) for granules in (40, 21, 14, 13)),
+        # From contact 10; the one at the free end, N, peaks early and is no measure.
+        *((granules, None, None) for granules in (11, 12)),
+        (40, 12, 0.25),
+        (40, 11, None),
+    ],
+)
+def test_force_and_speed_of_a_wave(
+    granules: int, peaked_until: int | None, speed: float | None
+) -> None:
     """Also where the chain ends before contact p + 11."""
-    assert steady_wave(granules, 9).speed == 0.25
+    wave = steady_wave(granules, 9, peaked_until)
+    assert (wave.peak_force, wave.speed) == (110.0, speed)
+    ones = np.ones(10)
+    assert solitary_wave(ones, ones, ones > 0, None, 1.0, 1.0) == SolitaryWave(None, None, None)
 
 
 def test_speed_is_that_between_contacts_p_plus_1_and_p_plus_11() -> None:
@@ -94,22 +104,6 @@ def test_speed_is_that_between_contacts_p_plus_1_and_p_plus_11() -> None:
     time = np.cumsum(np.where((contact > 10) & (contact <= 20), 2.0, 7.0))
     peaked = contact > 0
     assert solitary_wave(100.0 + contact, time, peaked, 9, 0.5, SLOWNESS).speed == 0.25
-
-
-@pytest.mark.parametrize("granules", [11, 12])
-def test_there_is_no_speed_over_fewer_than_two_contacts(granules: int) -> None:
-    """From contact 10; the one at the free end, N, peaks early and is no measure."""
-    assert steady_wave(granules, 9).speed is None
-
-
-def test_without_p_there_is_no_wave() -> None:
-    ones = np.ones(10)
-    assert solitary_wave(ones, ones, ones > 0, None, 1.0, 1.0) == SolitaryWave(None, None, None)
-
-
-@pytest.mark.parametrize(("peaked_until", "speed"), [(40, 0.25), (12, 0.25), (11, None)])
-def test_speed_takes_no_contact_that_has_not_peaked(peaked_until: int, speed: float | None) -> None:
-    assert steady_wave(40, 9, peaked_until).speed == speed
 
 
 @pytest.fixture(scope="module")

@@ -67,6 +67,15 @@ pulse chain.radius=1e-300 => too large or too small
 pulse chain.density=1e-320 => too large or too small
 pulse shock.duration_ratio=1.7e308 => too large or too small
 pulse -shock.momentum_ratio; shock.rise_time=1e308 => too large or too small
+pulse chain.radius=1e-105; shock.peak_force=1 => too small to be represented; check the units
+pulse chain.young_modulus=1e-308; shock.peak_force=1e-300 => too small to be represented
+pulse shock.peak_force=1e-310 => too small to be represented
+pulse shock.peak_force=1e-187 => too small to be represented
+pulse chain.radius=1e-105; chain.density=1e20; shock.peak_force=1 => too small to be represented
+pulse chain.young_modulus=1e300; shock.peak_force=1e-20 => too small to be represented
+pulse chain.density=1e-290; chain.young_modulus=1e-10; shock.peak_force=1e-30 => too small to be represented
+pulse chain.density=1e-250; shock.peak_force=1e140 => too small to be represented
+striker chain.segments=[{granules=59}, {granules=1, radius=1e-150}] => too large or too small to be represented
 table -shock.file => shock.file: missing
 table shock.file=3 => shock.file = 3: must be the name of a CSV file
 table shock.file="no.csv" => no.csv

@@ -14,78 +14,21 @@ from hertzchain.errors import TooExpensive
 from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.schedule import Leg, lay_steps
 
-RISE = Ramp(0.0, 1.0, 0.0, 5.0, "cosine")
 DECAY = Ramp(1.0, 3.5, 5.0, 0.0, "linear")
-PULSE = (RISE, DECAY)
 
 
 def bounds(legs: tuple[Leg, ...]) -> list[tuple[float, float]]:
     return [(leg.start, leg.end) for leg in legs]
 
 
-def test_legs_are_rise_decay_and_what_is_left() -> None:
-    legs = lay_steps(PULSE, 10.0, 0.3)
-    assert bounds(legs) == [(0.0, 1.0), (1.0, 3.5), (3.5, 10.0)]
-    assert [leg.ramp for leg in legs] == [RISE, DECAY, None]
-
-
 def test_each_leg_has_length_over_dt_steps_rounded_up() -> None:
-    assert [leg.steps for leg in lay_steps(PULSE, 10.0, 0.3)] == [4, 9, 22]
-    assert [leg.steps for leg in lay_steps(PULSE, 10.0, 0.25)] == [4, 10, 26]  # no remainder
-    assert [leg.steps for leg in lay_steps(PULSE, 10.0, 0.2501)] == [4, 10, 26]
-    assert [leg.steps for leg in lay_steps(PULSE, 10.0, 0.2499)] == [5, 11, 27]
-
-
-def test_a_step_is_its_legs_length_over_its_number() -> None:
-    assert [leg.dt for leg in lay_steps(PULSE, 10.0, 0.3)] == [1 / 4, 2.5 / 9, 6.5 / 22]
-
-
-def test_a_step_longer_than_everything_leaves_one_step_a_leg() -> None:
-    assert [leg.steps for leg in lay_steps(PULSE, 10.0, 1e300)] == [1, 1, 1]
-
-
-@pytest.mark.parametrize(
-    ("end_time", "expected"),
-    [
-        (0.4, [(0.0, 0.4)]),
-        (1.0, [(0.0, 1.0)]),
-        (2.0, [(0.0, 1.0), (1.0, 2.0)]),
-        (3.5, [(0.0, 1.0), (1.0, 3.5)]),
-        (3.6, [(0.0, 1.0), (1.0, 3.5), (3.5, 3.6)]),
-    ],
-)
-def test_the_run_ends_where_it_is_told_to(
-    end_time: float, expected: list[tuple[float, float]]
-) -> None:
-    assert bounds(lay_steps(PULSE, end_time, 0.1)) == expected
-
-
-def test_a_leg_cut_short_keeps_the_whole_ramp() -> None:
-    assert lay_steps(PULSE, 0.4, 0.1)[0].ramp is RISE
-    assert lay_steps(PULSE, 2.0, 0.1)[1].ramp is DECAY
-
-
-TABLE = hc.PulseTable((0.5, 1.0, 2.0), (3.0, 5.0, 1.0)).ramps()
-"""Starts after 0 and jumps at both ends."""
-
-
-def test_a_table_that_starts_late_has_a_free_leg_first() -> None:
-    legs = lay_steps(TABLE, 4.0, 0.2)
-    assert bounds(legs) == [(0.0, 0.5), (0.5, 1.0), (1.0, 2.0), (2.0, 4.0)]
-    assert [leg.ramp for leg in legs] == [None, *TABLE, None]
-    assert [leg.steps for leg in legs] == [3, 3, 5, 10]
-
-
-@pytest.mark.parametrize("end_time", [0.3, 0.5])
-def test_a_run_that_ends_before_the_table_starts_is_free(end_time: float) -> None:
-    legs = lay_steps(TABLE, end_time, 0.2)
-    assert bounds(legs) == [(0.0, end_time)]
-    assert legs[0].ramp is None
+    legs = lay_steps([Ramp(0.0, 1.0, 0.0, 5.0, "cosine"), DECAY], 10.0, 0.25)  # no remainder
+    assert [leg.steps for leg in legs] == [4, 10, 26]
 
 
 def test_a_step_too_small_to_be_counted_is_an_error() -> None:
     with pytest.raises(TooExpensive, match="longer dt"):
-        lay_steps(PULSE, 10.0, 5e-324)
+        lay_steps([DECAY], 10.0, 5e-324)
 
 
 @given(
@@ -110,9 +53,11 @@ def test_legs_cover_the_run_with_the_fewest_equal_steps(
         quotient = (leg.end - leg.start) / dt
         assert max(1, math.ceil(quotient * (1 - 1e-15))) <= leg.steps
         assert leg.steps <= max(1, math.ceil(quotient))
+        assert leg.dt == (leg.end - leg.start) / leg.steps
         assert leg.dt <= dt * (1 + 1e-15)  # the quotient is rounded twice
         assert (leg.ramp is None) == (leg.start >= corners[-1] or leg.end <= corners[0])
         if leg.ramp is not None:
+            assert leg.ramp in ramps
             assert leg.ramp.start == leg.start
             assert leg.ramp.end >= leg.end
 
