@@ -26,7 +26,7 @@ def scan(
     and back at the end, and bends enough. A parabola c (t - t')^2 - d, d >= 0, that reaches 0
     within a step of length h has w0 + w1 <= h (w1' - w0') / 2; ``DIP`` is the half and a margin.
     Rates that change their sign three times in a step are not looked at. Which contacts open or
-    close is said in ``refinement.Refined``.
+    close is said in ``methods.Walker``.
 
     The contact ahead of the last granule is looked at too, though it is never pressed: a whole
     number of vectors is quicker than one contact less.

@@ -61,7 +61,7 @@ class Steps(NamedTuple):
     verlet
         Whether velocities are those of velocity Verlet: see ``elastic_chain.motion_of_granule``.
     tolerance, starting
-        Of ``refinement.Refined``; 0 for steps as asked.
+        Of ``methods.Walker``; 0 for steps as asked.
     """
 
     legs: FloatArray

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.kernel_input import MOVING, nothing_recorded
-from hertzchain.engines.native.refinement import Walker
+from hertzchain.engines.native.methods import Walker
 from hertzchain.limits import Deadline
 
 _PARTS_PER_CORE = 8

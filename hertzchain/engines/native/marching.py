@@ -10,8 +10,7 @@ from hertzchain.engines.native import elastic, elastic_state
 from hertzchain.engines.native.elastic_state import Outcome, Seen, Steps
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.kernel_input import coefficients
-from hertzchain.engines.native.methods import SymplecticNystrom
-from hertzchain.engines.native.refinement import Walker
+from hertzchain.engines.native.methods import SymplecticNystrom, Walker
 
 
 def steps_of(rows: FloatArray, walker: Walker, softest: float = 1.0) -> Steps:

@@ -24,7 +24,7 @@ from hertzchain.engines.native.kernel_input import (
     softest,
     start_of,
 )
-from hertzchain.engines.native.refinement import Walker
+from hertzchain.engines.native.methods import Walker
 from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
 from hertzchain.observables.contact_errors import Peaks
 from hertzchain.observables.error_bound import diverged

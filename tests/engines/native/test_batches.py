@@ -14,8 +14,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import many, simulate
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.kernel_input import leg_rows
-from hertzchain.engines.native.methods import SRKN_11B
-from hertzchain.engines.native.refinement import Refined
+from hertzchain.engines.native.methods import SRKN_11B, Walker
 from hertzchain.limits import Deadline
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.pulse import PROFILES, profile_named
@@ -23,7 +22,7 @@ from tests.conftest import STEEL, paper_scene
 
 ACCURACIES = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10]
 
-HALVED = Refined(SRKN_11B, 1e-6, 1, 4.0)
+HALVED = Walker(SRKN_11B, 1e-6, 1, 4.0)
 
 
 def spread(rng: np.random.Generator, low: float, high: float, number: int) -> FloatArray:
