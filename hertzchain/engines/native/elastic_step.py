@@ -2,7 +2,7 @@
 
 Force, kick and drift of a stage are one loop, so that one square root per granule is what a stage
 costs. The force of an overlap r is r sqrt(r), written out in the loops (a function would round
-elsewhere). Arrays hold a window of the chain: see ``elastic``.
+elsewhere). Only a window of the chain is computed: see ``elastic``.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ def keep_start(u: Any, v: Any, g: Any, u0: Any, v0: Any, a: Any, lo: int, hi: in
 @compiled
 def symplectic_step(
     u: Any, v: Any, g: Any, state: Any, fractions: Any, leg: Any, begin: float, h: float, lo: int,
-    hi: int, last: int, chain: Any,
+    hi: int, granules: int, chain: Any,
 ) -> int:  # fmt: skip
     """Take one step of a symplectic Nystrom method; returns where the window ends now."""
     kicks, drifts, run = state.kicks, state.drifts, state.progress[0]
@@ -107,16 +107,16 @@ def symplectic_step(
             push = applied_force(leg, time)
         ahead = _kick_and_drift(u, v, push, kicks[s], drifts[s], lo, hi, chain)
         if ahead > 0:
-            hi = min(hi + AHEAD, last)
+            hi = min(hi + AHEAD, granules)
     if pushed:
         push = applied_force(leg, begin + h)
     run.push = push
     ahead = _last_kick(u, v, g, push, kicks[stages], lo, hi, chain)
-    if ahead > 0 and hi < last:
+    if ahead > 0 and hi < granules:
         if chain is not None:
             ahead *= chain.inverse_mass[hi]
         g[hi] = ahead
-        hi = min(hi + AHEAD, last)
+        hi = min(hi + AHEAD, granules)
     return hi
 
 

@@ -1,4 +1,4 @@
-"""An integration by the compiled kernels, whose state grows where the window needs more room.
+"""An integration by the compiled kernels.
 
 It is loaded when the first run begins, because Numba is loaded with it.
 """
@@ -39,14 +39,8 @@ def march(
 
     The arguments are those of ``elastic.march``.
     """
-    columns = granules + 1
-    if leave_behind:
-        columns = min(columns, elastic_state.least_columns(steps.drifts.size))
-    state = elastic_state.at_the_start(steps, columns)
-    while True:
-        outcome = elastic.march(
-            steps, state, granules, start, chain, moving, leave_behind, seen, control
-        )
-        if outcome.status != elastic_state.NO_ROOM:
-            return outcome, state.rows[0, :granules], state.rows[1, :granules]
-        state = elastic_state.with_room(state, granules)
+    state = elastic_state.at_the_start(steps, granules)
+    outcome = elastic.march(
+        steps, state, granules, start, chain, moving, leave_behind, seen, control
+    )
+    return outcome, state.rows[0, :granules], state.rows[1, :granules]

@@ -200,7 +200,7 @@ class Prepared:
             deadline.refuse(least[leave_behind], _PEAKS_ALONE if is_cheaper else "")
         if deadline.left <= 0:
             raise deadline.passed()
-        arrays = 2 if leave_behind else 8 + (0 if recorder is None else 3 * recorder.time.size)
+        arrays = 8 + (0 if recorder is None else 3 * recorder.time.size)
         refuse_memory(8.0 * arrays * scene.chain.granules)
 
     def _march(

@@ -230,7 +230,7 @@ def test_a_maximum_in_a_step_whose_rate_is_no_parabola(
     leg = np.array([0.0, 1.0, 1.0, 1.0, 0.0, 1.0, *pushed])
     found, at = np.zeros(1), np.full(1, np.nan)
     elastic_maxima.keep_peaks(
-        Seen(found, at, nothing_recorded()), 0, u0, v0, a, u, v, g, 0, 2, leg, 0.0, 1.0, 1.0, 0.0,
+        Seen(found, at, nothing_recorded()), u0, v0, a, u, v, g, 0, 2, leg, 0.0, 1.0, 1.0, 0.0,
         True, 0.0, np.zeros(7), None,
     )  # fmt: skip
     slope = pushed[1] - pushed[0]

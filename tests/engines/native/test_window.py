@@ -12,7 +12,6 @@ from scipy.interpolate import CubicSpline
 
 import hertzchain as hc
 from hertzchain.engines.native import (
-    elastic,
     elastic_state,
     elastic_window,
     simulate,
@@ -60,27 +59,6 @@ def test_a_long_train_of_waves_in_a_window() -> None:
     assert window.momentum == pytest.approx(full.momentum, rel=1e-11, abs=0)
     # In steps of 0.4 the contacts that open behind the train cost the full chain 1e-5 later on.
     assert window.energy == pytest.approx(full.energy, rel=1e-4, abs=0)
-
-
-@pytest.mark.parametrize(("ratio", "grown"), [(0.5, [480]), (30.0, [480, 701])])
-def test_a_window_has_more_room_when_it_needs_it(
-    monkeypatch: pytest.MonkeyPatch, ratio: float, grown: list[int]
-) -> None:
-    scene = paper_scene("triangular", ratio, 2.0, 700)
-    legs, walker = scene.schedule(0.4 * scene.units.time), Walker(SRKN_11B)
-    full = simulate(scene, legs, walker)
-    march, columns = elastic.march, []
-
-    def noted(*arguments: Any) -> Any:
-        columns.append(arguments[1].rows.shape[1])
-        return march(*arguments)
-
-    monkeypatch.setattr(elastic, "march", noted)
-    monkeypatch.setattr(elastic_state, "least_columns", lambda _: 480)
-    window = simulate(scene, legs, walker, leave_behind=True)
-    assert sorted(set(columns)) == grown
-    assert np.array_equal(window.peaks.force, full.peaks.force)
-    assert np.array_equal(window.peaks.time, full.peaks.time)
 
 
 def outcome(scene: hc.Scene, leave_behind: bool, step: float = 0.4, control: Any = None) -> Any:
@@ -178,7 +156,7 @@ def test_after_two_pulses_nothing_is_left_behind() -> None:
 
 def left_behind(u: Any, v: Any, peaks: Any, hi: int) -> int:
     """Return the cut of ``left_behind``."""
-    return int(elastic_window.left_behind(u, v, peaks, 0, 0, hi))
+    return int(elastic_window.left_behind(u, v, peaks, 0, hi))
 
 
 def quiet_chain(quiet: int, behind: float, noise: float = 0.0) -> Any:
@@ -354,4 +332,4 @@ def test_when_no_peak_can_change(velocity: float, peak: float, settled: bool) ->
     peaks = np.ones(9)
     peaks[5] = peak
     u = np.append(u, 1e30)
-    assert elastic_window.is_settled(u, v, peaks, 0, 0, 10) == settled
+    assert elastic_window.is_settled(u, v, peaks, 0, 10) == settled
