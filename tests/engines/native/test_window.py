@@ -12,13 +12,13 @@ from scipy.interpolate import CubicSpline
 
 import hertzchain as hc
 from hertzchain.engines.native import (
+    elastic,
     elastic_state,
     elastic_window,
     simulate,
 )
-from hertzchain.engines.native.elastic_state import Seen
-from hertzchain.engines.native.kernel_input import leg_rows, nothing_recorded
-from hertzchain.engines.native.marching import march, steps_of
+from hertzchain.engines.native.elastic_state import Seen, at_the_start
+from hertzchain.engines.native.kernel_input import leg_rows, nothing_recorded, steps_of
 from hertzchain.engines.native.methods import (
     SRKN_11B,
     Walker,
@@ -68,7 +68,8 @@ def outcome(scene: hc.Scene, leave_behind: bool, step: float = 0.4, control: Any
     rows = leg_rows(scene.schedule(step * scene.units.time), scene.units)
     control = np.zeros(3) if control is None else control
     steps, at_rest = steps_of(rows, Walker(SRKN_11B)), np.zeros((0, 0))
-    return march(steps, contacts + 1, at_rest, None, 8, leave_behind, seen, control)[0]
+    state, n = at_the_start(steps, contacts + 1), contacts + 1
+    return elastic.march(steps, state, n, at_rest, None, 8, leave_behind, seen, control)
 
 
 def test_the_window_is_as_wide_as_a_wave_however_long_the_chain() -> None:
