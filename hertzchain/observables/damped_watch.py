@@ -41,16 +41,12 @@ class DampedWatch(PeakWatch):
     def __init__(
         self, law: DampedLaw, inverse_mass: Array, has_wall: bool, has_piston: bool = False
     ) -> None:
-        super().__init__(law.stiffness.size)
-        self._law, self._has_wall, self._has_piston = law, has_wall, has_piston
-        self.inverse_mass = inverse_mass
+        super().__init__(law.stiffness.size, has_wall=has_wall, has_piston=has_piston)
+        self._law, self.inverse_mass = law, inverse_mass
         # The peaks if errors of the forces at first touch are added or subtracted.
         self._at_most, self._at_least = np.zeros_like(self.force), np.zeros_like(self.force)
         # Largest closing speeds: as a dashpot begins to act, and of all samples.
         self._at_touch, self._fastest = np.zeros_like(self.force), np.zeros_like(self.force)
-        self.dissipated = 0.0
-        self.wall_impulse = 0.0
-        self.piston_impulse = 0.0
 
     @property
     def rival(self) -> Array:

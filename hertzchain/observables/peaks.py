@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.observables import hermite
 from hertzchain.observables.samples import Samples
+from hertzchain.observables.work import contact_impulse
 
 SIGNIFICANT = 1e-3  # of the largest peak; lower ones are not judged: no error estimate covers them
 _COUNTS = 2e-3  # fraction of the largest overlap: below it a force is less than 1e-4 of the largest
@@ -23,9 +24,20 @@ ESTIMATED = 0.5 * SIGNIFICANT  # lowest peaks by which two runs are compared: on
 
 
 class PeakWatch:
-    """Keeps the largest force of each contact and its time, from samples."""
+    """Keeps the largest force of each contact and its time, and impulses at the ends, from samples.
 
-    def __init__(self, contacts: int, dtype: type[np.floating[Any]] = np.float64) -> None:
+    The impulses are those on a wall, and of a piston on granule 2, where there is one.
+    """
+
+    def __init__(
+        self,
+        contacts: int,
+        dtype: type[np.floating[Any]] = np.float64,
+        has_wall: bool = False,
+        has_piston: bool = False,
+    ) -> None:
+        self._has_wall, self._has_piston = has_wall, has_piston
+        self.wall_impulse = self.piston_impulse = self.dissipated = 0.0
         self.force = np.zeros(contacts, dtype)
         self.time = np.full(contacts, np.nan, dtype)
         self._overlap = np.zeros(contacts, dtype)  # overlap under the largest force
@@ -60,8 +72,12 @@ class PeakWatch:
         """True if a contact that counts has its largest force at the end."""
         return any_rising(self.force, self.passed)
 
-    def update(self, samples: Samples) -> None:
+    def update(self, samples: Samples, late: float = 0.0) -> None:  # noqa: ARG002 - see DampedWatch
         """Add the samples and the intervals between them."""
+        if self._has_wall:
+            self.wall_impulse += contact_impulse(samples, -1)
+        if self._has_piston:
+            self.piston_impulse += contact_impulse(samples, 0)
         self._until = samples.time[-1]
         largest = np.argmax(samples.contact_force, axis=0)
         columns = np.arange(self.force.size)

@@ -14,7 +14,7 @@ from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.damped_plan import first_tolerance
 from hertzchain.engines.native.damped_runs import simulate_damped
 from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
-from hertzchain.engines.native.refinement import Walker
+from hertzchain.engines.native.methods import Walker
 from hertzchain.engines.registry import label_of
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.scene.scene import Scene

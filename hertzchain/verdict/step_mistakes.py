@@ -11,7 +11,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import METHODS, Native, simulate
-from hertzchain.engines.native.named_methods import Method
+from hertzchain.engines.native.methods import Method
 from hertzchain.errors import RunFailed, StepUnstable, TooExpensive
 from hertzchain.limits import Deadline
 from hertzchain.observables.error_bound import stable_step

@@ -25,7 +25,7 @@ from hertzchain.observables.history import Recorder
 from hertzchain.observables.notes import NoteTaker
 from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.samples import Samples
-from hertzchain.observables.work import contact_impulse, work_done
+from hertzchain.observables.work import work_done
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
@@ -55,10 +55,9 @@ class Observation:
         # Those that need the masses of the code are made with them.
         self._contacts = Contacts.of(scene) if first else None
         self._notes: NoteTaker | None = None
-        self._damped: DampedWatch | None = None
-        self._peaks = PeakWatch(granules - 1 + wall)
+        self._peaks = PeakWatch(granules - 1 + wall, np.float64, wall, scene.piston is not None)
         self._recorder = None if times is None else Recorder(times, granules, wall, self._law)
-        self._work = self._wall_impulse = self._piston_impulse = 0.0
+        self._work = 0.0
         self._held = FREE
         self._samples: Samples | None = None
         self._velocity = np.zeros(scene.chain.granules)
@@ -77,7 +76,7 @@ class Observation:
         if self._law is not None:
             scene = self._scene
             ends = scene.wall is not None, scene.piston is not None
-            self._peaks = self._damped = DampedWatch(self._law, 1 / at_rest.mass, *ends)
+            self._peaks = DampedWatch(self._law, 1 / at_rest.mass, *ends)
         if self._contacts is not None:
             unit = self._scene.units.force
             self._notes = NoteTaker(self._contacts, 1 / at_rest.mass, unit)
@@ -114,20 +113,14 @@ class Observation:
             self._work = self._energy(samples, 0, before)
         if np.max(np.abs(samples.velocity)) > 2 * self._fastest:
             raise diverged(self.code)
-        if self._damped is None:
-            self._peaks.update(samples)
-        else:
-            self._damped.update(samples, leg.dt / 2)
+        late, pushed = 0.0 if self._law is None else leg.dt / 2, self._peaks.piston_impulse
+        self._peaks.update(samples, late)
         if self._notes is not None:
-            self._notes.update(samples, 0.0 if self._damped is None else leg.dt / 2)
+            self._notes.update(samples, late)
         if leg.ramp is not None:
             self._work += float(work_done(samples, leg.ramp, self._held.pushed))
         if leg.stroke is not None:
-            pushed = self._pushed(samples)
-            self._piston_impulse += pushed
-            self._work += pushed * leg.stroke.velocity
-        if wall_force is not None and self._damped is None:
-            self._wall_impulse += contact_impulse(samples, -1)
+            self._work += (self._peaks.piston_impulse - pushed) * leg.stroke.velocity
         if self._recorder is not None:
             self._recorder.update(samples)
         self._samples = samples
@@ -165,17 +158,9 @@ class Observation:
         if scene.precompression is not None:
             energy -= float(np.sum(scene.granules.constant_force * samples.displacement[-1]))
         momentum = float(np.sum(mass * velocity))
-        given = scene.given_impulse + self._piston_impulse
-        if self._damped is None:
-            return Balance(given - self._wall_impulse, momentum, self._work, energy)
-        impulse, lost = given - self._damped.wall_impulse, self._damped.dissipated
-        return Balance(impulse, momentum, self._work, energy, lost)
-
-    def _pushed(self, samples: Samples) -> float:
-        """Return the impulse of the piston since the readings before [N s]."""
-        if self._damped is None:
-            return float(contact_impulse(samples, 0))
-        return self._damped.piston_impulse - self._piston_impulse
+        seen = self._peaks
+        impulse = scene.given_impulse + seen.piston_impulse - seen.wall_impulse
+        return Balance(impulse, momentum, self._work, energy, seen.dissipated)
 
     def _energy(self, samples: Samples, which: int, velocity: FloatArray) -> float:
         """Kinetic and contact energy from forces, overlaps and velocities at one time [J]."""

@@ -10,11 +10,11 @@ if TYPE_CHECKING:
     from hertzchain.engines.native.batch import Batch, peak_forces, similar_peak_forces
     from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
     from hertzchain.engines.native.in_numpy import simulate_in_numpy
-    from hertzchain.engines.native.named_methods import METHODS
+    from hertzchain.engines.native.methods import METHODS
     from hertzchain.engines.native.simulation import Simulation, simulate
 
 _HOME = {
-    "METHODS": "named_methods",
+    "METHODS": "methods",
     "Batch": "batch",
     "Native": "backend",
     "Simulation": "simulation",

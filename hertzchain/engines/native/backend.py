@@ -17,9 +17,7 @@ from numpy.typing import ArrayLike
 from hertzchain.engines.native import damped_runs
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.duration import with_end
-from hertzchain.engines.native.methods import SymplecticNystrom
-from hertzchain.engines.native.named_methods import METHODS
-from hertzchain.engines.native.refinement import Walker
+from hertzchain.engines.native.methods import METHODS, SymplecticNystrom, Walker
 from hertzchain.engines.native.run_error import error_bound, estimate
 from hertzchain.engines.native.simulation import Prepared, Simulation, work_of
 from hertzchain.errors import POSITIVE, StepUnstable, is_positive, require

@@ -9,8 +9,7 @@ two equal to round-off. Two things are done here only, because they only save ti
 - Granules that cannot matter any more are left behind, where that is asked for: see
   ``elastic_window``.
 
-Arrays hold a window of the chain: entry i is granule ``base + i``, and granules lo ... hi - 1 move.
-Scenes with terms have no such window: base is 0.
+Granules lo ... hi - 1 move, the window of the chain that is computed.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ import math
 from typing import Any
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native.compiling import compiled_and_kept, part
+from hertzchain.engines.native.compiling import compiled_and_kept
 from hertzchain.engines.native.elastic_chain import (
     END,
     FREE_END,
@@ -40,7 +39,6 @@ from hertzchain.engines.native.elastic_state import (
     DEEPEST,
     DIVERGED,
     DONE,
-    NO_ROOM,
     STOPPED,
     Outcome,
     Record,
@@ -48,7 +46,6 @@ from hertzchain.engines.native.elastic_state import (
     State,
     Steps,
     is_stopped,
-    margin_of,
 )
 from hertzchain.engines.native.elastic_step import (
     keep_start,
@@ -70,14 +67,7 @@ _STEP_IN_GRANULES = 50
 """What a step costs besides its granules, in granules."""
 
 
-@part
-def end_chain(u: Any, base: int, granules: int, has_wall: bool) -> None:
-    """Put the free end, or the wall, behind the last granule, where the window reaches it."""
-    if granules - base < u.size:
-        u[granules - base] = 0.0 if has_wall else FREE_END
-
-
-_LEG_DONE, _AT_EDGE, _SETTLED, _DIVERGED, _STOPPED = range(5)
+_LEG_DONE, _SETTLED, _DIVERGED, _STOPPED = range(4)
 """Why the steps of march end."""
 
 
@@ -128,41 +118,32 @@ def march(
     verlet, tolerance, stages = steps.verlet, steps.tolerance, steps.drifts.size
     record, has_wall = seen.record, seen.force.size == granules
     u, v, g, u0, v0, a = rows[0], rows[1], rows[2], rows[3], rows[4], rows[5]
-    base, size = run.base, u.size
-    end_chain(u, base, granules, has_wall)
-    if run.begun == 0:
-        run.begun = 1
-        run.hi = min(moving, granules)
-        run.time, run.next_check = legs[0, START], _CHECK
-        if start.size > 0 or chain is not None:
-            begin_run(u, v, g, start, granules, seen, run, chain)
-    margin = margin_of(stages)
-    grows = base + size <= granules
-    last = min(granules - base, size - 1)
-    lo, hi = run.lo, run.hi
-    whole, part, level = run.whole, run.part, run.level
-    spent, time, pushed = 0, run.time, pushed_legs(legs)
+    u[granules] = 0.0 if has_wall else FREE_END
+    lo, hi, spent, time = 0, min(moving, granules), 0, legs[0, START]
+    run.time, next_check, pushed = time, _CHECK, pushed_legs(legs)
+    if start.size > 0 or chain is not None:
+        begin_run(u, v, g, start, granules, seen, run, chain)
     reason = _STOPPED if is_stopped(control) else _LEG_DONE
-    while reason == _LEG_DONE and run.leg < legs.shape[0]:
-        leg, over = legs[run.leg], run.leg >= pushed
-        if whole == 0 and part == 0 and level == 0:  # else it goes on after NO_ROOM
-            start_leg(leg, u, v, g, seen, run, lo, chain)
+    for number in range(legs.shape[0]):
+        if reason != _LEG_DONE:
+            break
+        leg, over = legs[number], number >= pushed
+        start_leg(leg, u, v, g, seen, run, lo, chain)
         in_leg = int(leg[STEPS])
         full = (leg[END] - leg[START]) / leg[STEPS]
-        h = full / (1 << level)
+        h, whole, part, level = full, 0, 0, 0
         scale_coefficients(h, state, steps)
         while whole < in_leg:
-            if grows and hi + margin > size:
-                reason = _AT_EDGE
-                break
             begin = leg[START] + whole * full + part * h
             keep_start(u, v, g, u0, v0, a, lo, hi + 1)
             reached = hi
-            hi = symplectic_step(u, v, g, state, steps.drifts, leg, begin, h, lo, hi, last, chain)
+            hi = symplectic_step(
+                u, v, g, state, steps.drifts, leg, begin, h, lo, hi, granules, chain
+            )
             if hi > reached:
                 # New granules were at rest before the step; what lies beyond the chain stays there.
                 for i in range(reached + 1, hi + 1):
-                    u0[i] = u[i] if i == last and base + last == granules else 0.0
+                    u0[i] = u[i] if i == granules else 0.0
                     v0[i] = a[i] = 0.0
             run.granule_evaluations += stages * (hi - lo)
             spent += hi - lo + _STEP_IN_GRANULES
@@ -194,7 +175,7 @@ def march(
             on_wall = 1 if hi == granules and has_wall else 0
             if turns > 0 or dips:
                 keep_peaks(
-                    seen, base, u0, v0, a, u, v, g, lo, hi + on_wall, leg, begin, time, h, off,
+                    seen, u0, v0, a, u, v, g, lo, hi + on_wall, leg, begin, time, h, off,
                     dips, h if verlet else 0.0, state.bernstein, chain,
                 )  # fmt: skip
             if chain is not None and record.notes.shape[0] > 0:
@@ -220,8 +201,8 @@ def march(
                 if level == 0:
                     whole, part = whole + part, 0
                 scale_coefficients(h, state, steps)
-            if time >= run.next_check:
-                run.next_check = time + _CHECK
+            if time >= next_check:
+                next_check = time + _CHECK
                 control[1] = time
                 energy = run.energy + energy_of(u, v, lo, hi, chain)
                 if is_diverged(energy, run.given, run.work, run.moved, chain):
@@ -229,25 +210,17 @@ def march(
                     break
                 if chain is None and leave_behind and over:
                     lo = leave_behind_in(u, v, g, seen.force, lo, hi, run)
-                    if base + hi == granules and is_settled(u, v, seen.force, base, lo, hi):
+                    if hi == granules and is_settled(u, v, seen.force, lo, hi):
                         reason = _SETTLED
                         break
-        if reason == _LEG_DONE:
-            run.leg, whole = run.leg + 1, 0
-    run.lo, run.hi, run.time = lo, hi, time
-    run.whole, run.part, run.level = whole, part, level
     momentum = run.momentum + momentum_of(v, lo, hi, chain)
     energy = run.energy + energy_of(u, v, lo, hi, chain)
     status = DONE
-    if reason == _AT_EDGE:
-        status = NO_ROOM
-    elif reason == _DIVERGED or is_diverged(energy, run.given, run.work, run.moved, chain):
+    if reason == _DIVERGED or is_diverged(energy, run.given, run.work, run.moved, chain):
         status = DIVERGED
     elif reason == _STOPPED:
         status = STOPPED
-    if status != NO_ROOM:
-        on_wall = 1 if hi == granules and has_wall else 0
-        keep_ends(seen, base, u, lo, hi + on_wall, time, chain)
+    keep_ends(seen, u, lo, hi + (1 if hi == granules and has_wall else 0), time, chain)
     return Outcome(
         status,
         run.steps,

@@ -26,7 +26,7 @@ def scan(
     and back at the end, and bends enough. A parabola c (t - t')^2 - d, d >= 0, that reaches 0
     within a step of length h has w0 + w1 <= h (w1' - w0') / 2; ``DIP`` is the half and a margin.
     Rates that change their sign three times in a step are not looked at. Which contacts open or
-    close is said in ``refinement.Refined``.
+    close is said in ``methods.Walker``.
 
     The contact ahead of the last granule is looked at too, though it is never pressed: a whole
     number of vectors is quicker than one contact less.
@@ -54,7 +54,7 @@ def scan(
 
 @part
 def keep_peaks(
-    seen: Any, base: int, u0: Any, v0: Any, a: Any, u: Any, v: Any, g: Any, lo: int, hi: int,
+    seen: Any, u0: Any, v0: Any, a: Any, u: Any, v: Any, g: Any, lo: int, hi: int,
     leg: Any, begin: float, time: float, h: float, off: float, dips: bool, slack: float, b: Any,
     chain: Any,
 ) -> None:  # fmt: skip
@@ -79,29 +79,29 @@ def keep_peaks(
         r0, r1 = overlap_of(u0, i, chain), overlap_of(u, i, chain)
         # As far as it can get, even if its rate changes by all that both ends say.
         reach = max(r0, r1) + h * (abs(w0) + abs(w1) + h * (abs(g0) + abs(g1)))
-        if with_stiffness(hertz_force(reach), i, chain) <= peak_force[base + i]:
+        if with_stiffness(hertz_force(reach), i, chain) <= peak_force[i]:
             continue
         # The ends too: where the maximum is at one of them, rounding may hide it.
         ends = with_stiffness(hertz_force(max(r0, r1)), i, chain)
-        if ends > peak_force[base + i]:
-            peak_force[base + i] = ends
-            peak_time[base + i] = time if r1 > r0 else begin
+        if ends > peak_force[i]:
+            peak_force[i] = ends
+            peak_time[i] = time if r1 > r0 else begin
         start = motion_of_contact(u0, v0, i, lo, leg, begin, off, chain)
         end = motion_of_contact(u, v, i, lo, leg, begin + h, off, chain)
         curve = hermite(start, end, h)
-        known = peak_force[base + i]
+        known = peak_force[i]
         if chain is not None:
             known /= chain.stiffness[i]
         s = highest_place(curve, known, b)
         if s >= 0:
-            peak_force[base + i] = with_stiffness(hertz_force(value_at(curve, s)), i, chain)
-            peak_time[base + i] = begin + s * h
+            peak_force[i] = with_stiffness(hertz_force(value_at(curve, s)), i, chain)
+            peak_time[i] = begin + s * h
 
 
 @part
-def keep_ends(seen: Any, base: int, u: Any, lo: int, hi: int, time: float, chain: Any) -> None:
+def keep_ends(seen: Any, u: Any, lo: int, hi: int, time: float, chain: Any) -> None:
     """Keep forces of contacts that are still pressed harder at the end of a run."""
     for i in range(lo, hi - 1):
         force = with_stiffness(hertz_force(overlap_of(u, i, chain)), i, chain)
-        if force > seen.force[base + i]:
-            seen.force[base + i], seen.time[base + i] = force, time
+        if force > seen.force[i]:
+            seen.force[i], seen.time[i] = force, time

@@ -10,9 +10,9 @@ import numpy as np
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.native.compiling import part
 
-DONE, DIVERGED, STOPPED, NO_ROOM, TOO_MUCH, STUCK = range(6)
-"""How a run ended. After NO_ROOM it goes on from where it was, in the state of ``with_room``. The
-last two are of adaptive steps: more work than allowed, and steps that do not advance."""
+DONE, DIVERGED, STOPPED, TOO_MUCH, STUCK = range(5)
+"""How a run ended. The last two are of adaptive steps: more work than allowed, and steps that do
+not advance."""
 
 DEEPEST = 60
 """Halvings of a step; below that time does not move."""
@@ -27,24 +27,18 @@ arraymath and SciPy's linear algebra with it, a fifth of the time that a short c
 PROGRESS = np.dtype(
     [
         (name, np.int64)
-        for name in (
-            "lo", "hi", "base", "leg", "whole", "part", "level", "kept", "begun", "steps",
-            "evaluations", "granule_evaluations",
-        )
+        for name in ("kept", "steps", "evaluations", "granule_evaluations")
     ]
     + [
         (name, np.float64)
         for name in (
-            "time", "next_check", "push", "given", "work", "wall", "piston", "moved", "momentum",
+            "time", "push", "given", "work", "wall", "piston", "moved", "momentum",
             "energy",
         )
     ],
     align=True,
 )  # fmt: skip
-"""How far a run has come, and what it has added up.
-
-The window: granules lo to hi - 1 move, column 0 is granule ``base``. The leg, its steps that are
-done, parts of a halved one that are done, how often it is halved; frames of a history. Next look,
+"""What a run has added up: frames of a history, steps, force evaluations; time of its start,
 applied force of the moment; energy at the start, work, impulses of wall and piston, work that a
 piston did and took, both counted as positive; momentum and energy of what was left behind."""
 
@@ -61,7 +55,7 @@ class Steps(NamedTuple):
     verlet
         Whether velocities are those of velocity Verlet: see ``elastic_chain.motion_of_granule``.
     tolerance, starting
-        Of ``refinement.Refined``; 0 for steps as asked.
+        Of ``methods.Walker``; 0 for steps as asked.
     """
 
     legs: FloatArray
@@ -120,8 +114,7 @@ class State(NamedTuple):
     ----------
     rows
         The motion, zero at the start, shape (6, columns): displacement, velocity and acceleration,
-        then the same three at the start of the step. There are N + 1 columns, or, where the window
-        moves along, at least ``least_columns``.
+        then the same three at the start of the step. There are N + 1 columns.
     kicks, drifts
         Room for the coefficients of the method times the step.
     bernstein
@@ -183,37 +176,9 @@ def is_stopped(control: Any) -> bool:
     return control[0] < 0 or 0 < control[0] <= control[2]
 
 
-@part
-def margin_of(stages: int) -> int:
-    """Columns ahead of the window that a step may need."""
-    return AHEAD * (stages + 2)
-
-
-def least_columns(stages: int) -> int:
-    """Columns of a state whose window moves along."""
-    return 1024 + 2 * margin_of(stages)
-
-
-def at_the_start(steps: Steps, columns: int) -> State:
+def at_the_start(steps: Steps, granules: int) -> State:
     """Return a state for the start of a run."""
     return State(
-        np.zeros((6, columns)), np.zeros(steps.kicks.size), np.zeros(steps.drifts.size),
+        np.zeros((6, granules + 1)), np.zeros(steps.kicks.size), np.zeros(steps.drifts.size),
         np.zeros(7), np.zeros(1, PROGRESS),
     )  # fmt: skip
-
-
-def with_room(state: State, granules: int) -> State:
-    """Return a state after NO_ROOM with its window at the beginning of its columns.
-
-    They are twice as many if the window and what a step may need fill more than half of them.
-    """
-    run, columns = state.progress[0], state.rows.shape[1]
-    first, width = run["lo"], run["hi"] - run["lo"]
-    if width + margin_of(state.drifts.size) > columns // 2:
-        columns = min(2 * columns, granules + 1)
-    rows = np.zeros((len(state.rows), columns))
-    rows[:3, :width] = state.rows[:3, first : first + width]
-    rows[3, :width] = rows[0, :width]  # no step writes those of granules at rest
-    run["base"] += first
-    run["lo"], run["hi"] = 0, width
-    return state._replace(rows=rows)

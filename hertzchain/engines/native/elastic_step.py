@@ -2,7 +2,7 @@
 
 Force, kick and drift of a stage are one loop, so that one square root per granule is what a stage
 costs. The force of an overlap r is r sqrt(r), written out in the loops (a function would round
-elsewhere). Arrays hold a window of the chain: see ``elastic``.
+elsewhere). Only a window of the chain is computed: see ``elastic``.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def keep_start(u: Any, v: Any, g: Any, u0: Any, v0: Any, a: Any, lo: int, hi: in
 @compiled
 def symplectic_step(
     u: Any, v: Any, g: Any, state: Any, fractions: Any, leg: Any, begin: float, h: float, lo: int,
-    hi: int, last: int, chain: Any,
+    hi: int, granules: int, chain: Any,
 ) -> int:  # fmt: skip
     """Take one step of a symplectic Nystrom method; returns where the window ends now."""
     kicks, drifts, run = state.kicks, state.drifts, state.progress[0]
@@ -118,7 +118,7 @@ def symplectic_step(
             v[chain.pushed] += more
             u[chain.pushed] += drifts[s] * more
         if ahead > 0:
-            hi = min(hi + AHEAD, last)
+            hi = min(hi + AHEAD, granules)
     if pushed:
         push = applied_force(leg, begin + h)
     run.push = push
@@ -128,11 +128,11 @@ def symplectic_step(
         more = push * chain.inverse_mass[chain.pushed]
         g[chain.pushed] += more
         v[chain.pushed] += kicks[stages] * more
-    if ahead > 0 and hi < last:
+    if ahead > 0 and hi < granules:
         if chain is not None:
             ahead *= chain.inverse_mass[hi]
         g[hi] = ahead
-        hi = min(hi + AHEAD, last)
+        hi = min(hi + AHEAD, granules)
     return hi
 
 

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -77,7 +78,7 @@ def _height(momentum: float, energy: float, hardest: float) -> float:
 
 
 @part
-def left_behind(u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int) -> int:
+def left_behind(u: Any, v: Any, peak_force: Any, lo: int, hi: int) -> int:
     """How far the window can be closed from behind once the pulse is over.
 
     The shock has to be one pulse, in a plain chain: after a second push a broad packet can break
@@ -110,14 +111,14 @@ def left_behind(u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int) ->
     if crest == lo:
         return lo
     # The contact behind the hardest pressed one has just had its peak.
-    leading = peak_force[base + crest - 1]
+    leading = peak_force[crest - 1]
     quiet_overlap, quiet_velocity = _QUIET * leading ** (2 / 3), _QUIET * leading ** (5 / 6)
     weakest_peak, weakest_ahead, strongest = leading, -1.0, 0.0
     begin, momentum, energy, hardest, fastest = lo, 0.0, 0.0, 0.0, 0.0
     quiet, cut = 0, lo
     for i in range(lo, crest):
         r, speed = float(u[i] - u[i + 1]), float(v[i])
-        weakest_peak = min(weakest_peak, peak_force[base + i])
+        weakest_peak = min(weakest_peak, peak_force[i])
         if r <= quiet_overlap and abs(speed) <= quiet_velocity:
             quiet += 1
         else:
@@ -139,7 +140,7 @@ def left_behind(u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int) ->
                     break
                 if weakest_ahead < 0:
                     weakest_ahead = leading
-                    for k in range(base + begin, base + crest):
+                    for k in range(begin, crest):
                         weakest_ahead = min(weakest_ahead, peak_force[k])
                 if _LOOSENED * height >= _SLOWER * weakest_ahead:
                     break
@@ -149,7 +150,7 @@ def left_behind(u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int) ->
 
 
 @part
-def is_settled(u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int) -> bool:
+def is_settled(u: Any, v: Any, peak_force: Any, lo: int, hi: int) -> bool:
     """Whether no peak can change any more, once the pulse is over and all granules were reached.
 
     Granules that fly off at the free end never come back; of the others none can press a contact
@@ -164,11 +165,10 @@ def is_settled(u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int) -> 
         fastest = max(fastest, _fastest(v, i))
     if end - 1 <= lo:
         return True
-    strength = _LOOSENED * _strength(hardest, fastest)
-    for i in range(np.uint64(base + lo), np.uint64(peak_force.size)):
-        if peak_force[i] <= strength:
-            return False
-    return True
+    weakest_peak = math.inf
+    for i in range(np.uint64(lo), np.uint64(peak_force.size)):
+        weakest_peak = min(weakest_peak, peak_force[i])
+    return weakest_peak > _LOOSENED * _strength(hardest, fastest)
 
 
 @part
@@ -177,7 +177,7 @@ def leave_behind_in(u: Any, v: Any, g: Any, peak_force: Any, lo: int, hi: int, r
 
     What is let go keeps its momentum and energy, which are counted.
     """
-    cut = left_behind(u, v, peak_force, run.base, lo, hi)
+    cut = left_behind(u, v, peak_force, lo, hi)
     if cut > lo:
         run.momentum += momentum_of(v, lo, cut, None)
         run.energy += energy_of(u, v, lo, cut, None)

@@ -16,8 +16,7 @@ import numpy as np
 from hertzchain.arrays import Array, Scalar
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.kernel_input import softest
-from hertzchain.engines.native.methods import RungeKuttaNystrom, Stepper, SymplecticNystrom
-from hertzchain.engines.native.refinement import Refined, Walker
+from hertzchain.engines.native.methods import RungeKuttaNystrom, Stepper, SymplecticNystrom, Walker
 from hertzchain.engines.native.sampled import (
     on_stroke,
     samples_of_states,
@@ -114,7 +113,7 @@ def _walk(
     while waiting:
         time, h = waiting.pop()
         following = step(chain, walker.stepper, state, time, h, applied)
-        if isinstance(walker, Refined) and _crosses_kink(chain, walker, state, following, time, h):
+        if walker.tolerance > 0 and _crosses_kink(chain, walker, state, following, time, h):
             waiting += [(time + h / 2, h / 2), (time, h / 2)]
         else:
             state = following
@@ -122,7 +121,7 @@ def _walk(
 
 
 def _crosses_kink(
-    chain: Chain, walker: Refined, before: State, after: State, time: Scalar, h: Scalar
+    chain: Chain, walker: Walker, before: State, after: State, time: Scalar, h: Scalar
 ) -> bool:
     """Return whether a contact opens or closes so fast within a step that the step is halved."""
     d0, d1 = chain.overlap(before.displacement), chain.overlap(after.displacement)
@@ -202,9 +201,8 @@ class InNumpy:
         scene, units = self.scene, self.scene.units
         refuse_memory(8.0 * _ARRAYS * _BLOCK * scene.chain.granules)
         chain = Chain.of(scene, self.dtype)
-        if isinstance(walker, Refined):
-            # An opening contact costs in proportion to stiffness over mass.
-            walker = replace(walker, tolerance=walker.tolerance * softest(scene))
+        # An opening contact costs in proportion to stiffness over mass.
+        walker = replace(walker, tolerance=walker.tolerance * softest(scene))
         natural = [leg.in_units(units.time, units.force, units.length) for leg in legs]
         start = state_at_start(scene, self.dtype, self.start)
         motion = start.copy()

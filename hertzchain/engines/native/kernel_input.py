@@ -10,7 +10,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.methods import SymplecticNystrom
+from hertzchain.engines.native.methods import SymplecticNystrom, Walker
 from hertzchain.errors import RunFailed, TooExpensive
 from hertzchain.observables.first_pulse import COLUMNS, Contacts, FirstPulses, first_pulses
 from hertzchain.observables.history import Recorder
@@ -20,7 +20,7 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
 if TYPE_CHECKING:
-    from hertzchain.engines.native.elastic_state import Record
+    from hertzchain.engines.native.elastic_state import Record, Steps
 
 MOVING = 8
 """Number of granules in the window at the start of a run."""
@@ -87,9 +87,22 @@ def leg_rows(legs: Sequence[Leg], units: NaturalUnits) -> FloatArray:
 
 
 @functools.cache
-def coefficients(stepper: SymplecticNystrom) -> tuple[FloatArray, FloatArray]:
+def _coefficients(stepper: SymplecticNystrom) -> tuple[FloatArray, FloatArray]:
     """Return the kicks and the drifts of a method for the kernels."""
     return np.array(stepper.kicks), np.array(stepper.drifts)
+
+
+def steps_of(rows: FloatArray, walker: Walker, least: float = 1.0) -> Steps:
+    """Return the steps of a walker on legs from ``kernel_input.leg_rows``.
+
+    An opening contact costs in proportion to stiffness over mass: ``least`` is that of ``softest``.
+    """
+    from hertzchain.engines.native.elastic_state import Steps
+
+    stepper = walker.stepper
+    assert isinstance(stepper, SymplecticNystrom)  # NumPy integrates with other methods
+    is_verlet, tolerance = stepper.order == 2, walker.tolerance * least
+    return Steps(rows, *_coefficients(stepper), is_verlet, tolerance, walker.starting)
 
 
 @functools.cache

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native.kernel_input import MOVING, nothing_recorded
-from hertzchain.engines.native.refinement import Walker
+from hertzchain.engines.native.kernel_input import MOVING, nothing_recorded, steps_of
+from hertzchain.engines.native.methods import Walker
 from hertzchain.limits import Deadline
 
 _PARTS_PER_CORE = 8
@@ -34,16 +34,16 @@ def march_all(
     scenes whose granules may be dropped behind the wave, shape (scenes,). Raises TooExpensive after
     the deadline.
     """
-    from hertzchain.engines.native import elastic, elastic_state, marching
+    from hertzchain.engines.native import elastic, elastic_state
 
     scenes = len(rows)
     force, time = np.zeros((scenes, granules - 1)), np.full((scenes, granules - 1), np.nan)
     found = force, time, np.zeros(scenes), np.zeros(scenes)
-    steps, control = marching.steps_of(rows[0], walker), np.zeros(3)
+    steps, control = steps_of(rows[0], walker), np.zeros(3)
     at_rest, nothing = np.zeros((0, 0)), nothing_recorded()
 
     def part(some: slice) -> None:
-        state, blank = (elastic_state.at_the_start(steps, granules + 1) for _ in range(2))
+        state, blank = (elastic_state.at_the_start(steps, granules) for _ in range(2))
         elastic.march_each(
             rows[some], steps, state, blank, granules, at_rest, MOVING, leaves[some], force[some],
             time[some], nothing, found[2][some], found[3][some], control,

@@ -14,8 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.engines.native.methods import SRKN_6B, SRKN_11B
-from hertzchain.engines.native.refinement import Refined
+from hertzchain.engines.native.methods import SRKN_6B, SRKN_11B, Walker
 from hertzchain.errors import is_finite, require
 from hertzchain.observables.error_bound import is_short
 from hertzchain.scene.scene import Scene
@@ -88,13 +87,13 @@ class Plan:
     """A plan of a run: method and steps."""
 
     method: str
-    walker: Refined
+    walker: Walker
     step: float  # largest step, natural time units
     error: float  # error of the peaks in the worst random scene
     safety: float  # ratio of the error bound to the difference from a run with other steps
 
     @functools.cached_property
-    def coarser(self) -> Refined:
+    def coarser(self) -> Walker:
         """Return the walker of a second run for the error, on legs that are already cut."""
         return replace(self.walker, tolerance=8 * self.walker.tolerance, cosine_steps=1)
 
@@ -162,11 +161,11 @@ def cheapest(rtol: float, checked: bool = True, hard: bool = False) -> Plan:
     else:
         name, stepper, step = "srkn-11b", SRKN_11B, 0.2 * (aim / 3e-9) ** (1 / 6.5)
     if not checked and rtol >= _UNREFINED:
-        plain = Refined(stepper, 0.0, cosine_steps, 0.0)
+        plain = Walker(stepper, 0.0, cosine_steps, 0.0)
         error = _KNOWN_UNCHECKED * rtol
         return Plan(name, plain, _LONGEST_STEP, error, _SAFETY)
     starting = math.inf if hard else 4 + 2 * tight
-    walker = Refined(stepper, 5e3 * aim, cosine_steps, starting)
+    walker = Walker(stepper, 5e3 * aim, cosine_steps, starting)
     if checked:
         step = min(step * (1.0 if name == "srkn-6b" else _CHECKED), _LONGEST_CHECKED_STEP[name])
     step = min(step, _LONGEST_STEP)

@@ -10,8 +10,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import plan as plans
-from hertzchain.engines.native.named_methods import Method
-from hertzchain.engines.native.refinement import Fixed, Refined
+from hertzchain.engines.native.methods import Method
 from hertzchain.engines.native.simulation import Prepared, Simulation
 from hertzchain.observables.contact_errors import ContactErrors, bounds
 from hertzchain.observables.error_bound import (
@@ -68,12 +67,11 @@ def error_bound(
     # Errors at steps of 0.6 natural time units and more do not predict those at longer steps.
     others = [coarser_run(legs, min(stable_step(scene, method.interval), scene.contact_time))]
     longest = max(leg.dt for leg in legs) / scene.contact_time
-    if isinstance(method.walker, Fixed) or longest > SHORT or run.peaks.any_rising:
+    if not method.walker.tolerance or longest > SHORT or run.peaks.any_rising:
         others.append(finer_run(legs))
     walker = method.walker
-    if isinstance(walker, Refined):
-        # If cut again, different legs could get the same steps.
-        walker = replace(walker, cosine_steps=1)
+    # If cut again, different legs could get the same steps.
+    walker = replace(walker, cosine_steps=1)
     differences = [run.peaks.differences(prepared.peaks(other.legs, walker)) for other in others]
     safety = method.safety
     if walker.stepper.order == 2:

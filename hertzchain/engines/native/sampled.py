@@ -21,7 +21,7 @@ from hertzchain.observables.history import Recorder
 from hertzchain.observables.notes import NoteTaker
 from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.samples import Samples
-from hertzchain.observables.work import contact_impulse, work_done
+from hertzchain.observables.work import work_done
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
@@ -84,33 +84,25 @@ def simulation_of(
     more energy than it was given, TooExpensive if the run has taken longer than the deadline.
     """
     dtype = start.dtype.type
-    watch = PeakWatch(chain.stiffness.size, dtype)
+    ends = chain.has_wall, scene.piston is not None
+    watch = PeakWatch(chain.stiffness.size, dtype, *ends)
     if chain.is_damped:
         law = DampedLaw(chain.stiffness, chain.damping, chain.exponent, chain.attraction)
-        has_piston = scene.piston is not None
-        watch = DampedWatch(law, chain.inverse_mass, chain.has_wall, has_piston)
+        watch = DampedWatch(law, chain.inverse_mass, *ends)
     notes = None if contacts is None else NoteTaker(contacts, chain.inverse_mass)
     work = dtype(chain.energy(*start))
-    exchanged, steps, wall_impulse, piston_impulse = abs(work), 0, 0.0, 0.0
+    exchanged, steps = abs(work), 0
     displacement, velocity = start
     for leg, samples in blocks:
         if deadline.left <= 0:
             raise deadline.passed()
-        pushed, late = 0.0, leg.dt / 2 if is_verlet else 0.0
+        late, before = leg.dt / 2 if is_verlet else 0.0, watch.piston_impulse
         if notes is not None:
             notes.update(samples, late)
-        if isinstance(watch, DampedWatch):
-            before = watch.piston_impulse
-            watch.update(samples, late)
-            wall_impulse, pushed = watch.wall_impulse, watch.piston_impulse - before
-        else:
-            watch.update(samples)
-            wall_impulse += contact_impulse(samples, -1) if chain.has_wall else 0.0
-            pushed = contact_impulse(samples, 0) if leg.stroke is not None else 0.0
-        done_now = pushed * leg.stroke.velocity if leg.stroke is not None else 0.0
-        if leg.ramp is not None:
-            done_now = work_done(samples, leg.ramp, chain.pushed)
-        piston_impulse += pushed
+        watch.update(samples, late)
+        done_now = 0.0 if leg.ramp is None else work_done(samples, leg.ramp, chain.pushed)
+        if leg.stroke is not None:
+            done_now = (watch.piston_impulse - before) * leg.stroke.velocity
         work, exchanged = work + done_now, exchanged + abs(done_now)
         if recorder is not None:
             recorder.update(samples)
@@ -132,7 +124,7 @@ def simulation_of(
         energy,
         steps,
         steps,
-        wall_impulse=wall_impulse,
-        piston_impulse=piston_impulse,
-        dissipated=watch.dissipated if isinstance(watch, DampedWatch) else 0.0,
+        wall_impulse=watch.wall_impulse,
+        piston_impulse=watch.piston_impulse,
+        dissipated=watch.dissipated,
     )

@@ -23,8 +23,9 @@ from hertzchain.engines.native.kernel_input import (
     room_for,
     softest,
     start_of,
+    steps_of,
 )
-from hertzchain.engines.native.refinement import Walker
+from hertzchain.engines.native.methods import Walker
 from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
 from hertzchain.observables.contact_errors import Peaks
 from hertzchain.observables.error_bound import diverged
@@ -200,7 +201,7 @@ class Prepared:
             deadline.refuse(least[leave_behind], _PEAKS_ALONE if is_cheaper else "")
         if deadline.left <= 0:
             raise deadline.passed()
-        arrays = 2 if leave_behind else 8 + (0 if recorder is None else 3 * recorder.time.size)
+        arrays = 8 + (0 if recorder is None else 3 * recorder.time.size)
         refuse_memory(8.0 * arrays * scene.chain.granules)
 
     def _march(
@@ -211,7 +212,7 @@ class Prepared:
         recorder: Recorder | None = None,
     ) -> tuple[Peaks, tuple[Outcome, Any, Any]]:
         """Return the peaks, and what the kernels return; fill in a recorder."""
-        from hertzchain.engines.native import elastic_state, marching
+        from hertzchain.engines.native import elastic, elastic_state
 
         granules, stages = self.scene.chain.granules, walker.stepper.stages
         rows = leg_rows(legs, self.scene.units)
@@ -223,13 +224,16 @@ class Prepared:
             record = room_for(recorder, granules, self.contacts, shortest)
         contacts = granules - 1 if self.scene.wall is None else granules
         force, time, control = np.zeros(contacts), np.full(contacts, np.nan), np.zeros(3)
-        steps = marching.steps_of(rows, walker, self.softest)
+        steps = steps_of(rows, walker, self.softest)
         seen = elastic_state.Seen(force, time, record)
 
         def run() -> Any:
-            return marching.march(
-                steps, granules, self.start, self.chain, self.moving, leave_behind, seen, control
-            )
+            state = elastic_state.at_the_start(steps, granules)
+            outcome = elastic.march(
+                steps, state, granules, self.start, self.chain, self.moving, leave_behind, seen,
+                control,
+            )  # fmt: skip
+            return outcome, state.rows[0, :granules], state.rows[1, :granules]
 
         is_long = work >= _LONG_RUN
         if not is_long:

@@ -17,8 +17,7 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import METHODS, elastic, simulate, simulation
 from hertzchain.engines.native.in_numpy import simulate_in_numpy
-from hertzchain.engines.native.methods import RungeKuttaNystrom, SymplecticNystrom
-from hertzchain.engines.native.refinement import Fixed
+from hertzchain.engines.native.methods import RungeKuttaNystrom, SymplecticNystrom, Walker
 from hertzchain.errors import RunFailed, StepUnstable, TooExpensive, Unpredictable
 from hertzchain.limits import Deadline, in_words, refuse_memory
 from hertzchain.observables import error_bound
@@ -94,7 +93,7 @@ def test_steps_above_the_limit_are_refused_before_the_run(name: str) -> None:
 def test_the_motion_diverges_above_the_limit(name: str) -> None:
     """Contacts pressed by F0 under a long pulse; DPRKN and SRKN_11^b hold out a little longer."""
     scene = paper_scene("cosine", 30.0, 6.0, granules=100)
-    walker = Fixed(METHODS[name].walker.stepper)
+    walker = Walker(METHODS[name].walker.stepper)
     step = 1.4 * stable_step(scene, METHODS[name].interval)
     run = simulate if isinstance(walker.stepper, SymplecticNystrom) else simulate_in_numpy
     with pytest.raises(StepUnstable, match="diverged"):

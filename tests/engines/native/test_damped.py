@@ -8,15 +8,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hertzchain.engines.native import damped_advance, elastic_state
+from hertzchain.engines.native import damped_advance, elastic, elastic_state
 from hertzchain.engines.native.damped_plan import accurate
 from hertzchain.engines.native.damped_runs import integrate_damped
-from hertzchain.engines.native.elastic_state import Seen
+from hertzchain.engines.native.elastic_state import Seen, at_the_start
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.kernel_input import nothing_recorded, room_for
-from hertzchain.engines.native.marching import march, steps_of
-from hertzchain.engines.native.methods import SRKN_11B
-from hertzchain.engines.native.refinement import Refined
+from hertzchain.engines.native.kernel_input import nothing_recorded, room_for, steps_of
+from hertzchain.engines.native.methods import SRKN_11B, Walker
 from hertzchain.engines.native.simulation import Simulation
 from hertzchain.observables.history import Recorder
 from tests.oracles import extrapolation
@@ -184,8 +182,9 @@ def test_without_damping_it_is_the_other_kernel() -> None:
     fine[:, 2] = np.ceil((rows[:, 1] - rows[:, 0]) / 0.02)
     force, time = np.zeros(9), np.full(9, np.nan)
     seen = Seen(force, time, nothing_recorded())
-    steps = steps_of(fine, Refined(SRKN_11B, 1e-9))
-    march(steps, 10, np.zeros((0, 0)), None, 10, False, seen, np.zeros(3))
+    steps = steps_of(fine, Walker(SRKN_11B, 1e-9, 32, math.inf))
+    state = at_the_start(steps, 10)
+    elastic.march(steps, state, 10, np.zeros((0, 0)), None, 10, False, seen, np.zeros(3))
     # What is left of both tolerances.
     assert ours.peak_force == pytest.approx(force, rel=1e-9)
     assert ours.peaks.time == pytest.approx(time, rel=0, abs=1e-4)

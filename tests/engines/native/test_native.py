@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from typing import Any
 
 import numpy as np
@@ -13,8 +14,7 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import METHODS, simulate, simulate_in_numpy
 from hertzchain.engines.native.equations import Chain, net_force
-from hertzchain.engines.native.methods import SRKN_11B
-from hertzchain.engines.native.refinement import Fixed, Refined
+from hertzchain.engines.native.methods import SRKN_11B, Walker
 from hertzchain.errors import RunFailed
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.schedule import Leg
@@ -71,7 +71,7 @@ def test_reference_stays_when_its_step_is_quartered(name: str) -> None:
 def test_without_refinement_opening_contacts_spoil_the_reference() -> None:
     scene = paper_scene("cosine", 0.5, 6.0)
     true = natural_peaks(scene, 0.05)
-    plain = largest_difference(natural_peaks(scene, 0.05, Fixed(SRKN_11B)), true)
+    plain = largest_difference(natural_peaks(scene, 0.05, Walker(SRKN_11B)), true)
     refined = largest_difference(natural_peaks(scene, 0.1), true)
     assert plain > 1e-9  # measured 1.1e-8
     assert refined < 1e-11  # measured 6e-12, at twice the step
@@ -86,7 +86,7 @@ def test_long_double_confirms_the_reference(
     scene: tuple[str, float, float], tolerance: float
 ) -> None:
     # Half the step and a thousandth of the refinement tolerance leave round-off as the difference.
-    finer = Refined(SRKN_11B, tolerance=1e-13)
+    finer = Walker(SRKN_11B, 1e-13, 32, math.inf)
     chosen = paper_scene(*scene, granules=24)
     true = natural_peaks(chosen, 0.025, finer, np.longdouble)
     assert true.dtype == np.longdouble
@@ -107,7 +107,7 @@ def test_errors_are_below_their_estimates(method: str, step: float, name: str) -
 @functools.cache
 def true_peaks(name: str) -> Any:
     """Peaks of a scene file, natural units, to about 1e-13."""
-    return natural_peaks(scenes.load(name), 0.025, Refined(SRKN_11B, tolerance=1e-12))
+    return natural_peaks(scenes.load(name), 0.025, Walker(SRKN_11B, 1e-12, 32, math.inf))
 
 
 def slope(steps: list[float], errors: list[float]) -> float:

@@ -34,8 +34,8 @@ from hertzchain.engines.native.methods import (
     VELOCITY_VERLET,
     Stepper,
     SymplecticNystrom,
+    Walker,
 )
-from hertzchain.engines.native.refinement import Fixed, Refined, Walker
 from hertzchain.engines.native.simulation import stoppable
 from hertzchain.limits import Deadline
 from hertzchain.observables import hermite
@@ -62,11 +62,11 @@ def pulse_table() -> hc.Scene:
     ids=["LM 2", "LM 0.3", "table"],
 )
 def test_compiled_vs_numpy(scene: hc.Scene, stepper: Stepper, refined: bool) -> None:
-    agree(scene, Refined(stepper, 1e-5, starting=4.0) if refined else Fixed(stepper))
+    agree(scene, Walker(stepper, 1e-5, 32, 4.0) if refined else Walker(stepper))
 
 
 def test_compiled_velocity_verlet_vs_numpy() -> None:
-    agree(paper_scene("cosine-triangular", 2.0, 2.0, 20), Fixed(VELOCITY_VERLET))
+    agree(paper_scene("cosine-triangular", 2.0, 2.0, 20), Walker(VELOCITY_VERLET))
 
 
 def agree(scene: hc.Scene, walker: Walker) -> None:
@@ -98,7 +98,7 @@ def agree(scene: hc.Scene, walker: Walker) -> None:
 
 def test_a_run_goes_on_from_the_state_of_another() -> None:
     scene = paper_scene("cosine-triangular", 2.0, 2.0, 20)
-    walker, (*pulse, rest) = Fixed(SRKN_11B), scene.schedule(0.1 * scene.units.time)
+    walker, (*pulse, rest) = Walker(SRKN_11B), scene.schedule(0.1 * scene.units.time)
     whole, begun = simulate(scene, [*pulse, rest], walker), simulate(scene, pulse, walker)
     start = np.array([begun.displacement, begun.velocity])
     # Overlaps of granules that wait ahead of the front are below round-off.
@@ -118,8 +118,8 @@ def test_a_run_goes_on_from_the_state_of_another() -> None:
 def test_start_displacements_vs_numpy(demo: hc.Scene, stepper: Stepper, window: bool) -> None:
     legs = demo.schedule(0.1 * demo.units.time)
     start = np.random.default_rng(1).uniform(-1e-3, 1e-3, (2, demo.chain.granules))
-    ours = simulate(demo, legs, Fixed(stepper), start=start, window=window)
-    plain = simulate_in_numpy(demo, legs, Fixed(stepper), start=start)
+    ours = simulate(demo, legs, Walker(stepper), start=start, window=window)
+    plain = simulate_in_numpy(demo, legs, Walker(stepper), start=start)
     assert ours.peaks.force == pytest.approx(plain.peaks.force, rel=1e-11, abs=0)
     assert ours.velocity == pytest.approx(plain.velocity, rel=0, abs=1e-11)
 
@@ -143,9 +143,9 @@ def test_order_of_the_displacement(demo: hc.Scene, stepper: Stepper, steps: list
 
     def displacement(step: float) -> Any:
         legs = scene.schedule(step * scene.units.time)
-        return run(scene, legs, Fixed(stepper)).displacement
+        return run(scene, legs, Walker(stepper)).displacement
 
-    expected = simulate(scene, scene.schedule(0.02 * scene.units.time), Fixed(SRKN_11B))
+    expected = simulate(scene, scene.schedule(0.02 * scene.units.time), Walker(SRKN_11B))
     errors = [float(np.max(np.abs(displacement(step) - expected.displacement))) for step in steps]
     # The higher orders have terms of still higher order at such steps.
     assert stepper.order - 0.05 < slope(steps, errors) < stepper.order + 0.5
@@ -230,7 +230,7 @@ def test_a_maximum_in_a_step_whose_rate_is_no_parabola(
     leg = np.array([0.0, 1.0, 1.0, 1.0, 0.0, 1.0, *pushed])
     found, at = np.zeros(1), np.full(1, np.nan)
     elastic_maxima.keep_peaks(
-        Seen(found, at, nothing_recorded()), 0, u0, v0, a, u, v, g, 0, 2, leg, 0.0, 1.0, 1.0, 0.0,
+        Seen(found, at, nothing_recorded()), u0, v0, a, u, v, g, 0, 2, leg, 0.0, 1.0, 1.0, 0.0,
         True, 0.0, np.zeros(7), None,
     )  # fmt: skip
     slope = pushed[1] - pushed[0]

@@ -17,14 +17,13 @@ from hertzchain.engines.native import (
     elastic_window,
     simulate,
 )
-from hertzchain.engines.native.elastic_state import Seen
-from hertzchain.engines.native.kernel_input import leg_rows, nothing_recorded
-from hertzchain.engines.native.marching import march, steps_of
+from hertzchain.engines.native.elastic_state import Seen, at_the_start
+from hertzchain.engines.native.kernel_input import leg_rows, nothing_recorded, steps_of
 from hertzchain.engines.native.methods import (
     SRKN_11B,
+    Walker,
 )
 from hertzchain.engines.native.plan import cheapest
-from hertzchain.engines.native.refinement import Fixed, Walker
 from hertzchain.theory.solitary_wave import solitary_wave
 from tests.conftest import STEEL, paper_scene
 
@@ -32,7 +31,7 @@ from tests.conftest import STEEL, paper_scene
 @pytest.mark.parametrize("ratio", [0.05, 1.0, 10.0, 100.0, 1000.0])
 @pytest.mark.parametrize("duration", [1.1, 2.0, 50.0])
 @pytest.mark.parametrize(
-    "walker", [Fixed(SRKN_11B), cheapest(1e-6).walker], ids=["fixed", "refined"]
+    "walker", [Walker(SRKN_11B), cheapest(1e-6).walker], ids=["fixed", "refined"]
 )
 def test_peaks_in_a_window_are_bitwise_those_of_the_full_chain(
     ratio: float, duration: float, walker: Walker
@@ -52,7 +51,7 @@ def test_peaks_in_a_window_are_bitwise_those_of_the_full_chain(
 def test_a_long_train_of_waves_in_a_window() -> None:
     # LM 10: a train of waves, each slower than the one ahead; all but the first are left behind.
     scene = paper_scene("triangular", 10.0, 2.0, 1500)
-    legs, walker = scene.schedule(0.4 * scene.units.time), Fixed(SRKN_11B)
+    legs, walker = scene.schedule(0.4 * scene.units.time), Walker(SRKN_11B)
     full = simulate(scene, legs, walker)
     window = simulate(scene, legs, walker, leave_behind=True)
     assert np.array_equal(window.peaks.force, full.peaks.force)
@@ -62,35 +61,15 @@ def test_a_long_train_of_waves_in_a_window() -> None:
     assert window.energy == pytest.approx(full.energy, rel=1e-4, abs=0)
 
 
-@pytest.mark.parametrize(("ratio", "grown"), [(0.5, [480]), (30.0, [480, 701])])
-def test_a_window_has_more_room_when_it_needs_it(
-    monkeypatch: pytest.MonkeyPatch, ratio: float, grown: list[int]
-) -> None:
-    scene = paper_scene("triangular", ratio, 2.0, 700)
-    legs, walker = scene.schedule(0.4 * scene.units.time), Fixed(SRKN_11B)
-    full = simulate(scene, legs, walker)
-    march, columns = elastic.march, []
-
-    def noted(*arguments: Any) -> Any:
-        columns.append(arguments[1].rows.shape[1])
-        return march(*arguments)
-
-    monkeypatch.setattr(elastic, "march", noted)
-    monkeypatch.setattr(elastic_state, "least_columns", lambda _: 480)
-    window = simulate(scene, legs, walker, leave_behind=True)
-    assert sorted(set(columns)) == grown
-    assert np.array_equal(window.peaks.force, full.peaks.force)
-    assert np.array_equal(window.peaks.time, full.peaks.time)
-
-
 def outcome(scene: hc.Scene, leave_behind: bool, step: float = 0.4, control: Any = None) -> Any:
     """Return the kernels' results of a run besides its peaks; ``step`` in natural time units."""
     contacts = scene.chain.granules - 1
     seen = Seen(np.zeros(contacts), np.full(contacts, np.nan), nothing_recorded())
     rows = leg_rows(scene.schedule(step * scene.units.time), scene.units)
     control = np.zeros(3) if control is None else control
-    steps, at_rest = steps_of(rows, Fixed(SRKN_11B)), np.zeros((0, 0))
-    return march(steps, contacts + 1, at_rest, None, 8, leave_behind, seen, control)[0]
+    steps, at_rest = steps_of(rows, Walker(SRKN_11B)), np.zeros((0, 0))
+    state, n = at_the_start(steps, contacts + 1), contacts + 1
+    return elastic.march(steps, state, n, at_rest, None, 8, leave_behind, seen, control)
 
 
 def test_the_window_is_as_wide_as_a_wave_however_long_the_chain() -> None:
@@ -115,7 +94,7 @@ def test_the_window_of_long_steps() -> None:
 def test_later_waves_press_the_free_end_harder() -> None:
     """LM_ratio 20: the second wave is 0.89 of the first, and stays in the window."""
     scene = paper_scene("triangular", 20.0, 2.0, 4000)
-    legs, walker = scene.schedule(0.4 * scene.units.time), Fixed(SRKN_11B)
+    legs, walker = scene.schedule(0.4 * scene.units.time), Walker(SRKN_11B)
     full = simulate(scene, legs, walker).peaks
     window = simulate(scene, legs, walker, leave_behind=True).peaks
     first = full.force[-40]
@@ -132,7 +111,7 @@ def test_later_waves_press_the_free_end_harder() -> None:
 def test_long_chains_in_a_window(profile: str, ratio: float, duration: float) -> None:
     scene = paper_scene(profile, ratio, duration, 5000 if ratio < 1000 else 300)
     for step in (0.4, 0.59):
-        legs, walker = scene.schedule(step * scene.units.time), Fixed(SRKN_11B)
+        legs, walker = scene.schedule(step * scene.units.time), Walker(SRKN_11B)
         full = simulate(scene, legs, walker).peaks
         window = simulate(scene, legs, walker, leave_behind=True).peaks
         assert np.array_equal(window.force[:-60], full.force[:-60])
@@ -164,8 +143,8 @@ def double_pulse() -> hc.Scene:
 def test_after_two_pulses_nothing_is_left_behind() -> None:
     scene = double_pulse()
     legs = scene.schedule(0.1 * scene.units.time)
-    full = simulate(scene, legs, Fixed(SRKN_11B))
-    peaks = simulate(scene, legs, Fixed(SRKN_11B), leave_behind=True)
+    full = simulate(scene, legs, Walker(SRKN_11B))
+    peaks = simulate(scene, legs, Walker(SRKN_11B), leave_behind=True)
     assert np.array_equal(peaks.peaks.force, full.peaks.force)
     assert np.all(np.isfinite(peaks.displacement))
     true = hc.Native("reference").run(scene).peak_force
@@ -178,7 +157,7 @@ def test_after_two_pulses_nothing_is_left_behind() -> None:
 
 def left_behind(u: Any, v: Any, peaks: Any, hi: int) -> int:
     """Return the cut of ``left_behind``."""
-    return int(elastic_window.left_behind(u, v, peaks, 0, 0, hi))
+    return int(elastic_window.left_behind(u, v, peaks, 0, hi))
 
 
 def quiet_chain(quiet: int, behind: float, noise: float = 0.0) -> Any:
@@ -247,7 +226,7 @@ def wave() -> Any:
     """Displacement and velocity of 17 granules in the middle of a solitary wave of force 1."""
     scene = paper_scene("cosine", 0.5, 6.0, 200)
     scene = replace(scene, run=hc.Run(100 * scene.units.time))
-    run = simulate(scene, scene.schedule(0.1 * scene.units.time), Fixed(SRKN_11B))
+    run = simulate(scene, scene.schedule(0.1 * scene.units.time), Walker(SRKN_11B))
     u, v, force = run.displacement, run.velocity, run.peaks.force[60]
     crest = int(np.argmax(v))
     here = slice(crest - 8, crest + 9)
@@ -354,4 +333,4 @@ def test_when_no_peak_can_change(velocity: float, peak: float, settled: bool) ->
     peaks = np.ones(9)
     peaks[5] = peak
     u = np.append(u, 1e30)
-    assert elastic_window.is_settled(u, v, peaks, 0, 0, 10) == settled
+    assert elastic_window.is_settled(u, v, peaks, 0, 10) == settled
