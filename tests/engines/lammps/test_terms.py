@@ -28,7 +28,7 @@ are off by up to 8e-7, more than round-off."""
 QUICK, SLOW, MOVING, LOCAL = range(21, 27), range(100, 160), range(160, 190), range(190, 210)
 """Numbers of random scenes; in the last two granules move at the start, or any may be pushed."""
 
-REFUSED = dict.fromkeys((130, 193), "cannot resolve the overlaps")
+REFUSED = dict.fromkeys((130, 193, 205), "cannot resolve the overlaps")
 """Scenes whose overlaps are lost in the coordinates, so that LAMMPS refuses them."""
 
 
