@@ -41,7 +41,7 @@ class Free:
     keys
         Their full names.
     start
-        Their values in the scene, in SI units.
+        Their values in the scene, in SI units; the middle of the range where it has none.
     low, high
         Ends of their ranges over the start values, shape (keys,).
     ties
@@ -65,14 +65,16 @@ def free_of(scene: Scene, given: Sequence[str], ties: Mapping[str, str] | None) 
     start, low, high = [], [], []
     for key, (_, text) in zip(keys, pairs, strict=True):
         value: Any = 1.0 if key == GAIN else base_values(scene, [key])[key]
+        span = _span(key, text) if text else None
+        if span is not None and isinstance(value, float) and (value == 0 or np.isnan(value)):
+            value = (span.low + span.high) / 2
         is_number = isinstance(value, float) and not (key != GAIN and is_whole(key))
         allowed = (
             "cannot be fitted: the scene must have a number other than 0, and no whole number, from"
-            " which the fit starts"
+            " which the fit starts, or be given a range"
         )
         require(is_number and np.isfinite(value) and value != 0, key, value, allowed)
         least, most = limits_of(key)
-        span = _span(key, text) if text else None
         if span is not None:
             least, most = max(least, span.low), min(most, span.high)
         ends = sorted((least / value, most / value))

@@ -287,6 +287,11 @@ def test_a_tied_key_and_a_range() -> None:
     assert abs(found.parameters[0].value - E) < 4 * found.parameters[0].deviation
     with pytest.raises(SceneError, match="is at the end of what it can be"):
         hc.fit(START, experiment(0.01), ["chain.young_modulus=170 GPa:185 GPa", *FREE[1:]])
+    gapped = replace(TRUE, chain=replace(TRUE.chain, gap=4e-6))
+    gap = hc.fit(
+        replace(TRUE, gauges=()), experiment(0.003, scene=gapped), ["chain.gap=1 um:7.5 um"]
+    )
+    assert gap.parameters[0].value == pytest.approx(4e-6, rel=0.05)
     with pytest.raises(SceneError, match="must be the ends of its range"):
         hc.fit(START, experiment(0.01), ["chain.young_modulus=180 GPa"])
 
