@@ -53,8 +53,8 @@ def test_every_public_name_can_be_had(name: str) -> None:
 def test_the_public_names_are_those_of_the_contract() -> None:
     expected = """
     Batch Certificate Chain Comparison Contact DeckCheck DeckExamination Fit Gauge HertzchainError
-    Judgement Lammps Liggghts Moving Native Optimum Piston Precompression Pulse PulseTable Result Run
-    Scene Sine Spread Striker Sweep TraceJudgement Uncertain Validation Wall Yade certify compare
+    Judgement Lammps Liggghts Moving Native Optimum Piston Precompression Pulse PulseTable Result
+    Run Scene Sine Spread Striker Sweep TraceJudgement Uncertain Validation Wall Yade certify compare
     examine fit judge judge_traces optimum peak_forces plot similar_peak_forces spread sweep theory
     validate write_trajectory
     """
