@@ -18,10 +18,9 @@ from hertzchain.observables.result import Result
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.scene import Scene
 from hertzchain.showing import ShowProgress, telling
-from hertzchain.sweeps.columns import COUNTS, unit_of
+from hertzchain.sweeps.columns import COUNTS, numbers_of, unit_of
 from hertzchain.sweeps.formulas import tied
 from hertzchain.sweeps.keys import changed
-from hertzchain.sweeps.numbers import of_result
 
 _ACCURATE = 1e-6
 """Accuracy of runs: a hundredth of the tolerance of the search."""
@@ -206,7 +205,7 @@ def _run(scene: Scene, deadline: Deadline) -> Result:
 def _numbers(found: Result) -> dict[str, float]:
     """Return the numbers of a result by their names in sweeps, and the widths in gauges."""
     widths = {f"gauge_{k}_width_s": one.width for k, one in enumerate(found.gauges or (), start=1)}
-    every = {**of_result(found), **widths}
+    every = {**numbers_of(found), **widths}
     return {
         name: float(value)
         for name, value in every.items()
