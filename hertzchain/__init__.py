@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from hertzchain.errors import HertzchainError
     from hertzchain.fits.fit import fit
     from hertzchain.fits.fitted import Fit
+    from hertzchain.fits.optimum import Optimum, optimum
     from hertzchain.observables.result import Result
     from hertzchain.report.several import plot
     from hertzchain.report.trajectory import write_trajectory
@@ -56,6 +57,7 @@ _HOME = {
     "Liggghts": "hertzchain.engines.liggghts",
     "Moving": "hertzchain.scene.moving",
     "Native": "hertzchain.engines.native",
+    "Optimum": "hertzchain.fits.optimum",
     "Contact": "hertzchain.scene.terms",
     "Piston": "hertzchain.scene.piston",
     "Precompression": "hertzchain.scene.terms",
@@ -79,6 +81,7 @@ _HOME = {
     "fit": "hertzchain.fits.fit",
     "judge": "hertzchain.verdict.results.judging",
     "judge_traces": "hertzchain.verdict.traces.judging",
+    "optimum": "hertzchain.fits.optimum",
     "peak_forces": "hertzchain.engines.native",
     "plot": "hertzchain.report.several",
     "similar_peak_forces": "hertzchain.engines.native",
@@ -104,6 +107,7 @@ __all__ = [
     "Liggghts",
     "Moving",
     "Native",
+    "Optimum",
     "Piston",
     "Precompression",
     "Pulse",
@@ -126,6 +130,7 @@ __all__ = [
     "fit",
     "judge",
     "judge_traces",
+    "optimum",
     "peak_forces",
     "plot",
     "similar_peak_forces",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -13,24 +12,31 @@ import numpy as np
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.native import Native
 from hertzchain.errors import SceneError, require
-from hertzchain.fits.fitted import NOISE_KNOWN, RARE, Fit, Parameter, limits_of
-from hertzchain.fits.model import ACCURATE, GAIN, Model, lasting
+from hertzchain.fits.fitted import NOISE_KNOWN, NORMAL_95, RARE, Fit, Parameter
+from hertzchain.fits.free import GAIN, Free, free_of
+from hertzchain.fits.model import ACCURATE, Model, OfTraces, lasting
+from hertzchain.fits.peaks import OfPeaks
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.uncertain import Uncertain
 from hertzchain.showing import ShowProgress, telling
-from hertzchain.sweeps.columns import column_named, is_whole
-from hertzchain.sweeps.keys import base_values, full_name
+from hertzchain.sweeps.columns import unit_of
+from hertzchain.verdict.results.reading import COLUMNS, read
 from hertzchain.verdict.traces.matching import aligned, expected
-from hertzchain.verdict.traces.traces import read_traces
+from hertzchain.verdict.traces.traces import Traces, is_traces, names_in, read_traces
 
 if TYPE_CHECKING:
     import pandas
 
+    Measured = Path | str | pandas.DataFrame | Mapping[int, float]
+
 _ALIKE = 1e-4
 """Ratio of the weakest combination's slope to the strongest's below which traces do not determine
 it: the error of slopes themselves is about 1e-5."""
+
+_MOVED = 0.05
+"""Least change of a key, over the largest of a combination, that is named (chosen)."""
 
 _UNKNOWN = 0.5
 """Relative deviation from which on a value is not known."""
@@ -41,9 +47,6 @@ overestimated by what a coarsely sampled pulse bends; without any it is the leas
 
 _OTHER_STARTS = (0.8, 1.25)
 """Start values over those of the scene, tried where more than noise remains as residual."""
-
-_RANGE = 100.0
-"""Greatest change of a value by a factor."""
 
 _NEARBY = (-3.0, -1.0, 1.0, 3.0)
 """Standard deviations from the best values, along each axis of the covariance, at which a better
@@ -56,6 +59,9 @@ searches, chosen."""
 _ALIKE_AXES = 1.3
 """Ratio of deviations by slopes and by differences up to which another look is not worth it."""
 
+_LEAST_PEAKS = 1e-6
+"""Least relative noise of peak forces: digits of files (chosen)."""
+
 _AT_END = 1e-6
 """Relative distance from an end of its range at which a value counts as at it: least squares stay
 inside by less."""
@@ -63,9 +69,10 @@ inside by less."""
 
 def fit(
     scene: SceneLike,
-    traces: Path | str | pandas.DataFrame | Sequence[Path | str | pandas.DataFrame],
+    traces: Measured | Sequence[Measured],
     free: Sequence[str],
     *,
+    ties: Mapping[str, str] | None = None,
     columns: Mapping[str, str] | None = None,
     shift: bool = True,
     time_limit: float = TIME_LIMIT,
@@ -78,10 +85,13 @@ def fit(
     scene
         The scene with the values to start from, or the path of its file; its end does not matter.
     traces
-        What gauges read, as for ``judge_traces``; several files or tables are fitted at once.
+        What gauges read, as for ``judge_traces``, or peak forces of contacts, as for ``judge``;
+        several files or tables are fitted at once.
     free
-        Keys to be fitted, such as ``chain.young_modulus``; ``gain`` is the measured over the
-        true force, the same for all gauges.
+        Keys to be fitted, such as ``chain.young_modulus``, with a range where wanted,
+        ``chain.gap=1 um:9 um``; ``gain`` is the measured over the true force, the same for all.
+    ties
+        Formulas of keys that follow from others, as for ``sweep``.
     columns
         Columns of the files, as for ``judge_traces``.
     shift
@@ -103,85 +113,83 @@ def fit(
         If it takes longer than the time limit.
     """
     scene, deadline = to_scene(scene), Deadline(time_limit)
-    keys, start, bounds = _free(scene, free)
+    chosen = free_of(scene, free, ties)
     is_list = isinstance(traces, Sequence) and not isinstance(traces, str)
     given: list[Any] = list(traces) if is_list else [traces]  # type: ignore[arg-type]
     require(len(given) > 0, "traces", None, "must be at least one file or table")
-    measured = [read_traces(scene, one, columns or {}) for one in given]
-    gauges = tuple(dict.fromkeys(gauge for one in measured for gauge in one.gauges))
     with telling(progress) as report_progress:
         report_progress("native: the scene as it is given")
-        known = expected(scene, gauges, Native(rtol=1e-8, time_limit=time_limit))
-        files = []
-        for one in measured:
-            own = known.of([gauges.index(gauge) for gauge in one.gauges])
-            files.append(aligned(one, own, None if shift else 0.0))
-        model = Model(scene, keys, start, bounds, known, files, deadline, is_shifted=shift)
-        _refuse_alike(model.slopes(model.begin, ACCURATE), keys)
+        model: Model
+        if any(_are_peaks(one, columns or {}) for one in given):
+            model = OfPeaks(scene, chosen, [_peaks(scene, one) for one in given], deadline)
+        else:
+            measured = [read_traces(scene, one, columns or {}) for one in given]
+            model = _of_traces(scene, chosen, measured, deadline, shift)
+        _refuse_alike(model.slopes(model.begin, ACCURATE), chosen.keys)
         best = None
-        for x in _starts(model.begin, len(keys), bounds):
+        for x in _starts(model.begin, chosen):
             if best is not None and best[1] <= NOISE_KNOWN and model.chance(best[2]) >= RARE:
                 break
             report_progress(f"least squares from {_said(model.values(x))}")
-            found = _least_squares(model, x, bounds)
+            found = _least_squares(model, x, chosen)
             if best is None or found[1] < best[1]:
                 best = found
     assert best is not None
-    for key, value, least, most in zip(keys, best[0][: len(keys)], *bounds, strict=True):
+    count = len(chosen.keys)
+    for key, value, least, most in zip(
+        chosen.keys, best[0][:count], chosen.low, chosen.high, strict=True
+    ):
         allowed = "is at the end of what it can be: start elsewhere, or leave it out"
         is_within = least * (1 + _AT_END) < value < most * (1 - _AT_END)
         require(bool(is_within), key, model.values(best[0])[key], allowed)
-    return _of(model, scene, keys, start, *best)
+    return _of(model, scene, chosen, *best)
 
 
-def _free(
-    scene: Scene, free: Sequence[str]
-) -> tuple[list[str], list[float], tuple[FloatArray, FloatArray]]:
-    """Return full names of keys, their start values, and the bounds of values over these."""
-    is_list = isinstance(free, Sequence) and not isinstance(free, str) and len(free) > 0
-    require(is_list, "free", free, "must be a list of keys, such as ['chain.young_modulus']")
-    keys = [name if name == GAIN else full_name(name, scene) for name in free]
-    require(len(set(keys)) == len(keys), "free", free, "names a key twice")
-    start, low, high = [], [], []
-    for key in keys:
-        value: Any = 1.0 if key == GAIN else base_values(scene, [key])[key]
-        is_number = isinstance(value, float) and not (key != GAIN and is_whole(key))
-        allowed = (
-            "cannot be fitted: the scene must have a number other than 0, and no whole number, from"
-            " which the fit starts"
-        )
-        require(is_number and np.isfinite(value) and value != 0, key, value, allowed)
-        least, most = limits_of(key)
-        ends = sorted((least / value, most / value))
-        start.append(float(value))
-        low.append(max(ends[0], 1 / _RANGE))
-        high.append(min(ends[1], _RANGE))
-        allowed = f"must be within {least:g} and {most:g}, not at an end, to be fitted"
-        require(low[-1] < 1 < high[-1], key, value, allowed)
-    return keys, start, (np.array(low), np.array(high))
+def _are_peaks(given: Any, columns: Mapping[str, str]) -> bool:
+    if isinstance(given, Mapping) and not hasattr(given, "columns"):
+        return True
+    names = names_in(given)
+    return set(COLUMNS) <= set(names) and not is_traces(names, columns)
 
 
-def _starts(
-    begin: FloatArray, keys: int, bounds: tuple[FloatArray, FloatArray]
-) -> list[FloatArray]:
+def _peaks(scene: Scene, given: Any) -> FloatArray:
+    """Return peak forces [N], shape (contacts,)."""
+    allowed = f"must all be peaks, with the columns {' and '.join(COLUMNS)}, or all be traces"
+    require(_are_peaks(given, {}), "files", None, allowed)
+    return np.asarray(read(scene, given, "si", None).peak_force, np.float64)
+
+
+def _of_traces(
+    scene: Scene, free: Free, measured: list[Traces], deadline: Deadline, shift: bool
+) -> Model:
+    gauges = tuple(dict.fromkeys(gauge for one in measured for gauge in one.gauges))
+    known = expected(scene, gauges, Native(rtol=1e-8, time_limit=deadline.left))
+    files = []
+    for one in measured:
+        own = known.of([gauges.index(gauge) for gauge in one.gauges])
+        files.append(aligned(one, own, None if shift else 0.0))
+    return OfTraces(scene, free, known, files, deadline, is_shifted=shift)
+
+
+def _starts(begin: FloatArray, free: Free) -> list[FloatArray]:
     """Return where searches begin: at the scene's values, then with one key higher or lower."""
     found = [begin]
-    for k in range(keys):
+    for k in range(len(free.keys)):
         for factor in _OTHER_STARTS:
             moved = begin.copy()
-            moved[k] = np.clip(factor, bounds[0][k], bounds[1][k])
+            moved[k] = np.clip(factor, free.low[k], free.high[k])
             found.append(moved)
     return found
 
 
 def _least_squares(
-    model: Model, begin: FloatArray, bounds: tuple[FloatArray, FloatArray]
+    model: Model, begin: FloatArray, free: Free
 ) -> tuple[FloatArray, float, FloatArray]:
     """Return the best values, mean square, and differences over the noise."""
     from scipy.optimize import least_squares
 
-    shifts = np.full(begin.size - bounds[0].size, np.inf)
-    low, high = np.append(bounds[0], -shifts), np.append(bounds[1], shifts)
+    shifts = np.full(begin.size - free.low.size, np.inf)
+    low, high = np.append(free.low, -shifts), np.append(free.high, shifts)
     begin = np.clip(begin, low, high)
     left = max(model.size - model.series - begin.size, 1)
     for search in range(_MOST_SEARCHES):
@@ -201,14 +209,14 @@ def _least_squares(
 
 
 def _of(
-    model: Model, base: Scene, keys: list[str], start: list[float], x: FloatArray,
-    mean_square: float, off: FloatArray,
-) -> Fit:  # fmt: skip
+    model: Model, base: Scene, free: Free, x: FloatArray, mean_square: float, off: FloatArray
+) -> Fit:
+    keys, start = free.keys, free.start
     slopes = model.slopes(x, ACCURATE)
     _refuse_alike(slopes, keys)
     # Correlated samples carry less information than as many independent ones.
     along, wider = lasting(off)
-    factor = max(mean_square, _LEAST_SQUARE) * wider
+    factor = max(mean_square, _LEAST_SQUARE) * wider if model.noise_is_known else _unknown(off, x)
     covariance = np.asarray(np.linalg.inv(slopes.T @ slopes) * factor)
     moves = _moves(covariance)
     changes = [_change(model, x, move, slopes) for move in moves.T]
@@ -217,21 +225,38 @@ def _of(
     count = len(keys)
     relative = deviation[:count] / np.abs(x[:count])
     worst = int(np.argmax(relative))
-    allowed = f"is not known from these traces, to {relative[worst]:.0%} alone: leave it out"
-    require(bool(relative[worst] < _UNKNOWN), keys[worst], None, allowed)
+    if relative[worst] >= _UNKNOWN:
+        nothing = _moves(covariance[:count, :count])[:, -1]
+        moved = [k for k in range(count) if abs(nothing[k]) > _MOVED * np.max(np.abs(nothing))]
+        if len(moved) > 1:
+            raise _alike(nothing, moved, keys)
+        allowed = f"is not known from these traces, to {relative[worst]:.0%} alone: leave it out"
+        raise SceneError(keys[worst], None, allowed)
     parameters = tuple(
         Parameter(
-            key, float(x[k]) * start[k], start[k], float(deviation[k]) * abs(start[k]), _unit(key)
+            key, float(x[k]) * start[k], start[k], float(deviation[k]) * abs(start[k]), unit_of(key)
         )
         for k, key in enumerate(keys)
     )
     correlation = (covariance / np.outer(deviation, deviation))[:count, :count]
     uncertain = tuple(Uncertain(one.key, one.deviation) for one in parameters if one.key != GAIN)
-    fitted = replace(model.scene(x), run=base.run, gauges=model.gauges, uncertain=uncertain)
+    gauges = model.gauges or base.gauges
+    fitted = replace(model.scene(x), run=base.run, gauges=gauges, uncertain=uncertain)
     return Fit(
         fitted, parameters, correlation, tuple(model.shifts(x).tolist()), mean_square, along,
         model.size, model.runs, model.chance(off),
+        model.noise_is_known, model.overlays(x),
     )  # fmt: skip
+
+
+def _unknown(off: FloatArray, x: FloatArray) -> float:
+    """Return the variance of noise from differences, so that normal intervals hold 95 %."""
+    from scipy.stats import t
+
+    left = off.size - x.size
+    wider = float(t.ppf(0.975, left)) / NORMAL_95
+    # Digits of a file differ by as much where nothing else does.
+    return max(float(np.sum(off**2)) / left, _LEAST_PEAKS**2) * wider**2
 
 
 def _beside(model: Model, x: FloatArray, cost: float, slopes: FloatArray) -> FloatArray | None:
@@ -288,17 +313,11 @@ def _over(moves: FloatArray, changes: list[FloatArray]) -> FloatArray:
     return np.asarray(moves @ np.linalg.pinv(over @ over.T) @ moves.T)
 
 
-def _unit(key: str) -> str:
-    """Return the unit of a key, as its column has it."""
-    found = None if key == GAIN else re.search(r"\[(.*)\]", column_named(key).label)
-    return found[1] if found else ""
-
-
 def _said(values: Mapping[str, float]) -> str:
     return ", ".join(f"{key} = {value:.6g}" for key, value in values.items())
 
 
-def _refuse_alike(slopes: FloatArray, keys: list[str]) -> None:
+def _refuse_alike(slopes: FloatArray, keys: Sequence[str]) -> None:
     """Raise a SceneError if some combination of the keys changes nothing that was measured."""
     count = len(keys)
     own, shifts = slopes[:, :count], slopes[:, count:]
@@ -307,21 +326,22 @@ def _refuse_alike(slopes: FloatArray, keys: list[str]) -> None:
     _, strength, directions = np.linalg.svd(own, full_matrices=False)
     if strength[-1] > _ALIKE * strength[0]:
         return
-    if count == 1:
-        raise SceneError(keys[0], None, "changes nothing at these gauges: leave it out")
-    nothing: Array = directions[-1]
-    moved = [k for k in range(count) if abs(nothing[k]) > 0.05 * np.max(np.abs(nothing))]
+    nothing = directions[-1]
+    moved = [k for k in range(count) if abs(nothing[k]) > _MOVED * np.max(np.abs(nothing))]
     if len(moved) == 1:
         raise SceneError(keys[moved[0]], None, "changes nothing at these gauges: leave it out")
+    raise _alike(nothing, moved, keys)
+
+
+def _alike(nothing: Array, moved: list[int], keys: Sequence[str]) -> SceneError:
+    """Return why keys are refused by relative changes of theirs that nothing measured shows."""
     names = " and ".join(keys[k] for k in moved)
+    first = moved[0]
     if len(moved) == 2:
-        first, second = moved
-        power = -nothing[first] / nothing[second]
-        what = f"known is {keys[first]} * ({keys[second]})^{power:.3g}"
+        power = -nothing[first] / nothing[moved[1]]
+        what = f"known is {keys[first]} * ({keys[moved[1]]})^{power:.3g}"
     else:
-        first = moved[0]
         parts = [f"{keys[k]} by {nothing[k] / nothing[first]:+.2g} %" for k in moved]
         what = f"a change of {', '.join(parts)} changes nothing"
-    raise SceneError(
-        names, None, f"cannot be told apart by these traces: {what}; leave one of them out"
-    )
+    allowed = f"cannot be told apart by these traces: {what}; leave one of them out"
+    return SceneError(names, None, allowed)

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
+from hertzchain.fits.free import limits_of
 from hertzchain.observables.definitions import context_of
 from hertzchain.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from hertzchain.report.picture import Picture
 
 NOISE_KNOWN = 1.35
 """Mean square of differences over the noise above which they are no noise: that is measured to 5 %
@@ -19,19 +23,37 @@ in 200 samples, and counts squared."""
 RARE = 1e-3
 """Probability of differences that last, below which they are no noise (chosen)."""
 
-_LIMITS = {"restitution": (1e-3, 0.9999), "poisson_ratio": (-0.999, 0.5)}
-"""Ranges of values that have one."""
-
 _FAR = 3.0
 """Standard deviations from a value up to which draws of it are to be possible."""
 
-_NORMAL_95 = 1.959964
+NORMAL_95 = 1.959964
 """Standard deviations of a normal distribution with 95 % on both sides."""
 
 
-def limits_of(key: str) -> tuple[float, float]:
-    """Return the range of the values of a key."""
-    return _LIMITS.get(key.rpartition(".")[2], (-math.inf, math.inf))
+@dataclass(frozen=True, eq=False)
+class Overlaid:
+    """What was measured and what the fitted scene gives, without offsets.
+
+    Parameters
+    ----------
+    name
+        The gauge, such as ``granule 16``, or the peaks of a file.
+    label
+        What ``place`` is, with its unit.
+    place
+        Times of the run [s], or contacts, shape (samples,).
+    measured, fitted
+        Forces [N].
+    noise
+        Standard deviation of the noise [N], of each or of all.
+    """
+
+    name: str
+    label: str
+    place: FloatArray
+    measured: FloatArray
+    fitted: FloatArray
+    noise: FloatArray
 
 
 @dataclass(frozen=True)
@@ -59,7 +81,7 @@ class Parameter:
     @property
     def interval_95(self) -> tuple[float, float]:
         """Ends of the interval that holds the true value in 95 of 100 experiments."""
-        half, (least, most) = _NORMAL_95 * self.deviation, limits_of(self.key)
+        half, (least, most) = NORMAL_95 * self.deviation, limits_of(self.key)
         return max(self.value - half, least), min(self.value + half, most)
 
     def to_dict(self) -> dict[str, Any]:
@@ -95,6 +117,10 @@ class Fit:
         How many samples were compared, and how many runs that took.
     chance
         Probability that noise makes differences which last as long as these.
+    noise_is_known
+        False for peaks, whose relative noise is that of the differences.
+    overlays
+        Of each gauge what was measured and what the fitted scene gives.
     """
 
     scene: Scene
@@ -106,6 +132,8 @@ class Fit:
     samples: int
     runs: int
     chance: float
+    noise_is_known: bool = True
+    overlays: tuple[Overlaid, ...] = ()
 
     @property
     def is_noise(self) -> bool:
@@ -120,9 +148,10 @@ class Fit:
             " than the fitted values differs from the scene, and the intervals are widened by that"
         )
         lasts = (
-            "the residual is as large as the noise, but lasts for half a pulse, as noise does in"
-            f" less than one of {1 / RARE:,.0f} fits: something other than the fitted values"
-            " differs from the scene, and the intervals do not count it"
+            "the residual is as large as the noise, but lasts for half a pulse or several"
+            f" contacts, as noise does in less than one of {1 / RARE:,.0f} fits:"
+            " something other than the fitted values differs from the scene, and the intervals do"
+            " not count it"
         )
         near = [
             f"{one.key} is near the end of its range, so that its deviation cannot be drawn from:"
@@ -136,6 +165,12 @@ class Fit:
         what = [left] if self.mean_square > NOISE_KNOWN else [lasts] * (not self.is_noise)
         return (*what, *near)
 
+    def plot(self, size: tuple[float, float] | None = None) -> Picture:
+        """Draw measured and fitted forces with the residuals below; ``size`` in inches."""
+        from hertzchain.fits.drawing import plot_fit
+
+        return plot_fit(self, size)
+
     def to_dict(self) -> dict[str, Any]:
         """Return the fit as a JSON object."""
         return {
@@ -143,7 +178,7 @@ class Fit:
             "correlation": self.correlation.tolist(),
             "shift_s": list(self.shifts),
             "residuals": {
-                "mean_square_over_noise": self.mean_square,
+                f"mean_square_over_{'noise' if self.noise_is_known else 'peaks'}": self.mean_square,
                 "autocorrelation": self.autocorrelation,
                 "chance": self.chance,
                 "samples": self.samples,
@@ -171,10 +206,13 @@ class Fit:
             ]
             size, first, second = max(pairs)
             facts.append(("strongest correlation", f"{size:.3f}, {first} and {second}"))
+        residual = ("residual over the noise", f"{self.mean_square**0.5:.3g}")
+        if not self.noise_is_known:
+            residual = ("residual over the peaks", f"{self.mean_square**0.5:.2g}")
         shifts = ", ".join(f"{shift:.6g}" for shift in self.shifts)
+        facts += [("the run begins at", f"{shifts} s of the measured clock")] if shifts else []
         facts += [
-            ("the run begins at", f"{shifts} s of the measured clock"),
-            ("residual over the noise", f"{self.mean_square**0.5:.3g}"),
+            residual,
             ("samples, runs", f"{self.samples:,}, {self.runs:,}"),
             *(("remark", remark) for remark in self.remarks),
         ]

@@ -4,30 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.native.motion import motion_at
 from hertzchain.errors import RunFailed, SceneError, require
+from hertzchain.fits.fitted import Overlaid
+from hertzchain.fits.free import GAIN, Free
 from hertzchain.limits import Deadline
 from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.run import Run
 from hertzchain.scene.scene import Scene
+from hertzchain.sweeps.formulas import tied
 from hertzchain.sweeps.keys import changed
 from hertzchain.verdict.traces.matching import FEWEST, Expected, read_in
 from hertzchain.verdict.traces.traces import ENOUGH, Traces
 
-GAIN = "gain"
-"""A key that no scene has: the measured over the true force, the same for all gauges."""
+_STEP, _FINE_STEP = 1e-3, 1e-4
+"""Relative changes of a value for a slope, of the search and of ``ACCURATE`` ones. By the longer
+one a collision's jump makes 1e-3 of a slope where two keys have the same effect (measured)."""
 
-_STEP = 1e-3
-"""Relative change of a value for a slope: its error by curvature and by that of runs are both some
-1e-6 of a curve that bends as a power of the value."""
+ACCURATE = 1e-10
+"""Accuracy of runs: 1e-6 of the differences that slopes are made of."""
 
-ACCURATE = 1e-8
-"""Accuracy of runs: 1e-5 of the differences that slopes are made of."""
+
+def _step(rtol: float | None) -> float:
+    return _STEP if rtol is None else _FINE_STEP
+
 
 _LOOSEST, _OF_NOISE = 3e-6, 1e-3
 """Accuracy of runs during a search: this part of the noise over the peak, and its loosest, at which
@@ -69,82 +73,47 @@ class Samples:
 
 
 class Model:
-    """Differences of measured samples from those of a scene, over the noise, and their slopes.
+    """Differences of what was measured from a scene with other values, over the noise.
 
-    What varies are values of keys over their start values, (keys,), and then shifts of the clocks
-    of all files over a time unit, (files,), if they are not known.
+    What varies are values of keys over their start values, (keys,), and then others, if any.
     """
 
-    def __init__(
-        self,
-        base: Scene,
-        keys: Sequence[str],
-        start: Sequence[float],
-        bounds: tuple[FloatArray, FloatArray],
-        known: Expected,
-        files: Sequence[tuple[Traces, float]],
-        deadline: Deadline,
-        *,
-        is_shifted: bool,
-    ) -> None:
-        self._base = replace(base, gauges=(), run=Run(_BEYOND * known.until))
-        self._keys, self._start, self._bounds = tuple(keys), tuple(start), bounds
-        self._gauges = known.result.scene.gauges
-        self._deadline, self._is_shifted = deadline, is_shifted
-        self._unit = base.contact_time
-        self._shifts = np.array([shift for _, shift in files])
-        self._samples = [self._compared(traces, shift, known) for traces, shift in files]
-        largest = known.result.peak_force.max()
-        noise = min(float(one.noise.min()) for one in self._samples) / largest
-        self._rtol = float(np.clip(_OF_NOISE * noise, ACCURATE, _LOOSEST))
+    gauges: tuple[Gauge, ...] = ()
+    noise_is_known = True
+
+    def __init__(self, base: Scene, free: Free, deadline: Deadline) -> None:
+        self._base, self._free, self._deadline = base, free, deadline
+        self._measured = np.zeros(0)
         self.runs = 0
-
-    def _compared(self, traces: Traces, shift: float, known: Expected) -> Samples:
-        places = tuple(self._gauges.index(gauge) for gauge in traces.gauges)
-        during = (traces.time >= shift) & (traces.time - shift <= known.until)
-        least = _LEAST_NOISE * np.max(np.abs(known.force[:, list(places)]), axis=0)
-        noise = np.maximum(traces.noise, least)
-        allowed = "have no samples while the scene is known: check clock and unit"
-        require(int(np.count_nonzero(during)) > FEWEST, "traces", None, allowed)
-        time, read = traces.time[during], [known.readings[place] for place in places]
-        width = min(known.result.gauges[k].width for k in range(len(self._gauges)))
-        quiet = np.searchsorted(time, [shift + one.arrival - width for one in read])
-        block = max(int(0.5 * width / np.median(np.diff(time))), 1)
-        return Samples(time, traces.force[during], noise, places, tuple(quiet.tolist()), block)
-
-    @property
-    def gauges(self) -> tuple[Gauge, ...]:
-        """The gauges of all files."""
-        return self._gauges
 
     @property
     def size(self) -> int:
         """Number of compared samples."""
-        return sum(one.force.size for one in self._samples)
+        return self._measured.size
 
     @property
     def series(self) -> int:
         """Number of series of samples; each has an offset of its own."""
-        return sum(one.force.shape[1] for one in self._samples)
+        return 0
 
     @property
     def begin(self) -> FloatArray:
-        """Return the start of a search: the start values, and the shifts that were found."""
-        shifts = self._shifts / self._unit if self._is_shifted else np.zeros(0)
-        return np.concatenate([np.ones(len(self._keys)), shifts])
+        """Return the start of a search."""
+        return np.ones(len(self._free.keys))
 
-    def shifts(self, x: Array) -> FloatArray:
+    def shifts(self, x: Array) -> FloatArray:  # noqa: ARG002
         """Times on the measured clocks at which the run begins [s], shape (files,)."""
-        return np.asarray(x[len(self._keys) :] * self._unit) if self._is_shifted else self._shifts
+        return np.zeros(0)
 
     def values(self, x: Array) -> dict[str, float]:
         """Values of the keys, by name."""
-        return {key: float(x[k]) * self._start[k] for k, key in enumerate(self._keys)}
+        free = self._free
+        return {key: float(x[k]) * free.start[k] for k, key in enumerate(free.keys)}
 
     def allows(self, x: Array) -> bool:
         """Whether all values are within their bounds, and the scene is possible."""
-        own, (low, high) = x[: len(self._keys)], self._bounds
-        if not np.all((own > low) & (own < high)):
+        own = x[: len(self._free.keys)]
+        if not np.all((own > self._free.low) & (own < self._free.high)):
             return False
         try:
             self.scene(x)
@@ -155,13 +124,107 @@ class Model:
     def scene(self, x: Array) -> Scene:
         """The scene with other values."""
         values = {key: value for key, value in self.values(x).items() if key != GAIN}
-        return changed(self._base, values)
+        return changed(self._base, tied(self._base, self._free.ties, values))
 
-    def _read(self, x: Array, later: float = 0.0, rtol: float | None = None) -> FloatArray:
-        """What a scene with other values reads at the samples over the noise, shape (samples,).
+    def read(self, x: Array, rtol: float | None = None, later: float = 0.0) -> FloatArray:
+        """Return what a scene with other values gives over the noise, shape (samples,).
 
-        It is recorded at just these times, ``later`` time units later: where contacts begin with
-        a collision, forces of dampers rise too steeply for splines.
+        ``rtol`` is the accuracy of the run, None for that of the search; ``later`` is in units of
+        time.
+        """
+        self.runs += 1
+        try:
+            found = self._run(x, rtol, later)
+        except SceneError as problem:
+            tried = ", ".join(f"{key} = {value:.6g}" for key, value in self.values(x).items())
+            raise RunFailed(f"with {tried}, which the fit tried: {problem}") from None
+        return self._over_noise(found * self.values(x).get(GAIN, 1.0))
+
+    def _run(self, x: Array, rtol: float | None, later: float) -> FloatArray:
+        raise NotImplementedError
+
+    def _over_noise(self, force: FloatArray) -> FloatArray:
+        raise NotImplementedError
+
+    def chance(self, differences: FloatArray) -> float:
+        """Probability that noise makes differences which last as long as these."""
+        raise NotImplementedError
+
+    def overlays(self, x: Array) -> tuple[Overlaid, ...]:
+        """What was measured and what a scene with other values gives."""
+        raise NotImplementedError
+
+    def differences(self, x: Array) -> FloatArray:
+        """Differences from what was measured over the noise, shape (samples,)."""
+        return np.asarray(self.read(x) - self._measured)
+
+    def slopes(self, x: Array, rtol: float | None = None) -> FloatArray:
+        """Derivatives of the differences, shape (samples, varied)."""
+        columns = []
+        for k, (least, most) in enumerate(zip(self._free.low, self._free.high, strict=True)):
+            low, high = (np.clip(x[k] * (1 + side * _step(rtol)), least, most) for side in (-1, 1))
+            ends = []
+            for value in (low, high):
+                moved = x.copy()
+                moved[k] = value
+                ends.append(self.read(moved, rtol))
+            columns.append((ends[1] - ends[0]) / (high - low))
+        return np.stack(columns, axis=1)
+
+
+class OfTraces(Model):
+    """Differences of traces; after the keys vary the shifts of all clocks, if they are unknown."""
+
+    def __init__(
+        self, base: Scene, free: Free, known: Expected, files: Sequence[tuple[Traces, float]],
+        deadline: Deadline, *, is_shifted: bool,
+    ) -> None:  # fmt: skip
+        super().__init__(replace(base, gauges=(), run=Run(_BEYOND * known.until)), free, deadline)
+        self.gauges = known.result.scene.gauges
+        self._is_shifted = is_shifted
+        self._unit = base.contact_time
+        self._shifts = np.array([shift for _, shift in files])
+        self._samples = [self._compared(traces, shift, known) for traces, shift in files]
+        measured = [_centred(one.force / one.noise) for one in self._samples]
+        self._measured = np.concatenate(measured)
+        largest = known.result.peak_force.max()
+        noise = min(float(one.noise.min()) for one in self._samples) / largest
+        self._rtol = float(np.clip(_OF_NOISE * noise, ACCURATE, _LOOSEST))
+
+    def _compared(self, traces: Traces, shift: float, known: Expected) -> Samples:
+        places = tuple(self.gauges.index(gauge) for gauge in traces.gauges)
+        during = (traces.time >= shift) & (traces.time - shift <= known.until)
+        least = _LEAST_NOISE * np.max(np.abs(known.force[:, list(places)]), axis=0)
+        noise = np.maximum(traces.noise, least)
+        allowed = "have no samples while the scene is known: check clock and unit"
+        require(int(np.count_nonzero(during)) > FEWEST, "traces", None, allowed)
+        time, read = traces.time[during], [known.readings[place] for place in places]
+        width = min(known.result.gauges[k].width for k in range(len(self.gauges)))
+        quiet = np.searchsorted(time, [shift + one.arrival - width for one in read])
+        block = max(int(0.5 * width / np.median(np.diff(time))), 1)
+        return Samples(time, traces.force[during], noise, places, tuple(quiet.tolist()), block)
+
+    @property
+    def series(self) -> int:
+        """Number of series of samples; each has an offset of its own."""
+        return sum(one.force.shape[1] for one in self._samples)
+
+    @property
+    def begin(self) -> FloatArray:
+        """Return the start of a search: the start values, and the shifts that were found."""
+        shifts = self._shifts / self._unit if self._is_shifted else np.zeros(0)
+        return np.concatenate([super().begin, shifts])
+
+    def shifts(self, x: Array) -> FloatArray:
+        """Times on the measured clocks at which the run begins [s], shape (files,)."""
+        return (
+            np.asarray(x[len(self._free.keys) :] * self._unit) if self._is_shifted else self._shifts
+        )
+
+    def _run(self, x: Array, rtol: float | None, later: float) -> FloatArray:
+        """Forces at the samples, shape (times, gauges), recorded at just these times.
+
+        Where contacts begin with a collision, forces of dampers rise too steeply for splines.
         """
         ends = self._base.end_time
         places = [
@@ -169,27 +232,18 @@ class Model:
             for one, shift in zip(self._samples, self.shifts(x), strict=True)
         ]
         times, place = np.unique(np.concatenate(places), return_inverse=True)
-        self.runs += 1
-        try:
-            scene = self.scene(x)
-            history = motion_at(scene, times, rtol or self._rtol, self._deadline)
-            force = read_in(scene, self._gauges, history)[place]
-        except SceneError as problem:
-            tried = ", ".join(f"{key} = {value:.6g}" for key, value in self.values(x).items())
-            raise RunFailed(f"with {tried}, which the fit tried: {problem}") from None
-        force = force * self.values(x).get(GAIN, 1.0)
-        of_files = np.split(force, np.cumsum([one.size for one in places])[:-1])
+        scene = self.scene(x)
+        history = motion_at(scene, times, rtol or self._rtol, self._deadline)
+        return read_in(scene, self.gauges, history)[place]
+
+    def _over_noise(self, force: FloatArray) -> FloatArray:
+        of_files = np.split(force, np.cumsum([one.time.size for one in self._samples])[:-1])
         return np.concatenate(
             [
                 _centred(own[:, list(one.gauges)] / one.noise)
                 for own, one in zip(of_files, self._samples, strict=True)
             ]
         )
-
-    def differences(self, x: Array) -> FloatArray:
-        """Differences from the measured samples over the noise, shape (samples,)."""
-        measured = [_centred(one.force / one.noise) for one in self._samples]
-        return np.asarray(self._read(x) - np.concatenate(measured))
 
     def chance(self, differences: FloatArray) -> float:
         """Probability that noise makes differences which last as long as these.
@@ -214,31 +268,34 @@ class Model:
         scale = float(np.mean(differences**2)) * wider
         return float(chi2.sf(float(np.sum(blocks**2)) / max(scale, 1e-300), blocks.size))
 
-    def slopes(self, x: Array, rtol: float | None = None) -> FloatArray:
-        """Derivatives of the differences, shape (samples, keys and shifts).
+    def overlays(self, x: Array) -> tuple[Overlaid, ...]:
+        """Return them for each gauge of each file."""
+        found, begin, fitted = [], 0, self.read(x)
+        for one, shift in zip(self._samples, self.shifts(x), strict=True):
+            for k, noise in zip(one.gauges, one.noise, strict=True):
+                own = slice(begin, begin + one.time.size)
+                begin = own.stop
+                gauge = self.gauges[k]
+                offset = np.median(fitted[own])  # that of the mean, which lies within the pulse
+                measured, curve = (
+                    np.asarray((force[own] - offset) * noise) for force in (self._measured, fitted)
+                )
+                name, time = f"{gauge.key} {gauge.number}", np.asarray(one.time - shift)
+                found.append(Overlaid(name, "time [s]", time, measured, curve, np.asarray(noise)))
+        return tuple(found)
 
-        ``rtol`` is the accuracy of their runs, None for that of the search.
-        """
-        columns = []
-        for k in range(len(self._keys)):
-            low, high = (
-                np.clip(x[k] * (1 + side * _STEP), self._bounds[0][k], self._bounds[1][k])
-                for side in (-1, 1)
-            )
-            ends = []
-            for value in (low, high):
-                moved = x.copy()
-                moved[k] = value
-                ends.append(self._read(moved, rtol=rtol))
-            columns.append((ends[1] - ends[0]) / (high - low))
-        if self._is_shifted:
-            slope = (self._read(x, -_STEP, rtol) - self._read(x, _STEP, rtol)) / (2 * _STEP)
-            sizes = np.cumsum([0, *(one.force.size for one in self._samples)])
-            for begin, end in pairwise(sizes):
-                column = np.zeros(slope.size)
-                column[begin:end] = slope[begin:end]
-                columns.append(column)
-        return np.stack(columns, axis=1)
+    def slopes(self, x: Array, rtol: float | None = None) -> FloatArray:
+        """As of any model, and by the shifts."""
+        own = super().slopes(x, rtol)
+        if not self._is_shifted:
+            return own
+        step = _step(rtol)
+        slope = (self.read(x, rtol, -step) - self.read(x, rtol, step)) / (2 * step)
+        ends = np.cumsum([one.force.size for one in self._samples])
+        file = np.searchsorted(ends, np.arange(slope.size), side="right")
+        return np.column_stack(
+            [own, np.where(file[:, None] == np.arange(ends.size), slope[:, None], 0.0)]
+        )
 
 
 def lasting(differences: FloatArray) -> tuple[float, float]:

@@ -209,6 +209,12 @@ def is_whole(name: str) -> bool:
     return column_named(name).kind == "int"
 
 
+def unit_of(name: str) -> str:
+    """Return the unit of a column; empty for a pure number, and for no column."""
+    found = re.search(r"\[(.*)\]", column_named(name).label) if "." in name else None
+    return found[1] if found else ""
+
+
 def columns_in(manifest: Mapping[str, Any]) -> tuple[Column, ...]:
     """Return the columns of a sweep from its manifest."""
     varied = [axis["name"] for axis in manifest["vary"]]

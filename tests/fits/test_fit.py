@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -179,6 +180,122 @@ def test_what_cannot_be_fitted(free: list[str], words: str) -> None:
         hc.fit(START, experiment(0.01), free)
 
 
+BOTH = hc.Scene(
+    hc.Chain(12, **STEEL), hc.Striker(SPEED), wall=hc.Wall("elastic", 70e9, 0.33),
+    contact=hc.Contact("restitution", restitution=0.9),
+)  # fmt: skip
+
+ALIKE = [
+    # Contacts know E / (1 - nu^2); a chain of other size, mass or speed is a similar one.
+    (TRUE, ["chain.young_modulus", "chain.poisson_ratio"], "0.198"),
+    (TRUE, ["chain.young_modulus", "chain.density", "gain"], "changes nothing"),
+    (TRUE, ["chain.young_modulus", "striker.velocity", "gain"], ""),
+    (TRUE, ["chain.radius", "chain.density", "gain"], ""),
+    (TRUE, ["chain.radius", "chain.young_modulus", "chain.density"], ""),
+    (TRUE, ["chain.radius", "chain.poisson_ratio", "chain.density"], ""),
+    (TRUE, ["chain.poisson_ratio", "chain.density", "gain"], ""),
+    (TRUE, ["chain.radius", "chain.young_modulus", "gain"], ""),
+    (TRUE, [*FREE, "chain.poisson_ratio"], "chain.young_modulus"),
+    (TRUE, [*FREE, "chain.density", "gain"], "changes nothing"),
+    (TRUE, ["contact.restitution", "striker.velocity", "chain.density", "gain"], ""),
+    (TRUE, ["striker.velocity", "chain.radius", "gain"], ""),
+    (BOTH, ["wall.young_modulus", "wall.poisson_ratio"], "known is wall.young_modulus"),
+    (BOTH, ["chain.young_modulus", "chain.poisson_ratio", "wall.young_modulus",
+            "wall.poisson_ratio"], "poisson_ratio"),
+    (BOTH, ["striker.velocity", "chain.young_modulus", "chain.poisson_ratio"], "0.198"),
+    (BOTH, ["contact.restitution", "wall.young_modulus", "wall.poisson_ratio"], "known is wall"),
+    (BOTH, ["striker.velocity", "wall.young_modulus", "wall.poisson_ratio"], "known is wall"),
+    (BOTH, ["gain", "wall.young_modulus", "wall.poisson_ratio"], "known is wall"),
+    (BOTH, ["chain.density", "wall.young_modulus", "wall.poisson_ratio"], "known is wall"),
+    (BOTH, ["chain.young_modulus", "wall.young_modulus", "wall.poisson_ratio"], "known is wall"),
+]  # fmt: skip
+"""Scenes, keys that cannot be told apart in them, and what is said of the known combination."""
+
+
+@pytest.mark.parametrize(("true", "free", "words"), ALIKE)
+def test_keys_that_cannot_be_told_apart(true: hc.Scene, free: list[str], words: str) -> None:
+    traces = experiment(0.01, scene=replace(true, gauges=(*GAUGES, hc.Gauge(granule=12))))
+    with pytest.raises(SceneError, match="cannot be told apart by these traces") as caught:
+        hc.fit(replace(true, gauges=()), traces, free)
+    assert re.search(words, str(caught.value)), str(caught.value)
+
+
+def peaks_of(scene: hc.Scene, noise: float, seed: int = 0) -> pd.DataFrame:
+    table = hc.Native(rtol=1e-8).run(scene).to_frame()[["contact", "peak_force_N"]]
+    random = np.random.default_rng(seed)
+    table["peak_force_N"] *= 1 + noise * random.normal(size=len(table))
+    return table
+
+
+def test_a_fit_to_peaks() -> None:
+    """Intervals are those of the scatter: two files are the narrower ones; LAMMPS's are exact."""
+    free = ["striker.velocity", "contact.restitution"]
+    one, both = (
+        hc.fit(START, [peaks_of(TRUE, 0.01, k) for k in some], free) for some in ([1], [1, 2])
+    )
+    truth = dict(zip(FREE, TRUTH, strict=True))
+    true = replace(START, chain=TRUE.chain)
+    for found in (one, both):
+        assert found.is_noise
+        assert not found.noise_is_known
+    found = hc.fit(true, [peaks_of(TRUE, 0.01, 1), peaks_of(TRUE, 0.01, 2)], free)
+    for value in found.parameters:
+        assert abs(value.value - truth[value.key]) < 4 * value.deviation
+        assert value.deviation < 0.02 * value.value
+    ratio = both.parameters[0].deviation / one.parameters[0].deviation
+    assert 0.4 < ratio < 1.0
+    with pytest.raises(SceneError, match="cannot be told apart"):
+        hc.fit(true, peaks_of(TRUE, 0.01), ["chain.young_modulus", "chain.poisson_ratio"])
+    exact = hc.fit(true, peaks_of(TRUE, 0.0), free)
+    assert exact.parameters[0].value == pytest.approx(SPEED, rel=1e-6)
+    assert exact.is_noise
+
+
+def test_peaks_of_another_scene_are_told_from_noise() -> None:
+    """A chain of no losses has peaks that the fitted speed alone cannot follow."""
+    long = replace(TRUE, chain=hc.Chain(24, **STEEL), gauges=())
+    found = hc.fit(replace(long, contact=None), peaks_of(long, 0.003), ["striker.velocity"])
+    assert not found.is_noise
+    assert "several contacts" in found.remarks[0]
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({2: 10.0}, "must be at least 2 for 1 free keys"),
+        ({2: 10.0, 3: 0.0}, "must be above 0 to be fitted"),
+        ({2: 10.0, 40: 1.0}, "must be a whole number from 2"),
+    ],
+)
+def test_peaks_that_cannot_be_fitted(given: dict[int, float], words: str) -> None:
+    with pytest.raises(SceneError, match=words):
+        hc.fit(START, given, ["striker.velocity"])
+
+
+def test_peaks_and_traces_together() -> None:
+    with pytest.raises(SceneError, match="must all be peaks"):
+        hc.fit(START, [peaks_of(TRUE, 0.0), experiment(0.01)], ["striker.velocity"])
+
+
+def test_a_tied_key_and_a_range() -> None:
+    """The striker is as fast as the scene's E says: one key moves both; a range excludes E."""
+    ties = {"striker.velocity": f"{SPEED} * chain.young_modulus / {E}"}
+    found = hc.fit(START, experiment(0.01), ["chain.young_modulus", "restitution"], ties=ties)
+    speed = found.scene.shock
+    assert isinstance(speed, hc.Striker)
+    assert speed.velocity == pytest.approx(SPEED * found.parameters[0].value / E)
+    assert abs(found.parameters[0].value - E) < 4 * found.parameters[0].deviation
+    with pytest.raises(SceneError, match="is at the end of what it can be"):
+        hc.fit(START, experiment(0.01), ["chain.young_modulus=170 GPa:185 GPa", *FREE[1:]])
+    gapped = replace(TRUE, chain=replace(TRUE.chain, gap=4e-6))
+    gap = hc.fit(
+        replace(TRUE, gauges=()), experiment(0.003, scene=gapped), ["chain.gap=1 um:7.5 um"]
+    )
+    assert gap.parameters[0].value == pytest.approx(4e-6, rel=0.05)
+    with pytest.raises(SceneError, match="must be the ends of its range"):
+        hc.fit(START, experiment(0.01), ["chain.young_modulus=180 GPa"])
+
+
 def test_what_the_gauges_do_not_feel() -> None:
     """A wall's modulus, by gauges that are far from it and a recording that ends before."""
     walled = replace(TRUE, wall=hc.Wall("elastic", 70e9, 0.33), contact=None)
@@ -221,7 +338,8 @@ def test_the_command(tmp_path: Path, hertzchain: Command) -> None:
     experiment(0.01).to_csv(tmp_path / "traces.csv", index=False)
     free = [word for key in FREE for word in ("--free", key)]
     files = (tmp_path / "start.toml", tmp_path / "traces.csv")
-    done = hertzchain("fit", *files, *free, "-o", tmp_path / "fitted.toml", "--json")
+    outputs = ("-o", tmp_path / "fitted.toml", "--plot", tmp_path / "fit.png")
+    done = hertzchain("fit", *files, *free, *outputs, "--json")
     assert done.status == 0, done.err
     document = done.json()
     assert [one["key"] for one in document["parameters"]] == FREE
@@ -233,6 +351,7 @@ def test_the_command(tmp_path: Path, hertzchain: Command) -> None:
     assert np.shape(document["correlation"]) == (3, 3)
     fitted = hc.Scene.from_toml(tmp_path / "fitted.toml")
     assert fitted.chain.young_modulus == document["parameters"][0]["value"]
+    assert (tmp_path / "fit.png").stat().st_size > 10_000
     said = hertzchain("fit", *files, *free)
     assert "chain.young_modulus" in said.out
     assert "95 % within" in said.out

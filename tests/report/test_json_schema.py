@@ -145,6 +145,14 @@ DOCUMENTS: dict[str, tuple[str, Callable[[], dict[str, Any]]]] = {
     "judge, step": ("judge.json", lambda: judged(1.0, dt=1e-8)),
     "judge, traces": ("traces.json", lambda: hc.judge_traces(SHORT, traces()).to_dict()),
     "fit": ("fit.json", lambda: hc.fit(SHORT, traces(), ["shock.peak_force"]).to_dict()),
+    "fit, peaks": (
+        "fit.json",
+        lambda: hc.fit(SHORT, dict.fromkeys(range(2, 9), 10.0), ["shock.peak_force"]).to_dict(),
+    ),
+    "optimum": (
+        "optimum.json",
+        lambda: hc.optimum(SHORT, "last_peak_force_N", ["shock.peak_force=9:1000"]).to_dict(),
+    ),
     "spread": ("uncertainty.json", lambda: hc.spread(UNCERTAIN, 16).to_dict()),
     "validate": (
         "validation.json",
@@ -181,6 +189,7 @@ STAND_ALONE = {
     "run.json",
     "traces.json",
     "fit.json",
+    "optimum.json",
     "uncertainty.json",
     "validation.json",
     "compare.json",
@@ -312,7 +321,7 @@ def test_a_document_says_what_its_numbers_are(given: tuple[str, dict[str, Any]])
         contacts = document["contacts"]
         last = document["scene"]["chain"]["granules"] + ("wall" in document["scene"])
         assert contacts == list(range(2, last + 1))
-        if schema not in ("fit.json", "uncertainty.json", "validation.json"):  # which has no peaks
+        if schema in ("judge.json", "run.json", "compare.json", "examine.json", "traces.json"):
             assert len(peaks["peak_force_N"]) == len(contacts)
 
 

@@ -1,0 +1,94 @@
+"""Keys that a fit or an optimum may change: start values, ranges, and keys tied to them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.errors import SceneError, require
+from hertzchain.scene.scene import Scene
+from hertzchain.sweeps.axes import Span, axis_of
+from hertzchain.sweeps.columns import is_whole
+from hertzchain.sweeps.formulas import Tie, ties_of
+from hertzchain.sweeps.keys import base_values, full_name
+
+GAIN = "gain"
+"""A key that no scene has: the measured over the true force, the same for all gauges."""
+
+_RANGE = 100.0
+"""Greatest change of a value by a factor, where no range is given."""
+
+_LIMITS = {"restitution": (1e-3, 0.9999), "poisson_ratio": (-0.999, 0.5)}
+"""Ranges of values that have one."""
+
+
+def limits_of(key: str) -> tuple[float, float]:
+    """Return the range of the values of a key."""
+    return _LIMITS.get(key.rpartition(".")[2], (-math.inf, math.inf))
+
+
+@dataclass(frozen=True, eq=False)
+class Free:
+    """Keys that may change.
+
+    Parameters
+    ----------
+    keys
+        Their full names.
+    start
+        Their values in the scene, in SI units; the middle of the range where it has none.
+    low, high
+        Ends of their ranges over the start values, shape (keys,).
+    ties
+        Keys that follow from them.
+    """
+
+    keys: tuple[str, ...]
+    start: tuple[float, ...]
+    low: FloatArray
+    high: FloatArray
+    ties: tuple[Tie, ...] = ()
+
+
+def free_of(scene: Scene, given: Sequence[str], ties: Mapping[str, str] | None) -> Free:
+    """Return free keys, from their names or from ``"chain.radius=4 mm:6 mm"``."""
+    is_list = isinstance(given, Sequence) and not isinstance(given, str) and len(given) > 0
+    require(is_list, "free", given, "must be a list of keys, such as ['chain.young_modulus']")
+    pairs = [one.partition("=")[::2] for one in given]
+    keys = [name if name == GAIN else full_name(name.strip(), scene) for name, _ in pairs]
+    require(len(set(keys)) == len(keys), "free", given, "names a key twice")
+    start, low, high = [], [], []
+    for key, (_, text) in zip(keys, pairs, strict=True):
+        value: Any = 1.0 if key == GAIN else base_values(scene, [key])[key]
+        span = _span(key, text) if text else None
+        if span is not None and isinstance(value, float) and (value == 0 or np.isnan(value)):
+            value = (span.low + span.high) / 2
+        is_number = isinstance(value, float) and not (key != GAIN and is_whole(key))
+        allowed = (
+            "cannot be fitted: the scene must have a number other than 0, and no whole number, from"
+            " which the fit starts, or be given a range"
+        )
+        require(is_number and np.isfinite(value) and value != 0, key, value, allowed)
+        least, most = limits_of(key)
+        if span is not None:
+            least, most = max(least, span.low), min(most, span.high)
+        ends = sorted((least / value, most / value))
+        start.append(float(value))
+        low.append(max(ends[0], 1 / _RANGE))
+        high.append(min(ends[1], _RANGE))
+        allowed = f"must be within {least:g} and {most:g}, not at an end, to be fitted"
+        require(low[-1] < 1 < high[-1], key, value, allowed)
+    found = ties_of(scene, ties or {}, keys)
+    return Free(tuple(keys), tuple(start), np.array(low), np.array(high), found)
+
+
+def _span(key: str, text: str) -> Span:
+    span = axis_of(key, text) if key != GAIN and ":" in text else None
+    if not isinstance(span, Span) or span.count is not None or span.log:
+        raise SceneError(key, text, "must be the ends of its range, LOW:HIGH")
+    return span

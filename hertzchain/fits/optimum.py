@@ -1,0 +1,213 @@
+"""The best values of keys: those by which a number of a scene's result is least or largest."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hertzchain.arrays import Array
+from hertzchain.engines.native import Native
+from hertzchain.errors import HertzchainError, TooExpensive, did_you_mean, require
+from hertzchain.fits.free import GAIN, Free, free_of
+from hertzchain.limits import TIME_LIMIT, Deadline
+from hertzchain.observables.definitions import context_of
+from hertzchain.observables.result import Result
+from hertzchain.scene.given import SceneLike, to_scene
+from hertzchain.scene.scene import Scene
+from hertzchain.showing import ShowProgress, telling
+from hertzchain.sweeps.columns import COUNTS, numbers_of, unit_of
+from hertzchain.sweeps.formulas import tied
+from hertzchain.sweeps.keys import changed
+
+_ACCURATE = 1e-6
+"""Accuracy of runs: a hundredth of the tolerance of the search."""
+
+_TOLERANCE = 1e-4
+"""Relative spread of values at which the search ends (chosen)."""
+
+_EACH, _MOST = 8, 40
+"""Scenes of a generation for each key, and the most generations (chosen): 1,000 runs for 3 keys."""
+
+_AT_END = 1e-3
+"""Part of a range within which a value counts as at its end."""
+
+_NO_NUMBERS = {*COUNTS, "error_estimate", "far_field_error", "speed_error"}
+"""What numbers of a run are no quantities of the chain."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Optimum:
+    """The best values that were found.
+
+    Parameters
+    ----------
+    scene
+        The scene with these values.
+    number
+        What is least or largest, by its name in a sweep.
+    value, before
+        The number with these values, and with those of the scene that was given.
+    free, values
+        The keys, and their values.
+    runs
+        How many runs that took.
+    """
+
+    scene: Scene
+    number: str
+    value: float
+    before: float
+    free: Free
+    values: Mapping[str, float]
+    runs: int
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Sentences on values at the ends of their ranges; usually empty."""
+        found = []
+        for key, start, low, high in self._rows:
+            ends = np.sort([low * start, high * start])
+            if np.min(np.abs(ends - self.values[key])) < _AT_END * np.ptp(ends):
+                found.append(f"{key} is at an end of its range: a wider one may give more")
+        return tuple(found)
+
+    @property
+    def _rows(self) -> list[tuple[str, float, float, float]]:
+        free = self.free
+        low, high = free.low.tolist(), free.high.tolist()
+        return list(zip(free.keys, free.start, low, high, strict=True))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the optimum as a JSON object."""
+        return {
+            "number": self.number,
+            "value": self.value,
+            "before": self.before,
+            "parameters": [
+                {"key": key, "value": self.values[key], "unit": unit_of(key), "start": start}
+                for key, start, *_ in self._rows
+            ],
+            "runs": self.runs,
+            "remarks": list(self.remarks),
+            **context_of(self.scene),
+        }
+
+    def __repr__(self) -> str:
+        from hertzchain.report.cards import card
+
+        facts = [(self.number, f"{self.value:.5g}, before {self.before:.5g}")]
+        for key, start, *_ in self._rows:
+            facts.append((key, f"{self.values[key]:.4g} {unit_of(key)}, before {start:.4g}"))
+        facts += [("runs", f"{self.runs:,}"), *(("remark", one) for one in self.remarks)]
+        return card("Optimum", facts)
+
+
+def optimum(
+    scene: SceneLike,
+    number: str,
+    free: Sequence[str],
+    *,
+    largest: bool = False,
+    ties: Mapping[str, str] | None = None,
+    seed: int = 0,
+    time_limit: float = TIME_LIMIT,
+    progress: ShowProgress = None,
+) -> Optimum:
+    """Search for the values of keys by which a number is least, in all of their ranges.
+
+    SciPy's ``differential_evolution`` finds the best minimum of several, Nelder and Mead's method
+    its place.
+
+    Parameters
+    ----------
+    scene
+        A scene with all of the keys, or the path of its file.
+    number
+        A number of the result as a sweep names it, such as ``wall_peak_force_N``, or
+        ``gauge_1_width_s``, the width of the first pulse in the first gauge.
+    free
+        Keys with their ranges: ``["chain.segments.1.radius=4 mm:9 mm"]``.
+    largest
+        Whether the number is to be largest.
+    ties
+        Formulas of keys that follow from others, as for ``sweep``.
+    seed
+        Seed of the evolution: the same gives the same values.
+    time_limit, progress
+        As for ``fit``.
+
+    Raises
+    ------
+    SceneError
+        For a number that the scene does not have, and keys that cannot vary.
+    TooExpensive
+        If it takes longer than the time limit.
+    """
+    from scipy.optimize import Bounds, differential_evolution, minimize
+
+    scene, deadline = to_scene(scene), Deadline(time_limit)
+    given = list(free) if not isinstance(free, str) else free
+    chosen = free_of(scene, given, ties)
+    for one, key in zip(given, chosen.keys, strict=True):
+        require(key != GAIN, key, None, "is of measured forces: leave it out")
+        require("=" in one, key, None, f"must have a range: {key}=LOW:HIGH")
+    known = _numbers(_run(scene, deadline))
+    allowed = f"is no number of this scene, which has {', '.join(known)}"
+    require(number in known, number, None, allowed + did_you_mean(number, known))
+    sign, runs = -1.0 if largest else 1.0, 1
+    size = abs(known[number]) or 1.0
+
+    def moved(x: Array) -> dict[str, float]:
+        return {k: float(at) * s for k, at, s in zip(chosen.keys, x, chosen.start, strict=True)}
+
+    def changed_by(x: Array) -> Scene:
+        return changed(scene, tied(scene, chosen.ties, moved(x)))
+
+    def cost(x: Array) -> float:
+        nonlocal runs
+        runs += 1
+        try:
+            found = _numbers(_run(changed_by(x), deadline)).get(number)
+        except TooExpensive:
+            raise
+        except HertzchainError:  # a scene that cannot be is not the best
+            return np.inf
+        return np.inf if found is None else sign * found / size
+
+    bounds = Bounds(chosen.low, chosen.high)
+    with telling(progress) as report_progress:
+        report_progress(f"native: scenes by which {number} is {'largest' if largest else 'least'}")
+        start = np.ones(len(chosen.keys))
+        found = differential_evolution(
+            cost, bounds, x0=start, popsize=_EACH, maxiter=_MOST, tol=_TOLERANCE, polish=False,
+            seed=seed, init="sobol",
+        )  # fmt: skip
+        best = minimize(
+            cost, found.x, method="Nelder-Mead", bounds=bounds,
+            options={"xatol": _TOLERANCE, "fatol": _TOLERANCE},
+        )  # fmt: skip
+    values = moved(best.x)
+    return Optimum(
+        changed_by(best.x), number, sign * float(best.fun) * size, known[number], chosen, values,
+        runs,
+    )  # fmt: skip
+
+
+def _run(scene: Scene, deadline: Deadline) -> Result:
+    if deadline.left <= 0:
+        raise deadline.passed()
+    return Native(rtol=_ACCURATE, time_limit=deadline.left, peaks_only=True).run(scene)
+
+
+def _numbers(found: Result) -> dict[str, float]:
+    """Return the numbers of a result by their names in sweeps, and the widths in gauges."""
+    widths = {f"gauge_{k}_width_s": one.width for k, one in enumerate(found.gauges or (), start=1)}
+    every = {**numbers_of(found), **widths}
+    return {
+        name: float(value)
+        for name, value in every.items()
+        if name not in _NO_NUMBERS and value is not None and np.isfinite(value)
+    }

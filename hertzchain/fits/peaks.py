@@ -1,0 +1,75 @@
+"""The comparison of a fit to peak forces of contacts, whose relative noise is unknown."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from hertzchain.arrays import Array, FloatArray
+from hertzchain.engines.native import Native
+from hertzchain.errors import require
+from hertzchain.fits.fitted import Overlaid
+from hertzchain.fits.free import Free
+from hertzchain.fits.model import Model
+from hertzchain.limits import TOLERANCE, Deadline
+from hertzchain.scene.scene import Scene
+
+_ACCURATE = 1e-8
+"""Accuracy of runs of the search: a hundredth of the digits of files."""
+
+
+class OfPeaks(Model):
+    """Relative differences of peak forces.
+
+    Parameters
+    ----------
+    peaks
+        Forces of each file [N], shape (contacts,), NaN where none was measured.
+    """
+
+    noise_is_known = False
+
+    def __init__(
+        self, base: Scene, free: Free, peaks: Sequence[FloatArray], deadline: Deadline
+    ) -> None:
+        super().__init__(base, free, deadline)
+        allowed = "must be above 0 to be fitted: leave out contacts without a peak"
+        require(not any(np.any(one == 0) for one in peaks), "peak_force_N", 0.0, allowed)
+        self._places = np.concatenate([np.flatnonzero(~np.isnan(one)) for one in peaks])
+        self._force = np.concatenate([one[~np.isnan(one)] for one in peaks])
+        self._measured = np.ones(self._force.size)
+        need = len(free.keys) + 1
+        allowed = f"must be at least {need} for {len(free.keys)} free keys: measure more contacts"
+        require(self._force.size >= need, "number of peaks", self._force.size, allowed)
+
+    def _run(self, x: Array, rtol: float | None, later: float) -> FloatArray:  # noqa: ARG002
+        limit = max(self._deadline.left, 1e-3)
+        native = Native(rtol=rtol or _ACCURATE, time_limit=limit, wanted="all")
+        return np.asarray(native.run(self.scene(x)).peak_force[self._places])
+
+    def _over_noise(self, force: FloatArray) -> FloatArray:
+        return np.asarray(force / self._force)
+
+    def overlays(self, x: Array) -> tuple[Overlaid, ...]:
+        """Return the peaks of all files."""
+        fitted = self.read(x) * self._force
+        noise = np.asarray(np.std(fitted / self._force - 1) * self._force)
+        return (Overlaid("peaks", "contact", self._places + 2.0, self._force, fitted, noise),)
+
+    def chance(self, differences: FloatArray) -> float:
+        """Probability of as few changes of sign along the contacts, by the runs test.
+
+        1 where all differences are within the tolerance of ``judge``: they may be of another code.
+        """
+        own = differences - differences.mean()
+        if np.sqrt(np.mean(differences**2)) < TOLERANCE:
+            return 1.0
+        above = int(np.sum(own > 0))
+        below = own.size - above
+        mean = 1 + 2 * above * below / own.size
+        variance = (mean - 1) * (mean - 2) / max(own.size - 1, 1)
+        runs = 1 + int(np.sum((own[1:] > 0) != (own[:-1] > 0)))
+        # A normal distribution; half a run is the step of a whole number.
+        return 0.5 * math.erfc((mean - runs - 0.5) / math.sqrt(2 * max(variance, 1e-12)))

@@ -1,0 +1,79 @@
+"""Values of keys by which a number of a result is least or largest."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.errors import SceneError
+from hertzchain.fits.optimum import optimum
+from tests.command_line import Command
+from tests.conftest import STEEL
+
+SCENE = hc.Scene(
+    hc.Chain(8, **STEEL), hc.Striker(0.5), wall=hc.Wall("rigid"), gauges=(hc.Gauge(granule=4),)
+)
+
+
+def test_an_optimum_within_the_range() -> None:
+    """A striker of another density: the largest share of its speed goes on where masses are equal.
+
+    The tie keeps the energy of the striker, so that the wave is highest at some density inside of
+    the range, as a sweep over it shows, too.
+    """
+    scene = hc.Scene(SCENE.chain, hc.Striker(0.5, density=2000.0), gauges=(hc.Gauge(granule=8),))
+    ties = {"striker.velocity": "20 / sqrt(striker.density)"}
+    number, key = "gauge_1_first_peak_force_N", "striker.density"
+    found = optimum(scene, number, [f"{key}=1000:40000"], largest=True, ties=ties)
+    swept = hc.sweep(scene, {key: "1000:40000:40:log"}, ties=ties).to_frame()
+    heights, densities = (swept[name].to_numpy(np.float64) for name in (number, key))
+    assert found.value >= heights.max() * (1 - 1e-5)
+    assert found.values[key] == pytest.approx(densities[np.argmax(heights)], rel=0.1)
+    assert not found.remarks
+    assert isinstance(found.scene.shock, hc.Striker)
+    assert found.scene.shock.velocity == pytest.approx(20 / np.sqrt(found.values[key]))
+
+
+def test_the_least_force_on_a_wall_stands_at_the_slowest_striker() -> None:
+    """Forces go as v^(6/5): at the end of the range, which a remark says."""
+    found = optimum(SCENE, "wall_peak_force_N", ["striker.velocity=0.25:1"])
+    assert found.values["striker.velocity"] == pytest.approx(0.25, rel=2e-3)
+    assert found.value == pytest.approx(found.before * 0.5**1.2, rel=1e-3)
+    assert "at an end of its range" in found.remarks[0]
+
+
+@pytest.mark.parametrize(
+    ("number", "free", "words"),
+    [
+        ("wall_peak_force", ["striker.velocity=0.25:1"], "did you mean wall_peak_force_N?"),
+        ("wall_peak_force_N", ["striker.velocity"], "must have a range"),
+        ("wall_peak_force_N", ["striker.velocity=1:2"], "not at an end"),
+        ("wall_peak_force_N", ["striker.velocity=0.25:1:5"], "must be the ends of its range"),
+        ("wall_peak_force_N", ["gain"], "is of measured forces"),
+        ("error_estimate", ["striker.velocity=0.25:1"], "is no number of this scene"),
+    ],
+)
+def test_what_has_no_optimum(number: str, free: list[str], words: str) -> None:
+    with pytest.raises(SceneError) as caught:
+        optimum(SCENE, number, free)
+    assert words in str(caught.value)
+
+
+def test_the_command(tmp_path: Path, hertzchain: Command) -> None:
+    scene = tmp_path / "scene.toml"
+    SCENE.to_toml(scene)
+    free = ("--free", "striker.velocity=0.25:1")
+    best = tmp_path / "best.toml"
+    fast = ("--minimise", "gauge_1_arrival_time_s")
+    done = hertzchain("fit", scene, *fast, *free, "--json", "-o", best)
+    assert done.status == 0, done.err
+    assert done.json()["parameters"][0]["value"] == pytest.approx(1.0, rel=2e-3)
+    assert hc.Scene.from_toml(best).shock == hc.Striker(done.json()["parameters"][0]["value"])
+    neither = hertzchain("fit", scene, *free)
+    assert neither.status == 2
+    assert "give one of these" in neither.err
+    column = hertzchain("fit", scene, *fast, *free, "--column", "wall=3")
+    assert "is for measured traces" in column.err
