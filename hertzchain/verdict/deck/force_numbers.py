@@ -40,20 +40,22 @@ def _constant(case: Case) -> Difference:
     largest = np.max(np.abs(expected))
     alike = np.flatnonzero(np.abs(off) > least)
     per_mass = measured / found.mass[:count]
-    gravity = bool(np.allclose(per_mass, per_mass[0], rtol=1e-6) and per_mass[0] != 0)
+    pressed = case.scene.precompression
+    falls = 0.0 if pressed is None else pressed.gravity
+    is_right = math.isclose(per_mass[0], falls, rel_tol=1e-6)  # then a load is missing
+    gravity = bool(np.allclose(per_mass, per_mass[0], rtol=1e-6) and not is_right)
     kind = f" (gravity of {per_mass[0]:.4g} m/s^2 along the chain)" if gravity else ""
     role = "gravity" if gravity else "constant force"
     at = None
-    if not np.any(measured):
+    if not np.any(measured) or (falls and is_right):
         at = found.first_run
     elif not commands_of(found, role):
         at = _last_fix(case, lambda fix: bool(fix.largest[k, 0] > least))
     stands = []
     if np.any(expected) and np.any(measured):
         stands = [(abs(measured[k]) / units.force, abs(expected[k]) / units.force)]
-        pressed = case.scene.precompression
-        if gravity and pressed is not None:
-            right = pressed.gravity / units.acceleration
+        if gravity and falls:
+            right = falls / units.acceleration
             stands.insert(0, (abs(float(per_mass[0])) / units.acceleration, right))
     return Difference(
         measured[k], expected[k], f"constant force on {names(alike, count, 'granule', 1)}",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import gzip
 import io
+import itertools
 import os
 import warnings
 import zlib
@@ -105,7 +106,8 @@ def _table_in(text: str, file: str) -> pandas.DataFrame:
     """Return the words of a CSV file, whose header may be a comment; decimal commas as points."""
     import pandas
 
-    text = text.removeprefix("#").lstrip(" ")
+    above = itertools.takewhile(_is_above_the_header, text.splitlines(keepends=True))
+    text = text[sum(map(len, above)) :].removeprefix("#").lstrip(" ")
     head = text.partition("\n")[0]
     separator = next((one for one in ";\t," if one in head), r"\s+")
     try:
@@ -121,9 +123,23 @@ def _table_in(text: str, file: str) -> pandas.DataFrame:
     table.columns = [str(name).strip() for name in table.columns]
     for name in set(COLUMNS) & set(table.columns) if separator != "," else ():
         words = table[name]
+        commas = words.str.contains(",", regex=False)
+        own, others = words[commas], words[~commas]
+        if own.size and own.str.fullmatch(_GROUPED).all() and others.str.isdecimal().any():
+            allowed = "may have a comma of thousands: leave it out, and write decimals with a point"
+            raise SceneError(name, own.iloc[0], allowed, file=file)
         if not words.str.contains(".", regex=False).any():
             table[name] = words.str.replace(",", ".")
     return table
+
+
+def _is_above_the_header(line: str) -> bool:
+    """Whether a line is a comment, or blank, and not the header itself."""
+    return line.strip()[:1] in ("", "#") and COLUMNS[1] not in line
+
+
+_GROUPED = r"\d{1,3}(,\d{3})+"
+"""A number with commas of thousands; 1,234 may have a decimal comma where no other is whole."""
 
 
 def _of_table(scene: Scene, table: pandas.DataFrame, file: str) -> Sampled:

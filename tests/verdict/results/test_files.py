@@ -149,7 +149,9 @@ def test_columns_stand_in_any_order_among_others(tmp_path: Path) -> None:
     found = read(SCENE, [file], "si", None).peak_force
     assert found.tolist()[:3] == [200.0, 0.0, 3.5]
     assert np.isnan(found[3:]).all()
-    file.write_text("# contact peak_force_N\n2 200\n4  3.5\n")  # as np.savetxt writes it
+    file.write_text(
+        "# made by\n\n# contact peak_force_N\n2 200\n4  3.5\n"
+    )  # as np.savetxt writes it
     assert read(SCENE, [file], "si", None).peak_force[[0, 2]].tolist() == [200.0, 3.5]
 
 

@@ -37,6 +37,10 @@ BROKEN: dict[str, tuple[bytes, str]] = {
         b"contact;peak_force_N\n2;101,5\n3;1.101,5\n4;99,5\n",
         r"peak_force_N in row 1 = '101,5': must be a finite number",
     ),
+    "commas of thousands": (
+        b"contact;peak_force_N\n2;1,015\n3;985\n",
+        r"peak_force_N = '1,015': may have a comma of thousands",
+    ),
     "a point among commas": (
         b"contact;peak_force_N\n2;101,5\n3;1.101\n4;99,5\n",
         r"peak_force_N in row 1 = '101,5': must",
