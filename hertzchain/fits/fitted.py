@@ -6,8 +6,6 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from hertzchain.arrays import FloatArray
 from hertzchain.fits.free import limits_of
 from hertzchain.observables.definitions import context_of
@@ -19,6 +17,9 @@ if TYPE_CHECKING:
 NOISE_KNOWN = 1.35
 """Mean square of differences over the noise above which they are no noise: that is measured to 5 %
 in 200 samples, and counts squared."""
+
+LARGEST_OF_PEAKS = 0.1
+"""Relative residual of peaks above which it is no noise of theirs (chosen)."""
 
 RARE = 1e-3
 """Probability of differences that last, below which they are no noise (chosen)."""
@@ -138,14 +139,21 @@ class Fit:
     @property
     def is_noise(self) -> bool:
         """Whether the scene differs from what was measured by no more than its noise."""
-        return self.mean_square <= NOISE_KNOWN and self.chance >= RARE
+        return not self._is_large and self.chance >= RARE
+
+    @property
+    def _is_large(self) -> bool:
+        return self.mean_square > (NOISE_KNOWN if self.noise_is_known else LARGEST_OF_PEAKS**2)
 
     @property
     def remarks(self) -> tuple[str, ...]:
         """Sentences on the residual and on values near an end of their range; usually none."""
+        residual = math.sqrt(self.mean_square)
+        of_peaks = f"{residual:.0%} of the peaks, more than measuring explains"
+        large = f"{residual:.2g} times the noise" if self.noise_is_known else of_peaks
         left = (
-            f"the residual is {np.sqrt(self.mean_square):.2g} times the noise: something other"
-            " than the fitted values differs from the scene, and the intervals are widened by that"
+            f"the residual is {large}: something other than the fitted values differs from the"
+            " scene, and the intervals are widened by that"
         )
         lasts = (
             "the residual is as large as the noise, but lasts for half a pulse or several"
@@ -162,7 +170,7 @@ class Fit:
             < one.value + _FAR * one.deviation
             < limits_of(one.key)[1]
         ]
-        what = [left] if self.mean_square > NOISE_KNOWN else [lasts] * (not self.is_noise)
+        what = [left] if self._is_large else [lasts] * (not self.is_noise)
         return (*what, *near)
 
     def plot(self, size: tuple[float, float] | None = None) -> Picture:

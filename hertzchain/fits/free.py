@@ -41,7 +41,9 @@ class Free:
     keys
         Their full names.
     start
-        Their values in the scene, in SI units; the middle of the range where it has none.
+        Their values in the scene, in SI units; the middle of the range where it has none, or 0.
+    before
+        Their values in the scene; None where it has none.
     low, high
         Ends of their ranges over the start values, shape (keys,).
     ties
@@ -50,6 +52,7 @@ class Free:
 
     keys: tuple[str, ...]
     start: tuple[float, ...]
+    before: tuple[float | None, ...]
     low: FloatArray
     high: FloatArray
     ties: tuple[Tie, ...] = ()
@@ -62,9 +65,10 @@ def free_of(scene: Scene, given: Sequence[str], ties: Mapping[str, str] | None) 
     pairs = [one.partition("=")[::2] for one in given]
     keys = [name if name == GAIN else full_name(name.strip(), scene) for name, _ in pairs]
     require(len(set(keys)) == len(keys), "free", given, "names a key twice")
-    start, low, high = [], [], []
+    start, before, low, high = [], [], [], []
     for key, (_, text) in zip(keys, pairs, strict=True):
         value: Any = 1.0 if key == GAIN else base_values(scene, [key])[key]
+        before.append(float(value) if isinstance(value, float) and np.isfinite(value) else None)
         span = _span(key, text) if text else None
         if span is not None and isinstance(value, float) and (value == 0 or np.isnan(value)):
             value = (span.low + span.high) / 2
@@ -79,12 +83,14 @@ def free_of(scene: Scene, given: Sequence[str], ties: Mapping[str, str] | None) 
             least, most = max(least, span.low), min(most, span.high)
         ends = sorted((least / value, most / value))
         start.append(float(value))
-        low.append(max(ends[0], 1 / _RANGE))
-        high.append(min(ends[1], _RANGE))
+        if span is None:
+            ends = [max(ends[0], 1 / _RANGE), min(ends[1], _RANGE)]
+        low.append(ends[0])
+        high.append(ends[1])
         allowed = f"must be within {least:g} and {most:g}, not at an end, to be fitted"
         require(low[-1] < 1 < high[-1], key, value, allowed)
     found = ties_of(scene, ties or {}, keys)
-    return Free(tuple(keys), tuple(start), np.array(low), np.array(high), found)
+    return Free(tuple(keys), tuple(start), tuple(before), np.array(low), np.array(high), found)
 
 
 def _span(key: str, text: str) -> Span:

@@ -87,8 +87,8 @@ class Optimum:
             "value": self.value,
             "before": self.before,
             "parameters": [
-                {"key": key, "value": self.values[key], "unit": unit_of(key), "start": start}
-                for key, start, *_ in self._rows
+                {"key": key, "value": self.values[key], "unit": unit_of(key), "start": before}
+                for key, before in zip(self.free.keys, self.free.before, strict=True)
             ],
             "runs": self.runs,
             "remarks": list(self.remarks),
@@ -99,8 +99,9 @@ class Optimum:
         from hertzchain.report.cards import card
 
         facts = [(self.number, f"{self.value:.5g}, before {self.before:.5g}")]
-        for key, start, *_ in self._rows:
-            facts.append((key, f"{self.values[key]:.4g} {unit_of(key)}, before {start:.4g}"))
+        for key, before in zip(self.free.keys, self.free.before, strict=True):
+            was = "not in the scene before" if before is None else f"before {before:.4g}"
+            facts.append((key, f"{self.values[key]:.4g} {unit_of(key)}, {was}"))
         facts += [("runs", f"{self.runs:,}"), *(("remark", one) for one in self.remarks)]
         return card("Optimum", facts)
 

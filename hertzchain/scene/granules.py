@@ -92,6 +92,11 @@ class Granules:
         """
         return _contact_mass(self.mass, self.stiffness.size)
 
+    def ahead_of(self, granule: int) -> tuple[float, float]:
+        """A [N m^(-3/2)] and 2 m* [kg] of the contact ahead of a granule; behind the last one."""
+        k = min(granule, self.stiffness.size) - 1
+        return float(self.stiffness[k]), 2 * float(self.contact_mass[k])
+
 
 def like_granules(chain: Chain) -> Granules:
     """Return the granules of a uniform free chain, to the last digit those of its properties."""

@@ -210,8 +210,9 @@ class Scene(Shown):
 
     @functools.cached_property
     def _shock_units(self) -> NaturalUnits:
-        """The natural units of the first contact under the shock alone."""
-        stiffness, mass = self.first_contact
+        """The natural units of the contact ahead of the pushed granule under the shock alone."""
+        pushed = self.shock.granule
+        stiffness, mass = self.first_contact if pushed == 1 else self.granules.ahead_of(pushed)
         return NaturalUnits(self.peak_force, *length_and_time(stiffness, mass, self.peak_force))
 
     @property
@@ -219,8 +220,7 @@ class Scene(Shown):
         """A [N m^(-3/2)] and 2 m* [kg] of the first contact; A and m in a uniform chain."""
         if self.is_plain:  # without a list of all granules, which may be many
             return self.chain.contact_stiffness, self.chain.granule_mass
-        granules = self.granules
-        return float(granules.stiffness[0]), 2 * float(granules.contact_mass[0])
+        return self.granules.ahead_of(1)
 
     @functools.cached_property
     def peak_force(self) -> float:
@@ -254,7 +254,7 @@ class Scene(Shown):
             force = max(force, float(np.max(self.granules.static_force)))
         if self.piston is not None and self.wall is not None:
             force = max(force, squeezing_force(self.granules, self.piston, self.end_time))
-        if force == self.peak_force:
+        if force == self.peak_force and self.shock.granule == 1:
             return self._shock_units
         stiffness, mass = self.first_contact
         return NaturalUnits(force, *length_and_time(stiffness, mass, force))
@@ -282,10 +282,10 @@ class Scene(Shown):
     def momentum_ratio(self) -> float:
         """LM_ratio, the impulse over L_SW(F0), always with the paper's 139/32.
 
-        In a scene with terms L_SW is computed for a uniform chain of the first contact, and F0 is
-        the ``peak_force``. The impulse of a sine is that of half a cycle; the impulse of a piston
-        is what granule 2 takes from its fastest stroke in a collision; where only granules of the
-        chain move, it is the sum of their momenta, all as positive.
+        In a scene with terms L_SW is computed for a uniform chain of the contact ahead of the
+        pushed granule, and F0 is the ``peak_force``. The impulse of a sine is that of half a cycle;
+        the impulse of a piston is what granule 2 takes from its fastest stroke in a collision;
+        where only granules of the chain move, it is the sum of their momenta, all as positive.
         """
         if (pulse := self.pulse) is None:
             return self._shock_momentum / self._unit_momentum

@@ -271,7 +271,8 @@ def _check(found: Design, name: str, value: Value) -> None:
         allowed = 'cannot vary: only a wall of kind "elastic" has it, in all scenes of the sweep'
         require(set(kinds) == {"elastic"}, name, None, allowed)
     problem = _problem(found, {name: value})
-    if problem is None or problem.key in _OF_A_ROW:
+    follow = {tie.key for tie in found.ties}
+    if problem is None or problem.key in {*_OF_A_ROW, *follow}:  # rows say so
         return
     others = [axis for axis in found.axes if axis.name != name]
     for values in itertools.product(*map(_extremes, others)):

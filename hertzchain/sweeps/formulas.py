@@ -66,7 +66,7 @@ class Tie:
             tree = ast.parse(text.strip(), mode="eval").body
             with np.errstate(all="ignore"):
                 found = _evaluated(tree, {**names, "pi": np.pi})
-        except (SyntaxError, ValueError, TypeError, RecursionError, MemoryError):
+        except (ArithmeticError, SyntaxError, ValueError, TypeError, RecursionError, MemoryError):
             raise SceneError("tie", f"{self.key}={self.formula}", _ALLOWED) from None
         if is_whole(self.key):  # no scene has the number that stands for what is not finite
             return np.nan_to_num(np.round(found), nan=-1, posinf=-1, neginf=-1).astype(np.int64)

@@ -256,7 +256,19 @@ def test_peaks_of_another_scene_are_told_from_noise() -> None:
     long = replace(TRUE, chain=hc.Chain(24, **STEEL), gauges=())
     found = hc.fit(replace(long, contact=None), peaks_of(long, 0.003), ["striker.velocity"])
     assert not found.is_noise
-    assert "several contacts" in found.remarks[0]
+    assert "12% of the peaks" in found.remarks[0]
+
+
+def test_peaks_that_scatter_too_much_are_no_noise() -> None:
+    few = peaks_of(TRUE, 0.0).iloc[::3]
+    for scatter, is_noise in ((0.03, True), (0.3, False)):
+        signs = np.where(np.arange(len(few)) % 2, 1, -1)
+        found = hc.fit(
+            TRUE, few.assign(peak_force_N=few["peak_force_N"] * (1 + scatter * signs)),
+            ["striker.velocity"],
+        )  # fmt: skip
+        assert found.is_noise == is_noise
+        assert any("more than measuring explains" in one for one in found.remarks) != is_noise
 
 
 @pytest.mark.parametrize(

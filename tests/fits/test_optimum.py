@@ -45,6 +45,16 @@ def test_the_least_force_on_a_wall_stands_at_the_slowest_striker() -> None:
     assert "at an end of its range" in found.remarks[0]
 
 
+def test_a_wide_range_is_searched_as_a_whole() -> None:
+    """Also by more than a factor of 100; a key says what the scene had, here no gap."""
+    found = optimum(SCENE, "gauge_1_arrival_time_s", ["striker.velocity=1 mm/s:1"])
+    assert found.values["striker.velocity"] == pytest.approx(1.0, rel=2e-3)
+    slow = optimum(SCENE, "gauge_1_arrival_time_s", ["striker.velocity=1 mm/s:1"], largest=True)
+    assert slow.values["striker.velocity"] == pytest.approx(1e-3, rel=2e-2)
+    gaps = optimum(SCENE, "gauge_1_arrival_time_s", ["chain.gap=1 um:9 um"])
+    assert gaps.to_dict()["parameters"][0]["start"] == 0.0
+
+
 @pytest.mark.parametrize(
     ("number", "free", "words"),
     [

@@ -116,7 +116,7 @@ def test_long_tables_print_their_first_six_values(rows: int) -> None:
     shown = f"(0.0, 1.0, 2.0, 3.0, 4.0, 5.0{more})"
     table, piston = hc.PulseTable(values, values), hc.Piston(time=values, displacement=values)
     chain = hc.Chain(rows, [k + 1.0 for k in values], 1.0, 0.3, 1.0)
-    assert repr(table) == f"PulseTable(time={shown}, force={shown}, file=None)"
+    assert repr(table) == f"PulseTable(time={shown}, force={shown}, file=None, granule=1)"
     assert f"time={shown}, displacement={shown}" in repr(piston)
     assert f"radius=(1.0, 2.0, 3.0, 4.0, 5.0, 6.0{more}), young_modulus=1.0" in repr(chain)
 

@@ -81,9 +81,6 @@ def test_a_trajectory_shows_granules_as_they_are(tmp_path: Path) -> None:
     assert first.positions[:, 0] * length == pytest.approx(granules.position, rel=1e-7, abs=1e-12)
     moved = (last.positions - first.positions)[:, 0] * length
     assert moved == pytest.approx(result.displacement, rel=0, abs=1e-7 * length)
-    # At the start all forces are in balance but for what the rounding of the file leaves.
-    static = first.info["force_unit_N"] * first.arrays["force"][1:, 0]
-    assert np.max(np.abs(static)) < 1e-6 * np.max(granules.static_force)
 
 
 def test_history_of_the_force_on_a_wall() -> None:

@@ -43,6 +43,12 @@ def test_a_tie_over_a_tie_and_a_value_that_no_scene_has() -> None:
     assert "density" in table["failure"][3]
 
 
+def test_a_value_that_is_impossible_by_itself_is_a_row_too() -> None:
+    ties = {"chain.density": "4e6 * (chain.radius - 0.005)"}
+    table = sweep(SCENE, {"chain.radius": "4 mm, 5 mm, 7 mm"}, ties=ties).to_frame()
+    assert table["failure"].isna().tolist() == [False, False, True]
+
+
 def test_arithmetic() -> None:
     tie = Tie("chain.radius", "-chain.gap**2 + sqrt(chain.density) / 2 * pi - round(1.4)")
     values = {"chain.gap": np.array([1.0, 3.0]), "chain.density": 16.0}
