@@ -24,10 +24,14 @@ _WIDEST = 160  # characters of a value; sentences may be longer
 def card(title: str, facts: Sequence[tuple[str, str]]) -> str:
     """Return a title, and a line for the label and value of each thing to know."""
     width = max((len(label) for label, _ in facts), default=0)
-    lines = (
-        f"  {label:<{width}}  {textwrap.shorten(value, _WIDEST, placeholder=' ...')}"
-        for label, value in facts
-    )
+    indent = " " * (width + 4)
+
+    def shown(label: str, value: str) -> str:
+        if label == "remark":  # a sentence, whose end counts
+            return f"\n{indent}".join(textwrap.wrap(value, _WIDEST))
+        return textwrap.shorten(value, _WIDEST, placeholder=" ...")
+
+    lines = (f"  {label:<{width}}  {shown(label, value)}" for label, value in facts)
     return "\n".join([title, *lines])
 
 
