@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -72,7 +73,7 @@ class Samples:
     block: int
 
 
-class Model:
+class Model(ABC):
     """Differences of what was measured from a scene with other values, over the noise.
 
     What varies are values of keys over their start values, (keys,), and then others, if any.
@@ -140,19 +141,21 @@ class Model:
             raise RunFailed(f"with {tried}, which the fit tried: {problem}") from None
         return self._over_noise(found * self.values(x).get(GAIN, 1.0))
 
+    @abstractmethod
     def _run(self, x: Array, rtol: float | None, later: float) -> FloatArray:
-        raise NotImplementedError
+        """Forces of a scene with other values [N], shape (samples,)."""
 
+    @abstractmethod
     def _over_noise(self, force: FloatArray) -> FloatArray:
-        raise NotImplementedError
+        """The same over the noise."""
 
+    @abstractmethod
     def chance(self, differences: FloatArray) -> float:
         """Probability that noise makes differences which last as long as these."""
-        raise NotImplementedError
 
+    @abstractmethod
     def overlays(self, x: Array) -> tuple[Overlaid, ...]:
         """What was measured and what a scene with other values gives."""
-        raise NotImplementedError
 
     def differences(self, x: Array) -> FloatArray:
         """Differences from what was measured over the noise, shape (samples,)."""

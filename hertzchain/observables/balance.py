@@ -18,8 +18,7 @@ class Balance:
     momentum
         Momentum of all granules except a piston at the end [N s].
     work
-        Work of the applied force, or of a piston on the second, plus the
-        energy at the start [J].
+        Work of the applied force, or of a piston on granule 2, plus the energy at the start [J].
     energy
         Energy at the end [J]: kinetic energy of all granules except a piston, plus 2/5 F overlap
         for each contact, less the work of constant forces.
