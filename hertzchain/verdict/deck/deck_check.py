@@ -139,23 +139,6 @@ class Case:
         return np.logical_and(self.truth.peak_passed, judged_contacts(self.truth.peak_force))
 
     @property
-    def settles(self) -> bool:
-        """Whether a drag lets the chain settle, and is gone when the shock begins."""
-        drags = [fix for fix in self.found.fixes if fix.style == "viscous"]
-        acts = bool(np.any(np.nan_to_num(self.found.drag)))
-        return acts and bool(drags) and all(map(self.has_ended, drags))
-
-    def has_ended(self, fix: FoundFix) -> bool:
-        """Whether a fix is gone before the run in which the shock begins."""
-        found = self.found
-        begins = [run.command for run in found.runs if run.start <= self.start * (1 + 1e-9)]
-        if self.start <= 0 or not begins:
-            return False
-        name = found.commands[fix.command].text.split()[1]
-        between = found.commands[fix.command : begins[-1]]
-        return any(one.carried_out and one.text.split()[:2] == ["unfix", name] for one in between)
-
-    @property
     def whole_effect(self) -> float:
         """How far the deck's own peaks are off, for what no chain along a line can show."""
         return change_of_peaks(self.found.peak_force, self.truth.peak_force, self.judged)

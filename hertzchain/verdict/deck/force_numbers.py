@@ -108,12 +108,9 @@ def _drag(case: Case) -> Difference:
     drag = np.where(np.isfinite(found.drag), found.drag, 0.0)
     k, count = int(np.argmax(np.abs(drag))), case.twin.drag.size
     whole = np.append(drag[:count], np.zeros(max(0, count - drag.size)))
-    until = ", until the shock begins" if case.settles else ""
     return Difference(
-        drag[k], 0.0, relative=0.0 if case.settles else None, effect=0.0,
-        changes=None if case.settles else {"drag": whole},
-        sentence=f"a drag of {drag[k]:.3g} N s/m acts on granule {k + 1}{until}, the scene has"
-        " none",
+        drag[k], 0.0, effect=0.0, changes={"drag": whole},
+        sentence=f"a drag of {drag[k]:.3g} N s/m acts on granule {k + 1}, the scene has none",
         at=_last_fix(
             case, lambda fix: _drags(case, fix) and _shows_in_motion(case, fix)[0].size > 0
         ), command=WITHOUT,
@@ -128,7 +125,7 @@ def _in_motion(case: Case) -> list[Difference]:
     dragged = _drag(case).differs
     for fix in found.fixes:
         is_told = fix.command in walls or is_of(found, fix.command, "random")
-        if fix.moves or is_told or (dragged and _drags(case, fix)) or case.has_ended(fix):
+        if fix.moves or is_told or (dragged and _drags(case, fix)):
             continue
         both = _shows_in_motion(case, fix)
         for column, (granules, way) in enumerate(zip(both, ("along", "across"), strict=True)):

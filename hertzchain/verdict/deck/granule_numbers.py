@@ -14,7 +14,7 @@ from hertzchain.engines.lammps.reading.units import UNITS
 from hertzchain.verdict.deck.deck_check import ROUND_OFF, Case, Indices, groups, names, values
 from hertzchain.verdict.deck.measured import far_wall
 from hertzchain.verdict.deck.number import Difference, Number, changed, same
-from hertzchain.verdict.deck.places import Pairs
+from hertzchain.verdict.deck.places import Pairs, commands_of
 from hertzchain.verdict.deck.right_commands import wall_plane
 
 _SAME_UNIT = 0.1  # relative: lengths in other units are off by 100 or more (chosen)
@@ -130,12 +130,17 @@ def _distance(case: Case) -> Difference | list[Difference]:
     gap, unit = opening[k], case.units.length
     kind = f"a gap of {gap:.3g} m" if gap > 0 else f"an overlap of {-gap:.3g} m"
     first = int(alike[0]) + 1 if alike.size else 0
+    stands = [(measured[k] / unit, expected[k] / unit),
+              (abs(float(position[first])) / unit, float(of_scene[first]) / unit)]  # fmt: skip
+    run, settled = None, ""
+    if case.found.before > 0:  # no text has the places
+        stands, settled = [], " after the runs before the shock"
+        run = max(k for k in commands_of(case.found, "run") if k < case.found.first_run)
     return Difference(
-        measured[k], expected[k], name, relative=0.0, changes={"opening": opening},
-        sentence=f"{name} {values(measured[k], expected[k], 'm')}: {kind} in contact {k + 2},"
-        f" which the shock presses by {deep[k]:.2g} m",
-        stands=[(measured[k] / unit, expected[k] / unit),
-                (abs(float(position[first])) / unit, float(of_scene[first]) / unit)],
+        measured[k], expected[k], name, relative=0.0, changes={"opening": opening}, at=run,
+        sentence=f"{name}{settled} {values(measured[k], expected[k], 'm')}: {kind} in contact"
+        f" {k + 2}, which the shock presses by {deep[k]:.2g} m",
+        stands=stands,
         differs=bool(np.any(np.abs(off) > _PLACES * deep + rounding)),
     )  # fmt: skip
 

@@ -202,10 +202,12 @@ def start_of_shock(found: FoundDeck, scene: Scene) -> float:
     """When the shock begins in the deck's own time [s]: 0, or the start of one of its runs.
 
     People let a chain settle before they push it. The start with which the forces are most like
-    those of the scene.
+    those of the scene; without forces when granules get their velocities, or the first is led.
     """
     starts = [0.0, *(run.start for run in found.runs if run.start > 0)]
-    if not scene.ramps or found.applied_time.size == 0:
+    if not scene.ramps:
+        return _start_of_motion(found)
+    if found.applied_time.size == 0:
         return 0.0
     force = np.sum(found.applied_force, axis=1)
     acts = np.flatnonzero(np.abs(force) > _QUIET * scene.peak_force)
@@ -231,6 +233,16 @@ def start_of_shock(found: FoundDeck, scene: Scene) -> float:
     if best > 0 and exact < _FITS * scene.peak_force and misfit(best) < 0.25 * misfit(begun):
         return best
     return begun
+
+
+def _start_of_motion(found: FoundDeck) -> float:
+    """When granules of a deck without a pushing force begin to move [s]."""
+    if found.driven_time.size:
+        return float(found.driven_time[0])
+    given = [k for k, one in enumerate(found.commands) if one.text.split()[0] == "velocity"]
+    if np.any(found.velocity) or not given:
+        return 0.0
+    return next((run.start for run in found.runs if run.command > given[-1]), 0.0)
 
 
 def readings_of_runs(found: FoundDeck) -> list[tuple[FloatArray, FloatArray]]:

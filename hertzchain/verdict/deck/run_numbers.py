@@ -260,7 +260,7 @@ def _found_twin(case: Case) -> tuple[Twin, tuple[Stretch, ...]]:
         mass=np.append(math.inf, found.mass[1:]) if found.driven[0] else found.mass,
         velocity=np.ascontiguousarray(found.velocity[:, 0]),
         constant_force=np.ascontiguousarray(found.constant_force[:, 0]),
-        drag=np.zeros_like(found.drag) if case.settles else np.nan_to_num(found.drag),
+        drag=np.nan_to_num(found.drag),
         stiffness=stiffness,
         exponent=exponent,
         opening=opening,

@@ -57,6 +57,7 @@ def found(scene: hc.Scene) -> FoundDeck:
             for line, text in enumerate(COMMANDS, start=1)
         ),
         first_run=len(COMMANDS) - 1,
+        before=0.0,
         units="si",
         stopped="",
         is_chain=True,

@@ -253,27 +253,6 @@ def test_a_chain_that_stays_at_rest_has_one_thing_to_mend(
     assert [check.name for check in done.to_mend] == ["applied force on granule 1"]
 
 
-def test_a_fix_that_has_ended_before_the_shock(scene: hc.Scene, right: FoundDeck) -> None:
-    """A chain that settles may be held until then; a shock that begins later has runs before."""
-    wait, command = 500 * STEP, right.fixes[1].command
-    held = replace(right.fixes[1], largest_in_motion=np.ones((scene.chain.granules, 2)))
-    runs = (
-        replace(right.runs[0], steps=500, command=command + 1),
-        replace(right.runs[0], start=wait, command=len(right.commands) - 1),
-    )
-    later = changed(
-        right, runs=runs, fixes=(right.fixes[0], held),
-        applied_time=np.append(0.0, right.applied_time + wait),
-        applied_force=np.vstack([right.applied_force[:1], right.applied_force]),
-        end_time=right.end_time + wait,
-    )  # fmt: skip
-    unfixed = replace(right.commands[command + 1], text="unfix 2")
-    commands = (*right.commands[: command + 1], unfixed, *right.commands[command + 2 :])
-    for deck, names in ((later, ["along", "across"]), (changed(later, commands=commands), [])):
-        told = [check.name.split()[4] for check in examined(scene, deck).to_mend]
-        assert told == names
-
-
 def test_a_wall_that_moves_away(scene: hc.Scene, right: FoundDeck) -> None:
     for missed, told in ((1e-8, False), (1e-6, True)):
         overlaps = np.append(right.missed_overlap, missed)

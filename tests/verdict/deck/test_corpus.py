@@ -46,9 +46,9 @@ def test_nothing_is_written(tmp_path: Path) -> None:
     assert {"dump", "write_data", "shell"} <= left
 
 
-SETTLED = """fix v all viscous 5
+SETTLED = """fix v all viscous 70
 timestep 1e-7
-run 5000
+run 15000
 unfix v
 velocity all set 0 0 0
 variable t0 equal $(time)
@@ -64,15 +64,20 @@ def test_a_shock_that_begins_later(tmp_path: Path) -> None:
     path = copied(tmp_path, "precompressed", (FORMULA, SETTLED))
     examined = hc.examine(scene_of("precompressed"), path)
     assert examined.to_mend == ()
-    assert any("the shock begins 0.0005 s after" in remark for remark in examined.remarks)
+    assert any("the shock begins 0.0015 s after" in remark for remark in examined.remarks)
 
 
 @pytest.mark.slow
-def test_a_chain_that_finds_its_places_is_refused(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("drag", "verdict"), [("70", "pass"), ("5", "fail")])
+def test_a_chain_that_finds_its_places(tmp_path: Path, drag: str, verdict: str) -> None:
+    """Its numbers are those when the shock begins: with too little drag it still swings."""
     unsettled = ("(2*${R}-${delta})", "2*${R}")
-    path = copied(tmp_path, "precompressed", (FORMULA, SETTLED, *unsettled))
-    with pytest.raises(hc.HertzchainError, match="settles before the shock"):
-        hc.examine(scene_of("precompressed"), path)
+    settled = (FORMULA, SETTLED.replace("70", drag))
+    path = copied(tmp_path, "precompressed", (*settled, *unsettled))
+    examined = hc.examine(scene_of("precompressed"), path)
+    assert examined.verdict == verdict
+    names = {check.kind for check in examined.to_mend}
+    assert names == (set() if verdict == "pass" else {"distance"})
 
 
 def test_files_are_looked_for_in_the_working_folder(

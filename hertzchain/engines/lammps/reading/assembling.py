@@ -51,6 +51,7 @@ def found_of(
         version=seen.version,
         commands=seen.commands,
         first_run=seen.first_run,
+        before=seen.before,
         units=granules.units.name,
         stopped=seen.stopped,
         is_chain=granules.is_chain,

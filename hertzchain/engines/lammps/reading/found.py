@@ -95,7 +95,8 @@ class FoundDeck:
     version: str  # of LAMMPS, year month day
     # In the order in which they were carried out or left out, up to the end of the deck.
     commands: tuple[Executed, ...]
-    first_run: int  # index of the first that takes a step: granules are as they were then
+    first_run: int  # index of the first that counts: granules are as they were then
+    before: Time  # that the deck had run by then; 0 where none of it settles
     units: str
     # Why the deck did not come to its end; empty where it did. Peaks and what is read at the end
     # are then not numbers, and the runs are those that it should have had.

@@ -75,9 +75,14 @@ class Replay(Playing):
     """Plays a deck without its motion; with ``leads`` granules that a fix leads are moved."""
 
     def __init__(
-        self, stage: Stage, granules: Granules, between: float, leads: bool = False
+        self,
+        stage: Stage,
+        granules: Granules,
+        between: float,
+        begin: float = 0.0,
+        leads: bool = False,
     ) -> None:
-        super().__init__(stage, granules.count)
+        super().__init__(stage, granules.count, begin)
         self._granules, self._between, self._leads = granules, between, leads
         self._left_out: set[str] = set()
         self._time: list[FloatArray] = []

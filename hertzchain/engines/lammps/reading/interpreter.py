@@ -274,7 +274,7 @@ class Interpreter:
     def _take(self, steps: int, keywords: dict[str, str], index: int) -> None:
         """Take steps; LAMMPS prepares its first run, whatever ``pre`` says."""
         kept = [f"{word} {value}" for word, value in keywords.items() if self._ran or word != "pre"]
-        self._player.run(steps, " ".join(kept), index)
+        self._player.take(steps, " ".join(kept), index)
         self._ran = True
 
 

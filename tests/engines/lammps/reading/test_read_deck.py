@@ -11,7 +11,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.lammps.reading.found import FoundDeck
-from tests.engines.lammps.reading.chains import SCENE, STEP, Deck, read_deck
+from tests.engines.lammps.reading.chains import BESIDE_PYTHON, SCENE, STEP, Deck, read_deck
 from tests.engines.lammps.test_lammps_deck import whole_deck
 
 pytestmark = pytest.mark.lammps
@@ -34,6 +34,37 @@ def pulse(time: np.ndarray) -> np.ndarray:
 def command_of(found: FoundDeck, index: int) -> str:
     """A command, as the deck has it."""
     return found.commands[index].written
+
+
+SETTLES = """group last id 6
+fix load hit addforce 5 0 0
+fix from last addforce -5 0 0
+variable force equal 0
+fix air all viscous 50
+run 5000
+unfix air
+variable t0 equal $(time)
+variable force equal "20*sin(PI*(time-v_t0)/4e-5)^2*(time<(v_t0+4e-5))"
+"""
+"""Before the first run of ``Deck``: a load of 5 N presses the chain, and a drag slows it down."""
+
+
+@pytest.mark.parametrize("lmp", [None, BESIDE_PYTHON], ids=["module", "program"])
+def test_a_deck_that_settles_is_read_as_it_stands_then(lmp: str | None, tmp_path: Path) -> None:
+    """Loads and the shock are those from there on, and time is counted from there."""
+    path = Deck(more=SETTLES, steps=600).write(tmp_path)
+    found = read_deck(path, SCENE, lmp=lmp, begin=5000 * STEP)
+    assert found.before == pytest.approx(5000 * STEP, rel=DIGITS)
+    assert command_of(found, found.first_run) == "run 600"
+    assert [(run.start, run.steps) for run in found.runs] == [(0.0, 600)]
+    # The slowest motion dies away in 27 us, to 1e-8 in 500.
+    apart = 8e-3 - (5 / STIFFNESS) ** (2 / 3)
+    np.testing.assert_allclose(np.diff(found.position), apart, atol=1e-5 * (8e-3 - apart))
+    assert not np.any(found.drag)
+    assert found.constant_force[[0, -1], 0] == pytest.approx([5, -5], rel=DIGITS)
+    expected = pulse(found.applied_time)
+    np.testing.assert_allclose(found.applied_force[:, 0], expected, atol=1e-9)
+    assert [fix.style for fix in found.fixes if not fix.moves] == ["addforce"] * 3
 
 
 @pytest.mark.parametrize(
