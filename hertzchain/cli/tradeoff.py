@@ -36,10 +36,7 @@ def tradeoff(
         None, "-o", "--output", help="Write all that was measured (CSV)."
     ),
 ) -> None:
-    """Measure error against cost of every method on a scene; half a minute for 60 granules.
-
-    SciPy is for uniform free chains, and left out where a scene has more.
-    """
+    """Measure error against cost of every method on a scene; half a minute for 60 granules."""
     from hertzchain.files import write_text
     from hertzchain.report import figures
     from hertzchain.report.tradeoff import print_tradeoff

@@ -25,7 +25,7 @@ from hertzchain.errors import BackendMissing, RunFailed, require
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
-from hertzchain.verdict.contenders import SCIPY, WAYS, Contender, Outcome, contenders
+from hertzchain.verdict.contenders import WAYS, Contender, Outcome, contenders
 
 if TYPE_CHECKING:
     import pandas
@@ -110,9 +110,8 @@ def tradeoff(
 ) -> Tradeoff:
     """Measure error and cost of every contender on a scene.
 
-    ``engines`` has names of ``WAYS``; SciPy is left out for a scene with terms, with a remark. Each
-    setting is repeated for ``enough`` seconds in each round, or runs once for 0. RunFailed if the
-    reference method fails, so that there is no truth.
+    ``engines`` has names of ``WAYS``. Each setting is repeated for ``enough`` seconds in each
+    round, or runs once for 0. RunFailed if the reference method fails, so that there is no truth.
     """
     for name in engines:
         require(name in WAYS, "engine", name, f"must be one of {', '.join(WAYS)}")
@@ -135,9 +134,6 @@ def tradeoff(
             remarks[str(problem)] = None
         except RunFailed as problem:
             remarks[f"{contender.name}: {problem}"] = None
-    if SCIPY in engines and scene.terms:
-        has = ", ".join(scene.terms)
-        remarks[f"SciPy: left out, it is for uniform free chains, and this one has {has}"] = None
     order = [contender.name for contender in running]
     rows = tuple(sorted(found.values(), key=lambda row: order.index(row.contender)))
     return Tradeoff(scene, rows, max(moved, TRUTH_ERROR), missing, tuple(remarks))
