@@ -51,8 +51,8 @@ MOST_LINES = 400
 
 NOT_ON_THE_MAP = {*LEVELS[0], *OUTSIDE, "pytest_plugin", "registry", "__init__", "__main__"}
 
-CORE_LOOKS_OUT = {("hertzchain.verdict.deck_numbers", "hertzchain.verdict.deck.measured")}
-"""The one import of the core from what stands around it: all decks are measured alike."""
+CORE_LOOKS_OUT = {("hertzchain.verdict.comparison", "hertzchain.verdict.deck.own")}
+"""The one import of the core from what stands around it: all decks are examined alike."""
 
 
 FILES = {

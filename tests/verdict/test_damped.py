@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 import hertzchain as hc
-from hertzchain.verdict.deck_numbers import examined
+from hertzchain.verdict.deck.own import examined
 from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
 from tests.conftest import STEEL
 from tests.engines.native.test_damped_scenes import LAWS, PULSE, scene_with

@@ -50,7 +50,7 @@ def test_a_mistake_is_caught_and_named_first(mistake: Mistake) -> None:
     # A run that fails is reported before its deck is examined.
     assert {check.name for check in wrong[: wrong.index(first)]} <= {"lammps: failed"}
     if mistake.what in AT_THE_WALL:
-        assert first.reason.endswith("largest at the wall")
+        assert "the wall" in first.reason
     if mistake.what in UNBALANCED:
         assert POSITION in failed(comparison.checks)
 
@@ -69,4 +69,4 @@ def test_motions_alone_do_not_show_static_overlaps_that_all_simulations_share() 
     """Every run is wrong in the same way: the numbers of the deck show it, and nothing else."""
     everywhere = next(one for one in MISTAKES_WITH_TERMS if one.what == UNBALANCED[1])
     wrong = failed(compared(everywhere).checks)
-    assert wrong == {everywhere.check, WALL}
+    assert wrong == {everywhere.check, WALL, "lammps: distance of neighbours [m]"}

@@ -15,7 +15,7 @@ from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.errors import RunFailed
 from hertzchain.verdict.check import Check
-from hertzchain.verdict.deck_numbers import number_checks
+from hertzchain.verdict.deck.own import number_checks
 from tests.conftest import paper_scene
 from validation import mistakes, table3, table4
 from validation.mistakes import (
@@ -29,13 +29,13 @@ from validation.rows import Row
 from validation.script import Script
 
 EXAMINATION = {
-    "lammps: granules",
-    "lammps: position at rest [m]",
-    "lammps: granule mass [kg]",
-    "lammps: contact stiffness [N m^(-3/2)]",
-    "lammps: contact exponent",
-    "lammps: damping",
-    "lammps: tangential force",
+    "lammps: number of granules",
+    "lammps: place of granules [m]",
+    "lammps: mass [kg]",
+    "lammps: stiffness of the contacts [N m^-1.5]",
+    "lammps: exponent of the contact law",
+    "lammps: damping [N]",
+    "lammps: friction [N]",
     "lammps: applied force [N]",
 }
 """The checks that name a mistake in a deck."""
@@ -168,12 +168,12 @@ def test_the_deck_makes_as_many_granules_as_asked_for(granules: int) -> None:
 @pytest.mark.lammps
 def test_one_granule_more_is_refused_and_named() -> None:
     plant = in_set_up((" block -0.5 11.5 ", " block -0.5 12.5 "))
-    check = seen(plant, "lammps: granules")
+    check = seen(plant, "lammps: number of granules")
     assert (check.measured, check.expected, check.passed) == (13.0, 12.0, False)
     with plant(), pytest.raises(RunFailed, match="made 13 granules of a chain of 12"):
         hc.Lammps().run(small_scene())
     comparison = compared(replace(NONE, plant=plant))
-    assert failed(comparison.checks) == {"lammps: failed", "lammps: granules"}
+    assert failed(comparison.checks) == {"lammps: failed", "lammps: number of granules"}
 
 
 # Examined numbers

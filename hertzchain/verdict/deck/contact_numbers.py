@@ -26,7 +26,11 @@ def _expected(case: Case) -> FloatArray:
 
 def is_tried(case: Case) -> bool:
     """Whether any contact of a deck was tried."""
-    return bool(case.laws) and bool(np.any(np.isfinite(case.found.contact_force)))
+    found = case.found
+    if case.exact:
+        tried = np.isfinite([*found.contact_force, *found.damped_force])
+        return bool(np.all(tried) and np.all(np.isfinite(found.tangential_force)))
+    return bool(case.laws) and bool(np.any(np.isfinite(found.contact_force)))
 
 
 def role_of(case: Case, alike: Indices) -> str:
@@ -47,7 +51,7 @@ def _missing(case: Case) -> list[Difference]:
         for index, one in enumerate(case.found.commands)
         if one.carried_out and re.match(r"neigh_modify\s.*\bexclude\s+(?!none)", one.text)
     ]
-    for alike in groups(np.array([-float(law.is_missing) for law in case.laws])):
+    for alike in groups(np.array([-float(law.is_missing) for law in case.laws]), 0.0):
         who, k = case.contact_name(alike), int(alike[0])
         made.append(
             Difference(
@@ -63,27 +67,37 @@ def _missing(case: Case) -> list[Difference]:
 
 def _exponent(case: Case) -> list[Difference]:
     made, laws = [], case.laws
-    for alike in groups(np.array([law.is_bent * (law.exponent - 1.5) for law in laws])):
+    room = np.array([3 * _rounding(case, k) if case.exact else EXPONENT for k in range(len(laws))])
+    off = np.array([0.0 if law.is_missing else law.exponent - 1.5 for law in laws])
+    for alike in groups(off, room):
         powers = changed(case.twin.exponent, alike, [laws[k].exponent for k in alike])
         stiffness = changed(case.twin.stiffness, alike, [laws[k].stiffness for k in alike])
         who, k = case.contact_name(alike), int(alike[0])
         made.append(
             Difference(
                 laws[k].exponent, 1.5, f"exponent of {who}", role=role_of(case, alike),
-                changes={"exponent": powers, "stiffness": stiffness},
+                changes={"exponent": powers, "stiffness": stiffness}, room=room[k],
                 sentence=f"the force of {who} goes as overlap^{laws[k].exponent:.3g}, the scene has"
                 f" Hertz's overlap^1.5; at {case.near[k]:.2g} m it is {laws[k].ratio:.3g} times"
                 " Hertz's",
             )
         )  # fmt: skip
-    return made or [same(laws[0].exponent, 1.5)]
+    k = int(np.argmax(np.abs(off)))
+    return made or [same(laws[k].exponent, 1.5, room[k])]
+
+
+def _rounding(case: Case, k: int) -> float:
+    """What rounding makes of the force of a contact at the overlap that matters."""
+    return float(case.rounding(k, case.near[k]))
 
 
 def _stiffness(case: Case) -> list[Difference]:
     made, laws, expected = [], case.laws, _expected(case)
     ratio = np.array([law.ratio for law in laws])
     wrong = [law.is_missing or law.is_bent for law in laws]
-    for alike in groups(np.where(wrong, 0.0, ratio * _by_radius(case) - 1)):
+    room = np.array([_rounding(case, k) for k in range(len(laws))])
+    off = np.where(wrong, 0.0, ratio * _by_radius(case) - 1)
+    for alike in groups(off, room):
         k, who = int(alike[np.argmax(np.abs(ratio[alike] - 1))]), case.contact_name(alike)
         stiffness = changed(case.twin.stiffness, alike, (expected * ratio)[alike])
         measured, right = float(ratio[k] * expected[k]), float(expected[k])
@@ -93,10 +107,11 @@ def _stiffness(case: Case) -> list[Difference]:
                 changes={"stiffness": stiffness}, role=role_of(case, alike),
                 sentence=f"stiffness of {who} {values(measured, right, 'N m^-1.5')}"
                 f" ({_times(ratio[k])}{_slip(case, who, float(ratio[k]))})",
-                stands=_words(case, k, float(ratio[k])),
+                stands=_words(case, k, float(ratio[k])), room=room[k] * right,
             )
         )  # fmt: skip
-    return made or [same(laws[0].stiffness, expected[0])]
+    k = int(np.argmax(np.abs(off)))
+    return made or [same(laws[k].stiffness, expected[k], room[k] * expected[k])]
 
 
 def _words(case: Case, k: int, ratio: float) -> Pairs:
@@ -161,10 +176,10 @@ def elsewhere(case: Case) -> list[Difference]:
     ):
         return []
     for k, law in enumerate(case.laws):
-        ratios = law.ratios
-        off = ratios / law.ratio - 1
-        at = int(np.argmax(np.abs(off)))
-        if abs(off[at]) > _BENT:
+        ratios, room = law.ratios, case.rounding(k, law.overlap) if case.exact else _BENT
+        off = np.abs(ratios / (1.0 if case.exact else law.ratio) - 1)
+        at = int(np.argmax(off / room))
+        if not np.all(off <= room):
             alike = np.array([k])
             who = case.contact_name(alike)
             return [
@@ -190,7 +205,7 @@ def _image(case: Case) -> Difference | list[Difference]:
     return Difference(
         force, 0.0, effect=math.inf, sentence="granules at the two ends push one another by"
         f" {force:.3g} N through the periodic boundary",
-        differs=force > QUIET * case.scene.units.force,
+        room=case.least(QUIET) * case.scene.units.force,
     )  # fmt: skip
 
 
@@ -201,7 +216,7 @@ def _wall(case: Case) -> list[Difference]:
     """A wall that is missing; one that the last granule does not meet where it is pushed."""
     scene, found = case.scene, case.found
     if scene.wall is None or far_wall(found) is not None:
-        return [same(1, 1)] if scene.wall is not None else []
+        return [same(1, 1, 0.0)] if scene.wall is not None else []
     for index, one in enumerate(found.commands):
         plane = _PLANE.match(one.text)
         if not one.carried_out or plane is None or plane[1] != found.axis:

@@ -8,44 +8,54 @@ from typing import Any
 
 import numpy as np
 
+from hertzchain.arrays import FloatArray
 from hertzchain.verdict.deck.contact_numbers import QUIET, elsewhere, role_of
 from hertzchain.verdict.deck.deck_check import Case, values
 from hertzchain.verdict.deck.measured import Damper, dampers
 from hertzchain.verdict.deck.number import Difference, Number, same
 
-_CLEAR = 1e-3  # of a contact force: damping that is off by more is wrong (chosen)
+_CLEAR = 1e4  # times what rounding explains: damping that is off by more is wrong (chosen)
 
 
 def _damping(case: Case) -> list[Difference]:
     """Damping by approaching and parting granules: what is added to a law of one power."""
-    if elsewhere(case):
+    found = dampers(case.found, case.scene)
+    if elsewhere(case) or not any(one.added.size for one in found):
         return []
-    found = dampers(case.found, case.scene, case.laws)
-    k, at, most = _worst(found, approaching=True)
+    rooms = [_room(case, k, one) for k, one in enumerate(found)]
+    k, at, most = _worst(found, rooms, approaching=True)
     if most <= _CLEAR:  # granules that part tell of limits, too
-        k, at, most = _worst(found, approaching=False)
-    if most <= QUIET:
-        return [same(0.0, 0.0)]
+        k, at, most = _worst(found, rooms, approaching=False)
     one, alike, wanted = found[k], np.array([k]), case.scene.contact is not None
-    added, expected = float(one.added[at]), float(one.expected[at])
+    added, expected, room = (float(each[at]) for each in (one.added, one.expected, rooms[k]))
+    if most <= 1:
+        return [same(added, expected, room)]
     who = case.contact_name(alike)
     return [
         Difference(
             added, expected, f"damping of {who}", changes=_damped(case, found),
             relative=(added - expected) / max(abs(expected), 1e-300) if wanted else None,
-            sentence=_sentence(one, at, who), role=role_of(case, alike),
+            sentence=_sentence(one, at, who), role=role_of(case, alike), room=room,
         )
     ]  # fmt: skip
 
 
-def _worst(found: list[Damper], approaching: bool) -> tuple[int, int, float]:
-    """The contact and the try that is off the most, and by how much; of approaching granules."""
+def _room(case: Case, k: int, one: Damper) -> FloatArray:
+    """What rounding explains at each try [N], of the force or of damping, if that is larger."""
+    share = 2 * case.rounding(k, one.overlap) if case.exact else QUIET
+    return np.asarray(share * np.maximum(one.elastic, np.abs(one.expected)))
+
+
+def _worst(
+    found: list[Damper], rooms: list[FloatArray], approaching: bool
+) -> tuple[int, int, float]:
+    """The contact and the try that is off the most, and by how many times what it may."""
     worst, at, most = 0, 0, 0.0
     for k, one in enumerate(found):
         if one.added.size == 0:
             continue
-        off, scale = np.abs(one.added - one.expected), np.maximum(one.elastic, np.abs(one.expected))
-        off = np.divide(off, scale, out=np.where(off > 0, np.inf, 0.0), where=scale > 0)
+        off, room = np.abs(one.added - one.expected), rooms[k]
+        off = np.divide(off, room, out=np.where(off > 0, np.inf, 0.0), where=room > 0)
         if approaching:
             off = np.where(one.closing > 0, off, 0.0)
         if not np.max(off) <= most:
@@ -69,7 +79,7 @@ def _sentence(one: Damper, at: int, who: str) -> str:
 
 def damping_of_twin(case: Case) -> dict[str, Any]:
     """Numbers of a twin that is damped as the deck is."""
-    return _damped(case, dampers(case.found, case.scene, case.laws))
+    return _damped(case, dampers(case.found, case.scene))
 
 
 def _damped(case: Case, found: list[Damper]) -> dict[str, Any]:
@@ -106,14 +116,14 @@ def _power_of(found: list[Damper]) -> float:
 
 def _friction(case: Case) -> Difference:
     """Sideways forces and torques over radius when granules spin: the scene has none."""
-    unit = float(np.max([law.stiffness for law in case.laws])) * float(np.max(case.near)) ** 1.5
+    unit = float(np.min(case.twin.stiffness * case.near**1.5))
     of_walls = [wall.tangential_force for wall in case.found.walls]
     sideways = float(np.nanmax(np.abs([*case.found.tangential_force, *of_walls]), initial=0.0))
     still = np.max(np.abs(case.found.spin), initial=0.0) == 0
     return Difference(
         sideways, 0.0, effect=0.0 if still else case.whole_effect,
         sentence=f"friction: granules that spin are pushed sideways or turned by {sideways:.3g} N,"
-        " the scene has no friction", differs=sideways > QUIET * max(unit, 1e-300),
+        " the scene has no friction", room=case.least(QUIET) * unit,
     )  # fmt: skip
 
 

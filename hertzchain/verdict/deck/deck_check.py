@@ -16,18 +16,25 @@ from hertzchain.engines.lammps.reading.found import FoundDeck, FoundFix
 from hertzchain.engines.lammps.reading.units import Units
 from hertzchain.limits import Deadline
 from hertzchain.observables.peaks import judged_contacts
-from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
 from hertzchain.verdict.check import apart
+from hertzchain.verdict.deck.expected import length
 from hertzchain.verdict.deck.measured import Law
 from hertzchain.verdict.deck.places import Changes, Place
 from hertzchain.verdict.deck.twin import Stretch, Twin, TwinRun, change_of_peaks, run_twin
 
 Indices = NDArray[np.intp]
 
+EXAMINED = 1e-12
+"""Relative: what LAMMPS may make of numbers of our own decks. Measured 3e-15, R 1e-8 to 1e3 m, N to
+1e4."""
+
 ROUND_OFF = 1e-9  # relative: decks of 17 digits have less; none of it is worth a remark (chosen)
 ACTS = 1e-6  # of the largest force: granules with less are not pushed (chosen)
 _WHICH = re.compile(r"(?: of| on| at)? (?:all |the )?(?:granules?|contacts?)\b.*| \d+.*")
+
+_EPS = float(np.finfo(np.float64).eps)
+_ROUNDED = 6 * _EPS  # of a coordinate: two of them and their difference, half as much again
 
 _MOST_GROUPS = 3  # numbers that are wrong alike, each with a remark of its own (chosen)
 DIGITS = 10.0  # times the tolerance: what carried digits can make of one number (chosen)
@@ -112,14 +119,17 @@ class Case:
     """What the checks of a deck share.
 
     ``found`` is in SI units, ``units`` are those of the deck, ``start`` is when the shock begins in
-    the deck's time, ``near`` the largest overlap of each contact by the reference [m].
+    the deck's time, ``peaks`` are those of the reference [N], ``passed`` whether it is past them,
+    and ``near`` the largest overlap of each contact by it [m]. In an ``exact`` deck only round-off
+    may differ; it is judged before it runs, without peaks.
     """
 
     scene: Scene
     found: FoundDeck
     units: Units
     start: float
-    truth: Result
+    peaks: FloatArray
+    passed: NDArray[np.bool_]
     near: FloatArray
     laws: Sequence[Law]
     twin: Twin
@@ -127,6 +137,22 @@ class Case:
     expected: TwinRun
     tolerance: float
     deadline: Deadline
+    exact: bool = False
+
+    def least(self, of_others: float) -> float:
+        """From which share on a difference counts: in an exact deck a smaller one."""
+        return EXAMINED if self.exact else of_others
+
+    @property
+    def rounded(self) -> float:
+        """What rounding may make of a distance between coordinates [m]."""
+        return _ROUNDED * length(self.scene)
+
+    def rounding(self, k: int, overlap: FloatArray) -> FloatArray:
+        """The same of forces of a contact at overlaps, which are such distances; relative."""
+        radius = self.scene.granules.radius
+        reach = length(self.scene) if k + 1 == radius.size else radius[k] + radius[k + 1]
+        return np.asarray(np.maximum(self.least(ROUND_OFF), _ROUNDED * reach / overlap))
 
     def effect(self, stretches: Sequence[Stretch] = (), **numbers: Any) -> float:
         """How much numbers of the deck, in place of the scene's, change the peaks at most."""
@@ -136,12 +162,12 @@ class Case:
     @property
     def judged(self) -> NDArray[np.bool_]:
         """Contacts that the deck has seen peak, and that count; a wall's is the last."""
-        return np.logical_and(self.truth.peak_passed, judged_contacts(self.truth.peak_force))
+        return np.logical_and(self.passed, judged_contacts(self.peaks))
 
     @property
     def whole_effect(self) -> float:
         """How far the deck's own peaks are off, for what no chain along a line can show."""
-        return change_of_peaks(self.found.peak_force, self.truth.peak_force, self.judged)
+        return change_of_peaks(self.found.peak_force, self.peaks, self.judged)
 
     def allowed(self, change: float | None, relative: float) -> bool:
         """Whether a difference is digits only: of a number (relative) and of the peaks."""
@@ -189,12 +215,12 @@ def values(measured: float, expected: float, unit: str) -> str:
     return f"is {found}{end}, the scene has {wanted}{end}"
 
 
-def groups(relative: FloatArray) -> list[Indices]:
+def groups(relative: FloatArray, room: FloatArray | float) -> list[Indices]:
     """Indices of numbers that differ by the same, the largest difference first.
 
-    ``relative`` is the difference of each number; those of round-off are left out.
+    ``relative`` is the difference of each number; those of round-off, ``room``, are left out.
     """
-    left = np.flatnonzero(~(np.abs(relative) <= ROUND_OFF))
+    left = np.flatnonzero(~(np.abs(relative) <= room))
     made: list[Indices] = []
     while left.size and len(made) < _MOST_GROUPS - 1:
         order = np.nan_to_num(np.abs(relative[left]), nan=np.inf)

@@ -12,6 +12,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.found import FoundFix
 from hertzchain.verdict.deck.deck_check import ACTS, ROUND_OFF, Case, Indices, names, values
+from hertzchain.verdict.deck.expected import constant_force
 from hertzchain.verdict.deck.measured import displacement, stretches_of
 from hertzchain.verdict.deck.number import Difference, Number, changed, same
 from hertzchain.verdict.deck.places import WITHOUT, commands_of, formula_of, is_of, place_at
@@ -27,15 +28,20 @@ def _last_fix(case: Case, wanted: Callable[[FoundFix], bool]) -> int | None:
 # ---- Loads
 
 
+def _least_force(case: Case) -> float:
+    """From which on a force is one, and no round-off [N]."""
+    return case.least(ROUND_OFF) * case.scene.units.force
+
+
 def _constant(case: Case) -> Difference:
     """Gravity and static loads."""
     found, units = case.found, case.units
     count = min(found.mass.size, case.twin.mass.size)
     measured = found.constant_force[:count, 0] + 0.0  # no -0
-    expected, least = case.twin.constant_force[:count], ROUND_OFF * case.scene.units.force
-    off = measured - expected
+    expected, least = constant_force(case.scene)[:count], _least_force(case)
     if case.scene.piston is not None:  # forces on it do not matter
-        off[0] = 0.0
+        expected[0] = measured[0]
+    off = measured - expected
     k = int(np.argmax(np.abs(off)))
     largest = np.max(np.abs(expected))
     alike = np.flatnonzero(np.abs(off) > least)
@@ -64,12 +70,12 @@ def _constant(case: Case) -> Difference:
         sentence=f"the constant force on granule {k + 1}"
         f" {values(measured[k], expected[k], 'N')}{kind}",
         stands=stands, role=role, at=at, command="" if largest > 0 else WITHOUT,
-        differs=abs(off[k]) > least,
+        room=least,
     )  # fmt: skip
 
 
 def _constant_across(case: Case) -> Difference:
-    across, least = case.found.constant_force[:, 1:], ROUND_OFF * case.scene.units.force
+    across, least = case.found.constant_force[:, 1:], _least_force(case)
     side = float(np.max(np.abs(across), initial=0.0))
     falls = across / case.found.mass[:, np.newaxis]
     as_one = bool(np.allclose(falls, falls[0], rtol=1e-6, atol=1e-6 * np.max(np.abs(falls))))
@@ -77,7 +83,7 @@ def _constant_across(case: Case) -> Difference:
         side, 0.0, effect=0.0 if as_one else case.whole_effect,
         sentence=f"a constant force of {side:.3g} N acts across the chain, the scene has none",
         at=_last_fix(case, lambda fix: bool(np.max(fix.largest[:, 1]) > least)),
-        command=WITHOUT, differs=side > least,
+        command=WITHOUT, room=least,
     )  # fmt: skip
 
 
@@ -105,7 +111,7 @@ def _drags(case: Case, fix: FoundFix) -> bool:
 
 def _drag(case: Case) -> Difference:
     found = case.found
-    drag = np.where(np.isfinite(found.drag), found.drag, 0.0)
+    drag = np.where(np.isfinite(found.drag), found.drag, 0.0) + 0.0  # no -0
     k, count = int(np.argmax(np.abs(drag))), case.twin.drag.size
     whole = np.append(drag[:count], np.zeros(max(0, count - drag.size)))
     return Difference(
@@ -114,7 +120,7 @@ def _drag(case: Case) -> Difference:
         at=_last_fix(
             case, lambda fix: _drags(case, fix) and _shows_in_motion(case, fix)[0].size > 0
         ), command=WITHOUT,
-        differs=abs(drag[k]) > ROUND_OFF * case.scene.units.force / case.scene.units.velocity,
+        room=_least_force(case) / case.scene.units.velocity,
     )  # fmt: skip
 
 
@@ -167,12 +173,12 @@ def _random(case: Case) -> list[Difference]:
 
 def _across(case: Case) -> list[Difference]:
     found = case.found
-    side, least = found.applied_sideways, ACTS * case.scene.units.force
+    side, least = found.applied_sideways, case.least(ACTS) * case.scene.units.force
     if side <= least:
         return []
     return [
         of_shock(case, Difference(
-            side, 0.0, effect=case.whole_effect,
+            side, 0.0, effect=case.whole_effect, room=least,
             sentence=f"an applied force of up to {side:.4g} N acts across the chain, which lies"
             f" along {found.axis}",
         ))
@@ -185,7 +191,7 @@ def _pushed(case: Case) -> tuple[FloatArray, Indices, float]:
     All are in N, and forces below the least are none.
     """
     largest = np.max(np.abs(case.found.applied_force), axis=0, initial=0.0)
-    least = ACTS * case.scene.units.force
+    least = case.least(ACTS) * case.scene.units.force
     at = np.flatnonzero(largest > least)
     return largest, at[at != case.scene.shock.granule - 1], least
 
@@ -228,7 +234,7 @@ def _shock(case: Case) -> list[Difference]:
         )  # fmt: skip
         return [of_shock(case, one)]
     if scene.ramps or top <= least:
-        return []
+        return [same(top, 0.0, least)] if case.exact and not scene.ramps else []
     return [
         of_shock(case, Difference(
             top, 0.0, changes=pushing_changes(case, np.flatnonzero(largest > 0)),
@@ -259,7 +265,8 @@ def _driven(case: Case) -> Difference:
     who = names(led, found.driven.size, "granule", 1)
     right = "granule 1 alone" if wanted else "no granule"
     return Difference(
-        led.size, wanted, effect=math.inf, differs=not np.array_equal(led, np.arange(wanted)),
+        led.size, wanted, effect=math.inf,
+        room=0.0 if np.array_equal(led, np.arange(wanted)) else -1.0,
         sentence=f"a fix leads {who}, whatever presses them; the scene leads {right}",
         at=_leading(case) if led.size else None, command=WITHOUT if led.size else "",
     )  # fmt: skip
@@ -282,7 +289,7 @@ def _piston(case: Case) -> Difference | list[Difference]:
     way = piston.distance(case.scene.end_time)
     k = int(np.argmax(off)) if off.size else 0
     if off.size == 0:
-        return same(way, way)
+        return same(way, way, 0.0)
     measured, should, unit = found.driven_displacement[k], expected[k], case.units.velocity
     # A piston by fix setforce has its velocity from another command.
     moves = any(fix.style == "move" for fix in found.fixes)
@@ -296,7 +303,7 @@ def _piston(case: Case) -> Difference | list[Difference]:
         sentence=f"the displacement of granule 1 at {time[k]:.4g} s"
         f" {values(float(measured), float(should), 'm')}", stands=stands,
         role="piston" if moves else "velocity", at=None if is_number else _leading(case),
-        differs=off[k] > ROUND_OFF * way + 1e-9 * float(case.near[0]),
+        room=case.least(ROUND_OFF) * (way + float(case.near[0])) + case.rounded,
     )  # fmt: skip
 
 

@@ -11,7 +11,16 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.units import UNITS
-from hertzchain.verdict.deck.deck_check import ROUND_OFF, Case, Indices, groups, names, values
+from hertzchain.verdict.deck.deck_check import (
+    EXAMINED,
+    ROUND_OFF,
+    Case,
+    Indices,
+    groups,
+    names,
+    values,
+)
+from hertzchain.verdict.deck.expected import length, places
 from hertzchain.verdict.deck.measured import far_wall
 from hertzchain.verdict.deck.number import Difference, Number, changed, same
 from hertzchain.verdict.deck.places import Pairs, commands_of
@@ -30,7 +39,7 @@ def _both(measured: FloatArray, expected: FloatArray) -> tuple[FloatArray, Float
 def _count(case: Case) -> Difference:
     found, wanted = case.found.radius.size, case.scene.chain.granules
     return Difference(
-        found, wanted, effect=math.inf, differs=found != wanted,
+        found, wanted, effect=math.inf, room=0.0,
         stands=[(found, wanted), *[(found - 1, wanted - 1)] * (found - 1 != wanted)],
         sentence=f"the deck has {found} granules, the scene {wanted}",
     )  # fmt: skip
@@ -40,21 +49,24 @@ def _alike(
     measured: FloatArray,
     expected: FloatArray,
     off: FloatArray,
+    room: float,
     name: str,
     changes: Callable[[Indices], dict[str, Any]],
     stands: Callable[[float, float, int], Pairs],
 ) -> list[Difference]:
     """A difference for all granules that are off by the same, of the one that is off the most."""
     made = []
-    for alike in groups(off):
+    for alike in groups(off, room):
         k = int(alike[np.argmax(np.abs(off[alike]))])
         made.append(
             Difference(
                 measured[k], expected[k], f"{name} of {names(alike, measured.size, 'granule', 1)}",
                 relative=off[k], changes=changes(alike), stands=stands(measured[k], expected[k], k),
+                room=room * expected[k],
             )
         )  # fmt: skip
-    return made or [same(measured[0], expected[0])]
+    k = int(np.argmax(np.abs(off)))
+    return made or [same(measured[k], expected[k], room * expected[k])]
 
 
 def _with_units(case: Case, one: Difference) -> Difference:
@@ -86,7 +98,7 @@ def _radius(case: Case) -> list[Difference]:
             opening[max(granule - 1, 0) : granule + 1] += expected[granule] - measured[granule]
         return {"mass": mass, "opening": opening}
 
-    made = _alike(measured, expected, off, "radius", changes,
+    made = _alike(measured, expected, off, case.least(ROUND_OFF), "radius", changes,
                   lambda old, new, _: [(2 * old / unit, 2 * new / unit), (old / unit, new / unit)],
                   )  # fmt: skip
     return [_with_units(case, one) for one in made]
@@ -98,8 +110,9 @@ def _mass(case: Case) -> list[Difference]:
     if case.scene.piston is not None:  # its mass does not matter
         expected = np.append(measured[:1], expected[1:])
     radius, of_scene = _both(case.found.radius, case.scene.granules.radius)
-    fitting = expected * (radius / of_scene) ** 3
-    off = np.where(np.abs(measured / fitting - 1) <= 1e-6, 0.0, measured / expected - 1)
+    fitting, room = expected * (radius / of_scene) ** 3, case.least(ROUND_OFF)
+    explained = np.abs(measured / fitting - 1) <= case.least(1e-6)
+    off = np.where(explained, 0.0, measured / expected - 1)
     units = case.units
 
     def changes(alike: Indices) -> dict[str, Any]:
@@ -111,21 +124,33 @@ def _mass(case: Case) -> list[Difference]:
         right = new / volume
         return [(early, right), (old / volume, right), (old / units.mass, new / units.mass)]
 
-    return _alike(measured, expected, off, "mass", changes, stands)
+    return _alike(measured, expected, off, room, "mass", changes, stands)
+
+
+def _place(case: Case) -> Difference | list[Difference]:
+    """Where granules are: one's own chain begins at 0, others may begin anywhere."""
+    if not case.exact:
+        return []
+    begin = float(case.found.origin @ case.found.direction)
+    measured, expected = _both(begin + case.found.position, places(case.scene))
+    k = int(np.argmax(np.abs(measured - expected)))
+    return Difference(measured[k], expected[k], f"place of granule {k + 1}",
+                      room=EXAMINED * length(case.scene))  # fmt: skip
 
 
 def _distance(case: Case) -> Difference | list[Difference]:
     """Gaps and overlaps at the start, by the distance of neighbours."""
-    position, of_scene = _both(case.found.position, case.scene.granules.position)
+    position, of_scene = _both(case.found.position, places(case.scene))
     expected, measured = np.diff(of_scene), np.diff(position)
     if measured.size == 0:
         return []
     off, deep = measured - expected, case.near[: measured.size]
-    rounding = 8 * np.finfo(np.float64).eps * float(np.max(np.abs(position)))
-    k = int(np.argmax(np.abs(off)))
+    room = _PLACES * deep + case.rounded
+    over = np.abs(off) > room
+    k = int(np.argmax(np.where(over | ~np.any(over), np.abs(off), 0.0)))
     opening = np.array(case.twin.opening)
     opening[: measured.size] += off
-    alike = np.flatnonzero(np.abs(off) >= max(0.5 * float(np.abs(off[k])), rounding))
+    alike = np.flatnonzero(np.abs(off) >= max(0.5 * float(np.abs(off[k])), case.rounded))
     name = f"distance of granules at {names(alike, measured.size, 'contact', 2)}"
     gap, unit = opening[k], case.units.length
     kind = f"a gap of {gap:.3g} m" if gap > 0 else f"an overlap of {-gap:.3g} m"
@@ -140,8 +165,7 @@ def _distance(case: Case) -> Difference | list[Difference]:
         measured[k], expected[k], name, relative=0.0, changes={"opening": opening}, at=run,
         sentence=f"{name}{settled} {values(measured[k], expected[k], 'm')}: {kind} in contact"
         f" {k + 2}, which the shock presses by {deep[k]:.2g} m",
-        stands=stands,
-        differs=bool(np.any(np.abs(off) > _PLACES * deep + rounding)),
+        stands=stands, room=room[k],
     )  # fmt: skip
 
 
@@ -149,10 +173,8 @@ def _wall_place(case: Case) -> Difference | list[Difference]:
     wall, scene = far_wall(case.found), case.scene
     if scene.wall is None or wall is None or case.found.position.size != scene.chain.granules:
         return []
-    last = float(scene.granules.position[-1])
-    expected = float(scene.granules.radius[-1] + case.twin.opening[-1])
+    expected = float(np.diff(places(scene))[-1])
     measured = wall.position - float(case.found.position[-1])
-    rounding = 8 * np.finfo(np.float64).eps * last
     opening = changed(case.twin.opening, -1, case.twin.opening[-1] + measured - expected)
     stands = []
     if case.found.axis in "xyz":
@@ -160,8 +182,7 @@ def _wall_place(case: Case) -> Difference | list[Difference]:
         stands = [(plane + float(case.found.direction.sum()) * further, plane)]
     return Difference(
         measured, expected, relative=0.0, at=wall.command, stands=stands,
-        changes={"opening": opening},
-        differs=bool(abs(measured - expected) > _PLACES * float(case.near[-1]) + rounding),
+        changes={"opening": opening}, room=case.least(_PLACES) * case.near[-1] + case.rounded,
         sentence=f"the wall {values(measured, expected, 'm')} from the centre of the last granule",
     )  # fmt: skip
 
@@ -180,16 +201,16 @@ def _off_axis(case: Case) -> Difference:
         off, 0.0, relative=0.0, effect=_tilt(case, off),
         sentence=f"granule {k + 1} is {off:.3g} m off the axis of the chain, the scene is straight",
         reason="a contact that tilts by s / 2R loses s^2 / 4R of its overlap",
-        stands=[(off / case.units.length, 0.0)], differs=off > ROUND_OFF * radius,
+        stands=[(off / case.units.length, 0.0)], room=case.least(ROUND_OFF) * radius,
     )  # fmt: skip
 
 
 def _velocity(case: Case) -> Difference:
     """Velocities at the start: those of a striker, else none."""
     measured, expected = _both(case.found.velocity[:, 0], case.twin.velocity)
-    off = measured - expected
     if case.scene.piston is not None:  # a fix leads it
-        off[0] = 0.0
+        expected = np.append(measured[:1], expected[1:])
+    off = measured - expected
     k = int(np.argmax(np.abs(off)))
     unit, alone = case.units.velocity, np.count_nonzero(np.abs(off) > 0) == 1
     who = f"granule {k + 1}" if alone else f"granules, largest at granule {k + 1},"
@@ -199,8 +220,14 @@ def _velocity(case: Case) -> Difference:
         changes={"velocity": np.append(measured, case.twin.velocity[measured.size :])},
         sentence=f"velocity of {who} at the start {values(measured[k], expected[k], 'm/s')}",
         stands=[(abs(measured[k]) / unit, abs(expected[k]) / unit)],
-        differs=abs(off[k]) > ROUND_OFF * case.scene.units.velocity,
+        room=case.least(ROUND_OFF) * _fastest(case),
     )  # fmt: skip
+
+
+def _fastest(case: Case) -> float:
+    """As what velocities are large or small [m/s]: granules of our own decks at rest have none."""
+    largest = float(np.max(np.abs(case.twin.velocity)))
+    return largest if case.exact else case.scene.units.velocity
 
 
 def _velocity_across(case: Case) -> Difference:
@@ -210,17 +237,17 @@ def _velocity_across(case: Case) -> Difference:
         side, 0.0, effect=_tilt(case, min(side * case.found.end_time, radius)),
         sentence=f"granules move across the chain with {side:.3g} m/s, the scene has no such"
         " velocity", stands=[(side / case.units.velocity, 0.0)],
-        differs=side > ROUND_OFF * case.scene.units.velocity,
+        room=case.least(ROUND_OFF) * _fastest(case),
     )  # fmt: skip
 
 
 def _spin(case: Case) -> Difference:
     spin = float(np.max(np.abs(case.found.spin), initial=0.0))
-    surface = spin * float(np.max(case.scene.granules.radius))
+    radius = float(np.max(case.scene.granules.radius))
     return Difference(
         spin, 0.0, effect=case.whole_effect, stands=[(spin * case.units.time, 0.0)],
         sentence=f"granules spin with {spin:.3g} 1/s at the start, the scene has no spin",
-        differs=surface > ROUND_OFF * case.scene.units.velocity,
+        room=case.least(ROUND_OFF) * _fastest(case) / radius,
     )  # fmt: skip
 
 
@@ -231,6 +258,7 @@ GRANULES = (
            explains=True),
     Number("radius", "m", "radius", _radius),
     Number("mass", "kg", "mass", _mass),
+    Number("place of granules", "m", "place", _place),
     Number("distance of neighbours", "m", "place", _distance),
     Number("place of the wall", "m", "wall", _wall_place),
     Number("distance from the axis", "m", "place", _off_axis, explains=True),

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.found import FoundDeck, FoundWall, scaled
+from hertzchain.engines.lammps.reading.prober import DAMPED, DEPTHS
 from hertzchain.engines.lammps.reading.units import UNITS, Units
 from hertzchain.errors import RunFailed
 from hertzchain.observables.damped_law import DampedLaw
@@ -23,6 +24,7 @@ EXPONENT = 0.01  # of 3/2: two tries of a law of Hertz are within 1e-9, Hooke's 
 _NO_FORCE = 1e-6  # of Hertz's: a contact with less pushes not at all (chosen)
 _HELD = 1e-5  # of its overlap: a granule that moves less may as well be held (chosen)
 _STAYS = 0.05  # of all time: a static load is there for longer after the shock (chosen)
+_LATE = 1e-8  # of an overlap: by how much rounding may hide where a force begins (chosen)
 _QUIET = 1e-9  # of the largest force: a force below is round-off (chosen; 1e-12 is usual)
 
 
@@ -59,12 +61,14 @@ def in_si(found: FoundDeck, scene: Scene) -> tuple[FoundDeck, Units]:
 class Law:
     """The force of one contact by its probes: ``stiffness`` overlap^``exponent`` near an overlap.
 
-    ``ratios`` is the force over Hertz's with the scene's stiffness at each try, ``ratio`` that by
-    the law at the overlap that matters: a law of another exponent has a stiffness in another unit.
+    ``ratios`` is the force over Hertz's with the scene's stiffness at each ``overlap`` tried,
+    ``ratio`` that by the law at the overlap that matters: a law of another exponent has a stiffness
+    in another unit.
     """
 
     stiffness: float
     exponent: float
+    overlap: FloatArray
     ratios: FloatArray
     ratio: float
 
@@ -87,17 +91,17 @@ def law_of(overlap: FloatArray, force: FloatArray, stiffness: float, near: float
     tried = np.isfinite(force) & (overlap > 0)
     order = np.argsort(overlap[tried])
     depth, push = overlap[tried][order], force[tried][order]
-    ratios, pushing = push / (stiffness * depth**1.5), push > 0
-    depth, push = depth[pushing], push[pushing]
+    tries = depth, push / (stiffness * depth**1.5)
+    depth, push = depth[push > 0], push[push > 0]
     exponent, nearer = 1.5, 0
     if depth.size == 0:
-        return Law(0.0, exponent, ratios, 0.0)
+        return Law(0.0, exponent, *tries, 0.0)
     if depth.size > 1:
         at = int(np.clip(np.searchsorted(depth, near), 1, depth.size - 1))
         exponent = float(np.log(push[at] / push[at - 1]) / np.log(depth[at] / depth[at - 1]))
         nearer = at if abs(depth[at] - near) < abs(depth[at - 1] - near) else at - 1
     own = float(push[nearer] / depth[nearer] ** exponent)
-    return Law(own, exponent, ratios, own * near ** (exponent - 1.5) / stiffness)
+    return Law(own, exponent, *tries, own * near ** (exponent - 1.5) / stiffness)
 
 
 def _tries(found: FoundDeck, scene: Scene) -> list[list[FloatArray]]:
@@ -113,9 +117,9 @@ def _tries(found: FoundDeck, scene: Scene) -> list[list[FloatArray]]:
     between = min(count - 1, found.contact_force.shape[1])
     made = [[column[:, k] for column in columns] for k in range(between)]
     if scene.wall is not None and wall is not None and between == count - 1:
-        made.append(
-            [wall.overlap, wall.force, wall.damped_overlap, wall.closing, wall.damped_force]
-        )
+        # A gap is not tried there.
+        made.append([np.append(np.nan, wall.overlap), np.append(np.nan, wall.force),
+                     wall.damped_overlap, wall.closing, wall.damped_force])  # fmt: skip
     return made
 
 
@@ -129,8 +133,20 @@ def laws(found: FoundDeck, scene: Scene, near: FloatArray) -> list[Law]:
 
 
 def far_wall(found: FoundDeck) -> FoundWall | None:
-    """The wall at the far end, if the deck has one."""
-    return next((wall for wall in found.walls if wall.end == "last"), None)
+    """The wall at the far end, if the deck has one, from where its force begins.
+
+    By Hertz's law it may begin a little earlier than its force shows among others.
+    """
+    wall = next((wall for wall in found.walls if wall.end == "last"), None)
+    if wall is None:
+        return None
+    deep, overlap = wall.force[-2:] ** (2 / 3), wall.overlap
+    with np.errstate(all="ignore"):
+        late = float(deep[1] * (overlap[-1] - overlap[-2]) / (deep[1] - deep[0]) - overlap[-1])
+    if not abs(late) < _LATE * overlap[-1]:
+        return wall
+    return replace(wall, position=wall.position - late, overlap=overlap + late,
+                   damped_overlap=wall.damped_overlap + late)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,19 +160,20 @@ class Damper:
     overlap: FloatArray  # m
 
 
-def dampers(found: FoundDeck, scene: Scene, made: Sequence[Law]) -> list[Damper]:
-    """Damping of each contact with a law, the wall's last; forces of elastic contacts by it."""
+def dampers(found: FoundDeck, scene: Scene) -> list[Damper]:
+    """Damping of each contact, the wall's last: what a force at rest lacks."""
     law = None if scene.contact is None else DampedLaw.of(scene)
     dampings = []
-    for k, (one, (_, _, *tries)) in enumerate(zip(made, _tries(found, scene), strict=True)):
+    at_rest = [DEPTHS.index(depth) for depth, _ in DAMPED]
+    for k, (_, force, *tries) in enumerate(_tries(found, scene)):
         tried = np.isfinite(tries[2]) & (tries[0] > 0)
-        overlap, closing, force = (values[tried] for values in tries)
-        elastic = one.stiffness * overlap**one.exponent
+        overlap, closing, damped = (values[tried] for values in tries)
+        elastic = force[at_rest][tried]
         expected = np.zeros_like(overlap)
         if law is not None:
             added = law.damper(overlap[:, None], closing[:, None], np.array([k]))[:, 0]
             expected = np.asarray(added, np.float64)
-        dampings.append(Damper(force - elastic, expected, elastic, closing, overlap))
+        dampings.append(Damper(damped - elastic, expected, elastic, closing, overlap))
     return dampings
 
 

@@ -44,8 +44,9 @@ class Difference:
         Index of the command that makes it, itself or by its variables, where that is known.
     command
         What that command should be where no number stands in it; ``WITHOUT`` for none.
-    differs
-        Whether there is a difference above round-off.
+    room
+        The largest difference that is round-off; below 0 where the two differ whatever the numbers
+        are.
     """
 
     measured: float | None
@@ -61,12 +62,19 @@ class Difference:
     role: str = ""
     at: int | None = None
     command: str = ""
-    differs: bool = True
+    room: float = -1.0
+
+    @property
+    def differs(self) -> bool:
+        """Whether there is a difference above round-off."""
+        if self.measured is None or self.expected is None:
+            return True
+        return not abs(self.measured - self.expected) <= self.room
 
 
-def same(measured: float, expected: float) -> Difference:
-    """No difference above round-off."""
-    return Difference(measured, expected, differs=False)
+def same(measured: float, expected: float, room: float) -> Difference:
+    """No difference above round-off; what is more than ``room`` has its reason elsewhere."""
+    return Difference(measured, expected, room=max(room, abs(measured - expected)))
 
 
 def changed(numbers: FloatArray, at: Any, values: Any) -> FloatArray:
@@ -103,12 +111,15 @@ class Number:
     explains: bool = False
 
 
+def differences(case: Case, number: Number) -> list[Difference]:
+    """What a deck has of one number: several differences, or one that may be none."""
+    found = number.compared(case)
+    return [found] if isinstance(found, Difference) else found
+
+
 def checks_of(case: Case, number: Number) -> list[DeckCheck]:
     """The checks of one number."""
-    found = number.compared(case)
-    return [
-        check_of(case, number, one) for one in ([found] if isinstance(found, Difference) else found)
-    ]
+    return [check_of(case, number, one) for one in differences(case, number)]
 
 
 def check_of(case: Case, number: Number, one: Difference) -> DeckCheck:

@@ -32,7 +32,7 @@ def _step(case: Case) -> Difference:
     unit = case.units.time
     dt = max((run.dt for run in case.found.runs), default=0.0)
     longest = stable_step(case.scene, METHODS["velocity-verlet"].interval)
-    error = change_of_peaks(case.expected.peak_force, case.truth.peak_force, case.judged)
+    error = change_of_peaks(case.expected.peak_force, case.peaks, case.judged)
     unstable = dt >= longest
     right = _wanted_step(dt, longest, error, case)
     how = (
@@ -41,7 +41,7 @@ def _step(case: Case) -> Difference:
     )  # fmt: skip
     wrong = unstable or error > case.tolerance
     return Difference(
-        dt, right if wrong else dt, effect=math.inf if unstable else error, differs=wrong,
+        dt, right if wrong else dt, effect=math.inf if unstable else error, room=0.0,
         sentence=f"the time step is {dt:.4g} s, {how}", stands=[(dt / unit, right / unit)],
         command=f"timestep {right / unit:.6g}",
     )  # fmt: skip
@@ -74,7 +74,7 @@ def _end(case: Case) -> Difference:
     one = Difference(
         end, wanted, relative=None if late else 0.0, reason=_SEEN,
         sentence=f"the deck ends {ends[0]} s after the shock begins, the scene {ends[1]} s{which}",
-        differs=end < wanted * (1 - 1e-9),  # its last step may miss it by rounding
+        room=-1.0 if end < wanted * (1 - 1e-9) else math.inf,  # a step may miss it by rounding
     )  # fmt: skip
     if not found.runs:
         return one
@@ -91,7 +91,7 @@ def _integrators(case: Case) -> Difference:
     moved, found = case.found.integrated, case.found
     wrong = np.flatnonzero(moved != 1)
     if wrong.size == 0:
-        return same(1, 1)
+        return same(1, 1, 0.0)
     k = int(wrong[0])
     movers = [fix for fix in found.fixes if fix.moves and (moved[k] == 0 or fix.granules[k])]
     return Difference(
@@ -108,8 +108,8 @@ def _missed(case: Case) -> Difference:
     overlaps, wall = case.found.missed_overlap, far_wall(case.found)
     k = int(np.argmax(overlaps)) if overlaps.size else 0
     missed = float(overlaps[k]) if overlaps.size else 0.0
-    wrong = missed > _MISSED * float(case.near[min(k, case.near.size - 1)])
-    if wrong and wall is not None and k == case.found.position.size - 1:
+    room = _MISSED * float(case.near[min(k, case.near.size - 1)])
+    if missed > room and wall is not None and k == case.found.position.size - 1:
         text = re.sub(r"\s(?:wiggle|shear)\s.*", "", case.found.commands[wall.command].text)
         return Difference(
             missed, 0.0, "wall in motion", effect=case.whole_effect, at=wall.command, command=text,
@@ -117,7 +117,7 @@ def _missed(case: Case) -> Difference:
             " without a force: the wall moves, or ends, while the deck runs",
         )  # fmt: skip
     return Difference(
-        missed, 0.0, effect=math.inf, differs=wrong,
+        missed, 0.0, effect=math.inf, room=room,
         sentence=f"contact {k + 2} overlapped by up to {missed:.3g} m without a force: neighbours"
         " are looked for too rarely, or not far enough",
         command="neigh_modify delay 0 every 1 check yes",
@@ -148,7 +148,7 @@ def motion(case: Case, failed: Iterable[DeckCheck]) -> list[Difference]:
     size = min(measured.size, expected.size)
     if not np.all(np.isfinite(expected)):
         return []
-    pressed = expected[:size] > ROUND_OFF * np.max(case.truth.peak_force)  # else it is round-off
+    pressed = expected[:size] > ROUND_OFF * np.max(case.peaks)  # else it is round-off
     contacts = np.flatnonzero(judged_contacts(expected[:size]) & pressed & case.judged[:size])
     if contacts.size == 0:
         return _end_of_motion(case, run)
@@ -158,7 +158,7 @@ def motion(case: Case, failed: Iterable[DeckCheck]) -> list[Difference]:
     effects = max((check.effect or 0.0 for check in failed), default=0.0)
     mine, own = float(measured[contact]), float(expected[contact])
     if change <= case.tolerance + found.peak_reading_error + _FITTED * effects:
-        return [replace(same(mine, own), effect=change), *_end_of_motion(case, run)]
+        return [replace(same(mine, own, math.inf), effect=change), *_end_of_motion(case, run)]
     return [
         _moved(case, Difference(
             mine, own, f"motion, by the peak of contact {contact + 2}", effect=change,
@@ -275,7 +275,7 @@ def _found_twin(case: Case) -> tuple[Twin, tuple[Stretch, ...]]:
 
 def peaks_check(case: Case) -> DeckCheck:
     """The peaks of the deck against the reference: what all of it is for."""
-    found, truth = case.found, case.truth.peak_force
+    found, truth = case.found, case.peaks
     size = min(found.peak_force.size, truth.size)
     contacts = np.flatnonzero(case.judged[:size])
     measured = expected = change = None

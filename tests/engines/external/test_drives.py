@@ -11,7 +11,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.errors import HertzchainError
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.verdict.deck_numbers import number_checks
+from hertzchain.verdict.deck.own import number_checks
 from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
 from tests.conftest import STEEL
 from tests.engines.native.test_pistons import SCENES as PISTONS

@@ -32,7 +32,7 @@ from hertzchain.errors import (
     TooExpensive,
 )
 from hertzchain.limits import Deadline
-from hertzchain.verdict.deck_numbers import number_checks
+from hertzchain.verdict.deck.own import number_checks
 from tests.conftest import STEEL, paper_scene
 from tests.engines.lammps.test_lammps import largest
 from tests.processes import linux, names, posix

@@ -10,6 +10,7 @@ import numpy as np
 
 import hertzchain as hc
 from hertzchain.engines.lammps.reading.found import Executed, FoundDeck, FoundFix, FoundRun
+from hertzchain.engines.lammps.reading.prober import DAMPED, DEPTHS
 from hertzchain.limits import Deadline
 from hertzchain.verdict.deck import DeckCheck, DeckExamination, compared
 
@@ -34,6 +35,7 @@ COMMANDS = (
 """A deck of that scene."""
 
 STEP, STEPS = 2e-7, 2500
+DEPTH = 5e-6  # of the overlaps that are tried, as LAMMPS would be asked
 
 Change = Callable[[FoundDeck], FoundDeck]
 
@@ -43,11 +45,13 @@ def found(scene: hc.Scene) -> FoundDeck:
     result = hc.Native("velocity-verlet", dt=STEP).run(scene)
     count = scene.chain.granules
     contacts, mass = count - 1, 4 / 3 * np.pi * 4.75e-3**3 * 7958.0
-    overlap = np.outer([1e-7, 1e-6, 5e-6], np.ones(contacts))
+    overlap = np.outer(DEPTH * np.array(DEPTHS), np.ones(contacts))
+    depth, closing = np.array(DAMPED).T
+    damped = np.outer(DEPTH * depth, np.ones(contacts))
     time = np.linspace(0.0, STEP * STEPS, STEPS + 1)
     applied = np.zeros((time.size, count))
     applied[:, 0] = np.where(time < 60e-6, 100 * np.sin(np.pi * time / 60e-6) ** 2, 0.0)
-    force = STIFFNESS * overlap**1.5
+    force = STIFFNESS * np.maximum(overlap, 0.0) ** 1.5
     still, place = np.zeros(count), np.arange(count) * np.float64(9.5e-3)
     everyone, first = np.ones(count, bool), np.arange(count) == 0
     return FoundDeck(
@@ -75,9 +79,9 @@ def found(scene: hc.Scene) -> FoundDeck:
         spin=np.zeros((count, 3)),
         overlap=overlap,
         contact_force=force,
-        closing=np.outer([1.0, -1.0, 1.0], np.ones(contacts)),
-        damped_overlap=overlap,
-        damped_force=force,
+        closing=np.outer(closing, np.ones(contacts)),
+        damped_overlap=damped,
+        damped_force=STIFFNESS * damped**1.5,
         tangential_force=still,
         constant_force=np.zeros((count, 3)),
         drag=still,

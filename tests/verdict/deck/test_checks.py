@@ -63,7 +63,7 @@ def test_a_formula_keeps_the_names_of_the_deck(scene: hc.Scene, right: FoundDeck
 
 def test_a_force_that_is_limited_is_no_other_stiffness(scene: hc.Scene, right: FoundDeck) -> None:
     force = right.contact_force.copy()
-    force[0, 4] *= 0.9  # at the smallest of three overlaps
+    force[1, 4] *= 0.9  # at the smallest overlap
     done = examined(scene, changed(right, contact_force=force))
     check = by_name(done, "force of contact 6 at other overlaps")
     assert not check.passed
@@ -262,9 +262,8 @@ def test_a_wall_that_moves_away(scene: hc.Scene, right: FoundDeck) -> None:
 
 def test_a_law_of_no_power_is_no_damping(scene: hc.Scene, right: FoundDeck) -> None:
     """Another force besides Hertz's, which counts where that is small."""
-    least = (slice(0, 1), slice(None))
-    more = plus("damped_force", least, 0.02 * right.damped_force[0])(right)
-    more = plus("contact_force", least, 0.02 * right.contact_force[0])(more)
+    least = 0.02 * right.contact_force[1]
+    more = plus("damped_force", 6, least)(plus("contact_force", 1, least)(right))
     names = [check.name for check in examined(scene, more).to_mend]
     assert len(names) == 1
     assert re.fullmatch("force of contact .* at other overlaps", names[0])

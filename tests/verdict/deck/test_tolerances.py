@@ -141,7 +141,8 @@ def test_a_wrong_radius_is_no_wrong_stiffness(scene: hc.Scene, right: FoundDeck)
     for factor in (1.02, 0.97):
         force = right.contact_force * math.sqrt(factor)
         deck = changed(
-            right, radius=right.radius * factor, contact_force=force, damped_force=force,
+            right, radius=right.radius * factor, contact_force=force,
+                damped_force=right.damped_force * math.sqrt(factor),
             mass=right.mass * factor**3,
         )  # fmt: skip
         names = [check.name for check in examined(scene, deck).to_mend]

@@ -1,4 +1,4 @@
-"""Each number of the generated deck: a third of what is allowed passes, three times it fails."""
+"""Each number of a deck of our own: a third of what is allowed passes, three times it fails."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ import pytest
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps import FoundDeck
-from hertzchain.verdict.deck_numbers import EXAMINED, number_checks
+from hertzchain.engines.lammps.reading.own import DEPTH
+from hertzchain.verdict.deck.deck_check import EXAMINED
+from hertzchain.verdict.deck.own import number_checks
 from tests.conftest import STEEL
 
 pytestmark = pytest.mark.lammps
@@ -50,24 +52,32 @@ def by(name: str, index: object, factor: float) -> Callable[[FoundDeck], FoundDe
 
 
 MASS = SCENE.chain.granule_mass
-ROUNDED = 6 * np.finfo(np.float64).eps * 2 / 0.01  # of 2R in an overlap of R / 100
+ROUNDED = 6 * np.finfo(np.float64).eps * 2 / DEPTH  # of 2R in an overlap of R / 100
 FORCE = SCENE.units.force
 
 ALLOWED: dict[str, Callable[[float], Callable[[FoundDeck], FoundDeck]]] = {
-    "position at rest": lambda k: set_to("position", 2, 2 * 2 * STEEL["radius"]
+    "place of granules": lambda k: set_to("position", 2, 2 * 2 * STEEL["radius"]
                                          + k * EXAMINED * LENGTH),
-    "distance from the axis": lambda k: set_to("sideways", (2, 1), k * EXAMINED * LENGTH),
-    "granule radius": lambda k: by("radius", 2, 1 + k * EXAMINED),
-    "granule mass": lambda k: set_to("mass", 2, MASS * (1 + k * EXAMINED)),
-    "contact stiffness": lambda k: by("contact_force", (4, 2), 1 + k * max(EXAMINED, ROUNDED)),
-    "contact exponent": lambda k: by("contact_force", (5, 2),
-                                     1 + 3 * k * max(EXAMINED, ROUNDED) * np.log(3)),
-    "damping": lambda k: by("damped_force", (0, 2), 1 + 2 * k * max(EXAMINED, ROUNDED)),
-    "tangential force": lambda k: set_to("tangential_force", 2, k * EXAMINED
+    "distance from the axis": lambda k: set_to("sideways", (2, 1), k * EXAMINED * STEEL["radius"]),
+    "radius": lambda k: by("radius", 2, 1 + k * EXAMINED),
+    "mass": lambda k: set_to("mass", 2, MASS * (1 + k * EXAMINED)),
+    "stiffness of the contacts": lambda k: by("contact_force", (4, 2), 1 + k * EXAMINED),
+    "exponent of the contact law": lambda k: by("contact_force", (5, 2),
+                                     1 + 3 * k * EXAMINED * np.log(3)),
+    "damping": lambda k: by("damped_force", (0, 2), 1 + 2 * k * EXAMINED),
+    "friction": lambda k: set_to("tangential_force", 2, k * EXAMINED
                                          * SCENE.chain.contact_stiffness
-                                         * (0.01 * STEEL["radius"]) ** 1.5),
+                                         * (1.01 * DEPTH * STEEL["radius"]) ** 1.5),
     "constant force": lambda k: set_to("constant_force", (2, 0), k * EXAMINED * FORCE),
-    "applied force": lambda k: set_to("applied_force", (0, 3), k * EXAMINED * FORCE),
+    "constant force across the chain": lambda k: set_to("constant_force", (2, 1),
+                                                        k * EXAMINED * FORCE),
+    "drag": lambda k: set_to("drag", 2, k * EXAMINED * FORCE / SCENE.units.velocity),
+    "granules that are pushed": lambda k: set_to("applied_force", (0, 3), k * EXAMINED * FORCE),
+    "applied force": lambda k: set_to("applied_force", (9, 0), float(right().applied_force[9, 0])
+                                      + k * EXAMINED * FORCE),
+    "applied force across the chain": lambda k: lambda found: replace(
+        found, applied_sideways=k * EXAMINED * FORCE),
+    "force at other overlaps": lambda k: by("contact_force", (2, 2), 1 + k * 10 * ROUNDED),
 }  # fmt: skip
 """By the name of a number: the deck that is off by so many times what is allowed."""
 
@@ -85,15 +95,16 @@ def test_both_sides_of_what_is_allowed(name: str) -> None:
 
 def test_both_sides_of_the_displacement_of_a_piston() -> None:
     found = right(driven=True)
-    way = LENGTH + 0.2 * PISTON.end_time
+    way = 0.2 * PISTON.end_time + 1.01 * DEPTH * STEEL["radius"]
+    room = EXAMINED * way + ROUNDED / 2 * DEPTH * LENGTH
     for share, passed in ((1 / 3, True), (3.0, False)):
         moved = set_to("driven_displacement", -1, 0.2 * float(found.driven_time[-1])
-                       + share * EXAMINED * way)(found)  # fmt: skip
+                       + share * room)(found)  # fmt: skip
         checks = {check.name: check.passed for check in number_checks(PISTON, moved)}
         assert checks["lammps: displacement of the piston [m]"] == passed
 
 
-@pytest.mark.parametrize(("granule", "name"), [(0, None), (1, "largest at granule 2")])
+@pytest.mark.parametrize(("granule", "name"), [(0, None), (1, "mass of granule 2")])
 def test_the_mass_of_a_piston_is_not_judged(granule: int, name: str | None) -> None:
     heavier = number_checks(PISTON, by("mass", granule, 1.001)(right(driven=True)))
     wrong = [check.reason.split("; ")[1] for check in heavier if not check.passed]

@@ -1,0 +1,59 @@
+"""What a deck should have, worked out once more from the scene: places, loads, the applied force.
+
+It must not share a mistake with what writes decks.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from hertzchain import theory
+from hertzchain.arrays import FloatArray
+from hertzchain.scene.scene import Scene
+
+
+def length(scene: Scene) -> float:
+    """Of the chain: coordinates are as large [m]."""
+    return float(np.sum(2 * scene.granules.radius) + np.sum(scene.granules.gap))
+
+
+def places(scene: Scene) -> FloatArray:
+    """Of granules and a wall [m]: contact after contact, each in equilibrium."""
+    granules, count = scene.granules, scene.chain.granules
+    pressed, contacts = scene.precompression, granules.stiffness.size
+    weight = _weight(scene)
+    free = scene.shock.loaded_granule  # a free striker presses nothing at the start
+    weight[:free] = 0.0
+    carried = np.cumsum(weight) + (0.0 if pressed is None else pressed.force)
+    carried[:free] = 0.0
+    overlap = (carried[:contacts] / granules.stiffness) ** (2 / 3)
+    ahead = granules.radius[1:] + np.broadcast_to(scene.chain.gap, count)[1:]
+    if scene.wall is not None:
+        ahead = np.append(ahead, scene.wall.gap)
+    return np.append(0.0, np.cumsum(granules.radius[:contacts] + ahead - overlap))
+
+
+def _weight(scene: Scene) -> FloatArray:
+    """Of each granule along the chain [N], shape (granules,)."""
+    gravity = 0.0 if scene.precompression is None else scene.precompression.gravity
+    granules = scene.granules
+    return np.asarray(gravity * 4 / 3 * math.pi * granules.radius**3 * granules.density)
+
+
+def constant_force(scene: Scene) -> FloatArray:
+    """Weight and static loads on each granule [N], shape (granules,)."""
+    load = _weight(scene)
+    if scene.precompression is not None:
+        load[scene.shock.loaded_granule] += scene.precompression.force
+        load[-1] -= scene.precompression.force if scene.wall is None else 0.0
+    return load
+
+
+def applied_force(scene: Scene, time: FloatArray) -> FloatArray:
+    """F(t) [N] by Table 1 or the pulse table, not by the schedule's ramps; of the shape of time."""
+    if scene.pulse is None:
+        return scene.shock.by_formula(time)
+    assert scene.rise_time is not None
+    return theory.applied_force(time, scene.pulse, scene.rise_time)
