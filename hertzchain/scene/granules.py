@@ -106,6 +106,14 @@ class Granules:
         """
         return _contact_mass(self.mass, self.stiffness.size)
 
+    def reached_from(self, sources: Any) -> NDArray[np.bool_]:
+        """Contacts without a fixed granule between them and one of some granules, (contacts,).
+
+        ``sources`` tells which granules these are, shape (granules,).
+        """
+        part = np.cumsum(np.broadcast_to(self.is_fixed, self.mass.size))
+        return np.isin(part[: self.stiffness.size], part[sources])
+
     def ahead_of(self, granule: int) -> tuple[float, float]:
         """A [N m^(-3/2)] and 2 m* [kg] of the contact ahead of a granule; behind the last one."""
         k = min(granule, self.stiffness.size) - 1

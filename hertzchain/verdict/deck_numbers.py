@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hertzchain import theory
-from hertzchain.arrays import FloatArray
+from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.lammps import FoundDeck, Lammps
 from hertzchain.engines.lammps.reading.prober import DAMPED, DEPTHS
 from hertzchain.errors import RunFailed
@@ -95,17 +95,20 @@ def number_checks(scene: Scene, found: FoundDeck) -> list[Check]:
 def _places(scene: Scene) -> FloatArray:
     """Of granules and a wall [m]: contact after contact, each in equilibrium."""
     granules, count = scene.granules, scene.chain.granules
-    pressed, contacts = scene.precompression, granules.stiffness.size
-    weight = _weight(scene)
-    free = scene.shock.loaded_granule  # a free striker presses nothing at the start
-    weight[:free] = 0.0
-    carried = np.cumsum(weight) + (0.0 if pressed is None else pressed.force)
-    carried[:free] = 0.0
-    overlap = (carried[:contacts] / granules.stiffness) ** (2 / 3)
+    pressed, carried = scene.precompression, np.zeros(granules.stiffness.size)
+    load, weighs, weight = 0.0 if pressed is None else pressed.force, 0.0, _weight(scene)
+    fixed = _fixed(scene)
+    # A free striker presses nothing at the start, and a fixed granule passes nothing on.
+    for k in range(scene.shock.loaded_granule, carried.size):
+        weighs += weight[k]
+        if fixed[k]:
+            load = weighs = 0.0
+        carried[k] = weighs + load
+    overlap = (carried / granules.stiffness) ** (2 / 3)
     ahead = granules.radius[1:] + np.broadcast_to(scene.chain.gap, count)[1:]
     if scene.wall is not None:
         ahead = np.append(ahead, scene.wall.gap)
-    return np.append(0.0, np.cumsum(granules.radius[:contacts] + ahead - overlap))
+    return np.append(0.0, np.cumsum(granules.radius[: carried.size] + ahead - overlap))
 
 
 def _weight(scene: Scene) -> FloatArray:
@@ -113,6 +116,10 @@ def _weight(scene: Scene) -> FloatArray:
     gravity = 0.0 if scene.precompression is None else scene.precompression.gravity
     granules = scene.granules
     return np.asarray(gravity * 4 / 3 * math.pi * granules.radius**3 * granules.density)
+
+
+def _fixed(scene: Scene) -> Array:
+    return np.broadcast_to(scene.chain.fixed, scene.chain.granules)
 
 
 def _length(scene: Scene) -> float:
@@ -141,12 +148,17 @@ def _granules(scene: Scene, found: FoundDeck) -> Iterator[Number]:
     radius, mass = scene.granules.radius, scene.granules.mass
     yield Number("granule radius [m]", found.radius, radius, EXAMINED * radius,
                  f"half of the diameter: {_ONLY}", _at_granule)  # fmt: skip
-    first = 0 if scene.piston is None else 1  # the mass of a piston has no effect
+    moved = np.flatnonzero(np.isfinite(mass))  # other masses have no effect
     yield Number(
-        "granule mass [kg]", found.mass[first:], mass[first:], EXAMINED * mass[first:],
+        "granule mass [kg]", found.mass[moved], mass[moved], EXAMINED * mass[moved],
         f"LAMMPS makes it from diameter and density, 4/3 pi R^3 rho: {_ONLY}",
-        lambda k: _at_granule(k + first),
+        lambda k: _at_granule(int(moved[k])),
     )  # fmt: skip
+    if scene.holds:
+        yield Number(
+            "fixes that move a granule", found.integrated.astype(np.float64),
+            np.where(_fixed(scene), 0.0, 1.0), 0.0, "one each, none of fixed granules", _at_granule,
+        )  # fmt: skip
     if scene.wall is not None:
         wall = far_wall(found)
         place = (
@@ -262,7 +274,8 @@ def _forces(scene: Scene, found: FoundDeck) -> Iterator[Number]:
     load = _weight(scene)
     if scene.precompression is not None:
         load[scene.shock.loaded_granule] += scene.precompression.force
-        load[-1] -= scene.precompression.force if scene.wall is None else 0.0
+        load[-1] -= scene.precompression.force if scene.wall is None and not scene.holds else 0.0
+    load[_fixed(scene)] = 0.0
     along = found.constant_force[:, 0].copy()
     pushed = scene.shock.granule - 1
     of_shock = load[pushed] == 0  # then a constant force on that granule belongs to the shock
