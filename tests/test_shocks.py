@@ -39,7 +39,7 @@ def scenes_of(kind: type[Shock], folder: Path) -> list[hc.Scene]:
     for name in STARTERS:
         scene = hc.Scene.from_toml(write_starter(name, folder / f"{name}.toml")[0])
         free = scene.wall is None and scene.contact is None
-        alike = {"unlike granules", "local shock"}.isdisjoint(scene.terms)
+        alike = {"unlike granules", "local shock", "fixed granules"}.isdisjoint(scene.terms)
         if type(scene.shock) is kind and free and alike:
             granules = scene.chain.granules if scene.moves else GRANULES
             found.append(replace(scene, chain=replace(scene.chain, granules=granules)))

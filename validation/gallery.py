@@ -75,6 +75,7 @@ GALLERY = (
     Entry("terms/piston", "a piston moves at 0.1 m/s: waves follow one another"),
     Entry("terms/sine", "an actuator shakes a pressed chain"),
     Entry("terms/local_shock", "a pulse on granule 10 of a pressed chain: waves run both ways"),
+    Entry("terms/clamped", "a sphere within a pressed chain and its end do not move"),
 )
 """The demo, the six scenes of Table 2, what else a deck can do, and each term. The long chain and
 damped contacts are less exact: with fewer steps they run in seconds too."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any, cast
 
@@ -197,6 +198,18 @@ def pushed_within(rng: np.random.Generator, scene: hc.Scene) -> hc.Scene:
     shock: Any = scene.shock
     granule = int(rng.integers(1, scene.chain.granules + 1))
     return replace(scene, shock=replace(shock, granule=granule))
+
+
+def with_fixed(rng: np.random.Generator, scene: hc.Scene) -> hc.Scene:
+    """Return the scene with up to three fixed granules, where that is possible."""
+    size = scene.chain.granules
+    for _ in range(20):
+        fixed = np.isin(np.arange(size), rng.integers(size, size=int(rng.integers(1, 4))))
+        velocity = np.where(fixed, 0.0, np.broadcast_to(scene.chain.velocity, size))
+        chain = replace(scene.chain, velocity=velocity.tolist(), fixed=fixed.tolist())
+        with suppress(HertzchainError):
+            return replace(scene, chain=chain)
+    return scene
 
 
 def _with_terms(rng: np.random.Generator, longest: int) -> hc.Scene:

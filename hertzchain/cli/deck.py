@@ -58,8 +58,8 @@ def deck(
     """Write a deck of a scene for LAMMPS, LIGGGHTS or Yade that finds the peak forces by itself.
 
     That for LAMMPS compares them with the true ones and says PASS or FAIL; the others write
-    peaks.csv for hertzchain judge. Scenes with unlike or moving granules, gaps, striker, piston,
-    wall, static loads or damping have decks for LAMMPS alone, of pair style granular.
+    peaks.csv for hertzchain judge. Scenes with unlike, moving or fixed granules, gaps, striker,
+    piston, wall, static loads or damping have decks for LAMMPS alone, of pair style granular.
     """
     from hertzchain.decks import known_answer
     from hertzchain.decks.standalone import data_file

@@ -10,6 +10,7 @@ balance of energy.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,9 +40,9 @@ class DampedWatch(PeakWatch):
     """
 
     def __init__(
-        self, law: DampedLaw, inverse_mass: Array, has_wall: bool, has_piston: bool = False
+        self, law: DampedLaw, inverse_mass: Array, on_held: Any = (), has_piston: bool = False
     ) -> None:
-        super().__init__(law.stiffness.size, has_wall=has_wall, has_piston=has_piston)
+        super().__init__(law.stiffness.size, on_held=on_held, has_piston=has_piston)
         self._law, self.inverse_mass = law, inverse_mass
         # The peaks if errors of the forces at first touch are added or subtracted.
         self._at_most, self._at_least = np.zeros_like(self.force), np.zeros_like(self.force)
@@ -95,10 +96,10 @@ class DampedWatch(PeakWatch):
         felt = rate - late * part.growth()
         damper = self._law.damper(overlap, felt, contact)
         self.dissipated += float(np.sum(part.worth * damper * rate))
-        if self._has_wall or self._has_piston:
+        if self._held or self._has_piston:
             impulse = part.worth * curves.scale * (self._law.elastic(overlap, contact) + damper)
-            if self._has_wall:
-                self.wall_impulse += float(np.sum(impulse[:, contact == self.force.size - 1]))
+            for held, times in self._held.items():
+                self.wall_impulse += times * float(np.sum(impulse[:, contact == held]))
             if self._has_piston:
                 self.piston_impulse += float(np.sum(impulse[:, contact == 0]))
         force = curves.scale * self._law.force(overlap, rate, contact)

@@ -313,5 +313,5 @@ def reflects(scene: Scene) -> bool:
 
     Granules that move at the start, or a shock within the chain, may send several waves.
     """
-    has_end = scene.striker is not None or scene.wall is not None or scene.moves
+    has_end = scene.striker is not None or scene.wall is not None or scene.moves or scene.holds
     return has_end or not {"unlike granules", "local shock"}.isdisjoint(scene.terms)

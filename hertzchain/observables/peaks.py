@@ -26,17 +26,19 @@ ESTIMATED = 0.5 * SIGNIFICANT  # lowest peaks by which two runs are compared: on
 class PeakWatch:
     """Keeps the largest force of each contact and its time, and impulses at the ends, from samples.
 
-    The impulses are those on a wall, and of a piston on granule 2, where there is one.
+    The impulses are those on a wall and fixed granules, which ``on_held`` counts as
+    ``times_on_held`` does, and of a piston on granule 2, where there is one.
     """
 
     def __init__(
         self,
         contacts: int,
         dtype: type[np.floating[Any]] = np.float64,
-        has_wall: bool = False,
+        on_held: Any = (),
         has_piston: bool = False,
     ) -> None:
-        self._has_wall, self._has_piston = has_wall, has_piston
+        self._has_piston = has_piston
+        self._held = {k: float(on_held[k]) for k in np.flatnonzero(on_held).tolist()}
         self.wall_impulse = self.piston_impulse = self.dissipated = 0.0
         self.force = np.zeros(contacts, dtype)
         self.time = np.full(contacts, np.nan, dtype)
@@ -74,8 +76,8 @@ class PeakWatch:
 
     def update(self, samples: Samples, late: float = 0.0) -> None:  # noqa: ARG002 - see DampedWatch
         """Add the samples and the intervals between them."""
-        if self._has_wall:
-            self.wall_impulse += contact_impulse(samples, -1)
+        for held, times in self._held.items():
+            self.wall_impulse += times * contact_impulse(samples, held)
         if self._has_piston:
             self.piston_impulse += contact_impulse(samples, 0)
         self._until = samples.time[-1]

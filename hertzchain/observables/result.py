@@ -25,6 +25,7 @@ from hertzchain.observables.pressure import LargestPressure, largest_pressure, y
 from hertzchain.observables.transition import SolitaryWave, solitary_wave, transition_granules
 from hertzchain.observables.wave import Wave, dict_of, is_near_end, usual_wave, wave_between
 from hertzchain.scene.gauge import NO_GAUGE
+from hertzchain.scene.moving import Moving
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.validity import largest_overlap_ratio, overlap_warning
 from hertzchain.showing import ShownRun
@@ -198,6 +199,11 @@ class Result(ShownRun):
         if first is not None:
             late = np.where(np.isnan(first.force), ~self.peak_passed, ~first.is_ended)
         waiting = late | (peaks == 0)
+        if self.scene.holds:
+            each = self.scene.granules
+            moves = each.velocity != 0
+            moves[self.scene.shock.granule - 1] |= not isinstance(self.scene.shock, Moving)
+            waiting &= each.reached_from(moves)
         return tuple(self.scene.contact_name(number) for number in self.contact[waiting].tolist())
 
     @property

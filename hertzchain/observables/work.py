@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from hertzchain.arrays import FloatArray
 from hertzchain.observables import hermite
 from hertzchain.observables.samples import Samples
 from hertzchain.scene.ramp import Ramp
@@ -30,7 +31,7 @@ def work_done(samples: Samples, ramp: Ramp, pushed: int = 0) -> Any:
 
 
 def contact_impulse(samples: Samples, contact: int) -> float:
-    """Return the time integral of a contact's force: contact 0 is a piston's, -1 a wall's.
+    """Return the time integral of a contact's force: contact 0 is a piston's.
 
     Four Gauss points in each interval: the overlap is interpolated, and the force is that of the
     end with the larger overlap times the ratio of overlaps to the power 3/2. Where the contact
@@ -59,6 +60,18 @@ def contact_impulse(samples: Samples, contact: int) -> float:
         worth = weight * h * length * np.where(whole, 1.0, 2 * node)
         total += float(np.sum(worth * known * ratio * np.sqrt(ratio)))
     return total
+
+
+def times_on_held(contacts: int, has_wall: bool, fixed: Any) -> FloatArray:
+    """Return how often the force of each contact counts in that on all that is held, (contacts,).
+
+    Held are a wall, and ``fixed`` granules, counted from 0.
+    """
+    times = np.zeros(contacts)
+    times[-1] += has_wall
+    times[fixed[fixed > 0] - 1] += 1
+    times[fixed[fixed < contacts]] -= 1
+    return times
 
 
 def openings(curve: Any, crossing: Any, later: Any) -> Any:

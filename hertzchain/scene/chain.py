@@ -33,6 +33,7 @@ DENSITY = Key("kg/m^3", "density", above=0, usual=(10.0, 3e4))  # foams to osmiu
 YIELD_STRENGTH = Key("Pa", above=0, usual=(1e4, 1e12))  # gels to diamond
 GAP = Key("m", "gap before each granule", least=0)
 VELOCITY = Key("m/s", "velocity at the start", usual=(1e-5, 1e3))
+FIXED = Key(kind="bool")
 """Keys of a granule. Usual ranges, here and elsewhere, are chosen: a thousand times beyond steel,
 glass and polymers of 1 mm to 5 cm under 1 mN to 10 kN, or the range of real materials.
 """
@@ -66,6 +67,8 @@ class Chain:
     velocity
         Velocity at the start [m/s], negative towards granule 1; not of a striker or piston, which
         has its own.
+    fixed
+        Whether a granule never moves; its contacts are pressed all the same.
 
     Raises
     ------
@@ -81,11 +84,12 @@ class Chain:
     gap: PerGranule = field(default=0.0, metadata={"key": GAP})
     yield_strength: PerGranule | None = field(default=None, metadata={"key": YIELD_STRENGTH})
     velocity: PerGranule = field(default=0.0, metadata={"key": VELOCITY})
+    fixed: PerGranule = field(default=False, metadata={"key": FIXED})
 
     def __post_init__(self) -> None:
         keys = keys_of(Chain)
         keys["granules"].check("granules", self.granules)
-        for name in (*MATERIAL, "gap", "yield_strength", "velocity"):
+        for name in (*MATERIAL, "gap", "yield_strength", "velocity", "fixed"):
             value = getattr(self, name)
             if isinstance(value, np.ndarray):
                 value = value.tolist()
@@ -141,9 +145,10 @@ def _for_each(name: str, values: Any, granules: int, key: Key) -> Any:
         key.check(f"{name} of granule {number}", value)
     if name == "gap":
         values[0] = 0.0  # the first granule has no gap before it
+    kind = bool if key.kind == "bool" else float
     if len(set(values)) == 1:
-        return float(values[0])
-    return tuple(float(value) for value in values)
+        return kind(values[0])
+    return tuple(kind(value) for value in values)
 
 
 def granule_mass(radius: Any, density: Any) -> Any:

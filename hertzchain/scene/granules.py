@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.contact import hertz
@@ -26,7 +28,7 @@ class Granules:
     radius, young_modulus, poisson_ratio, density
         Properties of each granule [m], [Pa], 1, [kg/m^3], shape (granules,).
     mass
-        Mass of each granule [kg], shape (granules,); infinite for a piston.
+        Mass of each granule [kg], shape (granules,); infinite for a piston and fixed ones.
     velocity
         Velocity of each granule at the start [m/s], shape (granules,).
     stiffness
@@ -53,6 +55,12 @@ class Granules:
     constant_force: FloatArray
     static_force: FloatArray
     damping: FloatArray | None = None
+    is_fixed: Any = False
+
+    @property
+    def fixed(self) -> NDArray[np.intp]:
+        """Granules that never move, counted from 0."""
+        return np.flatnonzero(self.is_fixed)
 
     @property
     def static_overlap(self) -> FloatArray:
@@ -79,6 +87,12 @@ class Granules:
         return float(np.max(hertz.impact_force(self.stiffness, self.contact_mass, self.closing)))
 
     @property
+    def as_if_free(self) -> Granules:
+        """The same with fixed granules that have the mass of their radius."""
+        mass = granule_mass(self.radius, self.density)
+        return replace(self, mass=np.where(self.is_fixed, mass, self.mass))
+
+    @property
     def moved(self) -> FloatArray:
         """Momentum of each granule at the start [N s], shape (granules,); 0 for a piston."""
         held = np.isinf(self.mass)
@@ -91,6 +105,14 @@ class Granules:
         At a wall it is the mass of the last granule, at a piston that of granule 2.
         """
         return _contact_mass(self.mass, self.stiffness.size)
+
+    def reached_from(self, sources: Any) -> NDArray[np.bool_]:
+        """Contacts without a fixed granule between them and one of some granules, (contacts,).
+
+        ``sources`` tells which granules these are, shape (granules,).
+        """
+        part = np.cumsum(np.broadcast_to(self.is_fixed, self.mass.size))
+        return np.isin(part[: self.stiffness.size], part[sources])
 
     def ahead_of(self, granule: int) -> tuple[float, float]:
         """A [N m^(-3/2)] and 2 m* [kg] of the contact ahead of a granule; behind the last one."""
@@ -133,13 +155,19 @@ def granules_of(
         stiffness = np.append(stiffness, _wall_stiffness(wall, radius[-1], plane[-1]))
         gap = np.append(gap, wall.gap)
     constant, static = np.zeros(chain.granules), np.zeros(stiffness.size)
+    is_fixed = np.broadcast_to(chain.fixed, chain.granules)
+    fixed = np.flatnonzero(is_fixed)
     if pressed is not None:
-        first = 0 if shock is None else shock.loaded_granule
+        first, load = 0 if shock is None else shock.loaded_granule, pressed.force
         constant = pressed.gravity * mass
-        static[first:] += pressed.force + np.cumsum(constant[first:])[: stiffness.size - first]
+        for begin, end in zip([first, *(fixed + 1)], [*fixed, chain.granules], strict=True):
+            static[begin:end] += load + np.cumsum(constant[begin:end])[: stiffness.size - begin]
+            load = 0.0  # what holds a granule takes all that presses it
         constant[first] += pressed.force
-        if wall is None:
+        if wall is None and not fixed.size:
             constant[-1] -= pressed.force
+    if fixed.size:
+        mass, constant[fixed] = np.where(is_fixed, math.inf, mass), 0.0
     if shock is not None and shock.is_driven:  # at rest the same static load holds it
         mass, constant[0] = np.append(math.inf, mass[1:]), 0.0
     damping = None
@@ -151,14 +179,15 @@ def granules_of(
     return Granules(
         **values, mass=mass, velocity=velocity, stiffness=stiffness, gap=gap,
         constant_force=constant, static_force=static, damping=damping,
+        is_fixed=is_fixed if fixed.size else False,
     )  # fmt: skip
 
 
 def _contact_mass(mass: FloatArray, contacts: int) -> FloatArray:
     with np.errstate(invalid="ignore"):
         pairs = _together(mass)
-    if math.isinf(mass[0]):
-        pairs[0] = mass[1]
+    held = np.isinf(mass)
+    pairs = np.where(held[:-1], mass[1:], np.where(held[1:], mass[:-1], pairs))
     return np.concatenate([pairs, mass[-1:]])[:contacts]
 
 

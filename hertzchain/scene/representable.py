@@ -16,12 +16,12 @@ def are_normal(*values: float) -> bool:
     return all(sys.float_info.min <= value < math.inf for value in values)
 
 
-def hold_digits(granules: Granules, force: float, has_piston: bool) -> bool:
+def hold_digits(granules: Granules, force: float) -> bool:
     """Return whether granules, contacts and the overlaps under a force [N] are normal numbers.
 
-    The infinite mass of a piston is allowed.
+    Infinite masses, of a piston and of fixed granules, are allowed.
     """
-    mass = granules.mass[1:] if has_piston else granules.mass
+    mass = granules.mass[np.isfinite(granules.mass)]
     values = [
         *(granules.radius**3, mass, granules.stiffness, granules.contact_mass),
         force / granules.stiffness,
@@ -34,14 +34,14 @@ def is_representable(scene: Any) -> bool:
 
     Every divisor is checked before it is used.
     """
-    force, has_piston = scene.peak_force, scene.piston is not None
+    force = scene.peak_force
     if scene.is_plain:
         chain = scene.chain
         mass, stiffness = chain.granule_mass, chain.contact_stiffness
         of_chain = (chain.radius**3, mass, chain.young_modulus / 3, stiffness, force)
         if not are_normal(*of_chain) or not are_normal(force / stiffness):
             return False
-    elif not hold_digits(scene.granules, force, has_piston):
+    elif not hold_digits(scene.granules, force):
         return False
     mass, units = scene.first_contact[1], scene.units
     of_units = (units.length, mass * units.length, units.time**2, units.velocity)

@@ -147,14 +147,14 @@ class Scene(Shown):
     def terms(self) -> tuple[str, ...]:
         """Names of all that the scene has beyond a uniform chain with free ends under one pulse."""
         chain, pressed = self.chain, self.precompression
-        has_gap = isinstance(chain.gap, tuple) or chain.gap > 0
         present = (
             any(isinstance(getattr(chain, key), tuple) for key in MATERIAL),
-            has_gap,
+            isinstance(chain.gap, tuple) or chain.gap > 0,
             self.striker is not None,
             self.piston is not None,
             self.shock.granule > 1,
             self.moves,
+            self.holds,
             self.wall is not None,
             pressed is not None and pressed.force > 0,
             pressed is not None and pressed.gravity > 0,
@@ -183,6 +183,11 @@ class Scene(Shown):
         return isinstance(self.chain.velocity, tuple) or self.chain.velocity != 0
 
     @property
+    def holds(self) -> bool:
+        """Whether granules are fixed."""
+        return self.chain.fixed is not False
+
+    @property
     def piston(self) -> Piston | None:
         """The piston, or None where granule 1 is free."""
         return self.shock if isinstance(self.shock, Piston) else None
@@ -192,8 +197,7 @@ class Scene(Shown):
         """All granules and contacts, with striker or piston, wall, precompression and damping."""
         if self.is_plain:
             return like_granules(self.chain)
-        held = self.wall, self.precompression, self.contact
-        return granules_of(self.chain, self.shock, *held)
+        return granules_of(self.chain, self.shock, self.wall, self.precompression, self.contact)
 
     @property
     def last_contact(self) -> int:
@@ -252,7 +256,7 @@ class Scene(Shown):
         force = max(self.peak_force, self.force_at_start)
         if self.precompression is not None:
             force = max(force, float(np.max(self.granules.static_force)))
-        if self.piston is not None and self.wall is not None:
+        if self.piston is not None and (self.wall is not None or self.holds):
             force = max(force, squeezing_force(self.granules, self.piston, self.end_time))
         if force == self.peak_force and self.shock.granule == 1:
             return self._shock_units
@@ -335,11 +339,6 @@ class Scene(Shown):
         return self.ramps[-1].end if self.ramps else 0.0
 
     @property
-    def start_momentum(self) -> float:
-        """Momentum of all granules but a piston at the start [N s]."""
-        return 0.0 if self.is_plain else float(np.sum(self.granules.moved))
-
-    @property
     def impulse(self) -> float:
         """Integral of the whole applied force over time [N s]."""
         return math.fsum(ramp.impulse for ramp in self.ramps)
@@ -367,8 +366,9 @@ class Scene(Shown):
     @property
     def given_impulse(self) -> float:
         """Momentum at the start and all impulses but those of wall and piston [N s]."""
+        moved = 0.0 if self.is_plain else float(np.sum(self.granules.moved))
         constant = float(np.sum(self._constant_force))
-        return self.applied_impulse + self.start_momentum + constant * self.end_time
+        return self.applied_impulse + moved + constant * self.end_time
 
     @functools.cached_property
     def end_time(self) -> float:
@@ -386,7 +386,7 @@ class Scene(Shown):
             pushes = [(self._shock_units, ratio, momentum, self.pushed_mass)]
         if self.force_at_start > 0:
             pushes.append(weakest_start(self.granules, *self.first_contact, self.force_at_start))
-        wall, each = self.wall is not None, self.granules
+        wall, each = self.wall is not None or self.holds, self.granules.as_if_free
         return self.pulse_end + max(watched_with_terms(each, *push, wall=wall) for push in pushes)
 
     def applied_force(self, time: FloatArray) -> FloatArray:

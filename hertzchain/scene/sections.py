@@ -26,7 +26,12 @@ def sections_of(scene: Scene) -> dict[str, Any]:
         "gauge": [_given(gauge) for gauge in scene.gauges],
         **sections_of_uncertain(scene.uncertain),
     }
-    absent = (("chain", "gap"), 0), (("chain", "velocity"), 0), (("wall", "gap"), 0)
+    absent = (
+        (("chain", "gap"), 0),
+        (("chain", "velocity"), 0),
+        (("wall", "gap"), 0),
+        (("chain", "fixed"), False),
+    )
     for (section, key), value in (*absent, ((shock.section, "granule"), 1)):
         if sections[section].get(key) == value:
             del sections[section][key]

@@ -138,7 +138,8 @@ def read_granule_table(path: Path, name: str | None = None) -> Chain:
             values = []
         require_in(path, len(values) == len(header), f"row {number}", ",".join(row), allowed)
         for column, value in zip(header, values, strict=True):
-            columns[column].append(value)
+            is_truth = _SAME[_COLUMNS[column]].kind == "bool" and value in (0, 1)
+            columns[column].append(bool(value) if is_truth else value)
     granules = len(rows)
     require_in(path, granules >= 2, "rows", granules, "must be at least 2 granules")
     try:
@@ -162,5 +163,5 @@ def granule_table(chain: Chain) -> str:
     values = list(columns.values())
     each = [value if isinstance(value, tuple) else (value,) * chain.granules for value in values]
     lines = [",".join(columns)]
-    lines += [",".join(map(repr, row)) for row in zip(*each, strict=True)]
+    lines += [",".join(repr(+value) for value in row) for row in zip(*each, strict=True)]
     return "\n".join(lines) + "\n"

@@ -188,6 +188,19 @@ cycles = 4
         + _LOAD,
         30,
     ),
+    "clamped": Starter(
+        "A striker hits a chain whose last granule is clamped.",
+        """
+[[chain.segments]]
+granules = 29
+
+[[chain.segments]]
+granules = 1
+fixed = true                 # it never moves; its contact is that of two spheres
+"""
+        + _STRIKER,
+        30,
+    ),
 }
 """Starters by name, in the order in which they are listed."""
 

@@ -18,8 +18,8 @@ from hertzchain.scene.chain import POISSON_RATIO, YIELD_STRENGTH, YOUNG_MODULUS
 from hertzchain.scene.keys import Key, check, key, keys_of, of_granule
 
 ALL_TERMS = (
-    "unlike granules", "gaps", "striker", "piston", "local shock", "moving granules", "wall",
-    "precompression", "gravity", "damping",
+    "unlike granules", "gaps", "striker", "piston", "local shock", "moving granules",
+    "fixed granules", "wall", "precompression", "gravity", "damping",
 )  # fmt: skip
 """Names of all terms, in the order of ``Scene.terms``."""
 

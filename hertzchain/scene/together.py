@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from itertools import pairwise
 
+import numpy as np
+
+from hertzchain.arrays import Array
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.gauge import Gauge
@@ -60,20 +63,44 @@ def refuse_impossible(
         require(contact is not None and contact.damping == law, f"wall.{name}", value, allowed)
     allowed = f"must be at most {chain.granules}, the granules of the chain"
     require(shock.granule <= chain.granules, "shock.granule", shock.granule, allowed)
+    force = 0.0 if pressed is None else pressed.force
+    fixed = _refuse_fixed(chain, shock, wall, shock.loaded_granule if force else None)
     if isinstance(shock, Moving | Striker):
         _refuse_no_meeting(chain, shock, wall)
-    shock.check_load(0.0 if pressed is None else pressed.force)
+    shock.check_load(0.0 if fixed[: shock.granule].any() else force)
     loaded = isinstance(shock, Striker) and shock.loaded
     allowed = "needs [precompression]: leave it out for a striker in a chain without a static load"
     require(pressed is not None or not loaded, "striker.loaded", None, allowed)
     if pressed is None:
         return
-    if wall is None and pressed.gravity:
-        allowed = "needs a [wall], which carries the weight of the chain"
+    if wall is None and pressed.gravity and not fixed[-1]:
+        allowed = "needs a [wall], or a fixed last granule, which carries the weight of the chain"
         raise SceneError("precompression.gravity", pressed.gravity, allowed)
     closed = "must be 0 with [precompression], which presses all contacts from the start"
     require(not isinstance(chain.gap, tuple) and chain.gap == 0, "chain.gap", None, closed)
     require(wall is None or wall.gap == 0, "wall.gap", wall and wall.gap, closed)
+
+
+def _refuse_fixed(chain: Chain, shock: Shock, wall: Wall | None, loaded: int | None) -> Array:
+    """Return which granules are fixed.
+
+    Raises a SceneError for fixed ones that move, are pushed, or touch nothing that moves.
+    ``loaded`` is the granule that a static load pushes, counted from 0.
+    """
+    fixed = np.broadcast_to(chain.fixed, chain.granules)
+    velocity = np.broadcast_to(chain.velocity, chain.granules)
+    held = np.append(fixed, wall is not None)
+    pushed = None if isinstance(shock, Moving) else shock.granule - 1
+    for k in np.flatnonzero(fixed).tolist():
+        ahead = "the wall" if k + 1 == chain.granules else f"granule {k + 2}"
+        for wrong, allowed in (
+            (held[k + 1], f"is next to {ahead}, which does not move either: free one of them"),
+            (velocity[k] != 0, "has a velocity at the start: leave out one of both"),
+            (k == pushed, f"must not be fixed: the {shock.noun} moves it"),
+            (k == loaded, "must not be fixed: the static load presses it"),
+        ):
+            require(not wrong, f"fixed granule {k + 1}", None, allowed)
+    return fixed
 
 
 def _refuse_no_meeting(chain: Chain, shock: Moving | Striker, wall: Wall | None) -> None:

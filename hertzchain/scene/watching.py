@@ -104,18 +104,20 @@ def _velocity_at_gaps(granules: Granules, velocity: float, momentum: float) -> F
     return found[: granules.gap.size]
 
 
-def _softness(granules: Granules) -> float:
-    """Sum of the overlaps of all contacts under 1 N [m N^(-2/3)]."""
-    return float(np.sum(granules.stiffness ** (-2 / 3)))
+def _softness(granules: Granules, some: slice = slice(None)) -> float:
+    """Sum of the overlaps of contacts under 1 N [m N^(-2/3)]."""
+    return float(np.sum(granules.stiffness[some] ** (-2 / 3)))
 
 
 def squeezing_force(granules: Granules, piston: Piston, end_time: float) -> float:
-    """Force of a piston that presses a chain against a wall, at its largest displacement [N].
+    """Largest force of a piston that presses a chain against a wall or a fixed granule [N].
 
     All granules are assumed at rest there. The run ends at ``end_time`` [s].
     """
     starts = [stroke for stroke in piston.strokes if stroke.start < end_time]
     places = [stroke.displacement for stroke in starts]
     farthest = max(*places, starts[-1].displacement_at(end_time))
-    pressed = granules.static_overlap.sum() + farthest - granules.gap.sum()
-    return float((max(pressed, 0.0) / _softness(granules)) ** 1.5)
+    held = np.flatnonzero(np.isinf(granules.mass[1:]))
+    until = slice(0, held[0] + 1 if held.size else None)
+    pressed = granules.static_overlap[until].sum() + farthest - granules.gap[until].sum()
+    return float((max(pressed, 0.0) / _softness(granules, until)) ** 1.5)

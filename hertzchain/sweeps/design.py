@@ -170,7 +170,7 @@ def _as_before(base: Scene) -> dict[str, Any]:
     shock = sections_of(base)["shock"] if base.pulse is None else asdict(base.pulse)
     shock.pop("granule", None)  # 1
     chain = asdict(base.chain)
-    del chain["gap"], chain["velocity"]  # 0
+    del chain["gap"], chain["velocity"], chain["fixed"]  # 0
     if chain["yield_strength"] is None:
         del chain["yield_strength"]
     return {"chain": chain, "shock": shock, "run": asdict(base.run)}

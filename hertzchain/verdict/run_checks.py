@@ -233,6 +233,7 @@ def balance_checks(result: Result) -> list[Check]:
     reason = "steps end at the corners of the pulse, so its impulse is exact"
     inexact = {
         "the force on the wall is integrated from its overlap": scene.wall is not None,
+        "forces on fixed granules are integrated from overlaps": scene.holds,
         "the run ends within the pulse": scene.end_time < scene.pulse_end,
         "the force of the piston is integrated from its overlap": piston is not None,
     }
@@ -250,7 +251,7 @@ def balance_checks(result: Result) -> list[Check]:
     if result.scheme == "velocity-verlet" and scene.contact is not None:
         rate = highest_rate(scene) * result.dt
         energy += DAMPER_ERROR * rate * balance.dissipated + IMPULSE_ERROR * rate * by_piston
-        if piston is not None or scene.wall is not None:
+        if piston is not None or scene.wall is not None or scene.holds:
             # Peaks can be more accurate than the motion: with dashpots at first touch, or at the
             # end.
             reason += ", and dampers by velocities of half a step before"

@@ -69,7 +69,6 @@ def test_the_error_of_a_closing_speed_is_in_the_reading_error(h: float, offset: 
     watch = DampedWatch(
         DampedLaw(np.array([1e-99]), np.array([damping]), 0.0, attraction=False),
         np.array([1.0, 0.0]),
-        has_wall=False,
     )
     time = np.array([begin, end])
     watch.update(Samples(time, displacement, rate, growth, displacement[:, :1], force))
@@ -94,7 +93,7 @@ def test_a_force_that_decays_faster_than_samples_come(interval: float, offset: f
         for values in (place, velocity, -damping * velocity * pressed)
     )
     force = (damping * velocity * pressed)[:, np.newaxis]
-    watch = DampedWatch(law, np.array([1.0, 0.0]), has_wall=False)
+    watch = DampedWatch(law, np.array([1.0, 0.0]))
     watch.update(Samples(time, displacement, rate, growth, place[:, np.newaxis], force))
     assert watch.force[0] == pytest.approx(damping * speed, rel=1e-12, abs=0)
     assert abs(watch.time[0]) < 1e-12

@@ -41,10 +41,11 @@ def numbers_of(scene: hc.Scene) -> Numbers:
     soft = (1 - nu**2) / modulus
     stiffness = 4 / 3 / (soft[:-1] + soft[1:]) / np.sqrt(1 / radius[:-1] + 1 / radius[1:])
     gap = np.array(np.broadcast_to(chain.gap, size), np.float64)[1:]
-    contact_mass = mass[:-1] * mass[1:] / (mass[:-1] + mass[1:])
-    is_piston = isinstance(scene.shock, hc.Piston)
-    if is_piston:
-        contact_mass[0] = mass[1]
+    is_held = np.array(np.broadcast_to(chain.fixed, size))
+    fixed = is_held.copy()
+    is_held[0] |= isinstance(scene.shock, hc.Piston)
+    inverse_mass = np.where(is_held, 0.0, 1 / mass)
+    contact_mass = 1 / (inverse_mass[:-1] + inverse_mass[1:])
     if wall is not None:
         other = {
             "rigid": 0.0,
@@ -56,19 +57,20 @@ def numbers_of(scene: hc.Scene) -> Numbers:
     pressed = scene.precompression
     force, gravity = (0.0, 0.0) if pressed is None else (pressed.force, pressed.gravity)
     flies = isinstance(scene.shock, hc.Striker) and not scene.shock.loaded
-    static = np.array([force + gravity * sum(mass[flies : k + 1]) for k in range(stiffness.size)])
-    if flies:
-        static[0] = 0.0
+    carried, static = 0.0, np.zeros(stiffness.size)
+    for k in range(int(flies), stiffness.size):
+        carried += gravity * mass[k] + (force if k == flies else 0.0)
+        if fixed[k]:
+            carried = 0.0
+        static[k] = carried
     constant = np.full(size, float(gravity))
     constant[int(flies)] += force / mass[int(flies)]
-    if wall is None:
+    if wall is None and not fixed.any():
         constant[-1] -= force / mass[-1]
+    constant[is_held] = 0.0
     exponent, damping = _dampers(law, contact_mass, stiffness)
     if wall is not None and (wall.restitution or wall.relaxation_time or wall.coefficient):
         damping[-1] = _dampers(wall, contact_mass, stiffness)[1][-1]
-    inverse_mass = 1 / mass
-    if is_piston:
-        inverse_mass[0] = constant[0] = 0.0
     largest = max(float(np.max(static)), scene.peak_force, scene.force_at_start)
     length = (largest / float(np.max(stiffness))) ** (2 / 3)
     shortest = math.sqrt(float(np.min(contact_mass / stiffness)) / math.sqrt(length))

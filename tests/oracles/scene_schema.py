@@ -23,9 +23,10 @@ def schema_of(name: str, key: Key, said: str) -> dict[str, Any]:
         return {"enum": [*OF_PROFILE]}
     if key.kind == "str":
         return {"enum": [*key.choices]}
-    found: dict[str, Any] = {"type": _KINDS[key.kind]}
-    if name.startswith("chain.") and key.kind == "float":  # one for each granule
-        found = {"type": ["number", "array"], "items": {"type": "number"}}
+    kind = _KINDS[key.kind]
+    found: dict[str, Any] = {"type": kind}
+    if name.startswith("chain.") and key.kind != "int":  # one for each granule
+        found = {"type": [kind, "array"], "items": {"type": kind}}
     found["description"] = key.axis if key.label else said
     words = {"above": "exclusiveMinimum", "at least": "minimum", "below": "exclusiveMaximum",
              "at most": "maximum"}  # fmt: skip

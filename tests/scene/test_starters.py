@@ -23,6 +23,7 @@ TERMS = {
     "piston": ("piston",),
     "sine": ("precompression",),
     "local": ("local shock", "precompression"),
+    "clamped": ("striker", "fixed granules"),
 }
 
 

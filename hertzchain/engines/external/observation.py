@@ -25,7 +25,7 @@ from hertzchain.observables.history import Recorder
 from hertzchain.observables.notes import NoteTaker
 from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.samples import Samples
-from hertzchain.observables.work import work_done
+from hertzchain.observables.work import times_on_held, work_done
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
@@ -55,7 +55,10 @@ class Observation:
         # Those that need the masses of the code are made with them.
         self._contacts = Contacts.of(scene) if first else None
         self._notes: NoteTaker | None = None
-        self._peaks = PeakWatch(granules - 1 + wall, np.float64, wall, scene.piston is not None)
+        contacts = granules - 1 + wall
+        held = times_on_held(contacts, wall, scene.granules.fixed)
+        self._ends = held, scene.piston is not None
+        self._peaks = PeakWatch(contacts, np.float64, *self._ends)
         self._recorder = None if times is None else Recorder(times, granules, wall, self._law)
         self._work = 0.0
         self._held = FREE
@@ -72,11 +75,11 @@ class Observation:
             )
         if self._scene.piston is not None:
             at_rest = replace(at_rest, mass=np.append(math.inf, at_rest.mass[1:]))
+        fixed = self._scene.granules.is_fixed
+        at_rest = replace(at_rest, mass=np.where(fixed, math.inf, at_rest.mass))
         self._at_rest = at_rest
         if self._law is not None:
-            scene = self._scene
-            ends = scene.wall is not None, scene.piston is not None
-            self._peaks = DampedWatch(self._law, 1 / at_rest.mass, *ends)
+            self._peaks = DampedWatch(self._law, 1 / at_rest.mass, *self._ends)
         if self._contacts is not None:
             unit = self._scene.units.force
             self._notes = NoteTaker(self._contacts, 1 / at_rest.mass, unit)
@@ -178,9 +181,9 @@ def _fastest(scene: Scene) -> float:
     lightest = float(np.min(scene.granules.mass))
     at_rest = hertz.energy_of(scene.granules.static_force, scene.granules.static_overlap)
     static = float(np.sum(at_rest))
-    flying = 0.5 * float(np.sum(scene.granules.mass[1:] * scene.granules.velocity[1:] ** 2))
+    flying = 0.5 * float((scene.granules.moved * scene.granules.velocity)[1:].sum())
     if scene.piston is not None:
-        moved = scene.granules.mass[1:]
+        moved = scene.granules.as_if_free.mass[1:]
         # All granules thrown ahead, and all contacts pressed by the scene's unit of force.
         energy = 2 * float(np.sum(moved)) * scene.piston.fastest**2 + static
         energy += moved.size * scene.units.energy
@@ -200,7 +203,7 @@ def _held(made: Scene) -> readings.Held:
     if pressed is None:
         return readings.Held(wall=place, pushed=pushed)
     second = pressed.force if made.shock.loaded_granule else 0.0
-    last = pressed.force if wall is None else 0.0
+    last = pressed.force if wall is None and not made.holds else 0.0
     return readings.Held(pressed.gravity, second, last, place, pushed)
 
 

@@ -119,14 +119,15 @@ def load_commands(scene: Scene) -> list[str]:
     """
     lines, pressed = [], scene.precompression
     if pressed is not None and pressed.gravity:
-        lines.append(f"fix gravity all gravity {pressed.gravity!r} vector 1 0 0")
+        those = "moving" if scene.holds else "all"
+        lines.append(f"fix gravity {those} gravity {pressed.gravity!r} vector 1 0 0")
     if pressed is not None and pressed.force:
         group = "first"
         if scene.shock.loaded_granule:
             group = "loaded"
             lines.append(f"group {group} id {scene.shock.loaded_granule + 1}")
         lines.append(f"fix press {group} addforce {pressed.force!r} 0.0 0.0")
-        if scene.wall is None:
+        if scene.wall is None and not scene.holds:
             lines.append(f"fix hold last addforce {-pressed.force!r} 0.0 0.0")
     if scene.striker is not None or scene.piston is not None or scene.moves:
         lines += _velocity_commands(scene)
@@ -151,6 +152,17 @@ def _velocity_commands(scene: Scene) -> list[str]:
 
 def motion_commands(scene: Scene) -> list[str]:
     """Return the commands of LAMMPS and LIGGGHTS for the motion of all granules but a piston."""
+    if scene.holds:
+        numbers = (scene.granules.fixed + 1).tolist()
+        pushed = scene.shock.granule
+        return [
+            "# In one dimension granules do not spin: fix nve is enough. Fixed ones are left out.",
+            "group first id 1",
+            *(f"group fixed id {number}" for number in numbers),
+            f"group moving subtract all fixed{'' if scene.piston is None else ' first'}",
+            "fix motion moving nve",
+            *([f"group pushed id {pushed}"] if pushed > 1 else []),
+        ]
     if scene.piston is None:
         pushed = scene.shock.granule
         return [

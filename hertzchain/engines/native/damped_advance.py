@@ -37,7 +37,7 @@ from hertzchain.engines.native.damped_step import (
     rate_of_dampers,
     take_step,
 )
-from hertzchain.engines.native.elastic_chain import energy_of
+from hertzchain.engines.native.elastic_chain import energy_of, has_piston
 from hertzchain.engines.native.elastic_legs import is_diverged
 from hertzchain.engines.native.elastic_state import (
     DIVERGED,
@@ -209,7 +209,7 @@ def advance(
         run.dissipated += room.gained[1]
         run.wall += room.gained[2]
         run.piston += room.gained[3]
-        if c.inverse_mass[0] == 0.0:
+        if has_piston(c):
             run.moved += abs(room.gained[0])
         if not fresh:
             keep_maxima(start, end, seen, begin, h, hi, c)

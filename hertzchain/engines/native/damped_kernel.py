@@ -28,6 +28,7 @@ from hertzchain.engines.native.elastic_chain import (
     START,
     VELOCITY,
     energy_of,
+    has_piston,
     momentum_of,
 )
 from hertzchain.engines.native.elastic_legs import is_diverged
@@ -101,13 +102,13 @@ def march(
     run.status = STOPPED if is_stopped(control) else DONE
     # Only a part of the chain is computed where granules fly, but not where loads move them all.
     parted = np.any(c.gap > 0.0) and not np.any(c.constant) and record.time.size == 0
-    parted = parted and c.pushed == 0
+    parted = parted and c.pushed == 0 and c.fixed.size == 0
     since = np.full(granules, run.time)
     size = granules if parted else 0
     part_u, part_v, part_on = np.zeros(size + 1), np.zeros(size + 1), np.zeros(size)
     part_of_c = Chain(
         np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), c.exponent,
-        c.attraction, 0,
+        c.attraction, 0, c.fixed,
     )  # fmt: skip
     part_force, part_time = np.zeros(size), np.zeros(size)
     inside, chosen = np.zeros(granules, np.bool_), np.zeros(size, np.int64)
@@ -117,7 +118,7 @@ def march(
         leg = legs[number]
         if parted:
             fly_on(u, v, since, run.time, 0, granules)
-        if c.inverse_mass[0] == 0.0:
+        if has_piston(c):
             u[0], v[0] = leg[PLACE], leg[VELOCITY]
             d, w = u[0] - u[1] - c.gap[0], v[0] - v[1]
             allowed = tolerance * max(abs(w), _SLOW)
@@ -166,7 +167,7 @@ def march(
                 its = Chain(
                     part_of_c.stiffness[:many], part_of_c.inverse_mass[:many],
                     part_of_c.gap[:many], part_of_c.constant[:many], part_of_c.damping[:many],
-                    c.exponent, c.attraction, 0,
+                    c.exponent, c.attraction, 0, c.fixed,
                 )  # fmt: skip
                 own = Motion(
                     part_u[: many + 1], part_v[: many + 1], begun.a, begun.f, begun.r, begun.power

@@ -14,7 +14,7 @@ from hertzchain.engines.native.damped_contacts import (
     forces,
     power_of,
 )
-from hertzchain.engines.native.elastic_chain import applied_force, applied_force_rate
+from hertzchain.engines.native.elastic_chain import applied_force, applied_force_rate, has_piston
 
 _AHEAD = 8
 """Granules that the window of moving granules grows by."""
@@ -137,6 +137,15 @@ def place_of_push(f: Any, c: Any) -> int:
 
 
 @compiled
+def force_on_held(f: Any, c: Any) -> float:
+    """Force on the wall and on fixed granules together."""
+    total = f[c.inverse_mass.size]
+    for k in range(c.fixed.size):
+        total += f[c.fixed[k]] - f[c.fixed[k] + 1]
+    return float(total)
+
+
+@compiled
 def take_step(
     start: Any, end: Any, room: Any, on: Any, method: Any, leg: Any, begin: float, h: float, m: int,
     hi: int, c: Any,
@@ -155,7 +164,7 @@ def take_step(
         _bend(room.bent, rows, nodes, size, m)
         twice = room.bent
     gained[0], gained[1], gained[2], gained[3] = 0.0, 0.0, 0.0, 0.0
-    place, is_piston = place_of_push(f, c), 1.0 if c.inverse_mass[0] == 0.0 else 0.0
+    place, is_piston = place_of_push(f, c), 1.0 if has_piston(c) else 0.0
     pushing = 1 if is_piston > 0.0 else place  # the contact of a piston, or the applied force
     for i in range(granules):
         lost[i] = 0.0
@@ -165,7 +174,7 @@ def take_step(
         k[0, i] = moves * start.a[i]
     part = size * rows[stages, 0] * moves
     gained[0] += part * start.f[pushing] * start.v[c.pushed]
-    gained[2] += part * start.f[granules]
+    gained[2] += part * force_on_held(start.f, c)
     gained[3] += is_piston * part * start.f[1]
     _lose(lost, part, start.power, hi)
     for s in range(1, stages + 1):
@@ -193,7 +202,7 @@ def take_step(
         if rows[stages, s] != 0.0:
             part = size * rows[stages, s] * scale
             gained[0] += part * f[pushing] * v1[c.pushed]
-            gained[2] += part * f[granules]
+            gained[2] += part * force_on_held(f, c)
             gained[3] += is_piston * part * f[1]
             _lose(lost, part, power, hi)
     gained[1] = _sum(lost, hi)

@@ -29,6 +29,7 @@ from hertzchain.engines.native.elastic_chain import (
     energy_of,
     has_piston,
     impulse_in_step,
+    impulse_on_fixed,
     keep_history,
     momentum_of,
     work_in_step,
@@ -184,6 +185,10 @@ def march(
                 run.work += work_in_step(u0, v0, u, v, lo, leg, begin, h, off, chain)
             if chain is not None and on_wall == 1:
                 run.wall += impulse_in_step(granules - 1, u0, v0, u, v, leg, begin, h, off, chain)
+            if chain is not None and chain.fixed.size > 0:
+                run.wall += impulse_on_fixed(
+                    u0, v0, u, v, leg, begin, h, off, chain, seen.force.size
+                )
             if chain is not None and has_piston(chain):
                 given = impulse_in_step(0, u0, v0, u, v, leg, begin, h, off, chain)
                 run.piston += given

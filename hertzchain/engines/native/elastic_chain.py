@@ -82,7 +82,9 @@ def with_stiffness(force: float, i: int, chain: Any) -> float:
 @part
 def has_piston(chain: Any) -> bool:
     """Whether granule 1 is a piston."""
-    return False if chain is None else chain.inverse_mass[0] == 0
+    if chain is None or chain.inverse_mass[0] > 0:
+        return False
+    return chain.fixed.size == 0 or chain.fixed[0] > 0
 
 
 @part
@@ -177,6 +179,22 @@ def impulse_in_step(
             hertz_force(value_at(curve, (1 + node) / 2)), contact, chain
         )
     return total * h
+
+
+@part
+def impulse_on_fixed(
+    u0: Any, v0: Any, u: Any, v: Any, leg: Any, begin: float, h: float, off: float, chain: Any,
+    contacts: int,
+) -> float:  # fmt: skip
+    """Integral of the forces on all fixed granules over a step."""
+    total = 0.0
+    for k in range(chain.fixed.size):
+        i = chain.fixed[k]
+        if i > 0:
+            total += impulse_in_step(i - 1, u0, v0, u, v, leg, begin, h, off, chain)
+        if i < contacts:
+            total -= impulse_in_step(i, u0, v0, u, v, leg, begin, h, off, chain)
+    return total
 
 
 @part

@@ -26,6 +26,8 @@ import numpy as np
 from hertzchain.arrays import Array
 from hertzchain.scene.scene import Scene
 
+_NONE = np.zeros(0, np.int64)
+
 
 class Chain(NamedTuple):
     """A chain in natural units, of one floating-point precision.
@@ -37,7 +39,7 @@ class Chain(NamedTuple):
     stiffness
         k of each contact, shape (contacts,): one less than granules, or as many with a wall.
     inverse_mass
-        1 / m of each granule, shape (granules,); 0 for a piston.
+        1 / m of each granule, shape (granules,); 0 for a piston and fixed ones.
     gap
         Gap of each contact at the start, shape (contacts,); negative for a static overlap.
     constant
@@ -50,6 +52,8 @@ class Chain(NamedTuple):
         Whether the force of a damped contact may be negative while it overlaps.
     pushed
         Granule on which the applied force acts, counted from 0.
+    fixed
+        Granules that never move, counted from 0.
     """
 
     stiffness: Array
@@ -60,6 +64,7 @@ class Chain(NamedTuple):
     exponent: float = 0.5
     attraction: bool = False
     pushed: int = 0
+    fixed: Any = _NONE
 
     @classmethod
     def plain(cls, granules: int, dtype: type[np.floating[Any]] = np.float64) -> Chain:
@@ -90,8 +95,8 @@ class Chain(NamedTuple):
             )
         )
         attraction = contact is not None and contact.attraction
-        pushed = scene.shock.granule - 1
-        return cls(stiffness, inverse_mass, gap, constant, damping, q, attraction, pushed)
+        pushed, fixed = scene.shock.granule - 1, granules.fixed.astype(np.int64)
+        return cls(stiffness, inverse_mass, gap, constant, damping, q, attraction, pushed, fixed)
 
     def padded(self) -> Chain:
         """Return the chain for the kernels: with an entry for the free end, which never presses."""

@@ -21,7 +21,7 @@ from hertzchain.observables.history import Recorder
 from hertzchain.observables.notes import NoteTaker
 from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.samples import Samples
-from hertzchain.observables.work import work_done
+from hertzchain.observables.work import times_on_held, work_done
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
@@ -84,7 +84,8 @@ def simulation_of(
     more energy than it was given, TooExpensive if the run has taken longer than the deadline.
     """
     dtype = start.dtype.type
-    ends = chain.has_wall, scene.piston is not None
+    contacts_held = times_on_held(chain.stiffness.size, chain.has_wall, chain.fixed)
+    ends = contacts_held, scene.piston is not None
     watch = PeakWatch(chain.stiffness.size, dtype, *ends)
     if chain.is_damped:
         law = DampedLaw(chain.stiffness, chain.damping, chain.exponent, chain.attraction)

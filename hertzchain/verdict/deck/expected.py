@@ -22,17 +22,20 @@ def length(scene: Scene) -> float:
 def places(scene: Scene) -> FloatArray:
     """Of granules and a wall [m]: contact after contact, each in equilibrium."""
     granules, count = scene.granules, scene.chain.granules
-    pressed, contacts = scene.precompression, granules.stiffness.size
-    weight = _weight(scene)
-    free = scene.shock.loaded_granule  # a free striker presses nothing at the start
-    weight[:free] = 0.0
-    carried = np.cumsum(weight) + (0.0 if pressed is None else pressed.force)
-    carried[:free] = 0.0
-    overlap = (carried[:contacts] / granules.stiffness) ** (2 / 3)
+    pressed, carried = scene.precompression, np.zeros(granules.stiffness.size)
+    load, weighs, weight = 0.0 if pressed is None else pressed.force, 0.0, _weight(scene)
+    fixed = set(granules.fixed.tolist())
+    # A free striker presses nothing at the start, and a fixed granule passes nothing on.
+    for k in range(scene.shock.loaded_granule, carried.size):
+        weighs += weight[k]
+        if k in fixed:
+            load = weighs = 0.0
+        carried[k] = weighs + load
+    overlap = (carried / granules.stiffness) ** (2 / 3)
     ahead = granules.radius[1:] + np.broadcast_to(scene.chain.gap, count)[1:]
     if scene.wall is not None:
         ahead = np.append(ahead, scene.wall.gap)
-    return np.append(0.0, np.cumsum(granules.radius[:contacts] + ahead - overlap))
+    return np.append(0.0, np.cumsum(granules.radius[: carried.size] + ahead - overlap))
 
 
 def _weight(scene: Scene) -> FloatArray:
@@ -47,7 +50,8 @@ def constant_force(scene: Scene) -> FloatArray:
     load = _weight(scene)
     if scene.precompression is not None:
         load[scene.shock.loaded_granule] += scene.precompression.force
-        load[-1] -= scene.precompression.force if scene.wall is None else 0.0
+        load[-1] -= scene.precompression.force if scene.wall is None and not scene.holds else 0.0
+    load[scene.granules.fixed] = 0.0
     return load
 
 

@@ -39,8 +39,8 @@ def _constant(case: Case) -> Difference:
     count = min(found.mass.size, case.twin.mass.size)
     measured = found.constant_force[:count, 0] + 0.0  # no -0
     expected, least = constant_force(case.scene)[:count], _least_force(case)
-    if case.scene.piston is not None:  # forces on it do not matter
-        expected[0] = measured[0]
+    held = np.isinf(case.scene.granules.mass[:count])  # no force moves these
+    expected[held] = measured[held]
     off = measured - expected
     k = int(np.argmax(np.abs(off)))
     largest = np.max(np.abs(expected))
@@ -96,11 +96,13 @@ _MORE = 1.1  # times the force at rest: readings of one force at other times dif
 def _shows_in_motion(case: Case, fix: FoundFix) -> tuple[Indices, Indices]:
     """Granules on which a fix exerts a force in motion that it does not at rest, along and across.
 
-    A granule that is led moves whatever the forces.
+    A granule that is led moves whatever the forces, and a fixed one rests.
     """
     least = _MORE * fix.largest + ACTS * case.scene.units.force
     more = fix.largest_in_motion > least
     more[:, 0] &= ~case.found.driven
+    fixed = case.scene.granules.fixed
+    more[fixed[fixed < len(more)], 0] = False
     return np.flatnonzero(more[:, 0]), np.flatnonzero(more[:, 1])
 
 

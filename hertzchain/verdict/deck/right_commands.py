@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Callable
 
 import numpy as np
@@ -88,8 +87,7 @@ def _each(case: Case, keyword: Callable[[float], str], values: FloatArray) -> li
 def granule_commands(case: Case) -> list[str]:
     """Diameters, then densities: a mass is made of both."""
     granules, unit = case.scene.granules, case.units
-    volume = 4 / 3 * math.pi * granules.radius**3
-    density = granules.mass / volume / unit.density
+    density = granules.density / unit.density
     return [
         *_each(case, lambda v: f"diameter {in_text(v)}", 2 * granules.radius / unit.length),
         *_each(case, lambda v: f"density {in_text(v)}", density),
@@ -212,7 +210,7 @@ def load_commands(case: Case) -> list[str]:
     if pressed.force:
         size = in_text(pressed.force / unit.force)
         ends = [(case.scene.shock.loaded_granule, size)]
-        if not case.scene.wall:
+        if not case.scene.wall and not case.scene.holds:
             ends.append((found.ids.size - 1, f"-{size}"))
         for granule, value in ends:
             name = _unused(found, "fix", f"load{granule + 1}")
@@ -222,15 +220,21 @@ def load_commands(case: Case) -> list[str]:
 
 
 def motion_commands(case: Case) -> list[str]:
-    """Velocity Verlet of all granules, but for those that a fix leads."""
-    found = case.found
+    """Velocity Verlet of all granules, but for fixed ones and those that a fix leads."""
+    found, commands = case.found, []
     name = _unused(found, "fix", "motion")
     led = [found.commands[fix.command] for fix in found.fixes if fix.style == "move"]
-    if not led:
+    groups = [*dict.fromkeys(one.text.split()[2] for one in led)]
+    if case.scene.holds:
+        groups.append(_unused(found, "group", "fixed"))
+        fixed = case.scene.granules.fixed
+        numbers = " ".join(map(str, found.ids[fixed[fixed < found.ids.size]].tolist()))
+        commands = [f"group {groups[-1]} id {numbers}"]
+    if not groups:
         return [f"fix {name} all nve"]
     others = _unused(found, "group", "others")
-    groups = " ".join(dict.fromkeys(one.text.split()[2] for one in led))
-    return [f"group {others} subtract all {groups}", f"fix {name} {others} nve"]
+    subtracted = f"group {others} subtract all {' '.join(groups)}"
+    return [*commands, subtracted, f"fix {name} {others} nve"]
 
 
 def shock_commands(case: Case) -> list[str] | None:

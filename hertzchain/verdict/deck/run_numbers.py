@@ -87,18 +87,24 @@ _SEEN = "peaks that come later than the deck's end cannot be judged"
 
 
 def _integrators(case: Case) -> Difference:
-    """Each granule must be moved by exactly one fix."""
+    """Each granule must be moved by exactly one fix, and fixed ones by none."""
     moved, found = case.found.integrated, case.found
-    wrong = np.flatnonzero(moved != 1)
+    expected = np.ones(moved.size)
+    fixed = case.scene.granules.fixed
+    expected[fixed[fixed < moved.size]] = 0
+    wrong = np.flatnonzero(moved != expected)
     if wrong.size == 0:
         return same(1, 1, 0.0)
     k = int(wrong[0])
+    wanted = int(expected[k])
+    lets = "lets each granule move once" if wanted else f"fixes granule {k + 1}"
     movers = [fix for fix in found.fixes if fix.moves and (moved[k] == 0 or fix.granules[k])]
     return Difference(
-        int(moved[k]), 1, effect=math.inf,
+        int(moved[k]), wanted, effect=math.inf,
         sentence=f"{names(wrong, moved.size, 'granule', 1)}"
-        f" {'is' if wrong.size == 1 else 'are'} moved by {moved[k]} fixes, the scene lets each"
-        " granule move once", at=movers[-1].command if movers else None,
+        f" {'is' if wrong.size == 1 else 'are'} moved by {moved[k]}"
+        f" fix{'' if moved[k] == 1 else 'es'}, the scene {lets}",
+        at=movers[-1].command if movers else None,
         command=WITHOUT if moved[k] > 1 else "",
     )  # fmt: skip
 
@@ -244,6 +250,8 @@ def _found_twin(case: Case) -> tuple[Twin, tuple[Stretch, ...]]:
     stiffness, exponent, opening = (
         np.array(numbers) for numbers in (twin.stiffness, twin.exponent, twin.opening)
     )
+    held = found.integrated == 0
+    held[0] |= found.driven[0]
     for k, law in enumerate(case.laws):
         stiffness[k], exponent[k] = law.stiffness, law.exponent
     # Where contacts begin: radii may differ from the scene's, and contacts then do, too.
@@ -257,7 +265,7 @@ def _found_twin(case: Case) -> tuple[Twin, tuple[Stretch, ...]]:
     pushed = np.flatnonzero(np.max(np.abs(found.applied_force), axis=0, initial=0.0) > 0)
     pushed = pushed if pushed.size else np.zeros(1, np.intp)
     whole = twin._replace(
-        mass=np.append(math.inf, found.mass[1:]) if found.driven[0] else found.mass,
+        mass=np.where(held, math.inf, found.mass),
         velocity=np.ascontiguousarray(found.velocity[:, 0]),
         constant_force=np.ascontiguousarray(found.constant_force[:, 0]),
         drag=np.nan_to_num(found.drag),

@@ -46,7 +46,7 @@ LAWS = {
 }
 """All that LIGGGHTS has; Yade has the first."""
 
-DRAWN = set(ALL_TERMS) - {"piston", "moving granules", "local shock"}
+DRAWN = set(ALL_TERMS) - {"piston", "moving granules", "fixed granules", "local shock"}
 """Terms of random scenes; the others have tests of their own."""
 
 STEP = 0.03

@@ -61,7 +61,7 @@ class ContactWatch:
         self._all, self._halved = (
             PeakWatch(contacts)
             if self._law is None
-            else DampedWatch(self._law, self._padded(1 / self._mass), has_wall=False)
+            else DampedWatch(self._law, self._padded(1 / self._mass))
             for _ in range(2)
         )
         self._rest = np.finfo(np.float64).eps * float(np.max(np.abs(granules.position)))

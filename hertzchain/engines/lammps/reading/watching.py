@@ -215,14 +215,16 @@ class Watcher(Playing):
     def _takes_all_forces(self) -> NDArray[np.bool_]:
         """Granules that no force can move, shape (granules,): pistons, as some write, or held ones.
 
-        No fix that exerts forces acts on them after ``setforce``.
+        No fix that exerts forces acts on them after ``setforce`` or ``freeze``.
         """
         granules, lammps = self.probes.granules, self.stage.lammps
         taken = np.zeros(granules.count, bool)
         along = int(np.argmax(np.abs(granules.frame[0])))
         for fix in self.stage.alive.values():
             inside = members(lammps, fix.group, granules)
-            if fix.style == "setforce":
+            if fix.style == "freeze":
+                taken |= inside
+            elif fix.style == "setforce":
                 taken |= inside & _is_zero("".join(fix.values[along : along + 1]))
             elif fix.style not in QUIET:
                 taken &= ~inside

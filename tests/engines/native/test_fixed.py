@@ -1,0 +1,157 @@
+"""Granules that never move."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.errors import SceneError
+from tests.conftest import STEEL
+from tests.oracles.bounds import check_short
+from validation.random_scenes import (
+    pushed_within,
+    random_damped_scene,
+    random_scene_with_terms,
+    thrown,
+    with_fixed,
+)
+
+PULSE = hc.Pulse("cosine", 100.0, 2.0, rise_time=2e-5)
+LOADS: dict[str, Any] = {
+    "free": {},
+    "pressed": {"precompression": hc.Precompression(20.0)},
+    "piston": {"shock": hc.Piston(0.5)},
+    "striker": {"shock": hc.Striker(0.5), "precompression": hc.Precompression(20.0)},
+    "damped": {"contact": hc.Contact("restitution", restitution=0.9)},
+}
+
+
+def held(*numbers: int, granules: int = 8, shock: Any = PULSE, **more: Any) -> hc.Scene:
+    """A chain of steel whose granules of these numbers are fixed."""
+    fixed = [number in numbers for number in range(1, granules + 1)]
+    return hc.Scene(hc.Chain(granules, **STEEL, fixed=fixed), shock, hc.Run(4e-4), **more)
+
+
+@pytest.mark.parametrize("kind", LOADS)
+@pytest.mark.parametrize("fixed", [(8,), (4,), (4, 8)])
+def test_momentum_and_energy(kind: str, fixed: tuple[int, ...]) -> None:
+    found = hc.Native(rtol=1e-9).run(held(*fixed, **LOADS[kind]))
+    balance, mass = found.balance, STEEL["density"] * 4 / 3 * math.pi * STEEL["radius"] ** 3
+    # Measured 5e-11 of both at most: the energy has the errors of the accuracy wanted.
+    moved = mass * float(np.sum(np.abs(found.velocity)))
+    assert balance.momentum == pytest.approx(balance.impulse, abs=3e-10 * moved)
+    assert balance.energy + balance.dissipated == pytest.approx(balance.work, rel=3e-9)
+    for number in fixed:
+        assert found.displacement[number - 1] == found.velocity[number - 1] == 0.0
+
+
+@pytest.mark.parametrize("kind", LOADS)
+def test_a_fixed_last_granule_is_one_of_huge_density(kind: str) -> None:
+    """A granule 1e12 times as heavy moves by 1e-12 of the others."""
+    density = [STEEL["density"]] * 7 + [1e12 * STEEL["density"]]
+    more = LOADS[kind]
+    heavy = hc.Scene(
+        hc.Chain(8, **{**STEEL, "density": density}), more.get("shock", PULSE), hc.Run(4e-4),
+        **{key: value for key, value in more.items() if key != "shock"},
+    )  # fmt: skip
+    found, other = (
+        hc.Native(rtol=1e-9, wanted="all").run(scene) for scene in (held(8, **more), heavy)
+    )
+    assert found.peak_force == pytest.approx(other.peak_force, rel=1e-8)
+
+
+@pytest.mark.parametrize("kind", LOADS)
+def test_what_stands_behind_a_fixed_granule_rests(kind: str) -> None:
+    """A chain that ends in the fixed granule does the same, and nothing is pressed behind."""
+    scene = held(5, **LOADS[kind])
+    found = hc.Native(rtol=1e-9).run(scene)
+    short = replace(scene, chain=held(5, granules=5).chain)
+    assert not found.peak_force[4:].any()
+    assert not scene.granules.static_force[4:].any()
+    # Each has an error of at most 1e-9.
+    assert found.peak_force[:4] == pytest.approx(
+        hc.Native(rtol=1e-9).run(short).peak_force, rel=2e-9
+    )
+
+
+@pytest.mark.parametrize("kind", ["free", "pressed", "striker"])
+@pytest.mark.parametrize("method", ["numpy", "scipy"])
+def test_as_it_is_written(kind: str, method: str) -> None:
+    scene = replace(held(4, **LOADS[kind]), run=hc.Run(2e-4))
+    compiled, written = (hc.Native(method=one, rtol=1e-6).run(scene) for one in (None, method))
+    allowed = compiled.error_estimate + written.error_estimate
+    assert written.peak_force == pytest.approx(compiled.peak_force, rel=allowed)
+    wrong = abs(written.balance.momentum - written.balance.impulse)
+    assert wrong < 1e-4 * scene.largest_impulse
+
+
+def test_weight_is_carried_by_fixed_granules() -> None:
+    scene = held(3, 6, granules=6, precompression=hc.Precompression(2.0, gravity=10.0))
+    weight = 10.0 * scene.granules.mass[0]
+    expected = [2 + weight, 2 + 2 * weight, 0, weight, 2 * weight]
+    assert scene.granules.static_force.tolist() == pytest.approx(expected, rel=1e-14)
+
+
+REFUSED: dict[str, tuple[Any, str]] = {
+    "side by side": (lambda: held(3, 4), "is next to granule 4, which does not move either"),
+    "wall": (lambda: held(8, wall=hc.Wall("rigid")), "is next to the wall"),
+    "all": (lambda: held(*range(1, 9)), "is next to granule 2"),
+    "pushed": (lambda: held(1), "must not be fixed: the pulse moves it"),
+    "piston": (lambda: held(1, shock=hc.Piston(1.0)), "must not be fixed: the piston moves it"),
+    "loaded": (lambda: held(2, **LOADS["striker"]), "the static load presses it"),
+    "gravity": (
+        lambda: held(4, precompression=hc.Precompression(gravity=9.8)),
+        "or a fixed last granule",
+    ),
+    "sine": (
+        lambda: held(4, shock=hc.Sine(1.0, 5e3, 2, granule=6), **LOADS["pressed"]),
+        "must be at most the static load",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", REFUSED)
+def test_refused(kind: str) -> None:
+    make, words = REFUSED[kind]
+    with pytest.raises(SceneError, match=words):
+        make()
+    velocity = [0.0, 1.0]
+    with pytest.raises(SceneError, match="has a velocity at the start"):
+        hc.Scene(hc.Chain(2, **STEEL, velocity=velocity, fixed=[False, True]))
+
+
+def test_files_and_tables(tmp_path: Path) -> None:
+    scene = held(3, 8)
+    path = tmp_path / "scene.toml"
+    scene.to_toml(path)
+    assert hc.Scene.from_toml(path) == scene
+
+
+def judge(number: int) -> None:
+    """Assert that each answer of a random scene is within its own bound, or refused."""
+    rng = np.random.default_rng([375, number])
+    draw = random_damped_scene if number % 3 == 0 else random_scene_with_terms
+    scene = draw(rng, 12, 200.0)
+    if number % 4 == 0:
+        scene = thrown(rng, scene)
+    if number % 4 == 1:
+        scene = pushed_within(rng, scene)
+    check_short(with_fixed(rng, scene))
+
+
+@pytest.mark.parametrize("number", range(6))
+def test_random_scenes(number: int) -> None:
+    judge(number)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", range(6, 156, 10))
+def test_many_random_scenes(first: int) -> None:
+    for number in range(first, first + 10):
+        judge(number)
