@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hertzchain.report.document import Document, Failure, Finding, Listing, Peaks, Verdict
+from hertzchain.report.document import Document, Failure, Finding, Peaks, Verdict
 from hertzchain.report.facts import given_peaks
 from hertzchain.report.junit import ERROR, FAILURE, Case
 from hertzchain.report.style import LABELS
@@ -54,7 +54,11 @@ def of_examination(examination: DeckExamination) -> Document:
             sentence,
             [*(Failure(one.name, _with_effect(one), _advice(one)) for one in to_mend),
              *([] if peaks.passed else [Failure(peaks.name, peaks.sentence, _advice(peaks))])],
-            [*examination.remarks, *native.warnings],
+            [
+                *examination.remarks,
+                *native.warnings,
+                *(f"{one.place}: small: {_with_effect(one)}" for one in small),
+            ],
         ),
         peaks=_peaks(examination),
         drawn={"lammps": examination.peak_force},
@@ -72,7 +76,7 @@ def of_examination(examination: DeckExamination) -> Document:
             *([Finding([peaks.sentence], False, "", "")] if found.stopped else []),
             *(_small(one) for one in small),
         ],
-        listings=_listings(examination),
+        texts=examination.texts,
     )  # fmt: skip
 
 
@@ -181,17 +185,3 @@ def _remarks(examination: DeckExamination) -> list[str]:
 def _once(commands: Sequence[Executed]) -> list[Executed]:
     """Return commands without the repetitions of a loop."""
     return list({(one.file, one.line): one for one in commands}.values())
-
-
-def _listings(examination: DeckExamination) -> list[Listing]:
-    """Return the text of the deck's files, with sentences on wrong lines."""
-    marks: dict[tuple[str, int], list[tuple[bool, str]]] = {}
-    for check in (*examination.to_mend, *examination.small):
-        if check.place is not None:
-            said = f"{check.sentence}. Right: {check.command}" if check.command else check.sentence
-            marks.setdefault((check.place.file, check.place.line), []).append((check.passed, said))
-    return [
-        Listing(name, [(line, text, marks.get((name, line), []))
-                       for line, text in enumerate(content.splitlines(), start=1)])
-        for name, content in examination.texts
-    ]  # fmt: skip
