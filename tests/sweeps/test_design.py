@@ -94,17 +94,6 @@ def test_columns_are_the_same_whoever_typed_the_scene() -> None:
     assert table["failure"].isna().all()
 
 
-def test_a_scene_is_written_as_folders_of_before_have_it() -> None:
-    """Another word in it would be another sweep, and such folders were not resumed."""
-    found = design(SHORT, {"shock.momentum_ratio": [1.0, 2.0]}).to_dict()["scene"]
-    of_pulse = ["profile", "peak_force", "duration_ratio", "momentum_ratio", "rise_time"]
-    assert {section: list(keys) for section, keys in found.items()} == {
-        "chain": ["granules", "radius", "young_modulus", "poisson_ratio", "density"],
-        "shock": of_pulse,
-        "run": ["end_time"],
-    }
-
-
 def test_sections_may_be_left_out_and_counts_may_be_written_as_powers_of_ten() -> None:
     short = design(SHORT, {"radius": "1 mm:2 mm:1e1", "momentum_ratio": [1, 2]})
     assert short == design(SHORT, {"chain.radius": "1 mm:2 mm:10", "shock.momentum_ratio": [1, 2]})

@@ -280,9 +280,6 @@ def test_columns() -> None:
         *("wall_peak_time_s", "contacts_cut_off", "overlap_ratio"),
         *("error_estimate", "force_evaluations", "failure"),
     ]
-    typed = hc.Scene(hc.Chain(6, 1, 10**9, 0, 7800), hc.Striker(1), wall=hc.Wall("rigid"))
-    other = swept(typed, {"striker.velocity": [1]}).to_frame()
-    assert other.dtypes.to_dict() == table.dtypes.to_dict()
 
 
 def test_plain_scenes_have_the_columns_of_before() -> None:
