@@ -54,11 +54,7 @@ def of_examination(examination: DeckExamination) -> Document:
             sentence,
             [*(Failure(one.name, _with_effect(one), _advice(one)) for one in to_mend),
              *([] if peaks.passed else [Failure(peaks.name, peaks.sentence, _advice(peaks))])],
-            [
-                *examination.remarks,
-                *native.warnings,
-                *(f"{one.place}: small: {_with_effect(one)}" for one in small),
-            ],
+            [*examination.remarks, *native.warnings],
         ),
         peaks=_peaks(examination),
         drawn={"lammps": examination.peak_force},
@@ -76,7 +72,7 @@ def of_examination(examination: DeckExamination) -> Document:
             *([Finding([peaks.sentence], False, "", "")] if found.stopped else []),
             *(_small(one) for one in small),
         ],
-        texts=examination.texts,
+        texts=_marked(examination),
     )  # fmt: skip
 
 
@@ -185,3 +181,18 @@ def _remarks(examination: DeckExamination) -> list[str]:
 def _once(commands: Sequence[Executed]) -> list[Executed]:
     """Return commands without the repetitions of a loop."""
     return list({(one.file, one.line): one for one in commands}.values())
+
+
+def _marked(examination: DeckExamination) -> list[tuple[str, str]]:
+    """Return the text of the deck's files, with what is wrong as comments below its lines."""
+    below: dict[tuple[str, int], list[str]] = {}
+    for check in (*examination.to_mend, *examination.small):
+        if check.place is not None:
+            said = f"{check.sentence}. Right: {check.command}" if check.command else check.sentence
+            mark = f"# {'small:' if check.passed else '✗'} {said}".replace("\n", "\n#   ")
+            below.setdefault((check.place.file, check.place.line), []).append(mark)
+    return [
+        (name, "\n".join(text for number, line in enumerate(content.splitlines(), start=1)
+                         for text in (line, *below.get((name, number), ()))))
+        for name, content in examination.texts
+    ]  # fmt: skip
