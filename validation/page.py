@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 import hertzchain as hc
 from hertzchain.errors import OutputError
 from hertzchain.files import check_writable, write_text
-from hertzchain.report.document import Failure, Verdict
-from hertzchain.report.page import CheckRow, pictures, render
+from hertzchain.report.document import Failure, Table, Verdict
+from hertzchain.report.page import CHECKED, mark, pictures, render
 from hertzchain.report.picture import Picture, fit_letters, legend_above
 from hertzchain.verdict.tradeoff import provenance
 from validation.rows import Row
@@ -60,9 +60,16 @@ class Section:
         """Number of rows that pass."""
         return len(self.outcome.rows) - self.outcome.failed
 
-    def rows(self, passed: bool) -> list[CheckRow]:
+    @property
+    def mark(self) -> str:
+        """Its verdict."""
+        return mark(not self.outcome.failed)
+
+    def rows(self, passed: bool) -> Table:
         """Rows that pass, or those that fail."""
-        return [_cells(entry) for entry in self.outcome.rows if entry.passed == passed]
+        rows = [_cells(entry) for entry in self.outcome.rows if entry.passed == passed]
+        caption = "Rows that pass" if passed else "Rows that fail"
+        return Table(caption, (*CHECKED, "times"), rows, 2)
 
 
 def write_outcome(folder: Path, outcome: Outcome) -> Section:
@@ -118,12 +125,12 @@ def _found(entry: Row) -> str:
     return f"{entry.measured:.6g}, expected {entry.expected:.6g} to {entry.tolerance:.2g}"
 
 
-def _cells(entry: Row) -> CheckRow:
+def _cells(entry: Row) -> list[str]:
     off, times = abs(entry.measured - entry.expected), _times(entry)
     numbers = (entry.measured, ".6g"), (entry.expected, ".6g"), (off, ".2g")
     cells = [f"{value:{form}}" if math.isfinite(value) else "" for value, form in numbers]
     cells += [f"{entry.tolerance:.2g}", "" if times is None else f"{times:.2g}"]
-    return CheckRow(entry.passed, _name(entry), entry.reason, cells)
+    return [mark(entry.passed), f"{_name(entry)}\n{entry.reason}", *cells]
 
 
 def _name(entry: Row) -> str:

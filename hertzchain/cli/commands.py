@@ -17,7 +17,6 @@ from hertzchain.cli.judge import judge
 from hertzchain.cli.plot import plot
 from hertzchain.cli.predict import predict
 from hertzchain.cli.pulse import pulse
-from hertzchain.cli.restitution import restitution
 from hertzchain.cli.run import run
 from hertzchain.cli.sweep import sweep
 from hertzchain.cli.timestep import timestep
@@ -69,6 +68,5 @@ app.command()(predict)
 app.command()(deck)
 app.command()(lint)
 app.command()(unit_test)
-app.command()(restitution)
 app.command()(certify)
 app.command()(doctor)

@@ -236,7 +236,6 @@ NEEDS = {
     "contacts": "goes with --plot FILE or --record N",
     "size": "goes with --plot FILE",
     "draw": "goes with --plot FILE",
-    "coefficient": "goes with --scene FILE",
 }
 """Options that need another one, with that option."""
 

@@ -33,9 +33,6 @@ def pulse(
     time_unit: str | None = typer.Option(
         None, metavar="UNIT", help="Of the times. Default: what the header says, or s."
     ),
-    force_unit: str | None = typer.Option(
-        None, metavar="UNIT", help="Of the forces. Default: what the header says, or N."
-    ),
     scale: str | None = typer.Option(
         None,
         metavar="FLOAT",
@@ -91,7 +88,7 @@ def pulse(
         to_seconds("--end", end),
     )
     newtons = _number("--scale", scale, "N for each unit of the column, as 25 for 25 N per volt")
-    read = read_recording(recording, time, force, time_unit, force_unit, newtons)
+    read = read_recording(recording, time, force, time_unit, newtons)
     signal = pulse_of(read, given)
     loaded = None
     if scene is not None:

@@ -187,7 +187,6 @@ def read_recording(
     time: str | None = None,
     force: str | None = None,
     time_unit: str | None = None,
-    force_unit: str | None = None,
     scale: float | None = None,
 ) -> Recording:
     """Read a text file with columns of time and force in any layout.
@@ -198,10 +197,11 @@ def read_recording(
         The file.
     time, force
         Names or numbers, from 1, of the columns; by default the first two that hold numbers.
-    time_unit, force_unit
-        Units of the columns; by default those of the header, or s and N.
+    time_unit
+        Unit of the times; by default that of the header, or s.
     scale
-        Factor of the forces, such as N for each volt.
+        N for each unit of the column of forces, such as N for each volt; by default those of the
+        unit in the header, or 1.
 
     Raises
     ------
@@ -222,18 +222,18 @@ def read_recording(
             " --force"
         )
     of_time, of_force = columns.units[first], columns.units[second]
-    if scale is None and force_unit is None and of_force and of_force not in _FORCES:
+    if scale is None and of_force and of_force not in _FORCES:
         raise HertzchainError(
             f"column {columns.name(second)} is in {of_force}: say with --scale how many N one"
             f" {of_force} is"
         )
     seconds, unit_of_time = _unit("--time-unit", time_unit, of_time, _TIMES)
     known = () if scale is not None else _FORCES  # the unit of a header is in the scale
-    newtons, unit_of_force = _unit("--force-unit", force_unit, of_force, known or ("N",))
+    newtons, unit_of_force = _unit("--scale", None, of_force, known or ("N",))
     if scale is not None:
         right = is_finite(scale) and scale != 0
         require(right, "--scale", scale, "must be a finite number other than 0")
-        newtons, unit_of_force = newtons * scale, f"times {scale:g} {force_unit or 'N'}"
+        newtons, unit_of_force = scale, f"times {scale:g} N"
     values = _read(columns, (first, second))
     facts = (
         ("file", f"{path}: {len(values):,} samples, {columns.layout}"),

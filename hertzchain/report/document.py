@@ -43,12 +43,24 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Table:
-    """Cells as they are shown; the first ``text`` columns are text, all others numbers."""
+    """Cells as they are shown; the first ``text`` columns are text, all others numbers.
+
+    A page shows lines of a cell after the first one small. Facts are a table without a header.
+    """
 
     caption: str
     header: Sequence[str]
     rows: Sequence[Sequence[str]]
     text: int = 1
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of a page: a heading, a table, and sentences below it."""
+
+    heading: str
+    table: Table
+    below: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
@@ -76,17 +88,6 @@ class Finding:
     written: str
     right: Sequence[tuple[str, str, Sequence[str]]] = ()
     note: str = ""
-
-
-@dataclass(frozen=True)
-class Listing:
-    """A file of a deck: number and text of each line, with sentences on it.
-
-    Each sentence has a flag that is true for a mere remark.
-    """
-
-    name: str
-    lines: Sequence[tuple[int, str, Sequence[tuple[bool, str]]]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +125,7 @@ class Document:
     # differences in a user's deck, in the order in which to mend them
     findings: Sequence[Finding] = ()
     overlays: Sequence[Overlay] = ()  # measured traces, drawn in place of peaks
-    listings: Sequence[Listing] = ()  # the files of the deck
+    texts: Sequence[tuple[str, str]] = ()  # names and texts of the files of the deck
 
     @property
     def native(self) -> Result:

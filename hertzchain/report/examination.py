@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hertzchain.report.document import Document, Failure, Finding, Listing, Peaks, Verdict
+from hertzchain.report.document import Document, Failure, Finding, Peaks, Verdict
 from hertzchain.report.facts import given_peaks
 from hertzchain.report.junit import ERROR, FAILURE, Case
 from hertzchain.report.style import LABELS
@@ -72,7 +72,7 @@ def of_examination(examination: DeckExamination) -> Document:
             *([Finding([peaks.sentence], False, "", "")] if found.stopped else []),
             *(_small(one) for one in small),
         ],
-        listings=_listings(examination),
+        texts=_marked(examination),
     )  # fmt: skip
 
 
@@ -183,15 +183,16 @@ def _once(commands: Sequence[Executed]) -> list[Executed]:
     return list({(one.file, one.line): one for one in commands}.values())
 
 
-def _listings(examination: DeckExamination) -> list[Listing]:
-    """Return the text of the deck's files, with sentences on wrong lines."""
-    marks: dict[tuple[str, int], list[tuple[bool, str]]] = {}
+def _marked(examination: DeckExamination) -> list[tuple[str, str]]:
+    """Return the text of the deck's files, with what is wrong as comments below its lines."""
+    below: dict[tuple[str, int], list[str]] = {}
     for check in (*examination.to_mend, *examination.small):
         if check.place is not None:
             said = f"{check.sentence}. Right: {check.command}" if check.command else check.sentence
-            marks.setdefault((check.place.file, check.place.line), []).append((check.passed, said))
+            mark = f"# {'small:' if check.passed else '✗'} {said}".replace("\n", "\n#   ")
+            below.setdefault((check.place.file, check.place.line), []).append(mark)
     return [
-        Listing(name, [(line, text, marks.get((name, line), []))
-                       for line, text in enumerate(content.splitlines(), start=1)])
+        (name, "\n".join(text for number, line in enumerate(content.splitlines(), start=1)
+                         for text in (line, *below.get((name, number), ()))))
         for name, content in examination.texts
     ]  # fmt: skip

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hertzchain.files import write_text
-from hertzchain.report.document import Document, Table
+from hertzchain.report.document import Document, Section, Table
 from hertzchain.report.facts import describe, difference
 from hertzchain.report.formats import check_format
 from hertzchain.verdict.check import apart
@@ -27,23 +26,22 @@ _ROWS = 200  # most rows of a table; all further numbers are in the page's JSON
 _NARROW, _LOWER = 3.8, 0.9  # width of the figure on a phone [inches]; its height over the wide one
 
 
-@dataclass(frozen=True)
-class CheckRow:
-    """A check and its numbers as a page shows them."""
-
-    passed: bool
-    name: str
-    reason: str
-    cells: Sequence[str]
+CHECKED = ("", "check, and why this tolerance", "measured", "expected", "difference", "tolerance")
+"""Columns of a table of checks, before the one of the difference over the tolerance."""
 
 
-def _check_row(check: Check) -> CheckRow:
+def mark(passed: bool) -> str:
+    """Return the word and sign of a verdict as a cell has it."""
+    return "✓ pass" if passed else "✗ FAIL"
+
+
+def _check_row(check: Check) -> list[str]:
     """Return a check's measured and expected number, difference, tolerance and their ratio."""
     numbers = ["" if x is None else f"{x:.9g}" for x in (check.measured, check.expected)]
     if check.measured is not None and check.expected is not None:
         numbers = list(apart(check.measured, check.expected, 9))
     off = ["0" if text == "0.0e+00" else text for text in difference(check)]
-    return CheckRow(check.passed, check.name, check.reason, [*numbers, *off])
+    return [mark(check.passed), f"{check.name}\n{check.reason}", *numbers, *off]
 
 
 def _peak_table(document: Document) -> Table:
@@ -58,6 +56,39 @@ def _peak_table(document: Document) -> Table:
     if size > _ROWS:
         caption = f"Peak force of the first {_ROWS} of {size:,} contacts; all are in the JSON"
     return Table(caption, header, rows, 0)
+
+
+def _sections(document: Document) -> list[Section]:
+    """Return what stands between the figure of a page and its scene."""
+    sections = []
+    if document.facts:
+        facts = Table("All contacts together", (), document.facts, 2)
+        said = () if document.verdict.sentence else [f"{text}." for text in document.remarks]
+        sections.append(Section("Summary", facts, said))
+    sections.append(Section("Peak forces", _peak_table(document)))
+    if document.checks:
+        rows = [_check_row(check) for check in document.checks]
+        checks = Table(
+            "Each check: a number beside the one it should be",
+            (*CHECKED, "of the tolerance"),
+            rows,
+            2,
+        )
+        only = "The verdict rests on these and on nothing else; the formulas never decide."
+        sections.append(Section("Checks", checks, [only]))
+    if (answers := document.answers) is not None:
+        of_run = (
+            "Steps are those of the run itself; time is of the whole call, with the runs that find"
+            " its step and its error."
+        )
+        said = [" ".join([of_run, *(f"{note}." for note in document.notes)])]
+        if "formulas" in answers.header:
+            said.append(
+                "p: granules in the transition; F_SW: peak force of contact p + 1. The formulas are"
+                " given p and F_SW of native."
+            )
+        sections.append(Section(answers.caption, answers, said))
+    return sections
 
 
 def page_of(document: Document, file: str = "scene.toml", given: str = "") -> str:
@@ -80,12 +111,9 @@ def page_of(document: Document, file: str = "scene.toml", given: str = "") -> st
             "it": document,
             "pictures": pictures(partial(figure_of, document)),
             "caption": _caption(document),
-            "peaks": _peak_table(document),
-            "rows": [_check_row(check) for check in document.checks],
+            "sections": _sections(document),
             "texts": [(path.name, text) for path, text in reversed(texts.items())],
             "versions": list(versions.items()),
-            "findings": document.findings,
-            "listings": document.listings,
             "numbers": document.numbers(),
             "numbers_name": f"{document.name}.json",
         },

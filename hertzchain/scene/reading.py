@@ -15,11 +15,12 @@ from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.keys import Key, keys_of
 from hertzchain.scene.moving import Moving
 from hertzchain.scene.parts import OF_PROFILE, OTHERS, SECTIONS, key_named
+from hertzchain.scene.sections import sections_of
 from hertzchain.scene.segments import expand, granule_table, read_granule_table
 from hertzchain.scene.shock import Shock
 from hertzchain.scene.shock_table import lines_of, read_table
 from hertzchain.scene.striker import Striker
-from hertzchain.scene.uncertain import SECTIONS_OF_UNCERTAIN, read_uncertain, sections_of_uncertain
+from hertzchain.scene.uncertain import SECTIONS_OF_UNCERTAIN, read_uncertain
 
 _Kind = TypeVar("_Kind")
 
@@ -46,35 +47,23 @@ def read_parts(path: Path, shock: Shock | None = None) -> dict[str, Any]:
         ) from None
 
 
-def texts_of(path: Path, chain: Chain, shock: Shock, **others: Any) -> dict[Path, str]:
-    """Return the texts of a scene by path: first its tables, if any, then the TOML.
-
-    ``others`` are the other parts of the scene by section, ``gauge`` and ``uncertain``.
-    """
+def texts_of(path: Path, scene: Any) -> dict[Path, str]:
+    """Return the texts of a scene by path: first its tables, if any, then the TOML."""
     import tomli_w
 
     texts: dict[Path, str] = {}
-    document: dict[str, Any] = {"chain": _given(chain)}
-    if any(isinstance(value, tuple) for value in document["chain"].values()):
+    document, shock = sections_of(scene, defaults=False), scene.shock
+    if any(isinstance(value, list) for value in document["chain"].values()):
         table = path.with_suffix(".granules.csv")
-        texts[table] = granule_table(chain)
+        texts[table] = granule_table(scene.chain)
         document["chain"] = {"file": table.name}
     if (rows := lines_of(shock)) is not None:
         table = path.with_suffix(".csv")
         allowed = "must not end in .csv: the table of the shock is written under that name"
         require(table != path, "path", str(path), allowed)
         texts[table] = "\n".join(rows) + "\n"
-        document["shock"] = {"profile": shock.profile_name, "file": table.name}
-        if shock.granule > 1:
-            document["shock"]["granule"] = shock.granule
-    elif shock.section:
-        profile = {"profile": shock.profile_name} if shock.section == "shock" else {}
-        document[shock.section] = profile | _given(shock)
-    document |= sections_of_uncertain(others.pop("uncertain"))
-    for name, part in others.items():
-        values = [_given(one) for one in part] if name == "gauge" else part and _given(part)
-        if values:
-            document[name] = values
+        kept = {key: document["shock"][key] for key in ("granule",) if key in document["shock"]}
+        document["shock"] = {"profile": shock.profile_name, "file": table.name, **kept}
     return {**texts, path: tomli_w.dumps(document)}
 
 
@@ -225,9 +214,3 @@ def _section(
     except SceneError as problem:
         given = section.get(problem.key, problem.value)
         raise SceneError(f"{name}.{problem.key}", given, problem.allowed) from None
-
-
-def _given(part: Any) -> dict[str, Any]:
-    """Return the fields of a frozen object that differ from their defaults."""
-    values = {item.name: (getattr(part, item.name), item.default) for item in fields(part)}
-    return {key: value for key, (value, default) in values.items() if value not in (None, default)}

@@ -23,7 +23,6 @@ from hertzchain.scene.natural_units import (
     NaturalUnits,
     length_and_time,
 )
-from hertzchain.scene.parts import OTHERS
 from hertzchain.scene.piston import Piston
 from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.ramp import Ramp, impulse_until
@@ -140,8 +139,7 @@ class Scene(Shown):
 
     def to_texts(self, path: Path | str) -> dict[Path, str]:
         """Texts that ``to_toml`` writes, by path: first tables, if any, then the TOML."""
-        others = {name: getattr(self, name) for name in (*OTHERS, "uncertain")}
-        return texts_of(Path(path), self.chain, self.shock, **others, gauge=self.gauges)
+        return texts_of(Path(path), self)
 
     @functools.cached_property
     def terms(self) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""The values of a scene by the sections and keys of its file, for JSON."""
+"""The values of a scene by the sections and keys of its file, for JSON and TOML."""
 
 from __future__ import annotations
 
@@ -6,24 +6,26 @@ from dataclasses import fields
 from typing import Any
 
 from hertzchain.scene.parts import OTHERS
-from hertzchain.scene.scene import Scene
 from hertzchain.scene.shock import Shock
 from hertzchain.scene.uncertain import sections_of_uncertain
 
 
-def sections_of(scene: Scene) -> dict[str, Any]:
+def sections_of(scene: Any, defaults: bool = True) -> dict[str, Any]:
     """A scene as its file has it, in SI: a JSON object for each section, each a key for a value.
 
     What is not given is left out. Tables stand in it by their columns: those of a pulse or a piston
     as ``time_s`` and ``force_N`` or ``displacement_m``, those of unlike granules as lists with one
-    number for each, or as the segments of the scene file.
+    number for each, or as the segments of the scene file. Without ``defaults`` these are left out,
+    and segments, too.
     """
     chain, shock = scene.chain, scene.shock
     sections: dict[str, Any] = {
-        "chain": dict(_given(chain) if chain.section is None else chain.section),
-        shock.section: _of_shock(shock),
-        **{name: _given(getattr(scene, name)) for name in OTHERS},
-        "gauge": [_given(gauge) for gauge in scene.gauges],
+        "chain": _given(chain, defaults)
+        if chain.section is None or not defaults
+        else {**chain.section},
+        shock.section: _of_shock(shock, defaults),
+        **{name: _given(getattr(scene, name), defaults) for name in OTHERS},
+        "gauge": [_given(gauge, defaults) for gauge in scene.gauges],
         **sections_of_uncertain(scene.uncertain),
     }
     absent = (
@@ -38,21 +40,22 @@ def sections_of(scene: Scene) -> dict[str, Any]:
     return {name: section for name, section in sections.items() if section}
 
 
-def _of_shock(shock: Shock) -> dict[str, Any]:
+def _of_shock(shock: Shock, defaults: bool) -> dict[str, Any]:
     """The section of a shock; a table stands in it by its columns."""
     values = {} if shock.section != "shock" else {"profile": shock.profile_name}
     if shock.column is None or not shock.rows:
-        return values | _given(shock)
+        return values | _given(shock, defaults)
     time, value = (list(column) for column in zip(*shock.rows, strict=True))
     more = {} if shock.granule == 1 else {"granule": shock.granule}
     return {**values, **more, "time_s": time, shock.column[1]: value}
 
 
-def _given(part: Any) -> dict[str, Any]:
-    """The fields of a frozen object that are given; none of None."""
-    values = {} if part is None else {one.name: getattr(part, one.name) for one in fields(part)}
+def _given(part: Any, defaults: bool) -> dict[str, Any]:
+    """The fields of a frozen object that are given; none of None, or that is a default."""
+    known = () if part is None else fields(part)
+    values = {one.name: (getattr(part, one.name), one.default) for one in known}
     return {
         key: list(value) if isinstance(value, tuple) else value
-        for key, value in values.items()
-        if value is not None and key != "file"
+        for key, (value, default) in values.items()
+        if value is not None and key != "file" and (defaults or value != default)
     }

@@ -154,7 +154,6 @@ class Design:
 
     def to_dict(self) -> dict[str, Any]:
         """Return all that identifies this design, as a JSON object."""
-        scene = _as_before(self.base) if self.are_plain else sections_of(self.base)
         drawn = None
         if self.sampled:
             from importlib.metadata import version
@@ -162,18 +161,7 @@ class Design:
             drawn = {"count": self.samples, "seed": self.seed, "scipy": version("scipy")}
         ties = {"ties": {tie.key: tie.formula for tie in self.ties}} if self.ties else {}
         vary = [asdict(axis) for axis in self.axes]
-        return {"scene": scene, "vary": vary, "samples": drawn, **ties}
-
-
-def _as_before(base: Scene) -> dict[str, Any]:
-    """Return the sections of a plain scene in the form that all folders of sweeps have."""
-    shock = sections_of(base)["shock"] if base.pulse is None else asdict(base.pulse)
-    shock.pop("granule", None)  # 1
-    chain = asdict(base.chain)
-    del chain["gap"], chain["velocity"], chain["fixed"]  # 0
-    if chain["yield_strength"] is None:
-        del chain["yield_strength"]
-    return {"chain": chain, "shock": shock, "run": asdict(base.run)}
+        return {"scene": sections_of(self.base), "vary": vary, "samples": drawn, **ties}
 
 
 def design(

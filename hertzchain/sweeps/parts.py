@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -14,15 +15,13 @@ from hertzchain.engines.native import Native
 from hertzchain.errors import SceneError
 from hertzchain.limits import RTOL
 from hertzchain.sweeps.design import Design
-from hertzchain.sweeps.natural import natural
 
 MOST_ROWS, MOST_PEAKS = 10_000, 500_000  # scenes and contacts of a part, chosen: about 30 MB
 _WORK = 10.0  # time of a part on one core [s]; chosen: this is lost where a sweep is killed
 _LEAST_PARTS = 16  # least number of parts; chosen, so that few scenes keep all cores busy
 _START = 0.4  # estimated time below which no process is started [s]; chosen: two take 2 s to start
-_REFERENCE = 5.0  # least ratio of estimated to true time of the reference method, on 60 granules
-_LOOKED_AT = 500  # number of scenes from which the work of all is estimated
-_BUILT = 20  # the same with terms, where scenes have to be built
+_LOOKED_AT = 500  # number of scenes whose granules are looked at
+_BUILT = 20  # number of scenes from which the work of all is estimated; they have to be built
 _GRANULES_BUILT = 50_000  # most granules of these scenes together, chosen: about a second
 _ONE_BY_ONE = 20.0  # time of a native run with terms over that of a batch; measured: 3 to 50
 _OVERHEAD = 2e-3  # additional time of a scene run by itself [s], measured
@@ -91,49 +90,34 @@ def is_short(design: Design, backend: Backend) -> bool:
     """Return whether scenes take less than starting processes; never LAMMPS or given steps."""
     if isinstance(backend, Lammps) or (isinstance(backend, Native) and backend.dt is not None):
         return False
-    seconds = design.scenes * _mean_seconds(design, backend)
-    if isinstance(backend, Native) and backend.method == "reference":
-        # Parts keep the size estimated for other methods: old folders hold such parts.
-        seconds /= _REFERENCE
-    return seconds < _START
+    return design.scenes * _mean_seconds(design, backend) < _START
 
 
 def _mean_seconds(design: Design, backend: Backend) -> float:
     """Estimate the mean time of a scene on one core from some of them [s]."""
-    if not design.are_plain:
-        return _mean_seconds_with_terms(design, backend)
-    given = design.parameters(design.some(_LOOKED_AT))
-    duration = natural(given).duration
-    known = np.isfinite(duration)
-    duration = np.where(known, duration, np.nanmean(duration) if known.any() else 100.0)
-    return float(np.mean(_seconds(backend, given["chain.granules"], duration)))
-
-
-def _mean_seconds_with_terms(design: Design, backend: Backend) -> float:
-    """Estimate the mean time of scenes with terms, which have no common natural units [s]."""
     numbers = design.some(max(2, min(_BUILT, _GRANULES_BUILT // design.base.chain.granules)))
     given = design.parameters(numbers)
+    alone, times = (0.0, 1.0) if design.are_plain else (_OVERHEAD, _ONE_BY_ONE)
+    if not isinstance(backend, Native):
+        times = 1.0
     found = []
     for k in range(numbers.size):
-        try:
+        with suppress(SceneError):
             scene = design.scene(given, k)
-        except SceneError:
-            continue
-        seconds = _seconds(backend, scene.chain.granules, scene.end_time / scene.contact_time)
-        times = _ONE_BY_ONE if isinstance(backend, Native) else 1.0
-        found.append(_OVERHEAD + times * float(seconds))
+            duration = scene.end_time / scene.contact_time
+            found.append(alone + times * _seconds(backend, scene.chain.granules, duration))
     return float(np.mean(found)) if found else _OVERHEAD
 
 
-def _seconds(backend: Backend, granules: Any, duration: Any) -> Any:
-    """Estimate the time of scenes by granules and duration [natural units] on one core [s]."""
+def _seconds(backend: Backend, granules: int, duration: float) -> float:
+    """Estimate the time of a scene by granules and duration [natural units] on one core [s]."""
     if isinstance(backend, Formulas):
-        return np.full(np.shape(granules), 3e-4)
+        return 3e-4
     rtol = backend.rtol or RTOL
     if isinstance(backend, Native):
-        by_accuracy = 2e-8 * (1e-4 / rtol) ** 0.25
-        is_chosen = backend.method is None and backend.dt is None
-        return 1e-4 + duration * granules * (by_accuracy if is_chosen else 1e-5)
+        a_step = {None: 2e-8 * (1e-4 / rtol) ** 0.25, "reference": 2e-6}  # measured
+        cost = a_step.get(backend.method, 1e-5) if backend.dt is None else 1e-5
+        return 1e-4 + duration * granules * cost
     step = 1.4e-3 * math.sqrt(rtol / 1e-6) * (6 if backend.extrapolated else 1)
     return 0.1 + 9 * duration / step * (0.5e-6 + 2e-8 * granules)
 

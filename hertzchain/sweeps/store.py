@@ -33,8 +33,6 @@ TABLES = ("scenes", "peaks")  # names of subfolders
 
 MANIFEST = "sweep.json"
 
-_FIRST_DEFINITIONS = 1  # of folders that do not say
-
 _LONGEST_VALUE = 60  # characters of a value in a message on another sweep, chosen
 
 
@@ -109,7 +107,6 @@ class Folder(AbstractContextManager["Folder"]):
             return False
         # Compared after JSON, where tuples become lists.
         wanted = json.loads(json.dumps(self._manifest))
-        there = {"definitions": _FIRST_DEFINITIONS, **there}
         if wanted != there:
             raise OutputError(
                 f"{self.folder}: belongs to another sweep, {_difference(there, wanted)}; name"
@@ -214,7 +211,7 @@ def _read_manifest(folder: Path) -> Mapping[str, Any] | None:
         return None
     except (OSError, ValueError) as problem:
         raise OutputError(f"{path}: cannot be read ({problem})") from None
-    keys = {"layout", "format", "rows", "scene", "vary", "backends", "peaks"}
+    keys = {"format", "rows", "scene", "vary", "backends", "peaks"}
     if not isinstance(found, dict) or not keys <= found.keys():
         raise OutputError(f"{path}: describes no sweep; name another folder")
     return found

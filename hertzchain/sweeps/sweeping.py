@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     import pandas
     from matplotlib.figure import Figure
 
-_LAYOUT = 1  # version of the tables; other columns need another number
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Sweep:
@@ -220,7 +218,6 @@ def sweep(
     if output is not None:
         check_format(file_format)
     manifest = {
-        "layout": _LAYOUT,
         "hertzchain": version("hertzchain"),
         "definitions": DEFINITIONS,
         "format": file_format,

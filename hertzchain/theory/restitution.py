@@ -19,7 +19,6 @@ not pull); Thornton, Cummins and Cleary, Powder Technology 233 (2013) 30.
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -28,9 +27,6 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import POSITIVE, is_finite, is_positive, require
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.terms import NOT_NEGATIVE
-
-LEAST = 1e-3
-"""Smallest coefficient of restitution for which a coefficient of damping is computed (chosen)."""
 
 VISCOELASTIC, DASHPOT = 0.5, 0.0
 """Exponent q of the overlap in eta = c d^q."""
@@ -137,14 +133,6 @@ def of_ratio(ratio: float, pulls: bool) -> float:
     return math.exp(-2 * (ratio / other) * math.asinh(other)) if other else math.exp(-2)
 
 
-def ratio_for(restitution: float, pulls: bool) -> float:
-    """Return alpha / sqrt(5) of the restitution law that gives a restitution."""
-    check_wanted(restitution)
-    if pulls:
-        return damping_ratio(restitution)
-    return _root(lambda ratio: of_ratio(ratio, False), restitution)
-
-
 # ---- Laws whose restitution depends on the velocity
 
 
@@ -249,42 +237,3 @@ def _speed(damping: float, exponent: float, end: Event, *others: Event) -> float
     assert found.y_events is not None
     ends = found.y_events[0]
     return float(-ends[0][1]) if len(ends) else 0.0
-
-
-# ---- The inverse
-
-
-def natural_for(wanted: float, exponent: float, pulls: bool) -> float:
-    """Return the damping c of ``of_natural`` that gives a restitution; 0 for 1.
-
-    Times ``Collision.unit`` it is the coefficient in SI units. SceneError for a restitution that is
-    not between ``LEAST`` and 1.
-    """
-    check_wanted(wanted)
-    return _natural_for(wanted, exponent, pulls)
-
-
-@functools.lru_cache(64)  # options with different units ask for the same coefficient
-def _natural_for(wanted: float, exponent: float, pulls: bool) -> float:
-    return _root(lambda damping: of_natural(damping, exponent, pulls), wanted)
-
-
-def check_wanted(restitution: float) -> None:
-    """Raise a SceneError for a restitution that is not between ``LEAST`` and 1."""
-    right = is_finite(restitution) and LEAST <= restitution <= 1
-    require(right, "restitution", restitution, f"must be a number from {LEAST:g} to 1")
-
-
-def _root(restitution_of: Callable[[float], float], wanted: float) -> float:
-    """Return where a function that falls from 1 at 0 towards 0 has the wanted value."""
-    from scipy.optimize import brentq
-
-    if wanted == 1:
-        return 0.0
-    high = 1.0
-    while restitution_of(high) > wanted:
-        high *= 2
-    low = high / 2
-    while restitution_of(low) < wanted:
-        low /= 2
-    return float(brentq(lambda x: restitution_of(x) - wanted, low, high, xtol=1e-14, rtol=1e-13))

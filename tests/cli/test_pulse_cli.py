@@ -71,8 +71,8 @@ def test_json(hertzchain: Command, scope: Path, scene: Path) -> None:
 
 
 def test_options_reach_the_pulse(hertzchain: Command, scope: Path) -> None:
-    columns = ("--time", "Time", "--force", 2, "--time-unit", "ns", "--force-unit", "kN")
-    pulse = ("--scale", 2, "--baseline", 0.1, "--start", "0 ns", "--end", "50 ns")
+    columns = ("--time", "Time", "--force", 2, "--time-unit", "ns")
+    pulse = ("--scale", 2e3, "--baseline", 0.1, "--start", "0 ns", "--end", "50 ns")
     found = hertzchain("pulse", scope, *columns, *pulse, "--json").json()
     assert found["start_s"] == pytest.approx(0, abs=0.2e-9)  # a sample every 0.18
     assert found["duration_s"] == pytest.approx(50e-9, abs=0.4e-9)

@@ -103,12 +103,6 @@ pulse scope.csv --plot a.gif => cannot be drawn
 pulse no.csv => no.csv: cannot be read
 pulse scope.csv --scale 25 --scene scope.csv => is not TOML
 pulse text.csv => line 2: has no finite time and force
-restitution 2 => restitution = ; must be a number from 0.001
-restitution 0 => restitution = ; must be a number from 0.001
-restitution nan => restitution = ; must be a number from 0.001
-restitution 0.8 --coefficient 3 => goes with --scene FILE
-restitution 0.8 --scene scene.toml => needs a scene with a [striker]
-restitution 0.8 --scene striker.toml --coefficient -1 => --coefficient = -1.0: must be a finite number of at least 0
 init no/mine.toml => does not exist
 init new.csv --from pulse-table => new.csv: is the name of the pulse table; new.toml
 init . => is a directory, must be the name of a file

@@ -90,14 +90,10 @@ def test_units_of_the_header(header: str, time: float, force: float, tmp_path: P
 
 def test_units_and_scale_of_options(tmp_path: Path) -> None:
     path = written(tmp_path / "a.csv", "{t},{f}", "time_ms,force_kN\n")
-    assert_read(read_recording(path, time_unit="us", force_unit="mN"), 1e-6, 1e-3)
-    assert_read(read_recording(path, scale=-2.0, force_unit="kN"), 1e-3, -2e3)
-    for option, unit in (
-        ("--time-unit", {"time_unit": "N"}),
-        ("--force-unit", {"force_unit": "s"}),
-    ):
-        with pytest.raises(HertzchainError, match=f"^{option} = .*wrong dimension"):
-            read_recording(path, **unit)  # type: ignore[arg-type]
+    assert_read(read_recording(path, time_unit="us"), 1e-6, 1e3)
+    assert_read(read_recording(path, scale=-2e3), 1e-3, -2e3)
+    with pytest.raises(HertzchainError, match=r"^--time-unit = .*wrong dimension"):
+        read_recording(path, time_unit="N")
     for scale, span in ((1e100, r"2.25e\+100"), (1.5e308, "inf")):
         with pytest.raises(HertzchainError, match=f"forces: span {span}, must be from 1e-60 to 1e"):
             read_recording(path, scale=scale)

@@ -189,45 +189,9 @@ def test_an_examination_is_printed_with_the_lines_to_mend(
 # Figures
 
 
-def test_a_run_is_drawn(result: hc.Result) -> None:
-    figure = result.plot()
-    peaks, forces, space_time, *_ = figure.axes
-    title = str(figure.get_suptitle())
-    assert title.endswith(f", srkn-11b, peaks within {result.error_estimate:.1e}")
-    line = peaks.lines[0]
-    np.testing.assert_array_equal(line.get_xdata(), result.contact)
-    np.testing.assert_array_equal(line.get_ydata(), result.peak_force)
-    assert result.history is not None
-    drawn = {one.get_label(): one for one in forces.lines}
-    del drawn["applied force"]
-    assert 2 <= len(drawn) <= 6
-    for label, curve in drawn.items():
-        contact = int(str(label).removeprefix("contact "))
-        time, force = np.asarray(curve.get_xydata()).T
-        assert force.max() == result.peak_force[contact - 2]
-        kept = force != force.max()  # the exact peak stands between two frames
-        np.testing.assert_array_equal(force[kept], result.force_at(contact))
-        np.testing.assert_array_equal(time[kept], result.history.time)
-    assert space_time.get_xlabel() == "time [µs]"
-
-
-def test_a_run_that_recorded_nothing_has_no_forces_over_time(result: hc.Result) -> None:
-    (peaks,) = replace(result, history=None).plot().axes
-    assert peaks.get_ylabel() == "peak force [N]"
-
-
 def test_a_run_of_a_backend_of_ones_own_is_drawn(result: hc.Result) -> None:
     (peaks,) = replace(result, backend="mine", history=None).plot().axes
     assert "\nmine, " in str(peaks.figure.get_suptitle())
-
-
-def test_a_static_load_is_drawn_under_the_peaks() -> None:
-    scene = replace(SCENE, precompression=hc.Precompression(force=10.0))
-    found_static = hc.Native().run(scene)
-    (line,) = (
-        one for one in found_static.plot().axes[0].lines if one.get_label() == "static force"
-    )
-    np.testing.assert_array_equal(line.get_ydata(), found_static.static_force)
 
 
 @pytest.mark.parametrize("name", ["comparison", "judgement", "examination"])

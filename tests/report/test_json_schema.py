@@ -20,7 +20,6 @@ import tomli_w
 
 import hertzchain as hc
 from hertzchain import theory
-from hertzchain.errors import OutputError
 from hertzchain.observables.balance import LostDigits
 from hertzchain.observables.definitions import DEFINITIONS
 from hertzchain.pulses.measured import measured_pulse
@@ -365,19 +364,6 @@ def test_results_in_a_comparison_do_not_repeat_its_scene() -> None:
     assert "scene" in document
     for numbers in document["results"].values():
         assert not {"scene", "contacts"} & numbers.keys()
-
-
-def test_a_sweep_that_says_no_definitions_has_the_first(tmp_path: Path) -> None:
-    how: dict[str, Any] = {"vary": {"chain.granules": [8, 9]}, "backends": "formulas"}
-    hc.sweep(SHORT, output=tmp_path / "out", **how)
-    path = tmp_path / "out" / "sweep.json"
-    document = json.loads(path.read_text(encoding="utf-8"))
-    del document["definitions"]
-    path.write_text(json.dumps(document), encoding="utf-8")
-    with pytest.raises(OutputError, match="another sweep, definitions is 1 there and 2 here"):
-        hc.sweep(SHORT, output=tmp_path / "out", **how)
-    path.write_text(json.dumps({**document, "definitions": 2}), encoding="utf-8")
-    assert hc.sweep(SHORT, output=tmp_path / "out", **how).count().done == 2
 
 
 def test_the_schema_of_a_scene_is_that_of_its_keys() -> None:

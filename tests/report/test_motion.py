@@ -11,7 +11,6 @@ import pandas as pd
 import pytest
 from matplotlib import rcParams
 from matplotlib.colors import to_rgba
-from PIL import Image
 
 import hertzchain as hc
 from hertzchain.errors import OutputError, SceneError
@@ -122,7 +121,10 @@ def test_times_of_one_file_among_those_of_others(demo: hc.Scene) -> None:
 
 
 def test_the_figure_draws_the_result(result: hc.Result) -> None:
-    peaks, forces, space_time, *_ = figure_of(of_result(result), [5, 30]).axes
+    figure = figure_of(of_result(result), [5, 30])
+    title = str(figure.get_suptitle())
+    assert title.endswith(f", {result.method}, peaks within {result.error_estimate:.1e}")
+    peaks, forces, space_time, *_ = figure.axes
     assert np.array_equal(peaks.lines[0].get_ydata(), result.peak_force)
     assert (legend := forces.get_legend()) is not None
     assert [text.get_text() for text in legend.get_texts()] == [
@@ -256,9 +258,3 @@ def test_recorded_times_keep_the_height_of_the_wave_or_it_is_said(result: hc.Res
     times = np.linspace(0, scene.end_time, wanted)
     assert coarse_times(hc.Native(rtol=1e-6).run(scene, times)) is None
     assert coarse_times(hc.Native(rtol=1e-6).run(scene, times[::2])) is not None
-
-
-def test_a_plot_is_a_picture(tmp_path: Path, on_a_wall: hc.Result) -> None:
-    plot_document(of_result(on_a_wall), tmp_path / "run.png")
-    with Image.open(tmp_path / "run.png") as picture:
-        assert picture.size == (1200, 1470)

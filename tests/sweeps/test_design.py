@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
-from dataclasses import asdict, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,40 +13,13 @@ from hypothesis import strategies as st
 
 import hertzchain as hc
 from hertzchain.errors import SceneError
-from hertzchain.scene.pulse import PROFILES, profile_named
+from hertzchain.scene.pulse import PROFILES
 from hertzchain.sweeps.columns import PARAMETERS
 from hertzchain.sweeps.design import MOST_SCENES, design
 from hertzchain.sweeps.parts import MOST_PEAKS, Formulas, cut, part_size
 from tests.sweeps.made import GRID, SHORT, all_scenes
 
 # Scenes
-
-
-def test_a_grid_is_every_combination_the_last_axis_first() -> None:
-    vary: dict[str, Any] = {
-        "chain.granules": [8, 9],
-        "chain.radius": "1 mm:3 mm:3",
-        "shock.profile": "cosine, triangular",
-        "shock.momentum_ratio": "0.1:10:3:log",
-    }
-    found = design(SHORT, vary)
-    expected = [
-        hc.Scene(
-            replace(SHORT.chain, granules=granules, radius=radius),
-            hc.Pulse(profile_named(profile), 100.0, 2.0, momentum_ratio=ratio),
-        )
-        for granules, radius, profile, ratio in itertools.product(
-            (8, 9), (0.001, 0.002, 0.003), ("cosine", "triangular"), (0.1, 1.0, 10.0)
-        )
-    ]
-    assert found.scenes == len(expected) == 36
-    scenes = all_scenes(found)
-    for scene, wanted in zip(scenes, expected, strict=True):
-        assert scene.chain == wanted.chain
-        assert scene.momentum_ratio == pytest.approx(wanted.momentum_ratio, rel=1e-14, abs=0)
-        given, expected_shock = asdict(scene.shock), asdict(wanted.shock)
-        del given["momentum_ratio"], expected_shock["momentum_ratio"]
-        assert given == expected_shock
 
 
 @pytest.mark.parametrize("log", [False, True])
@@ -94,17 +66,6 @@ def test_columns_are_the_same_whoever_typed_the_scene() -> None:
     assert table["failure"].isna().all()
 
 
-def test_a_scene_is_written_as_folders_of_before_have_it() -> None:
-    """Another word in it would be another sweep, and such folders were not resumed."""
-    found = design(SHORT, {"shock.momentum_ratio": [1.0, 2.0]}).to_dict()["scene"]
-    of_pulse = ["profile", "peak_force", "duration_ratio", "momentum_ratio", "rise_time"]
-    assert {section: list(keys) for section, keys in found.items()} == {
-        "chain": ["granules", "radius", "young_modulus", "poisson_ratio", "density"],
-        "shock": of_pulse,
-        "run": ["end_time"],
-    }
-
-
 def test_sections_may_be_left_out_and_counts_may_be_written_as_powers_of_ten() -> None:
     short = design(SHORT, {"radius": "1 mm:2 mm:1e1", "momentum_ratio": [1, 2]})
     assert short == design(SHORT, {"chain.radius": "1 mm:2 mm:10", "shock.momentum_ratio": [1, 2]})
@@ -126,15 +87,6 @@ def test_drawn_granules_have_the_share_of_a_whole_number(log: bool) -> None:
     expected = 4096 * share / share.sum()
     assert np.abs(np.bincount(drawn, minlength=21)[2:] - expected).max() <= 4
     assert (drawn.min(), drawn.max()) == (2, 20)
-
-
-def test_momentum_ratio_and_rise_time_take_each_others_place() -> None:
-    found = design(SHORT, {"shock.rise_time": "10 us,20 us"})
-    assert [scene.rise_time for scene in all_scenes(found)] == [1e-5, 2e-5]
-    assert all(scene.pulse and scene.pulse.momentum_ratio is None for scene in all_scenes(found))
-    by_time = replace(SHORT, shock=hc.Pulse("cosine", 100.0, 2.0, rise_time=1e-5))
-    found = design(by_time, {"shock.momentum_ratio": [1, 2]})
-    assert [scene.momentum_ratio for scene in all_scenes(found)] == [1.0, 2.0]
 
 
 def test_samples_fill_their_ranges_evenly_and_meet_every_combination() -> None:

@@ -168,9 +168,11 @@ def test_workers_measure_scenes_with_terms(two: tuple[str, Workers]) -> None:
 
 @pytest.mark.slow
 @pytest.mark.lammps
-def test_a_worker_killed_in_the_middle_changes_nothing(
-    lonely: str, tmp_path: Path, here: hc.Sweep
+@pytest.mark.parametrize("end", [kill, subprocess.Popen.terminate])
+def test_a_worker_that_ends_in_the_middle_changes_nothing(
+    lonely: str, tmp_path: Path, here: hc.Sweep, end: Callable[[subprocess.Popen[bytes]], None]
 ) -> None:
+    """Killed, or told to end, as batch systems do before they kill: another takes its part."""
     with ExitStack() as stack:
         first, _second = (
             stack.enter_context(worker(lonely, tmp_path, "--no-nanny", name=name))
@@ -182,33 +184,11 @@ def test_a_worker_killed_in_the_middle_changes_nothing(
         def kill_it(done: int, _: int) -> None:
             if not killed and done >= 4:
                 killed.append(done)
-                kill(first)
+                end(first)
 
         assert_same(sweep(lonely, progress=kill_it), here)
         assert killed
         assert killed[0] < here.rows
-
-
-@pytest.mark.slow
-@pytest.mark.lammps
-def test_a_worker_that_is_told_to_end_gives_its_part_to_another(
-    tmp_path: Path, here: hc.Sweep
-) -> None:
-    """Batch systems ask before they kill: no row has the error that LAMMPS was killed."""
-    with scheduler(tmp_path) as (address, _), ExitStack() as stack:
-        first, _second = (
-            stack.enter_context(worker(address, tmp_path, "--no-nanny", name=name))
-            for name in ("first", "second")
-        )
-        await_workers(address, 2)
-        told: list[int] = []
-
-        def tell_it(done: int, _: int) -> None:
-            if not told and done >= 4:
-                told.append(done)
-                first.terminate()
-
-        assert_same(sweep(address, progress=tell_it), here)
 
 
 @pytest.mark.slow

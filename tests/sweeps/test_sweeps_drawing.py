@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -11,10 +10,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from PIL import Image
 
 import hertzchain as hc
-from hertzchain.cli import main
 from hertzchain.sweeps.columns import COLUMNS, full_name
 from hertzchain.sweeps.drawing import draw
 from tests.conftest import paper_scene
@@ -123,27 +120,6 @@ def test_a_small_picture_is_axes_most_of_all(count: int, size: tuple[float, floa
         assert names.x1 <= figure.bbox.x1
     assert bool(figure.legends) == (count <= 8)  # more have a colour bar
     assert drawn.remarks == ()
-
-
-def test_size_of_the_command(
-    folder: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    def plotted(*options: str) -> None:
-        given = ["plot", str(folder), "--x", RATIO, "--y", F_SW, "-o", str(tmp_path / "a.png")]
-        monkeypatch.setattr(sys, "argv", ["hertzchain", *given, *options])
-        with pytest.raises(SystemExit) as end:
-            main()
-        assert (end.value.code == 0) == (tmp_path / "a.png").exists()
-
-    for wrong in ("3", "1.9x3", "3x51", "3x3x3", "axb", "nanx3"):
-        plotted("--size", wrong)
-        assert f"--size {wrong}: must be width and height" in capsys.readouterr().err
-    plotted("--size", "2x10")
-    with Image.open(tmp_path / "a.png") as picture:
-        assert picture.size == (300, 1500)
 
 
 def test_counts_have_ticks_at_whole_numbers(both: hc.Sweep) -> None:

@@ -10,7 +10,6 @@ import pandas as pd
 import pytest
 
 import hertzchain as hc
-from hertzchain.errors import SceneError
 from hertzchain.scene.starters import write_starter
 from tests.conftest import STEEL
 
@@ -71,26 +70,6 @@ def test_titles_name_the_drive_and_no_gravity_of_zero() -> None:
     assert {"profile sine", "amplitude of the force = 5 N", "cycles = 2"} < {*said.split(", ")}
     assert "precompression = 10 N" in said
     assert "gravity" not in said
-
-
-@pytest.mark.parametrize(
-    ("scene", "vary", "said"),
-    [
-        (SINE, {"duration_ratio": "2,3"}, "cannot vary; "),
-        (SINE, {"shock.velocity": "2,3"}, "cannot vary; "),
-        (TABLE, {"shock.velocity": "2,3"}, "cannot vary; "),
-        (PISTON, {"frequency": "2,3"}, "cannot vary; "),
-        (PISTON, {"velocity": "0,1"}, "shock.velocity = 0"),
-        (SINE, {"amplitude": "5,11"}, "shock.amplitude = 11.0: must be at most the static load"),
-        (SINE, {"cycles": "0,1"}, "shock.cycles = 0: must be an integer"),
-    ],
-)
-def test_what_cannot_vary_is_refused_in_a_sentence(
-    scene: hc.Scene, vary: dict[str, str], said: str, tmp_path: Path
-) -> None:
-    with pytest.raises(SceneError) as caught:
-        hc.sweep(scene, vary, output=tmp_path / "sweep")
-    assert said in str(caught.value)
 
 
 def test_peaks_of_moving_granules_go_as_their_velocity_to_the_power_of_6_over_5(

@@ -13,14 +13,12 @@ import pandas as pd
 import pytest
 
 import hertzchain as hc
-from hertzchain.errors import OutputError
 from hertzchain.sweeps.columns import COLUMNS, column_named, columns_of, numbers_of
 from hertzchain.sweeps.design import design
 from hertzchain.sweeps.drawing import draw
 from tests.command_line import Command, is_refused
 from tests.conftest import STEEL
 from tests.sweeps.made import has_numbers
-from tests.sweeps.texts import CHAIN_SECTION, SEGMENTS, SHOCK
 
 PTFE = {"radius": 4.75e-3, "young_modulus": 1.46e9, "poisson_ratio": 0.46, "density": 2200.0}
 PULSE = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0)
@@ -30,17 +28,12 @@ STRIKER = hc.Scene(CHAIN, hc.Striker(1.0), wall=hc.Wall("rigid"))
 LOADED = hc.Scene(CHAIN, PULSE, precompression=hc.Precompression(5.0))
 
 
-def chain_of(
-    steel: Mapping[str, float] = STEEL,
-    soft: Mapping[str, float] = PTFE,
-    pairs: int = 2,
-    ratio: float = 0.9,
-) -> hc.Chain:
+def chain_of(soft: Mapping[str, float] = PTFE) -> hc.Chain:
     """The chain of ``segmented`` granule by granule."""
-    small = [{**steel, "radius": 4e-3 * ratio**k} for k in range(2)]
-    granules = [steel, soft] * pairs + small
+    small = [{**STEEL, "radius": 4e-3 * 0.9**k} for k in range(2)]
+    granules = [STEEL, soft] * 2 + small
     values: dict[str, Any] = {key: [one[key] for one in granules] for key in STEEL}
-    return hc.Chain(len(granules), **values, gap=[0.0] * 2 * pairs + [1e-6] * 2)
+    return hc.Chain(len(granules), **values, gap=[0.0] * 4 + [1e-6] * 2)
 
 
 def are_rows_of(
@@ -105,43 +98,6 @@ def test_a_striker_and_a_wall() -> None:
         ratio = fast[name].to_numpy() / slow[name].to_numpy()
         # Hertz's law scales: F goes with v^(6/5). Both runs are the same in natural units.
         np.testing.assert_allclose(ratio, 10**1.2, rtol=1e-9)
-
-
-def test_segments_do_what_the_file_would(segmented: hc.Scene) -> None:
-    """Defaults reach segments and cells that do not name them."""
-    sweep = swept(
-        segmented,
-        {
-            "chain.young_modulus": "100 GPa,193 GPa",
-            "chain.segments.1.granules": [2, 4],
-            "segments.1.cell.2.density": [2200.0, 1000.0],
-            "chain.segments.2.radius_ratio": [0.9, 0.8],
-        },
-    )
-    choices = itertools.product((100e9, 193e9), (1, 2), (2200.0, 1000.0), (0.9, 0.8))
-    are_rows_of(
-        sweep,
-        (
-            (
-                {
-                    "chain.young_modulus": modulus,
-                    "chain.segments.1.granules": 2 * pairs,
-                    "chain.segments.1.cell.2.density": density,
-                    "chain.segments.2.radius_ratio": ratio,
-                },
-                hc.Scene(
-                    chain_of(
-                        {**STEEL, "young_modulus": modulus},
-                        {**PTFE, "density": density},
-                        pairs,
-                        ratio,
-                    ),
-                    PULSE,
-                ),
-            )
-            for modulus, pairs, density, ratio in choices
-        ),
-    )
 
 
 def test_loads() -> None:
@@ -280,9 +236,6 @@ def test_columns() -> None:
         *("wall_peak_time_s", "contacts_cut_off", "overlap_ratio"),
         *("error_estimate", "force_evaluations", "failure"),
     ]
-    typed = hc.Scene(hc.Chain(6, 1, 10**9, 0, 7800), hc.Striker(1), wall=hc.Wall("rigid"))
-    other = swept(typed, {"striker.velocity": [1]}).to_frame()
-    assert other.dtypes.to_dict() == table.dtypes.to_dict()
 
 
 def test_plain_scenes_have_the_columns_of_before() -> None:
@@ -296,17 +249,6 @@ def test_a_key_of_a_segment_has_a_label_with_its_unit() -> None:
     assert column_named("chain.segments.2.granules").label == "granules, segment 2"
     density = column_named("chain.segments.1.cell.2.density")
     assert density.label == "density [kg/m³], segment 1, granule 2 of the cell"
-
-
-# Stored sweeps
-
-
-def test_a_segment_belongs_to_the_sweep(segmented: hc.Scene, tmp_path: Path) -> None:
-    vary = {"chain.segments.2.gap": [0.0, 1e-6]}
-    swept(segmented, vary, output=tmp_path / "out")
-    (tmp_path / "other.toml").write_text((CHAIN_SECTION + SEGMENTS + SHOCK).replace("0.46", "0.45"))
-    with pytest.raises(OutputError, match="belongs to another sweep"):
-        swept(hc.Scene.from_toml(tmp_path / "other.toml"), vary, output=tmp_path / "out")
 
 
 # Pictures

@@ -91,16 +91,6 @@ def test_a_sweep_that_is_there_is_not_measured_again(tmp_path: Path) -> None:
     assert {path: path.stat().st_mtime_ns for path in out.rglob("*.parquet")} == written
 
 
-def test_with_another_time_limit_a_sweep_goes_on(tmp_path: Path) -> None:
-    """Whoever stopped it because it took too long may give it more time; no number changes."""
-    out = tmp_path / "out"
-    first, again = (
-        hc.sweep(SHORT, GRID, backends=[hc.Native(rtol=1e-6, time_limit=limit)], output=out)
-        for limit in (5.0, 50.0)
-    )
-    pd.testing.assert_frame_equal(again.to_frame(), first.to_frame(), check_exact=True)
-
-
 @pytest.mark.parametrize(
     ("one", "other", "same"),
     [

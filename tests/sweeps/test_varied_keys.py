@@ -12,6 +12,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.errors import SceneError
 from hertzchain.sweeps.design import design
+from tests.sweeps.test_sweeps_of_drives import PISTON, SINE, TABLE
 from tests.sweeps.test_sweeps_of_terms import LOADED, PLAIN, STRIKER, chain_of
 from tests.sweeps.texts import CHAIN_SECTION, SHOCK
 
@@ -35,6 +36,13 @@ REFUSED: list[tuple[hc.Scene, dict[str, Any], str]] = [
     (STRIKER, {"striker.poisson_ratio": "0.1:0.6:3"}, "striker.poisson_ratio = 0.6: must be"),
     (STRIKER, {"chain.granules": "4,1000001"}, "must be at most 1,000,000 in a sweep"),
     (LOADED, {"precompression.force": [0.0, 1.0]}, "precompression.force and gravity: both are 0"),
+    (SINE, {"duration_ratio": "2,3"}, "duration_ratio: cannot vary; "),
+    (SINE, {"shock.velocity": "2,3"}, "shock.velocity: cannot vary; "),
+    (TABLE, {"shock.velocity": "2,3"}, "shock.velocity: cannot vary; what can"),
+    (PISTON, {"frequency": "2,3"}, "frequency: cannot vary; "),
+    (PISTON, {"velocity": "0,1"}, "shock.velocity = 0"),
+    (SINE, {"amplitude": "5,11"}, "shock.amplitude = 11.0: must be at most the static load"),
+    (SINE, {"cycles": "0,1"}, "shock.cycles = 0: must be an integer"),
     (LOADED, {"gravity": [0.0, 1.0]}, "precompression.gravity = 1.0: needs a [wall]"),
     (LOADED, {"chain.gap": [0.0, 1e-6]}, "chain.gap: must be 0 with [precompression]"),
     (

@@ -114,16 +114,6 @@ def test_a_dashpot_that_pulls_holds_the_spheres() -> None:
     assert abs(collide(1.2, 0.0, True, 400.0)) < 1e-6  # creeps: 8 c^2 / t^3 = 2e-7
 
 
-@BOTH
-@pytest.mark.parametrize("wanted", [0.001, 0.8, 1.0])
-def test_damping_for_a_wanted_restitution(wanted: float, pulls: bool) -> None:
-    ratio = restitution.ratio_for(wanted, pulls)
-    assert of_ratio(ratio, pulls) == pytest.approx(wanted, abs=1e-12)  # of the root
-    for exponent in (restitution.DASHPOT, restitution.VISCOELASTIC):
-        damping = restitution.natural_for(wanted, exponent, pulls)
-        assert of_natural(damping, exponent, pulls) == pytest.approx(wanted, abs=1e-10)  # integral
-
-
 def test_units_of_a_collision() -> None:
     """A scene, and the same in natural units: lengths, times and masses are scaled."""
     scene = hc.Scene(hc.Chain(2, **STEEL), hc.Striker(2.0, radius=6e-3))
@@ -139,14 +129,6 @@ def test_units_of_a_collision() -> None:
     assert restitution.viscoelastic(1e-6, collision, True) == pytest.approx(expected, rel=1e-10)
     expected = of_natural(c, 0.0, False)
     assert restitution.dashpot(20.0, collision, False) == pytest.approx(expected, rel=1e-10)
-
-
-@pytest.mark.parametrize("wrong", [0.0, -0.5, 1.5, math.nan, 1e-4, "half"])
-def test_what_is_no_restitution_is_refused(wrong: float) -> None:
-    with pytest.raises(SceneError, match=r"restitution = .*: must be a number from 0\.001 to 1"):
-        restitution.natural_for(wrong, 0.5, True)
-    with pytest.raises(SceneError, match="must be a number from"):
-        restitution.ratio_for(wrong, False)
 
 
 def test_what_cannot_be_is_refused() -> None:

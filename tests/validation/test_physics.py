@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 
 import hertzchain as hc
-from hertzchain.decks.restitution import OPTIONS
 from hertzchain.engines.lammps import damping
 from validation.physics import (
     chains,
@@ -110,11 +109,32 @@ def test_another_theory_fails(
 @pytest.mark.lammps
 def test_another_damping_of_lammps_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     """As if the factor of later versions stood in the formula of those before."""
-    monkeypatch.setattr(restitution, "OPTIONS", OPTIONS[:6])  # tsuji and coeff_restitution
-    true = damping.tsuji
-    monkeypatch.setattr(damping, "tsuji", lambda asked, _: true(asked, True))
+    monkeypatch.setattr(restitution, "OPTIONS", restitution.OPTIONS[:4])  # of restitutions
+    monkeypatch.setattr(restitution, "tsuji", lambda asked, **_: damping.tsuji(asked, True))
     failed_rows = [entry.what for entry in restitution.compare(True, True) if not entry.passed]
     assert failed_rows == ["damping tsuji, 0.8", "damping tsuji limit_damping, 0.8"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "code",
+    [
+        pytest.param("LIGGGHTS", marks=pytest.mark.liggghts),
+        pytest.param("Yade", marks=pytest.mark.yade),
+    ],
+)
+def test_damping_options_of_other_codes(code: str) -> None:
+    for option in restitution.OPTIONS:
+        if option.code == code:
+            rows = list(restitution.measured(option, *restitution.OTHERS[code], False))
+            assert [entry.what for entry in rows if not entry.passed] == []
+
+
+def test_betan_of_yade_as_yade_was_seen_to_have_it() -> None:
+    """Read from the contacts of Yade 2023.02a, all digits."""
+    seen = {0.95: 0.015660519411185007, 0.8: 0.06790289004602458, 0.1: 1.1342510657848295}
+    for en, found in seen.items():
+        assert restitution.betan(en) == pytest.approx(found, rel=1e-12)  # 1 - x with x near 1
 
 
 def test_a_wave_that_is_faster_fails(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import hertzchain as hc
-from hertzchain.decks.restitution import Option
 from hertzchain.engines.external.program import find_program, run_program, work_folder
 from hertzchain.engines.lammps.dialect import NO_FRICTION
 from hertzchain.engines.lammps.engine import command, engine
@@ -28,6 +28,16 @@ undamped collision, 4.4 measured."""
 
 _SAID = "parting at "
 _PATIENCE = 300.0  # seconds that a program may take
+
+
+@dataclass(frozen=True)
+class Option:
+    """A damping option: the code, its words in a deck, and whether contacts pull as they open."""
+
+    code: str
+    words: str
+    pulls: bool
+
 
 Parted = Callable[[str], float]
 """Runs a deck; returns the speed at which the spheres part [m/s]."""

@@ -1,18 +1,22 @@
-"""Restitution that damping options of LAMMPS, LIGGGHTS and Yade give: formulas and simulations.
-
-The numbers of damping options that depend on the velocity are those that hertzchain would write.
-"""
+"""Restitution that damping options of LAMMPS, LIGGGHTS and Yade give: formulas and simulations."""
 
 from __future__ import annotations
 
+import math
 import shutil
 from collections.abc import Iterator
 
-from hertzchain.decks.restitution import OPTIONS, RESTITUTION, Option
-from hertzchain.engines.lammps.damping import WITH_ROOT_2
-from hertzchain.theory.restitution import collision_of, damping_ratio, of_natural, of_ratio
+from hertzchain.engines.lammps.damping import tsuji
+from hertzchain.theory.restitution import (
+    DASHPOT,
+    VISCOELASTIC,
+    collision_of,
+    damping_ratio,
+    of_natural,
+    of_ratio,
+)
 from validation.physics import collisions
-from validation.physics.collisions import SCENE, Deck, Parted
+from validation.physics.collisions import SCENE, Deck, Option, Parted
 from validation.rows import Row, row
 from validation.script import Script, rows_only
 
@@ -37,6 +41,86 @@ _ENGINE = (
 )
 
 
+BETAN_PER_RATIO = math.sqrt(5 / 6)
+"""Yade's ``betan``, of eta = 2 betan sqrt(3/2 m* k) d^(1/4), over the damping ratio alpha / sqrt(5)
+of eta = alpha sqrt(m* k) d^(1/4)."""
+
+_THORNTON = (
+    *(-6.918798, -16.41105, 146.8049, -796.4559, 2928.711),
+    *(-7206.864, 11494.29, -11342.18, 6276.757, -1489.915),
+)
+"""Coefficients of a fit for contacts that do not pull, first power first: Thornton, Cummins and
+Cleary, Powder Technology 233 (2013) 30.
+"""
+
+
+def betan(en: float) -> float:
+    """Return the ``betan`` that Yade computes from ``en``."""
+    if en == 1:
+        return 0.0
+    fit = sum(c * en**power for power, c in enumerate(_THORNTON, start=1))
+    return math.sqrt(max(0.0, 1 / (1 - (1 + en) ** 2 * math.exp(fit)) - 1))
+
+
+def _ratios(option: Option) -> dict[float, float]:
+    """Return alpha / sqrt(5) by the numbers of an option that takes a restitution."""
+    asked = (0.8, 0.5)
+    if "tsuji" in option.words:  # of LAMMPS before 2 Sep 2026
+        return {e: tsuji(e, root_2=False) / 5**0.5 for e in asked}
+    if option.words == "betan":
+        return {number: number / BETAN_PER_RATIO for number in (0.0678766, 0.233034)}
+    if option.words == "en":
+        return {e: betan(e) / BETAN_PER_RATIO for e in asked}
+    return {e: damping_ratio(e) for e in asked}
+
+
+def _naturals(option: Option) -> tuple[float, dict[float, float]]:
+    """Return the exponent q and c in natural units by the numbers of an option, a coefficient."""
+    spheres = collision_of(SCENE)
+    exponent = VISCOELASTIC if "viscoelastic" in option.words else DASHPOT
+    one = {
+        "velocity": 1.0,
+        "mass_velocity": spheres.mass,
+        "viscoelastic": spheres.mass * spheres.radius**0.5,
+    }[option.words.split()[1]] / spheres.unit(exponent)
+    return exponent, {number: number * one for number in COEFFICIENTS[option.words]}
+
+
+def restitutions(option: Option) -> dict[float, float]:
+    """Return the restitutions that theory gives for two numbers of an option."""
+    if option.words in COEFFICIENTS:
+        exponent, naturals = _naturals(option)
+        return {
+            number: of_natural(natural, exponent, option.pulls)
+            for number, natural in naturals.items()
+        }
+    return {number: of_ratio(ratio, option.pulls) for number, ratio in _ratios(option).items()}
+
+
+COEFFICIENTS = {
+    "damping velocity": (28.6674, 83.592),
+    "damping velocity limit_damping": (31.521, 106.301),
+    "damping mass_velocity": (12005.9, 35008.3),
+    "damping mass_velocity limit_damping": (13201.0, 44518.7),
+    "damping viscoelastic": (1.18515e8, 3.76433e8),
+    "damping viscoelastic limit_damping": (1.20854e8, 4.19423e8),
+}
+"""Coefficients of LAMMPS with which the spheres of ``SCENE`` part with 0.8 and 0.5 [kg/s, 1/s,
+1/(m s)]."""
+
+OPTIONS = (
+    Option("LAMMPS", "damping tsuji", True),
+    Option("LAMMPS", "damping tsuji limit_damping", False),
+    Option("LAMMPS", "damping coeff_restitution", True),
+    Option("LAMMPS", "damping coeff_restitution limit_damping", False),
+    Option("LIGGGHTS", "coefficientRestitution", True),
+    Option("LIGGGHTS", "coefficientRestitution, limitForce on", False),
+    Option("Yade", "en", False),
+    Option("Yade", "betan", False),
+    *(Option("LAMMPS", words, "limit" not in words) for words in COEFFICIENTS),
+)
+
+
 def compare(quick: bool, with_lammps: bool) -> list[Row]:
     """Rows of closed forms and LAMMPS; in the whole form also of the other codes that are here."""
     rows = [
@@ -50,7 +134,7 @@ def compare(quick: bool, with_lammps: bool) -> list[Row]:
         rows.append(row(what, "integral", e, given, 5e-9, _DIGIT))
     for option in OPTIONS:
         if option.code == "LAMMPS":
-            if with_lammps and option.versions != WITH_ROOT_2:
+            if with_lammps:
                 rows += measured(option, collisions.lammps_deck, collisions.by_lammps, quick)
         elif not quick and shutil.which(option.code.lower()):
             rows += measured(option, *OTHERS[option.code], quick)
@@ -65,10 +149,7 @@ OTHERS: dict[str, tuple[Deck, Parted]] = {
 
 def measured(option: Option, deck: Deck, parted: Parted, quick: bool) -> Iterator[Row]:
     """Yield rows of an option for two numbers; the quick form leaves one out."""
-    collision = collision_of(SCENE)
-    for e in (0.8,) if quick else (0.8, 0.5):
-        number = e if option.number == RESTITUTION else option.number_for(e, collision)
-        expected = option.restitution(number, collision)
+    for number, expected in list(restitutions(option).items())[: 1 if quick else 2]:
         found = parted(deck(option, number, STEPS[option.code])) / SCENE.shock.start_velocity
         what = f"{option.words}, {number:.6g}"
         yield row(what, option.code.lower(), found, expected, 1e-4, _ENGINE)

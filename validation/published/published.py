@@ -21,10 +21,10 @@ import numpy as np
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.yade.damping import BETAN_PER_RATIO, betan
 from hertzchain.theory.restitution import of_natural, of_ratio
 from validation.physics.chains import answers, steel
 from validation.physics.dimers import decay
+from validation.physics.restitution import BETAN_PER_RATIO, betan
 from validation.rows import Row, row
 from validation.script import Script, rows_only
 from validation.shipped import STEEL

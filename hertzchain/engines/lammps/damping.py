@@ -28,8 +28,6 @@ if TYPE_CHECKING:  # lint reads decks without NumPy
     from hertzchain.scene.scene import Scene
     from hertzchain.scene.terms import Contact
 
-SINCE_2021 = "29 Sep 2021 or later"
-WITH_COEFF_RESTITUTION = "29 Aug 2024 or later"
 BEFORE_ROOT_2, WITH_ROOT_2 = "before 2 Sep 2026", "2 Sep 2026 or later"
 """Versions whose ``tsuji`` is without and with the factor sqrt(2) of the manual."""
 

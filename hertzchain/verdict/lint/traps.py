@@ -131,7 +131,7 @@ def damping(deck: Deck) -> Found:
             text = (
                 f"damping tsuji with {value:g} gives another restitution than that, and another in"
                 f" LAMMPS {BEFORE_ROOT_2} than in later ones (1 lowers peaks by up to 0.2 %):"
-                f" hertzchain restitution {value:g} lists what to write; without any, {_UNDAMPED}"
+                f" coeff_restitution gives its number since 29 Aug 2024; without any, {_UNDAMPED}"
             )
             yield law.command, "note" if deck.no_chain else "warning", text
         elif abs(value) > _NO_DAMPING and (kind, value) != ("coeff_restitution", 1):

@@ -140,7 +140,7 @@ def _of_file(
     newtons = to_si(f"column {role}", force[1], "N") if force[1] else None
     unit = time[1].removeprefix("1 ") or None
     try:
-        recording = read_recording(path, time[0] or None, force[0], unit, None, newtons)
+        recording = read_recording(path, time[0] or None, force[0], unit, newtons)
     except HertzchainError as problem:  # options of the command pulse
         said = str(problem).replace("--time and --force", "--column time=NAME and gauge_16=NAME")
         said = said.replace("--scale", "--column 'gauge_16=NAME [25 N]'")

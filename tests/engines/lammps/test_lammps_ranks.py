@@ -1,4 +1,4 @@
-"""A LAMMPS binary on ranks, on the command line, and as the doctor tries it."""
+"""A LAMMPS binary on ranks, on the command line, and as the doctor sees it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import hertzchain as hc
-from hertzchain.cli.diagnosis import TRIAL_PEAKS, diagnose, trial_scene
+from hertzchain.cli.diagnosis import diagnose
 from hertzchain.engines.lammps.binary import find_mpiexec
 from hertzchain.engines.lammps.engine import look as look_at_module
 from hertzchain.errors import (
@@ -21,7 +21,6 @@ from hertzchain.errors import (
 from tests.command_line import run_here
 from tests.engines.lammps.test_lammps_binary import (
     BESIDE_PYTHON,
-    HELP,
     SHORT,
     _nothing_is_left,
     every_lmp,
@@ -229,23 +228,21 @@ def test_what_cannot_be_is_one_line(
 
 @pytest.mark.lammps
 @posix
-def test_the_doctor_tries_every_binary(
+def test_the_doctor_looks_at_every_binary(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     broken = program(tmp_path / "lmp_broken", "exit 0")
-    odd = program(tmp_path / "lmp_odd", HELP, "exit 1")
     (tmp_path / "again").symlink_to(broken)
     monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
     status, out, err = hertzchain(capsys, "doctor")
     assert (status, err) == (0, "")
     lines = out.splitlines()
-    assert f"--    LAMMPS {odd}: LAMMPS ended with status 1" in lines
     (bad,) = [line for line in lines if broken in line]
     assert bad.startswith(f"--    LAMMPS {broken}: {broken} is no LAMMPS: ")
     (good,) = [line for line in lines if f"LAMMPS {BESIDE_PYTHON}:" in line]
     assert good.startswith("ok    ")
     assert look_at_module()[0] in good
-    assert "runs, alone and on ranks by " in good
+    assert ", ranks by " in good
     # A named binary must work.
     monkeypatch.setenv("HERTZCHAIN_LMP", "lmp_broken")
     status, out, _ = hertzchain(capsys, "doctor")
@@ -270,8 +267,3 @@ def test_a_module_that_is_missing_is_no_harm_where_a_binary_is_named(
     (module,) = [one for one in findings if one.name == "LAMMPS"]
     assert (module.works, module.needed) == (False, False)
     assert all(one.works for one in findings if one.needed)
-
-
-def test_what_the_binaries_are_tried_with() -> None:
-    peaks = hc.Native("reference").run(trial_scene()).peak_force / 100.0
-    assert peaks == pytest.approx(TRIAL_PEAKS, rel=1e-4, abs=0)
