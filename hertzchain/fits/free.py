@@ -46,6 +46,8 @@ class Free:
         Their values in the scene; None where it has none.
     low, high
         Ends of their ranges over the start values, shape (keys,).
+    is_given
+        Whether the ends were given, of each key.
     ties
         Keys that follow from them.
     """
@@ -55,6 +57,7 @@ class Free:
     before: tuple[float | None, ...]
     low: FloatArray
     high: FloatArray
+    is_given: tuple[bool, ...]
     ties: tuple[Tie, ...] = ()
 
 
@@ -90,7 +93,10 @@ def free_of(scene: Scene, given: Sequence[str], ties: Mapping[str, str] | None) 
         allowed = f"must be within {least:g} and {most:g}, not at an end, to be fitted"
         require(low[-1] < 1 < high[-1], key, value, allowed)
     found = ties_of(scene, ties or {}, keys)
-    return Free(tuple(keys), tuple(start), tuple(before), np.array(low), np.array(high), found)
+    is_given = tuple(bool(text) for _, text in pairs)
+    return Free(
+        tuple(keys), tuple(start), tuple(before), np.array(low), np.array(high), is_given, found
+    )
 
 
 def _span(key: str, text: str) -> Span:

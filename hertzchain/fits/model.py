@@ -81,6 +81,8 @@ class Model(ABC):
 
     gauges: tuple[Gauge, ...] = ()
     noise_is_known = True
+    widths: tuple[float, ...] = ()
+    """Widths over which a search may first smooth, the widest first."""
 
     def __init__(self, base: Scene, free: Free, deadline: Deadline) -> None:
         self._base, self._free, self._deadline = base, free, deadline
@@ -157,6 +159,10 @@ class Model(ABC):
     def overlays(self, x: Array) -> tuple[Overlaid, ...]:
         """What was measured and what a scene with other values gives."""
 
+    def smoothed(self, values: FloatArray, width: float) -> FloatArray:  # noqa: ARG002
+        """Return differences or slopes smoothed along the samples of each series."""
+        return values
+
     def differences(self, x: Array) -> FloatArray:
         """Differences from what was measured over the noise, shape (samples,)."""
         return np.asarray(self.read(x) - self._measured)
@@ -177,6 +183,9 @@ class Model(ABC):
 
 class OfTraces(Model):
     """Differences of traces; after the keys vary the shifts of all clocks, if they are unknown."""
+
+    # In halves of a pulse: wide enough to meet the next pulse, then as wide as one (measured).
+    widths = (4.0, 1.0)
 
     def __init__(
         self, base: Scene, free: Free, known: Expected, files: Sequence[tuple[Traces, float]],
@@ -247,6 +256,17 @@ class OfTraces(Model):
                 for own, one in zip(of_files, self._samples, strict=True)
             ]
         )
+
+    def smoothed(self, values: FloatArray, width: float) -> FloatArray:
+        """As of any model: minima beside the best one, where pulses meet others, are gone."""
+        from scipy.ndimage import gaussian_filter1d
+
+        found, begin = np.empty_like(values), 0
+        for one in self._samples:
+            for _ in one.gauges:
+                own = slice(begin, begin := begin + one.time.size)
+                found[own] = gaussian_filter1d(values[own], width * one.block, axis=0)
+        return found
 
     def chance(self, differences: FloatArray) -> float:
         """Probability that noise makes differences which last as long as these.
