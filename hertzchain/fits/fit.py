@@ -129,11 +129,13 @@ def fit(
         report_progress("native: the scene as it is given")
         model: Model
         if any(_are_peaks(one, columns or {}) for one in given):
+            allowed = "are of traces, and these are peaks: leave them out"
+            require(shift and not columns, "columns and the clock", None, allowed)
             model = OfPeaks(scene, chosen, [_peaks(scene, one) for one in given], deadline)
         else:
             measured = [read_traces(scene, one, columns or {}) for one in given]
             model = _of_traces(scene, chosen, measured, deadline, shift)
-        _refuse_alike(model.slopes(model.begin, ACCURATE), chosen.keys)
+        _refuse_alike(model.slopes(model.begin, rtol=ACCURATE), chosen.keys)
         best = None
         for x, widths in _searches(model, chosen):
             if best is not None and best[1] <= NOISE_KNOWN and model.chance(best[2]) >= RARE:
@@ -205,20 +207,17 @@ def _least_squares(
     low, high = np.append(free.low, -shifts), np.append(free.high, shifts)
     begin = np.clip(begin, low, high)
     left = max(model.size - model.series - begin.size, 1)
-    for width in widths:
-        begin = least_squares(
-            lambda x, over: model.smoothed(model.differences(x), over), begin,
-            jac=lambda x, over: model.smoothed(model.slopes(x), over), args=(width,),
-            bounds=(low, high), x_scale="jac", xtol=_ROUGH, ftol=_ROUGH, max_nfev=_MOST_STEPS,
-        ).x  # fmt: skip
-    for search in range(_MOST_SEARCHES):
+    for search, width in enumerate((*widths, *[0.0] * _MOST_SEARCHES)):
         found = least_squares(
-            model.differences, begin, jac=model.slopes, bounds=(low, high),
-            x_scale="jac", xtol=1e-7, ftol=_FLAT, max_nfev=_MOST_STEPS,
+            model.differences, begin, jac=model.slopes, args=(width,), bounds=(low, high),
+            x_scale="jac", xtol=_ROUGH if width else 1e-7, ftol=_ROUGH if width else _FLAT,
+            max_nfev=_MOST_STEPS,
         )  # fmt: skip
-        mean_square = 2 * float(found.cost) / left
+        begin, mean_square = found.x, 2 * float(found.cost) / left
+        if width:
+            continue
         # Far from noise it is no minimum that is meant: another start may find it.
-        if mean_square > NOISE_KNOWN or search == _MOST_SEARCHES - 1:
+        if mean_square > NOISE_KNOWN or search == len(widths) + _MOST_SEARCHES - 1:
             break
         better = _beside(model, found.x, np.asarray(found.fun), np.asarray(found.jac))
         if better is None:
@@ -231,7 +230,7 @@ def _of(
     model: Model, base: Scene, free: Free, x: FloatArray, mean_square: float, off: FloatArray
 ) -> Fit:
     keys, start = free.keys, free.start
-    slopes = model.slopes(x, ACCURATE)
+    slopes = model.slopes(x, rtol=ACCURATE)
     _refuse_alike(slopes, keys)
     # Correlated samples carry less information than as many independent ones.
     along, wider = lasting(off)

@@ -159,16 +159,18 @@ class Model(ABC):
     def overlays(self, x: Array) -> tuple[Overlaid, ...]:
         """What was measured and what a scene with other values gives."""
 
-    def smoothed(self, values: FloatArray, width: float) -> FloatArray:  # noqa: ARG002
-        """Return differences or slopes smoothed along the samples of each series."""
+    def _smoothed(self, values: FloatArray, width: float) -> FloatArray:  # noqa: ARG002
         return values
 
-    def differences(self, x: Array) -> FloatArray:
-        """Differences from what was measured over the noise, shape (samples,)."""
-        return np.asarray(self.read(x) - self._measured)
+    def differences(self, x: Array, width: float = 0.0) -> FloatArray:
+        """Differences from what was measured over the noise, shape (samples,), or smoothed."""
+        return self._smoothed(np.asarray(self.read(x) - self._measured), width)
 
-    def slopes(self, x: Array, rtol: float | None = None) -> FloatArray:
+    def slopes(self, x: Array, width: float = 0.0, rtol: float | None = None) -> FloatArray:
         """Derivatives of the differences, shape (samples, varied)."""
+        return self._smoothed(self._slopes(x, rtol), width)
+
+    def _slopes(self, x: Array, rtol: float | None) -> FloatArray:
         columns = []
         for k, (least, most) in enumerate(zip(self._free.low, self._free.high, strict=True)):
             low, high = (np.clip(x[k] * (1 + side * _step(rtol)), least, most) for side in (-1, 1))
@@ -257,10 +259,12 @@ class OfTraces(Model):
             ]
         )
 
-    def smoothed(self, values: FloatArray, width: float) -> FloatArray:
-        """As of any model: minima beside the best one, where pulses meet others, are gone."""
+    def _smoothed(self, values: FloatArray, width: float) -> FloatArray:
+        """Values along the samples of each series without minima where pulses meet others."""
         from scipy.ndimage import gaussian_filter1d
 
+        if not width:
+            return values
         found, begin = np.empty_like(values), 0
         for one in self._samples:
             for _ in one.gauges:
@@ -307,9 +311,9 @@ class OfTraces(Model):
                 found.append(Overlaid(name, "time [s]", time, measured, curve, np.asarray(noise)))
         return tuple(found)
 
-    def slopes(self, x: Array, rtol: float | None = None) -> FloatArray:
+    def _slopes(self, x: Array, rtol: float | None) -> FloatArray:
         """As of any model, and by the shifts."""
-        own = super().slopes(x, rtol)
+        own = super()._slopes(x, rtol)
         if not self._is_shifted:
             return own
         step = _step(rtol)
