@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -45,16 +45,24 @@ _LEAST_SQUARE = 0.5
 """Least mean square of differences over the noise by which intervals are scaled. The noise may be
 overestimated by what a coarsely sampled pulse bends; without any it is the least of the model."""
 
-_OTHER_STARTS = (0.8, 1.25)
-"""Start values over those of the scene, tried where more than noise remains as residual."""
+_OTHER_STARTS, _NEAR = 4, (0.8, 1.25)
+"""Starts that are tried where more than noise remains as residual, even over the ranges that are
+given, or over values near those of the scene (chosen)."""
+
+_SAME = 0.01
+"""Relative difference of values that two searches found, up to which it is the same minimum."""
 
 _NEARBY = (-3.0, -1.0, 1.0, 3.0)
 """Standard deviations from the best values, along each axis of the covariance, at which a better
 fit is looked for: forces that jump between two samples make local minima some deviations apart."""
 
-_LOWER, _MOST_SEARCHES = 0.5, 8
-"""Half the squared differences by which a fit is better, that of one deviation; and the most
-searches, chosen."""
+_LOWER, _MOST_SEARCHES = 1.0, 8
+"""Squared differences by which a fit is better, that of one deviation; and the most searches,
+chosen."""
+
+_FLAT, _ROUGH, _MOST_STEPS = 1e-6, 1e-4, 25
+"""Relative decrease of squares at which a search ends, 1e-3 of a deviation in 2,000 samples; that
+of a smoothed one; and the most steps (chosen): where forces jump, searches creep for ever."""
 
 _ALIKE_AXES = 1.3
 """Ratio of deviations by slopes and by differences up to which another look is not worth it."""
@@ -121,19 +129,22 @@ def fit(
         report_progress("native: the scene as it is given")
         model: Model
         if any(_are_peaks(one, columns or {}) for one in given):
+            allowed = "are of traces, and these are peaks: leave them out"
+            require(shift and not columns, "columns and the clock", None, allowed)
             model = OfPeaks(scene, chosen, [_peaks(scene, one) for one in given], deadline)
         else:
             measured = [read_traces(scene, one, columns or {}) for one in given]
             model = _of_traces(scene, chosen, measured, deadline, shift)
-        _refuse_alike(model.slopes(model.begin, ACCURATE), chosen.keys)
+        _refuse_alike(model.slopes(model.begin, rtol=ACCURATE), chosen.keys)
         best = None
-        for x in _starts(model.begin, chosen):
+        for x, widths in _searches(model, chosen):
             if best is not None and best[1] <= NOISE_KNOWN and model.chance(best[2]) >= RARE:
                 break
             report_progress(f"least squares from {_said(model.values(x))}")
-            found = _least_squares(model, x, chosen)
-            if best is None or found[1] < best[1]:
-                best = found
+            found = _least_squares(model, x, chosen, widths)
+            before, best = best, found if best is None or found[1] < best[1] else best
+            if before is not None and np.allclose(found[0], before[0], rtol=_SAME):
+                break
     assert best is not None
     count = len(chosen.keys)
     for key, value, least, most in zip(
@@ -171,19 +182,23 @@ def _of_traces(
     return OfTraces(scene, free, known, files, deadline, is_shifted=shift)
 
 
-def _starts(begin: FloatArray, free: Free) -> list[FloatArray]:
-    """Return where searches begin: at the scene's values, then with one key higher or lower."""
-    found = [begin]
-    for k in range(len(free.keys)):
-        for factor in _OTHER_STARTS:
-            moved = begin.copy()
-            moved[k] = np.clip(factor, free.low[k], free.high[k])
-            found.append(moved)
-    return found
+def _searches(model: Model, free: Free) -> Iterator[tuple[FloatArray, tuple[float, ...]]]:
+    """Yield where searches begin, each with the widths over which it first smooths."""
+    from scipy.stats import qmc
+
+    begin, count = model.begin, len(free.keys)
+    yield begin, ()
+    if model.widths:
+        yield begin, model.widths
+    is_near = ~np.array(free.is_given)
+    low = np.where(is_near, np.maximum(free.low, _NEAR[0]), free.low)
+    high = np.where(is_near, np.minimum(free.high, _NEAR[1]), free.high)
+    for place in qmc.scale(qmc.Sobol(count, seed=0).random(_OTHER_STARTS), low, high):
+        yield np.append(place, begin[count:]), model.widths
 
 
 def _least_squares(
-    model: Model, begin: FloatArray, free: Free
+    model: Model, begin: FloatArray, free: Free, widths: Sequence[float]
 ) -> tuple[FloatArray, float, FloatArray]:
     """Return the best values, mean square, and differences over the noise."""
     from scipy.optimize import least_squares
@@ -192,16 +207,19 @@ def _least_squares(
     low, high = np.append(free.low, -shifts), np.append(free.high, shifts)
     begin = np.clip(begin, low, high)
     left = max(model.size - model.series - begin.size, 1)
-    for search in range(_MOST_SEARCHES):
+    for search, width in enumerate((*widths, *[0.0] * _MOST_SEARCHES)):
         found = least_squares(
-            model.differences, begin, jac=model.slopes, bounds=(low, high),
-            x_scale="jac", xtol=1e-7, ftol=1e-9,
+            model.differences, begin, jac=model.slopes, args=(width,), bounds=(low, high),
+            x_scale="jac", xtol=_ROUGH if width else 1e-7, ftol=_ROUGH if width else _FLAT,
+            max_nfev=_MOST_STEPS,
         )  # fmt: skip
-        mean_square = 2 * float(found.cost) / left
+        begin, mean_square = found.x, 2 * float(found.cost) / left
+        if width:
+            continue
         # Far from noise it is no minimum that is meant: another start may find it.
-        if mean_square > NOISE_KNOWN or search == _MOST_SEARCHES - 1:
+        if mean_square > NOISE_KNOWN or search == len(widths) + _MOST_SEARCHES - 1:
             break
-        better = _beside(model, found.x, found.cost, np.asarray(found.jac))
+        better = _beside(model, found.x, np.asarray(found.fun), np.asarray(found.jac))
         if better is None:
             break
         begin = better
@@ -212,7 +230,7 @@ def _of(
     model: Model, base: Scene, free: Free, x: FloatArray, mean_square: float, off: FloatArray
 ) -> Fit:
     keys, start = free.keys, free.start
-    slopes = model.slopes(x, ACCURATE)
+    slopes = model.slopes(x, rtol=ACCURATE)
     _refuse_alike(slopes, keys)
     # Correlated samples carry less information than as many independent ones.
     along, wider = lasting(off)
@@ -259,22 +277,30 @@ def _unknown(off: FloatArray, x: FloatArray) -> float:
     return max(float(np.sum(off**2)) / left, _LEAST_PEAKS**2) * wider**2
 
 
-def _beside(model: Model, x: FloatArray, cost: float, slopes: FloatArray) -> FloatArray | None:
+def _beside(model: Model, x: FloatArray, off: FloatArray, slopes: FloatArray) -> FloatArray | None:
     """Return better values some deviations beside others; None where there are none.
 
     Axes are those of the slopes, then those of differences over a deviation if they are others.
+    A way that leads down is gone on in steps that double: jumps of forces hide the slope of it.
     """
     moves = _moves(np.linalg.pinv(slopes.T @ slopes))
     for _ in range(2):
         ends = [x + far * move for move in moves.T for far in _NEARBY]
         possible = [end for end in ends if model.allows(end)]
-        off = [model.differences(end) for end in possible]
-        costs = [0.5 * float(np.sum(one**2)) for one in off]
-        if min(costs, default=cost) < cost - _LOWER:
-            return np.asarray(possible[int(np.argmin(costs))])
+        there = [model.differences(end) for end in possible]
+        squares = [float(np.sum(one**2)) for one in there]
+        least = min(squares, default=np.inf)
+        if least < float(np.sum(off**2)) - _LOWER:
+            move = possible[int(np.argmin(squares))] - x
+            while model.allows(x + 2 * move):
+                further = float(np.sum(model.differences(x + 2 * move) ** 2))
+                if further >= least:
+                    break
+                least, move = further, 2 * move
+            return np.asarray(x + move)
         if len(possible) < len(ends):
             return None
-        low, high = (off[_NEARBY.index(side) :: len(_NEARBY)] for side in (-1.0, 1.0))
+        low, high = (there[_NEARBY.index(side) :: len(_NEARBY)] for side in (-1.0, 1.0))
         halves = [(far - near) / 2 for near, far in zip(low, high, strict=True)]
         other = _moves(_over(moves, halves))
         ratio = np.linalg.norm(other, axis=1) / np.linalg.norm(moves, axis=1)

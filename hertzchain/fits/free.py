@@ -46,6 +46,8 @@ class Free:
         Their values in the scene; None where it has none.
     low, high
         Ends of their ranges over the start values, shape (keys,).
+    is_given
+        Whether the ends were given, of each key.
     ties
         Keys that follow from them.
     """
@@ -55,11 +57,17 @@ class Free:
     before: tuple[float | None, ...]
     low: FloatArray
     high: FloatArray
+    is_given: tuple[bool, ...]
     ties: tuple[Tie, ...] = ()
 
 
-def free_of(scene: Scene, given: Sequence[str], ties: Mapping[str, str] | None) -> Free:
-    """Return free keys, from their names or from ``"chain.radius=4 mm:6 mm"``."""
+def free_of(
+    scene: Scene, given: Sequence[str], ties: Mapping[str, str] | None, *, at_ends: bool = False
+) -> Free:
+    """Return free keys, from their names or from ``"chain.radius=4 mm:6 mm"``.
+
+    ``at_ends`` is whether a start may be an end of its range.
+    """
     is_list = isinstance(given, Sequence) and not isinstance(given, str) and len(given) > 0
     require(is_list, "free", given, "must be a list of keys, such as ['chain.young_modulus']")
     pairs = [one.partition("=")[::2] for one in given]
@@ -87,10 +95,15 @@ def free_of(scene: Scene, given: Sequence[str], ties: Mapping[str, str] | None) 
             ends = [max(ends[0], 1 / _RANGE), min(ends[1], _RANGE)]
         low.append(ends[0])
         high.append(ends[1])
-        allowed = f"must be within {least:g} and {most:g}, not at an end, to be fitted"
-        require(low[-1] < 1 < high[-1], key, value, allowed)
+        is_within = ends[0] <= 1 <= ends[1] if at_ends else ends[0] < 1 < ends[1]
+        strictly = "" if at_ends else ", not at an end"
+        allowed = f"must be within {least:g} and {most:g}{strictly}, to begin with"
+        require(is_within, key, value, allowed)
     found = ties_of(scene, ties or {}, keys)
-    return Free(tuple(keys), tuple(start), tuple(before), np.array(low), np.array(high), found)
+    is_given = tuple(bool(text) for _, text in pairs)
+    return Free(
+        tuple(keys), tuple(start), tuple(before), np.array(low), np.array(high), is_given, found
+    )
 
 
 def _span(key: str, text: str) -> Span:

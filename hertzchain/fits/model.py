@@ -81,6 +81,8 @@ class Model(ABC):
 
     gauges: tuple[Gauge, ...] = ()
     noise_is_known = True
+    widths: tuple[float, ...] = ()
+    """Widths over which a search may first smooth, the widest first."""
 
     def __init__(self, base: Scene, free: Free, deadline: Deadline) -> None:
         self._base, self._free, self._deadline = base, free, deadline
@@ -157,12 +159,18 @@ class Model(ABC):
     def overlays(self, x: Array) -> tuple[Overlaid, ...]:
         """What was measured and what a scene with other values gives."""
 
-    def differences(self, x: Array) -> FloatArray:
-        """Differences from what was measured over the noise, shape (samples,)."""
-        return np.asarray(self.read(x) - self._measured)
+    def _smoothed(self, values: FloatArray, width: float) -> FloatArray:  # noqa: ARG002
+        return values
 
-    def slopes(self, x: Array, rtol: float | None = None) -> FloatArray:
+    def differences(self, x: Array, width: float = 0.0) -> FloatArray:
+        """Differences from what was measured over the noise, shape (samples,), or smoothed."""
+        return self._smoothed(np.asarray(self.read(x) - self._measured), width)
+
+    def slopes(self, x: Array, width: float = 0.0, rtol: float | None = None) -> FloatArray:
         """Derivatives of the differences, shape (samples, varied)."""
+        return self._smoothed(self._slopes(x, rtol), width)
+
+    def _slopes(self, x: Array, rtol: float | None) -> FloatArray:
         columns = []
         for k, (least, most) in enumerate(zip(self._free.low, self._free.high, strict=True)):
             low, high = (np.clip(x[k] * (1 + side * _step(rtol)), least, most) for side in (-1, 1))
@@ -177,6 +185,9 @@ class Model(ABC):
 
 class OfTraces(Model):
     """Differences of traces; after the keys vary the shifts of all clocks, if they are unknown."""
+
+    # In halves of a pulse: wide enough to meet the next pulse, then as wide as one (measured).
+    widths = (4.0, 1.0)
 
     def __init__(
         self, base: Scene, free: Free, known: Expected, files: Sequence[tuple[Traces, float]],
@@ -248,6 +259,19 @@ class OfTraces(Model):
             ]
         )
 
+    def _smoothed(self, values: FloatArray, width: float) -> FloatArray:
+        """Values along the samples of each series without minima where pulses meet others."""
+        from scipy.ndimage import gaussian_filter1d
+
+        if not width:
+            return values
+        found, begin = np.empty_like(values), 0
+        for one in self._samples:
+            for _ in one.gauges:
+                own = slice(begin, begin := begin + one.time.size)
+                found[own] = gaussian_filter1d(values[own], width * one.block, axis=0)
+        return found
+
     def chance(self, differences: FloatArray) -> float:
         """Probability that noise makes differences which last as long as these.
 
@@ -287,9 +311,9 @@ class OfTraces(Model):
                 found.append(Overlaid(name, "time [s]", time, measured, curve, np.asarray(noise)))
         return tuple(found)
 
-    def slopes(self, x: Array, rtol: float | None = None) -> FloatArray:
+    def _slopes(self, x: Array, rtol: float | None) -> FloatArray:
         """As of any model, and by the shifts."""
-        own = super().slopes(x, rtol)
+        own = super()._slopes(x, rtol)
         if not self._is_shifted:
             return own
         step = _step(rtol)

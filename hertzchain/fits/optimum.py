@@ -151,7 +151,7 @@ def optimum(
 
     scene, deadline = to_scene(scene), Deadline(time_limit)
     given = list(free) if not isinstance(free, str) else free
-    chosen = free_of(scene, given, ties)
+    chosen = free_of(scene, given, ties, at_ends=True)
     for one, key in zip(given, chosen.keys, strict=True):
         require(key != GAIN, key, None, "is of measured forces: leave it out")
         require("=" in one, key, None, f"must have a range: {key}=LOW:HIGH")
@@ -186,6 +186,8 @@ def optimum(
             cost, bounds, x0=start, popsize=_EACH, maxiter=_MOST, tol=_TOLERANCE, polish=False,
             seed=seed, init="sobol",
         )  # fmt: skip
+        allowed = f"have no possible scene with {number} within their ranges"
+        require(bool(np.isfinite(found.fun)), " and ".join(chosen.keys), None, allowed)
         best = minimize(
             cost, found.x, method="Nelder-Mead", bounds=bounds,
             options={"xatol": _TOLERANCE, "fatol": _TOLERANCE},

@@ -26,7 +26,8 @@ class OfPeaks(Model):
     Parameters
     ----------
     peaks
-        Forces of each file [N], shape (contacts,), NaN where none was measured.
+        Forces of each file [N], shape (contacts,), NaN where none was measured; contacts without
+        force, of which there is no relative difference, are left out.
     """
 
     noise_is_known = False
@@ -35,10 +36,8 @@ class OfPeaks(Model):
         self, base: Scene, free: Free, peaks: Sequence[FloatArray], deadline: Deadline
     ) -> None:
         super().__init__(base, free, deadline)
-        allowed = "must be above 0 to be fitted: leave out contacts without a peak"
-        require(not any(np.any(one == 0) for one in peaks), "peak_force_N", 0.0, allowed)
-        self._places = np.concatenate([np.flatnonzero(~np.isnan(one)) for one in peaks])
-        self._force = np.concatenate([one[~np.isnan(one)] for one in peaks])
+        self._places = np.concatenate([np.flatnonzero(one > 0) for one in peaks])
+        self._force = np.concatenate([one[one > 0] for one in peaks])
         self._measured = np.ones(self._force.size)
         need = len(free.keys) + 1
         allowed = f"must be at least {need} for {len(free.keys)} free keys: measure more contacts"

@@ -12,7 +12,7 @@ import numpy as np
 
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.scene import Scene
-from hertzchain.sweeps.columns import is_whole
+from hertzchain.sweeps.columns import OTHER_MEASURE, is_whole
 from hertzchain.sweeps.keys import base_values, full_name
 
 _KEY = re.compile(r"[A-Za-z_]\w*(?:\.\w+)+")
@@ -95,11 +95,13 @@ def ties_of(scene: Scene, given: Mapping[str, str], free: Iterable[str]) -> tupl
     Raises
     ------
     SceneError
-        For keys that cannot vary, a key that is free as well or stands in its own formula, and
-        anything but arithmetic.
+        For keys that cannot vary, a key that is free as well or stands in its own formula, two
+        keys of which one replaces the other, and anything but arithmetic.
     """
     found: list[Tie] = []
-    keys = [full_name(name, scene) for name in given]
+    keys, free = [full_name(name, scene) for name in given], tuple(free)
+    both = [key for key in (*keys, *free) if OTHER_MEASURE.get(key) in {*keys, *free}]
+    require(not both, " and ".join(both), None, "replace each other: leave one of them out")
     for key, formula in zip(keys, given.values(), strict=True):
         is_text = isinstance(formula, str) and len(formula) <= _LONGEST
         require(is_text, "tie", f"{key}={str(formula)[:40]}", _ALLOWED)

@@ -78,6 +78,16 @@ def test_what_is_no_tie(ties: dict[str, str], words: str) -> None:
     assert words in str(caught.value)
 
 
+def test_two_measures_of_one_pulse_are_not_both_given() -> None:
+    both = {"shock.momentum_ratio": "3.0"}
+    with pytest.raises(SceneError, match="replace each other"):
+        ties_of(
+            hc.Scene(SCENE.chain, hc.Pulse("cosine", 10.0, 3.0, rise_time=3e-5)),
+            both,
+            ["shock.rise_time"],
+        )
+
+
 def test_the_command(tmp_path: Path, hertzchain: Command) -> None:
     SCENE.to_toml(tmp_path / "scene.toml")
     vary = (
