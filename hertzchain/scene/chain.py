@@ -143,8 +143,8 @@ def _for_each(name: str, values: Any, granules: int, key: Key) -> Any:
     require(len(values) == granules, f"number of values of {name}", len(values), allowed)
     for number, value in enumerate(values, start=1):
         key.check(f"{name} of granule {number}", value)
-    if name == "gap":
-        values[0] = 0.0  # the first granule has no gap before it
+    if name == "gap":  # the first granule has none before it
+        values[0] = values[1] if len({*values[1:]}) == 1 else 0.0
     kind = bool if key.kind == "bool" else float
     if len(set(values)) == 1:
         return kind(values[0])

@@ -68,12 +68,15 @@ class Key:
             return self.is_one_of
         if self.kind == "bool":
             return "must be true or false"
+        kind = "a finite number"
         if self.kind == "int":
-            return f"must be an integer{f' from {self.least} to {self.most}' if self.most else ''}"
+            kind = "an integer"
+            if self.most:
+                return f"must be an integer from {self.least} to {self.most}"
         words = " and ".join(f"{words} {bound:g}" for words, bound in self.bounds.items())
         of = " of" if words.startswith("at") else ""
         unit = f" [{self.unit}]" if self.unit else ""
-        return f"must be a finite number{of}{words and ' '}{words}{unit}{self.advice}"
+        return f"must be {kind}{of}{words and ' '}{words}{unit}{self.advice}"
 
     def check(self, name: str, value: object) -> None:
         """Raise a SceneError for a value that is not allowed."""

@@ -12,7 +12,7 @@ from hertzchain.scene.chain import MATERIAL
 from hertzchain.scene.keys import Key
 from hertzchain.scene.quantities import to_si
 
-OF_GRANULES = tuple(f"chain.{key}" for key in (*MATERIAL, "gap"))
+OF_GRANULES = tuple(f"chain.{key}" for key in (*MATERIAL, "gap", "velocity"))
 """Keys that can scatter among granules."""
 
 SECTIONS_OF_UNCERTAIN = ("uncertainty", "scatter")

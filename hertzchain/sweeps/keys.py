@@ -36,7 +36,7 @@ def names_of(scene: Scene) -> tuple[str, ...]:
     chain = sections["chain"]
     segments = chain.get("segments", [])
     numbers = [key for key in _OF_GRANULE if not isinstance(chain.get(key), list)]
-    alike = len(numbers) == len(_OF_GRANULE) and not segments
+    alike = len(numbers) == len(_OF_GRANULE) and not segments and "fixed" not in chain
     numbers = [key for key in numbers if key in chain or f"chain.{key}" not in _IF_GIVEN]
     found = ["chain.granules"] if alike else []
     found += [f"chain.{key}" for key in numbers]

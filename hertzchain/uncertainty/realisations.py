@@ -80,12 +80,14 @@ class Realisations:
                 raise SceneError(problem.key, problem.value, allowed) from None
 
     def _scattered(self, chain: Chain, places: FloatArray) -> Chain:
-        """Return a chain whose granules differ; a gap below 0 is none."""
+        """Return a chain whose granules differ; a gap below 0 is none, and fixed ones rest."""
         columns: dict[str, Any] = {}
         for one, place in zip(self.scatter, places, strict=True):
             key = one.key.partition(".")[2]
             middle = np.broadcast_to(getattr(chain, key), chain.granules)
             values = _at(one, middle, place)
+            if key == "velocity":
+                values = np.where(chain.fixed, 0.0, values)
             columns[key] = tuple(np.maximum(values, 0.0) if key == "gap" else values)
         return replace(chain, **columns) if columns else chain
 

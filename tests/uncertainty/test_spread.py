@@ -115,6 +115,16 @@ def test_what_is_drawn() -> None:
     assert np.corrcoef(radius[:, 2], radius[:, 3])[0, 1] == pytest.approx(0, abs=0.3)
 
 
+def test_velocities_scatter_but_those_of_fixed_granules() -> None:
+    velocity, fixed = [1.0, 0.0, 0.0, 0.0], [False, False, True, False]
+    scatter = Uncertain("chain.velocity", 0.1, each=True)
+    scene = hc.Scene(hc.Chain(4, **STEEL, velocity=velocity, fixed=fixed), uncertain=(scatter,))
+    drawn = np.array([one.chain.velocity for one in Realisations(scene, 64, 3)]) - velocity
+    assert not drawn[:, 2].any()
+    # 64 draws of a standard deviation: 9 %
+    assert np.std(drawn[:, [0, 1, 3]], axis=0) == pytest.approx(np.full(3, 0.1), rel=0.3)
+
+
 def test_a_file_has_what_is_uncertain(tmp_path: Path) -> None:
     file = tmp_path / "scene.toml"
     STRIKER.to_toml(file)

@@ -38,7 +38,7 @@ from hertzchain.verdict.deck.measured import (
 from hertzchain.verdict.deck.number import Number, check_of, checks_of
 from hertzchain.verdict.deck.places import place
 from hertzchain.verdict.deck.proving import Prover, with_findings
-from hertzchain.verdict.deck.run_numbers import MOTION, RUNS, motion, peaks_check
+from hertzchain.verdict.deck.run_numbers import INTEGRATORS, MOTION, RUNS, motion, peaks_check
 from hertzchain.verdict.deck.twin import run_twin, twin_of
 
 _LONGEST = 100.0  # times the scene's end: a deck that runs longer is judged up to there (chosen)
@@ -245,7 +245,10 @@ def numbers_of(case: Case) -> tuple[Number, ...]:
     contacts = (*CONTACTS, *DAMPING) if is_tried(case) else (UNTRIED,)
     if case.found.stopped and not case.found.applied_time.size:
         return (*GRANULES, *contacts)  # LAMMPS refuses to run these granules even at rest
-    return (*GRANULES, *contacts, *FORCES, *(() if case.exact else RUNS))
+    runs: tuple[Number, ...] = RUNS
+    if case.exact:
+        runs = (INTEGRATORS,) if case.scene.holds else ()
+    return (*GRANULES, *contacts, *FORCES, *runs)
 
 
 def all_checks(case: Case) -> list[DeckCheck]:

@@ -132,13 +132,15 @@ def _missed(case: Case) -> Difference:
 
 _CHOSEN = f"overlaps without a force while the deck ran; chosen: {_MISSED:g} of those expected"
 
+INTEGRATORS = Number("integrators", "", "motion", _integrators, "counts must be equal",
+                     explains=True)  # fmt: skip
+
 RUNS = (
     Number("time step", "s", "timestep", _step,
            "the error of velocity Verlet with the numbers of the scene and the steps of the deck"
            " must be within the tolerance"),
     Number("end of the run", "s", "run", _end, _SEEN),
-    Number("integrators", "", "motion", _integrators, "counts must be equal",
-           explains=True),
+    INTEGRATORS,
     Number("neighbours", "m", "neighbours", _missed, _CHOSEN,
            explains=True),
 )  # fmt: skip

@@ -19,7 +19,7 @@ from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
 from tests.conftest import STEEL
 from tests.engines.native.test_damped_scenes import LAWS, PULSE, TWO
 from tests.engines.native.test_damped_verlet import FLYING
-from validation.random_scenes import random_damped_scene, with_wall_of_its_own
+from validation.random_scenes import random_damped_scene, with_fixed, with_wall_of_its_own
 
 DRAWN = set(ALL_TERMS) - {"piston", "moving granules", "fixed granules", "local shock"}
 """Terms of random scenes; the others have tests of their own."""
@@ -58,6 +58,16 @@ def test_same_scheme_same_steps(number: int) -> None:
     assert state is not None
     # 1.1e-9 where coordinates cost 1.4e-9; 2.5 times what states may differ by in scene 157.
     assert measured < max((3 if number == 157 else 1) * state, 1e-9)
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("number", [0, 1, 2])  # one of each law
+def test_damped_contacts_of_fixed_granules(number: int) -> None:
+    rng = np.random.default_rng([9375, number])
+    scene = with_fixed(rng, random_damped_scene(rng, 20, 60.0))
+    result = hc.Lammps(dt=STEP * scene.contact_time).run(scene)
+    assert scene.holds
+    assert all(check.passed for check in same_steps_checks(result))
 
 
 @pytest.mark.lammps

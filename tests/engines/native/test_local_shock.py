@@ -12,13 +12,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.errors import SceneError
 from tests.conftest import STEEL
-from tests.oracles.bounds import check_short, lasting
-from validation.random_scenes import (
-    pushed_within,
-    random_damped_scene,
-    random_scene_with_terms,
-    thrown,
-)
+from tests.oracles.bounds import lasting
 
 PULSE = hc.Pulse("cosine", 100.0, 2.0, rise_time=2e-5, granule=5)
 
@@ -105,28 +99,6 @@ def test_the_granule_varies_in_a_sweep() -> None:
     assert table["shock.granule"].tolist() == [3, 7]
     # Both are right to 1e-6.
     assert table["largest_peak_force_N"].tolist() == pytest.approx(peaks, rel=2e-6)
-
-
-def judge(number: int) -> None:
-    """Assert that each answer of a random scene is within its own bound, or refused."""
-    rng = np.random.default_rng([376, number])
-    draw = random_damped_scene if number % 3 == 0 else random_scene_with_terms
-    scene = pushed_within(rng, draw(rng, 12, 200.0))
-    if number % 4 == 0:
-        scene = thrown(rng, scene)
-    check_short(scene)
-
-
-@pytest.mark.parametrize("number", range(6))
-def test_random_scenes(number: int) -> None:
-    judge(number)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("first", range(6, 156, 10))
-def test_many_random_scenes(first: int) -> None:
-    for number in range(first, first + 10):
-        judge(number)
 
 
 def test_all_of_the_chain_is_watched() -> None:

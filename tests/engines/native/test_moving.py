@@ -10,8 +10,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.errors import SceneError
 from tests.conftest import STEEL
-from tests.oracles.bounds import check_short, lasting
-from validation.random_scenes import random_damped_scene, random_scene_with_terms, thrown
+from tests.oracles.bounds import lasting
 
 BEADS = 5
 """Beads of Newton's cradle."""
@@ -114,23 +113,3 @@ def test_granules_at_rest_without_a_shock_are_refused() -> None:
         cradle([0.0, 0.0])
     with pytest.raises(SceneError, match="no granule meets another"):
         hc.Scene(hc.Chain(2, **STEEL, velocity=2.0), hc.Striker(1.0))
-
-
-def judge(number: int) -> None:
-    """Assert that each answer of a random scene is within its own bound, or refused."""
-    rng = np.random.default_rng([37, number])
-    draw = random_damped_scene if number % 3 == 0 else random_scene_with_terms
-    scene = thrown(rng, draw(rng, 12, 200.0))
-    check_short(scene)
-
-
-@pytest.mark.parametrize("number", range(6))
-def test_random_scenes(number: int) -> None:
-    judge(number)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("first", range(6, 96, 10))
-def test_many_random_scenes(first: int) -> None:
-    for number in range(first, first + 10):
-        judge(number)

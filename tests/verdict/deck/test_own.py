@@ -117,3 +117,16 @@ def test_any_velocity_is_too_much() -> None:
     assert [check.name for check in number_checks(SCENE, moving) if not check.passed] == [
         "lammps: velocity at the start [m/s]"
     ]
+
+
+def test_a_fixed_granule_that_moves_is_named() -> None:
+    chain = replace(SCENE.chain, fixed=[False, False, False, True, False, False])
+    load = hc.Precompression(20.0)
+    scene = replace(SCENE, chain=chain, precompression=load)
+    found = hc.Lammps().examine(scene)
+    assert [check for check in number_checks(scene, found) if not check.passed] == []
+    wrong = number_checks(scene, set_to("integrated", 3, 1)(found))
+    assert [check.name for check in wrong if not check.passed] == ["lammps: integrators"]
+    free = hc.Lammps().examine(replace(SCENE, precompression=load))
+    names = {check.name for check in number_checks(scene, free) if not check.passed}
+    assert names >= {"lammps: integrators", "lammps: place of granules [m]"}
