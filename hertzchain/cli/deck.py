@@ -13,12 +13,10 @@ from hertzchain.cli import options
 from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, print_json, progress
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.registry import ENGINES
-from hertzchain.errors import HertzchainError
 
 Engine = StrEnum(  # type: ignore[misc]
     "Engine", {name.upper(): name for name, engine in ENGINES.items() if engine.deck}
 )
-Atoms = StrEnum("Atoms", ("CREATE", "DATA"))  # source of the granules of a deck
 PairStyle = StrEnum("PairStyle", {style: style for style in PAIR_STYLES})  # type: ignore[misc]
 LAMMPS, GRANULAR = Engine("lammps"), PairStyle("granular")
 
@@ -46,11 +44,6 @@ def deck(
     pair_style: PairStyle = typer.Option(
         GRANULAR, help="Pair style of LAMMPS that has Hertz's law."
     ),
-    atoms: Atoms = typer.Option(
-        Atoms.CREATE,
-        help="Whether the deck makes the granules or reads FILE.data next to it (equal granules"
-        " that touch).",
-    ),
     dump_every: int = typer.Option(
         0, metavar="STEPS", help="Steps between two states for OVITO; 0: none."
     ),
@@ -62,8 +55,7 @@ def deck(
     piston, wall, static loads or damping have decks for LAMMPS alone, of pair style granular.
     """
     from hertzchain.decks import known_answer
-    from hertzchain.decks.standalone import data_file
-    from hertzchain.files import check_outputs, write_texts
+    from hertzchain.files import check_outputs, write_text
 
     loaded = options.load_scene(scene)
     options.refuse_step_and_accuracy(rtol, dt)
@@ -71,23 +63,15 @@ def deck(
         engine is LAMMPS,
         watch_every=watch_every is not None,
         pair_style=pair_style is not GRANULAR,
-        atoms=atoms is not Atoms.CREATE,
         dump_every=dump_every != 0,
     )
-    if output is None and atoms is Atoms.DATA:
-        raise HertzchainError("--atoms data writes two files: name the deck with -o")
-    data = None
-    if output is not None and atoms is Atoms.DATA:
-        data = output.with_name(output.name + ".data")
-    check_outputs([scene], [output, data])
+    check_outputs([scene], [output])
     longest = options.to_seconds("--dt", dt)
     with progress() as report_progress:
         report_progress("native: the step, and what the deck has to find")
         how = {
             "watch_every": watch_every,
             "pair_style": pair_style.value,
-            "atoms": atoms.value,
-            "data_file": "" if data is None else data.name,
             "dump_every": dump_every,
             "name": "THIS_FILE" if output is None else output.name,
         }
@@ -95,10 +79,8 @@ def deck(
         text = write(loaded, longest, rtol, scene.stem, **(how if engine is LAMMPS else {}))
     if output is None:
         typer.echo(text, nl=False)
-    elif data is None:
-        write_texts({output: text})
     else:
-        write_texts({output: text, data: data_file(loaded, scene.stem)})
+        write_text(output, text)
 
 
 def lint(

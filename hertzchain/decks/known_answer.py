@@ -13,8 +13,9 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.decks.layout import ROOM, ROUNDING, KnownAnswer, Layout, similar, what_is_softer
-from hertzchain.decks.standalone import check, standalone
+from hertzchain.decks.standalone import standalone
 from hertzchain.engines.external.rescaling import NONE, predicted_loss
+from hertzchain.engines.lammps.deck import refuse_pair_style
 from hertzchain.engines.native import METHODS, Native, simulate
 from hertzchain.engines.native.damped_verlet import samples_of, simulate_damped_verlet
 from hertzchain.engines.native.duration import with_end
@@ -123,7 +124,7 @@ def lay_out(
 ) -> Layout:
     """Return the layout of a deck; samples are by default 0.005 natural time units apart."""
     asked = Layout(math.nan, watch_every or 0, **how)  # refused before anything runs
-    check(scene, asked)
+    refuse_pair_style(scene, asked.pair_style)
     step = deck_step(scene, dt, rtol)
     _lost_digits(scene, step)
     if watch_every is None:

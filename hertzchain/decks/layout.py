@@ -15,7 +15,6 @@ from hertzchain.observables.peaks import judged_contacts
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
-ATOMS = ("create", "data")  # granules created in the deck, or read from a data file next to it
 WANTED = 1e-6  # relative error by absolute coordinates up to which a deck has the true scene
 ROOM = 1.1  # tolerance over the measured error: other intervals shift the samples
 ROUNDING = 3  # factor on the estimate of round-off, which is no bound; measured in the gallery: 0.2
@@ -56,15 +55,12 @@ class Layout:
     step: float  # the largest, natural time units
     watch_every: int  # steps between two samples of the overlaps; 0: a lean deck
     pair_style: str = "granular"  # or gran/hertz/history
-    atoms: str = "create"  # or data
-    data_file: str = "chain.data"  # name of the data file in the deck
     dump_every: int = 0  # steps between two states for OVITO; 0: none
     title: str = "a scene"  # title in the deck
     name: str = "THIS_FILE"  # name of the deck in its example commands
 
     def __post_init__(self) -> None:
         check_pair_style(self.pair_style)
-        require(self.atoms in ATOMS, "atoms", self.atoms, f"must be one of {', '.join(ATOMS)}")
         for key, value in (("watch_every", self.watch_every), ("dump_every", self.dump_every)):
             require(value >= 0, key, value, "must be a number of steps, 0 for never")
 

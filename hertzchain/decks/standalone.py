@@ -16,10 +16,9 @@ from hertzchain.engines.external.rescaling import NONE, Softening
 from hertzchain.engines.lammps.damping import oldest
 from hertzchain.engines.lammps.deck import START, chain, leg_commands, refuse_pair_style
 from hertzchain.engines.lammps.dialect import NO_STEP, OLDEST, write_dump
-from hertzchain.errors import RunFailed, SceneError
+from hertzchain.errors import SceneError
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
-from hertzchain.scene.validity import refuse_terms
 
 
 def standalone(scene: Scene, layout: Layout, known: KnownAnswer | None = None) -> str:
@@ -29,7 +28,7 @@ def standalone(scene: Scene, layout: Layout, known: KnownAnswer | None = None) -
     """
     if (known is None) != (layout.watch_every == 0):
         raise SceneError("watch_every", layout.watch_every, "must be 0 where no peaks are known")
-    check(scene, layout)
+    refuse_pair_style(scene, layout.pair_style)
     legs, made = similar(scene, layout.step)
     softer = made.scene(scene)
     sections = [
@@ -40,7 +39,7 @@ def standalone(scene: Scene, layout: Layout, known: KnownAnswer | None = None) -
             *START,
             "processors * 1 1",
             "",
-            *chain(softer, layout.pair_style, layout.data_file if layout.atoms == "data" else ""),
+            *chain(softer, layout.pair_style),
             "thermo 0",
             "# A step is so short that taking the time of its parts would cost a fifth of it.",
             "timer off",
@@ -63,40 +62,6 @@ def standalone(scene: Scene, layout: Layout, known: KnownAnswer | None = None) -
             _verdict(softer, layout, known, numbers),
         ]
     return "\n\n".join("\n".join(lines) for lines in sections if lines) + "\n"
-
-
-def check(scene: Scene, layout: Layout) -> None:
-    """Raise RunFailed for a layout that is impossible with terms."""
-    refuse_pair_style(scene, layout.pair_style)
-    if layout.atoms != "create" and scene.terms:
-        raise RunFailed(
-            f"a data file holds equal granules that touch, not {' and '.join(scene.terms)}: leave"
-            " out --atoms data, the deck names every granule"
-        )
-
-
-def data_file(scene: Scene, title: str = "a scene") -> str:
-    """Return the granules as a data file, for a deck that reads them from one."""
-    refuse_terms(scene, "a data file")
-    chain = scene.chain
-    diameter = 2 * chain.radius
-    rows = "\n".join(
-        f"{i + 1} 1 {diameter!r} {chain.density!r} {i * diameter!r} 0 0"
-        for i in range(chain.granules)
-    )
-    return f"""\
-{title}: id, type, diameter [m], density [kg/m^3], x, y, z [m] of each granule
-
-{chain.granules} atoms
-1 atom types
-{-chain.radius!r} {(chain.granules - 0.5) * diameter!r} xlo xhi
-{-chain.radius!r} {chain.radius!r} ylo yhi
-{-chain.radius!r} {chain.radius!r} zlo zhi
-
-Atoms # sphere
-
-{rows}
-"""
 
 
 def _header(

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.short_chain import scene_file
-from tests.command_line import Command, is_refused
+from tests.command_line import Command
 from tests.processes import names
 
 pytestmark = pytest.mark.usefixtures("folder")
@@ -42,18 +42,6 @@ def test_a_deck_goes_to_standard_output(hertzchain: Command) -> None:
     assert hertzchain("deck", "scene.toml", "-o", "in.lammps").out == ""
     # But for its own name, which it has only in a file.
     assert Path("in.lammps").read_text() == printed.out.replace("THIS_FILE", "in.lammps")
-
-
-def test_a_deck_with_a_data_file_is_two_files_or_none(hertzchain: Command) -> None:
-    scene_file({"chain.granules": "6"})
-    outcome = hertzchain("deck", "scene.toml", "-o", "in.lammps", "--atoms", "data")
-    assert (outcome.status, outcome.out, outcome.err) == (0, "", "")
-    assert names() == ["in.lammps", "in.lammps.data", "scene.toml"]
-    assert "read_data in.lammps.data" in Path("in.lammps").read_text()
-    Path("in.other.data").mkdir()
-    outcome = hertzchain("deck", "scene.toml", "-o", "in.other", "--atoms", "data")
-    is_refused(outcome, "in.other.data: is a directory")
-    assert not Path("in.other").exists()
 
 
 def test_the_options_of_a_deck_are_in_it(hertzchain: Command) -> None:

@@ -70,7 +70,6 @@ examine steel.toml in.steel_plain --lmp /no/lmp => /no/lmp
 examine steel.toml my.py => my.py; must be a LAMMPS input script
 examine steel.toml in.none => in.none
 deck scene.toml -o scene.toml => name
-deck scene.toml --atoms data => two files; -o
 deck scene.toml -o in.chain --rtol 1e-6 --dt '1 ns' => --rtol chooses the step
 deck scene.toml -o in.chain --rtol 2 => rtol = 2; from 1e-09 to 1
 deck scene.toml -o in.chain --rtol 1e-15 => rtol = 1e-15; from 1e-09 to 1

@@ -15,7 +15,7 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.decks.known_answer import known_answer, lay_out, looked_at
 from hertzchain.decks.layout import KnownAnswer
-from hertzchain.decks.standalone import data_file, standalone
+from hertzchain.decks.standalone import standalone
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.observables.peaks import largest_difference
 from tests.conftest import STEEL, paper_scene
@@ -39,8 +39,6 @@ def written(scene: hc.Scene, folder: Path, rtol: float = 1e-5, **how: object) ->
     layout = lay_out(scene, rtol=rtol, **how)  # type: ignore[arg-type]
     path = folder / "in.chain"
     path.write_text(standalone(scene, layout, known_answer(scene, layout)), encoding="utf-8")
-    if layout.atoms == "data":
-        (folder / layout.data_file).write_text(data_file(scene), encoding="utf-8")
     return path
 
 
@@ -183,9 +181,8 @@ def test_shipped_decks_watched_every_step_find_the_same_maxima(
 
 @pytest.mark.lammps
 @pytest.mark.parametrize("pair_style", PAIR_STYLES)
-@pytest.mark.parametrize("atoms", ["create", "data"])
-def test_every_form_of_a_deck_passes(pair_style: str, atoms: str, tmp_path: Path) -> None:
-    path = written(small(), tmp_path, pair_style=pair_style, atoms=atoms, dump_every=500)
+def test_every_form_of_a_deck_passes(pair_style: str, tmp_path: Path) -> None:
+    path = written(small(), tmp_path, pair_style=pair_style, dump_every=500)
     status, screen = run(path, tmp_path)
     assert (status, verdict(screen)) == (0, "PASS"), screen
     trajectory = (tmp_path / "chain.lammpstrj").read_text()
@@ -385,8 +382,6 @@ def test_numbers_of_steps_below_zero_are_refused() -> None:
     for key in ("watch_every", "dump_every"):
         with pytest.raises(hc.HertzchainError, match=f"{key} = -1"):
             lay_out(small(), rtol=1e-3, **{key: -1})
-    with pytest.raises(hc.HertzchainError, match="atoms"):
-        lay_out(small(), rtol=1e-3, atoms="both")
 
 
 def test_what_is_never_pressed_has_no_answer() -> None:

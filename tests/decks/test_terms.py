@@ -152,7 +152,6 @@ def test_the_law_is_checked_much_more_closely_than_peaks(tmp_path: Path) -> None
 
 
 WRITERS = {
-    "data file": (("deck", "--atoms", "data"), "leave out --atoms data"),
     "pair style": (("deck", "--pair-style", "gran/hertz/history"), "take granular for a scene"),
     "liggghts": (("deck", "--engine", "liggghts"), "does not support gaps, wall: "),
     "yade": (("deck", "--engine", "yade"), "does not support gaps, wall: "),

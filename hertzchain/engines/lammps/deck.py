@@ -59,15 +59,13 @@ def set_up(scene: Scene, pair_style: str = "granular", version: str | None = Non
     return "\n".join([*START, "", *chain(scene, pair_style)]) + "\n"
 
 
-def chain(scene: Scene, pair_style: str, data_file: str = "") -> list[str]:
+def chain(scene: Scene, pair_style: str) -> list[str]:
     """Return the commands after ``START``: granules, contacts, motion and what holds the chain.
 
-    Granules are created, or read from a data file. RunFailed if LAMMPS, or this pair style, does
-    not support the scene.
+    RunFailed if LAMMPS, or this pair style, does not support the scene.
     """
     refuse_pair_style(scene, pair_style)
-    made = granules(scene, pair_style, data_file)
-    return [*made, "", *motion_commands(scene), *held(scene)]
+    return [*granules(scene, pair_style), "", *motion_commands(scene), *held(scene)]
 
 
 def refuse_pair_style(scene: Scene, pair_style: str) -> None:
@@ -108,7 +106,7 @@ def force_formula(ramp: Ramp) -> str:
     return force_on_ramp(ramp, f"{elapsed}/{ramp.end - ramp.start!r}")
 
 
-def granules(scene: Scene, pair_style: str, data_file: str = "") -> list[str]:
+def granules(scene: Scene, pair_style: str) -> list[str]:
     """Return the commands between the start of a deck and its motion: granules and contacts."""
     chain = scene.chain
     if scene.is_plain:  # which may have so many granules that a list of them is too long
@@ -122,7 +120,7 @@ def granules(scene: Scene, pair_style: str, data_file: str = "") -> list[str]:
     return [
         *_moduli(kinds),
         "",
-        *([f"read_data {data_file}"] if data_file else made),
+        *made,
         "",
         *law,
         "# Wide enough for the nearest neighbours, too narrow for the next.",
