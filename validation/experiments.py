@@ -16,8 +16,10 @@ from typing import Any
 import numpy as np
 import pandas
 from scipy.integrate import solve_ivp
+from scipy.stats import binomtest
 
 import hertzchain as hc
+from hertzchain.fits.fitted import NOISE_KNOWN, RARE
 from hertzchain.uncertainty.validation import validate
 from validation.script import leave_with
 from validation.shipped import STEEL
@@ -152,31 +154,34 @@ def changed(scene: hc.Scene, kind: str, random: np.random.Generator) -> tuple[hc
 
 def judged(table: pandas.DataFrame) -> bool:
     """Print the shares of experiments that are as they should be; return whether all are."""
+    # Empty where the fit failed.
+    is_noise = (table["mean_square"] <= NOISE_KNOWN) & (table["chance"] >= RARE)
+    table = table.assign(is_noise=is_noise)
     right, wrong = table[table["kind"] == "right"], table[table["kind"] != "right"]
-    known = right[right["is_noise"] == True]  # noqa: E712  # empty where the fit failed
+    known = right[right["is_noise"]]
     passed = True
-    shares = [
-        (
-            "95 % intervals that hold the truth",
-            known["held"].sum(),
-            known["values"].sum(),
-            0.93,
-            0.97,
-        ),
-        ("another minimum, unnoticed", (known["farthest"] > FAR).sum(), len(right), 0.0, 0.01),
-    ]
+    held, values = int(known["held"].sum()), int(known["values"].sum())
+    far = int((known["farthest"] > FAR).sum())
     clear = wrong[(wrong["differs"] > 3) | wrong["failure"].notna()]
-    told = clear["failure"].notna() | (clear["is_noise"] != True)  # noqa: E712
+    told = ~clear["is_noise"]
     either = told | (clear["fails"] == True)  # noqa: E712
-    shares += [
+    shares = [
+        ("95 % intervals that hold the truth", held, values, 0.93, 0.97),
+        ("another minimum, unnoticed", far, len(right), 0.0, 0.01),
         ("wrong models above 3 u_val, told by fit", told.sum(), len(clear), 0.0, 1.0),
         ("wrong models above 3 u_val, told by fit or judge", either.sum(), len(clear), 0.9, 1.0),
     ]
     print(f"{len(right)} experiments with the right model, {len(wrong)} with a wrong one")
     for what, part, whole, least, most in shares:
-        share = part / whole if whole else np.nan
+        if not whole:
+            continue
+        share, ends = part / whole, binomtest(int(part), whole).proportion_ci(method="wilson")
         passed &= bool(least <= share <= most)
-        print(f"{what}: {part} of {whole}, {share:.1%}; {least:.0%} to {most:.0%} are right")
+        print(
+            f"{what}: {part} of {whole}, {share:.1%} ({ends.low:.1%} to {ends.high:.1%} with 95 %);"
+            f" {least:.0%} to {most:.0%} are right"
+        )
+    print(clear.assign(told=either).groupby("kind")["told"].agg(["sum", "size"]).to_string())
     return passed
 
 

@@ -137,8 +137,10 @@ def fit(
             model = _of_traces(scene, chosen, measured, deadline, shift)
         _refuse_alike(model.slopes(model.begin, rtol=ACCURATE), chosen.keys)
         best = None
-        for x, widths in _searches(model, chosen):
-            if best is not None and best[1] <= NOISE_KNOWN and model.chance(best[2]) >= RARE:
+        # Where granules fly, the first minimum may be another one though only noise is left.
+        enough = 2 if bool(np.any(np.greater(scene.granules.gap, 0))) else 1
+        for number, (x, widths) in enumerate(_searches(model, chosen)):
+            if best is not None and number >= enough and _is_noise(model, *best[1:]):
                 break
             report_progress(f"least squares from {_said(model.values(x))}")
             found = _least_squares(model, x, chosen, widths)
@@ -152,7 +154,7 @@ def fit(
     ):
         allowed = "is at the end of what it can be: start elsewhere, or leave it out"
         is_within = least * (1 + _AT_END) < value < most * (1 - _AT_END)
-        require(bool(is_within), key, model.values(best[0])[key], allowed)
+        require(bool(is_within), key, float(f"{model.values(best[0])[key]:.6g}"), allowed)
     return _of(model, scene, chosen, *best)
 
 
@@ -195,6 +197,10 @@ def _searches(model: Model, free: Free) -> Iterator[tuple[FloatArray, tuple[floa
     high = np.where(is_near, np.minimum(free.high, _NEAR[1]), free.high)
     for place in qmc.scale(qmc.Sobol(count, seed=0).random(_OTHER_STARTS), low, high):
         yield np.append(place, begin[count:]), model.widths
+
+
+def _is_noise(model: Model, mean_square: float, off: FloatArray) -> bool:
+    return mean_square <= NOISE_KNOWN and model.chance(off) >= RARE
 
 
 def _least_squares(
@@ -244,12 +250,8 @@ def _of(
     relative = deviation[:count] / np.abs(x[:count])
     worst = int(np.argmax(relative))
     if relative[worst] >= _UNKNOWN:
-        nothing = _moves(covariance[:count, :count])[:, -1]
-        moved = [k for k in range(count) if abs(nothing[k]) > _MOVED * np.max(np.abs(nothing))]
-        if len(moved) > 1:
-            raise _alike(nothing, moved, keys)
-        allowed = f"is not known from these traces, to {relative[worst]:.0%} alone: leave it out"
-        raise SceneError(keys[worst], None, allowed)
+        alone = f"is not known from these traces, to {relative[worst]:.0%} alone: leave it out"
+        raise _refusal(_moves(covariance[:count, :count])[:, -1], keys, alone)
     parameters = tuple(
         Parameter(
             key, float(x[k]) * start[k], start[k], float(deviation[k]) * abs(start[k]), unit_of(key)
@@ -352,17 +354,18 @@ def _refuse_alike(slopes: FloatArray, keys: Sequence[str]) -> None:
     _, strength, directions = np.linalg.svd(own, full_matrices=False)
     if strength[-1] > _ALIKE * strength[0]:
         return
-    nothing = directions[-1]
-    moved = [k for k in range(count) if abs(nothing[k]) > _MOVED * np.max(np.abs(nothing))]
+    raise _refusal(directions[-1], keys, "changes nothing at these gauges: leave it out")
+
+
+def _refusal(nothing: Array, keys: Sequence[str], alone: str) -> SceneError:
+    """Return why keys are refused by relative changes of theirs that nothing measured shows.
+
+    ``alone`` is said of a single key.
+    """
+    moved = [k for k in range(len(keys)) if abs(nothing[k]) > _MOVED * np.max(np.abs(nothing))]
+    first, names = moved[0], " and ".join(keys[k] for k in moved)
     if len(moved) == 1:
-        raise SceneError(keys[moved[0]], None, "changes nothing at these gauges: leave it out")
-    raise _alike(nothing, moved, keys)
-
-
-def _alike(nothing: Array, moved: list[int], keys: Sequence[str]) -> SceneError:
-    """Return why keys are refused by relative changes of theirs that nothing measured shows."""
-    names = " and ".join(keys[k] for k in moved)
-    first = moved[0]
+        return SceneError(names, None, alone)
     if len(moved) == 2:
         power = -nothing[first] / nothing[moved[1]]
         what = f"known is {keys[first]} * ({keys[moved[1]]})^{power:.3g}"

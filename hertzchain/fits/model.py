@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -87,22 +87,15 @@ class Model(ABC):
     def __init__(self, base: Scene, free: Free, deadline: Deadline) -> None:
         self._base, self._free, self._deadline = base, free, deadline
         self._measured = np.zeros(0)
-        self.runs = 0
+        self.begin: FloatArray = np.ones(len(free.keys))
+        """Where a search begins: the start values, and the shifts that were found."""
+        self.runs = self.series = 0
+        """Runs so far, and series of samples; each has an offset of its own."""
 
     @property
     def size(self) -> int:
         """Number of compared samples."""
         return self._measured.size
-
-    @property
-    def series(self) -> int:
-        """Number of series of samples; each has an offset of its own."""
-        return 0
-
-    @property
-    def begin(self) -> FloatArray:
-        """Return the start of a search."""
-        return np.ones(len(self._free.keys))
 
     def shifts(self, x: Array) -> FloatArray:  # noqa: ARG002
         """Times on the measured clocks at which the run begins [s], shape (files,)."""
@@ -199,6 +192,9 @@ class OfTraces(Model):
         self._unit = base.contact_time
         self._shifts = np.array([shift for _, shift in files])
         self._samples = [self._compared(traces, shift, known) for traces, shift in files]
+        self.series = sum(one.force.shape[1] for one in self._samples)
+        if is_shifted:
+            self.begin = np.append(self.begin, self._shifts / self._unit)
         measured = [_centred(one.force / one.noise) for one in self._samples]
         self._measured = np.concatenate(measured)
         largest = known.result.peak_force.max()
@@ -218,16 +214,12 @@ class OfTraces(Model):
         block = max(int(0.5 * width / np.median(np.diff(time))), 1)
         return Samples(time, traces.force[during], noise, places, tuple(quiet.tolist()), block)
 
-    @property
-    def series(self) -> int:
-        """Number of series of samples; each has an offset of its own."""
-        return sum(one.force.shape[1] for one in self._samples)
-
-    @property
-    def begin(self) -> FloatArray:
-        """Return the start of a search: the start values, and the shifts that were found."""
-        shifts = self._shifts / self._unit if self._is_shifted else np.zeros(0)
-        return np.concatenate([super().begin, shifts])
+    def _series(self) -> Iterator[tuple[Samples, int, slice]]:
+        """Yield file, place in it, and samples of each gauge."""
+        end = 0
+        for one in self._samples:
+            for k in range(len(one.gauges)):
+                yield one, k, slice(end, end := end + one.time.size)
 
     def shifts(self, x: Array) -> FloatArray:
         """Times on the measured clocks at which the run begins [s], shape (files,)."""
@@ -265,11 +257,9 @@ class OfTraces(Model):
 
         if not width:
             return values
-        found, begin = np.empty_like(values), 0
-        for one in self._samples:
-            for _ in one.gauges:
-                own = slice(begin, begin := begin + one.time.size)
-                found[own] = gaussian_filter1d(values[own], width * one.block, axis=0)
+        found = np.empty_like(values)
+        for one, _, own in self._series():
+            found[own] = gaussian_filter1d(values[own], width * one.block, axis=0)
         return found
 
     def chance(self, differences: FloatArray) -> float:
@@ -280,15 +270,12 @@ class OfTraces(Model):
         """
         from scipy.stats import chi2
 
-        sums, quiet, begin = [], [], 0
-        for one in self._samples:
-            size, block = one.time.size, one.block
-            for count in one.quiet:
-                own = differences[begin : begin + size]
-                begin += size
-                whole = own[: size // block * block].reshape(-1, block)
-                sums.append(whole.sum(axis=1) / np.sqrt(block))
-                quiet.append(own[:count])
+        sums, quiet = [], []
+        for one, k, part in self._series():
+            own, block = differences[part], one.block
+            whole = own[: own.size // block * block].reshape(-1, block)
+            sums.append(whole.sum(axis=1) / np.sqrt(block))
+            quiet.append(own[: one.quiet[k]])
         before = np.concatenate(quiet)
         _, wider = lasting(before if before.size >= ENOUGH else differences)
         blocks = np.concatenate(sums)
@@ -297,18 +284,16 @@ class OfTraces(Model):
 
     def overlays(self, x: Array) -> tuple[Overlaid, ...]:
         """Return them for each gauge of each file."""
-        found, begin, fitted = [], 0, self.read(x)
-        for one, shift in zip(self._samples, self.shifts(x), strict=True):
-            for k, noise in zip(one.gauges, one.noise, strict=True):
-                own = slice(begin, begin + one.time.size)
-                begin = own.stop
-                gauge = self.gauges[k]
-                offset = np.median(fitted[own])  # that of the mean, which lies within the pulse
-                measured, curve = (
-                    np.asarray((force[own] - offset) * noise) for force in (self._measured, fitted)
-                )
-                name, time = f"{gauge.key} {gauge.number}", np.asarray(one.time - shift)
-                found.append(Overlaid(name, "time [s]", time, measured, curve, np.asarray(noise)))
+        found, fitted = [], self.read(x)
+        shifts = dict(zip(map(id, self._samples), self.shifts(x), strict=True))
+        for one, k, own in self._series():
+            gauge, noise = self.gauges[one.gauges[k]], np.asarray(one.noise[k])
+            offset = np.median(fitted[own])  # that of the mean, which lies within the pulse
+            measured, curve = (
+                np.asarray((force[own] - offset) * noise) for force in (self._measured, fitted)
+            )
+            name, time = f"{gauge.key} {gauge.number}", np.asarray(one.time - shifts[id(one)])
+            found.append(Overlaid(name, "time [s]", time, measured, curve, noise))
         return tuple(found)
 
     def _slopes(self, x: Array, rtol: float | None) -> FloatArray:

@@ -67,18 +67,11 @@ class Optimum:
     @property
     def remarks(self) -> tuple[str, ...]:
         """Sentences on values at the ends of their ranges; usually empty."""
-        found = []
-        for key, start, low, high in self._rows:
-            ends = np.sort([low * start, high * start])
-            if np.min(np.abs(ends - self.values[key])) < _AT_END * np.ptp(ends):
-                found.append(f"{key} is at an end of its range: a wider one may give more")
-        return tuple(found)
-
-    @property
-    def _rows(self) -> list[tuple[str, float, float, float]]:
-        free = self.free
-        low, high = free.low.tolist(), free.high.tolist()
-        return list(zip(free.keys, free.start, low, high, strict=True))
+        free, low, high = self.free, self.free.low, self.free.high
+        at = np.array([self.values[key] for key in free.keys]) / free.start
+        is_end = np.minimum(at - low, high - at) < _AT_END * (high - low)
+        said = "is at an end of its range: a wider one may give more"
+        return tuple(f"{free.keys[k]} {said}" for k in np.flatnonzero(is_end))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the optimum as a JSON object."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hertzchain.arrays import FloatArray, or_none
+from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import Native
 from hertzchain.engines.native.duration import with_end
 from hertzchain.errors import require
@@ -150,19 +150,10 @@ class Spread:
     def to_dict(self) -> dict[str, Any]:
         """Return the spread as a JSON object."""
         table = self.to_frame()
-        rows = zip(*(or_none(table[name].to_numpy()) for name in table), strict=True)
-        named = [dict(zip(map(str, table), row, strict=True)) for row in rows]
-        results = [
-            {
-                **{name: value for name, value in one.items() if not name.startswith(SHARE)},
-                "shares": {
-                    name.removeprefix(SHARE): value
-                    for name, value in one.items()
-                    if name.startswith(SHARE)
-                },
-            }
-            for one in named
-        ]
+        results = table.astype(object).where(table.notna(), None).to_dict("records")
+        for one in results:
+            names = [name for name in one if str(name).startswith(SHARE)]
+            one["shares"] = {str(name).removeprefix(SHARE): one.pop(name) for name in names}
         return {
             "realisations": len(self.values),
             "deviation_error": self.deviation_error,

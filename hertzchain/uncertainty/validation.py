@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,11 +12,17 @@ import numpy as np
 
 from hertzchain.limits import TIME_LIMIT
 from hertzchain.observables.definitions import context_of
-from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.showing import ShownVerdict, ShowProgress
 from hertzchain.uncertainty.spread import REALISATIONS, Spread, name_of, spread
-from hertzchain.verdict.traces.judging import TraceJudgement, judge_traces
+from hertzchain.verdict.traces.judging import (
+    ARRIVAL,
+    PEAK,
+    TRAVEL,
+    WIDTH,
+    TraceJudgement,
+    judge_traces,
+)
 
 if TYPE_CHECKING:
     import pandas
@@ -213,54 +218,21 @@ def validate(
     )  # fmt: skip
     measured = replace(judgement.reference.scene, uncertain=scene.uncertain)
     found = spread(measured, realisations, time_limit=time_limit, progress=progress)
-    compared = list(_compared(judgement, found, has_clock=not shift))
-    known = tuple(one for one in compared if math.isfinite(one.input))
-    left_out = tuple(one.name for one in compared if not math.isfinite(one.input))
-    return Validation(judgement, found, float(tolerance), known, left_out)
-
-
-def _compared(judgement: TraceJudgement, found: Spread, *, has_clock: bool) -> Iterator[Compared]:
-    def input_of(name: str, gauge: Gauge, other: Gauge | None = None) -> float:
-        values = found.values_of(name, name_of(gauge))
-        before = 0.0 if other is None else found.values_of(name, name_of(other))
-        return float(np.std(values - before, ddof=1))  # NaN if any realisation has none
-
-    there = []
-    for read, pulse in zip(judgement.known.readings, judgement.pulses, strict=True):
-        if pulse is None:
-            continue
-        gauge, name = read.gauge, _short(read.gauge)
-        there.append((read, pulse))
-        yield Compared(
-            f"{name}: first peak [N]", read.force, pulse.height * read.force,
-            read.force_error * read.force / math.sqrt(3), input_of("first_peak_force_N", gauge),
-            pulse.height_deviation * read.force,
-        )  # fmt: skip
-        yield Compared(
-            f"{name}: width [s]", read.width, pulse.stretch * read.width,
-            read.width_error / math.sqrt(3), input_of("first_width_s", gauge),
-            pulse.stretch_deviation * read.width,
-        )  # fmt: skip
-        if has_clock:
-            yield Compared(
-                f"{name}: time of the peak [s]", read.time, read.time + pulse.delay,
-                read.arrival_error / math.sqrt(3), input_of("arrival_time_s", gauge),
-                pulse.delay_deviation,
-            )  # fmt: skip
-    there.sort(key=lambda one: one[0].time)
-    if has_clock:
-        return
-    for (before, one), (after, two) in itertools.pairwise(there):
-        time = after.time - before.time
-        if time > 0:
-            yield Compared(
-                f"{_short(before.gauge)} to {_short(after.gauge)}: time [s]",
-                time, time + two.delay - one.delay,
-                math.hypot(before.arrival_error, after.arrival_error) / math.sqrt(3),
-                input_of("arrival_time_s", after.gauge, before.gauge),
-                math.hypot(one.delay_deviation, two.delay_deviation),
-            )  # fmt: skip
-
-
-def _short(gauge: Gauge) -> str:
-    return f"{gauge.key} {gauge.number}"
+    of_kinds = {
+        PEAK: "first_peak_force_N", WIDTH: "first_width_s", ARRIVAL: "arrival_time_s",
+        TRAVEL: "arrival_time_s",
+    }  # fmt: skip
+    compared, left_out = [], []
+    for one in judgement.numbers:
+        values = [found.values_of(of_kinds[one.kind], name_of(gauge)) for gauge in one.gauges]
+        drawn = values[0] - values[1] if len(values) == 2 else values[0]
+        of_input = float(np.std(drawn, ddof=1))  # NaN if any realisation has none
+        name = f"{one.of}: {one.kind.name}"
+        numerical = one.error / math.sqrt(3)
+        if math.isnan(of_input):
+            left_out.append(name)
+        else:
+            compared.append(
+                Compared(name, one.simulated, one.measured, numerical, of_input, one.deviation)
+            )
+    return Validation(judgement, found, float(tolerance), tuple(compared), tuple(left_out))

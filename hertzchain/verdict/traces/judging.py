@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,6 +15,7 @@ from hertzchain.errors import is_positive, require
 from hertzchain.limits import TIME_LIMIT, TOLERANCE
 from hertzchain.observables.definitions import context_of
 from hertzchain.observables.result import Result
+from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.showing import ShownVerdict, ShowProgress, telling
 from hertzchain.verdict.check import Check, Kind, within
@@ -42,6 +43,31 @@ _NOISE = 1.2
 so that is four deviations."""
 
 
+@dataclass(frozen=True)
+class Number:
+    """A number of measured first pulses, and what the reference has in its place.
+
+    Parameters
+    ----------
+    kind, of
+        What it is, and of which gauges.
+    gauges
+        These; of two the time is that from the second to the first.
+    simulated, measured
+        The numbers.
+    error, deviation
+        The bound on the error of the reference, and the standard deviation by the noise.
+    """
+
+    kind: Kind
+    of: str
+    gauges: tuple[Gauge, ...]
+    simulated: float
+    measured: float
+    error: float
+    deviation: float
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class TraceJudgement(ShownVerdict):
     """Measured traces against the reference; true if the verdict is ``pass``.
@@ -61,8 +87,10 @@ class TraceJudgement(ShownVerdict):
     pulses
         How the first pulse of each gauge differs from that of the reference; None where it is not
         whole.
+    numbers
+        Each number of these pulses.
     checks
-        Each number that could be judged.
+        Each number that could be judged, and the whole traces.
     remarks
         Sentences on what could not be judged; usually empty.
     """
@@ -73,6 +101,7 @@ class TraceJudgement(ShownVerdict):
     shift: float
     tolerance: float
     pulses: tuple[Matched | None, ...]
+    numbers: tuple[Number, ...]
     checks: tuple[Check, ...]
     remarks: tuple[str, ...]
 
@@ -148,93 +177,84 @@ def judge_traces(
         report_progress("laying the traces over those of the reference")
         measured, begin = aligned(measured, known, None if shift else 0.0)
         pulses = [matched(measured, known, begin, k) for k in range(len(measured.gauges))]
-    found = _Findings(measured, known, tolerance)
-    for k, pulse in enumerate(pulses):
-        found.judge_pulse(k, pulse, has_clock=not shift)
-    if shift:
-        found.judge_travel(pulses)
+    numbers, remarks = numbers_of(known, pulses, has_clock=not shift)
+    checks: list[Check] = []
+    for one in numbers:
+        noise, most = _DEVIATIONS * one.deviation, tolerance * one.simulated
+        largest = most + noise + one.error
+        if noise > most and abs(one.measured - one.simulated) <= largest:
+            remarks.append(
+                f"{one.of}: {one.kind.name} is not judged, three deviations of its noise,"
+                f" {noise / one.simulated:.1e}, hide the tolerance of {tolerance:.1e}"
+            )
+            continue
+        reason = "what was asked for, three deviations of the noise, and the error of the reference"
+        checks.append(within(one.kind, one.of, one.measured, one.simulated, largest, reason))
     for k in range(len(pulses)):
-        found.judge_trace(k, begin)
+        whole = _whole(measured, known, begin, k, tolerance)
+        if whole is None:
+            said = "nothing was measured within a pulse of the reference"
+            remarks.append(f"{_name(measured.gauges[k])}: {said}")
+        else:
+            checks.append(whole)
     return TraceJudgement(
-        known.result, measured, known, begin, float(tolerance), tuple(pulses),
-        tuple(found.checks), tuple(found.remarks),
+        known.result, measured, known, begin, float(tolerance), tuple(pulses), tuple(numbers),
+        tuple(checks), tuple(remarks),
     )  # fmt: skip
 
 
-class _Findings:
-    """Checks of numbers that could be judged, and remarks on the others."""
-
-    def __init__(self, traces: Traces, known: Expected, tolerance: float) -> None:
-        self._traces, self._known, self._tolerance = traces, known, tolerance
-        self.checks: list[Check] = []
-        self.remarks: list[str] = []
-
-    def _name(self, k: int) -> str:
-        gauge = self._traces.gauges[k]
-        return f"{gauge.key} {gauge.number}"
-
-    def _judge(
-        self, kind: Kind, name: str, found: float, true: float, deviation: float, error: float
-    ) -> None:
-        """Judge a number, or say that its noise hides what the tolerance allows."""
-        noise = _DEVIATIONS * deviation
-        reason = "what was asked for, three deviations of the noise, and the error of the reference"
-        allowed = self._tolerance * true + noise + error
-        if noise > self._tolerance * true and abs(found - true) <= allowed:
-            self.remarks.append(
-                f"{name}: {kind.name} is not judged, three deviations of its noise,"
-                f" {noise / true:.1e}, hide the tolerance of {self._tolerance:.1e}"
-            )
-            return
-        self.checks.append(within(kind, name, found, true, allowed, reason))
-
-    def judge_pulse(self, k: int, pulse: Matched | None, *, has_clock: bool) -> None:
-        """Judge height and width of a first pulse, and its arrival by a clock that is known."""
-        name, read = self._name(k), self._known.readings[k]
+def numbers_of(
+    known: Expected, pulses: Sequence[Matched | None], *, has_clock: bool
+) -> tuple[list[Number], list[str]]:
+    """Return the numbers of first pulses, and remarks on those that are not whole."""
+    found, remarks, there = [], [], []
+    for read, pulse in zip(known.readings, pulses, strict=True):
+        of, force, width = _name(read.gauge), read.force, read.width
         if pulse is None:
-            self.remarks.append(f"{name}: the first pulse is not whole, only the trace is judged")
-            return
-        force, width = read.force, read.width
-        deviation, error = pulse.height_deviation * force, read.force_error * force
-        self._judge(PEAK, name, pulse.height * force, force, deviation, error)
-        deviation = pulse.stretch_deviation * width
-        self._judge(WIDTH, name, pulse.stretch * width, width, deviation, read.width_error)
-        if has_clock:
-            early = (pulse.stretch - 1) * (read.time - read.arrival)
-            self._judge(
-                ARRIVAL, name, read.arrival + pulse.delay - early, read.arrival,
-                pulse.delay_deviation, read.arrival_error,
-            )  # fmt: skip
+            remarks.append(f"{of}: the first pulse is not whole, only the trace is judged")
+            continue
+        there.append((read, pulse))
+        own = (
+            (PEAK, force, pulse.height * force, read.force_error * force,
+             pulse.height_deviation * force),
+            (WIDTH, width, pulse.stretch * width, read.width_error,
+             pulse.stretch_deviation * width),
+            (ARRIVAL, read.arrival,
+             read.arrival + pulse.delay - (pulse.stretch - 1) * (read.time - read.arrival),
+             read.arrival_error, pulse.delay_deviation),
+        )  # fmt: skip
+        found += [Number(one[0], of, (read.gauge,), *one[1:]) for one in own[: 2 + has_clock]]
+    if has_clock:
+        return found, remarks
+    there.sort(key=lambda one: one[0].time)
+    for (before, one), (after, two) in itertools.pairwise(there):
+        true = after.time - before.time
+        if true > 0:
+            found.append(Number(
+                TRAVEL, f"{_name(before.gauge)} to {_name(after.gauge)}",
+                (after.gauge, before.gauge), true, true + two.delay - one.delay,
+                before.arrival_error + after.arrival_error,
+                float(np.hypot(one.delay_deviation, two.delay_deviation)),
+            ))  # fmt: skip
+    return found, remarks
 
-    def judge_travel(self, pulses: list[Matched | None]) -> None:
-        """Judge times between first pulses of gauges, each after the one before it."""
-        readings = self._known.readings
-        there = [(readings[k], pulse, k) for k, pulse in enumerate(pulses) if pulse is not None]
-        there.sort(key=lambda one: one[0].time)
-        for (before, one, i), (after, two, j) in itertools.pairwise(there):
-            true = after.time - before.time
-            if true > 0:
-                self._judge(
-                    TRAVEL, f"{self._name(i)} to {self._name(j)}", true + two.delay - one.delay,
-                    true, float(np.hypot(one.delay_deviation, two.delay_deviation)),
-                    before.arrival_error + after.arrival_error,
-                )  # fmt: skip
 
-    def judge_trace(self, k: int, shift: float) -> None:
-        """Judge all samples of a gauge at which the reference is known."""
-        known, name = self._known, self._name(k)
-        time = self._traces.time - shift
-        during = (time >= 0) & (time <= known.until)
-        peak = float(np.max(np.abs(known.force[known.time <= known.until, k])))
-        true = known.at(k, time[during])
-        is_pulse = np.abs(true) > _PULSE * peak
-        if np.count_nonzero(is_pulse) < FEWEST:
-            self.remarks.append(f"{name}: nothing was measured within a pulse of the reference")
-            return
-        off = (self._traces.force[during, k] - true) / peak
-        # Quiet samples must not hide a difference within a pulse.
-        rms = max(float(np.sqrt(np.mean(some**2))) for some in (off, off[is_pulse]))
-        noise = float(self._traces.noise[k]) / peak
-        reason = f"what was asked for, and {_NOISE:g} times the noise of the samples"
-        allowed = float(np.hypot(self._tolerance, _NOISE * noise))
-        self.checks.append(within(TRACE, name, rms, 0.0, allowed, reason))
+def _name(gauge: Gauge) -> str:
+    return f"{gauge.key} {gauge.number}"
+
+
+def _whole(traces: Traces, known: Expected, shift: float, k: int, tolerance: float) -> Check | None:
+    """Judge all samples of a gauge at which the reference is known; None if it has no pulse."""
+    time = traces.time - shift
+    during = (time >= 0) & (time <= known.until)
+    peak = float(np.max(np.abs(known.force[known.time <= known.until, k])))
+    true = known.at(k, time[during])
+    is_pulse = np.abs(true) > _PULSE * peak
+    if np.count_nonzero(is_pulse) < FEWEST:
+        return None
+    off = (traces.force[during, k] - true) / peak
+    # Quiet samples must not hide a difference within a pulse.
+    rms = max(float(np.sqrt(np.mean(some**2))) for some in (off, off[is_pulse]))
+    reason = f"what was asked for, and {_NOISE:g} times the noise of the samples"
+    allowed = float(np.hypot(tolerance, _NOISE * float(traces.noise[k]) / peak))
+    return within(TRACE, _name(traces.gauges[k]), rms, 0.0, allowed, reason)

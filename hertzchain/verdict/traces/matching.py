@@ -100,8 +100,8 @@ def expected(scene: Scene, gauges: tuple[Gauge, ...], native: Native) -> Expecte
     end = result.scene.end_time
     count = int(min(_FINE * end / np.nanmin(widths), _MOST_TIMES)) + 2
     time = np.linspace(0.0, end, count)
-    force = recorded(result.scene, gauges, native, time)
-    other = recorded(result.scene, gauges, Native(rtol=1e-6, time_limit=native.time_limit), time)
+    rough = Native(rtol=1e-6, time_limit=native.time_limit)
+    force, other = (_recorded(result.scene, gauges, one, time) for one in (native, rough))
     off = np.abs(other - force) > _UNSURE * np.max(np.abs(force), axis=0)
     unsure = np.flatnonzero(off.any(axis=1))
     last = np.nanmax([one.arrival + one.width for one in result.gauges])
@@ -109,10 +109,9 @@ def expected(scene: Scene, gauges: tuple[Gauge, ...], native: Native) -> Expecte
     return Expected(result, time, force, until)
 
 
-def recorded(
+def _recorded(
     scene: Scene, gauges: tuple[Gauge, ...], native: Native, time: FloatArray
 ) -> FloatArray:
-    """Return what gauges read at some times [N], shape (times, gauges)."""
     run = replace(native, peaks_only=False, wanted="first").run(replace(scene, gauges=()), time)
     assert run.history is not None
     return read_in(scene, gauges, run.history)
