@@ -16,7 +16,7 @@ from hertzchain.engines.lammps.reading.allowed import LEADS, MOVES, OF_MOTION, Q
 from hertzchain.engines.lammps.reading.found import FoundFix
 from hertzchain.engines.lammps.reading.granules import Granules
 from hertzchain.engines.lammps.reading.hooks import BLOCK, Readings
-from hertzchain.engines.lammps.reading.prober import members
+from hertzchain.engines.lammps.reading.prober import by_fix, members
 from hertzchain.engines.lammps.reading.session import DeckFix, Stage
 from hertzchain.engines.lammps.reading.watching import Playing, sizes
 
@@ -150,15 +150,12 @@ class Replay(Playing):
 
     def _take(self, readings: Readings, time: FloatArray) -> None:
         hooks, granules = self.stage.hooks, self._granules
-        forces = np.moveaxis(readings.of_fixes, 1, 0)
         total = np.zeros((time.size, granules.count, 3))
-        for source, force in zip(hooks.sources[1:], forces, strict=True):
-            assert source is not None
-            if self.stage.fixes[source].is_wall:
+        for fix, own in by_fix(self.stage, readings, granules):
+            if fix.is_wall:
                 continue
-            own = granules.along(force)
             total += own
-            self._exerted.setdefault(source, _Exerted.nothing(granules.count)).update(own)
+            self._exerted.setdefault(fix.command, _Exerted.nothing(granules.count)).update(own)
         self._time.append(time)
         if self._leads:
             self.seen.lead(time, granules.along(readings.position)[:, [0, -1], 0])

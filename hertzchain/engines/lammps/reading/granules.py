@@ -35,8 +35,8 @@ class Granules:
     mass: FloatArray
     low: FloatArray  # the box in these directions; along a diagonal where the axis leaves it
     high: FloatArray
-    boundary: str  # as the deck gives it, along x, y and z
-    periodic: tuple[bool, bool, bool]  # in these directions
+    boundary: str  # along x, y and z, as ``s f f`` or ``fs p p``
+    periodic: list[bool]  # in these directions
 
     @property
     def count(self) -> int:
@@ -78,9 +78,9 @@ class Granules:
         return np.asarray(place - turns)
 
 
-def granules_of(lammps: Session, boundary: str) -> Granules:
+def granules_of(lammps: Session) -> Granules:
     """The granules that LAMMPS has now; RunFailed where it has none, or points."""
-    name, periodic = lammps.system()
+    name, sides = lammps.system()
     units = units_of(name)
     if lammps.count() == 0:
         raise RunFailed("the deck has made no granules when it runs for the first time")
@@ -96,8 +96,8 @@ def granules_of(lammps: Session, boundary: str) -> Granules:
         **each._asdict(),
         low=low[chosen],
         high=high[chosen],
-        boundary=_sure(boundary, periodic),
-        periodic=(periodic[chosen[0]], periodic[chosen[1]], periodic[chosen[2]]),
+        boundary=" ".join(sides),
+        periodic=[sides[k] == "p" for k in chosen],
     )
     straight = _turned(made, made.frame)
     if straight.is_chain or len(place) < _FEWEST:
@@ -116,7 +116,7 @@ def granules_of(lammps: Session, boundary: str) -> Granules:
         diagonal,
         low=np.append(inside[0], low[:2]),
         high=np.append(inside[1], high[:2]),
-        periodic=(False, False, False),  # images of a diagonal are no neighbours of it
+        periodic=[False] * 3,  # images of a diagonal are no neighbours of it
     )
 
 
@@ -138,11 +138,3 @@ def _along(place: FloatArray) -> FloatArray:
     frame = np.linalg.svd(place - np.mean(place, axis=0), full_matrices=False)[2]
     frame[0] *= np.sign(frame[0, int(np.argmax(np.abs(frame[0])))])
     return np.asarray(frame)
-
-
-def _sure(boundary: str, periodic: list[bool]) -> str:
-    """The boundary as the deck gives it, or as the box says where that came from a restart file."""
-    words = boundary.split()
-    if [word == "p" for word in words] == periodic:
-        return boundary
-    return " ".join("p" if flag else "f" for flag in periodic)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Self
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.granules import Granules, granules_of
 from hertzchain.engines.lammps.reading.hooks import Readings
-from hertzchain.engines.lammps.reading.session import Session, Stage
+from hertzchain.engines.lammps.reading.session import DeckFix, Session, Stage
 from hertzchain.engines.lammps.reading.units import Units
 from hertzchain.scene.scene import Scene
 
@@ -79,7 +80,7 @@ class Prober:
 
     def __init__(self, stage: Stage) -> None:
         self.stage, self.lammps = stage, stage.lammps
-        self.granules = granules_of(stage.lammps, stage.boundary)
+        self.granules = granules_of(stage.lammps)
 
     def ask(
         self, place: FloatArray, velocity: FloatArray, spin: FloatArray, steps: int = 0
@@ -106,13 +107,21 @@ class Prober:
 
     def of_fixes(self, seen: Readings, walls: bool) -> FloatArray:
         """Forces of all fixes that are walls, or of all others, shape (granules, 3)."""
-        fixes = self.stage.fixes
         total = np.zeros((self.granules.count, 3))
-        for source, force in zip(self.stage.hooks.sources[1:], seen.of_fixes[-1], strict=True):
-            assert source is not None
-            if fixes[source].is_wall == walls:
-                total += self.granules.along(force)
+        for fix, force in by_fix(self.stage, seen, self.granules):
+            if fix.is_wall == walls:
+                total += force[-1]
         return total
+
+
+def by_fix(
+    stage: Stage, seen: Readings, granules: Granules
+) -> Iterator[tuple[DeckFix, FloatArray]]:
+    """What each fix adds in the order and along the axes of the chain, (readings, granules, 3)."""
+    forces = np.moveaxis(seen.of_fixes, 1, 0)
+    for source, force in zip(stage.hooks.sources[1:], forces, strict=True):
+        assert source is not None
+        yield stage.fixes[source], granules.along(force)
 
 
 def members(lammps: Session, group: str, granules: Granules) -> NDArray[np.bool_]:

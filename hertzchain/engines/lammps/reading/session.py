@@ -72,16 +72,17 @@ class Session(ABC):
         self.give(f"print {quoted(text)} file {quoted(str(said))}")
         return said.read_text(errors="replace").rstrip("\n")
 
-    def system(self) -> tuple[str, list[bool]]:
-        """The name of the units, and along which axes the box is periodic."""
+    def system(self) -> tuple[str, list[str]]:
+        """The name of the units, and the boundary along each axis."""
         path = self.folder / "hertzchain.system"
         self.give(f"info out overwrite {quoted(str(path))} system")
         said = path.read_text()
         units = re.search(r"Units\s*=\s*(\S+)", said)
-        sides = re.search(r"Boundaries\s*=\s*(\S+) (\S+) (\S+)", said)
+        sides = re.search(r"Boundaries\s*=\s*(\S),(\S) (\S),(\S) (\S),(\S)", said)
         if units is None or sides is None:
             raise RunFailed("LAMMPS does not say what its system is: take another version")
-        return units[1], [side == "p,p" for side in sides.groups()]
+        ends = zip(sides.groups()[::2], sides.groups()[1::2], strict=True)
+        return units[1], [low if low == high else low + high for low, high in ends]
 
     def dumped(self, *columns: str) -> list[FloatArray]:
         """Columns of all granules."""
@@ -213,7 +214,6 @@ class Stage:
     lammps: Session
     fixes: dict[int, DeckFix] = field(default_factory=dict)
     alive: dict[str, DeckFix] = field(default_factory=dict)
-    boundary: str = "p p p"
 
     def __post_init__(self) -> None:
         self.hooks = self.lammps.hooks()
@@ -224,9 +224,7 @@ class Stage:
         if name == "fix" and not self.hooks.sources:
             self.hooks.add(None)
         self.lammps.give(text)
-        if name == "boundary":
-            self.boundary = " ".join(words[1:])
-        elif name == "fix":
+        if name == "fix":
             made = DeckFix(words[1], words[2], words[3], index, tuple(words[4:]))
             again = self.alive.get(made.name)
             self.alive[made.name] = self.fixes[index] = made
@@ -257,4 +255,3 @@ class Stage:
         self.hooks = self.lammps.hooks()
         self.fixes.clear()
         self.alive.clear()
-        self.boundary = "p p p"

@@ -7,7 +7,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.found import FoundWall
 from hertzchain.engines.lammps.reading.hooks import Readings
-from hertzchain.engines.lammps.reading.prober import DAMPED, DEPTHS, SPIN_STEP, Prober
+from hertzchain.engines.lammps.reading.prober import DAMPED, DEPTHS, SPIN_STEP, Prober, by_fix
 
 
 def walls_of(prober: Prober, gap: float, unit: float, time: float) -> tuple[FoundWall, ...]:
@@ -126,11 +126,10 @@ class _Wall:
 
     def _command(self, place: float) -> int:
         """The command of the fix that pushes there most."""
-        forces = self._ask(place)[3].of_fixes[-1]
-        stage, along = self._prober.stage, self._prober.granules.along
+        seen, prober = self._ask(place)[3], self._prober
         pushes = {
-            source: abs(along(force)[self._number, 0])
-            for source, force in zip(stage.hooks.sources[1:], forces, strict=True)
-            if source is not None and stage.fixes[source].is_wall
+            fix.command: abs(force[-1, self._number, 0])
+            for fix, force in by_fix(prober.stage, seen, prober.granules)
+            if fix.is_wall
         }
         return max(pushes, key=pushes.__getitem__)

@@ -14,7 +14,7 @@ from hertzchain.engines.lammps.reading.allowed import IGNORES_FORCES, LEADS, QUI
 from hertzchain.engines.lammps.reading.found import Executed, FoundRun
 from hertzchain.engines.lammps.reading.hooks import GranulesChanged, Readings
 from hertzchain.engines.lammps.reading.peaks import ContactWatch, PeaksSeen
-from hertzchain.engines.lammps.reading.prober import members
+from hertzchain.engines.lammps.reading.prober import by_fix, members
 from hertzchain.engines.lammps.reading.probing import Probes
 from hertzchain.engines.lammps.reading.session import Stage
 from hertzchain.errors import RunFailed
@@ -247,14 +247,10 @@ class Watcher(Playing):
         velocity = velocity + missing * acceleration
         pairs = granules.along(readings.of_pairs)[..., 0]
         walls = np.zeros_like(pairs)
-        for source, force in zip(
-            self.stage.hooks.sources[1:], np.moveaxis(readings.of_fixes, 1, 0), strict=True
-        ):
-            assert source is not None
-            own = granules.along(force)
-            if self.stage.fixes[source].is_wall:
+        for fix, own in by_fix(self.stage, readings, granules):
+            if fix.is_wall:
                 walls += own[..., 0]
-            known = self.seen.exerted.setdefault(source, np.zeros((granules.count, 2)))
+            known = self.seen.exerted.setdefault(fix.command, np.zeros((granules.count, 2)))
             np.maximum(known, sizes(own), out=known)
         stray = self._contacts.take(time, late, place, velocity, acceleration, pairs, walls)
         self.seen.image_force = max(self.seen.image_force, stray)
