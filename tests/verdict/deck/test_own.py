@@ -15,6 +15,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps import FoundDeck
 from hertzchain.engines.lammps.reading.own import DEPTH
 from hertzchain.verdict.deck.deck_check import EXAMINED
+from hertzchain.verdict.deck.expected import applied_force
 from hertzchain.verdict.deck.own import number_checks
 from tests.conftest import STEEL
 
@@ -93,6 +94,61 @@ def test_both_sides_of_what_is_allowed(name: str) -> None:
     assert name in named[1]
 
 
+def test_a_chain_that_begins_elsewhere() -> None:
+    moved = replace(right(), origin=np.array([3 * EXAMINED * LENGTH, 0.0, 0.0]))
+    assert failed(moved) == ["lammps: place of granules [m]"]
+
+
+def failed(found: FoundDeck, scene: hc.Scene = SCENE) -> list[str]:
+    """The names of the checks that fail."""
+    return [check.name for check in number_checks(scene, found) if not check.passed]
+
+
+def test_the_rounding_of_a_long_run_excuses_no_force_between_corners() -> None:
+    """The time at a corner may be off by as much, which on a ramp would be a larger force."""
+    scene = replace(SCENE, run=hc.Run(0.1))
+    found = hc.Lammps().examine(scene)
+    late = found.applied_time[2:3] + 4 * len(found.runs) * np.spacing(0.1)
+    force = float(applied_force(scene, late)[0])
+    assert failed(found, scene) == []
+    wrong = failed(set_to("applied_force", (2, 0), force)(found), scene)
+    assert wrong == ["lammps: applied force [N]"]
+
+
+@pytest.mark.parametrize(
+    ("name", "index"),
+    [("contact_force", (3, 1)), ("damped_force", (0, 2)), ("tangential_force", 2)],
+)
+def test_a_force_that_is_no_number_fails(name: str, index: object) -> None:
+    assert "lammps: contacts" in failed(set_to(name, index, np.nan)(right()))
+
+
+def test_forces_at_all_overlaps_are_held_against_the_scene() -> None:
+    """Not against one another: together they may be off by more."""
+    deep, deeper = (by("contact_force", (k, 2), 1 + share * EXAMINED)
+                    for k, share in ((4, 0.9), (5, 1.5)))  # fmt: skip
+    assert failed(deep(deeper(right()))) == ["lammps: force at other overlaps"]
+
+
+UNLIKE = hc.Scene(hc.Chain(4, **STEEL | {"radius": [4e-3, 5e-3, 6e-3, 5e-3]}), PULSE,
+                  wall=hc.Wall("rigid"))  # fmt: skip
+
+
+@pytest.mark.parametrize(("share", "passed"), [(1 / 3, True), (3.0, False)])
+def test_both_sides_of_the_wall_and_of_friction_by_the_softest_contact(
+    share: float, passed: bool
+) -> None:
+    found, near = hc.Lammps().examine(UNLIKE), 1.01 * DEPTH * 4e-3
+    room = EXAMINED * near + ROUNDED / 2 * DEPTH * 2 * (4e-3 + 5e-3 + 6e-3 + 5e-3)
+    (wall,) = found.walls
+    walls = (replace(wall, position=wall.position + share * room),)
+    wrong = failed(replace(found, walls=walls), UNLIKE)
+    assert ("lammps: place of the wall [m]" not in wrong) == passed
+    least = share * EXAMINED * float(np.min(UNLIKE.granules.stiffness)) * near**1.5
+    wrong = failed(set_to("tangential_force", 2, least)(found), UNLIKE)
+    assert wrong == ([] if passed else ["lammps: friction [N]"])
+
+
 def test_both_sides_of_the_displacement_of_a_piston() -> None:
     found = right(driven=True)
     way = 0.2 * PISTON.end_time + 1.01 * DEPTH * STEEL["radius"]
@@ -114,9 +170,7 @@ def test_the_mass_of_a_piston_is_not_judged(granule: int, name: str | None) -> N
 def test_any_velocity_is_too_much() -> None:
     """A scene without a striker starts at rest: nothing is allowed."""
     moving = set_to("velocity", (2, 0), 1e-300)(right())
-    assert [check.name for check in number_checks(SCENE, moving) if not check.passed] == [
-        "lammps: velocity at the start [m/s]"
-    ]
+    assert failed(moving) == ["lammps: velocity at the start [m/s]"]
 
 
 def test_a_fixed_granule_that_moves_is_named() -> None:
@@ -124,9 +178,7 @@ def test_a_fixed_granule_that_moves_is_named() -> None:
     load = hc.Precompression(20.0)
     scene = replace(SCENE, chain=chain, precompression=load)
     found = hc.Lammps().examine(scene)
-    assert [check for check in number_checks(scene, found) if not check.passed] == []
-    wrong = number_checks(scene, set_to("integrated", 3, 1)(found))
-    assert [check.name for check in wrong if not check.passed] == ["lammps: integrators"]
+    assert failed(found, scene) == []
+    assert failed(set_to("integrated", 3, 1)(found), scene) == ["lammps: integrators"]
     free = hc.Lammps().examine(replace(SCENE, precompression=load))
-    names = {check.name for check in number_checks(scene, free) if not check.passed}
-    assert names >= {"lammps: integrators", "lammps: place of granules [m]"}
+    assert {*failed(free, scene)} >= {"lammps: integrators", "lammps: place of granules [m]"}
