@@ -198,13 +198,16 @@ class Result(ShownRun):
         late = ~self.peak_passed & judged_contacts(peaks, ESTIMATED)
         if first is not None:
             late = np.where(np.isnan(first.force), ~self.peak_passed, ~first.is_ended)
-        waiting = late | (peaks == 0)
-        if self.scene.holds:
-            each = self.scene.granules
-            moves = each.velocity != 0
-            moves[self.scene.shock.granule - 1] |= not isinstance(self.scene.shock, Moving)
-            waiting &= each.reached_from(moves)
+        waiting = (late | (peaks == 0)) & self.is_reached
         return tuple(self.scene.contact_name(number) for number in self.contact[waiting].tolist())
+
+    @property
+    def is_reached(self) -> NDArray[np.bool_]:
+        """Whether no fixed granule keeps all motion from each contact, shape (contacts,)."""
+        each, shock = self.scene.granules, self.scene.shock
+        moves = each.velocity != 0
+        moves[shock.granule - 1] |= not isinstance(shock, Moving)
+        return each.reached_from(moves)
 
     @property
     def contact(self) -> NDArray[np.int_]:

@@ -81,10 +81,16 @@ def places(scene: Scene) -> FloatArray:
 
 
 def is_near_end(scene: Scene) -> NDArray[np.bool_]:
-    """Whether contacts are so near the last that two waves are one hump there, (contacts,)."""
+    """Whether contacts are so near the last that two waves are one hump there, (contacts,).
+
+    The last is that of a fixed granule, if one stands ahead of the shock: no wave passes it.
+    """
     is_slow = scene.contact is not None or scene.precompression is not None
     count = scene.last_contact - 1
-    return np.arange(count) >= count - (_NEAR_END_IF_SLOW if is_slow else _NEAR_END)
+    fixed = scene.granules.fixed if scene.holds else np.zeros(0)
+    last = np.min(fixed[fixed >= scene.shock.granule], initial=count)
+    near = np.arange(count) >= last - (_NEAR_END_IF_SLOW if is_slow else _NEAR_END)
+    return np.asarray(near)
 
 
 def wave_between(scene: Scene, known: Mapping[str, NDArray[Any]], first: int, last: int) -> Wave:

@@ -39,6 +39,7 @@ def _peaks(result: Result) -> Peaks:
     """Return peaks with the digits that are known, and what else is known of each contact."""
     static, first = result.static_force, result.first_pulses
     of_static = [] if static is None else [("static force", "[N]")]
+    waits = ~result.peak_passed & result.is_reached
     of_first = [("first pulse", "[N]"), ("arrival", "[s]"), ("width", "[s]")]
 
     def row(k: int) -> list[str]:
@@ -48,7 +49,7 @@ def _peaks(result: Result) -> Peaks:
             *([] if static is None else [number(static[k], 7)]),
             number(result.peak_time[k], 6),
             *([] if first is None else _first_pulse(result, k)),
-            "" if result.peak_passed[k] else "not peaked yet",
+            "not peaked yet" if waits[k] else "",
         ]
 
     return Peaks(

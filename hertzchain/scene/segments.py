@@ -138,7 +138,9 @@ def read_granule_table(path: Path, name: str | None = None) -> Chain:
             values = []
         require_in(path, len(values) == len(header), f"row {number}", ",".join(row), allowed)
         for column, value in zip(header, values, strict=True):
-            is_truth = _SAME[_COLUMNS[column]].kind == "bool" and value in (0, 1)
+            is_truth = _SAME[_COLUMNS[column]].kind == "bool"
+            allowed = f"must be 0 or 1 for {column}"
+            require_in(path, not is_truth or value in (0, 1), f"row {number}", value, allowed)
             columns[column].append(bool(value) if is_truth else value)
     granules = len(rows)
     require_in(path, granules >= 2, "rows", granules, "must be at least 2 granules")

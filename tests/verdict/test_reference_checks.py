@@ -52,6 +52,14 @@ def test_arrivals(reference: hc.Result, late: float, passed: bool) -> None:
     assert found == {"peaks": True, "first": True, "arrivals": passed}
 
 
+def test_no_clear_pulse_is_no_check(reference: hc.Result) -> None:
+    """As where a piston presses a chain onto a wall: nothing comes alone."""
+    first = reference.first_pulses
+    assert first is not None
+    blurred = replace(reference, first_pulses=replace(first, is_clear=first.is_clear & False))
+    assert verdicts(other(reference), blurred) == {"peaks": True}
+
+
 @pytest.mark.parametrize(("off", "passed"), [(3.0, False), (-3.0, False), (1 / 3, True)])
 def test_gauges(off: float, passed: bool) -> None:
     """One of two is off by parts of what both say of their errors."""

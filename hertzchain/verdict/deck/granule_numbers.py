@@ -107,7 +107,10 @@ def _radius(case: Case) -> list[Difference]:
 def _mass(case: Case) -> list[Difference]:
     """Masses, where a wrong radius does not explain them."""
     measured, expected = _both(case.found.mass, case.scene.granules.mass)
-    expected = np.where(np.isinf(expected), measured, expected)  # what nothing moves weighs nothing
+    volume, density = 4 / 3 * math.pi * case.scene.granules.radius**3, case.scene.granules.density
+    held = np.isinf(expected)  # what nothing moves weighs nothing
+    measured, expected = (np.where(held, (volume * density)[: held.size], mass)
+                          for mass in (measured, expected))  # fmt: skip
     radius, of_scene = _both(case.found.radius, case.scene.granules.radius)
     fitting, room = expected * (radius / of_scene) ** 3, case.least(ROUND_OFF)
     explained = np.abs(measured / fitting - 1) <= case.least(1e-6)

@@ -12,6 +12,8 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.errors import SceneError
+from hertzchain.observables.wave import usual_wave
+from hertzchain.report.run import of_result
 from tests.conftest import STEEL
 
 PULSE = hc.Pulse("cosine", 100.0, 2.0, rise_time=2e-5)
@@ -126,3 +128,21 @@ def test_files_and_tables(tmp_path: Path) -> None:
         path = tmp_path / "scene.toml"
         one.to_toml(path)
         assert hc.Scene.from_toml(path) == one
+
+
+def test_no_wave_beyond_a_fixed_granule() -> None:
+    """It is that of a chain that ends there, and of contacts behind nothing is awaited."""
+    scene = held(9, granules=16)
+    long, short = (
+        hc.Native(rtol=1e-8, wanted="first").run(one)
+        for one in (scene, replace(scene, chain=held(9, granules=9).chain))
+    )
+    waves = [usual_wave(one.scene, one.first_columns) for one in (long, short)]
+    assert waves[0] is not None
+    assert waves[1] is not None
+    assert (waves[0].first, waves[0].last) == (waves[1].first, waves[1].last)
+    assert waves[0].speed == pytest.approx(waves[1].speed, rel=1e-6)
+    assert long.is_reached.tolist() == [True] * 8 + [False] * 7
+    document = of_result(long)
+    assert document.peaks is not None
+    assert document.peaks.row(12)[-1] == ""

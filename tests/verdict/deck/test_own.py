@@ -165,6 +165,8 @@ def test_the_mass_of_a_piston_is_not_judged(granule: int, name: str | None) -> N
     heavier = number_checks(PISTON, by("mass", granule, 1.001)(right(driven=True)))
     wrong = [check.reason.split("; ")[1] for check in heavier if not check.passed]
     assert wrong == ([] if name is None else [name])
+    (mass,) = (check for check in heavier if check.kind.name == "mass [kg]")
+    assert mass.tolerance == pytest.approx(EXAMINED * MASS, rel=1e-9)
 
 
 def test_any_velocity_is_too_much() -> None:
