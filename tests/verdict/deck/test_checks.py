@@ -205,6 +205,21 @@ def test_a_wall_that_is_never_reached(scene: hc.Scene, right: FoundDeck) -> None
         assert check.differs
 
 
+def test_a_wall_that_was_not_met_where_it_should_be(scene: hc.Scene, right: FoundDeck) -> None:
+    """Its place is that of its command; the scene's is a gap behind the last granule."""
+    gap = hc.Wall("rigid", gap=1e-3)
+    size, radius = scene.chain.granules, 4.75e-3
+    far = (2 * size - 1) * radius + 0.02
+    text = f"fix w all wall/gran granular hertz/material 2e11 0 0.3 xplane NULL {far}"
+    commands = (*right.commands[:-1], replace(right.commands[-1], text=text), right.commands[-1])
+    runs = (replace(right.runs[0], command=len(commands) - 1),)
+    deck = changed(right, commands=commands, runs=runs, first_run=len(commands) - 1)
+    check = by_name(examined(replace(scene, wall=gap), deck), "place of the wall")
+    assert check.measured == pytest.approx(radius + 0.02, rel=1e-9)
+    assert check.expected == pytest.approx(radius + 1e-3, rel=1e-9)
+    assert not check.passed
+
+
 def test_a_wall_with_friction(scene: hc.Scene, right: FoundDeck) -> None:
     for sideways, passed in ((1e-6, True), (1e-4, False)):
         done = examined(scene, with_wall(right, 1e-2, sideways))
