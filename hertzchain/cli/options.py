@@ -112,12 +112,17 @@ def remark_on_units(scene: Scene) -> None:
     _ask_about_units(unusual_values(scene))
 
 
-def remark_on_units_of(varied: Mapping[str, str]) -> None:
-    """Print one line on stderr on ends of ranges, or listed values, that may have a wrong unit."""
+def remark_on_units_of(varied: Mapping[str, str], scene: Scene) -> None:
+    """Print one line on stderr on ends of ranges, or listed values, that may have a wrong unit.
+
+    Keys must be some that can vary in the scene.
+    """
     from hertzchain.scene.usual import unusual
     from hertzchain.sweeps.axes import axis_of
+    from hertzchain.sweeps.keys import full_name
 
-    named = ((name, axis_of(name, values).ends) for name, values in varied.items())
+    full = {full_name(name, scene): values for name, values in varied.items()}
+    named = ((name, axis_of(name, values).ends) for name, values in full.items())
     found = (unusual(name, ends) for name, ends in named if not isinstance(ends[0], str))
     _ask_about_units([remark for remark in found if remark is not None])
 

@@ -110,7 +110,7 @@ def sweep(
     lammps = backend_named("lammps", **common, **own)
     loaded = options.load_scene(scene)
     varied = options.by_name("--vary", vary, "shock.momentum_ratio=0.1:10:50:log")
-    options.remark_on_units_of(varied)
+    options.remark_on_units_of(varied, loaded)
     backends = [lammps if one == "lammps" else backend_named(one, **common) for one in wanted]
     begin = time.perf_counter()
     with _going_on(output), _counting("native" in wanted) as report_progress:

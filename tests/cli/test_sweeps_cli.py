@@ -71,7 +71,7 @@ def test_accuracy_that_is_missed_is_said_and_makes_the_status_1(
     ("varied", "said"),
     [
         ("chain.radius=1:10:3", "chain.radius = 1 m (usually 1e-06 to 0.5 m)"),
-        ("density=7.8,2.7", "density = 7.8 kg/m^3 (usually 10 to 30000 kg/m^3)"),
+        ("density=7.8,2.7", "chain.density = 7.8 kg/m^3 (usually 10 to 30000 kg/m^3)"),
         ("chain.density=1000,8000", None),
     ],
 )

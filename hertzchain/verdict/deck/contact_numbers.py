@@ -171,7 +171,10 @@ def elsewhere(case: Case) -> list[Difference]:
     """Forces that are Hertz's at the largest overlap, but not at all others."""
     factor = _by_radius(case)
     if any(
-        law.is_missing or law.is_bent or abs(law.ratio * factor[k] - 1) > 10 * case.tolerance
+        law.is_missing
+        or law.is_bent
+        or abs(law.ratio * factor[k] - 1)
+        > (_rounding(case, k) if case.exact else 10 * case.tolerance)
         for k, law in enumerate(case.laws)
     ):
         return []
