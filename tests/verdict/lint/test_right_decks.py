@@ -67,14 +67,19 @@ def test_nothing_is_said_of_generated_decks_of_any_size(radius: float) -> None:
 
 
 def test_a_chain_far_from_its_images_may_be_periodic() -> None:
-    def in_a_box(x: float, y: float) -> list[Finding]:
-        box = f"$(-{x}*v_R) $(2*v_R*v_N+{x}*v_R) $(-{y}*v_R) $({y}*v_R) -0.1 0.1"
-        text = CLEAN.replace("boundary f f f", "boundary p p p")
+    def in_a_box(x: float, y: float, flat: bool = False) -> list[Finding]:
+        z = "-1e-4 1e-4" if flat else "-0.1 0.1"
+        box = f"$(-{x}*v_R) $(2*v_R*v_N+{x}*v_R) $(-{y}*v_R) $({y}*v_R) {z}"
+        text = CLEAN.replace("boundary f f f", "dimension 2\n" * flat + "boundary p p p")
+        text = text.replace("lattice sc", "lattice sq") if flat else text
         return lint(text.replace(f"$(-2*v_R) $(2*v_R*(v_N+1)) {ROOM}", box))
 
     assert in_a_box(3, 3) == []
     assert [finding.text[:13] for finding in in_a_box(3, 2)] == ["y is periodic"]
     assert [finding.text[:13] for finding in in_a_box(1, 3)] == ["x is periodic"]
+    # Of flat decks LAMMPS wants it in z.
+    assert in_a_box(3, 3, flat=True) == []
+    assert [finding.text[:13] for finding in in_a_box(3, 2, flat=True)] == ["y is periodic"]
 
 
 @pytest.mark.slow
