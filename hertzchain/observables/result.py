@@ -204,6 +204,8 @@ class Result(ShownRun):
     @property
     def is_reached(self) -> NDArray[np.bool_]:
         """Whether no fixed granule keeps all motion from each contact, shape (contacts,)."""
+        if not self.scene.holds:  # without a list of all granules, which may be many
+            return np.ones(self.peak_force.size, bool)
         each, shock = self.scene.granules, self.scene.shock
         moves = each.velocity != 0
         moves[shock.granule - 1] |= not isinstance(shock, Moving)

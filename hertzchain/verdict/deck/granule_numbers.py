@@ -11,6 +11,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.units import UNITS
+from hertzchain.scene.chain import granule_mass
 from hertzchain.verdict.deck.deck_check import (
     EXAMINED,
     ROUND_OFF,
@@ -107,10 +108,9 @@ def _radius(case: Case) -> list[Difference]:
 def _mass(case: Case) -> list[Difference]:
     """Masses, where a wrong radius does not explain them."""
     measured, expected = _both(case.found.mass, case.scene.granules.mass)
-    volume, density = 4 / 3 * math.pi * case.scene.granules.radius**3, case.scene.granules.density
-    held = np.isinf(expected)  # what nothing moves weighs nothing
-    measured, expected = (np.where(held, (volume * density)[: held.size], mass)
-                          for mass in (measured, expected))  # fmt: skip
+    each, held = case.scene.granules, np.isinf(expected)  # what nothing moves weighs nothing
+    free = granule_mass(each.radius, each.density)[: held.size]
+    measured, expected = (np.where(held, free, mass) for mass in (measured, expected))
     radius, of_scene = _both(case.found.radius, case.scene.granules.radius)
     fitting, room = expected * (radius / of_scene) ** 3, case.least(ROUND_OFF)
     explained = np.abs(measured / fitting - 1) <= case.least(1e-6)

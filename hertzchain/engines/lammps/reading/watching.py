@@ -47,7 +47,7 @@ class Watched:
     stopped: str = ""
     cleared: bool = False
     time: float = 0.0
-    before: float = 0.0  # the first run that counts
+    before: float = 0.0  # how long the deck had run before the first run that counts
     read_every: int = 1
     image_force: float = 0.0
     exerted: dict[int, FloatArray] = field(default_factory=dict)  # by command: along, off the axis
@@ -89,7 +89,7 @@ class Playing(ABC):
 
     def __init__(self, stage: Stage, count: int = 1, begin: float = 0.0) -> None:
         self.stage, self.seen = stage, Watched(count)
-        self._begin, self._before = begin * (1 - _ROUNDED), 0.0
+        self._begin = begin * (1 - _ROUNDED)
 
     def give(self, text: str, words: list[str], index: int) -> None:
         """Give LAMMPS a command."""
@@ -98,23 +98,18 @@ class Playing(ABC):
 
     def take(self, steps: int, keywords: str, index: int) -> None:
         """Have LAMMPS take so many steps, with other keywords of ``run``."""
-        if steps == 0 or self._before >= self._begin:
+        if steps == 0 or self.seen.before >= self._begin:
             self.run(steps, keywords, index)
             return
         self.stage.ready()
         dt, first = self.stage.lammps.dt(), self.stage.lammps.step()
-        self.settle(f"run {steps} {keywords}".strip(), index)
-        done = self.stage.lammps.step() - first
-        self._before += done * dt
-        self.seen.before = self._before
-        self.seen.given.append((index, methodcaller("take", done, keywords, index)))
-
-    def settle(self, text: str, index: int) -> None:
-        """Take the steps of a run before the first that counts."""
         try:
-            self.stage.give(text, ["run"], index)
+            self.stage.give(f"run {steps} {keywords}".strip(), ["run"], index)
         except RunFailed as problem:
             raise Stopped(str(problem)) from None
+        done = self.stage.lammps.step() - first
+        self.seen.before += done * dt
+        self.seen.given.append((index, methodcaller("take", done, keywords, index)))
 
     @abstractmethod
     def run(self, steps: int, keywords: str, index: int) -> None:
