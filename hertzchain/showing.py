@@ -6,6 +6,7 @@ an object is shown. This module is the only one that looks upwards.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
@@ -50,16 +51,16 @@ class ShownRun:
         return figure_of(self._document)
 
 
-class ShownVerdict(ShownRun):
+class ShownVerdict(ShownRun, ABC):
     """A verdict: it prints as ``hertzchain compare`` does, and can be drawn and written.
 
     It is true if the verdict is ``pass``: ``assert hc.judge(scene, peaks)`` is a test.
     """
 
     @property
+    @abstractmethod
     def verdict(self) -> str:
         """``pass`` or ``fail``."""
-        raise NotImplementedError
 
     def __bool__(self) -> bool:
         return self.verdict == "pass"

@@ -6,6 +6,7 @@ else asks which one it is, except for what holds for one alone (see ``Scene.puls
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self
@@ -44,7 +45,7 @@ class Stroke:
 
 
 @dataclass(frozen=True)
-class Shock:
+class Shock(ABC):
     """A shock: an applied force, or a motion of granule 1.
 
     A force has its largest value as ``peak_force`` [N]. What is stated here is a force without a
@@ -128,15 +129,15 @@ class Shock:
         """The impulse in its LM_ratio [N s]; None for all that it gives."""
         return None
 
-    def check_load(self, load: float) -> None:
+    def check_load(self, load: float) -> None:  # noqa: B027 - for most shocks any load will do
         """Raise a SceneError if a static load [N] on granule 1 is too small."""
 
+    @abstractmethod
     def stretched(self, time: float, length: float, modulus: float) -> Self:
         """The shock of a similar scene with the same forces.
 
         Arguments are the ratios of its times, lengths and Young's moduli to the true ones.
         """
-        raise NotImplementedError
 
     def stronger(self, factor: float) -> Self:
         """The shock with another force; asked in scenes without loads alone."""
@@ -144,6 +145,6 @@ class Shock:
         stronger: Self = replace(own, peak_force=factor * own.peak_force)
         return stronger
 
+    @abstractmethod
     def in_words(self, granules: int, momentum_ratio: float) -> str:
         """One line that describes the shock of a scene, with the number of granules."""
-        raise NotImplementedError
