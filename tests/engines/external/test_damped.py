@@ -6,7 +6,6 @@ import itertools
 import math
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -16,15 +15,12 @@ import hertzchain as hc
 from hertzchain.engines.external.backend import _Runner
 from hertzchain.engines.external.engine import ProgramEngine
 from hertzchain.engines.liggghts import contacts
-from hertzchain.engines.liggghts import deck as liggghts_deck
 from hertzchain.engines.native import METHODS
 from hertzchain.engines.yade import damping as yade_damping
-from hertzchain.engines.yade import deck as yade_deck
 from hertzchain.errors import RunFailed
 from hertzchain.limits import Deadline
 from hertzchain.observables.error_bound import stable_step
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.scene.terms import ALL_TERMS, DAMPING
 from hertzchain.verdict.run_checks import balance_checks
 from tests.conftest import STEEL
 from tests.engines.native.test_terms import SCENES
@@ -45,9 +41,6 @@ LAWS = {
     "dashpot, pulling": DASHPOT,
 }
 """All that LIGGGHTS has; Yade has the first."""
-
-DRAWN = set(ALL_TERMS) - {"piston", "moving granules", "fixed granules", "local shock"}
-"""Terms of random scenes; the others have tests of their own."""
 
 STEP = 0.03
 """Step of the runs at the same steps [natural time units of the fastest contact]."""
@@ -110,20 +103,6 @@ def test_native_velocity_verlet_at_the_same_steps(
     refuse_other_motion(engine, replace(SCENES[name], contact=LAWS[law]), LAWS[law])
 
 
-@pytest.mark.liggghts
-@pytest.mark.slow
-@pytest.mark.parametrize("law", LAWS)
-def test_damping_that_is_off_by_a_millionth_shows(law: str) -> None:
-    given = LAWS[law]
-    parameter = DAMPING[given.damping]
-    value = getattr(given, parameter)
-    more: Any = {parameter: value * (1 + 1e-6)}
-    scene = replace(SCENES["striker, rigid wall"], contact=given)
-    refuse_other_motion(hc.Liggghts, scene, given)
-    with pytest.raises(AssertionError):
-        refuse_other_motion(hc.Liggghts, scene, replace(given, **more))
-
-
 def drawn(engine: type[ProgramEngine], number: int) -> hc.Scene:
     """A random scene that the engine has, of 2 to 40 granules; those of Yade are shorter."""
     most, longest_time = (20, 100.0) if engine is hc.Yade else (40, 200.0)
@@ -154,13 +133,6 @@ def test_random_scenes_at_the_same_steps(engine: type[ProgramEngine], number: in
     refuse_other_motion(engine, scene, scene.contact)
 
 
-def test_random_scenes_have_every_term_and_every_law() -> None:
-    for engine, laws in ((hc.Liggghts, set(DAMPING)), (hc.Yade, {"restitution"})):
-        scenes = [drawn(engine, number) for number in NUMBERS[engine]]
-        assert {term for scene in scenes for term in scene.terms} == DRAWN
-        assert {scene.contact.damping for scene in scenes if scene.contact} == laws
-
-
 EACH = [
     pytest.param(hc.Liggghts, marks=[pytest.mark.liggghts, pytest.mark.slow]),
     pytest.param(hc.Yade, marks=[pytest.mark.yade, pytest.mark.slow]),
@@ -179,20 +151,6 @@ def test_the_wanted_error(engine: type[ProgramEngine], rtol: float, extrapolated
     if not extrapolated:  # balances are of one run
         lost = truth.balance.dissipated
         assert result.balance.dissipated == pytest.approx(lost, rel=rtol, abs=0)
-
-
-@pytest.mark.parametrize("engine", EACH)
-def test_histories(engine: type[ProgramEngine]) -> None:
-    scene = replace(SCENES["all at once"], contact=RESTITUTION)
-    times = np.linspace(0.0, scene.end_time, 41)
-    dt = STEP * scene.contact_time
-    found = engine(dt=dt).run(scene, record=times).history
-    native = hc.Native("velocity-verlet", dt).run(scene, record=times).history
-    assert found is not None
-    assert native is not None
-    for name in ("displacement", "velocity", "contact_force"):
-        # Round-off; 6e-11 measured.
-        assert largest(getattr(found, name), getattr(native, name)) < 1e-9
 
 
 @pytest.mark.parametrize(
@@ -224,24 +182,6 @@ def test_laws_that_an_engine_does_not_have() -> None:
     ):
         with pytest.raises(RunFailed, match=words):
             refuse.refuse_damping(law)
-
-
-@pytest.mark.parametrize("law", LAWS)
-def test_decks_have_no_mass_no_contact_stiffness_and_no_damping_computed_here(law: str) -> None:
-    scene = replace(SCENES["all at once"], contact=LAWS[law])
-    legs = scene.schedule(0.1 * scene.contact_time)
-    decks = [liggghts_deck.watched(scene, legs, [1] * len(legs))]
-    if law == "restitution":
-        decks.append(yade_deck.watched(scene, legs, [1] * len(legs)))
-    each = scene.granules
-    assert each.damping is not None
-    values = {*each.stiffness.tolist(), *each.mass.tolist()}
-    if law != "dashpot, pulling":  # whose coefficient is given
-        values.update(each.damping.tolist())
-    for text in decks:
-        assert all(repr(x) in text for x in each.position.tolist())
-        for value in values:
-            assert f"{value:.6g}"[:6] not in text
 
 
 def taper(granules: int) -> hc.Scene:

@@ -26,26 +26,7 @@ GAPS = hc.Scene(
     hc.Striker(1.0),
     contact=hc.Contact("dashpot", coefficient=500.0),
 )
-TRUE = np.array([500.0, 185.783452, 119.598186, 90.111754])
-DIGITS = 5e-9
-"""Relative error of these digits."""
-
-LIGHT = hc.Scene(
-    hc.Chain(
-        3,
-        radius=(0.0018003301765203781, 0.0009399237754416373, 0.0013287705803332072),
-        young_modulus=(90144587351.16177, 18667980084.239132, 4546032643.462144),
-        poisson_ratio=0.48970807258080495,
-        density=(668.6970403627272, 571.7491667576039, 3575.3054448160465),
-        gap=(0.0, 4.484097339994619e-08, 5.022345774801005e-06),
-    ),
-    hc.Pulse(
-        "triangular", 1.0862326428715952, 1.9385321561868054, rise_time=2.3035347807513657e-06
-    ),
-    hc.Run(2.4344046800726264e-05),
-    contact=hc.Contact("dashpot", coefficient=15.058974295361503),
-)
-
+TRUE = np.array([500.0, 185.783452, 119.598186, 90.111754])  # each to 5e-9
 LATE_BLOW = hc.Scene(
     hc.Chain(
         4,
@@ -67,10 +48,6 @@ def truth(scene: hc.Scene) -> hc.Result:
     return hc.Native(rtol=1e-9).run(scene)
 
 
-def test_native_has_the_digits_of_the_other_solver() -> None:
-    assert largest_difference(truth(GAPS).peak_force, TRUE) < DIGITS
-
-
 @pytest.mark.parametrize(
     "lammps",
     [
@@ -83,14 +60,6 @@ def test_native_has_the_digits_of_the_other_solver() -> None:
 def test_dashpots_that_close_at_a_speed(lammps: hc.Lammps) -> None:
     result = lammps.run(GAPS)
     assert largest_difference(result.peak_force, TRUE) < result.error_estimate < lammps.rtol
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("extrapolated", [False, True])
-def test_a_dashpot_of_light_granules(extrapolated: bool) -> None:
-    result = hc.Lammps(rtol=1e-3, extrapolated=extrapolated).run(LIGHT)
-    assert largest_difference(result.peak_force, truth(LIGHT).peak_force) < result.error_estimate
-    assert result.error_estimate < 1e-3
 
 
 def test_extrapolated_runs_that_agree_by_chance() -> None:

@@ -352,18 +352,3 @@ def test_lammps_leaves_no_files(folder: Path, isolated: bool) -> None:
     assert names(work) == names(temporary) == []
     own = {SHARED / f"mpich_shm_{pid:x}_0" for pid in pids}
     assert own & set(SHARED.glob("mpich_shm_*")) <= before
-
-
-@posix
-@pytest.mark.lammps
-@pytest.mark.parametrize("isolated", [pytest.param(False, marks=slow), True])
-def test_a_folder_that_is_gone_is_no_hindrance(folder: Path, isolated: bool) -> None:
-    SHORT.to_toml(folder / "scene.toml")
-    output = folder / "peaks.csv"
-    arguments = [LAMMPS[0], folder / "scene.toml", *LAMMPS[2:], *["--isolate"] * isolated]
-    (folder / "gone").mkdir()
-    running = start(*arguments, "-o", output, cwd=folder / "gone", before="rmdir ../gone;")
-    status, _, err = ended(running)
-    assert (status, err) == (0, f"Peaks written to {output}\n")
-    assert output.read_text().startswith("contact,")
-    assert names(folder) == ["peaks.csv", "scene.toml"]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,11 +11,10 @@ import pytest
 import hertzchain as hc
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.external.readings import Granules, contact_forces, samples
-from hertzchain.engines.lammps import state
 from hertzchain.engines.lammps.deck import set_up
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.lammps.engine import command, engine
-from hertzchain.engines.lammps.state import ARRAYS, granules, read
+from hertzchain.engines.lammps.state import granules
 from hertzchain.engines.native import METHODS, simulate
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.in_numpy import integrate
@@ -141,25 +139,6 @@ def test_mass_and_force_are_those_of_equation_1() -> None:
         assert force == pytest.approx([expected, 0.0], rel=1e-11, abs=0)
 
 
-def test_a_reading_is_what_lammps_holds_now() -> None:
-    # The chain flies apart and the box with it: LAMMPS searches neighbours again many times.
-    scene = hc.Scene(
-        hc.Chain(5, **STEEL), hc.Pulse("cosine", 1e5, 2.0, momentum_ratio=0.5), hc.Run(1.0)
-    )
-    arrays = np.zeros((len(ARRAYS), 5, 3))
-    with engine() as lammps:
-        command(
-            lammps, set_up(scene) + "velocity first set 20.0 0.0 0.0 units box\ntimestep 1e-8\n"
-        )
-        command(lammps, "run 0 post no")
-        for _ in range(5):
-            command(lammps, "run 20000 pre no post no")
-            read(lammps, arrays)
-            held = [lammps.numpy.extract_atom(name) for name in ARRAYS]
-            assert np.array_equal(arrays, held)
-        assert arrays[0, -1, 0] > 0.05  # from 0.038 m: by more than the skin
-
-
 def test_granules_that_only_touch_are_no_contact() -> None:
     # The second contact overlaps by the rounding of coordinates only, whatever the forces say.
     sites = np.array([0.0, 1.0, 2.0])
@@ -216,12 +195,6 @@ def test_granules_thrown_far_are_not_lost() -> None:
     assert result.displacement[-1] > 6 * scene.chain.radius
     twin = simulate(scene, scene.schedule(result.dt), VERLET)
     assert largest(result.velocity / scene.units.velocity, twin.velocity) < 1e-11
-
-
-def test_a_step_that_is_too_large_is_said() -> None:
-    scene = paper_scene("cosine", 1.0, 2.0, granules=5)
-    with pytest.raises(RunFailed, match="smaller dt"):
-        hc.Lammps(dt=50 * scene.units.time).run(scene)
 
 
 def test_an_error_of_lammps_is_one_sentence() -> None:
@@ -348,23 +321,6 @@ def test_an_extrapolation_makes_more_of_what_coordinates_cost() -> None:
 
 
 # Cost of watching
-
-
-def test_a_long_run_is_seldom_stopped_to_be_watched(
-    demo: hc.Scene, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    readings: list[int] = []
-    read = state.read
-
-    def counted(*arguments: Any) -> None:
-        readings.append(1)
-        read(*arguments)
-
-    monkeypatch.setattr(state, "read", counted)
-    run = hc.Lammps(demo.end_time / 50_100).run(demo)
-    assert run.steps > 50_000
-    # With the second run, of two thirds of the steps, one in 160: as many as ten steps cost.
-    assert 0 < len(readings) < run.steps / 80
 
 
 @pytest.mark.parametrize("extrapolated", [False, True])

@@ -89,11 +89,6 @@ def test_every_line_of_the_deck_is_needed(
     assert idle == [line for line in lines if line.startswith("neighbor ")]
 
 
-def test_a_step_is_given_once() -> None:
-    # The two ramps of the demo scene are equally long.
-    assert whole_deck(scenes.load("demo"), 1e-7).count("timestep") == 2
-
-
 @pytest.mark.lammps
 def test_small_granules_have_one_neighbour_ahead(tmp_path: Path) -> None:
     # The skin of LAMMPS in SI units, 1 mm, would give them nine more.
@@ -110,12 +105,6 @@ def test_lammps_is_given_neither_stiffness_nor_mass() -> None:
     text = whole_deck(scene, 1e-7)
     assert repr(scene.chain.contact_stiffness) not in text
     assert repr(scene.chain.granule_mass) not in text
-
-
-def test_the_force_is_dropped_after_the_pulse() -> None:
-    text = whole_deck(scenes.load("demo"), 1e-7)
-    assert text.index("unfix shock") < text.rindex("run ")
-    assert text.count("fix shock first addforce") == 1
 
 
 @pytest.mark.parametrize("shape", ["linear", "cosine"])

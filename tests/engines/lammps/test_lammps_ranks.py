@@ -191,38 +191,6 @@ def test_the_environment_names_the_binary(
     assert peaks() == expected
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("run", "--lmp", "lmp"), "--lmp is for --backend lammps: add that, or leave --lmp out"),
-        (("run", "--ranks", "2"), "--ranks is for --backend lammps: add that, or leave --ranks"),
-        (
-            ("compare", "--backend", "native", "--lmp", "lmp"),
-            "--lmp is for --backend lammps: add that, or leave --lmp out",
-        ),
-        (("compare", "--ranks", "2"), "--ranks needs a LAMMPS binary, as the lammps module runs"),
-        (("compare", "--ranks", "0"), "--ranks = 0: must be at least 1"),
-        (("compare", "--lmp", "lmp", "--isolate"), "--isolate is for the lammps module; what"),
-        (("run", "--backend", "lammps", "--lmp", "/no/lmp"), "/no/lmp is missing or not a program"),
-        (("run", "--isolate"), "--isolate is for --backend lammps: add that"),
-        (("compare", "--time-limit", "nan"), "--time-limit = 'nan': must be a finite number above"),
-        (("compare", "--time-limit", "3 m"), "--time-limit = '3 m': has the wrong"),
-    ],
-)
-def test_what_cannot_be_is_one_line(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    arguments: tuple[str, ...],
-    words: str,
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    SHORT.to_toml("scene.toml")
-    status, out, err = hertzchain(capsys, *arguments, "scene.toml")
-    assert (status, out, err.count("\n")) == (2, "", 1)
-    assert err.startswith(f"hertzchain: {words}")
-
-
 # The doctor
 
 

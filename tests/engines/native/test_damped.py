@@ -15,7 +15,6 @@ from hertzchain.engines.native.elastic_state import Seen, at_the_start
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.kernel_input import nothing_recorded, room_for, steps_of
 from hertzchain.engines.native.methods import SRKN_11B, Walker
-from hertzchain.engines.native.simulation import Simulation
 from hertzchain.observables.history import Recorder
 from tests.oracles import extrapolation
 from tests.oracles.scene_in_si import numbers_of_chain
@@ -26,30 +25,6 @@ DASHPOT, RESTITUTION, VISCOELASTIC = 0.0, 0.25, 0.5
 
 FREE = np.array([[0.0, 12.0, 1, 0, 0, 0, 0, 0]])
 """One leg without an applied force."""
-
-
-def alpha_of(restitution: float) -> float:
-    """Damping over sqrt(m* k) that returns this fraction of the speed, with attraction."""
-    beta = -math.log(restitution) / math.hypot(math.pi, math.log(restitution))
-    return math.sqrt(5) * beta
-
-
-def two_spheres(exponent: float, damping: float, attraction: bool, tolerance: float) -> Simulation:
-    """Two spheres that collide with k = m* = v = 1."""
-    chain = Chain(
-        stiffness=np.ones(1),
-        inverse_mass=np.full(2, 0.5),
-        gap=np.zeros(1),
-        constant=np.zeros(2),
-        damping=np.array([damping]),
-        exponent=exponent,
-        attraction=attraction,
-    )
-    return integrate_damped(chain, FREE, np.array([[0.0, 0.0], [1.0, 0.0]]), tolerance, 0.8)
-
-
-def returned(run: Simulation) -> float:
-    return float(run.velocity[1] - run.velocity[0])
 
 
 def uniform(granules: int, exponent: float, damping: float, attraction: bool = False) -> Chain:
@@ -86,59 +61,6 @@ def error_of(found: Floats, true: Floats) -> float:
     return float(np.max(np.abs(found[judged] / true[judged] - 1)))
 
 
-@pytest.mark.parametrize("asked", [0.9, 0.8, 0.7, 0.5, 0.3])
-def test_restitution_of_two_spheres(asked: float) -> None:
-    """The closed form: in units of its contact time the collision is a damped oscillation."""
-    alpha = alpha_of(asked)
-    with_attraction = two_spheres(RESTITUTION, alpha, True, 1e-12)
-    # 1e-11 was found: the end of the contact is singular.
-    assert returned(with_attraction) == pytest.approx(asked, rel=0, abs=1e-10)
-    rate = alpha / 2
-    frequency = math.sqrt(1.25 - rate**2)
-    over = math.atan2(2 * rate * frequency, rate**2 - frequency**2)
-    ratio = rate / frequency
-    left = -math.exp(-rate * over / frequency) * (math.cos(over) - ratio * math.sin(over))
-    without = two_spheres(RESTITUTION, alpha, False, 1e-12)
-    # 1e-13 to 1e-12 was found.
-    assert returned(without) == pytest.approx(left, rel=0, abs=1e-11)
-
-
-@pytest.mark.parametrize(
-    ("relaxation", "without", "with_attraction"),
-    [(0.01, 0.98288329, 0.98287613), (0.1, 0.84514381, 0.84333941)],
-)
-def test_viscoelastic_spheres(relaxation: float, without: float, with_attraction: float) -> None:
-    """Numbers of independent simulations."""
-    for attraction, expected in ((False, without), (True, with_attraction)):
-        run = two_spheres(VISCOELASTIC, 1.5 * relaxation, attraction, 1e-11)
-        # Half a unit of the last digit given.
-        assert returned(run) == pytest.approx(expected, rel=0, abs=5e-9)
-
-
-@pytest.mark.parametrize("exponent", [DASHPOT, RESTITUTION, VISCOELASTIC])
-@pytest.mark.parametrize("attraction", [False, True])
-def test_momentum_and_energy(exponent: float, attraction: bool) -> None:
-    chain = uniform(20, exponent, 0.1, attraction)
-    rows, impulse = pulse(1.5, 2.5, 35.0), 2.0
-    run = integrate_damped(chain, rows, AT_REST, 1e-10, 0.8)
-    assert run.status == elastic_state.DONE
-    # Round-off, but for the impulse of the pulse: the method integrates a cosine to 1e-14.
-    assert run.momentum == pytest.approx(impulse, rel=1e-13)
-    # A tenth of the error found at this tolerance.
-    assert run.energy + run.dissipated == pytest.approx(run.work, rel=1e-9)
-    assert run.dissipated > 0.1 * run.work
-
-
-def test_impulse_on_a_wall() -> None:
-    free = uniform(8, RESTITUTION, 0.1)
-    one = np.ones(8)
-    chain = free._replace(stiffness=one, gap=0 * one, damping=0.1 * one)
-    run = integrate_damped(chain, pulse(1.5, 2.5, 35.0), AT_REST, 1e-10, 0.8)
-    # The energy lost by the chain; errors as those of the energy.
-    assert run.wall_impulse == pytest.approx(2.0 - run.momentum, rel=1e-9)
-    assert run.momentum < 0
-
-
 @pytest.mark.parametrize("exponent", [DASHPOT, RESTITUTION, VISCOELASTIC])
 def test_order_over_a_run(exponent: float) -> None:
     """Errors fall with the eighth power of the steps, with contacts that begin and end.
@@ -156,22 +78,6 @@ def test_order_over_a_run(exponent: float) -> None:
     above_rounding = tolerances > 2e-12
     assert np.max((errors / tolerances)[above_rounding]) < 3.0  # 1 was found
     assert errors[-1] < 1e-11
-
-
-@pytest.mark.parametrize("exponent", [DASHPOT, RESTITUTION, VISCOELASTIC])
-def test_order_in_a_smooth_stretch(exponent: float) -> None:
-    """A pressed chain, whose contacts stay closed, with steps of one length."""
-    load = np.array([1.0, 0.0, 0.0, 0.0, 0.0, -1.0])
-    chain = uniform(6, exponent, 0.1)._replace(gap=-np.ones(5), constant=load)
-    start = np.array([np.zeros(6), [0.3, -0.1, 0.2, 0.0, -0.2, 0.1]])
-    loose = 1e3  # leaves steps as long as they may be
-    velocities = [
-        integrate_damped(chain, FREE, start, loose, longest).velocity
-        for longest in (0.4, 0.2, 0.1, 0.02)
-    ]
-    coarse, middle, fine = (np.max(np.abs(v - velocities[-1])) for v in velocities[:-1])
-    assert math.log2(coarse / middle) == pytest.approx(8.0, rel=0, abs=0.3)
-    assert math.log2(middle / fine) == pytest.approx(8.0, rel=0, abs=0.3)
 
 
 def test_without_damping_it_is_the_other_kernel() -> None:
@@ -315,28 +221,6 @@ def test_stop_and_most_work() -> None:
     per_step = damped_advance.STEP + 12 * 6  # stages, granules
     few = integrate_damped(chain, rows, AT_REST, 1e-9, 0.8, most_work=2.5 * per_step)
     assert (few.status, few.steps) == (elastic_state.TOO_MUCH, 3)
-
-
-@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
-def test_the_bound_is_above_the_error(rtol: float) -> None:
-    """On random chains, beside a run with the least tolerance, which is judged above."""
-    for seed in range(500, 515):
-        chain, rows, start = random_chain(seed, 8)
-        longest = longest_of(chain)
-        true = integrate_damped(chain, rows, start, 1e-12, longest)
-
-        def integrate(
-            tolerance: float,
-            longer: float,
-            may_be_last: bool,  # noqa: ARG001 - nothing is recorded
-            given: tuple[Chain, Floats, Floats] = (chain, rows, start),
-            longest: float = longest,
-        ) -> Simulation:
-            return integrate_damped(*given, tolerance, longest, longer=longer)
-
-        run, errors = accurate(integrate, rtol)
-        assert errors.wanted <= rtol
-        assert error_of(run.peak_force, true.peak_force) <= errors.wanted
 
 
 def test_runs_that_agree_by_chance_state_an_error() -> None:

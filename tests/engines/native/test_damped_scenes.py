@@ -122,24 +122,6 @@ def test_weak_damping_is_none(law: str) -> None:
     assert np.max(np.abs(damped.peak_force / elastic.peak_force - 1)) < 1e-7
 
 
-def test_a_history_of_damped_contacts() -> None:
-    scene = hc.Scene(TWO, hc.Striker(1.0), contact=LAWS["restitution"])
-    stop = 3.0 * scene.units.time
-    time = np.linspace(0, stop, 200)
-    result = hc.Native(rtol=1e-9).run(replace(scene, run=hc.Run(stop)), record=time)
-    history = result.history
-    assert history is not None
-    u, v = history.displacement, history.velocity
-    overlap, rate = np.maximum(u[:, 0] - u[:, 1], 0), v[:, 0] - v[:, 1]
-    granules = scene.granules
-    assert granules.damping is not None
-    force = granules.stiffness[0] * overlap**1.5 + granules.damping[0] * overlap**0.25 * rate
-    expected = np.where(overlap > 0, np.maximum(force, 0), 0)
-    # Interpolated between steps, which costs more than the steps themselves.
-    assert np.max(np.abs(history.contact_force[:, 0] - expected)) < 1e-5 * np.max(expected)
-    assert np.max(history.contact_force) == pytest.approx(result.peak_force[0], rel=1e-3, abs=0)
-
-
 REFUSED: dict[str, Callable[[hc.Scene], object]] = {
     "method": lambda scene: hc.Native("rk4").run(scene),
     "dt": lambda scene: hc.Native(dt=1e-7).run(scene),
@@ -151,10 +133,6 @@ def test_what_has_no_damping_says_so(who: str) -> None:
     scene = scene_with(LAWS["dashpot"])
     with pytest.raises(hc.HertzchainError, match=f"{who}.*left out for damped"):
         REFUSED[who](scene)
-
-
-def test_a_comparison_with_itself_is_possible() -> None:
-    assert hc.compare(scene_with(LAWS["restitution"]), ["native"]).verdict == "pass"
 
 
 def test_damping_of_walls_takes_the_mass_of_the_last_granule() -> None:

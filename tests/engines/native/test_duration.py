@@ -85,8 +85,3 @@ def test_the_end_does_not_depend_on_how_fast_the_machine_is(
         assert with_end(scene, time_limit=1e8).end_time == end
     monkeypatch.setattr(duration, "_MOST_WORK", 1.0)
     assert with_end(scene).end_time == scene.end_time > end
-
-
-def test_what_are_no_times_is_refused_in_words() -> None:
-    with pytest.raises(hc.HertzchainError, match="record"):
-        hc.Native().run(WALLED, record=["a"])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -77,28 +76,6 @@ def test_a_granule_that_the_chain_does_not_have_is_refused() -> None:
     for granule in wrong:
         with pytest.raises(SceneError, match=r"granule"):
             hc.Scene(hc.Chain(12, **STEEL), replace(PULSE, granule=granule))
-
-
-def test_files_and_tables(tmp_path: Path) -> None:
-    table = hc.PulseTable((0.0, 1e-5, 3e-5), (0.0, 50.0, 0.0), granule=3)
-    shocks: tuple[Any, ...] = (PULSE, table)
-    for shock in shocks:
-        scene = hc.Scene(hc.Chain(12, **STEEL), shock)
-        path = tmp_path / "scene.toml"
-        scene.to_toml(path)
-        assert hc.Scene.from_toml(path) == scene
-
-
-def test_the_granule_varies_in_a_sweep() -> None:
-    scene = local(precompression=hc.Precompression(20.0))
-    table = hc.sweep(scene, {"shock.granule": [3, 7]}, backends="native").to_frame()
-    peaks = [
-        hc.Native().run(replace(scene, shock=replace(PULSE, granule=granule))).peak_force.max()
-        for granule in (3, 7)
-    ]
-    assert table["shock.granule"].tolist() == [3, 7]
-    # Both are right to 1e-6.
-    assert table["largest_peak_force_N"].tolist() == pytest.approx(peaks, rel=2e-6)
 
 
 def test_all_of_the_chain_is_watched() -> None:

@@ -79,15 +79,6 @@ def test_equal_strikers_from_both_sides_vs_a_wall(granules: int) -> None:
     assert found.peak_force[: granules // 2] == pytest.approx(frozen.peak_force, rel=1e-8)
 
 
-def test_one_bead_that_flies_onto_a_wall() -> None:
-    """Two that touch: the first collision with the wall has a closed form."""
-    one = cradle([2.0, 2.0], wall=hc.Wall("rigid"))
-    assert one.peak_force == pytest.approx(
-        1.14326263 * one.granules.mass[0] ** 0.6 * 2**1.2 * one.granules.stiffness[-1] ** 0.4,
-        rel=1e-8,
-    )
-
-
 def test_a_chain_that_flies_onto_a_wall_is_one_that_a_piston_hits() -> None:
     """It is seen from the chain: the piston is a sphere, and so the wall has to be as stiff."""
     five = cradle([1.0] * 5, wall=LIKE_A_SPHERE)

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
@@ -19,7 +18,7 @@ from hertzchain.engines.native.kernel_input import leg_rows
 from hertzchain.engines.native.methods import SRKN_11B, Walker
 from hertzchain.limits import Deadline
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.scene.pulse import PROFILES, profile_named
+from hertzchain.scene.pulse import PROFILES
 from tests.conftest import STEEL, paper_scene
 
 ACCURACIES = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10]
@@ -71,48 +70,6 @@ def test_a_batch_does_not_depend_on_order_company_or_cores() -> None:
                 assert np.array_equal(one, other[some], equal_nan=True)
 
 
-@pytest.mark.parametrize("profile", list(PROFILES))
-def test_batches_vs_scipy(profile: str) -> None:
-    """Eq. 1 in natural units by SciPy's DOP853, the largest force of 500 times a time unit."""
-    scene = paper_scene(profile, 0.7, 3.0, 6)
-    units = scene.units
-
-    def applied(time: float) -> float:
-        before = (ramp for ramp in scene.ramps if ramp.start <= time * units.time <= ramp.end)
-        ramp = next(before, None)
-        if ramp is None:
-            return 0.0
-        s = (time * units.time - ramp.start) / (ramp.end - ramp.start)
-        if ramp.shape != "linear":
-            s = (1 - np.cos(np.pi * s)) / 2
-        return float(ramp.start_force + (ramp.end_force - ramp.start_force) * s) / units.force
-
-    def slope(time: float, state: FloatArray) -> FloatArray:
-        u, v = np.split(state, 2)
-        force = np.maximum(u[:-1] - u[1:], 0.0) ** 1.5
-        ends = np.concatenate([[applied(time)], force, [0.0]])
-        return np.concatenate([v, ends[:-1] - ends[1:]])
-
-    state, largest = np.zeros(12), np.zeros(5)
-    corners = [0.0, *(ramp.end / units.time for ramp in scene.ramps), 20.0]
-    for start, end in itertools.pairwise(corners):
-        times = np.linspace(start, end, int(500 * (end - start)) + 2)
-        # Inside the corners: at one of them the force is that of the other side.
-        inside = np.nextafter(start, end), np.nextafter(end, start)
-        found = solve_ivp(
-            slope, inside, state, "DOP853", np.clip(times, *inside), rtol=1e-9, atol=1e-11,
-            max_step=0.5,
-        )  # fmt: skip
-        force = np.maximum(found.y[:5] - found.y[1:6], 0.0) ** 1.5
-        largest, state = np.maximum(largest, force.max(axis=1)), found.y[:, -1]
-    for rtol in (1e-4, 1e-5):
-        batch = hc.similar_peak_forces(profile_named(profile), 0.7, 3.0, 6, rtol)
-        # Between two times a force may be 1e-6 higher: (0.002)^2 / 8 times a curvature of 2.
-        within = batch.error_estimate[0] + 1e-6
-        assert largest_difference(batch.peak_force[0], largest) <= within
-        assert batch.error_estimate[0] <= rtol
-
-
 @pytest.mark.parametrize("rtol", ACCURACIES)
 def test_random_batches_vs_single_runs(rtol: float) -> None:
     batches_agree_with_single_runs(6, rtol, seed=11)
@@ -147,38 +104,6 @@ def batches_agree_with_single_runs(number: int, rtol: float, seed: int) -> None:
             ):
                 difference = largest_difference(force, single.peak_force)
                 assert difference <= error + single.error_estimate, scene
-
-
-SOFT = {"radius": 1e-3, "young_modulus": 3e9, "poisson_ratio": 0.4, "density": 1180.0}
-
-
-def scenes() -> list[hc.Scene]:
-    """Chains of 20 granules: two materials, three profiles, a table, a hard scene, an early end."""
-    table = hc.PulseTable((1e-5, 3e-5, 6e-5), (40.0, 100.0, 20.0))
-    early = paper_scene("cosine", 1.0, 2.0, 20)
-    return [
-        paper_scene("cosine", 0.4, 3.0, 20),
-        hc.Scene(hc.Chain(20, **SOFT), hc.Pulse("triangular", 0.1, 4.0, momentum_ratio=2.0)),
-        paper_scene("cosine-triangular", 9.0, 2.0, 20),
-        hc.Scene(hc.Chain(20, **STEEL), table),
-        hc.Scene(early.chain, early.shock, hc.Run(early.end_time / 2)),
-    ]
-
-
-@pytest.mark.parametrize("rtol", [1e-3, 1e-4, 1e-6, 1e-9])
-def test_a_batch_vs_one_by_one(rtol: float) -> None:
-    batch = peak_forces(scenes(), rtol)
-    assert batch.peak_force.shape == batch.peak_time.shape == (5, 19)
-    assert np.all(batch.error_estimate <= rtol)
-    for scene, force, time, error in zip(
-        scenes(), batch.peak_force, batch.peak_time, batch.error_estimate, strict=True
-    ):
-        true = hc.Native("reference").run(scene)
-        assert largest_difference(force, true.peak_force) <= error
-        assert np.array_equal(np.isnan(time), np.isnan(true.peak_time))
-        # A peak is flat: its time is off by the square root of what its force is off by.
-        off = np.nanmax(np.abs(time - true.peak_time)) / scene.units.time
-        assert off < 3 * np.sqrt(rtol)
 
 
 def test_numbers_broadcast() -> None:

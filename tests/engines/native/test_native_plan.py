@@ -11,7 +11,6 @@ import pytest
 import hertzchain as hc
 from hertzchain.engines.native import METHODS, simulate
 from hertzchain.engines.native import plan as plans
-from hertzchain.engines.native.methods import SymplecticNystrom
 from hertzchain.observables.error_bound import is_short
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.pulse import PROFILES
@@ -68,46 +67,6 @@ def wanted_accuracy_is_had(scenes: list[tuple[hc.Scene, Any]], rtol: float) -> N
         error = largest_difference(result.peak_force, peaks)
         assert result.error_estimate <= rtol
         assert error <= result.error_estimate + 1e-11, scene  # the reference's own, rounded up
-
-
-@pytest.mark.parametrize(
-    "rtol",
-    [pytest.param(1e-3, marks=pytest.mark.slow), 1e-6, pytest.param(1e-9, marks=pytest.mark.slow)],
-)
-def test_the_choice_costs_at_most_thrice_the_best_in_hindsight(rtol: float) -> None:
-    # In force evaluations, with the second run that tells the error; the best single run of any
-    # step and of any compiled method, found by trying them all.
-    # In seconds: validation/benchmarks.py.
-    ratios = []
-    for scene, peaks in random_scenes(60, seed=7)[:30]:
-        plan = plans.cheapest(rtol)
-        legs = scene.schedule(plan.step * scene.units.time)
-        chosen = simulate(scene, legs, plan.walker, leave_behind=True).evaluations
-        cost = chosen + 2 / 3 * chosen
-        ratios.append(cost / best_in_hindsight(scene, peaks, rtol))
-    assert np.median(ratios) <= 3
-
-
-def best_in_hindsight(scene: hc.Scene, peaks: Any, rtol: float) -> float:
-    """Fewest force evaluations of a run that is as accurate as wanted."""
-    best = np.inf
-    for name, method in METHODS.items():
-        walker = method.walker
-        if not isinstance(walker.stepper, SymplecticNystrom):
-            continue
-        for step in np.geomspace(0.9, 0.02, 16):
-            if name == "velocity-verlet" and step > 0.5:
-                continue
-            run = simulate(
-                scene, scene.schedule(step * scene.units.time), walker, leave_behind=True
-            )
-            # Shorter steps take more evaluations.
-            if run.evaluations >= best:
-                break
-            if largest_difference(100 * run.peaks.force, peaks) <= rtol:
-                best = run.evaluations
-                break
-    return float(best)
 
 
 def test_the_default_is_a_millionth(demo: hc.Scene, demo_reference: hc.Result) -> None:
@@ -169,11 +128,6 @@ def test_known_scenes_are_those_that_random_scenes_are_drawn_from() -> None:
         assert plans.is_known(np.ones(2), durations, 60).tolist() == [True, False]
     assert plans.is_known(1.0, 2.0, GRANULES)
     assert not plans.is_known(1.0, 2.0, GRANULES + 1)
-
-
-def test_a_chain_is_short_below_five_granules_for_each_unit_of_the_momentum_ratio() -> None:
-    assert plans.is_known(2.0, 2.0, 10)
-    assert not plans.is_known(2.0, 2.0, 9)
 
 
 def test_a_batch_checks_what_was_not_measured() -> None:

@@ -143,32 +143,6 @@ def test_nothing_is_left_behind_with_terms(name: str) -> None:
     assert np.all(np.isfinite(run.displacement))
 
 
-def test_a_rigid_wall_is_a_mirror() -> None:
-    """Two strikers that meet in a contact, as a chain of twice the length pushed from both ends.
-
-    A contact with a rigid wall has half the overlap of that with the mirror image: in a chain of
-    2N granules, of which the second half starts with -v, both halves move alike.
-    """
-    half = hc.Scene(hc.Chain(10, **STEEL), hc.Striker(1.0), wall=hc.Wall("rigid"))
-    result = hc.Native("reference").run(half)
-    granules = half.granules
-    # Force on the wall at an overlap d is that of two granules at 2d: kw d^1.5 = A (2d)^1.5.
-    assert granules.stiffness[-1] / granules.stiffness[0] == pytest.approx(2 * math.sqrt(2))
-    legs = half.schedule(0.01 * half.contact_time)
-    twice = hc.Scene(hc.Chain(20, **STEEL), hc.Striker(1.0), hc.Run(half.end_time))
-    start = np.zeros((2, 20))
-    start[1, -1] = -half.shock.start_velocity / twice.units.velocity
-    walker = METHODS["srkn-11b"].walker
-    mirrored = simulate(twice, legs, walker, start=start)
-    ours = simulate(half, legs, walker)
-    # Same steps; sums of forces are rounded otherwise in the two halves.
-    assert ours.displacement == pytest.approx(mirrored.displacement[:10], rel=0, abs=1e-12)
-    assert ours.peaks.force == pytest.approx(mirrored.peaks.force[:10], rel=1e-12, abs=0)
-    assert result.peak_force[-1] == pytest.approx(
-        float(mirrored.peaks.force[9]) * half.units.force, rel=1e-9, abs=0
-    )
-
-
 def test_a_static_load_stays_where_it_is() -> None:
     late = hc.PulseTable((1.0, 2.0), (0.0, 1.0))
     loads = hc.Precompression(force=5.0, gravity=9.81)
@@ -218,34 +192,6 @@ def test_unlike_granules_that_are_alike_are_a_uniform_chain() -> None:
     assert scene.is_plain
     one, other = (hc.Native().run(s).peak_force for s in (scene, hc.Scene(UNIFORM, PULSE)))
     assert np.array_equal(one, other)
-
-
-def test_batch_of_scenes_with_terms() -> None:
-    scenes = [SCENES["dimer"], SCENES["large striker"], hc.Scene(UNIFORM, PULSE)]
-    batch = hc.peak_forces(scenes, rtol=1e-6)
-    for k, scene in enumerate(scenes):
-        assert batch.error_estimate[k] <= 1e-6
-        one = hc.Native(rtol=1e-9).run(scene)
-        assert error_of(batch.peak_force[k], one.peak_force) <= batch.error_estimate[k]
-
-
-@pytest.mark.parametrize(
-    ("method", "step"),
-    [
-        ("reference", None),
-        ("velocity-verlet", None),
-        ("srkn-6b", None),
-        ("rk4", 0.1),
-        ("dprkn-6", 0.2),
-    ],
-)
-def test_error_bounds_of_every_method(method: str, step: float | None) -> None:
-    """With default steps, or with so long ones that NumPy does not take long."""
-    for scene in SCENES.values():
-        true = hc.Native(rtol=1e-10).run(scene).peak_force
-        dt = None if step is None else step * scene.contact_time
-        result = hc.Native(method, dt).run(scene)
-        assert error_of(result.peak_force, true) <= result.error_estimate + 1e-10
 
 
 WATCHED = {

@@ -85,12 +85,6 @@ def test_the_window_is_as_wide_as_a_wave_however_long_the_chain() -> None:
     assert short.granule_evaluations < full.granule_evaluations / 5
 
 
-def test_the_window_of_long_steps() -> None:
-    # Steps of 0.59 leave 1e-8 of a wave's velocity behind it. Measured 26.
-    run = outcome(paper_scene("cosine-triangular", 2.0, 2.0, 12_000), True, 0.59)
-    assert run.granule_evaluations / run.evaluations < 35
-
-
 def test_later_waves_press_the_free_end_harder() -> None:
     """LM_ratio 20: the second wave is 0.89 of the first, and stays in the window."""
     scene = paper_scene("triangular", 20.0, 2.0, 4000)
@@ -290,31 +284,6 @@ def test_one_wave_is_told_from_others(wave: Any) -> None:
     for off, expected in ((9e-4, 1.0), (1.1e-3, 0.0)):
         found = height(momentum, energy * (1 + off), hardest)
         assert found == pytest.approx(expected, rel=1e-3, abs=0)
-
-
-def test_an_impact_is_taken_to_press_harder_than_waves_and_walls_do() -> None:
-    wave = solitary_wave()
-    # A granule is pushed by the contact behind it and by the one ahead of it: its velocity is the
-    # integral of the force over one granule's distance, over the speed.
-    middle = np.abs(wave.x) <= 0.5
-    velocity = simpson(wave.overlap[middle] ** 1.5, x=wave.x[middle]) / wave.speed
-    # Into a wall: v^2 / 2 = 2/5 r^(5/2).
-    for force, fastest in ((1.0, float(velocity)), (1.25**0.6, 1.0)):
-        assert elastic_window._strength(0.0, fastest) > 1.1 * force
-    # The wave and its fastest granule as they are in a chain, in whose far field it is right to
-    # 1e-5; recorded times miss the fastest by as much.
-    scene = paper_scene("cosine", 0.5, 6.0, 40)
-    early, late = hc.Native().run(scene).peak_time[[25, 27]]
-    found = hc.Native().run(scene, record=np.linspace(early, late, 40))
-    assert found.history is not None
-    fastest = np.max(found.history.velocity[:, 24:30]) / scene.units.velocity
-    assert found.peak_force[26] / 100 == pytest.approx((fastest / velocity) ** 1.2, rel=1e-3, abs=0)
-
-
-def test_how_hard_contacts_can_come_to_be_pressed() -> None:
-    assert elastic_window._strength(1.31, 1.0) == 1.31
-    assert elastic_window._strength(1.29, 1.0) == pytest.approx(1.3, rel=1e-15, abs=0)
-    assert elastic_window._strength(0.0, -1.0) == 0
 
 
 @pytest.mark.parametrize(

@@ -13,10 +13,8 @@ import hertzchain as hc
 from hertzchain.engines.lammps.binary import look
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.engines.lammps.reading.found import FoundDeck
-from hertzchain.errors import BackendMissing, RunFailed
 from hertzchain.limits import Deadline
 from tests.engines.lammps.reading.chains import BESIDE_PYTHON, SCENE, Deck, read_deck
-from tests.processes import children
 
 pytestmark = pytest.mark.lammps
 
@@ -87,27 +85,6 @@ def test_a_binary_makes_of_a_deck_what_the_module_makes(lmp: str, tmp_path: Path
     np.testing.assert_allclose(theirs.force, ours.force, rtol=1e-9)
 
 
-@slow
-@pytest.mark.parametrize(
-    ("more", "run", "words"),
-    [
-        ("pair_style granlar", None, "in.mine:25: LAMMPS stopped: ERROR: Unrecognized pair style"),
-        ("", "label a\nrun 1000\njump SELF a", "not over after 3 s"),
-        ("variable a equal ${none}", None, "in.mine:25: LAMMPS stopped: ERROR"),
-    ],
-)
-def test_what_goes_wrong_is_one_sentence(
-    more: str, run: str | None, words: str, tmp_path: Path
-) -> None:
-    deck = Deck(more=more, run=run, steps=20).write(tmp_path)
-    before = children(os.getpid())
-    with pytest.raises(RunFailed) as caught:
-        read_deck(deck, SCENE, lmp=BESIDE_PYTHON, time_limit=3.0 if run else 60.0)
-    assert words in str(caught.value)
-    assert "\n" not in str(caught.value)
-    assert children(os.getpid()) == before
-
-
 @pytest.mark.parametrize("lmp", [None, pytest.param(BESIDE_PYTHON, marks=slow)])
 def test_numbers_of_a_deck_that_stops(lmp: str | None, tmp_path: Path) -> None:
     """They are known before its run, and its runs and forces without its motion."""
@@ -135,12 +112,6 @@ def test_a_restart_file_says_units_and_boundary(
     assert (found.units, found.boundary, found.image_gap) == ("cgs", "f f f", None)
     np.testing.assert_allclose(found.radius, 4e-3, rtol=1e-12)
     assert found.peak_force[0] > 20.0
-
-
-def test_a_binary_that_is_not_there(tmp_path: Path) -> None:
-    deck = Deck().write(tmp_path)
-    with pytest.raises(BackendMissing, match="is missing or not a program"):
-        read_deck(deck, SCENE, lmp=tmp_path / "lmp")
 
 
 WALL = (
