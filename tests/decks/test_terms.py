@@ -8,20 +8,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 import hertzchain as hc
 from hertzchain.decks.known_answer import deck_step, known_answer, lay_out
 from hertzchain.errors import TooExpensive, Unpredictable
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.verdict.results.judging import judge
-from tests.command_line import Command
 from tests.conftest import STEEL
-from tests.decks.test_standalone_deck import by_granule, peaks, run, verdict, written
+from tests.decks.test_standalone_deck import peaks, run, verdict, written
 from tests.engines.native.test_terms import PULSE, SCENES
 from tests.oracles.sampled_maxima import sampled_maxima
-from validation.random_scenes import random_scene_with_terms
 
 RTOL = 1e-4
 """What the steps of these decks may cost the peaks: two thousand steps or so."""
@@ -70,23 +66,6 @@ def test_every_term_passes(name: str, tmp_path: Path) -> None:
     assert largest_difference(found, expected) < 1e-8
 
 
-# Two processors wait for one another at every step.
-@pytest.mark.slow
-@pytest.mark.lammps
-@pytest.mark.parametrize("name", ["gaps, wall", "all at once"])
-def test_two_processors_find_the_same_peaks(name: str, tmp_path: Path) -> None:
-    path = written(SCENES[name], tmp_path, RTOL)
-    found = []
-    for ranks in (1, 2):
-        status, screen = run(path, tmp_path, ranks=ranks)
-        assert (status, verdict(screen)) == (0, "PASS"), screen
-        assert f"{ranks} by 1 by 1 MPI processor grid" in screen
-        found.append(peaks(tmp_path))
-    # Ten digits of the force on the wall are printed.
-    assert found[1] == pytest.approx(found[0], rel=2e-10, abs=0)
-    assert judge(SCENES[name], tmp_path / "peaks.csv").verdict == "pass"
-
-
 MISTAKES = {
     "wall twice as stiff": ("all at once", r"(variable k_wall equal )", r"\g<1>2*"),
     "no wall": ("striker, rigid wall", r"fix wall last wall", "fix wall empty wall"),
@@ -132,56 +111,6 @@ def test_a_mistake_in_a_deck_fails(mistake: str, tmp_path: Path) -> None:
     path.write_text(text.replace("group first id 1\n", "group first id 1\n" + groups))
     status, screen = run(path, tmp_path)
     assert (status, verdict(screen)) == (1, "FAIL"), screen
-
-
-@pytest.mark.lammps
-def test_the_law_is_checked_much_more_closely_than_peaks(tmp_path: Path) -> None:
-    # 1e-8 of one stiffness moves no peak by as much as the tolerance, about 1e-4.
-    path = written(ALL, tmp_path, RTOL)
-    text = path.read_text()
-    assert text.count("variable k1_2 equal ") == 1
-    path.write_text(text.replace("variable k1_2 equal ", "variable k1_2 equal (1+1e-8)*"))
-    status, screen = run(path, tmp_path)
-    assert (status, verdict(screen)) == (1, "FAIL")
-    assert "Forces, masses or places are not those of this scene" in screen
-    # The change of a force and of its eighth, where both act on a granule.
-    found = re.search(r"^off by (\S+), (\S+), (\S+), (\S+)$", screen, re.MULTILINE)
-    assert found is not None
-    assert [float(found[k]) for k in (1, 2)] == pytest.approx([1e-8, 1e-8], rel=0.2, abs=0)
-    assert [float(found[k]) for k in (3, 4)] == pytest.approx([0, 0], rel=0, abs=1e-11)
-
-
-WRITERS = {
-    "pair style": (("deck", "--pair-style", "gran/hertz/history"), "take granular for a scene"),
-    "liggghts": (("deck", "--engine", "liggghts"), "does not support gaps, wall: "),
-    "yade": (("deck", "--engine", "yade"), "does not support gaps, wall: "),
-    "unit test": (("unit-test",), "does not support gaps: "),
-}
-
-
-@pytest.mark.parametrize("writer", WRITERS)
-def test_nothing_is_written(hertzchain: Command, tmp_path: Path, writer: str) -> None:
-    scene = tmp_path / "scene.toml"
-    hc.Scene(hc.Chain(12, **STEEL, gap=1e-5), PULSE, wall=hc.Wall("rigid")).to_toml(scene)
-    (command, *options), why = WRITERS[writer]
-    outcome = hertzchain(command, scene, "-o", tmp_path / "out", *options)
-    assert outcome.status == 2
-    assert outcome.out == ""
-    assert why in outcome.err
-    assert "Traceback" not in outcome.err
-    assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
-
-
-@pytest.mark.slow
-@pytest.mark.lammps
-def test_rounding_that_collisions_amplify_is_no_failure(tmp_path: Path) -> None:
-    # A wave that goes back and forth for 1.3 million steps: LAMMPS and native velocity Verlet
-    # differ by 2e-4 in the end, ten times what coordinates cost without collisions.
-    scene = random_scene_with_terms(np.random.default_rng([77, 50]), 30, 5000.0)
-    path = written(scene, tmp_path)
-    status, screen = run(path, tmp_path)
-    assert (status, verdict(screen)) == (0, "PASS"), screen
-    assert 1e-5 < max(by_granule(path.read_text(), "known_allowed")[:-1]) < 2e-3
 
 
 @pytest.mark.lammps

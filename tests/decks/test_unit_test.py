@@ -16,12 +16,11 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.cli import main
 from hertzchain.decks.unit_test import SEGMENTS, known_motion, let_go
-from hertzchain.decks.unit_test_deck import KnownMotion, Moment, unit_test
+from hertzchain.decks.unit_test_deck import unit_test
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.errors import HertzchainError
 from tests import scenes
 from tests.conftest import STEEL, paper_scene
-from tests.verdict.lint.test_lint import lint
 
 DATE = "Sat Nov 21 12:00:00 2026"
 
@@ -245,51 +244,6 @@ def test_the_file_gives_raw_material_and_full_digits() -> None:
     assert [float(place) for place in created] == motion.start.position.tolist()
     velocities = re.findall(r"set atom \d+ vx (\S+)", text)
     assert [float(velocity) for velocity in velocities] == motion.start.velocity.tolist()
-
-
-@pytest.mark.lammps
-def test_the_commands_of_the_file_are_clean() -> None:
-    config = read(text_of("demo"))
-    made = "".join(f"variable {line}\n" for line in config["variables"].splitlines())
-    made = re.sub(r"variable (\w+) ", r"variable \1 index ", made)
-    law = f"pair_style {config['pair_style']}\npair_coeff {config['pair_coeff']}"
-    deck = made + config["pre_commands"] + law + config["post_commands"] + "run 4\n"
-    assert lint(deck) == []
-
-
-def test_forces_at_the_start_are_those_of_eq_1() -> None:
-    scene = scenes.load("demo")
-    start = known_motion(scene).start
-    overlap = 2 * scene.chain.radius - np.diff(start.position)
-    force = scene.chain.contact_stiffness * np.maximum(overlap, 0) ** 1.5
-    net = -np.diff(np.concatenate(([0.0], force, [0.0])))
-    # The rounding of positions of 30 mm, 3e-18 m, over overlaps of 6 um.
-    assert start.force == pytest.approx(net, rel=0, abs=1e-10 * np.max(force))
-
-
-def test_momentum_and_energy_are_kept() -> None:
-    scene = scenes.load("demo")
-    motion = known_motion(scene)
-    mass, stiffness = scene.chain.granule_mass, scene.chain.contact_stiffness
-
-    def momentum_and_energy(moment: Moment) -> tuple[float, float]:
-        overlap = np.maximum(2 * scene.chain.radius - np.diff(moment.position), 0)
-        moving = mass / 2 * np.sum(moment.velocity**2)
-        return mass * np.sum(moment.velocity), moving + 0.4 * stiffness * np.sum(overlap**2.5)
-
-    before, after = (momentum_and_energy(m) for m in (motion.start, motion.snapshots[-1]))
-    assert after[0] == pytest.approx(before[0], rel=1e-13, abs=0)
-    # Velocity Verlet at 0.05 natural time units: second order, 1e-4.
-    assert after[1] == pytest.approx(before[1], rel=1e-3, abs=0)
-
-
-def test_two_granules_part_as_after_an_impact() -> None:
-    """The smallest piece: what one loses the other gets."""
-    scene = hc.Scene(hc.Chain(2, **STEEL), hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0))
-    motion = known_motion(scene)
-    assert motion.start.position.size == 2
-    assert motion.start.force.sum() == 0
-    assert isinstance(motion, KnownMotion)
 
 
 def test_gaps_stay_gaps() -> None:
