@@ -96,15 +96,12 @@ def solve(scene: hc.Scene) -> Truth:
     ArithmeticError
         If it takes too many steps: a chaotic scene.
     """
-    fine, _ = peaks(scene)
-    rough, _ = peaks(scene, 0.8 * CAP, 10 * TOLERANCE)
+    fine, rough = peaks(scene), peaks(scene, 0.8 * CAP, 10 * TOLERANCE)
     return Truth(fine, Truth(fine, 0.0).error_of(rough))
 
 
-def peaks(
-    scene: hc.Scene, cap: float = CAP, tolerance: float = TOLERANCE
-) -> tuple[Floats, NDArray[np.bool_]]:
-    """Force of one run, with other steps where asked, and which contacts rise at its end."""
+def peaks(scene: hc.Scene, cap: float = CAP, tolerance: float = TOLERANCE) -> Floats:
+    """Force of one run, with other steps where asked."""
     chain, shock, end = scene.chain, scene.shock, scene.end_time
     mass = 4 / 3 * math.pi * chain.radius**3 * chain.density
     # Two equal spheres: 4/3 E* sqrt(R*), with E* = E / (2 (1 - nu^2)) and R* = R / 2.
@@ -117,15 +114,15 @@ def peaks(
     first, last = ramps[0][0], ramps[-1][2]
     pieces = [(0.0, 0.0, first, 0.0, 0.0)] if first > 0 else []
     pieces += [*ramps, (last, 0.0, math.inf, 0.0, 0.0)]
-    highest, rising = np.zeros(chain.granules - 1), np.zeros(chain.granules - 1, np.bool_)
+    highest = np.zeros(chain.granules - 1)
     done = _march(
         np.array([piece for piece in pieces if piece[0] < end]), end,
         Spheres(chain.granules, mass, stiffness, 1e-60 * length), cap * unit, tolerance,
-        highest, rising,
+        highest,
     )  # fmt: skip
     if not done:
         raise ArithmeticError(f"more than {MOST_STEPS} steps")
-    return stiffness * highest**1.5, rising
+    return np.asarray(stiffness * highest**1.5)
 
 
 def _ramps(
@@ -282,8 +279,8 @@ def _add(total: Any, more: Any, lost: Any, reach: int) -> None:
 
 
 @_compiled
-def _march(  # noqa: PLR0912 - one loop, as calls cost more than branches
-    pieces: Any, end: float, spheres: Any, cap: float, tolerance: float, highest: Any, rising: Any
+def _march(
+    pieces: Any, end: float, spheres: Any, cap: float, tolerance: float, highest: Any
 ) -> bool:
     """Fill in the largest overlap of each contact; whether the end was reached."""
     n = spheres.granules
@@ -341,6 +338,4 @@ def _march(  # noqa: PLR0912 - one loop, as calls cost more than branches
                 moved += 1
             time = stop if last else time + h
             h = grown
-    for i in range(n - 1):
-        rising[i] = u[i] - u[i + 1] > 0 and v[i] - v[i + 1] > 0
     return True
