@@ -5,9 +5,7 @@ from __future__ import annotations
 import functools
 import io
 import math
-from collections.abc import Callable
 from types import ModuleType
-from typing import Any
 
 import pandas as pd
 import pytest
@@ -107,54 +105,6 @@ def test_a_scene_that_did_not_run_is_a_row_that_fails(script: ModuleType) -> Non
     assert found == []
     assert any("LAMMPS crashed" in what for what in failed(script, table))
     assert len(script.SCRIPT.draw(table).axes) > 0
-
-
-ONE = "profile == 'triangular' and momentum_ratio == 2 and backend == "
-LAMMPS, NATIVE = f"{ONE}'lammps'", f"{ONE}'native'"
-
-Change = float | Callable[[pd.DataFrame], Any] | None
-
-DOCTORED: list[tuple[ModuleType, str, str, Change, int, str]] = [
-    (figure1, "source == 'lammps' and profile == 'triangular'", "force", 1.001, 3, "F(t)"),
-    (figure1, "source == 'native'", "momentum", 1 - 1e-9, 3, "momentum that the chain has gained"),
-    (figure2, "backend == 'native' and wave == '(c) small'", "x", 1.001, 5, "(c) small: less"),
-    (figure3, f"{LAMMPS} and contact == 4", "peak_force_N", 1.0001, 1, "peaks less native's"),
-    (figure3, LAMMPS, "p", lambda t: t["p"] + 1, 1, "p, native's"),
-    (figure3, "momentum_ratio == 2.5", "p", lambda _: 8, 6, "by Eq. 3 less p simulated"),
-    (figure3, NATIVE, "wave_force_N", lambda _: 99.0, 2, "profiles of 3 with F_SW above F0"),
-    (figure4, f"{LAMMPS} and contact == 4", "normalized", 1.0001, 1, "less native's, largest"),
-    (figure4, f"{LAMMPS} and contact == 7", "", None, 1, "less native's, largest"),
-    (figure4, "momentum_ratio > 1 and contact > 2", "normalized", 1.05, 7, "refit, a"),
-    (figure5, f"{LAMMPS} and contact == 4", "peak_force_N", 1.0001, 1, "errors of Eqs. 6 and 9"),
-    (figure5, f"{LAMMPS} and contact == 7", "", None, 1, "errors of Eqs. 6 and 9"),
-    (figure5, ONE.rpartition(" and")[0], "eq6_N", 1.02, 2, "Eq. 6, largest error"),
-    (damped_waves, "lost > 0", "lost", 1 + 2e-6, 6, "G without damping"),
-    (damped_waves, "lost > 0", "lost", 1 - 2e-4, 9, "G without damping"),
-    (damped_waves, "contact == 90", "lost", 1 + 2e-5, 2, "lost at contact 90 / 50"),
-    (damped_pulses, "x > 0", "x", 1 + 2e-3, 5, "speed / F0^(1/6)"),
-    (tradeoff, "contender == 'DOP853, SciPy'", "error", lambda _: 1e-8, 1, "the truth by DOP853"),
-    (long_run, "contender == 'rk4'", "relation", 2.0, 1, "rk4: speed of its height"),
-    (long_run, "contender == 'LAMMPS'", "speed", 1 + 1e-5, 1, "LAMMPS: speed over native's"),
-]  # fmt: skip
-"""Rows and a column; a factor, a function or None to leave the rows out; what fails, how many."""
-
-
-@pytest.mark.parametrize(("script", "which", "column", "change", "number", "named"), DOCTORED)
-def test_a_doctored_table_fails(
-    script: ModuleType, which: str, column: str, change: Change, number: int, named: str
-) -> None:
-    table = kept(script).copy()
-    rows = table.query(which).index
-    assert len(rows) > 0
-    if change is None:
-        table = table.drop(index=rows)
-    elif callable(change):
-        table.loc[rows, column] = change(table.loc[rows])
-    else:
-        table.loc[rows, column] *= change
-    names = failed(script, table)
-    assert len(names) == number, names
-    assert named in names[0]
 
 
 @pytest.mark.parametrize("limit", LIMITS, ids=lambda limit: limit.name)

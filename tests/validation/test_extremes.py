@@ -42,15 +42,6 @@ def test_with_lammps() -> None:
     assert [entry for entry in extremes.SCRIPT.compare(quick=True) if not entry.passed] == []
 
 
-@pytest.mark.parametrize("outcome", ["wrong", "traceback: ValueError", "RunFailed: lost"])
-def test_a_third_kind_fails(table: pd.DataFrame, outcome: str) -> None:
-    table = table.copy()
-    table.loc[table.index[-1], "outcome"] = outcome
-    run = table["run"].iloc[-1]
-    failed = [entry.what for entry in extremes.promises(table) if not entry.passed]
-    assert failed == [f"{run}: {(table['run'] == run).sum()} runs, neither"]
-
-
 def test_a_silent_error_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """Peaks that are off by twice what they say are wrong."""
     original = hc.Native.run

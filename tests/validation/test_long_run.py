@@ -41,9 +41,3 @@ def test_what_is_kept_is_whole_and_keeps_its_promises(kept: pd.DataFrame) -> Non
     assert len(rows) == 24
     assert [entry for entry in rows if not entry.passed] == []
     assert KEPT.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
-
-
-def test_without_lammps_the_native_waves_are_judged(kept: pd.DataFrame) -> None:
-    rows = long_run.promises(kept[kept["contender"] != "LAMMPS"])
-    assert {entry.backend for entry in rows} == {"native"}
-    assert len(rows) == 21

@@ -10,11 +10,8 @@ from typing import Any
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps import damping
 from validation.physics import (
     chains,
-    cut_offs,
-    dimers,
     drives,
     gapped_taper,
     precompression,
@@ -74,47 +71,6 @@ def test_a_wrong_simulation_fails(
     assert failed(script.compare(True, False)) == expected
 
 
-def later(true: Callable[..., Any], j: Any, time: Any, *more: Any) -> Any:
-    """An answer at times 1 % too late."""
-    return true(j, 1.01 * time, *more)
-
-
-@pytest.mark.parametrize(
-    ("script", "name", "wrong", "expected"),
-    [
-        (dimers, "decay", lambda true, x: true(x) + 2e-6, {"decay from contact 101 to 121"}),
-        (precompression, "wave_speed", lambda true, x: true(x) * (1 + 1e-6), {"speed / sound"}),
-        (
-            *(cut_offs, "linear_stiffness", lambda true: true() * 1.005),
-            {f"{band} band / cut-off" for band in
-             ("top of the lower", "bottom of the upper", "top of the upper")},
-        ),
-        (drives, "passed_on", later, {"velocities - linear chain"}),
-        (restitution, "of_ratio", lambda true, *given: true(*given) + 1e-6,
-         {f"{e} asked for, contacts do not pull" for e in (0.3, 0.5, 0.7, 0.8, 0.9)}),
-    ],
-)  # fmt: skip
-def test_another_theory_fails(
-    script: ModuleType,
-    name: str,
-    wrong: Callable[..., Any],
-    expected: set[str],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    true = getattr(script, name)
-    monkeypatch.setattr(script, name, lambda *given: wrong(true, *given))
-    assert failed(script.compare(True, False)) == expected
-
-
-@pytest.mark.lammps
-def test_another_damping_of_lammps_fails(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As if the factor of later versions stood in the formula of those before."""
-    monkeypatch.setattr(restitution, "OPTIONS", restitution.OPTIONS[:4])  # of restitutions
-    monkeypatch.setattr(restitution, "tsuji", lambda asked, **_: damping.tsuji(asked, True))
-    failed_rows = [entry.what for entry in restitution.compare(True, True) if not entry.passed]
-    assert failed_rows == ["damping tsuji, 0.8", "damping tsuji limit_damping, 0.8"]
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "code",
@@ -135,14 +91,3 @@ def test_betan_of_yade_as_yade_was_seen_to_have_it() -> None:
     seen = {0.95: 0.015660519411185007, 0.8: 0.06790289004602458, 0.1: 1.1342510657848295}
     for en, found in seen.items():
         assert restitution.betan(en) == pytest.approx(found, rel=1e-12)  # 1 - x with x near 1
-
-
-def test_a_wave_that_is_faster_fails(monkeypatch: pytest.MonkeyPatch) -> None:
-    true = hc.Result.wave
-
-    def faster_wave(self: hc.Result, first: int, last: int) -> Any:
-        found = true(self, first, last)
-        return replace(found, speed=found.speed * (1 + 3e-5))
-
-    monkeypatch.setattr(hc.Result, "wave", faster_wave)
-    assert failed(published.compare(True, False)) == {"speed / (2 R (A/m)^0.4 v^0.2)"}
