@@ -48,34 +48,6 @@ def test_the_speed_of_first_touch_is_of_third_order_and_within_its_bound(offset:
     assert np.all(np.abs(order - 3) < 0.3), order
 
 
-@pytest.mark.parametrize("offset", [0.2, 0.5, 0.8])
-@pytest.mark.parametrize("h", [0.5, 0.1])
-def test_the_error_of_a_closing_speed_is_in_the_reading_error(h: float, offset: float) -> None:
-    """The sphere of ``pushed_by_a_damper`` touches a dashpot of rate 5 between two samples."""
-    damping, begin = 5.0, TOUCH - offset * h
-    closing = pushed_by_a_damper(TOUCH)[1]
-    # v' = e^-t - 5 v from first touch on.
-    end, later = begin + h, begin + h - TOUCH
-    pushed, decay = np.exp(-TOUCH) / (damping - 1), np.exp(-damping * later)
-    speed = np.exp(-end) / (damping - 1) + (closing - pushed) * decay
-    place = (np.exp(-TOUCH) - np.exp(-end)) / (damping - 1)
-    place += (closing - pushed) * (1 - decay) / damping
-    after = place, speed, np.exp(-end) - damping * speed
-    displacement, rate, growth = (
-        np.array([[one, 0.0], [other, 0.0]])
-        for one, other in zip(pushed_by_a_damper(begin), after, strict=True)
-    )
-    force = np.array([[0.0], [damping * speed]])
-    watch = DampedWatch(
-        DampedLaw(np.array([1e-99]), np.array([damping]), 0.0, attraction=False),
-        np.array([1.0, 0.0]),
-    )
-    time = np.array([begin, end])
-    watch.update(Samples(time, displacement, rate, growth, displacement[:, :1], force))
-    error = abs(watch.force[0] / (damping * closing) - 1)
-    assert 0 < error < watch.reading_error < 0.25 * h
-
-
 @pytest.mark.parametrize("interval", [0.3, 1.0])
 @pytest.mark.parametrize("offset", [0.0, 0.1, 0.5, 0.9])
 def test_a_force_that_decays_faster_than_samples_come(interval: float, offset: float) -> None:

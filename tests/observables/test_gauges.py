@@ -13,7 +13,7 @@ import hertzchain as hc
 from hertzchain.errors import SceneError
 from tests.command_line import Command
 from tests.conftest import STEEL, paper_scene
-from tests.observables.test_first_pulse import ORACLE, random_scene
+from tests.observables.test_first_pulse import ORACLE
 from tests.oracles.first_pulses import Trace
 
 TAPER = hc.Chain(8, **{**STEEL, "radius": 5e-3 * 0.95 ** np.arange(8)})
@@ -66,25 +66,6 @@ def test_lammps_reads_the_same() -> None:
 def test_a_part_of_the_error_is_seen() -> None:
     """The bounds are not so wide that anything is within them: velocity Verlet is off by 1e-3."""
     assert max(shares(SCENES["taper"], hc.Native("velocity-verlet", 1e-6), 5)) > 1e-3
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("number", range(0, 60, 3))
-def test_random_scenes(number: int) -> None:
-    scene = random_scene(number + 1)
-    granule = 2 + number % (scene.chain.granules - 1)
-    with_gauge = replace(scene, gauges=(hc.Gauge(granule=granule),))
-    for rtol in (1e-3, 1e-6):
-        try:
-            result = hc.Native(rtol=rtol).run(with_gauge)
-        except hc.HertzchainError:
-            continue  # a refusal is honest
-        first = result.first_pulses
-        assert first is not None
-        places = [k for k in (granule - 2, granule - 1) if k < first.force.size]
-        if not (first.is_clear[places].all() and np.isfinite(result.gauges[0].force)):
-            continue  # the end of a pulse is a choice
-        assert max(shares(scene, hc.Native(rtol=rtol), granule)) <= 1, rtol
 
 
 def test_a_contact_is_its_first_pulse() -> None:

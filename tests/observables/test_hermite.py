@@ -62,33 +62,6 @@ def test_ends_have_value_and_derivatives(m: int) -> None:
         curve = hermite.derivative(curve)
 
 
-@pytest.mark.parametrize("m", [1, 2, 3])
-def test_long_double_keeps_its_digits(m: int) -> None:
-    """Where h^k / k! of the highest derivative is small, as on every interval of a run."""
-    start, h = np.longdouble(0.4), np.longdouble(2.0**-4)
-    derivatives = sine(0)[0], np.cos, lambda t: -np.sin(t), lambda t: -np.cos(t)
-    ends = [[np.array(f(t)) for f in derivatives[: m + 1]] for t in (start, start + h)]
-    curve = hermite.coefficients(ends[0], ends[1], np.array(h))
-    assert curve.dtype == np.longdouble
-    middle = hermite.evaluate(curve, np.array(0.5, np.longdouble))
-    error = abs(float(middle - np.sin(start + h / 2)))
-    # The remainder f^(2m+2) (h/4)^(2m+2) ... / (2m+2)!, or a few roundings.
-    remainder = (float(h) / 2) ** (2 * m + 2) / math.factorial(2 * m + 2)
-    assert error <= remainder + 10 * float(np.finfo(np.longdouble).eps)
-
-
-def test_columns_are_independent() -> None:
-    start, h = np.array([0.1, 0.5, 2.0]), np.array([0.3, 0.2, 0.7])
-    function = sine(2)
-    together = hermite.coefficients(
-        [f(start) for f in function], [f(start + h) for f in function], h
-    )
-    for column in range(3):
-        alone = interpolant(function, start[column], h[column])
-        # The same sums in another order.
-        assert together[:, column] == pytest.approx(alone, rel=0, abs=1e-14)
-
-
 # Maxima
 
 positions = st.floats(0.01, 0.99)

@@ -214,16 +214,6 @@ def test_the_end_of_a_native_run_can_be_recorded(rise_times: float) -> None:
     assert np.abs(velocity).max() < 2e-12 * scene.units.velocity
 
 
-@pytest.mark.lammps
-def test_the_end_of_a_lammps_run_can_be_recorded() -> None:
-    for rise_times in END_TIMES:
-        scene = _short(rise_times)
-        lammps = hc.Lammps(dt=0.1 * scene.units.time)
-        history = lammps.run(scene, record=[0.0, scene.end_time]).history
-        assert history is not None
-        assert np.all(np.isfinite(history.displacement))
-
-
 # Force over time by the paper's numbers
 
 

@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize_scalar
 
-import hertzchain as hc
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.observables.peaks import PeakWatch, largest_difference
 from hertzchain.observables.samples import Samples
-from tests.oracles.first_pulses import Trace
 
 Overlap = Callable[[Array, int], Array]
 """The k-th time derivative of the overlap of each contact at given times."""
@@ -183,80 +179,6 @@ def test_long_double_is_kept() -> None:
     assert watch.force.dtype == np.longdouble
     # Remainder 1.5 (h/2)^8 / 8! = 3.4e-17 at h = 1/16, a tenth of a rounding in double precision.
     assert abs(float(watch.force[0] - 1)) < 4e-17
-
-
-# A chain, integrated by SciPy
-
-RISE, END, STEP = 1.0, 14.0, 0.05
-
-
-def applied(t: float) -> float:
-    """Triangular, rise time 1, n = 3."""
-    return t if t <= RISE else max(0.0, (3 * RISE - t) / (2 * RISE))
-
-
-@pytest.fixture(scope="module")
-def dense_legs() -> list[tuple[float, float, Any]]:
-    """Start, end and dense output of each stretch between the corners; mass and stiffness are 1."""
-    chain = hc.Chain(5, 1.0, 1.5 * math.sqrt(2), 0.0, 0.75 / math.pi)
-    pulse = hc.Pulse("triangular", 1.0, 3.0, rise_time=RISE)
-    legs = Trace(hc.Scene(chain, pulse, hc.Run(END))).parts
-    assert [leg[:2] for leg in legs] == [(0.0, RISE), (RISE, 3 * RISE), (3 * RISE, END)]
-    return legs
-
-
-def chain_samples(leg: tuple[float, float, Any], jerk: bool) -> Samples:
-    """Return samples every 0.05, with derivatives by Eq. 1."""
-    start, end, solution = leg
-    time = np.linspace(start, end, round((end - start) / STEP) + 1)
-    state = solution(time).T
-    u, v = state[:, :5], state[:, 5:]
-    overlap, rate = u[:, :-1] - u[:, 1:], v[:, :-1] - v[:, 1:]
-    pressed = np.maximum(overlap, 0.0)
-    slope = (applied(end) - applied(start)) / (end - start)
-
-    def net(on_contacts: FloatArray, on_first: FloatArray) -> FloatArray:
-        nothing = np.zeros((time.size, 1))
-        return -np.diff(np.hstack([on_first[:, None], on_contacts, nothing]), axis=1)
-
-    force = pressed**1.5
-    return Samples(
-        time=time,
-        displacement=u,
-        velocity=v,
-        acceleration=net(force, np.array([applied(t) for t in time])),
-        overlap=overlap,
-        contact_force=force,
-        jerk=net(1.5 * np.sqrt(pressed) * rate, np.full(time.size, slope)) if jerk else None,
-    )
-
-
-@pytest.mark.parametrize("jerk", [False, True])
-def test_peaks_of_a_chain_vs_scipy(dense_legs: list[tuple[float, float, Any]], jerk: bool) -> None:
-    watch = watched(*(chain_samples(leg, jerk) for leg in dense_legs))
-    for contact in range(4):
-        best, at = 0.0, 0.0
-        for start, end, solution in dense_legs:
-            time = np.linspace(start, end, 2001)
-            force = solution(time)[contact] - solution(time)[contact + 1]
-            near = time[int(force.argmax())]
-
-            def separation(t: float, solution: Any = solution, contact: int = contact) -> float:
-                state = solution(t)
-                return float(state[contact + 1] - state[contact])
-
-            found = minimize_scalar(
-                separation,
-                bounds=(max(start, near - 0.02), min(end, near + 0.02)),
-                method="bounded",
-                options={"xatol": 1e-10},
-            )
-            if -found.fun > best:
-                best, at = -float(found.fun), float(found.x)
-        # Quintic 2e-3 h^6 = 3e-11 at h = 0.05; with the jerk the dense output is the limit, 1e-13.
-        assert watch.force[contact] == pytest.approx(best**1.5, rel=1e-12 if jerk else 3e-11, abs=0)
-        # A maximum is flat: SciPy finds its place to the root of the round-off only.
-        assert watch.time[contact] == pytest.approx(at, rel=0, abs=1e-7)
 
 
 # largest_difference

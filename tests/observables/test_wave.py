@@ -66,22 +66,6 @@ def test_what_has_no_wave_is_refused() -> None:
         hc.Native(wanted="all").run(LONG).wave(20, 30)
 
 
-def test_a_pulse_that_goes_on_at_the_end_is_none() -> None:
-    """At 0.1 ms contact 9 is still pressed harder and harder: half of that is no arrival."""
-    result = hc.Native(rtol=1e-6).run(
-        replace(LONG, run=hc.Run(1e-4), gauges=(hc.Gauge(contact=9), hc.Gauge(granule=9)))
-    )
-    first = result.first_pulses
-    assert first is not None
-    late = np.flatnonzero(np.isfinite(first.force) & ~first.is_ended)
-    assert late.size > 0
-    assert not first.is_clear[late].any()
-    for contact in (late + 2).tolist():
-        with pytest.raises(SceneError, match="must have clear first pulses"):
-            result.wave(2, contact)
-    assert any(f"contact {late[0] + 2}" in text for text in result.warnings)
-
-
 def test_contacts_near_the_end_are_marked() -> None:
     """Two, and seven where contacts are damped: there the usual wave does not go."""
     for contact, count in ((None, 2), (hc.Contact("restitution", restitution=0.9), 7)):

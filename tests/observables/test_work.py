@@ -87,23 +87,6 @@ def test_cosine_ramp_vs_scipy(jerk: bool, order: int) -> None:
     assert math.log2(error(3) / error(6)) == pytest.approx(order, abs=0.5)
 
 
-def test_blocks_add_up() -> None:
-    time = np.linspace(0.0, 2.0, 21)
-    ramp = Ramp(0.0, 2.0, 0.0, 5.0, "cosine")
-
-    def work(times: Array) -> float:
-        return float(work_done(samples_of(lambda t, k: np.sin(t + k * np.pi / 2), times), ramp))
-
-    # The same terms, summed in another order.
-    assert work(time[:8]) + work(time[7:]) == pytest.approx(work(time), rel=1e-15, abs=0)
-
-
-def test_long_double_is_kept() -> None:
-    time = np.linspace(0, 1, 5, dtype=np.longdouble)
-    motion = samples_of(lambda t, k: (t**2 / 2, t, np.ones_like(t), np.zeros_like(t))[k], time)
-    assert work_done(motion, Ramp(0.0, 1.0, 1.0, 1.0, "linear")).dtype == np.longdouble
-
-
 @pytest.mark.parametrize("samples", [11, 12, 17, 31])
 def test_impulse_of_a_bounce_off_a_wall(samples: int) -> None:
     """The wall is touched from 0.37 to 2.37, which are no times of samples."""

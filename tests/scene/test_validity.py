@@ -76,12 +76,6 @@ def test_overlaps_above_the_radius_are_refused(depth: float) -> None:
             run(scene)
 
 
-@pytest.mark.lammps
-def test_lammps_refuses_the_same() -> None:
-    with pytest.raises(OverlapTooLarge, match="radii, above 1"):
-        hc.Lammps().run(scene_of_depth(1.1))
-
-
 def test_a_batch_says_which_scene() -> None:
     with pytest.raises(OverlapTooLarge, match="scene 1: the largest overlap"):
         hc.peak_forces([scene_of_depth(0.1), scene_of_depth(2.0)])

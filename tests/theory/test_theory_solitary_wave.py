@@ -68,11 +68,3 @@ def test_speed_of_the_papers_steel_at_100_N() -> None:
     printed = 0.6886728470 * (193e9 / (4.75e-3 * 0.91 * 7958.0**1.5)) ** (1 / 3) * 100 ** (1 / 6)
     # Ten digits of the coefficient are given.
     assert exact.speed(chain, 100.0) == pytest.approx(printed, rel=1e-10, abs=0)
-
-
-def test_momentum_of_the_papers_steel_at_100_N() -> None:
-    chain = hc.Chain(60, **STEEL)
-    inside = 0.91 * 4.75e-3**4 * 7958.0**1.5 / 193e9
-    printed = 4.3445078540 * inside ** (1 / 3) * 100 ** (5 / 6)
-    # Eleven digits of the coefficient are given.
-    assert exact.momentum(chain, 100.0) == pytest.approx(printed, rel=2e-11, abs=0)
