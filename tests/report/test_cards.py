@@ -121,14 +121,6 @@ def test_long_tables_print_their_first_six_values(rows: int) -> None:
     assert f"radius=(1.0, 2.0, 3.0, 4.0, 5.0, 6.0{more}), young_modulus=1.0" in repr(chain)
 
 
-class Mine(hc.Scene):
-    """A scene of somebody's own."""
-
-
-def test_a_subclass_prints_as_its_base_does() -> None:
-    assert repr(Mine(SCENE.chain, SCENE.shock)) == repr(hc.Scene(SCENE.chain, SCENE.shock))
-
-
 def test_verdicts_are_true_if_they_pass(
     comparison: hc.Comparison, judgement: hc.Judgement, examination: hc.DeckExamination
 ) -> None:
@@ -147,13 +139,6 @@ def test_a_batch_prints_its_range(batch: hc.Batch) -> None:
     assert found_range == pytest.approx([largest.min(), largest.max()], rel=1e-6)
     assert fact(batch, "scenes") == "20, of 10 granules each"
     assert fact(batch, "errors, at most") == f"{batch.error_estimate.max():.1e}"
-
-
-def test_a_batch_says_what_has_not_peaked(batch: hc.Batch) -> None:
-    assert "not peaked yet" not in repr(replace(batch, peak_passed=batch.peak_passed | True))
-    late = batch.peak_passed | True
-    late[3, :2] = False
-    assert fact(replace(batch, peak_passed=late), "not peaked yet").startswith("2 contacts")
 
 
 def test_a_sweep_prints_what_varies(sweep: hc.Sweep, tmp_path: Path) -> None:

@@ -229,14 +229,6 @@ def test_a_comparison_shows_every_oracle_and_its_difference(both: hc.Comparison)
     assert text.endswith("Verdict: pass\n")
 
 
-def test_a_comparison_without_lammps_leaves_its_columns_empty(native: hc.Comparison) -> None:
-    text = comparison_text(native)
-    assert [len(row) for row in rows_of(text)] == [6, 6, 6, 6, 4]
-    assert len(line_of(text, "method").split()) == 1
-    assert "nan" not in text
-    assert "None" not in text
-
-
 def test_a_check_that_fails_says_by_how_much_and_why(native: hc.Comparison) -> None:
     comparison = replace(native, checks=(WELL, ODD))
     text = comparison_text(comparison)

@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 
 import hertzchain as hc
 from hertzchain import theory
-from hertzchain.errors import OutputError
 from hertzchain.report.console import (
     print_prediction,
 )
@@ -22,7 +21,7 @@ from hertzchain.report.tradeoff import print_tradeoff
 from hertzchain.verdict.tradeoff import Row, Tradeoff
 from tests.conftest import paper_scene
 from tests.report.test_console import console, line_of, rows_of, text_on
-from tests.report.test_plots import colours, lines_of, picture
+from tests.report.test_plots import lines_of
 
 # The tradeoff
 
@@ -66,30 +65,6 @@ def test_a_tradeoff_says_who_is_cheapest(
     assert "The truth is known to 1e-12" in text
 
 
-def test_several_scenes_show_median_times_and_the_largest_error(traded: Tradeoff) -> None:
-    worse = replace(
-        traded,
-        rows=tuple(replace(row, error=4 * row.error) for row in traded.rows),
-    )
-    text = tradeoff_text(traded, worse, worse)
-    assert text.startswith("3 scenes")
-    lines = [" ".join(line.split()) for line in text.splitlines()]
-    # 4 * 5e-3 is more than 1e-2, so the shorter step is needed; it has no length in seconds.
-    assert "1e-2 rk4, compiled step 0.1 natural units 1.2e-03 1,234 2" in lines
-
-
-def test_a_tradeoff_without_rows_is_no_crash(
-    traded: Tradeoff, tmp_path: Path, drawn: list[Figure]
-) -> None:
-    empty = replace(traded, rows=())
-    assert "rk4" not in tradeoff_text(empty)
-    plot_tradeoff([empty], tmp_path / "empty.png")
-    (axes,) = drawn[0].axes
-    assert [x.size for x, _ in lines_of(axes).values()] == [0]  # the frontier, of nothing
-    assert axes.get_xlabel() == "wall time [s]"
-    assert len(colours(picture(tmp_path / "empty.png"))) > 1
-
-
 def test_a_plot_of_a_tradeoff_shows_every_contender(
     traded: Tradeoff, tmp_path: Path, drawn: list[Figure]
 ) -> None:
@@ -109,13 +84,6 @@ def test_a_plot_of_a_tradeoff_shows_every_contender(
             own = [row for row in traded.rows if row.contender == name]
             found = ([row.wall_time for row in own], [row.error for row in own])
             np.testing.assert_array_equal(shown[name], found)
-
-
-def test_a_plot_of_a_tradeoff_is_a_file_or_an_error(traded: Tradeoff, tmp_path: Path) -> None:
-    plot_tradeoff([traded], tmp_path / "plot.png")
-    assert len(colours(picture(tmp_path / "plot.png"))) > len(traded.rows)
-    with pytest.raises(OutputError, match="does not exist"):
-        plot_tradeoff([traded], tmp_path / "no" / "plot.png")
 
 
 def prediction_text(predicted: theory.Prediction) -> str:
@@ -145,21 +113,6 @@ def test_a_prediction_shows_the_transition_and_both_equations(demo: hc.Scene) ->
     assert line_of(text, "error, at most") == "peaks 1%, far field 1e-05"
     assert line_of(text, "speed, V_SW").endswith("m/s: exact is closer")
     assert line_of(text, "V_SW, 7/10").split() == ["0.700000", "0.688673", "+1.64%"]
-
-
-@pytest.mark.parametrize(
-    ("candidates", "told"),
-    [
-        ((9,), "9 granules"),
-        ((9, 10), "9 or 10 granules; F_SW and the equations are with 9"),
-        ((9, None), "9 granules or none ends here"),
-    ],
-)
-def test_a_prediction_shows_what_p_can_be(
-    demo: hc.Scene, candidates: tuple[int | None, ...], told: str
-) -> None:
-    text = prediction_text(replace(theory.predict(demo), candidates=candidates))
-    assert line_of(text, "transition, p") == told
 
 
 def test_a_prediction_without_p_shows_peaks_and_why() -> None:

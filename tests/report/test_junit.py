@@ -11,20 +11,18 @@ from collections.abc import Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from types import ModuleType
 from typing import NoReturn
 from xml.etree import ElementTree
 
-import pandas as pd
 import pytest
 
 import hertzchain as hc
 import validation.script
 from hertzchain.cli import main
-from hertzchain.errors import BackendMissing, RunFailed
+from hertzchain.errors import BackendMissing
 from hertzchain.report.junit import Case, Suite, case, to_xml
 from validation import rows, run_all
-from validation.script import Script, junit_suite, rows_only
+from validation.script import Script, rows_only
 
 BEGUN = datetime(2026, 11, 21, 14, 46, 44, tzinfo=UTC)
 DEMO = Path(run_all.__file__).parent / "scenes" / "demo.toml"
@@ -296,52 +294,3 @@ def test_each_row_is_a_case(
     assert len(json.loads(capsys.readouterr().out)["rows"]) == len(suite)
     message = "a scene: LAMMPS crashed (SIGSEGV) (lammps): every scene has to run"
     assert next(suite.iter("error")).attrib["message"] == message
-
-
-def test_a_script_without_lammps_is_an_error(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(validation.script, "why_no_lammps", lambda: "LAMMPS is not available")
-    there = tmp_path / "junit.xml"
-    script = Script("A title", "Is it?", "nobody", **rows_only(lambda *_: ROWS[:1]))
-    assert script.run(["--junit", str(there)]) == 2
-    capsys.readouterr()
-    root = read(there)
-    assert (root.attrib["tests"], root.attrib["errors"]) == ("2", "1")
-    assert next(root.iter("error")).attrib["message"] == "LAMMPS is not available"
-
-
-@pytest.mark.parametrize("missing", [None, "LAMMPS is not available"])
-def test_every_script_is_a_suite(
-    missing: str | None,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    def impossible(*_: object) -> pd.DataFrame:
-        raise RunFailed("it cannot be")
-
-    modules = [ModuleType("validation.small"), ModuleType("validation.broken")]
-    scripts = (small_script(), replace(small_script(), measure=impossible))
-    for module, script in zip(modules, scripts, strict=True):
-        vars(module)["SCRIPT"] = script
-    monkeypatch.setattr(run_all, "why_no_lammps", lambda: missing)
-    monkeypatch.setattr(run_all, "MODULES", modules)
-    there = tmp_path / "junit.xml"
-    assert run_all.run(["--json", "--junit", str(there)]) == 1
-    root = read(there)
-    found = json.loads(capsys.readouterr().out)["scripts"]
-    suites = {suite.attrib["name"]: problems(suite) for suite in root}
-    without = {"LAMMPS runs": "error"}
-    assert suites.pop("validation.lammps", None) == (None if missing is None else without)
-    assert suites == {
-        "validation.small": CASES,
-        "validation.broken": {"broken: it cannot be": "error"},
-    }
-    for suite, one in zip(root, found, strict=False):
-        assert len(suite) == len(one["rows"])
-        assert suite.attrib["time"] == f"{one['seconds']:.3f}"
-
-
-def test_a_name_of_a_suite_is_that_of_its_script() -> None:
-    assert junit_suite("table2", ROWS, BEGUN, 0.0).name == "validation.table2"

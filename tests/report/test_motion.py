@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib import rcParams
-from matplotlib.colors import to_rgba
 
 import hertzchain as hc
 from hertzchain.errors import OutputError, SceneError
-from hertzchain.report.figures import figure_of, plot_document
+from hertzchain.report.figures import figure_of
 from hertzchain.report.motion import (
     at_times,
     motion_arrays,
@@ -86,38 +83,12 @@ def test_files_read_back(tmp_path: Path, on_a_wall: hc.Result, suffix: str) -> N
     assert frame["granule"].tolist()[:4] == [2, 21, 2, 21]
 
 
-def test_an_archive_has_the_arrays_alone_under_its_own_name(
-    tmp_path: Path, on_a_wall: hc.Result, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Before NumPy 2.2 all that is given by name is an array."""
-
-    def as_before(file: Any, *, keep: Any = np.savez_compressed, **arrays: Any) -> None:
-        keep(file, **{name: np.asarray(values) for name, values in arrays.items()})
-
-    monkeypatch.setattr(np, "savez_compressed", as_before)
-    write_motion(on_a_wall, tmp_path / "MOTION.NPZ")
-    assert [path.name for path in tmp_path.iterdir()] == ["MOTION.NPZ"]
-    with np.load(tmp_path / "MOTION.NPZ") as archive:
-        assert archive.files == list(motion_arrays(on_a_wall))
-
-
 def test_what_is_not_motion_is_refused(tmp_path: Path, demo_reference: hc.Result) -> None:
     with pytest.raises(OutputError, match=r"\.csv, \.parquet, \.npz"):
         write_motion(demo_reference, tmp_path / "motion.json")
     with pytest.raises(SceneError, match="record"):
         write_motion(demo_reference, tmp_path / "motion.csv")
     assert not list(tmp_path.iterdir())
-
-
-def test_times_of_one_file_among_those_of_others(demo: hc.Scene) -> None:
-    few, many = np.linspace(0, demo.end_time, 4), np.linspace(0, demo.end_time, 7)
-    both = hc.Native(rtol=1e-3).run(demo, np.unique([*few, *many]))
-    alone = hc.Native(rtol=1e-3).run(demo, few).history
-    found = at_times(both, few).history
-    assert found is not None
-    assert alone is not None
-    assert found.time.tolist() == few.tolist()
-    assert np.array_equal(found.contact_force, alone.contact_force)
 
 
 def test_the_figure_draws_the_result(result: hc.Result) -> None:
@@ -165,35 +136,6 @@ def test_first_pulses_are_drawn_where_they_were_asked_for() -> None:
     assert axes.get_ylabel() == "peak force [N]"
 
 
-@pytest.mark.parametrize("only", [["peaks"], ["forces"], ["map"]])
-def test_labels_of_a_small_picture_do_not_overlap(result: hc.Result, only: list[str]) -> None:
-    figure = figure_of(of_result(result), [5, 30, 50], (3.4, 2.6), only)
-    figure.draw_without_rendering()
-    axes = figure.axes[0]
-    boxes = [axes.xaxis.label.get_window_extent(), axes.yaxis.label.get_window_extent()]
-    for axis in (axes.xaxis, axes.yaxis):
-        low, high = axis.get_view_interval()
-        ticks = zip(axis.get_majorticklocs(), axis.get_ticklabels(), strict=True)
-        shown = [text.get_window_extent() for at, text in ticks if low <= at <= high]
-        assert len(shown) >= 3
-        boxes += shown
-    if (legend := axes.get_legend()) is not None:
-        boxes.append(legend.get_window_extent())
-        assert not legend.get_window_extent().overlaps(axes.bbox.padded(-1))
-    for k, box in enumerate(boxes):
-        assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
-        assert not any(box.overlaps(other) for other in boxes[:k])
-
-
-def test_fonts_of_pdf_are_true_type_and_settings_stay(result: hc.Result, tmp_path: Path) -> None:
-    before = dict(rcParams)
-    plot_document(of_result(result), tmp_path / "run.pdf", only=["peaks"])
-    assert dict(rcParams) == before
-    written = (tmp_path / "run.pdf").read_bytes()
-    assert b"/FontFile2" in written
-    assert b"/Type3" not in written
-
-
 def test_many_contacts_have_a_colour_bar_and_the_wall_a_curve(on_a_wall: hc.Result) -> None:
     figure = figure_of(of_result(on_a_wall), range(2, 22))
     _, forces, _, *bars = figure.axes
@@ -205,15 +147,6 @@ def test_many_contacts_have_a_colour_bar_and_the_wall_a_curve(on_a_wall: hc.Resu
     # The wall's curve has its exact peak, too.
     assert np.max(forces.lines[-1].get_ydata()) == on_a_wall.peak_at(21)
     assert np.all(np.isin(on_a_wall.force_at(21), forces.lines[-1].get_ydata()))
-
-
-def test_a_colour_bar_has_the_colours_of_contacts_that_are_not_even(on_a_wall: hc.Result) -> None:
-    contacts = [*range(2, 14), 21]
-    _, forces, _, *bars = figure_of(of_result(on_a_wall), contacts).axes
-    (bar,) = (bar for bar in bars if bar.get_xlabel() == "contact")
-    colours = bar._colorbar.mappable  # type: ignore[attr-defined]
-    for line, contact in zip(forces.lines, contacts, strict=True):
-        assert to_rgba(line.get_color()) == to_rgba(colours.to_rgba(contact))
 
 
 def test_the_wall_is_marked_among_the_peaks(on_a_wall: hc.Result) -> None:

@@ -17,7 +17,6 @@ from matplotlib.lines import Line2D
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import OutputError
-from hertzchain.report import style
 from hertzchain.report.comparison import of_comparison
 from hertzchain.report.figures import figure_of
 from hertzchain.report.formats import check_format
@@ -236,13 +235,6 @@ def test_a_missing_backend_is_said_plainly(compared: hc.Comparison) -> None:
     assert read.table("Peak force of each contact")[0][:3] == ["contact", "native [N]", "Eq. 6 [N]"]
 
 
-def test_a_failed_check_decides_whatever_is_missing_beside_it(compared: hc.Comparison) -> None:
-    checks = (*compared.checks, ABSENT, ODD)
-    read = Reader(comparison_page(replace(compared, checks=checks, missing=True)))
-    assert "UNDECIDED" not in read.text
-    assert f"2 of {len(checks)} checks failed" in read.text
-
-
 def test_a_scene_can_be_copied_and_run(compared: hc.Comparison, tmp_path: Path) -> None:
     pulse = hc.PulseTable((0.0, 2e-5, 6e-5), (0.0, 100.0, 0.0), "<b>.csv")
     for scene in (compared.scene, replace(compared.scene, shock=pulse)):
@@ -299,12 +291,6 @@ def test_times_to_record_are_some_and_within_the_run(granules: int) -> None:
         assert times[-1] <= scene.end_time
 
 
-def test_recorded_results_are_the_same(compared: hc.Comparison) -> None:
-    alone = hc.compare(compared.scene, ["native"])
-    assert alone.native.history is None
-    assert alone.native.peak_force.tolist() == compared.native.peak_force.tolist()
-
-
 def test_what_makes_pages_is_loaded_for_a_page_only() -> None:
     code = "import hertzchain.report.page, hertzchain.verdict.comparison, hertzchain.report.console"
     assert modules_after(code) & {"matplotlib", "jinja2"} == set()
@@ -335,11 +321,3 @@ def test_a_judgement_as_a_page(compared: hc.Comparison, tmp_path: Path) -> None:
     assert ">given<" in path.read_text("utf-8").replace("\n", "")
     well = hc.judge(compared.scene, compared.native.peak_force)
     assert "✓ PASS" in Reader(page_of(of_judgement(well))).text
-
-
-def test_given_peaks_have_the_look_of_no_engine(compared: hc.Comparison) -> None:
-    judged = hc.judge(compared.scene, compared.native.peak_force * 1.01)
-    above, below = figure_of(of_judgement(judged)).axes
-    for line in (lines_of(above)["given"], lines_of(below)["tolerance"]):
-        assert line.get_color() == style.COLOURS["given"]
-    assert values_of(lines_of(below)["tolerance"])[1].tolist() == [judged.tolerance] * 2

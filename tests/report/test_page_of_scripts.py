@@ -14,7 +14,7 @@ import pytest
 import validation.page
 from tests.report.test_page import Reader, lines_of
 from validation.rows import row
-from validation.run_all import Outcome, run, to_dict
+from validation.run_all import Outcome, to_dict
 from validation.script import Script, rows_only
 
 BEGUN = datetime(2026, 1, 1, tzinfo=UTC)
@@ -61,14 +61,3 @@ def test_a_report_of_all_scripts(passed: bool, tmp_path: Path) -> None:
         assert "20 of 22 rows pass" in read.text
         assert "it could not be measured" in read.text
         assert page.index("Rows that fail") < page.index("rows that pass</summary>")
-
-
-def test_a_report_that_cannot_be_written_is_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    file = tmp_path / "file"
-    file.write_text("")
-    for path in (file, file / "below"):
-        assert run(["--quick", "--report", str(path)]) == 2
-        assert capsys.readouterr().err.splitlines()[-1].count(str(path)) == 1
-    assert [path.name for path in tmp_path.iterdir()] == ["file"]

@@ -16,7 +16,6 @@ from matplotlib.image import imread
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.errors import OutputError
 from hertzchain.report.formats import check_format
 from hertzchain.report.style import COLOURS
 from tests.report.test_console import plot_comparison
@@ -96,17 +95,3 @@ def test_a_plot_without_formulas_is_drawn(
     assert next(iter(above.values()))[1].tolist() == native.native.peak_force.tolist()
     assert not {"Eq. 6", "Eq. 9"} & above.keys()
     assert colour_of("native") in colours(picture(tmp_path / "plot.png"))
-
-
-@pytest.mark.parametrize("name", ["plot", "plot.xyz", "plot.", ".png", "png"])
-def test_an_unknown_format_is_an_error_that_names_the_known(name: str) -> None:
-    with pytest.raises(OutputError, match=r"pdf, .*png, .*svg"):
-        check_format(name, "plot")
-
-
-def test_a_plot_that_cannot_be_written_leaves_nothing(
-    native: hc.Comparison, tmp_path: Path
-) -> None:
-    with pytest.raises(OutputError):
-        plot_comparison(native, tmp_path / "no" / "plot.png")
-    assert list(tmp_path.iterdir()) == []

@@ -1,7 +1,6 @@
-"""Trajectories and tables read back by readers that share no line with the writer.
+"""Trajectories read back by ASE, which writes them; tables also by readers that did not write them.
 
-Extended XYZ is written by ASE and read by ASE and by a reader of its grammar in plain Python;
-tables are written by pandas and read by DuckDB and the standard library, too.
+Tables are written by pandas and read by DuckDB and the standard library, too.
 """
 
 from __future__ import annotations
@@ -9,9 +8,7 @@ from __future__ import annotations
 import csv
 import importlib.util
 import json
-import re
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -68,43 +65,12 @@ def read_by_ase(path: Path) -> Frames:
     return Frames([frame.info | cell for frame, cell in zip(found, cells, strict=True)], arrays)
 
 
-def read_by_the_grammar(path: Path) -> Frames:
-    """By the grammar of extended XYZ alone: a count, key=value pairs, one line for each granule."""
-    lines = path.read_text(encoding="ascii").splitlines()
-    info: list[dict[str, Any]] = []
-    arrays: dict[str, list[list[Any]]] = {}
-    kinds: dict[str, Callable[[str], Any]] = {"R": float, "I": int, "S": str}
-    while lines:
-        count, comment = int(lines[0]), lines[1]
-        rows, lines = [line.split() for line in lines[2 : 2 + count]], lines[2 + count :]
-        pair = r'([A-Za-z_]\w*)=("[^"]*"|[^\s"]+)'
-        assert re.fullmatch(rf"{pair}( {pair})*", comment)
-        values = {key: text.strip('"').split() for key, text in re.findall(pair, comment)}
-        (columns,) = values.pop("Properties")
-        flags = [{"T": True, "F": False}[flag] for flag in values.pop("pbc")]
-        numbers = {key: [float(text) for text in texts] for key, texts in values.items()}
-        info.append({key: x if len(x) > 1 else x[0] for key, x in numbers.items()} | {"pbc": flags})
-        start, triplets = 0, columns.split(":")
-        for name, kind, width in zip(triplets[::3], triplets[1::3], triplets[2::3], strict=True):
-            end = start + int(width)
-            cells = [[kinds[kind](cell) for cell in row[start:end]] for row in rows]
-            arrays.setdefault(name, []).append([x if len(x) > 1 else x[0] for x in cells])
-            start = end
-        assert {len(row) for row in rows} == {start}
-    assert {symbol for frame in arrays.pop("species") for symbol in frame} == {"X"}
-    return Frames(info, {name: np.array(frames) for name, frames in arrays.items()})
-
-
-READERS = (read_by_ase, read_by_the_grammar)
-
-
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_a_trajectory_read_back_vs_the_history(tmp_path: Path, backend: str) -> None:
     scene = paper_scene("cosine", 1.0, 2.0, granules=12)
     result = recorded(backend, scene, 400)
     hc.write_trajectory(result, tmp_path / "motion.xyz")
-    for read in READERS:
-        is_the_history(read(tmp_path / "motion.xyz"), result)
+    is_the_history(read_by_ase(tmp_path / "motion.xyz"), result)
 
 
 def is_the_history(frames: Frames, result: hc.Result) -> None:
@@ -156,10 +122,9 @@ def test_small_scenes_keep_their_digits(tmp_path: Path) -> None:
     hc.write_trajectory(result, tmp_path / "motion.extxyz")
     assert result.history is not None
     exact = HALF_A_DIGIT * scene.units.length
-    for read in READERS:
-        frames = read(tmp_path / "motion.extxyz")
-        found = frames.arrays["displacement"][-1, :, 0] * frames.info[-1]["length_unit_m"]
-        assert found == pytest.approx(result.history.displacement[-1], rel=0, abs=exact)
+    frames = read_by_ase(tmp_path / "motion.extxyz")
+    found = frames.arrays["displacement"][-1, :, 0] * frames.info[-1]["length_unit_m"]
+    assert found == pytest.approx(result.history.displacement[-1], rel=0, abs=exact)
 
 
 def test_units_are_powers_of_1000() -> None:
@@ -210,12 +175,3 @@ def test_parquet_without_pyarrow_is_refused_before_any_work(
     monkeypatch.setattr(importlib.util, "find_spec", nothing)
     with pytest.raises(OutputError, match=r"pip install 'hertzchain\[parquet\]'"):
         check_format(tmp_path / "peaks.parquet", "result")
-
-
-def test_a_failure_leaves_no_trajectory(tmp_path: Path) -> None:
-    result = recorded("native", paper_scene("cosine", 1.0, 2.0, granules=4), 3)
-    assert result.history is not None
-    broken = replace(result.history, velocity=result.history.velocity[:2])
-    with pytest.raises(IndexError):
-        hc.write_trajectory(replace(result, history=broken), tmp_path / "motion.xyz")
-    assert list(tmp_path.iterdir()) == []

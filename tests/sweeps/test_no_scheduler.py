@@ -1,14 +1,11 @@
-"""What is no scheduler is refused."""
+"""Workers without this hertzchain are refused."""
 
 from __future__ import annotations
 
-import http.server
 import logging
 import os
-import socket
-import threading
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -17,64 +14,6 @@ from hertzchain.errors import BackendMissing, HertzchainError, RunFailed
 from hertzchain.sweeps import cluster
 from tests.sweeps.dask_processes import await_workers, worker
 from tests.sweeps.test_sweeps_cluster import sweep
-
-# Failures
-
-
-class Silent(http.server.BaseHTTPRequestHandler):
-    """Answers a web browser, and logs nothing."""
-
-    def log_message(self, *_: object) -> None:
-        """Keep it quiet."""
-
-
-@contextmanager
-def web_server() -> Iterator[str]:
-    """A server that is not a scheduler."""
-    with http.server.HTTPServer(("127.0.0.1", 0), Silent) as server:
-        thread = threading.Thread(target=server.serve_forever)
-        thread.start()
-        try:
-            yield f"tcp://127.0.0.1:{server.server_port}"
-        finally:
-            server.shutdown()
-            thread.join()
-
-
-@contextmanager
-def closed_port() -> Iterator[str]:
-    with socket.socket() as bound:  # and it does not listen
-        bound.bind(("127.0.0.1", 0))
-        yield f"tcp://127.0.0.1:{bound.getsockname()[1]}"
-
-
-@contextmanager
-def text(address: str) -> Iterator[str]:
-    yield address
-
-
-NO_SCHEDULER: dict[str, Callable[[], AbstractContextManager[str]]] = {
-    "closed": closed_port,
-    "web": web_server,
-    "abc": lambda: text("abc"),
-    "empty": lambda: text(""),
-    "protocol": lambda: text("xyz://127.0.0.1:8786"),
-    "port": lambda: text("tcp://127.0.0.1:99999"),
-    "no host": lambda: text("tcp://nobody.invalid:8786"),
-}
-
-
-@pytest.mark.parametrize("name", NO_SCHEDULER)
-def test_what_is_no_scheduler_is_refused(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(cluster, "_PATIENCE", 0.5)
-    with NO_SCHEDULER[name]() as address, pytest.raises(RunFailed, match="cannot be reached") as it:
-        sweep(address, output=tmp_path / "out", file_format="csv")
-    assert "\n" not in str(it.value)
-    assert not (tmp_path / "out").exists()
-    assert capfd.readouterr() == ("", "")
-
 
 WITHOUT = """
 import importlib.metadata as metadata

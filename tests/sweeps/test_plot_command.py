@@ -8,7 +8,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from PIL import Image
 
 import hertzchain as hc
 from hertzchain.cli import main
@@ -48,15 +47,6 @@ def test_the_command_writes_a_picture_beside_the_tables(plot: Command, folder: P
     assert hc.sweep(BASE, vary, backends=("native", "formulas"), output=folder).count().done == 42
 
 
-@pytest.mark.parametrize("suffix", [".svg", ".pdf"])
-def test_the_name_says_the_format(plot: Command, folder: Path, tmp_path: Path, suffix: str) -> None:
-    target = tmp_path / f"lines{suffix}"
-    more = ("--where", "backend=native", "--where", "profile = cosine")
-    outcome = plot(folder, "--x", RATIO, "--y", P, *more, "-o", target)
-    assert outcome == (0, "", f"Plot written to {target}\n")
-    assert target.read_bytes()[:5] in (b"<?xml", b"%PDF-")
-
-
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -89,18 +79,6 @@ def test_what_cannot_be_drawn_is_refused_in_one_sentence(
     assert (status, out, err.count("\n")) == (2, "", 1)
     assert all(word in err for word in words), err
     assert list(tmp_path.iterdir()) == []
-
-
-def test_size_of_the_command(plot: Command, folder: Path, tmp_path: Path) -> None:
-    target = tmp_path / "a.png"
-    lines = (folder, "--x", RATIO, "--y", F_SW, "-o", target)
-    for wrong in ("3", "1.9x3", "3x51", "3x3x3", "axb", "nanx3"):
-        status, _, err = plot(*lines, "--size", wrong)
-        assert (status, target.exists()) == (2, False)
-        assert f"--size {wrong}: must be width and height" in err
-    assert plot(*lines, "--size", "2x10")[0] == 0
-    with Image.open(target) as picture:
-        assert picture.size == (300, 1500)
 
 
 def test_a_folder_without_a_sweep_is_refused(plot: Command, tmp_path: Path) -> None:

@@ -16,11 +16,8 @@ from pandas.testing import assert_frame_equal
 
 import hertzchain as hc
 from hertzchain.errors import RunFailed
-from hertzchain.scene.reading import read_chain
-from hertzchain.sweeps import cluster
-from hertzchain.sweeps.parts import Part
 from tests.command_line import MAIN
-from tests.conftest import STEEL, paper_scene
+from tests.conftest import paper_scene
 from tests.sweeps.dask_processes import await_workers, kill, scheduler, worker
 
 SCENE = paper_scene("cosine-triangular", 2.0, 2.0, granules=16)
@@ -121,10 +118,6 @@ def done_parts(folder: Path) -> int:
     return len(list((folder / "out" / "scenes").glob("*.parquet")))
 
 
-def in_one_sentence(said: str) -> bool:
-    return said.startswith("hertzchain: ") and said.count("\n") == 1
-
-
 def lammps_processes(workers: Sequence[subprocess.Popen[bytes]]) -> list[psutil.Process]:
     """The processes of workers that LAMMPS runs in."""
     found = []
@@ -150,20 +143,6 @@ def test_tables_are_those_of_this_machine(two: tuple[str, Workers]) -> None:
     backends = (hc.Native(rtol=1e-4), LAMMPS, "formulas")
     assert_same(sweep(address, backends), sweep(None, backends))
     assert not lammps_processes(workers)
-
-
-@pytest.mark.slow
-def test_workers_measure_scenes_with_terms(two: tuple[str, Workers]) -> None:
-    """Segments of a scene file go along to them."""
-    address, _ = two
-    chain = read_chain({**STEEL, "granules": 8, "segments": [{"granules": 4}, {"granules": 4}]})
-    scene = hc.Scene(chain, hc.Striker(1.0), wall=hc.Wall("rigid"))
-    vary = {"chain.segments.2.density": "1000:8000:4", "wall.kind": "rigid,same"}
-    here, there = (
-        hc.sweep(scene, vary, rtol=1e-4, peaks=True, scheduler=one) for one in (None, address)
-    )
-    assert here.count().failed == 0
-    assert_same(there, here)
 
 
 @pytest.mark.slow
@@ -193,38 +172,6 @@ def test_a_worker_that_ends_in_the_middle_changes_nothing(
 
 @pytest.mark.slow
 @pytest.mark.lammps
-def test_with_a_new_scheduler_it_goes_on(tmp_path: Path) -> None:
-    with (
-        scheduler(tmp_path) as (address, itself),
-        worker(address, tmp_path, "--no-nanny"),
-        started(tmp_path, address, rtol=1e-3) as process,
-    ):
-        await_that(lambda: done_parts(tmp_path) >= 2)
-        kill(itself)
-        _, said = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 2
-    assert in_one_sentence(said), said
-    assert f"the scheduler {address} is gone" in said
-    kept = done_parts(tmp_path)
-    assert 2 <= kept < PARTS
-    with cluster_of(tmp_path) as (address, _):
-        status, said = run(tmp_path, address, rtol=1e-3)
-        assert status == 0
-        assert said.endswith(" rows are there, resuming\n")
-    assert_there_as_here(tmp_path, 1e-3)
-
-
-def assert_there_as_here(folder: Path, rtol: float) -> None:
-    """The tables of ``command`` are those of the same sweep on this machine, in memory."""
-    swept = hc.sweep(
-        SCENE, {"shock.momentum_ratio": "0.5:4:32:log"}, backends=[hc.Lammps(rtol=rtol)]
-    )
-    found = hc.Sweep.load(folder / "out").to_frame()
-    assert_frame_equal(found, swept.to_frame(), check_exact=True)
-
-
-@pytest.mark.slow
-@pytest.mark.lammps
 def test_ctrl_c_leaves_workers_idle_and_it_goes_on(lonely: str, tmp_path: Path) -> None:
     from distributed import Client
 
@@ -247,25 +194,6 @@ def test_ctrl_c_leaves_workers_idle_and_it_goes_on(lonely: str, tmp_path: Path) 
     assert hc.Sweep.load(tmp_path / "out").to_frame()["scene"].tolist() == list(range(32))
 
 
-@pytest.mark.slow
-@pytest.mark.lammps
-def test_it_says_that_it_waits_for_workers_and_uses_those_that_come(tmp_path: Path) -> None:
-    with scheduler(tmp_path) as (address, _):
-        with started(tmp_path, address) as process:
-            assert process.stderr is not None
-            said = process.stderr.readline()
-            assert said == f"hertzchain: {address} has no workers: the sweep waits for some\n"
-            process.send_signal(signal.SIGINT)
-            process.communicate(timeout=PATIENCE)
-            assert process.returncode == 130
-        with started(tmp_path, address) as process:
-            assert process.stderr is not None
-            process.stderr.readline()
-            with worker(address, tmp_path, "--no-nanny"):
-                _, said = process.communicate(timeout=PATIENCE)
-            assert (process.returncode, said) == (0, "")
-
-
 def test_a_part_that_ends_workers_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # Not 3: each worker that is lost takes a second to start.
     monkeypatch.setenv("DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES", "0")
@@ -278,36 +206,3 @@ def test_a_part_that_ends_workers_is_named(tmp_path: Path, monkeypatch: pytest.M
     lost = pytest.raises(RunFailed, match="was lost with worker after worker")
     with cluster_of(tmp_path, 1, "--preload", str(deadly)) as (address, _), lost:
         sweep(address, ["native"])
-
-
-# Cost
-
-
-class Seen(Exception):
-    """Enough parts."""
-
-
-def test_parts_are_taken_as_they_are_needed(two: tuple[str, Workers]) -> None:
-    """The number of parts in flight depends on the workers, not on all parts."""
-    from hertzchain.sweeps.design import design
-
-    backend = hc.Native(rtol=1e-2)
-    found = design(SCENE, {"shock.momentum_ratio": "0.5:4:1000"})
-    taken = kept = most = 0
-
-    def parts() -> Iterator[Part]:
-        nonlocal taken
-        while True:
-            taken += 1
-            yield Part(f"native-{taken:04d}", backend, taken - 1, taken)
-
-    def keep(*_: object) -> None:
-        nonlocal kept, most
-        kept += 1
-        most = max(most, taken - kept)
-        if kept == 30:
-            raise Seen
-
-    with cluster.cluster(two[0]) as measure, pytest.raises(Seen):
-        measure(found, parts(), False, keep, lambda _: None)
-    assert most <= 2 * 3

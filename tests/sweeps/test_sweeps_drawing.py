@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -59,23 +58,6 @@ def test_one_line_where_nothing_else_varies(both: hc.Sweep) -> None:
     assert drawn.remarks == ()
 
 
-def test_values_are_in_order_though_they_were_not_given_so(grid: hc.Sweep) -> None:
-    (x, y), *_ = lines = drawn_lines(grid.plot(N, F_SW, RATIO))
-    np.testing.assert_array_equal(x, [2, 4, 9])
-    assert len(lines) == 5
-    table = grid.to_frame().sort_values(N)
-    np.testing.assert_array_equal(y, table[F_SW][table[RATIO] == 0.1])
-
-
-def test_the_other_measure_of_a_pulse_has_lines_too(grid: hc.Sweep) -> None:
-    drawn = draw(grid, "rise_time", F_SW, N)
-    table = grid.to_frame()
-    for n, (x, _) in zip((4, 2, 9), drawn_lines(drawn.figure), strict=True):
-        np.testing.assert_array_equal(x, table["shock.rise_time"][table[N] == n])
-    assert drawn.figure.axes[0].get_xlabel() == "rise time t0 [µs]"
-    assert drawn.remarks == ()
-
-
 def test_many_values_have_a_colour_bar() -> None:
     swept = hc.sweep(BASE, {RATIO: "0.1:2:3:log", N: "2:300:12:log"})
     figure = swept.plot(RATIO, "overlap_ratio", N)
@@ -87,44 +69,10 @@ def test_many_values_have_a_colour_bar() -> None:
     assert len({tuple(line.get_color()) for line in axes.lines}) == 12
 
 
-def test_axes_are_logarithmic_where_values_span_decades(failing: hc.Sweep) -> None:
-    (axes,) = failing.plot("shock.peak_force", "largest_peak_force_N").axes
-    assert (axes.get_xscale(), axes.get_yscale()) == ("linear", "linear")  # 10 to 1000
-    swept = hc.sweep(BASE, {"shock.peak_force": "1,10,1000"})
-    (axes,) = swept.plot("shock.peak_force", "largest_peak_force_N").axes
-    assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
-
-
 @pytest.mark.parametrize(("y", "style"), [(P, "steps-mid"), (F_SW, "default")])
 def test_p_is_drawn_as_steps(both: hc.Sweep, y: str, style: str) -> None:
     figure = draw(both, RATIO, y, where={"shock.profile": "cosine", "backend": "native"}).figure
     assert [line.get_drawstyle() for line in figure.axes[0].lines] == [style]
-
-
-@pytest.mark.parametrize("count", [3, 8, 12])
-@pytest.mark.parametrize("size", [(3.4, 2.6), (4.5, 3.0)])
-def test_a_small_picture_is_axes_most_of_all(count: int, size: tuple[float, float]) -> None:
-    swept = hc.sweep(BASE, {RATIO: "0.1:2:3:log", "chain.young_modulus": f"1e11:8e11:{count}"})
-    drawn = draw(swept, RATIO, F_SW, "young_modulus", size=size)
-    figure = drawn.figure
-    figure.draw_without_rendering()
-    axes = figure.axes[0]
-    box = axes.get_position()
-    assert box.width > 0.5
-    assert box.height > 0.4
-    assert axes.get_title() == ""
-    for found in figure.legends:
-        names = found.get_window_extent()
-        assert not names.overlaps(axes.get_window_extent())
-        assert figure.bbox.x0 <= names.x0
-        assert names.x1 <= figure.bbox.x1
-    assert bool(figure.legends) == (count <= 8)  # more have a colour bar
-    assert drawn.remarks == ()
-
-
-def test_counts_have_ticks_at_whole_numbers(both: hc.Sweep) -> None:
-    (axes,) = both.plot(RATIO, P, where={"backend": "native"}).axes
-    assert all(tick == round(tick) for tick in axes.get_yticks())
 
 
 def test_too_many_lines_are_refused() -> None:
@@ -134,15 +82,6 @@ def test_too_many_lines_are_refused() -> None:
         hc.HertzchainError, match=r"lines = 1001: .* fix shock.duration_ratio to one"
     ):
         draw(swept, RATIO, "largest_peak_force_N")
-
-
-def test_a_pulse_table_has_a_title_and_a_colour() -> None:
-    table = hc.PulseTable((0.0, 1e-5, 3e-5), (0.0, 100.0, 0.0))
-    swept = hc.sweep(hc.Scene(BASE.chain, table), {"chain.density": "1000,8000"})
-    drawn = draw(swept, "chain.density", "largest_peak_force_N", "shock.profile")
-    assert legend(drawn.figure) == ["table"]
-    drawn = draw(swept, "chain.density", "largest_peak_force_N")
-    assert drawn.figure.axes[0].get_title() == "granules N = 12, profile table, backend native"
 
 
 # Points
@@ -199,18 +138,6 @@ def test_peaks_that_were_not_kept_are_not_drawn(grid: hc.Sweep) -> None:
         draw(grid, "contact", "peak_force_N")
 
 
-@pytest.mark.parametrize(
-    ("values", "labels"),
-    [
-        ("1e11,1.0001e11", ["100", "100.01"]),
-        ("1e11,1.46e11,2e11", ["100", "146", "200"]),
-    ],
-)
-def test_a_legend_has_the_digits_that_vary(values: str, labels: list[str]) -> None:
-    swept = hc.sweep(BASE, {"chain.young_modulus": values, RATIO: "1,2"}, backends="formulas")
-    assert legend(draw(swept, RATIO, F_SW, "young_modulus").figure) == labels
-
-
 # Missing values
 
 
@@ -244,21 +171,6 @@ def test_nothing_to_draw_is_refused(both: hc.Sweep) -> None:
     where = {"backend": "native"}
     with pytest.raises(hc.HertzchainError, match="nothing to draw: no row has eq3_transition"):
         draw(both, RATIO, "eq3_transition_granules", where=where)
-
-
-def test_only_the_columns_that_are_drawn_are_read(
-    both: hc.Sweep, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    read: list[Sequence[str] | None] = []
-    to_frame = hc.Sweep.to_frame
-
-    def spied(self: hc.Sweep, columns: Sequence[str] | None = None) -> pd.DataFrame:
-        read.append(columns)
-        return to_frame(self, columns)
-
-    monkeypatch.setattr(hc.Sweep, "to_frame", spied)
-    both.plot(RATIO, F_SW, "shock.profile")
-    assert read == [["scene", "backend", "failure", RATIO, F_SW, "shock.profile"]]
 
 
 # Names
@@ -309,8 +221,3 @@ def test_a_value_need_not_have_all_its_digits(both: hc.Sweep) -> None:
     drawn = draw(both, "overlap_ratio", F_SW, "shock.profile", {RATIO: f"{value:.4g}"})
     assert f"LM_ratio = {value:.4g}" in drawn.figure.axes[0].get_title()
     assert sum(x.size for x, _ in drawn_lines(drawn.figure)) == 6
-
-
-def test_what_was_drawn_cannot_be_fixed(sampled: hc.Sweep) -> None:
-    with pytest.raises(hc.HertzchainError, match="was sampled, so that hardly two rows"):
-        draw(sampled, RATIO, F_SW, where={N: 3})

@@ -39,20 +39,6 @@ def test_whole_numbers_have_a_colour_each(grid: hc.Sweep) -> None:
     assert list(mesh.norm.boundaries) == list(np.arange(p.min() - 0.5, p.max() + 1))
 
 
-def test_a_cell_without_a_number_is_seen() -> None:
-    swept = hc.sweep(BASE, {"shock.peak_force": "1,100,1e13", N: "2:4:2"})
-    drawn = draw(swept, "shock.peak_force", N, F_SW)
-    axes = drawn.figure.axes[0]
-    (mesh,) = axes.collections
-    holes = np.ma.getmaskarray(np.ma.asarray(mesh.get_array())).reshape(2, 3)
-    assert holes.tolist() == [[False, False, True]] * 2
-    key = axes.get_legend()
-    assert key is not None
-    assert [text.get_text() for text in key.get_texts()] == ["no number"]
-    without = "solitary_wave_force_N and are left out; 2 of them failed"
-    assert drawn.remarks == (f"2 of 6 rows have no {without}",)
-
-
 def test_a_map_of_a_sample_is_points(sampled: hc.Sweep) -> None:
     drawn = draw(sampled, RATIO, N, "overlap_ratio", {"shock.profile": "cosine"})
     axes, _ = drawn.figure.axes

@@ -15,8 +15,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.sweeps.columns import COLUMNS, column_named, columns_of, numbers_of
 from hertzchain.sweeps.design import design
-from hertzchain.sweeps.drawing import draw
-from tests.command_line import Command, is_refused
+from tests.command_line import Command
 from tests.conftest import STEEL
 from tests.sweeps.made import has_numbers
 
@@ -100,32 +99,6 @@ def test_a_striker_and_a_wall() -> None:
         np.testing.assert_allclose(ratio, 10**1.2, rtol=1e-9)
 
 
-def test_loads() -> None:
-    scene = replace(LOADED, wall=hc.Wall("same"))
-    sweep = swept(
-        scene, {"precompression.force": [5.0, 20.0], "gravity": [0.0, 9.81], "rise_time": ["30 us"]}
-    )
-    are_rows_of(
-        sweep,
-        (
-            (
-                {"precompression.force": force, "precompression.gravity": gravity},
-                hc.Scene(
-                    CHAIN,
-                    hc.Pulse("cosine", 100.0, 2.0, rise_time=3e-5),
-                    wall=hc.Wall("same"),
-                    precompression=hc.Precompression(force, gravity),
-                ),
-            )
-            for force, gravity in itertools.product((5.0, 20.0), (0.0, 9.81))
-        ),
-    )
-    table = sweep.to_frame()
-    assert (table["shock.rise_time"] == 3e-5).all()
-    ratio = table["shock.momentum_ratio"].tolist()
-    assert ratio == ratio[:1] * 4  # that of the shock alone
-
-
 def test_gaps_of_a_plain_scene() -> None:
     """Without a gap there is a transition; with gaps there is no p."""
     chain = hc.Chain(20, **STEEL)
@@ -138,31 +111,6 @@ def test_gaps_of_a_plain_scene() -> None:
     assert p == found.transition_granules
     assert pd.isna(none)
     assert table["solitary_wave_force_N"][0] == found.solitary_wave.peak_force
-
-
-def test_granules_listed_one_by_one_and_a_pulse_table() -> None:
-    radii = [4.75e-3 * 0.97**k for k in range(6)]
-    others = {key: value for key, value in STEEL.items() if key != "radius"}
-    table = hc.PulseTable((0.0, 2e-5, 6e-5), (0.0, 100.0, 0.0))
-    sweep = swept(
-        hc.Scene(hc.Chain(6, radii, **others), table, wall=hc.Wall("same")),
-        {"density": [1000.0, 7958.0], "wall.gap": ["0", "2 um"]},
-    )
-    scenes = [
-        hc.Scene(
-            hc.Chain(6, radii, **{**others, "density": density}),
-            table,
-            wall=hc.Wall("same", gap=gap),
-        )
-        for density, gap in itertools.product((1000.0, 7958.0), (0.0, 2e-6))
-    ]
-    are_rows_of(
-        sweep,
-        [({"chain.density": one.chain.density, "shock.profile": "table"}, one) for one in scenes],
-    )
-    found = sweep.to_frame()
-    assert found["chain.radius"].isna().all()
-    assert found["shock.momentum_ratio"].tolist() == [one.momentum_ratio for one in scenes]
 
 
 @pytest.mark.lammps
@@ -179,20 +127,6 @@ def test_two_codes_agree(segmented: hc.Scene) -> None:
     alone = lammps.run(replace(segmented, chain=chain_of(soft={**PTFE, "young_modulus": 1e9})))
     # The same deck, and the same version of LAMMPS.
     np.testing.assert_array_equal(other["peak_force_N"][:5], alone.peak_force)
-
-
-def test_what_fails_is_a_row_with_its_reason() -> None:
-    """A load of nothing, where two values meet; an overlap above a radius."""
-    scene = replace(LOADED, wall=hc.Wall("rigid"))
-    vary: dict[str, Any] = {
-        "precompression.force": [0.0, 5.0], "precompression.gravity": [0.0, 9.81]
-    }  # fmt: skip
-    table = swept(scene, vary).to_frame()
-    assert "precompression.force and gravity: both are 0" in table["failure"][0]
-    assert table["failure"].notna().tolist() == [True, False, False, False]
-    deep = swept(STRIKER, {"velocity": [1.0, 5000.0]})
-    assert deep.count().failed == 1
-    assert "Hertz's law does not apply there" in str(deep.count().reason)
 
 
 @pytest.mark.parametrize("force", [[0.0, 5.0], [5.0, 0.0]], ids=str)
@@ -252,56 +186,6 @@ def test_a_key_of_a_segment_has_a_label_with_its_unit() -> None:
 
 
 # Pictures
-
-
-def test_a_result_over_a_term_with_walls_told_apart(tmp_path: Path, hertzchain: Command) -> None:
-    vary = {"striker.velocity": "0.1:10:3:log", "wall.kind": "same,rigid"}
-    sweep = swept(STRIKER, vary, output=tmp_path / "out")
-    drawn = draw(sweep, "velocity", "wall_peak_force_N", "kind")
-    (axes,) = drawn.figure.axes
-    assert [text.get_text() for text in drawn.figure.legends[0].get_texts()] == ["same", "rigid"]
-    assert axes.get_xlabel() == "velocity of the striker [m/s]"
-    assert axes.get_ylabel() == "peak force on the wall [N]"
-    assert axes.get_title() == "granules N = 6, backend native"
-    assert axes.get_xscale() == "log"
-    table = sweep.to_frame()
-    for kind, line in zip(("same", "rigid"), axes.lines, strict=True):
-        own = table[table["wall.kind"] == kind]
-        np.testing.assert_array_equal(line.get_xdata(), own["striker.velocity"])
-        np.testing.assert_array_equal(line.get_ydata(), own["wall_peak_force_N"])
-    (only,) = draw(sweep, "velocity", "last_peak_force_N", where={"wall.kind": "rigid"}).figure.axes
-    assert only.get_title() == "granules N = 6, wall rigid, backend native"
-    done = hertzchain("plot", tmp_path / "out", "--x", "velocity", "--y", "largest_peak_force_N")
-    assert done.status == 0
-    assert "wall.kind varies, too" in done.err
-    assert (tmp_path / "out" / "plot.png").exists()
-    is_refused(
-        hertzchain("plot", tmp_path / "out", "--x", "velocity", "--y", "transition_granules"),
-        "is no column of a sweep, which has scene, backend, chain.granules",
-    )
-
-
-def test_a_map_over_segments(segmented: hc.Scene) -> None:
-    vary: dict[str, Any] = {
-        "chain.segments.1.granules": [2, 4, 6], "chain.segments.2.radius": "3 mm:4 mm:3"
-    }  # fmt: skip
-    x, y = vary
-    drawn = draw(swept(segmented, vary), x, y, "last_peak_force_N")
-    axes, bar = drawn.figure.axes
-    assert axes.get_xlabel() == "granules, segment 1"
-    assert axes.get_ylabel() == "radius R [mm], segment 2"
-    assert bar.get_ylabel() == "peak force of contact N [N]"
-    title = "profile cosine, F0 = 100 N, n = 2, LM_ratio = 1, backend native"
-    assert axes.get_title() == title  # without N, which varies
-    assert drawn.remarks == ()
-
-
-def test_a_title_names_a_segment_that_is_fixed(segmented: hc.Scene) -> None:
-    vary: dict[str, Any] = {"chain.segments.2.radius": "3 mm:4 mm:3", "chain.density": [1e3, 8e3]}
-    where = {"chain.segments.2.radius": "3 mm"}
-    drawn = draw(swept(segmented, vary), "chain.density", "last_peak_force_N", where=where)
-    title = drawn.figure.axes[0].get_title().replace("\n", " ")  # it is wrapped
-    assert title.endswith("radius R, segment 2 = 3 mm, backend native")
 
 
 def test_gauges_have_columns() -> None:

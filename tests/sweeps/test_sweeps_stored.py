@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-import weakref
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,10 +16,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.errors import OutputError, SceneError
-from hertzchain.limits import usable_cores
 from hertzchain.sweeps import parts as parts_of_sweeps
-from hertzchain.sweeps.measuring import Measured
-from hertzchain.sweeps.parts import Part
 from hertzchain.sweeps.store import Folder
 from tests.sweeps.made import GRID, SHORT
 
@@ -313,24 +309,3 @@ def test_a_full_disk_is_one_error_and_what_is_done_stays(full_disk: Path) -> Non
 def test_nothing_is_found_where_nothing_was_asked_for() -> None:
     with pytest.raises(OutputError, match="has no such rows"):
         hc.sweep(SHORT, GRID).peaks_to_frame()
-
-
-def test_no_part_is_kept_in_memory_that_is_written(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("hertzchain.sweeps.parts.MOST_ROWS", 20)
-    kept: list[weakref.ref[Measured]] = []
-    alive = []
-    keep = Folder.keep
-
-    def watch(self: Folder, part: Part, measured: Measured) -> None:
-        keep(self, part, measured)
-        kept.append(weakref.ref(measured))
-        alive.append(sum(one() is not None for one in kept))
-
-    monkeypatch.setattr(Folder, "keep", watch)
-    vary: dict[str, Any] = {"shock.momentum_ratio": "0.5:2", "shock.duration_ratio": "1.5:4"}
-    backends = ["native", "formulas"]
-    hc.sweep(SHORT, vary, samples=400, backends=backends, peaks=True, output=tmp_path / "out")
-    assert len(alive) == 40
-    assert max(alive) <= 1 + usable_cores()  # one that is measured on each core

@@ -185,17 +185,3 @@ def test_a_deck_that_lammps_refuses_is_a_failed_check() -> None:
     comparison = compared(replace(NONE, plant=plant))
     assert comparison.verdict == "fail"
     assert failed(comparison.checks) == {"lammps: failed", "lammps: not examined"}
-
-
-# The script
-
-
-@pytest.mark.lammps
-def test_the_script_fails_where_a_mistake_goes_unnoticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(mistakes, "MISTAKES", (MISTAKES[0], NONE))
-    monkeypatch.setattr(mistakes, "MISTAKES_WITH_TERMS", ())
-    monkeypatch.setattr(mistakes, "plant_in_damping", lambda _: ())
-    rows = mistakes.SCRIPT.compare()
-    assert [entry.passed for entry in rows] == [True, False, True, True]
-    assert [entry.backend for entry in rows[:2]] == [STIFFNESS, STIFFNESS]
-    assert all(abs(e.measured - e.expected) > 100 * e.tolerance for e in rows[2:])

@@ -6,7 +6,6 @@ import functools
 import itertools
 import time
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -27,7 +26,6 @@ from hertzchain.verdict.tradeoff import (
     measured,
     timed,
     tradeoff,
-    typical,
 )
 from tests.conftest import STEEL, paper_scene
 
@@ -205,43 +203,9 @@ def test_the_cheapest_is_right_to_what_is_wanted(rows: list[Row]) -> None:
     assert cheapest(rows, 1e-13, 1e-12) == {}
 
 
-# Over several scenes
-
-
-def test_medians_of_what_all_scenes_have(scene: hc.Scene) -> None:
-    errors, times = [1e-3, 3e-3, 2e-3], [5.0, 4.0, 9.0]
-    several = [
-        Tradeoff(scene, (a_row(time, error), a_row(1.0, 0.5, str(time))), 1e-12, False, ())
-        for time, error in zip(times, errors, strict=True)
-    ]
-    (point,) = typical(several)
-    assert (point.row.error, point.row.wall_time, point.row.step) == (2e-3, 5.0, None)
-    assert (point.lowest, point.highest) == (1e-3, 3e-3)
-
-
-def test_the_table_has_what_json_has(whole: Tradeoff, tmp_path: Path) -> None:
-    document, table = whole.to_dict(), whole.to_frame()
-    assert table.columns.tolist() == list(document["rows"][0])
-    assert len(table) == len(whole.rows) == len(document["rows"])
-    assert int(table["frontier"].sum()) == len(whole.frontier)
-    assert table["step_s"].isna().sum() == sum(row.step is None for row in whole.rows)
-    assert {"hertzchain", "numpy", "numba", "scipy", "python"} <= document["provenance"].keys()
-    table.to_csv(tmp_path / "rows.csv", index=False)
-    assert (tmp_path / "rows.csv").read_text(encoding="utf-8").count("\n") == len(table) + 1
-
-
 # Scenes with terms
 
 STRIKER = hc.Scene(hc.Chain(8, **STEEL), hc.Striker(1.0, radius=6e-3), wall=hc.Wall("rigid"))
-
-
-def test_scipy_on_a_scene_with_terms() -> None:
-    found = tradeoff(STRIKER, ["SciPy"], enough=0.0)
-    assert (found.contenders, found.remarks) == (("DOP853, SciPy",), ())
-    for row in found.rows:
-        assert row.rtol is not None
-        # Its tolerance is a hundredth of the wanted one, of states; seen: 0.2 of it.
-        assert row.error <= max(row.rtol, found.truth_error)
 
 
 def test_native_methods_on_a_scene_with_terms() -> None:
@@ -268,21 +232,3 @@ def test_native_methods_on_a_scene_with_terms() -> None:
     # Fourth order, where steps are short enough for an order and contacts open.
     errors = [row.error for row in rows_of(found, "srkn-6b, compiled")]
     assert errors[0] / errors[-1] > 1e4
-
-
-def test_native_methods_on_a_scene_with_damped_contacts() -> None:
-    """Velocity Verlet alone, and what is asked for an accuracy."""
-    damped = hc.Contact("restitution", restitution=0.8)
-    short = hc.Run(6 * STRIKER.contact_time)  # every peak is over
-    scene = replace(STRIKER, chain=hc.Chain(3, **STEEL), run=short, contact=damped)
-    found = tradeoff(scene, ["compiled"], enough=0.0)
-    assert found.remarks == ()
-    assert found.contenders == (
-        "velocity-verlet, compiled", "rtol, with estimate", "rtol, without estimate",
-    )  # fmt: skip
-    truth = hc.Native("reference").run(scene)
-    assert found.truth_error == max(truth.error_estimate, module.TRUTH_ERROR)
-    for name in ("rtol, with estimate", "rtol, without estimate"):
-        for row in rows_of(found, name):
-            assert row.rtol is not None
-            assert row.error <= row.rtol
