@@ -14,7 +14,6 @@ import argparse
 import contextlib
 import json
 import os
-import signal
 import subprocess
 import sys
 import tempfile
@@ -23,7 +22,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from statistics import median
-from typing import Any, NoReturn
+from typing import Any
 
 from rich.table import Table
 
@@ -45,10 +44,6 @@ PAIRS = (4, 5, 6)
 TURNS = 20
 """Turns of a pair of processes, chosen. Ratios of equal trees on busy cores, measured: 0.94 to 1.05
 with 4 pairs, 0.88 to 1.27 with one."""
-
-
-class NoCommit(HertzchainError):
-    """There is no other commit to compare with."""
 
 
 @dataclass(frozen=True)
@@ -105,65 +100,36 @@ def by_turns(spend: Sequence[Callable[[], float]], turns: int) -> list[tuple[flo
 # Another commit
 
 
-def git(*arguments: str, root: Path = ROOT) -> str:
-    """Return what git prints; NoCommit with its last line if it fails."""
-    try:
-        done = subprocess.run(  # noqa: S603
-            ["git", "-C", str(root), *arguments],  # noqa: S607
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-    except OSError as problem:
-        raise NoCommit(f"git: {problem.strerror}; install git to compare commits") from None
+def git(*arguments: str) -> str:
+    """Return what git prints; RunFailed with its last line if it fails."""
+    command = ["git", "-C", str(ROOT), *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603
     if done.returncode != 0:
-        said = done.stderr.strip().splitlines()
-        raise NoCommit(f"git {arguments[0]}: {said[-1] if said else 'failed'}")
+        raise RunFailed(f"git {arguments[0]}: {done.stderr.strip().rpartition(chr(10))[2]}")
     return done.stdout.strip()
 
 
-def find_commit(revision: str, root: Path = ROOT) -> str:
-    """Return the hash of a commit; NoCommit where the clone or the commit is missing."""
-    there = Path(git("rev-parse", "--show-toplevel", root=root)).resolve()
-    if there != root.resolve():
-        raise NoCommit(f"{root} is not a git clone: there is no commit to compare with")
-    try:
-        return git("rev-parse", "--verify", "--end-of-options", f"{revision}^{{commit}}", root=root)
-    except NoCommit:
-        raise NoCommit(
-            f"{revision} is not a commit of this clone; name another one with --revision (make:"
-            " REVISION=...), or get more of a shallow clone with git fetch --unshallow"
-        ) from None
-
-
-def is_same(commit: str, root: Path = ROOT) -> bool:
+def is_same(revision: str) -> bool:
     """Return whether the package of a commit is that of the working tree."""
-    changed = git("diff", "--name-only", commit, "--", "hertzchain", root=root)
-    new = git("ls-files", "--others", "--exclude-standard", "--", "hertzchain", root=root)
+    changed = git("diff", "--name-only", revision, "--", "hertzchain")
+    new = git("ls-files", "--others", "--exclude-standard", "--", "hertzchain")
     return not changed and not new
 
 
 @contextlib.contextmanager
-def checked_out(commit: str, root: Path = ROOT) -> Iterator[Path]:
+def checked_out(revision: str) -> Iterator[Path]:
     """Check out a commit into a temporary folder, which is removed at the end."""
     with tempfile.TemporaryDirectory(prefix="hertzchain-", ignore_cleanup_errors=True) as folder:
         tree = Path(folder).resolve() / "tree"
+        git("worktree", "add", "--detach", "--quiet", str(tree), revision)
         try:
-            git("worktree", "add", "--detach", "--quiet", str(tree), commit, root=root)
             yield tree
         finally:
             # Twice --force: git locks a worktree until it is complete.
-            with contextlib.suppress(NoCommit):  # there is none if it could not be added
-                git("worktree", "remove", "--force", "--force", str(tree), root=root)
+            git("worktree", "remove", "--force", "--force", str(tree))
 
 
 # Two trees
-
-
-def environment(tree: Path) -> dict[str, str]:
-    """Return the environment in which Python imports this tree, and keeps it compiled."""
-    kept = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
-    return {**kept, "PYTHONPATH": str(tree)}
 
 
 class Worker:
@@ -174,7 +140,7 @@ class Worker:
         # In a session of its own: Ctrl-C ends this process, which then ends the worker.
         self._process = subprocess.Popen(  # noqa: S603
             [sys.executable, "-P", str(WORKER)],
-            env=environment(tree),
+            env={**os.environ, "PYTHONPATH": str(tree)},
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
@@ -184,9 +150,8 @@ class Worker:
     def ask(self, request: str, *names: str) -> None:
         """Send a request about workloads."""
         assert self._process.stdin is not None
-        with contextlib.suppress(BrokenPipeError):  # the missing answer says so
-            self._process.stdin.write(json.dumps([request, *names]) + "\n")
-            self._process.stdin.flush()
+        self._process.stdin.write(json.dumps([request, *names]) + "\n")
+        self._process.stdin.flush()
 
     def answer(self) -> Any:
         """Return the answer to the request; RunFailed if the worker has ended."""
@@ -200,11 +165,6 @@ class Worker:
         """Return the processor time of a workload in one turn [s]."""
         self.ask("turn", name)
         return float(self.answer())
-
-    @property
-    def status(self) -> int | None:
-        """Exit status of the process; None while it runs."""
-        return self._process.poll()
 
     def end(self) -> None:
         """End the process."""
@@ -275,49 +235,39 @@ def to_table(compared: Mapping[str, Compared], revision: str) -> Table:
 
 
 def run(arguments: Sequence[str]) -> int:
-    """Compare and print; return the exit status.
-
-    0 where nothing is slower, or where there is nothing to compare with and CI is set; 1 where a
-    workload is slower; 2 where it cannot be measured.
-    """
+    """Compare and print; return the exit status: 1 where a workload is slower, 2 for a failure."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--revision", default="HEAD~1", help="the other commit (default: HEAD~1)")
     parser.add_argument("--limit", type=float, default=LIMIT, help="largest allowed ratio of times")
     chosen = parser.parse_args(arguments)
-    name = Path(__file__).name
     try:
-        commit = find_commit(chosen.revision)
-        if is_same(commit):
-            print(f"{name}: hertzchain/ is the same in {chosen.revision}: nothing to measure")
+        git("rev-parse", "--verify", "--quiet", "--end-of-options", f"{chosen.revision}^{{commit}}")
+    except RunFailed:
+        missing = f"{chosen.revision} is not a commit of this clone: name another with --revision"
+        print(missing, file=sys.stderr)
+        return 0 if "CI" in os.environ else 2  # clones of CI may have one commit alone
+    try:
+        if is_same(chosen.revision):
+            print(f"hertzchain/ is the same in {chosen.revision}: nothing to measure")
             return 0
-        print(f"{name}: measuring, about two minutes", file=sys.stderr, flush=True)
-        with checked_out(commit) as tree:
+        print("measuring, about two minutes", file=sys.stderr, flush=True)
+        with checked_out(chosen.revision) as tree:
             compared, left_out = compare(tree, chosen.limit)
-    except NoCommit as problem:
-        if "CI" not in os.environ:
-            return say(problem)
-        print(f"{name}: skipped: {problem}")
-        return 0
     except HertzchainError as problem:
         return say(problem)
     output().print(to_table(compared, chosen.revision))
     print("new / old: the median of the ratios of paired turns, not the quotient of both medians")
     for workload, why in left_out.items():
-        print(f"{name}: left out, as {chosen.revision} does not run it: {workload} ({why})")
+        print(f"left out, as {chosen.revision} does not run it: {workload} ({why})")
     slow = slower(compared, chosen.limit)
     if slow:
         times = "; ".join(f"{workload}: {compared[workload].ratio:.2f} times" for workload in slow)
-        print(f"{name}: slower than {chosen.revision}: {times}", file=sys.stderr)
+        print(f"slower than {chosen.revision}: {times}", file=sys.stderr)
         return 1
     limit = f"{chosen.limit:g} times slower than {chosen.revision}"
-    print(f"{name}: no workload is more than {limit}")
+    print(f"no workload is more than {limit}")
     return 0
 
 
-def _end(number: int, _frame: object) -> NoReturn:
-    sys.exit(128 + number)
-
-
 if __name__ == "__main__":
-    signal.signal(signal.SIGTERM, _end)  # the temporary folder is removed, as at Ctrl-C
     sys.exit(run(sys.argv[1:]))

@@ -12,7 +12,6 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -23,11 +22,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 import hertzchain as hc
-from hertzchain.files import check_writable, write_text
-from hertzchain.report.junit import to_xml
 from validation.page import make_folder, write_outcome, write_report
 from validation.rows import Row, did_not_run, output, print_rows
-from validation.script import Script, as_json, junit_suite, missing_suites, say, why_no_lammps
+from validation.script import Script, as_json, say, why_no_lammps
 
 _NAMES = (
     "figure1 figure2 figure3 figure4 figure5 table2 table3 table4 constants claims corrections"
@@ -50,9 +47,7 @@ class Outcome:
     script: Script
     table: pandas.DataFrame | None  # its table; None if it could not measure
     rows: tuple[Row, ...]  # its checks
-    # begun, seconds: when it began, and how long it took.
-    begun: datetime
-    seconds: float
+    seconds: float  # how long it took
 
     @property
     def failed(self) -> int:
@@ -83,13 +78,13 @@ def name_of(module: ModuleType) -> str:
 def run_script(module: ModuleType, quick: bool, with_lammps: bool) -> Outcome:
     """Run one script; an error becomes a row that fails."""
     name, script = name_of(module), module.SCRIPT
-    begun, begin, table = datetime.now(UTC), time.perf_counter(), None
+    begin, table = time.perf_counter(), None
     try:
         table = script.measure(quick, with_lammps)
         rows = script.promises(table)
     except hc.HertzchainError as problem:
         rows = [did_not_run(name, "", problem)]
-    return Outcome(name, script, table, tuple(rows), begun, time.perf_counter() - begin)
+    return Outcome(name, script, table, tuple(rows), time.perf_counter() - begin)
 
 
 def print_summary(outcomes: Sequence[Outcome]) -> None:
@@ -132,17 +127,14 @@ def run(arguments: Sequence[str]) -> int:
     parser.add_argument(
         "--report", type=Path, metavar="DIR", help="write a page to read, with tables and figures"
     )
-    parser.add_argument("--junit", type=Path, help="write each row as a test case")
     chosen = parser.parse_args(arguments)
-    begun, missing = datetime.now(UTC), why_no_lammps()
+    missing = why_no_lammps()
     if missing:
         print(f"{missing}; everything else is measured", file=sys.stderr)
     outcomes, sections = [], []
     try:
         if chosen.report is not None:
             make_folder(chosen.report)
-        if chosen.junit is not None:
-            check_writable(chosen.junit)
         for outcome in run_scripts(chosen.quick, missing is None):
             outcomes.append(outcome)
             if not chosen.json:
@@ -152,12 +144,6 @@ def run(arguments: Sequence[str]) -> int:
         if chosen.report is not None:
             write_report(chosen.report, sections, to_dict(outcomes))
             print(f"Report written to {chosen.report / 'index.html'}", file=sys.stderr)
-        if chosen.junit is not None:
-            suites = [
-                junit_suite(outcome.name, outcome.rows, outcome.begun, outcome.seconds)
-                for outcome in outcomes
-            ]
-            write_text(chosen.junit, to_xml([*suites, *missing_suites(missing, begun)]))
     except hc.HertzchainError as problem:
         return say(problem)
     if chosen.json:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from datetime import UTC, datetime
@@ -22,7 +21,6 @@ from hertzchain.engines.lammps.engine import engine
 from hertzchain.errors import BackendMissing
 from hertzchain.files import check_outputs, write_text, write_with
 from hertzchain.report.formats import check_format
-from hertzchain.report.junit import ERROR, Case, Suite, case, to_xml
 from hertzchain.verdict.tradeoff import provenance
 from validation.drawing import new_figure
 from validation.rows import Row, print_rows
@@ -77,22 +75,16 @@ class Script:
         parser.add_argument("-o", "--output", type=Path, help="write the table as CSV")
         parser.add_argument("--plot", type=Path, help="write a figure; the suffix says the format")
         parser.add_argument("--json", action="store_true", help="print the rows as JSON")
-        parser.add_argument("--junit", type=Path, help="write each row as a test case")
         chosen = parser.parse_args(arguments)
-        begun, begin = datetime.now(UTC), time.perf_counter()
         missing = why_no_lammps()
         try:
-            check_outputs([], [chosen.output, chosen.plot, chosen.junit])
+            check_outputs([], [chosen.output, chosen.plot])
             if chosen.plot is not None:
                 check_format(chosen.plot, "plot")
             if missing:
                 print(f"{missing}; everything else is measured", file=sys.stderr)
             table = self.measure(chosen.quick, missing is None)
             rows = self.promises(table)
-            if chosen.junit is not None:
-                seconds = time.perf_counter() - begin
-                suite = junit_suite(Path(sys.argv[0]).stem, rows, begun, seconds)
-                write_text(chosen.junit, to_xml([suite, *missing_suites(missing, begun)]))
             if chosen.json:
                 print(json.dumps({"rows": as_json(rows)}, indent=2, allow_nan=False))
             else:
@@ -130,23 +122,6 @@ def as_json(rows: Sequence[Row]) -> list[dict[str, Any]]:
         return None if isinstance(value, float) and not np.isfinite(value) else value
 
     return [{key: known(value) for key, value in asdict(entry).items()} for entry in rows]
-
-
-def junit_suite(name: str, rows: Sequence[Row], begun: datetime, seconds: float) -> Suite:
-    """The rows of a script as test cases."""
-    cases = []
-    for entry in rows:
-        what = f"{entry.what} ({entry.backend})" if entry.backend else entry.what
-        numbers = (entry.measured, entry.expected, entry.tolerance)
-        cases.append(case(what, *numbers, entry.passed, entry.reason))
-    return Suite(f"validation.{name}", tuple(cases), begun, seconds)
-
-
-def missing_suites(missing: str | None, begun: datetime) -> list[Suite]:
-    """Return an error in place of all rows that need the missing LAMMPS."""
-    if missing is None:
-        return []
-    return [Suite("validation.lammps", (Case("LAMMPS runs", ERROR, missing, missing),), begun, 0.0)]
 
 
 def write_table(path: Path, table: pandas.DataFrame) -> None:

@@ -8,7 +8,6 @@ import math
 import re
 import sys
 from collections.abc import Sequence
-from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import NoReturn
@@ -17,15 +16,13 @@ from xml.etree import ElementTree
 import pytest
 
 import hertzchain as hc
-import validation.script
 from hertzchain.cli import main
 from hertzchain.errors import BackendMissing
 from hertzchain.report.junit import Case, Suite, case, to_xml
-from validation import rows, run_all
-from validation.script import Script, rows_only
+from tests.places import ROOT
 
 BEGUN = datetime(2026, 11, 21, 14, 46, 44, tzinfo=UTC)
-DEMO = Path(run_all.__file__).parent / "scenes" / "demo.toml"
+DEMO = ROOT / "validation" / "scenes" / "demo.toml"
 
 ATTRIBUTES = {
     "testsuites": {"name", "tests", "failures", "errors", "time"},
@@ -254,43 +251,3 @@ def test_what_cannot_be_written_is_refused_before_the_work(
     for arguments in (("compare", DEMO), ("judge", DEMO, "peaks.csv"), ("examine", DEMO, "in.a")):
         assert command(monkeypatch, *arguments, "--junit", there) == 2
         assert "does not exist, create it first" in capsys.readouterr().err
-    monkeypatch.setattr(validation.script, "why_no_lammps", lambda: None)
-    script = replace(small_script(), measure=work)
-    assert script.run(["--junit", str(there)]) == 2
-    monkeypatch.setattr(run_all, "run_scripts", work)
-    assert run_all.run(["--junit", str(there)]) == 2
-
-
-# Validation scripts
-
-ROWS = [
-    rows.row("a number", "native", 1.0, 1.0, 0.5, "because"),
-    rows.row("a number", "lammps", 2.0, 1.0, 0.5, "because"),
-    rows.did_not_run("a scene", "lammps", "LAMMPS crashed (SIGSEGV)"),
-    rows.row("without a backend", "", 1.0, 1.0, 0.5, "because"),
-]
-CASES = {
-    "a number (native)": None,
-    "a number (lammps)": "failure",
-    "a scene: LAMMPS crashed (SIGSEGV) (lammps)": "error",
-    "without a backend": None,
-}
-
-
-def small_script() -> Script:
-    return Script("A title", "Is it?", "nobody", **rows_only(lambda *_: ROWS))
-
-
-def test_each_row_is_a_case(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(validation.script, "why_no_lammps", lambda: None)
-    monkeypatch.setattr(sys, "argv", ["validation/small.py"])
-    there = tmp_path / "junit.xml"
-    assert small_script().run(["--json", "--junit", str(there)]) == 1
-    (suite,) = read(there)
-    assert suite.attrib["name"] == "validation.small"
-    assert problems(suite) == CASES
-    assert len(json.loads(capsys.readouterr().out)["rows"]) == len(suite)
-    message = "a scene: LAMMPS crashed (SIGSEGV) (lammps): every scene has to run"
-    assert next(suite.iter("error")).attrib["message"] == message

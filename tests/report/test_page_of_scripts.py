@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -17,8 +16,6 @@ from validation.rows import row
 from validation.run_all import Outcome, to_dict
 from validation.script import Script, rows_only
 
-BEGUN = datetime(2026, 1, 1, tzinfo=UTC)
-
 
 def outcomes(passed: bool = True) -> list[Outcome]:
     entries = [
@@ -28,10 +25,10 @@ def outcomes(passed: bool = True) -> list[Outcome]:
         entries += [row("<b>one</b> & all", "lammps", 2.0, 1.0, 0.1, "reason <i>")]
     script = Script("Title", "Is it?", "native", **rows_only(lambda *_: entries))
     table = script.measure(True, True)
-    well = Outcome("well", script, table, tuple(script.promises(table)), BEGUN, 0.5)
+    well = Outcome("well", script, table, tuple(script.promises(table)), 0.5)
     nan = float("nan")
     raised = replace(entries[0], what="gone", measured=nan, expected=nan, passed=False)
-    return [well] if passed else [well, Outcome("gone", script, None, (raised,), BEGUN, 0.1)]
+    return [well] if passed else [well, Outcome("gone", script, None, (raised,), 0.1)]
 
 
 @pytest.mark.parametrize("passed", [True, False])

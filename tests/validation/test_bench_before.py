@@ -59,7 +59,7 @@ def test_both_take_turns_and_the_ratio_is_the_median_of_turns() -> None:
 def test_the_last_line_is_the_verdict(
     ratio: float, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(bench_before, "find_commit", lambda _: "0" * 40)
+    monkeypatch.setattr(bench_before, "git", lambda *_: "")
     monkeypatch.setattr(bench_before, "is_same", lambda _: False)
     monkeypatch.setattr(bench_before, "checked_out", contextlib.nullcontext)
     measured = {"demo": with_ratio(ratio)}, {"batch": "AttributeError: no such function"}
@@ -68,8 +68,8 @@ def test_the_last_line_is_the_verdict(
     assert bench_before.run(["--revision", "v0.1.0", "--limit", "1.2"]) == is_slower
     out, err = capsys.readouterr()
     assert "new / old: the median of the ratios of paired turns" in out
-    begin = "bench_before.py: measuring, about two minutes\n"
-    slow = "bench_before.py: slower than v0.1.0: demo: 1.30 times\n"
+    begin = "measuring, about two minutes\n"
+    slow = "slower than v0.1.0: demo: 1.30 times\n"
     assert err == begin + slow * is_slower
-    verdict = "bench_before.py: no workload is more than 1.2 times slower than v0.1.0"
+    verdict = "no workload is more than 1.2 times slower than v0.1.0"
     assert (out.splitlines()[-1] == verdict) != is_slower
