@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.errors import StepUnstable
 from tests.conftest import STEEL, paper_scene
 
 
@@ -118,23 +117,6 @@ def test_a_few_right_digits_are_given_with_an_error_as_large(dt: float) -> None:
     document = through_json(hc.Native("rk4", dt=dt * scene.units.time).run(scene))
     assert 0.1 < document["error_estimate"] < 1
     assert min(document["peak_force_N"]) > 0
-
-
-@pytest.mark.parametrize(
-    ("dt", "words"),
-    [
-        (0.8, "the native run has no right digit"),
-        # Half as many steps diverge where the run itself just does not; legs are cut into steps of
-        # 1.178 at most up to here.
-        (1.2, "the native run has no right digit"),
-        (1.3, r"is unstable: rk4 is stable up to 1\.72e-05 s \(1\.18 natural time units\)"),
-        (2.5, "is unstable"),
-    ],
-)
-def test_steps_at_the_edge_of_stability_are_refused(dt: float, words: str) -> None:
-    scene = paper_scene("cosine-triangular", 1.0, 2.0, granules=8)
-    with pytest.raises(StepUnstable, match=words):
-        hc.Native("rk4", dt=dt * scene.units.time).run(scene)
 
 
 # Short runs

@@ -122,30 +122,6 @@ def test_three_engines_agree_with_one_another_beyond_what_reading_costs(
 
 
 @pytest.mark.parametrize(
-    "engine",
-    [
-        BOTH[0],
-        # Four starts of Yade; both engines share what is asked here, but for their readings.
-        pytest.param(hc.Yade, marks=[pytest.mark.yade, pytest.mark.slow]),
-    ],
-)
-def test_histories_and_extrapolated_peaks(engine: Engine) -> None:
-    scene = paper_scene("cosine", 0.5, 2.0, granules=3)
-    times = np.linspace(0, scene.end_time, 7)
-    reference = hc.Native("reference").run(scene, record=times)
-    result = engine(dt=0.02 * scene.units.time, extrapolated=True).run(scene, record=times)
-    assert largest_difference(result.peak_force, reference.peak_force) <= result.error_estimate
-    assert result.error_estimate < 1e-4
-    assert result.history is not None
-    assert reference.history is not None
-    # The history is that of the finer run, with the error of its steps, about 0.1 dt^2.
-    largest = float(np.max(np.abs(reference.history.velocity)))
-    assert result.history.velocity == pytest.approx(
-        reference.history.velocity, rel=0, abs=2e-4 * largest
-    )
-
-
-@pytest.mark.parametrize(
     # Steps in units of time, for which LIGGGHTS takes about 2 s and Yade 6 s.
     ("engine", "dt", "limit"),
     [

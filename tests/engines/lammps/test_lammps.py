@@ -173,19 +173,6 @@ def test_the_work_of_a_pulse_shorter_than_the_readings_are_apart() -> None:
     assert result.balance.energy == pytest.approx(result.balance.work, rel=energy, abs=0)
 
 
-def test_a_pulse_table_with_jumps_against_native() -> None:
-    # It starts late and at a force, jumps to zero in between two rows' slopes and ends at a force.
-    table = hc.PulseTable((1e-5, 2e-5, 5e-5, 6e-5), (40.0, 100.0, 0.0, 70.0))
-    scene = hc.Scene(hc.Chain(12, **STEEL), table)
-    dt = 0.01 * scene.units.time
-    motion, peak_force = twin_of(scene, scene.schedule(dt))
-    result = hc.Lammps(dt).run(scene)
-    assert largest_difference(result.peak_force, peak_force) < 2e-9
-    # Such a short chain is computed unchanged, at a predicted loss below 1e-9; measured 2.8e-11.
-    assert largest(result.velocity / scene.units.velocity, motion[1]) < 5e-11
-    assert result.balance.momentum == pytest.approx(scene.impulse, rel=1e-12, abs=0)
-
-
 def test_granules_thrown_far_are_not_lost() -> None:
     # The chain flies apart by several diameters: the box has to follow.
     pulse = hc.Pulse("cosine", 1e5, 2.0, momentum_ratio=0.5)

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.native import elastic_state
 from hertzchain.engines.native.damped_runs import integrate_damped
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.simulation import Simulation
 from hertzchain.observables.peaks import largest_difference
 from tests.conftest import STEEL
 from tests.oracles import extrapolation
@@ -100,17 +97,6 @@ def test_peaks(name: str, law: hc.Contact | None) -> None:
     scene = replace(SCENES[name], contact=law)
     asked = [(hc.Native(rtol=rtol), rtol) for rtol in (1e-3, 1e-6, 1e-9)]
     assert len(check_answers(scene, asked)) == len(asked)
-
-
-def test_a_run_that_does_not_advance_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
-    """No scene is known that does so: this is about the sentence alone."""
-
-    def stuck(*given: Any, **more: Any) -> Simulation:
-        return replace(integrate_damped(*given, **more), status=elastic_state.STUCK)
-
-    monkeypatch.setattr("hertzchain.engines.native.damped_runs.integrate_damped", stuck)
-    with pytest.raises(hc.HertzchainError, match="does not advance"):
-        hc.Native(rtol=1e-6).run(replace(GAPS, contact=hc.Contact("dashpot", coefficient=1.0)))
 
 
 @pytest.mark.parametrize("exponent", [0.0, 0.25, 0.5])

@@ -64,18 +64,6 @@ def test_momentum_and_energy(name: str, law: str) -> None:
     assert [check for check in balance_checks(result) if not check.passed] == []
 
 
-@pytest.mark.parametrize("name", ["forwards and backwards", "column"])
-def test_balances_that_are_off_do_not_pass(name: str) -> None:
-    result = hc.Native(rtol=1e-6).run(SCENES[name])
-    assert not [check for check in balance_checks(result) if not check.passed]
-    moved = TABLE.distance(1.0)
-    for key, size in (("momentum", result.scene.end_time), ("energy", moved)):
-        wrong = getattr(result.balance, key) + 1e-5 * size * np.max(result.peak_force)
-        broken = replace(result, balance=replace(result.balance, **{key: wrong}))
-        (check,) = (check for check in balance_checks(broken) if not check.passed)
-        assert key in check.name
-
-
 def test_a_granule_hit_by_a_piston() -> None:
     """It leaves with twice the velocity; m v^2 / 2 = 2/5 A d^(5/2) at the peak."""
     chain = hc.Chain(2, radius=[3e-3, 5e-3], young_modulus=193e9, poisson_ratio=0.3, density=7958.0)
