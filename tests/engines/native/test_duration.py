@@ -45,6 +45,13 @@ def test_an_end_that_is_given_stays_and_so_do_plain_scenes() -> None:
         assert with_end(scene) is scene
 
 
+@pytest.mark.parametrize(
+    ("time", "rounded"), [(9.91, 10.0), (0.0123, 0.013), (12.0, 12.0), (132.1, 140.0)]
+)
+def test_ends_have_two_digits_rounded_up(time: float, rounded: float) -> None:
+    assert duration._rounded_up(time) == rounded
+
+
 def test_a_drive_that_goes_on_is_watched_as_long_as_ever() -> None:
     """Behind a piston that moves on no force ever falls to a half."""
     scene = hc.Scene(hc.Chain(6, **STEEL), hc.Piston(0.1), wall=hc.Wall("rigid"))
