@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 
 _LINES = 30.0  # time between two lines of progress without a terminal [s]
 
-_SOURCES = (*(name for name, engine in ENGINES.items() if engine.swept), "formulas")
-Source = StrEnum("Source", {name.upper(): name for name in _SOURCES})  # type: ignore[misc]
+_SWEPT = [name for name, engine in ENGINES.items() if engine.swept]
+Source = StrEnum("Source", {name.upper(): name for name in _SWEPT})  # type: ignore[misc]
 """Backends that measure the scenes of a sweep."""
 
 
@@ -64,8 +64,7 @@ def sweep(
     tie: options.Ties = None,
     backend: list[Source] | None = typer.Option(
         None,
-        help="Who measures each scene; repeatable; formulas: uniform free chains alone."
-        " Default: native.",
+        help="Who measures each scene; repeatable. Default: native.",
     ),
     rtol: float = typer.Option(RTOL, help="Wanted relative accuracy of the peaks."),
     peaks: bool = typer.Option(False, "--peaks", help="Keep the peaks of all contacts, too."),
@@ -91,8 +90,9 @@ def sweep(
     A sweep that was stopped or killed continues when it is started again. A scene that fails is a
     row with the reason.
     """
+    from hertzchain.engines.lammps import Lammps
+    from hertzchain.engines.native import Native
     from hertzchain.sweeps import sweep as measure
-    from hertzchain.sweeps.parts import backend_named
 
     if output.suffix.lower() in (".csv", ".parquet"):
         raise HertzchainError(
@@ -101,17 +101,14 @@ def sweep(
     limit = options.to_time_limit(time_limit)
     wanted = backend or [Source("native")]
     options.refuse_without_need("lammps" in wanted, extrapolated=extrapolated, lmp=lmp)
-    common = {"rtol": rtol, "time_limit": limit}
+    common: Any = {"rtol": rtol, "time_limit": limit}
     # An accuracy that no simulation has is refused before the scene is read.
-    own = {
-        "extrapolated": extrapolated,
-        **options.lammps_options(isolate=False, lmp=lmp, ranks=None),
-    }
-    lammps = backend_named("lammps", **common, **own)
+    own = options.lammps_options(isolate=False, lmp=lmp, ranks=None)
+    lammps = Lammps(extrapolated=extrapolated, **own, **common)
     loaded = options.load_scene(scene)
     varied = options.by_name("--vary", vary, "shock.momentum_ratio=0.1:10:50:log")
     options.remark_on_units_of(varied, loaded)
-    backends = [lammps if one == "lammps" else backend_named(one, **common) for one in wanted]
+    backends = [lammps if one == "lammps" else Native(**common) for one in wanted]
     begin = time.perf_counter()
     with _going_on(output), _counting("native" in wanted) as report_progress:
         swept = measure(

@@ -26,8 +26,8 @@ from hertzchain.sweeps.columns import (
     Column,
     columns_of,
 )
-from hertzchain.sweeps.formulas import Tie, tied, ties_of
 from hertzchain.sweeps.keys import base_values, changed, full_name
+from hertzchain.sweeps.ties import Tie, tied, ties_of
 
 MOST_SCENES = 10**8  # most scenes of a sweep, chosen: a day of two cores at a millisecond a scene
 MOST_GRANULES = 1_000_000  # of a chain, chosen: a part may hold its peaks several times

@@ -19,8 +19,8 @@ from hertzchain.scene.given import SceneLike
 from hertzchain.showing import telling
 from hertzchain.sweeps import parts
 from hertzchain.sweeps.axes import Value
-from hertzchain.sweeps.columns import PARAMETERS, columns_in
-from hertzchain.sweeps.design import Design, design
+from hertzchain.sweeps.columns import columns_in
+from hertzchain.sweeps.design import design
 from hertzchain.sweeps.running import Measure, measure_here
 from hertzchain.sweeps.store import Folder, Format, Memory, check_format, read_manifest
 
@@ -120,9 +120,8 @@ class Sweep:
             done, failed = done + len(frame), failed + len(failures)
             if reason is None and len(failures):
                 reason = str(failures.iloc[0])
-            simulated = frame[frame["backend"] != parts.NAMES[parts.Formulas]]
-            aim = simulated["backend"].map(aims).astype(float)
-            missed += int((simulated["error_estimate"] > aim).sum())
+            aim = frame["backend"].map(aims).astype(float)
+            missed += int((frame["error_estimate"] > aim).sum())
             cut_off += int(frame[late].notna().to_numpy().sum())
         return Counts(done, failed, missed, reason, cut_off)
 
@@ -177,8 +176,8 @@ def sweep(
         Parameters that vary and their values, and those that follow from them; see
         ``hertzchain.sweeps.design``.
     backends
-        Backends that measure each scene: ``native``, ``lammps``, ``formulas`` (uniform free chains
-        alone), or a ``Native`` or ``Lammps`` with its parameters.
+        Backends that measure each scene: ``native``, ``lammps``, or a ``Native`` or ``Lammps`` with
+        its parameters.
     rtol
         Wanted relative accuracy of the peaks, for backends given by name.
     peaks
@@ -214,7 +213,6 @@ def sweep(
     """
     found = design(scene, vary, samples, seed, ties)
     chosen = _backends(backends, rtol)
-    _refuse_formulas(found, chosen)
     if output is not None:
         check_format(file_format)
     manifest = {
@@ -291,7 +289,7 @@ def _backends(given: str | Iterable[str | parts.Backend], rtol: float) -> tuple[
     for one in each:
         if isinstance(one, str):
             require(one in parts.KINDS, "backends", one, f"must be one of {', '.join(parts.KINDS)}")
-            found.append(parts.backend_named(one, rtol=rtol))
+            found.append(parts.KINDS[one](rtol=rtol))
         else:
             allowed = "must be Native, Lammps or the name of a backend"
             require(isinstance(one, parts.Backend), "backends", one, allowed)
@@ -300,17 +298,6 @@ def _backends(given: str | Iterable[str | parts.Backend], rtol: float) -> tuple[
     require(len(names) > 0, "backends", None, "must be at least one")
     require(len(set(names)) == len(names), "backends", names, "must not be given twice")
     return tuple(found)
-
-
-def _refuse_formulas(found: Design, backends: Iterable[parts.Backend]) -> None:
-    """Raise a SceneError if formulas are asked for scenes with terms."""
-    who = parts.NAMES[parts.Formulas]
-    varied = [name for name in found.names if name not in PARAMETERS]
-    others = ["gauges" if found.base.gauges else "ties" if found.ties else "segments"]
-    terms = ", ".join(found.base.terms or varied or others)
-    allowed = f"are about uniform free chains, and this sweep has {terms}: leave them out"
-    is_asked = any(isinstance(backend, parts.Formulas) for backend in backends)
-    require(found.are_plain or not is_asked, who, None, allowed)
 
 
 def _joined(frames: Iterable[pandas.DataFrame]) -> pandas.DataFrame:

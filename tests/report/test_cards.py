@@ -206,7 +206,7 @@ def test_a_verdict_is_drawn(name: str, request: pytest.FixtureRequest) -> None:
 def test_a_notebook_shows_a_figure_without_pyplot(result: hc.Result, sweep: hc.Sweep) -> None:
     for figure in (
         replace(result, history=None).plot(),
-        sweep.plot("momentum_ratio", "eq3_transition_granules"),
+        sweep.plot("momentum_ratio", "speed_m_s"),
     ):
         pixels = imread(io.BytesIO(figure._repr_png_()))  # type: ignore[attr-defined]
         width, height = (figure.get_size_inches() * figure.dpi).astype(int)

@@ -147,7 +147,7 @@ def lammps_processes(workers: Sequence[subprocess.Popen[bytes]]) -> list[psutil.
 def test_tables_are_those_of_this_machine(two: tuple[str, Workers]) -> None:
     """Processes for LAMMPS end with the sweep."""
     address, workers = two
-    backends = (hc.Native(rtol=1e-4), LAMMPS, "formulas")
+    backends = (hc.Native(rtol=1e-4), LAMMPS)
     assert_same(sweep(address, backends), sweep(None, backends))
     assert not lammps_processes(workers)
 

@@ -29,7 +29,7 @@ from tests.sweeps.made import GRID, SHORT
 
 def test_a_folder_has_what_memory_has_and_opens_in_pandas_polars_and_duckdb(tmp_path: Path) -> None:
     vary: dict[str, Any] = {**GRID, "shock.peak_force": [100.0, 1e9]}  # the second too deep
-    backends = ["native", "formulas"]
+    backends = ("native", hc.Lammps(rtol=1e-3))
     out = tmp_path / "out"
     kept = hc.sweep(SHORT, vary, backends=backends, peaks=True, output=out)
     memory = hc.sweep(SHORT, vary, backends=backends, peaks=True)
@@ -63,7 +63,7 @@ def test_csv_has_what_parquet_has_to_the_last_digit_and_is_there_in_one_piece(
         kind: hc.sweep(
             SHORT,
             vary,
-            backends=["native", "formulas"],
+            backends=("native", hc.Lammps(rtol=1e-3)),
             peaks=True,
             output=tmp_path / kind,
             file_format=kind,
@@ -139,8 +139,8 @@ OTHERS: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "another accuracy": ({"rtol": 1e-5}, "backends.1.rtol is 1e-06 there and 1e-05 here"),
     "one backend more": (
-        {"backends": ["native", "formulas"]},
-        'backends.2.name is not given there and "formulas" here',
+        {"backends": ["native", "lammps"]},
+        'backends.2.name is not given there and "lammps" here',
     ),
     "with peaks": ({"peaks": True}, "peaks is false there and true here"),
     "another format": ({"file_format": "csv"}, 'format is "parquet" there and "csv" here'),
@@ -218,7 +218,7 @@ def test_a_folder_made_for_nothing_is_gone(
 
     monkeypatch.setattr(pd.DataFrame, "to_parquet", dies)
     with pytest.raises(KeyboardInterrupt):
-        hc.sweep(SHORT, GRID, backends=["formulas"], output=out)
+        hc.sweep(SHORT, GRID, output=out)
     assert out.exists() is was_there
 
 
@@ -330,7 +330,6 @@ def test_no_part_is_kept_in_memory_that_is_written(
 
     monkeypatch.setattr(Folder, "keep", watch)
     vary: dict[str, Any] = {"shock.momentum_ratio": "0.5:2", "shock.duration_ratio": "1.5:4"}
-    backends = ["native", "formulas"]
-    hc.sweep(SHORT, vary, samples=400, backends=backends, peaks=True, output=tmp_path / "out")
-    assert len(alive) == 40
+    hc.sweep(SHORT, vary, samples=400, peaks=True, output=tmp_path / "out")
+    assert len(alive) == 20
     assert max(alive) <= 1 + usable_cores()  # one that is measured on each core

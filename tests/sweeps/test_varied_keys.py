@@ -103,13 +103,3 @@ def test_a_chain_with_other_values_has_no_segments(segmented: hc.Scene) -> None:
     assert other.section is None
     with pytest.raises(SceneError, match=r"chain\.radius: cannot vary"):
         design(replace(segmented, chain=other), {"chain.radius": [1.0, 2.0]})
-
-
-def test_formulas_are_refused() -> None:
-    for scene, vary, words in (
-        (STRIKER, {"striker.velocity": [1.0]}, "this sweep has striker, wall: leave them out"),
-        (PLAIN, {"chain.gap": [0.0, 1e-6]}, "this sweep has chain.gap: leave them out"),
-    ):
-        with pytest.raises(SceneError) as problem:
-            hc.sweep(scene, vary, backends=["native", "formulas"])
-        assert words in str(problem.value)
