@@ -95,9 +95,7 @@ pulse scope.csv -o scope.csv --scale 25 => scope.csv: is an input, and must not 
 pulse scope.csv -o a.csv --scale -25 => pulls; a pulse pushes; --scale
 pulse scope.csv --scale 25 --start '1 s' => --start = 1.0: must be a time of the file
 pulse scope.csv --start '1 N' => --start; wrong dimension
-pulse scope.csv --scale '25 N/V' => --scale = '25 N/V': must be a number alone, N for each unit of the column
-pulse scope.csv --scale 25 --baseline '12 mV' => --baseline = '12 mV': must be a number alone, in the unit of the column
-pulse scope.csv --rtol 0.5 => --rtol = 0.5
+pulse scope.csv --scale 25 --rows 2 => --rows = 2: must be at least 3
 pulse scope.csv --plot a.gif => cannot be drawn
 pulse no.csv => no.csv: cannot be read
 pulse scope.csv --scale 25 --scene scope.csv => is not TOML
