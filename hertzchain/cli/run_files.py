@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -30,14 +29,10 @@ class RunFiles:
         Paths, as the options have them.
     record
         How many times are recorded for ``output``, which then has the motion, and all others.
-    contacts
-        Numbers of the contacts that are plotted over time, and kept of the motion.
-    window
-        From when until when ``record`` is [s]; None for the whole run.
     report
         Path of a page.
-    size, draw
-        Width and height [inches], and the panels, of ``plot``.
+    size
+        Width and height of ``plot`` [inches].
     """
 
     output: Path | None
@@ -45,11 +40,8 @@ class RunFiles:
     trajectory: Path | None
     traces: Path | None
     record: int | None
-    contacts: Sequence[int] | None
-    window: tuple[float, float] | None = None
     report: Path | None = None
     size: tuple[float, float] | None = None
-    draw: Sequence[str] | None = None
 
     def check(self, file: Path, scene: Scene) -> None:
         """Raise an OutputError, before any work is done, for what cannot be written."""
@@ -77,17 +69,16 @@ class RunFiles:
         shown = (self.record, self.plot, self.trajectory, self.traces, self.report)
         if all(one is None for one in shown):
             return found
-        from hertzchain.report.trajectory import frame_times
-        from hertzchain.report.waterfall import plot_times
+        from hertzchain.report.waterfall import frame_times, plot_times
 
         if self.record is not None:
-            found["motion"] = found["plot"] = frame_times(scene, self.record, self.window)
+            found["motion"] = found["plot"] = frame_times(scene, self.record)
         elif self.plot is not None or self.report is not None:
             found["plot"] = plot_times(scene)
         if self.traces is not None:
-            found["traces"] = frame_times(scene, self.record or TRACE_TIMES, self.window)
+            found["traces"] = frame_times(scene, self.record or TRACE_TIMES)
         if self.trajectory is not None:
-            found["trajectory"] = frame_times(scene, self.record or FRAMES, self.window)
+            found["trajectory"] = frame_times(scene, self.record or FRAMES)
         return found
 
     def write(self, result: Result, scene: str) -> None:
@@ -111,15 +102,10 @@ class RunFiles:
         is_drawn = self.plot is not None or self.report is not None
         coarse = coarse_times(moving["plot"]) if is_drawn else None
         if self.record is not None:
-            write_file(
-                "Motion",
-                self.output,
-                lambda path: write_motion(moving["motion"], path, self.contacts),
-            )
+            write_file("Motion", self.output, lambda path: write_motion(moving["motion"], path))
         if is_drawn:
             shown = of_result(moving["plot"])
-            how = self.contacts, self.size, self.draw
-            write_file("Plot", self.plot, lambda path: plot_document(shown, path, *how))
+            write_file("Plot", self.plot, lambda path: plot_document(shown, path, self.size))
             write_file("Report", self.report, lambda path: write_page(shown, path, scene))
         if coarse:
             say(coarse)

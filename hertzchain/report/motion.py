@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -45,13 +44,13 @@ def at_times(result: Result, times: FloatArray) -> Result:
     )
 
 
-def motion_arrays(result: Result, numbers: Sequence[int] | None = None) -> dict[str, NDArray[Any]]:
+def motion_arrays(result: Result) -> dict[str, NDArray[Any]]:
     """Recorded motion as arrays by name: times are rows, granules are columns.
 
     ``time_s`` has shape (times,), ``granule`` (granules,), and ``displacement_m``,
     ``velocity_m_s``, ``contact_force_N`` (times, granules). The contact of granule i is contact i,
     between granules i - 1 and i; granule 1 has the applied force. A wall is one more granule,
-    which does not move. ``numbers`` are the granules to keep, by default all.
+    which does not move.
     """
     history = recorded(result)
     applied = result.scene.applied_force(history.time)
@@ -61,18 +60,16 @@ def motion_arrays(result: Result, numbers: Sequence[int] | None = None) -> dict[
         still = np.zeros(history.time.size)
         displacement = np.column_stack([displacement, still])
         velocity = np.column_stack([velocity, still])
-    granule = np.arange(1, force.shape[1] + 1)
-    kept = granule if numbers is None else np.asarray(numbers)
     return {
         "time_s": history.time,
-        "granule": kept,
-        "displacement_m": displacement[:, kept - 1],
-        "velocity_m_s": velocity[:, kept - 1],
-        "contact_force_N": force[:, kept - 1],
+        "granule": np.arange(1, force.shape[1] + 1),
+        "displacement_m": displacement,
+        "velocity_m_s": velocity,
+        "contact_force_N": force,
     }
 
 
-def motion_frame(result: Result, numbers: Sequence[int] | None = None) -> pandas.DataFrame:
+def motion_frame(result: Result) -> pandas.DataFrame:
     """Recorded motion as a table with a row for each time and granule, time by time.
 
     Its columns are those of ``motion_arrays``. ``frame.pivot(index="time_s", columns="granule",
@@ -80,7 +77,7 @@ def motion_frame(result: Result, numbers: Sequence[int] | None = None) -> pandas
     """
     import pandas
 
-    arrays = motion_arrays(result, numbers)
+    arrays = motion_arrays(result)
     times, granules = arrays.pop("time_s"), arrays.pop("granule")
     return pandas.DataFrame(
         {
@@ -91,7 +88,7 @@ def motion_frame(result: Result, numbers: Sequence[int] | None = None) -> pandas
     )
 
 
-def write_motion(result: Result, path: Path | str, numbers: Sequence[int] | None = None) -> None:
+def write_motion(result: Result, path: Path | str) -> None:
     """Write recorded motion, whole or not at all; else raise an OutputError.
 
     ``.csv`` and ``.parquet`` have the table of ``motion_frame``, ``.npz`` the arrays of
@@ -99,9 +96,9 @@ def write_motion(result: Result, path: Path | str, numbers: Sequence[int] | None
     """
     check_format(path, "motion")
     if Path(path).suffix.lower() == ".npz":
-        write_with(path, partial(_write_arrays, motion_arrays(result, numbers)))
+        write_with(path, partial(_write_arrays, motion_arrays(result)))
     else:
-        write_frame(motion_frame(result, numbers), Path(path))
+        write_frame(motion_frame(result), Path(path))
 
 
 def write_traces(result: Result, path: Path | str) -> None:

@@ -7,7 +7,6 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.observables.result import Result
 from hertzchain.report.motion import recorded
-from hertzchain.report.trajectory import frame_times
 from hertzchain.scene.natural_units import force_scale
 from hertzchain.scene.scene import Scene
 
@@ -17,6 +16,11 @@ _CLOSE = 0.4  # and at most, for a map that shows 95 % of each peak: measured on
 _STILL, _ROOM = 0.01, 0.03
 """Change of a force over the largest that is too small to be seen; room before and after what
 happens, over its time (both chosen)."""
+
+
+def frame_times(scene: Scene, count: int) -> FloatArray:
+    """Return equally spaced times from 0 to the end of a run [s], shape (count,)."""
+    return np.linspace(0.0, scene.end_time, count)
 
 
 def plot_times(scene: Scene) -> FloatArray:

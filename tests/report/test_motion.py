@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib import rcParams
-from matplotlib.colors import to_rgba
 
 import hertzchain as hc
 from hertzchain.errors import OutputError, SceneError
@@ -22,7 +21,7 @@ from hertzchain.report.motion import (
     write_motion,
 )
 from hertzchain.report.run import of_result
-from hertzchain.report.waterfall import coarse_times, plot_times
+from hertzchain.report.waterfall import coarse_times, drawn_contacts, plot_times
 from tests.conftest import paper_scene
 from tests.places import ROOT
 
@@ -73,17 +72,17 @@ def test_a_wall_is_one_more_granule_that_stands_still(on_a_wall: hc.Result) -> N
 @pytest.mark.parametrize("suffix", [".csv", ".parquet", ".npz"])
 def test_files_read_back(tmp_path: Path, on_a_wall: hc.Result, suffix: str) -> None:
     path = tmp_path / f"motion{suffix}"
-    write_motion(on_a_wall, path, [2, 21])
-    expected = motion_arrays(on_a_wall, [2, 21])
+    write_motion(on_a_wall, path)
+    expected = motion_arrays(on_a_wall)
     if suffix == ".npz":
         with np.load(path) as found:
             assert set(found) == set(expected)
             assert all(np.array_equal(found[name], expected[name]) for name in expected)
         return
     frame = pd.read_csv(path) if suffix == ".csv" else pd.read_parquet(path)
-    pd.testing.assert_frame_equal(frame, motion_frame(on_a_wall, [2, 21]), check_exact=True)
+    pd.testing.assert_frame_equal(frame, motion_frame(on_a_wall), check_exact=True)
     assert [frame.loc[k, "contact_force_N"] for k in (0, 1)] == [0, 0]
-    assert frame["granule"].tolist()[:4] == [2, 21, 2, 21]
+    assert frame["granule"].tolist()[:4] == [1, 2, 3, 4]
 
 
 def test_an_archive_has_the_arrays_alone_under_its_own_name(
@@ -121,7 +120,8 @@ def test_times_of_one_file_among_those_of_others(demo: hc.Scene) -> None:
 
 
 def test_the_figure_draws_the_result(result: hc.Result) -> None:
-    figure = figure_of(of_result(result), [5, 30])
+    figure = figure_of(of_result(result))
+    contacts = drawn_contacts(result, 6)
     title = str(figure.get_suptitle())
     assert title.endswith(f", {result.method}, peaks within {result.error_estimate:.1e}")
     peaks, forces, space_time, *_ = figure.axes
@@ -129,10 +129,9 @@ def test_the_figure_draws_the_result(result: hc.Result) -> None:
     assert (legend := forces.get_legend()) is not None
     assert [text.get_text() for text in legend.get_texts()] == [
         "applied force",
-        "contact 5",
-        "contact 30",
+        *(f"contact {contact}" for contact in contacts),
     ]
-    for line, contact in zip(forces.lines[1:], (5, 30), strict=True):
+    for line, contact in zip(forces.lines[1:], contacts, strict=True):
         # Each curve has its exact peak, not the largest recorded force.
         assert np.max(line.get_ydata()) == result.peak_force[contact - 2]
     (colours,) = space_time.collections
@@ -165,9 +164,12 @@ def test_first_pulses_are_drawn_where_they_were_asked_for() -> None:
     assert axes.get_ylabel() == "peak force [N]"
 
 
-@pytest.mark.parametrize("only", [["peaks"], ["forces"], ["map"]])
-def test_labels_of_a_small_picture_do_not_overlap(result: hc.Result, only: list[str]) -> None:
-    figure = figure_of(of_result(result), [5, 30, 50], (3.4, 2.6), only)
+@pytest.mark.parametrize("only", ["peaks", "forces", "map"])
+def test_labels_of_a_small_picture_do_not_overlap(
+    result: hc.Result, only: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("hertzchain.report.figures.panels_of", lambda _: (only,))
+    figure = figure_of(of_result(result), (3.4, 2.6))
     figure.draw_without_rendering()
     axes = figure.axes[0]
     boxes = [axes.xaxis.label.get_window_extent(), axes.yaxis.label.get_window_extent()]
@@ -187,33 +189,11 @@ def test_labels_of_a_small_picture_do_not_overlap(result: hc.Result, only: list[
 
 def test_fonts_of_pdf_are_true_type_and_settings_stay(result: hc.Result, tmp_path: Path) -> None:
     before = dict(rcParams)
-    plot_document(of_result(result), tmp_path / "run.pdf", only=["peaks"])
+    plot_document(of_result(result), tmp_path / "run.pdf", (3.4, 2.6))
     assert dict(rcParams) == before
     written = (tmp_path / "run.pdf").read_bytes()
     assert b"/FontFile2" in written
     assert b"/Type3" not in written
-
-
-def test_many_contacts_have_a_colour_bar_and_the_wall_a_curve(on_a_wall: hc.Result) -> None:
-    figure = figure_of(of_result(on_a_wall), range(2, 22))
-    _, forces, _, *bars = figure.axes
-    assert len(forces.lines) == 20
-    assert forces.get_legend() is None
-    assert {"contact", "contact force [N]"} == {
-        bar.get_ylabel() or bar.get_xlabel() for bar in bars
-    }
-    # The wall's curve has its exact peak, too.
-    assert np.max(forces.lines[-1].get_ydata()) == on_a_wall.peak_at(21)
-    assert np.all(np.isin(on_a_wall.force_at(21), forces.lines[-1].get_ydata()))
-
-
-def test_a_colour_bar_has_the_colours_of_contacts_that_are_not_even(on_a_wall: hc.Result) -> None:
-    contacts = [*range(2, 14), 21]
-    _, forces, _, *bars = figure_of(of_result(on_a_wall), contacts).axes
-    (bar,) = (bar for bar in bars if bar.get_xlabel() == "contact")
-    colours = bar._colorbar.mappable  # type: ignore[attr-defined]
-    for line, contact in zip(forces.lines, contacts, strict=True):
-        assert to_rgba(line.get_color()) == to_rgba(colours.to_rgba(contact))
 
 
 def test_the_wall_is_marked_among_the_peaks(on_a_wall: hc.Result) -> None:
