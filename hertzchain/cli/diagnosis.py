@@ -23,7 +23,7 @@ PACKAGES = (
 )
 
 OPTIONAL = (
-    ("pyarrow", "parquet", "for Parquet: the tables of a sweep (or --format csv), -o FILE.parquet"),
+    ("pyarrow", "parquet", "for Parquet: the tables of a sweep, -o FILE.parquet"),
     ("distributed", "cluster", "for sweep --scheduler: Dask"),
 )
 """Packages that not all need: name, hertzchain's extra that brings it, and its purpose."""

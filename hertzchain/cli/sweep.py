@@ -35,9 +35,6 @@ Source = StrEnum("Source", {name.upper(): name for name in _SWEPT})  # type: ign
 """Backends that measure the scenes of a sweep."""
 
 
-FileFormat = StrEnum("FileFormat", {"PARQUET": "parquet", "CSV": "csv"})  # formats of the tables
-
-
 def sweep(
     scene: options.SceneFile,
     vary: list[str] = typer.Option(
@@ -68,18 +65,11 @@ def sweep(
     ),
     rtol: float = typer.Option(RTOL, help="Wanted relative accuracy of the peaks."),
     peaks: bool = typer.Option(False, "--peaks", help="Keep the peaks of all contacts, too."),
-    file_format: FileFormat = typer.Option(
-        FileFormat.PARQUET, "--format", help="What the tables are kept in."
-    ),
     scheduler: str | None = typer.Option(
         None,
         metavar="ADDRESS",
         help="Measure on the workers of this Dask scheduler, not on this machine.",
     ),
-    extrapolated: bool = typer.Option(
-        False, "--extrapolated", help="LAMMPS: extrapolate from two steps, an eighth of the cost."
-    ),
-    lmp: options.LammpsBinary = None,
     time_limit: options.TimeLimit = "1 h",
     as_json: options.AsJson = False,
 ) -> None:
@@ -96,15 +86,13 @@ def sweep(
 
     if output.suffix.lower() in (".csv", ".parquet"):
         raise HertzchainError(
-            f"-o {output}: is to be a folder; for one file of text in it say --format csv"
+            f"-o {output}: is to be a folder, of tables that pandas.read_parquet reads"
         )
     limit = options.to_time_limit(time_limit)
     wanted = backend or [Source("native")]
-    options.refuse_without_need("lammps" in wanted, extrapolated=extrapolated, lmp=lmp)
     common: Any = {"rtol": rtol, "time_limit": limit}
     # An accuracy that no simulation has is refused before the scene is read.
-    own = options.lammps_options(isolate=False, lmp=lmp, ranks=None)
-    lammps = Lammps(extrapolated=extrapolated, **own, **common)
+    lammps = Lammps(lmp=options.named_binary(None), **common)
     loaded = options.load_scene(scene)
     varied = options.by_name("--vary", vary, "shock.momentum_ratio=0.1:10:50:log")
     options.remark_on_units_of(varied, loaded)
@@ -120,7 +108,6 @@ def sweep(
             backends=backends,
             peaks=peaks,
             output=output,
-            file_format=file_format.value,
             scheduler=scheduler,
             progress=report_progress,
         )
@@ -138,7 +125,8 @@ def sweep(
             }
         )
     else:
-        typer.echo(f"{counts.done:,} rows in {output}, {_how_to_open(output, file_format)}")
+        how = f'for pandas: read_parquet("{output / "scenes"}")'
+        typer.echo(f"{counts.done:,} rows in {output}, {how}")
     _warn(counts, rtol)
     raise typer.Exit(OUT_OF_TOLERANCE if counts.failed or counts.missed else DONE)
 
@@ -178,12 +166,6 @@ def _warn(counts: Counts, rtol: float) -> None:
             f"in {counts.cut_off:,} of {counts.done:,} rows the run may have ended"
             " before the last peaks: see the column contacts_cut_off, and set end_time in [run]"
         )
-
-
-def _how_to_open(output: Path, file_format: FileFormat) -> str:
-    if file_format is FileFormat.CSV:
-        return f"in one piece: {output / 'scenes.csv'}"
-    return f'for pandas: read_parquet("{output / "scenes"}")'
 
 
 @contextmanager

@@ -22,7 +22,7 @@ from hertzchain.sweeps.axes import Value
 from hertzchain.sweeps.columns import columns_in
 from hertzchain.sweeps.design import design
 from hertzchain.sweeps.running import Measure, measure_here
-from hertzchain.sweeps.store import Folder, Format, Memory, check_format, read_manifest
+from hertzchain.sweeps.store import Folder, Memory, check_parquet, read_manifest
 
 if TYPE_CHECKING:
     import pandas
@@ -162,7 +162,6 @@ def sweep(
     rtol: float = RTOL,
     peaks: bool = False,
     output: Path | str | None = None,
-    file_format: Format = "parquet",
     scheduler: str | None = None,
     progress: Callable[[int, int], object] | bool | None = None,
 ) -> Sweep:
@@ -185,8 +184,6 @@ def sweep(
     output
         Folder for the parts; it is created. An existing folder of the same sweep is resumed: only
         missing parts are measured. By default the sweep is kept in memory.
-    file_format
-        ``parquet`` or ``csv``.
     scheduler
         Address of a Dask scheduler whose workers measure; by default this machine measures, on all
         cores.
@@ -214,11 +211,11 @@ def sweep(
     found = design(scene, vary, samples, seed, ties)
     chosen = _backends(backends, rtol)
     if output is not None:
-        check_format(file_format)
+        check_parquet()
     manifest = {
         "hertzchain": version("hertzchain"),
         "definitions": DEFINITIONS,
-        "format": file_format,
+        "format": "parquet",
         **found.to_dict(),
         "backends": [parts.settings(backend) for backend in chosen],
         "peaks": peaks,
@@ -235,7 +232,6 @@ def sweep(
         counter.add(sum(part.stop - part.start for part in there))
         todo = (part for part in parts.cut(found, chosen) if not store.has(part))
         measure(found, todo, peaks, store.keep, counter.add)
-        store.finish()
     return Sweep(manifest, counter.total, store)
 
 

@@ -35,9 +35,6 @@ def test_a_sweep_says_how_many_rows_there_are_and_how_to_open_them(hertzchain: C
     assert again == {
         "folder": "out", "rows": 8, "failed": 0, "missed_accuracy": 0, "first_failure": None
     }  # fmt: skip
-    done = hertzchain("sweep", "scene.toml", *GRID, "--format", "csv", "-o", "csv")
-    assert done.out == f"8 rows in csv, in one piece: {Path('csv/scenes.csv')}\n"
-    assert len(pd.read_csv("csv/scenes.csv")) == 8
 
 
 def test_what_can_be_asked_for_is_what_sweeps_know() -> None:
@@ -89,9 +86,7 @@ def test_without_pyarrow_a_sweep_says_what_to_do(
 ) -> None:
     monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
     done = hertzchain("sweep", "scene.toml", *GRID, "-o", "out")
-    is_refused(
-        done, "needs pyarrow: pip install 'hertzchain[parquet]', or ask for CSV: --format csv"
-    )
+    is_refused(done, "needs pyarrow: pip install 'hertzchain[parquet]'")
 
 
 def test_lammps_that_is_missing_is_one_sentence(

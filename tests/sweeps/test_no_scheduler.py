@@ -70,7 +70,7 @@ def test_what_is_no_scheduler_is_refused(
 ) -> None:
     monkeypatch.setattr(cluster, "_PATIENCE", 0.5)
     with NO_SCHEDULER[name]() as address, pytest.raises(RunFailed, match="cannot be reached") as it:
-        sweep(address, output=tmp_path / "out", file_format="csv")
+        sweep(address, output=tmp_path / "out")
     assert "\n" not in str(it.value)
     assert not (tmp_path / "out").exists()
     assert capfd.readouterr() == ("", "")
@@ -145,6 +145,6 @@ def test_workers_without_this_hertzchain_are_named(
             start()
             await_workers(lonely, 1)
         with pytest.raises(error, match=said) as it:
-            sweep(lonely, output=tmp_path / "out", file_format="csv")
+            sweep(lonely, output=tmp_path / "out")
         assert "\n" not in str(it.value)
         assert not (tmp_path / "out").exists()  # made where workers come late, but for nothing

@@ -81,7 +81,7 @@ def command(folder: Path, address: str, rtol: float = 1e-2) -> list[str]:
     return [
         *(sys.executable, "-c", MAIN),
         *("sweep", "chain.toml", "--vary", "shock.momentum_ratio=0.5:4:32:log"),
-        *("--backend", "lammps", "--rtol", str(rtol), "--format", "parquet", "-o", "out"),
+        *("--backend", "lammps", "--rtol", str(rtol), "-o", "out"),
         *("--scheduler", address),
     ]
 

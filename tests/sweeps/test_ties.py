@@ -98,7 +98,7 @@ def test_the_command(tmp_path: Path, hertzchain: Command) -> None:
         "--tie",
         f"chain.granules={LENGTH['chain.granules']}",
     )
-    out = ("-o", tmp_path / "out", "--format", "csv")
+    out = ("-o", tmp_path / "out")
     done = hertzchain("sweep", tmp_path / "scene.toml", *vary, *out)
     assert done.status == 0, done.err
     found = hc.Sweep.load(tmp_path / "out")
