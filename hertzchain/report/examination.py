@@ -10,7 +10,6 @@ import numpy as np
 
 from hertzchain.report.document import Document, Failure, Finding, Peaks, Verdict
 from hertzchain.report.facts import given_peaks
-from hertzchain.report.junit import ERROR, FAILURE, Case
 from hertzchain.report.style import LABELS
 
 if TYPE_CHECKING:
@@ -47,7 +46,6 @@ def of_examination(examination: DeckExamination) -> Document:
         name="examination",
         numbers=examination.to_dict,
         command="examine",
-        cases=tuple(_case(check) for check in examination.checks),
         results={"native": native},
         verdict=Verdict(
             examination.passed,
@@ -152,21 +150,6 @@ def _peaks(examination: DeckExamination) -> Peaks:
     words = np.where(judged, np.where(passed, "pass", "FAIL"), "not judged").tolist()
     what = "Peak force of each contact [N]: of the deck"
     return given_peaks(native, what, LABELS["lammps"], given, native.peak_force, words)
-
-
-def _case(check: DeckCheck) -> Case:
-    """Return a check as a test case, whose message has the difference."""
-    if check.passed:
-        return Case(check.name)
-    problem = ERROR if check.measured is None else FAILURE
-    lines = [check.sentence, f"reason: {check.reason}"]
-    if _effect(check):
-        lines.append(_effect(check))
-    if check.place is not None:
-        lines.append(f"{check.place}: {check.place.written}")
-        lines += [f"right: {command}" for command in check.command.splitlines()]
-    where = "" if check.place is None else f" ({check.place})"
-    return Case(check.name, problem, f"{check.sentence}{where}", "\n".join(lines))
 
 
 def _remarks(examination: DeckExamination) -> list[str]:

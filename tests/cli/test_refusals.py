@@ -80,8 +80,6 @@ sweep scene.toml -o out --vary 1,2 => must be NAME=VALUE, such as
 sweep scene.toml -o out GRID --rtol 1e-30 => rtol = 1e-30: must be
 sweep scene.toml -o out GRID --time-limit '-1 s' => --time-limit = '-1 s'
 sweep scene.toml -o out GRID --backend native --backend native => must not be given twice
-sweep scene.toml -o out GRID --extrapolated => is for --backend lammps
-sweep scene.toml -o out GRID --lmp lmp => is for --backend lammps
 sweep scene.toml -o out GRID --scheduler abc => the scheduler 'abc' cannot be
 sweep scene.toml -o out.csv GRID => is to be a folder
 sweep scene.toml -o no/out GRID => does not exist
