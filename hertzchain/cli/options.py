@@ -65,7 +65,11 @@ LargestStep = Annotated[
 
 Size = Annotated[
     str | None,
-    typer.Option(metavar="WxH", help="Width and height of the picture in inches, such as 3.4x2.6."),
+    typer.Option(
+        metavar="WxH",
+        help="Width and height of the picture in inches, such as 3.4x2.6; it has the first of its"
+        " panels, as many as have room.",
+    ),
 ]
 Plot = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Draw peaks and differences (png, pdf, svg).")

@@ -55,7 +55,7 @@ def run(
         "-o",
         "--output",
         help="Write the peaks of all contacts (.csv, .parquet) or all that is known (.json);"
-        " with --record the motion (.csv, .parquet, .npz).",
+        " with --record the motion (.csv, .parquet).",
     ),
     record: int | None = typer.Option(
         None,

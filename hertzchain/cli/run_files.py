@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hertzchain.cli.output import check_files, say, write_file
+from hertzchain.cli.output import check_files, write_file
 from hertzchain.errors import require
 from hertzchain.scene.gauge import NO_GAUGE
 
@@ -96,19 +96,14 @@ class RunFiles:
         from hertzchain.report.page import write_page
         from hertzchain.report.run import of_result
         from hertzchain.report.trajectory import write_trajectory
-        from hertzchain.report.waterfall import coarse_times
 
         moving = {name: at_times(result, time) for name, time in times.items()}
-        is_drawn = self.plot is not None or self.report is not None
-        coarse = coarse_times(moving["plot"]) if is_drawn else None
         if self.record is not None:
             write_file("Motion", self.output, lambda path: write_motion(moving["motion"], path))
-        if is_drawn:
+        if self.plot is not None or self.report is not None:
             shown = of_result(moving["plot"])
             write_file("Plot", self.plot, lambda path: plot_document(shown, path, self.size))
             write_file("Report", self.report, lambda path: write_page(shown, path, scene))
-        if coarse:
-            say(coarse)
         write_file("Traces", self.traces, lambda path: write_traces(moving["traces"], path))
         write_file(
             "Trajectory", self.trajectory, lambda path: write_trajectory(moving["trajectory"], path)

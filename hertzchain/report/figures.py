@@ -31,15 +31,6 @@ def panels_of(document: Document) -> tuple[str, ...]:
     return tuple(known)
 
 
-def _with_room(
-    document: Document, size: tuple[float, float] | None
-) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the panels of a picture, and those that it has no room for."""
-    wanted = panels_of(document)
-    count = len(wanted) if size is None else max(1, int(size[1] / _LEAST))
-    return wanted[:count], wanted[count:]
-
-
 def figure_of(document: Document, size: tuple[float, float] | None = None) -> Picture:
     """Draw a run or a verdict: along the chain and, where it was recorded, over time.
 
@@ -48,7 +39,9 @@ def figure_of(document: Document, size: tuple[float, float] | None = None) -> Pi
     from hertzchain.report import panels
     from hertzchain.report.picture import SMALL, Picture, fit_letters
 
-    shown, _ = _with_room(document, size)
+    shown = panels_of(document)
+    if size is not None:
+        shown = shown[: max(1, int(size[1] / _LEAST))]
     heights = [panels.HEIGHTS[name] for name in shown]
     figure = Picture(size or (_WIDE, sum(heights) + 0.6))
     if figure.get_figwidth() >= SMALL:
@@ -69,14 +62,9 @@ def figure_of(document: Document, size: tuple[float, float] | None = None) -> Pi
 
 def plot_document(
     document: Document, path: Path | str, size: tuple[float, float] | None = None
-) -> str | None:
-    """Write ``figure_of`` a document, in the format of the suffix, whole or not at all.
-
-    Return a sentence where there is no room for a panel.
-    """
+) -> None:
+    """Write ``figure_of`` a document, in the format of the suffix, whole or not at all."""
     write_with(path, figure_of(document, size).savefig)
-    left = _with_room(document, size)[1]
-    return f"{path} has no room for {', '.join(left)}: take a higher --size" if left else None
 
 
 def _title(document: Document) -> str:

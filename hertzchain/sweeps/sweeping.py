@@ -188,7 +188,7 @@ def sweep(
         Address of a Dask scheduler whose workers measure; by default this machine measures, on all
         cores.
     progress
-        True to show how many rows are done in the terminal or notebook, or a function that is
+        True to show how many rows are done in the terminal, or a function that is
         called from time to time, from any thread, with the number of rows done and of all rows.
 
     Returns
