@@ -202,7 +202,7 @@ NEEDS = {
     **dict.fromkeys(("isolate", "lmp", "ranks", "extrapolated"), "is for --backend lammps"),
     **dict.fromkeys(("watch_every", "pair_style", "dump_every"), "is for --engine lammps"),
     **dict.fromkeys(("no_shift", "column"), "is for measured traces"),
-    "record": "goes with -o, --plot, --report, --traces or --trajectory FILE",
+    "record": "goes with -o, --plot, --report or --traces FILE",
     "size": "goes with --plot FILE",
 }
 """Options that need another one, with that option."""

@@ -62,7 +62,7 @@ def run(
         min=2,
         metavar="N",
         help="Record the motion at N times, equally spaced, for -o (displacement, velocity and"
-        " contact force of each granule), --plot, --report, --traces and --trajectory.",
+        " contact force of each granule), --plot, --report and --traces.",
     ),
     plot: Path | None = typer.Option(
         None,
@@ -79,12 +79,6 @@ def run(
     report: Path | None = typer.Option(
         None, metavar="FILE", help="Write a page (html): plots, tables, all numbers."
     ),
-    trajectory: Path | None = typer.Option(
-        None,
-        metavar="FILE",
-        help="Write the motion for viewers (.xyz or .extxyz: extended XYZ), at the times of"
-        " --record or 100.",
-    ),
     uncertainty: int | None = typer.Option(
         None,
         min=16,
@@ -100,8 +94,7 @@ def run(
         for name, given in {
             "backend": backend != options.NATIVE, "method": method, "dt": dt, "lmp": lmp,
             "wanted": wanted, "record": record, "traces": traces, "report": report,
-            "trajectory": trajectory, "isolate": isolate, "ranks": ranks,
-            "extrapolated": extrapolated,
+            "isolate": isolate, "ranks": ranks, "extrapolated": extrapolated,
         }.items():  # fmt: skip
             if given:
                 raise HertzchainError(f"--{name} is not for --uncertainty: leave one of them out")
@@ -118,12 +111,12 @@ def run(
     loaded = options.load_scene(scene)
     step = options.to_seconds("--dt", dt)
     limit = options.to_time_limit(time_limit)
-    shown = (output, plot, report, traces, trajectory)
+    shown = (output, plot, report, traces)
     is_recorded = any(path is not None for path in shown)
     options.refuse_without_need(is_recorded, record=record is not None)
     options.refuse_without_need(plot is not None, size=size is not None)
     inches = options.to_inches(size)
-    files = RunFiles(output, plot, trajectory, traces, record, report, inches)
+    files = RunFiles(output, plot, traces, record, report, inches)
     files.check(scene, loaded)
     options.refuse_without_need(backend == "lammps", isolate=isolate, lmp=lmp, ranks=ranks)
     parameters = _parameters(backend, method, step, rtol, extrapolated)

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from hertzchain.observables.result import Result
     from hertzchain.scene.scene import Scene
 
-FRAMES = 100  # of a trajectory without --record: four seconds in a viewer
 TRACE_TIMES = 500  # of traces without --record, as force over time is usually drawn
 
 
@@ -25,7 +24,7 @@ class RunFiles:
 
     Parameters
     ----------
-    output, plot, trajectory, traces
+    output, plot, traces
         Paths, as the options have them.
     record
         How many times are recorded for ``output``, which then has the motion, and all others.
@@ -37,7 +36,6 @@ class RunFiles:
 
     output: Path | None
     plot: Path | None
-    trajectory: Path | None
     traces: Path | None
     record: int | None
     report: Path | None = None
@@ -47,7 +45,7 @@ class RunFiles:
         """Raise an OutputError, before any work is done, for what cannot be written."""
         require(self.traces is None or bool(scene.gauges), "gauge", None, NO_GAUGE)
         own = {"result" if self.record is None else "motion": self.output, "plot": self.plot}
-        others = {"trajectory": self.trajectory, "traces": self.traces, "page": self.report}
+        others = {"traces": self.traces, "page": self.report}
         check_files([file], (), **own, **others)
 
     @property
@@ -66,7 +64,7 @@ class RunFiles:
     def _times(self, scene: Scene) -> dict[str, FloatArray]:
         """The times of each kind of file that shows motion [s]."""
         found: dict[str, FloatArray] = {}
-        shown = (self.record, self.plot, self.trajectory, self.traces, self.report)
+        shown = (self.record, self.plot, self.traces, self.report)
         if all(one is None for one in shown):
             return found
         from hertzchain.report.waterfall import frame_times, plot_times
@@ -77,8 +75,6 @@ class RunFiles:
             found["plot"] = plot_times(scene)
         if self.traces is not None:
             found["traces"] = frame_times(scene, self.record or TRACE_TIMES)
-        if self.trajectory is not None:
-            found["trajectory"] = frame_times(scene, self.record or FRAMES)
         return found
 
     def write(self, result: Result, scene: str) -> None:
@@ -95,7 +91,6 @@ class RunFiles:
         from hertzchain.report.motion import at_times, write_motion, write_traces
         from hertzchain.report.page import write_page
         from hertzchain.report.run import of_result
-        from hertzchain.report.trajectory import write_trajectory
 
         moving = {name: at_times(result, time) for name, time in times.items()}
         if self.record is not None:
@@ -105,6 +100,3 @@ class RunFiles:
             write_file("Plot", self.plot, lambda path: plot_document(shown, path, self.size))
             write_file("Report", self.report, lambda path: write_page(shown, path, scene))
         write_file("Traces", self.traces, lambda path: write_traces(moving["traces"], path))
-        write_file(
-            "Trajectory", self.trajectory, lambda path: write_trajectory(moving["trajectory"], path)
-        )

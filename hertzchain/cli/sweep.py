@@ -170,32 +170,20 @@ def _warn(counts: Counts, rtol: float) -> None:
 
 @contextmanager
 def _counting(is_native: bool) -> Iterator[Callable[[int, int], None]]:
-    """Show progress, speed and remaining time of a sweep on stderr."""
+    """Say how many rows of a sweep are done, in a terminal all the time, else now and then."""
     is_terminal = sys.stderr is not None and sys.stderr.isatty()
+    next_line = 0.0  # at the first call
     with progress() as report_progress, compiling(report_progress, is_native):
-        yield _Lines(report_progress, 0.0) if is_terminal else _Lines(say, _LINES)
 
+        def count(done: int, total: int) -> None:
+            nonlocal next_line
+            rows, now = f"{done:,} of {total:,} rows", time.monotonic()
+            report_progress(rows)
+            if next_line == 0 and 0 < done < total:
+                say(f"{rows} are there, resuming")
+            elif 0 < next_line < now and not is_terminal:
+                say(rows)
+            if now > next_line:
+                next_line = now + _LINES
 
-class _Lines:
-    """Says from time to time [s] how many rows of a sweep are done, and how fast."""
-
-    def __init__(self, tell: Callable[[str], None], interval: float) -> None:
-        self._tell, self._interval = tell, interval
-        self._begin: tuple[float, int] | None = None
-        self._next = 0.0
-
-    def __call__(self, done: int, total: int) -> None:
-        from hertzchain.limits import in_words
-
-        now = time.monotonic()
-        if self._begin is None:  # rows done before do not count for the rate
-            self._begin, self._next = (now, done), now + self._interval
-            if 0 < done < total:
-                say(f"{done:,} of {total:,} rows are there, resuming")
-        begin, before = self._begin
-        if now < self._next or done == before:
-            return
-        rate = (done - before) / max(now - begin, 1e-9)
-        how_far = f"{done:,} of {total:,} rows, {rate:,.3g}/s"
-        self._tell(f"{how_far}, {in_words((total - done) / rate)} left")
-        self._next = now + self._interval
+        yield count

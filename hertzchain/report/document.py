@@ -124,7 +124,6 @@ class Document:
     # differences in a user's deck, in the order in which to mend them
     findings: Sequence[Finding] = ()
     overlays: Sequence[Overlay] = ()  # measured traces, drawn in place of peaks
-    texts: Sequence[tuple[str, str]] = ()  # names and texts of the files of the deck
 
     @property
     def native(self) -> Result:

@@ -70,7 +70,6 @@ def of_examination(examination: DeckExamination) -> Document:
             *([Finding([peaks.sentence], False, "", "")] if found.stopped else []),
             *(_small(one) for one in small),
         ],
-        texts=_marked(examination),
     )  # fmt: skip
 
 
@@ -164,18 +163,3 @@ def _remarks(examination: DeckExamination) -> list[str]:
 def _once(commands: Sequence[Executed]) -> list[Executed]:
     """Return commands without the repetitions of a loop."""
     return list({(one.file, one.line): one for one in commands}.values())
-
-
-def _marked(examination: DeckExamination) -> list[tuple[str, str]]:
-    """Return the text of the deck's files, with what is wrong as comments below its lines."""
-    below: dict[tuple[str, int], list[str]] = {}
-    for check in (*examination.to_mend, *examination.small):
-        if check.place is not None:
-            said = f"{check.sentence}. Right: {check.command}" if check.command else check.sentence
-            mark = f"# {'small:' if check.passed else '✗'} {said}".replace("\n", "\n#   ")
-            below.setdefault((check.place.file, check.place.line), []).append(mark)
-    return [
-        (name, "\n".join(text for number, line in enumerate(content.splitlines(), start=1)
-                         for text in (line, *below.get((name, number), ()))))
-        for name, content in examination.texts
-    ]  # fmt: skip

@@ -6,7 +6,6 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.observables.result import Result
@@ -19,26 +18,10 @@ from hertzchain.report.waterfall import drawn_contacts, while_moving, with_peak
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-LONG = 200  # contacts from which on axes are logarithmic and not all points are drawn
-_POINTS = 150  # most contacts then: more cannot be told apart
-
+_LONG = 200  # contacts from which on axes are logarithmic and points are a bitmap; chosen
 _DRAWN = 6  # contacts whose force over time is drawn
 _MARKED = 80  # contacts up to which each peak has a marker; more would melt into a band
 _LIGHTEST = 0.9  # shade of a curve; the last tenth of the colours is too light on white
-
-
-def marked_contacts(document: Document) -> NDArray[np.intp]:
-    """Return the indices of contacts with markers: all, or the first, some others, and the worst.
-
-    The worst have the largest differences from the reference.
-    """
-    size = document.native.contact.size
-    if size <= LONG:
-        return np.arange(size)
-    some = np.geomspace(1, size, _POINTS).astype(np.intp) - 1
-    off = document.differences.values()
-    worst = [np.nanargmax(values) for values in off if np.any(np.isfinite(values))]
-    return np.unique(np.concatenate([some, np.asarray(worst, np.intp)]))
 
 
 def draw_peaks(axes: Axes, document: Document) -> None:
@@ -91,12 +74,12 @@ def draw_peaks(axes: Axes, document: Document) -> None:
 
 def _draw_points(axes: Axes, document: Document, drawn: Mapping[str, FloatArray]) -> None:
     """Draw values of named engines as open markers."""
-    some = marked_contacts(document)
+    contact = document.native.contact
     for name, values in drawn.items():
         axes.plot(
-            document.native.contact[some], values[some], linestyle="none", fillstyle="none",
-            color=style.COLOURS[name], marker=style.MARKERS[name], markersize=4.5,
-            label=style.LABELS[name],
+            contact, values, linestyle="none", fillstyle="none", color=style.COLOURS[name],
+            marker=style.MARKERS[name], markersize=4.5, label=style.LABELS[name],
+            rasterized=contact.size > _LONG,
         )  # fmt: skip
 
 
@@ -121,7 +104,7 @@ def _finish_along(axes: Axes, document: Document, named: Collection[str] = ()) -
     if native.transition_granules is not None:
         axes.axvline(native.transition_granules, color="0.6", linewidth=0.8, zorder=0)
     axes.set_xlim(1, native.contact[-1] + 1)
-    if native.contact.size > LONG and native.scene.is_plain:
+    if native.contact.size > _LONG and native.scene.is_plain:
         axes.set_xscale("log")
         axes.set_xlim(1.8, native.contact[-1] * 1.1)
     else:

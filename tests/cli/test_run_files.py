@@ -31,17 +31,16 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_all_files_of_one_run(hertzchain: Command) -> None:
     outcome = hertzchain(
         "run", SCENE, "--record", "20", "-o", "motion.csv",
-        "--plot", "run.svg", "--trajectory", "motion.xyz", "--report", "run.html",
+        "--plot", "run.svg", "--report", "run.html",
     )  # fmt: skip
     assert outcome.status == 0, outcome
     for what, name in (("Motion", "motion.csv"), ("Plot", "run.svg")):
         assert f"{what} written to {name}\n" in outcome.err
-    assert names() == ["motion.csv", "motion.xyz", "run.html", "run.svg"]
+    assert names() == ["motion.csv", "run.html", "run.svg"]
     frame = pd.read_csv("motion.csv")
     assert frame["granule"].unique().tolist() == list(range(1, 61))
     times = np.linspace(0, Scene.from_toml(SCENE).end_time, 20)
     assert frame["time_s"].unique().tolist() == times.tolist()
-    assert Path("motion.xyz").read_text().count("time_s=") == 20
     outcome = hertzchain("run", SCENE, "-o", "peaks.csv")
     assert ", are in peaks.csv)" in outcome.out
     assert outcome.err == "Peaks written to peaks.csv\n"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import pandas as pd
@@ -103,9 +102,7 @@ def test_without_a_terminal_there_is_a_line_from_time_to_time(
 ) -> None:
     monkeypatch.setattr("hertzchain.cli.sweep._LINES", 0.0)
     monkeypatch.setattr("hertzchain.sweeps.parts.MOST_ROWS", 4)
-    monkeypatch.setattr("time.monotonic", iter(range(100_000)).__next__)
+    monkeypatch.setattr("time.monotonic", iter(range(1, 100_000)).__next__)
     done = hertzchain("sweep", "scene.toml", *GRID, "-o", "out")
     assert done.status == 0
-    first, second = done.err.splitlines()
-    assert re.fullmatch(r"hertzchain: 4 of 8 rows, \S+/s, \S+ \S+ left", first)
-    assert re.fullmatch(r"hertzchain: 8 of 8 rows, \S+/s, 0 s left", second)
+    assert done.err == "hertzchain: 4 of 8 rows\nhertzchain: 8 of 8 rows\n"
