@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import reprlib
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -59,18 +58,8 @@ class Sweep:
         return cls(manifest, manifest["rows"], Folder(folder, manifest))
 
     def __repr__(self) -> str:
-        from hertzchain.report.cards import card
-
-        drawn = self.manifest["samples"]
-        facts = [
-            *(("varies", _in_words(axis)) for axis in self.manifest["vary"]),
-            *(("tied", f"{key} = {one}") for key, one in self.manifest.get("ties", {}).items()),
-            *([("drawn", f"{drawn['count']:,} samples, seed {drawn['seed']}")] if drawn else []),
-            ("measured by", ", ".join(each["name"] for each in self.manifest["backends"])),
-            ("rows", f"{self.rows:,} when done; count() says how many are"),
-            ("kept in", str(self.folder or "memory")),
-        ]
-        return card("Sweep", facts)
+        varies = ", ".join(axis["name"] for axis in self.manifest["vary"])
+        return f"Sweep: {self.rows:,} rows over {varies}, kept in {self.folder or 'memory'}"
 
     @property
     def folder(self) -> Path | None:
@@ -242,13 +231,6 @@ def _engine(scheduler: str | None) -> AbstractContextManager[Measure]:
     from hertzchain.sweeps.cluster import cluster
 
     return cluster(scheduler)
-
-
-def _in_words(axis: Mapping[str, Any]) -> str:
-    """Return the name of what varies, and its first values or both ends, in SI."""
-    values = axis.get("values")
-    taken = f"{axis['low']:g} to {axis['high']:g}" if values is None else reprlib.repr(values)
-    return f"{axis['name']}: {taken}"
 
 
 def _aim(settings: Mapping[str, Any]) -> float:

@@ -103,7 +103,7 @@ def test_the_command(tmp_path: Path, hertzchain: Command) -> None:
     assert done.status == 0, done.err
     found = hc.Sweep.load(tmp_path / "out")
     assert found.to_frame()["chain.granules"].tolist() == [20, 10]
-    assert "0.2 / (2 * chain.radius)" in repr(found)
+    assert found.manifest["ties"] == LENGTH
     other = hertzchain("sweep", tmp_path / "scene.toml", *vary[:3], "chain.granules=7", *out)
     assert other.status == 2
     refused = hertzchain("sweep", tmp_path / "scene.toml", *vary[:3], "chain.granules", *out)
