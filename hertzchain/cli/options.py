@@ -65,7 +65,11 @@ LargestStep = Annotated[
 
 Size = Annotated[
     str | None,
-    typer.Option(metavar="WxH", help="Width and height of the picture in inches, such as 3.4x2.6."),
+    typer.Option(
+        metavar="WxH",
+        help="Width and height of the picture in inches, such as 3.4x2.6; it has the first of its"
+        " panels, as many as have room.",
+    ),
 ]
 Plot = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Draw peaks and differences (png, pdf, svg).")
@@ -156,44 +160,6 @@ def to_inches(size: str | None) -> tuple[float, float] | None:
     return width, height
 
 
-def to_window(option: str, given: str | None) -> tuple[float, float] | None:
-    """Return the two times that FROM:TO says [s], if it is given."""
-    if given is None:
-        return None
-    ends = given.split(":")
-    times = [to_seconds(option, end.strip()) for end in ends] if len(ends) == 2 else []
-    if len(times) != 2 or not 0 <= times[0] < times[1]:  # type: ignore[operator]
-        raise HertzchainError(f"{option} {given}: must be two times, such as '0.1 ms:0.4 ms'")
-    return times[0], times[1]  # type: ignore[return-value]
-
-
-def to_contacts(given: str, scene: Scene) -> list[int]:
-    """Numbers of contacts that a list of numbers and ranges names, increasing.
-
-    A range is FIRST:LAST or FIRST:LAST:STEP, the last included.
-    """
-    last = scene.last_contact
-    wall = ", the last that with the wall" if scene.wall is not None else ""
-    found: set[int] = set()
-    for piece in given.split(","):
-        ends = piece.split(":")
-        if len(ends) > 3 or not all(end.strip().isdecimal() for end in ends):
-            raise HertzchainError(
-                f"--contacts {given}: must be numbers with commas between them, or ranges such as"
-                " 10:30 or 10:30:5"
-            )
-        numbers = [int(end) for end in ends]
-        first, until = numbers[0], numbers[1] if len(ends) > 1 else numbers[0]
-        step = numbers[2] if len(ends) > 2 else 1
-        if not (2 <= first <= until <= last and step >= 1):
-            up = "; a range counts up" if len(ends) > 1 else ""
-            raise HertzchainError(
-                f"--contacts {given}: contacts of this scene are 2 to {last}{wall}{up}"
-            )
-        found.update(range(first, until + 1, step))
-    return sorted(found)
-
-
 def to_time_limit(given: str) -> float:
     """Return the time limit [s]."""
     from hertzchain.errors import POSITIVE, is_positive, require
@@ -236,11 +202,8 @@ NEEDS = {
     **dict.fromkeys(("isolate", "lmp", "ranks", "extrapolated"), "is for --backend lammps"),
     **dict.fromkeys(("watch_every", "pair_style", "dump_every"), "is for --engine lammps"),
     **dict.fromkeys(("no_shift", "column"), "is for measured traces"),
-    "record": "goes with -o, --plot, --report, --traces or --trajectory FILE",
-    "window": "goes with --record N",
-    "contacts": "goes with --plot FILE or --record N",
+    "record": "goes with -o, --plot, --report or --traces FILE",
     "size": "goes with --plot FILE",
-    "draw": "goes with --plot FILE",
 }
 """Options that need another one, with that option."""
 

@@ -86,15 +86,10 @@ def check_files(
 
 
 def write_file(what: str, path: Path | None, write: Callable[[Path], object]) -> None:
-    """Write a file, if wanted, after the results are printed: the disk may be full.
-
-    What ``write`` returns may be a sentence on what the file has not.
-    """
+    """Write a file, if wanted, after the results are printed: the disk may be full."""
     if path is None:
         return
     with progress() as report_progress:
         report_progress(f"writing {path}")
-        remark = write(path)
+        write(path)
     typer.echo(f"{what} written to {path}", err=True)
-    if isinstance(remark, str):
-        say(remark)

@@ -6,15 +6,8 @@ from pathlib import Path
 
 import typer
 
-from hertzchain.cli.options import (
-    AsJson,
-    Size,
-    refuse_without_need,
-    remark_on_units,
-    to_inches,
-    to_seconds,
-)
-from hertzchain.cli.output import check_files, compiling, progress, say, show, write_file
+from hertzchain.cli.options import AsJson, Size, refuse_without_need, to_inches, to_seconds
+from hertzchain.cli.output import check_files, progress, say, show, write_file
 
 
 def pulse(
@@ -33,15 +26,13 @@ def pulse(
     time_unit: str | None = typer.Option(
         None, metavar="UNIT", help="Of the times. Default: what the header says, or s."
     ),
-    scale: str | None = typer.Option(
-        None,
-        metavar="FLOAT",
-        help="N for each unit of the column, such as N per volt; may be negative.",
+    scale: float | None = typer.Option(
+        None, help="N for each unit of the column, such as N per volt; may be negative."
     ),
-    baseline: str | None = typer.Option(
+    baseline: float | None = typer.Option(
         None,
-        metavar="FLOAT",
-        help="What the column has without a force. Default: its mean before the pulse.",
+        help="What the column has without a force, in its unit. Default: its mean before the"
+        " pulse.",
     ),
     start: str | None = typer.Option(
         None,
@@ -52,13 +43,7 @@ def pulse(
     end: str | None = typer.Option(
         None, metavar="TIME", help="Where it ends. Default: where it is back in the noise."
     ),
-    scene: Path | None = typer.Option(
-        None,
-        metavar="SCENE",
-        help="What the pulse is for, whatever shock the file has: says what noise and fewer"
-        " rows do to the peaks.",
-    ),
-    rtol: float = typer.Option(1e-3, help="How much fewer rows may change the peaks."),
+    rows: int = typer.Option(80, help="Most rows of the table."),
     plot: Path | None = typer.Option(
         None, metavar="FILE", help="Draw recording, baseline and rows (png, pdf, svg)."
     ),
@@ -67,43 +52,29 @@ def pulse(
 ) -> None:
     """Make a pulse table of a recording: without baseline, from start to end, with few rows.
 
-    Says what was changed, and what noise does to F0 and impulse and, with --scene, to LM_ratio and
-    the peaks. Comments, header, separator and decimal commas are told from the file.
+    Says what was changed, and how well F0 and impulse are known. Comments, header, separator and
+    decimal commas are told from the file.
     """
     import json
 
     from hertzchain.files import write_text
-    from hertzchain.pulses.measured import check_accuracy, measured_pulse
+    from hertzchain.pulses.measured import measured_pulse
     from hertzchain.pulses.recording import read_recording
     from hertzchain.pulses.signal import Given, pulse_of
     from hertzchain.report.pulse import plot_pulse, print_pulse
 
-    check_files([recording, scene], [output], plot=plot)
-    check_accuracy(rtol)
+    check_files([recording], [output], plot=plot)
     refuse_without_need(plot is not None, size=size is not None)
     inches = to_inches(size)
-    given = Given(
-        _number("--baseline", baseline, "in the unit of the column"),
-        to_seconds("--start", start),
-        to_seconds("--end", end),
-    )
-    newtons = _number("--scale", scale, "N for each unit of the column, as 25 for 25 N per volt")
-    read = read_recording(recording, time, force, time_unit, newtons)
-    signal = pulse_of(read, given)
-    loaded = None
-    if scene is not None:
-        from hertzchain.pulses.measured import table_of
-        from hertzchain.scene.scene import Scene
-
-        loaded = Scene.from_toml(scene, shock=table_of(signal))
-        remark_on_units(loaded)
-    with progress() as report_progress, compiling(report_progress, loaded is not None):
+    given = Given(baseline, to_seconds("--start", start), to_seconds("--end", end))
+    read = read_recording(recording, time, force, time_unit, scale)
+    with progress() as report_progress:
         report_progress("looking for few rows that keep the pulse")
-        found = measured_pulse(read, signal, rtol, loaded)
+        found = measured_pulse(read, pulse_of(read, given), rows)
     if output is not None:
         write_text(output, found.to_text())
     show(as_json, found.to_dict, lambda console: print_pulse(console, found))
-    for warning in signal.warnings:
+    for warning in found.signal.warnings:
         say(warning)
     if output is not None:
         typer.echo(
@@ -112,13 +83,3 @@ def pulse(
             err=True,
         )
     write_file("Plot", plot, lambda path: plot_pulse(found, path, inches))
-
-
-def _number(option: str, given: str | None, unit: str) -> float | None:
-    """The number that an option says, in a unit that its words name."""
-    from hertzchain.errors import SceneError
-
-    try:
-        return None if given is None else float(given)
-    except ValueError:
-        raise SceneError(option, given, f"must be a number alone, {unit}") from None

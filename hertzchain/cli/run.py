@@ -22,10 +22,6 @@ _METHODS = (
 MethodName = StrEnum("MethodName", {name.upper(): name for name in _METHODS})  # type: ignore[misc]
 """The native methods."""
 
-_PANELS = ("peaks", "forces", "map")
-Panel = StrEnum("Panel", {name.upper(): name for name in _PANELS})  # type: ignore[misc]
-"""The panels of a picture of a run."""
-
 Wanted = StrEnum("Wanted", {"FIRST": "first", "ALL": "all"})
 """What accuracy is asked of."""
 
@@ -59,23 +55,14 @@ def run(
         "-o",
         "--output",
         help="Write the peaks of all contacts (.csv, .parquet) or all that is known (.json);"
-        " with --record the motion (.csv, .parquet, .npz).",
+        " with --record the motion (.csv, .parquet).",
     ),
     record: int | None = typer.Option(
         None,
         min=2,
         metavar="N",
         help="Record the motion at N times, equally spaced, for -o (displacement, velocity and"
-        " contact force of each granule), --plot, --report, --traces and --trajectory.",
-    ),
-    window: str | None = typer.Option(
-        None, metavar="FROM:TO", help="When --record begins and ends, such as '0.1 ms:0.4 ms'."
-    ),
-    contacts: str | None = typer.Option(
-        None,
-        metavar="LIST",
-        help="Which contacts --plot draws over time and --record keeps: 30, or 10,20,30, or"
-        " 10:30:5 for 10, 15, ... 30. Default: six; all.",
+        " contact force of each granule), --plot, --report and --traces.",
     ),
     plot: Path | None = typer.Option(
         None,
@@ -89,17 +76,8 @@ def run(
         " gauge_16_N, contact_10_N, wall_N (.csv, .parquet), at the times of --record or 500.",
     ),
     size: options.Size = None,
-    draw: list[Panel] | None = typer.Option(
-        None, help="What --plot draws; repeatable. Default: what there is room for."
-    ),
     report: Path | None = typer.Option(
         None, metavar="FILE", help="Write a page (html): plots, tables, all numbers."
-    ),
-    trajectory: Path | None = typer.Option(
-        None,
-        metavar="FILE",
-        help="Write the motion for viewers (.xyz or .extxyz: extended XYZ), at the times of"
-        " --record or 100.",
     ),
     uncertainty: int | None = typer.Option(
         None,
@@ -115,8 +93,7 @@ def run(
     if uncertainty is not None:
         for name, given in {
             "backend": backend != options.NATIVE, "method": method, "dt": dt, "lmp": lmp,
-            "wanted": wanted, "record": record, "window": window, "contacts": contacts,
-            "traces": traces, "draw": draw, "report": report, "trajectory": trajectory,
+            "wanted": wanted, "record": record, "traces": traces, "report": report,
             "isolate": isolate, "ranks": ranks, "extrapolated": extrapolated,
         }.items():  # fmt: skip
             if given:
@@ -134,20 +111,12 @@ def run(
     loaded = options.load_scene(scene)
     step = options.to_seconds("--dt", dt)
     limit = options.to_time_limit(time_limit)
-    shown = (output, plot, report, traces, trajectory)
+    shown = (output, plot, report, traces)
     is_recorded = any(path is not None for path in shown)
     options.refuse_without_need(is_recorded, record=record is not None)
-    options.refuse_without_need(record is not None, window=window is not None)
-    options.refuse_without_need(
-        plot is not None or record is not None, contacts=contacts is not None
-    )
-    options.refuse_without_need(plot is not None, size=size is not None, draw=draw is not None)
-    numbers = None if contacts is None else options.to_contacts(contacts, loaded)
-    between = options.to_window("--window", window)
-    files = RunFiles(
-        output, plot, trajectory, traces, record, numbers, between,
-        report, options.to_inches(size), draw,
-    )  # fmt: skip
+    options.refuse_without_need(plot is not None, size=size is not None)
+    inches = options.to_inches(size)
+    files = RunFiles(output, plot, traces, record, report, inches)
     files.check(scene, loaded)
     options.refuse_without_need(backend == "lammps", isolate=isolate, lmp=lmp, ranks=ranks)
     parameters = _parameters(backend, method, step, rtol, extrapolated)
@@ -157,7 +126,7 @@ def run(
         parameters |= options.lammps_options(isolate, lmp, ranks)
     with progress() as report_progress, compiling(report_progress, backend == "native"):
         report_progress(f"{backend}: running")
-        loaded = with_end(loaded, between, limit)
+        loaded = with_end(loaded, time_limit=limit)
         times = files.times(loaded)
         if backend == "native":
             parameters["peaks_only"] = times is None and method not in AS_WRITTEN

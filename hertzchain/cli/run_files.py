@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hertzchain.cli.output import check_files, say, write_file
+from hertzchain.cli.output import check_files, write_file
 from hertzchain.errors import require
 from hertzchain.scene.gauge import NO_GAUGE
 
@@ -16,7 +15,6 @@ if TYPE_CHECKING:
     from hertzchain.observables.result import Result
     from hertzchain.scene.scene import Scene
 
-FRAMES = 100  # of a trajectory without --record: four seconds in a viewer
 TRACE_TIMES = 500  # of traces without --record, as force over time is usually drawn
 
 
@@ -26,36 +24,28 @@ class RunFiles:
 
     Parameters
     ----------
-    output, plot, trajectory, traces
+    output, plot, traces
         Paths, as the options have them.
     record
         How many times are recorded for ``output``, which then has the motion, and all others.
-    contacts
-        Numbers of the contacts that are plotted over time, and kept of the motion.
-    window
-        From when until when ``record`` is [s]; None for the whole run.
     report
         Path of a page.
-    size, draw
-        Width and height [inches], and the panels, of ``plot``.
+    size
+        Width and height of ``plot`` [inches].
     """
 
     output: Path | None
     plot: Path | None
-    trajectory: Path | None
     traces: Path | None
     record: int | None
-    contacts: Sequence[int] | None
-    window: tuple[float, float] | None = None
     report: Path | None = None
     size: tuple[float, float] | None = None
-    draw: Sequence[str] | None = None
 
     def check(self, file: Path, scene: Scene) -> None:
         """Raise an OutputError, before any work is done, for what cannot be written."""
         require(self.traces is None or bool(scene.gauges), "gauge", None, NO_GAUGE)
         own = {"result" if self.record is None else "motion": self.output, "plot": self.plot}
-        others = {"trajectory": self.trajectory, "traces": self.traces, "page": self.report}
+        others = {"traces": self.traces, "page": self.report}
         check_files([file], (), **own, **others)
 
     @property
@@ -74,20 +64,17 @@ class RunFiles:
     def _times(self, scene: Scene) -> dict[str, FloatArray]:
         """The times of each kind of file that shows motion [s]."""
         found: dict[str, FloatArray] = {}
-        shown = (self.record, self.plot, self.trajectory, self.traces, self.report)
+        shown = (self.record, self.plot, self.traces, self.report)
         if all(one is None for one in shown):
             return found
-        from hertzchain.report.trajectory import frame_times
-        from hertzchain.report.waterfall import plot_times
+        from hertzchain.report.waterfall import frame_times, plot_times
 
         if self.record is not None:
-            found["motion"] = found["plot"] = frame_times(scene, self.record, self.window)
+            found["motion"] = found["plot"] = frame_times(scene, self.record)
         elif self.plot is not None or self.report is not None:
             found["plot"] = plot_times(scene)
         if self.traces is not None:
-            found["traces"] = frame_times(scene, self.record or TRACE_TIMES, self.window)
-        if self.trajectory is not None:
-            found["trajectory"] = frame_times(scene, self.record or FRAMES, self.window)
+            found["traces"] = frame_times(scene, self.record or TRACE_TIMES)
         return found
 
     def write(self, result: Result, scene: str) -> None:
@@ -104,26 +91,12 @@ class RunFiles:
         from hertzchain.report.motion import at_times, write_motion, write_traces
         from hertzchain.report.page import write_page
         from hertzchain.report.run import of_result
-        from hertzchain.report.trajectory import write_trajectory
-        from hertzchain.report.waterfall import coarse_times
 
         moving = {name: at_times(result, time) for name, time in times.items()}
-        is_drawn = self.plot is not None or self.report is not None
-        coarse = coarse_times(moving["plot"]) if is_drawn else None
         if self.record is not None:
-            write_file(
-                "Motion",
-                self.output,
-                lambda path: write_motion(moving["motion"], path, self.contacts),
-            )
-        if is_drawn:
+            write_file("Motion", self.output, lambda path: write_motion(moving["motion"], path))
+        if self.plot is not None or self.report is not None:
             shown = of_result(moving["plot"])
-            how = self.contacts, self.size, self.draw
-            write_file("Plot", self.plot, lambda path: plot_document(shown, path, *how))
+            write_file("Plot", self.plot, lambda path: plot_document(shown, path, self.size))
             write_file("Report", self.report, lambda path: write_page(shown, path, scene))
-        if coarse:
-            say(coarse)
         write_file("Traces", self.traces, lambda path: write_traces(moving["traces"], path))
-        write_file(
-            "Trajectory", self.trajectory, lambda path: write_trajectory(moving["trajectory"], path)
-        )

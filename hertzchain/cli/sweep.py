@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -30,12 +30,9 @@ if TYPE_CHECKING:
 
 _LINES = 30.0  # time between two lines of progress without a terminal [s]
 
-_SOURCES = (*(name for name, engine in ENGINES.items() if engine.swept), "formulas")
-Source = StrEnum("Source", {name.upper(): name for name in _SOURCES})  # type: ignore[misc]
+_SWEPT = [name for name, engine in ENGINES.items() if engine.swept]
+Source = StrEnum("Source", {name.upper(): name for name in _SWEPT})  # type: ignore[misc]
 """Backends that measure the scenes of a sweep."""
-
-
-FileFormat = StrEnum("FileFormat", {"PARQUET": "parquet", "CSV": "csv"})  # formats of the tables
 
 
 def sweep(
@@ -64,23 +61,15 @@ def sweep(
     tie: options.Ties = None,
     backend: list[Source] | None = typer.Option(
         None,
-        help="Who measures each scene; repeatable; formulas: uniform free chains alone."
-        " Default: native.",
+        help="Who measures each scene; repeatable. Default: native.",
     ),
     rtol: float = typer.Option(RTOL, help="Wanted relative accuracy of the peaks."),
     peaks: bool = typer.Option(False, "--peaks", help="Keep the peaks of all contacts, too."),
-    file_format: FileFormat = typer.Option(
-        FileFormat.PARQUET, "--format", help="What the tables are kept in."
-    ),
     scheduler: str | None = typer.Option(
         None,
         metavar="ADDRESS",
         help="Measure on the workers of this Dask scheduler, not on this machine.",
     ),
-    extrapolated: bool = typer.Option(
-        False, "--extrapolated", help="LAMMPS: extrapolate from two steps, an eighth of the cost."
-    ),
-    lmp: options.LammpsBinary = None,
     time_limit: options.TimeLimit = "1 h",
     as_json: options.AsJson = False,
 ) -> None:
@@ -91,27 +80,23 @@ def sweep(
     A sweep that was stopped or killed continues when it is started again. A scene that fails is a
     row with the reason.
     """
+    from hertzchain.engines.lammps import Lammps
+    from hertzchain.engines.native import Native
     from hertzchain.sweeps import sweep as measure
-    from hertzchain.sweeps.parts import backend_named
 
     if output.suffix.lower() in (".csv", ".parquet"):
         raise HertzchainError(
-            f"-o {output}: is to be a folder; for one file of text in it say --format csv"
+            f"-o {output}: is to be a folder, of tables that pandas.read_parquet reads"
         )
     limit = options.to_time_limit(time_limit)
     wanted = backend or [Source("native")]
-    options.refuse_without_need("lammps" in wanted, extrapolated=extrapolated, lmp=lmp)
-    common = {"rtol": rtol, "time_limit": limit}
+    common: Any = {"rtol": rtol, "time_limit": limit}
     # An accuracy that no simulation has is refused before the scene is read.
-    own = {
-        "extrapolated": extrapolated,
-        **options.lammps_options(isolate=False, lmp=lmp, ranks=None),
-    }
-    lammps = backend_named("lammps", **common, **own)
+    lammps = Lammps(lmp=options.named_binary(None), **common)
     loaded = options.load_scene(scene)
     varied = options.by_name("--vary", vary, "shock.momentum_ratio=0.1:10:50:log")
     options.remark_on_units_of(varied, loaded)
-    backends = [lammps if one == "lammps" else backend_named(one, **common) for one in wanted]
+    backends = [lammps if one == "lammps" else Native(**common) for one in wanted]
     begin = time.perf_counter()
     with _going_on(output), _counting("native" in wanted) as report_progress:
         swept = measure(
@@ -123,7 +108,6 @@ def sweep(
             backends=backends,
             peaks=peaks,
             output=output,
-            file_format=file_format.value,
             scheduler=scheduler,
             progress=report_progress,
         )
@@ -141,7 +125,8 @@ def sweep(
             }
         )
     else:
-        typer.echo(f"{counts.done:,} rows in {output}, {_how_to_open(output, file_format)}")
+        how = f'for pandas: read_parquet("{output / "scenes"}")'
+        typer.echo(f"{counts.done:,} rows in {output}, {how}")
     _warn(counts, rtol)
     raise typer.Exit(OUT_OF_TOLERANCE if counts.failed or counts.missed else DONE)
 
@@ -183,40 +168,22 @@ def _warn(counts: Counts, rtol: float) -> None:
         )
 
 
-def _how_to_open(output: Path, file_format: FileFormat) -> str:
-    if file_format is FileFormat.CSV:
-        return f"in one piece: {output / 'scenes.csv'}"
-    return f'for pandas: read_parquet("{output / "scenes"}")'
-
-
 @contextmanager
 def _counting(is_native: bool) -> Iterator[Callable[[int, int], None]]:
-    """Show progress, speed and remaining time of a sweep on stderr."""
+    """Say how many rows of a sweep are done, in a terminal all the time, else now and then."""
     is_terminal = sys.stderr is not None and sys.stderr.isatty()
+    next_line = 0.0  # at the first call
     with progress() as report_progress, compiling(report_progress, is_native):
-        yield _Lines(report_progress, 0.0) if is_terminal else _Lines(say, _LINES)
 
+        def count(done: int, total: int) -> None:
+            nonlocal next_line
+            rows, now = f"{done:,} of {total:,} rows", time.monotonic()
+            report_progress(rows)
+            if next_line == 0 and 0 < done < total:
+                say(f"{rows} are there, resuming")
+            elif 0 < next_line < now and not is_terminal:
+                say(rows)
+            if now > next_line:
+                next_line = now + _LINES
 
-class _Lines:
-    """Says from time to time [s] how many rows of a sweep are done, and how fast."""
-
-    def __init__(self, tell: Callable[[str], None], interval: float) -> None:
-        self._tell, self._interval = tell, interval
-        self._begin: tuple[float, int] | None = None
-        self._next = 0.0
-
-    def __call__(self, done: int, total: int) -> None:
-        from hertzchain.limits import in_words
-
-        now = time.monotonic()
-        if self._begin is None:  # rows done before do not count for the rate
-            self._begin, self._next = (now, done), now + self._interval
-            if 0 < done < total:
-                say(f"{done:,} of {total:,} rows are there, resuming")
-        begin, before = self._begin
-        if now < self._next or done == before:
-            return
-        rate = (done - before) / max(now - begin, 1e-9)
-        how_far = f"{done:,} of {total:,} rows, {rate:,.3g}/s"
-        self._tell(f"{how_far}, {in_words((total - done) / rate)} left")
-        self._next = now + self._interval
+        yield count

@@ -32,12 +32,8 @@ def tradeoff(
         None, metavar="FILE", help="Draw error against time (png, pdf, svg)."
     ),
     size: Size = None,
-    output: Path | None = typer.Option(
-        None, "-o", "--output", help="Write all that was measured (CSV)."
-    ),
 ) -> None:
     """Measure error against cost of every method on a scene; half a minute for 60 granules."""
-    from hertzchain.files import write_text
     from hertzchain.report import figures
     from hertzchain.report.tradeoff import print_tradeoff
     from hertzchain.verdict.tradeoff import tradeoff as measure
@@ -45,15 +41,12 @@ def tradeoff(
     refuse_without_need(plot is not None, size=size is not None)
     inches = to_inches(size)
     loaded = load_scene(scene)
-    check_files([scene], [output], plot=plot)
+    check_files([scene], plot=plot)
     with progress() as report_progress, compiling(report_progress):
         measured = measure(loaded, progress=report_progress)
     show(as_json, measured.to_dict, lambda console: print_tradeoff(console, [measured]))
     for remark in measured.remarks:
         say(remark)
     write_file("Plot", plot, lambda path: figures.plot_tradeoff([measured], path, inches))
-    write_file(
-        "Table", output, lambda path: write_text(path, measured.to_frame().to_csv(index=False))
-    )
     if measured.missing:
         raise typer.Exit(UNUSABLE)

@@ -73,7 +73,7 @@ class Shown:
         output.write_file(
             "Plot",
             self.plot,
-            lambda path: figures.plot_document(document, path, size=self._inches),
+            lambda path: figures.plot_document(document, path, self._inches),
         )
         output.write_file(
             "Report", self.report, lambda path: page.write_page(document, path, *names)

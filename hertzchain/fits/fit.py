@@ -107,7 +107,7 @@ def fit(
     time_limit
         Time limit of the whole fit [s].
     progress
-        True for a line in the terminal or notebook on what is being done, or a function that is
+        True for a line in the terminal on what is being done, or a function that is
         called with each such line.
 
     Raises

@@ -14,8 +14,8 @@ from hertzchain.errors import SceneError, require
 from hertzchain.scene.scene import Scene
 from hertzchain.sweeps.axes import Span, axis_of
 from hertzchain.sweeps.columns import is_whole
-from hertzchain.sweeps.formulas import Tie, ties_of
 from hertzchain.sweeps.keys import base_values, full_name
+from hertzchain.sweeps.ties import Tie, ties_of
 
 GAIN = "gain"
 """A key that no scene has: the measured over the true force, the same for all gauges."""

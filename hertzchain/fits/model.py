@@ -17,8 +17,8 @@ from hertzchain.limits import Deadline
 from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.run import Run
 from hertzchain.scene.scene import Scene
-from hertzchain.sweeps.formulas import tied
 from hertzchain.sweeps.keys import changed
+from hertzchain.sweeps.ties import tied
 from hertzchain.verdict.traces.matching import FEWEST, Expected, read_in
 from hertzchain.verdict.traces.traces import ENOUGH, Traces
 

@@ -19,8 +19,8 @@ from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.scene import Scene
 from hertzchain.showing import ShowProgress, telling
 from hertzchain.sweeps.columns import COUNTS, numbers_of, unit_of
-from hertzchain.sweeps.formulas import tied
 from hertzchain.sweeps.keys import changed
+from hertzchain.sweeps.ties import tied
 
 _ACCURATE = 1e-6
 """Accuracy of runs: a hundredth of the tolerance of the search."""

@@ -1,4 +1,4 @@
-"""Noise of a recording: its strength, and further noise of the same kind."""
+"""The noise of a recording: its strength, and how far neighbours share it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LEAST = 16
 _TO_DEVIATION = 1.4826  # standard deviation over median size of Gaussian noise
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Noise:
     """Noise of the force.
 
@@ -25,27 +25,15 @@ class Noise:
         Standard deviation of a sample [N]; at least that of the digits of the recording.
     density
         Standard deviation of its integral over a time, over the root of that time [N s^(1/2)].
-    samples
-        Samples without a pulse, of mean 0 [N]; empty if the recording has too few.
     """
 
     deviation: float
     density: float
-    samples: FloatArray
 
-    def again(self, count: int, length: int, generator: np.random.Generator) -> FloatArray:
-        """Return noise of the same kind, shape (count, length).
-
-        It consists of blocks of the measured noise, which keeps the correlation of neighbours
-        (Kunsch 1989); it is Gaussian if there are too few samples.
-        """
-        measured = self.samples.size
-        if measured < LEAST or not np.any(self.samples):
-            return generator.normal(0.0, self.deviation, (count, length))
-        block = math.isqrt(measured)
-        starts = generator.integers(0, measured - block + 1, (count, -(-length // block)))
-        drawn: FloatArray = self.samples[starts[:, :, np.newaxis] + np.arange(block)]
-        return drawn.reshape(count, -1)[:, :length]
+    def of_mean(self, samples: int, step: float) -> float:
+        """Return the standard deviation of a mean [N] of samples with a time between them [s]."""
+        slow = self.density / math.sqrt(samples * step)
+        return max(self.deviation / math.sqrt(samples), slow)
 
 
 def noise_before(force: FloatArray, step: float, resolution: float) -> Noise:
@@ -60,7 +48,7 @@ def noise_before(force: FloatArray, step: float, resolution: float) -> Noise:
     block = math.isqrt(samples.size)
     blocks = samples[: samples.size // block * block].reshape(-1, block)
     of_blocks = float(blocks.mean(axis=1).std(ddof=1)) * math.sqrt(block * step)
-    return Noise(deviation, max(of_blocks, of_digits * math.sqrt(step)), samples)
+    return Noise(deviation, max(of_blocks, of_digits * math.sqrt(step)))
 
 
 def noise_within(force: FloatArray, step: float, resolution: float) -> Noise:
@@ -72,7 +60,7 @@ def noise_within(force: FloatArray, step: float, resolution: float) -> Noise:
     second = np.diff(force, 2)
     scatter = float(np.median(np.abs(second))) * _TO_DEVIATION / math.sqrt(6.0)
     deviation = max(scatter, resolution / math.sqrt(12.0))
-    return Noise(deviation, deviation * math.sqrt(step), np.zeros(0))
+    return Noise(deviation, deviation * math.sqrt(step))
 
 
 def resolution_of(force: FloatArray) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.observables.result import Result
-from hertzchain.report.junit import Case, Suite, case
+from hertzchain.report.junit import ERROR, FAILURE, Case, Suite, case
 
 if TYPE_CHECKING:
     from hertzchain.verdict.check import Check
@@ -114,7 +114,6 @@ class Document:
     drawn: Mapping[str, FloatArray]  # peak forces [N] next to native's, by the names of styles
     limits: Sequence[tuple[str, str, float]]  # style, label, value of lines among differences
     absent: Sequence[str] = ()  # labels of engines that did not run
-    cases: tuple[Case, ...] = ()  # of the JUnit suite, where they are not the checks
     answers: Table | None = None  # the transition by each engine of a comparison
     checks: Sequence[Check] = ()  # on which the verdict rests
     notes: Sequence[str] = ()  # remarks on the answers: formulas, engines with a similar chain
@@ -125,7 +124,6 @@ class Document:
     # differences in a user's deck, in the order in which to mend them
     findings: Sequence[Finding] = ()
     overlays: Sequence[Overlay] = ()  # measured traces, drawn in place of peaks
-    texts: Sequence[tuple[str, str]] = ()  # names and texts of the files of the deck
 
     @property
     def native(self) -> Result:
@@ -147,8 +145,18 @@ class Document:
     def suite(self, scene: str, begun: datetime, seconds: float) -> Suite:
         """Name of the JUnit suite, without dots, which CI systems take for folders."""
         name = f"hertzchain.{self.command}.{scene.replace('.', '_')}"
-        cases = self.cases or tuple(
+        cases = tuple(
             case(one.name, one.measured, one.expected, one.tolerance, one.passed, one.reason)
             for one in self.checks
         )
-        return Suite(name, cases, begun, seconds)
+        return Suite(name, cases or (self._case_of_verdict(),), begun, seconds)
+
+    def _case_of_verdict(self) -> Case:
+        """Return the verdict as the only test case."""
+        verdict = self.verdict
+        if verdict.passed:
+            return Case("verdict")
+        failures = (" ".join((f"{one.name}:", one.found, one.advice)) for one in verdict.failures)
+        said = [verdict.sentence, *failures, *verdict.remarks]
+        problem = ERROR if verdict.passed is None else FAILURE
+        return Case("verdict", problem, verdict.sentence, "\n".join(said))

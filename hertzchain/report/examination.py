@@ -10,7 +10,6 @@ import numpy as np
 
 from hertzchain.report.document import Document, Failure, Finding, Peaks, Verdict
 from hertzchain.report.facts import given_peaks
-from hertzchain.report.junit import ERROR, FAILURE, Case
 from hertzchain.report.style import LABELS
 
 if TYPE_CHECKING:
@@ -47,7 +46,6 @@ def of_examination(examination: DeckExamination) -> Document:
         name="examination",
         numbers=examination.to_dict,
         command="examine",
-        cases=tuple(_case(check) for check in examination.checks),
         results={"native": native},
         verdict=Verdict(
             examination.passed,
@@ -72,7 +70,6 @@ def of_examination(examination: DeckExamination) -> Document:
             *([Finding([peaks.sentence], False, "", "")] if found.stopped else []),
             *(_small(one) for one in small),
         ],
-        texts=_marked(examination),
     )  # fmt: skip
 
 
@@ -154,21 +151,6 @@ def _peaks(examination: DeckExamination) -> Peaks:
     return given_peaks(native, what, LABELS["lammps"], given, native.peak_force, words)
 
 
-def _case(check: DeckCheck) -> Case:
-    """Return a check as a test case, whose message has the difference."""
-    if check.passed:
-        return Case(check.name)
-    problem = ERROR if check.measured is None else FAILURE
-    lines = [check.sentence, f"reason: {check.reason}"]
-    if _effect(check):
-        lines.append(_effect(check))
-    if check.place is not None:
-        lines.append(f"{check.place}: {check.place.written}")
-        lines += [f"right: {command}" for command in check.command.splitlines()]
-    where = "" if check.place is None else f" ({check.place})"
-    return Case(check.name, problem, f"{check.sentence}{where}", "\n".join(lines))
-
-
 def _remarks(examination: DeckExamination) -> list[str]:
     """Return sentences on parts not examined, and on commands left out."""
     left = [
@@ -181,18 +163,3 @@ def _remarks(examination: DeckExamination) -> list[str]:
 def _once(commands: Sequence[Executed]) -> list[Executed]:
     """Return commands without the repetitions of a loop."""
     return list({(one.file, one.line): one for one in commands}.values())
-
-
-def _marked(examination: DeckExamination) -> list[tuple[str, str]]:
-    """Return the text of the deck's files, with what is wrong as comments below its lines."""
-    below: dict[tuple[str, int], list[str]] = {}
-    for check in (*examination.to_mend, *examination.small):
-        if check.place is not None:
-            said = f"{check.sentence}. Right: {check.command}" if check.command else check.sentence
-            mark = f"# {'small:' if check.passed else '✗'} {said}".replace("\n", "\n#   ")
-            below.setdefault((check.place.file, check.place.line), []).append(mark)
-    return [
-        (name, "\n".join(text for number, line in enumerate(content.splitlines(), start=1)
-                         for text in (line, *below.get((name, number), ()))))
-        for name, content in examination.texts
-    ]  # fmt: skip

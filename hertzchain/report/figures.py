@@ -31,32 +31,17 @@ def panels_of(document: Document) -> tuple[str, ...]:
     return tuple(known)
 
 
-def _with_room(
-    document: Document, size: tuple[float, float] | None, only: Sequence[str] | None
-) -> tuple[list[str], list[str]]:
-    """Return the panels of a picture, and those that it has no room for."""
-    from hertzchain.report.panels import DRAW
-
-    wanted = [name for name in DRAW if name in (only or panels_of(document))]
-    count = len(wanted) if size is None else max(1, int(size[1] / _LEAST))
-    return wanted[:count], wanted[count:]
-
-
-def figure_of(
-    document: Document,
-    contacts: Sequence[int] | None = None,
-    size: tuple[float, float] | None = None,
-    only: Sequence[str] | None = None,
-) -> Picture:
+def figure_of(document: Document, size: tuple[float, float] | None = None) -> Picture:
     """Draw a run or a verdict: along the chain and, where it was recorded, over time.
 
-    ``contacts`` are those whose force over time is drawn, ``only`` names panels. A picture of a
-    ``size`` [inches] has as many panels as have room.
+    A picture of a ``size`` [inches] has as many panels as have room.
     """
     from hertzchain.report import panels
     from hertzchain.report.picture import SMALL, Picture, fit_letters
 
-    shown, _ = _with_room(document, size, only)
+    shown = panels_of(document)
+    if size is not None:
+        shown = shown[: max(1, int(size[1] / _LEAST))]
     heights = [panels.HEIGHTS[name] for name in shown]
     figure = Picture(size or (_WIDE, sum(heights) + 0.6))
     if figure.get_figwidth() >= SMALL:
@@ -67,7 +52,7 @@ def figure_of(
     for above, below in shared:
         axes[above].sharex(axes[below])
     for name, one in axes.items():
-        panels.DRAW[name](one, document, contacts)
+        panels.DRAW[name](one, document)
     for above, _ in shared:
         axes[above].tick_params(labelbottom=False)
         axes[above].set_xlabel("")
@@ -76,19 +61,10 @@ def figure_of(
 
 
 def plot_document(
-    document: Document,
-    path: Path | str,
-    contacts: Sequence[int] | None = None,
-    size: tuple[float, float] | None = None,
-    only: Sequence[str] | None = None,
-) -> str | None:
-    """Write ``figure_of`` a document, in the format of the suffix, whole or not at all.
-
-    Return a sentence where there is no room for a panel.
-    """
-    write_with(path, figure_of(document, contacts, size, only).savefig)
-    left = _with_room(document, size, only)[1]
-    return f"{path} has no room for {', '.join(left)}: take a higher --size" if left else None
+    document: Document, path: Path | str, size: tuple[float, float] | None = None
+) -> None:
+    """Write ``figure_of`` a document, in the format of the suffix, whole or not at all."""
+    write_with(path, figure_of(document, size).savefig)
 
 
 def _title(document: Document) -> str:

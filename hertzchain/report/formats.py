@@ -11,7 +11,7 @@ _KNOWN = {
     "plot": ("cannot be drawn, the name", (".pdf", ".png", ".svg")),
     "page": ("a report is a page, the name", (".html", ".htm")),
     "trajectory": ("a trajectory's name", (".xyz", ".extxyz")),
-    "motion": ("with --record the motion is written, the name", (".csv", ".parquet", ".npz")),
+    "motion": ("with --record the motion is written, the name", (".csv", ".parquet")),
     "traces": ("traces are a table, the name", (".csv", ".parquet")),
     "result": ("cannot be written, the name", (".csv", ".json", ".parquet")),
 }

@@ -8,9 +8,7 @@ import numpy as np
 
 from hertzchain.report.document import Document, Failure, Peaks, Verdict
 from hertzchain.report.facts import given_peaks
-from hertzchain.report.junit import ERROR, FAILURE, SKIPPED, Case, case
 from hertzchain.report.style import GIVEN
-from hertzchain.verdict.judgement import judged_peaks
 
 if TYPE_CHECKING:
     from hertzchain.verdict.judgement import Judgement
@@ -37,7 +35,6 @@ def of_judgement(judgement: Judgement) -> Document:
         name="judgement",
         numbers=judgement.to_dict,
         command="judge",
-        cases=_cases(judgement),
         results={"native": native},
         verdict=Verdict(
             None if judged == 0 else not failed.size,
@@ -64,35 +61,6 @@ def _peaks(judgement: Judgement) -> Peaks:
     what = "First pulse" if judgement.of_first_pulses else "Peak force"
     what = f"{what} of each contact [N]: as given"
     return given_peaks(judgement.reference, what, "given", given, reference, words)
-
-
-def _cases(judgement: Judgement) -> tuple[Case, ...]:
-    """Return the verdict and each contact as test cases; contacts not judged are skipped."""
-    cases = [Case("verdict")]
-    if judgement.verdict != "pass":
-        why = [judgement.summary]
-        why += [f"Likely cause: {judgement.cause}"] if judgement.cause else []
-        why += [f"Hint: {judgement.hint}"] if judgement.hint else []
-        problem = ERROR if judgement.largest_difference is None else FAILURE
-        text = "\n".join([*why, *judgement.remarks])
-        cases = [Case("verdict", problem, "; ".join(why), text)]
-    unit = "peak force [N] within the relative tolerance asked for"
-    pressed = judged_peaks(judgement.truth, judgement.given)
-    allowed = np.zeros(pressed.size) if judgement.sampling is None else judgement.sampling
-    for contact_at, row in enumerate(judgement.rows):
-        contact = judgement.reference.scene.contact_name(contact_at + 2)
-        given, reference = row["given_N"], row["reference_N"]
-        assert reference is not None
-        if row["passed"] is None:
-            why_not = "no peak was given" if given is None else "pressed too little to be judged"
-            if pressed[contact_at]:
-                why_not = "sampled too rarely to be judged"
-            cases.append(Case(contact, SKIPPED, why_not))
-            continue
-        tolerance = (judgement.tolerance + float(allowed[contact_at])) * reference
-        subject = f"peak force of {contact} [N]"
-        cases.append(case(contact, given, reference, tolerance, bool(row["passed"]), unit, subject))
-    return tuple(cases)
 
 
 def _facts(judgement: Judgement, judged: int, failed: int) -> list[tuple[str, str]]:

@@ -132,24 +132,16 @@ def pictures(draw: Callable[..., Picture]) -> list[Markup]:
 
 def _caption(document: Document) -> str:
     """Return sentences on what the figure of a document shows."""
-    native = document.native
-    from hertzchain.report.figures import panels_of
-
     if document.overlays:
         return "Dots are measured, lines are the reference, each gauge above its own zero."
-    panels, p = panels_of(document), native.transition_granules
-    said = ["Contact i lies between granules i \u2212 1 and i."]
-    if p is not None:
-        said.append(f"p = {p} is the number of granules in the transition.")
+    said = ["Contact i lies between granules i \u2212 1 and i; p is the end of the transition."]
     if document.absent:
         said.append(f"{' and '.join(document.absent)}: not run.")
-    if "differences" in panels:
+    if document.drawn:
         said.append(
-            "Differences are relative and without their sign; lines are what each simulation says"
-            " of its own error, at most. Exact agreement is not drawn on the logarithmic scale."
+            "Differences are relative and without their sign, exact agreement is not drawn; lines"
+            " are what each simulation says of its own error, at most."
         )
-    if "forces" not in panels:
-        said.append("Forces over time are not drawn: no motion was recorded.")
     return " ".join(said)
 
 

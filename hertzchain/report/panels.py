@@ -6,7 +6,6 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.observables.result import Result
@@ -19,30 +18,13 @@ from hertzchain.report.waterfall import drawn_contacts, while_moving, with_peak
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-LONG = 200  # contacts from which on axes are logarithmic and not all points are drawn
-_POINTS = 150  # most contacts then: more cannot be told apart
-
-_BY_DEFAULT = 6  # contacts whose force over time is drawn
+_LONG = 200  # contacts from which on axes are logarithmic and points are a bitmap; chosen
+_DRAWN = 6  # contacts whose force over time is drawn
 _MARKED = 80  # contacts up to which each peak has a marker; more would melt into a band
-_NAMED = 12  # curves that a legend names without covering them; more have a colour bar
 _LIGHTEST = 0.9  # shade of a curve; the last tenth of the colours is too light on white
 
 
-def marked_contacts(document: Document) -> NDArray[np.intp]:
-    """Return the indices of contacts with markers: all, or the first, some others, and the worst.
-
-    The worst have the largest differences from the reference.
-    """
-    size = document.native.contact.size
-    if size <= LONG:
-        return np.arange(size)
-    some = np.geomspace(1, size, _POINTS).astype(np.intp) - 1
-    off = document.differences.values()
-    worst = [np.nanargmax(values) for values in off if np.any(np.isfinite(values))]
-    return np.unique(np.concatenate([some, np.asarray(worst, np.intp)]))
-
-
-def draw_peaks(axes: Axes, document: Document, *_: object) -> None:
+def draw_peaks(axes: Axes, document: Document) -> None:
     """Draw the peak of each contact, or its first pulse where a run was asked for these."""
     native = document.native
     contact, what = native.contact, "peak force"
@@ -92,16 +74,16 @@ def draw_peaks(axes: Axes, document: Document, *_: object) -> None:
 
 def _draw_points(axes: Axes, document: Document, drawn: Mapping[str, FloatArray]) -> None:
     """Draw values of named engines as open markers."""
-    some = marked_contacts(document)
+    contact = document.native.contact
     for name, values in drawn.items():
         axes.plot(
-            document.native.contact[some], values[some], linestyle="none", fillstyle="none",
-            color=style.COLOURS[name], marker=style.MARKERS[name], markersize=4.5,
-            label=style.LABELS[name],
+            contact, values, linestyle="none", fillstyle="none", color=style.COLOURS[name],
+            marker=style.MARKERS[name], markersize=4.5, label=style.LABELS[name],
+            rasterized=contact.size > _LONG,
         )  # fmt: skip
 
 
-def draw_differences(axes: Axes, document: Document, *_: object) -> None:
+def draw_differences(axes: Axes, document: Document) -> None:
     """Draw differences from native on a logarithmic axis, with a line for each error."""
     axes.set_yscale("log")
     shown = {name: np.where(off > 0, off, np.nan) for name, off in document.differences.items()}
@@ -122,7 +104,7 @@ def _finish_along(axes: Axes, document: Document, named: Collection[str] = ()) -
     if native.transition_granules is not None:
         axes.axvline(native.transition_granules, color="0.6", linewidth=0.8, zorder=0)
     axes.set_xlim(1, native.contact[-1] + 1)
-    if native.contact.size > LONG and native.scene.is_plain:
+    if native.contact.size > _LONG and native.scene.is_plain:
         axes.set_xscale("log")
         axes.set_xlim(1.8, native.contact[-1] * 1.1)
     else:
@@ -140,17 +122,15 @@ def what_happens(result: Result, contacts: Sequence[int]) -> tuple[float, float]
     return while_moving(history.time, np.max(moving, axis=1))
 
 
-def draw_forces(axes: Axes, document: Document, contacts: Sequence[int] | None) -> None:
+def draw_forces(axes: Axes, document: Document) -> None:
     """Draw contact forces over time, each with its exact peak, and the applied force.
 
     Forces by other engines are dashed lines over those of the first.
     """
-    contacts = contacts or drawn_contacts(document.native, _BY_DEFAULT)
     from matplotlib import colormaps
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import ListedColormap, Normalize
 
     result = document.native
+    contacts = drawn_contacts(result, _DRAWN)
     history = recorded(result)
     if result.scene.ramps:
         applied, label = result.scene.applied_force(history.time), "applied force"
@@ -158,15 +138,10 @@ def draw_forces(axes: Axes, document: Document, contacts: Sequence[int] | None) 
         if load is not None and load.force:
             applied, label = applied + load.force, "applied and static force"
         axes.plot(history.time, applied, "--", color="0.6", label=label)
-    shades = ListedColormap(colormaps["viridis"](np.linspace(0, _LIGHTEST, 256)))
-    few = len(contacts) <= _NAMED
-    ends = (0, max(len(contacts) - 1, 1)) if few else (min(contacts), max(contacts))
-    spread = Normalize(*ends)
-    for k, contact in enumerate(contacts):
-        time, force = with_peak(result, contact)
+    shades = colormaps["viridis"](np.linspace(0, _LIGHTEST, len(contacts)))
+    for contact, shade in zip(contacts, shades, strict=True):
         label = result.scene.contact_name(contact)
-        shade = shades(spread(k if few else contact))
-        axes.plot(time, force, color=shade, linewidth=1.2, label=label)
+        axes.plot(*with_peak(result, contact), color=shade, linewidth=1.2, label=label)
     others = {name: one for name, one in document.results.items() if one is not result}
     for name, other in others.items():
         for contact in contacts if other.history is not None else ():
@@ -179,16 +154,10 @@ def draw_forces(axes: Axes, document: Document, contacts: Sequence[int] | None) 
     in_units(axes.yaxis, "contact force [N]")
     in_units(axes.xaxis, "time [s]")
     axes.grid(alpha=0.25)
-    if few:
-        legend_above(axes)
-    else:
-        if result.scene.ramps:
-            axes.legend(handles=axes.lines[:1], fontsize="x-small")
-        shown = ScalarMappable(spread, shades)
-        axes.figure.colorbar(shown, ax=axes, label="contact", location="top", aspect=60)
+    legend_above(axes)
 
 
-def draw_map(axes: Axes, document: Document, *_: object) -> None:
+def draw_map(axes: Axes, document: Document) -> None:
     """Draw the contact force of all contacts over time."""
     result = document.native
     history = recorded(result)
@@ -206,7 +175,7 @@ def draw_map(axes: Axes, document: Document, *_: object) -> None:
     in_units(axes.xaxis, "time [s]")
 
 
-def draw_traces(axes: Axes, document: Document, *_: object) -> None:
+def draw_traces(axes: Axes, document: Document) -> None:
     """Draw measured traces one below the other, and what the reference reads as lines on them."""
     overlays = document.overlays
     apart = 1.1 * max(float(np.max(np.abs(one.expected))) for one in overlays)
@@ -231,11 +200,11 @@ def draw_traces(axes: Axes, document: Document, *_: object) -> None:
 HEIGHTS = {"peaks": 3, "differences": 2.4, "forces": 3, "map": 3.2, "traces": 4.5}
 """Heights of panels in a picture of no given size [inches]."""
 
-DRAW: dict[str, Callable[[Axes, Document, Sequence[int] | None], None]] = {
+DRAW: dict[str, Callable[[Axes, Document], None]] = {
     "peaks": draw_peaks,
     "differences": draw_differences,
     "forces": draw_forces,
     "map": draw_map,
     "traces": draw_traces,
 }
-"""Functions that draw the panels of a picture, from above, and contacts over time."""
+"""Functions that draw the panels of a picture, from above."""

@@ -11,12 +11,10 @@ import numpy as np
 from hertzchain.files import write_with
 from hertzchain.pulses.measured import MeasuredPulse, Value
 from hertzchain.report import style
-from hertzchain.report.console import print_facts, print_left_out, table
+from hertzchain.report.console import print_facts
 
 if TYPE_CHECKING:
     from rich.console import Console
-
-_SHOWN = 10  # contacts in the table
 
 
 def print_pulse(console: Console, pulse: MeasuredPulse) -> None:
@@ -29,52 +27,27 @@ def print_pulse(console: Console, pulse: MeasuredPulse) -> None:
     facts = [
         *pulse.recording.facts,
         *signal.remarks,
-        (
-            "pulse",
-            f"from {start:.6g} s to {end:.6g} s of the file; its start is now 0",
-        ),
+        ("pulse", f"from {start:.6g} s to {end:.6g} s of the file; its start is now 0"),
         ("impulse left out", f"{before:.2%} before the pulse, {after:.2%} after it"),
-        ("rows", f"{rows}; {_how_judged(pulse)}"),
+        ("rows", f"{rows}; but for noise the force is off by {pulse.bend:.2g} N at most"),
         ("F0", _with_deviation(pulse.peak_force, "N")),
         ("impulse", _with_deviation(pulse.impulse, "N s")),
-        ("rise time, 10 % to 90 %", _with_deviation(pulse.rise_time, "s")),
+        ("rise time, 10 % to 90 %", f"{pulse.rise_time:.3g} s"),
     ]
-    if pulse.in_scene is not None:
-        facts.append(("LM_ratio", _with_deviation(pulse.in_scene.momentum_ratio)))
     print_facts(console, facts)
-    console.print("± is one standard deviation, of noise, baseline and the rows that they lead to.")
-    if pulse.in_scene is None:
-        return
-    found = pulse.in_scene
-    shown = list(enumerate(found.peak_force[:_SHOWN]))
-    rows_of_peaks = [
-        (str(k + 2), f"{force:.6g}", f"{found.deviation[k]:#.2g}") for k, force in shown
-    ]
-    console.print()
-    header = ("contact", "peak force [N]", "± [N]")
-    console.print(table(header, rows_of_peaks))
-    size = found.peak_force.size
-    print_left_out(console, size - len(shown), size + 1)
+    console.print("± is one standard deviation, of noise, baseline and the lines between rows.")
 
 
-def _how_judged(pulse: MeasuredPulse) -> str:
-    """Return words for the change of the peaks by fewer rows, measured or allowed."""
-    if pulse.in_scene is None:
-        return f"chosen to change peaks by less than {pulse.wanted:.2g}; --scene measures it"
-    return f"they change the peaks by {pulse.in_scene.change:.1e}, allowed {pulse.wanted:.1e}"
-
-
-def _with_deviation(value: Value, unit: str = "") -> str:
+def _with_deviation(value: Value, unit: str) -> str:
     """Return a value with its standard deviation, both to the second digit of the deviation."""
-    end = f" {unit}" if unit else ""
     if value.deviation == 0:
-        return f"{value.value:.6g}{end}"
+        return f"{value.value:.6g} {unit}"
     if value.deviation >= abs(value.value):
-        return f"{value.value:.6g} ± {value.deviation:.2g}{end}"
+        return f"{value.value:.6g} ± {value.deviation:.2g} {unit}"
     digits = floor(log10(abs(value.value))) - floor(log10(value.deviation)) + 2
     shown = f"{value.value:#.{min(digits, 9)}g}".rstrip(".")
     deviation = f"{value.deviation:#.2g}".rstrip(".")
-    return f"{shown} ± {deviation}{end}"
+    return f"{shown} ± {deviation} {unit}"
 
 
 def plot_pulse(

@@ -14,7 +14,6 @@ from hertzchain.errors import SceneError
 from hertzchain.files import write_with
 from hertzchain.observables.result import Result
 from hertzchain.report.formats import check_format
-from hertzchain.scene.scene import Scene
 
 if TYPE_CHECKING:
     from ase import Atoms
@@ -75,12 +74,6 @@ def write_trajectory(result: Result, path: Path | str) -> None:
     # Frames have no results, and without these ASE does not copy each frame: its copies set the
     # shape of an array, for which NumPy warns from 2.5 on.
     write_with(path, lambda part: write_xyz(part, frames(result), write_results=False))
-
-
-def frame_times(scene: Scene, count: int, window: tuple[float, float] | None = None) -> FloatArray:
-    """Return equally spaced times [s], shape (count,), by default from 0 to the end of a run."""
-    begin, end = (0.0, scene.end_time) if window is None else window
-    return np.linspace(begin, end, count)
 
 
 def frames(result: Result) -> Iterator[Atoms]:

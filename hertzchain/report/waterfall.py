@@ -7,36 +7,25 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.observables.result import Result
 from hertzchain.report.motion import recorded
-from hertzchain.report.trajectory import frame_times
 from hertzchain.scene.natural_units import force_scale
 from hertzchain.scene.scene import Scene
 
 READINGS = 4_000_000  # times and granules recorded at once: 100 MB for each simulation
-_FINE = 0.2  # wave's units of time between recorded times of a run: half of what is close
-_CLOSE = 0.4  # and at most, for a map that shows 95 % of each peak: measured on the demo scene
+_FINE = 0.2  # wave's units of time between recorded times: at 0.4 a map shows 95 % of each peak
 _STILL, _ROOM = 0.01, 0.03
 """Change of a force over the largest that is too small to be seen; room before and after what
 happens, over its time (both chosen)."""
+
+
+def frame_times(scene: Scene, count: int) -> FloatArray:
+    """Return equally spaced times from 0 to the end of a run [s], shape (count,)."""
+    return np.linspace(0.0, scene.end_time, count)
 
 
 def plot_times(scene: Scene) -> FloatArray:
     """Equally spaced times at which to record a run so that its wave can be drawn [s]."""
     wanted = int(np.ceil(scene.end_time / (_FINE * wave_time(scene)))) + 1
     return frame_times(scene, int(np.clip(wanted, 2, max(2, READINGS // scene.chain.granules))))
-
-
-def coarse_times(result: Result) -> str | None:
-    """A sentence where recorded times are too far apart to draw the wave, else None."""
-    time = recorded(result).time
-    unit = wave_time(result.scene)
-    step = float(np.max(np.diff(time)))
-    if step <= _CLOSE * unit:
-        return None
-    enough = int(np.ceil(result.scene.end_time / (_CLOSE * unit))) + 1
-    return (
-        f"recorded times are {step:.2g} s apart, which cuts the tops of the wave off: --record"
-        f" {enough} shows it"
-    )
 
 
 def wave_time(scene: Scene) -> float:

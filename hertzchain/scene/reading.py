@@ -32,15 +32,14 @@ _MOST_DOTS = 200
 """
 
 
-def read_parts(path: Path, shock: Shock | None = None) -> dict[str, Any]:
+def read_parts(path: Path) -> dict[str, Any]:
     """Read the parts of a scene file, by the names of the arguments of ``Scene``.
 
-    A given ``shock`` replaces the one in the file. A SceneError names file, key, value and what is
-    allowed.
+    A SceneError names file, key, value and what is allowed.
     """
     document = _load(path)
     try:
-        return _parts(document, path.parent, shock)
+        return _parts(document, path.parent)
     except SceneError as problem:
         raise SceneError(
             problem.key, problem.value, problem.allowed, problem.file or path
@@ -93,7 +92,7 @@ _GIVEN_TWICE = ("overwrite a value", "Duplicate", "twice")
 """In what tomllib says of a key or a section that is given twice; its errors have no code."""
 
 
-def _parts(document: Mapping[str, Any], folder: Path, instead: Shock | None) -> dict[str, Any]:
+def _parts(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     for key, value in document.items():
         allowed = f"unknown key, allowed are the sections {', '.join(SECTIONS)}"
         require(key in SECTIONS, key, value, allowed + did_you_mean(key, SECTIONS))
@@ -109,7 +108,7 @@ def _parts(document: Mapping[str, Any], folder: Path, instead: Shock | None) -> 
         raise SceneError("[shock] and [striker]", None, allowed)
     parts: dict[str, Any] = {
         "chain": read_chain(document["chain"], folder),
-        "shock": instead or _shock_of(document, folder),
+        "shock": _shock_of(document, folder),
     }
     others = {name: kind for name, kind in OTHERS.items() if name in document}
     parts |= {name: _section(name, document[name], kind) for name, kind in others.items()}

@@ -100,7 +100,7 @@ class Scene(Shown):
         require(representable, "scene", None, allowed)
 
     @classmethod
-    def from_toml(cls, path: Path | str, shock: Shock | None = None) -> Scene:
+    def from_toml(cls, path: Path | str) -> Scene:
         """Read a scene file.
 
         Parameters
@@ -108,8 +108,6 @@ class Scene(Shown):
         path
             A TOML file: chain, shock or striker and, optionally, wall, precompression, contact,
             gauge, uncertainty, scatter and run. Bare numbers are SI, strings carry units.
-        shock
-            Replaces the shock of the file, which then is not read; None for the file's own.
 
         Raises
         ------
@@ -118,7 +116,7 @@ class Scene(Shown):
             names file, key, value and what is allowed.
         """
         path = Path(path)
-        parts = read_parts(path, shock)
+        parts = read_parts(path)
         try:
             return cls(**parts)
         except SceneError as problem:

@@ -27,7 +27,7 @@ class Column:
     label: str  # on an axis; empty: cannot be drawn
     kind: str = "float"  # float, int or str; missing: NaN, 0 or ""
     of: str = ""  # kind of scenes that have it, see ``columns_of``; empty: all
-    read: Read | None = None  # how it is read from a result; None for what no simulation has
+    read: Read | None = None  # how it is read from a result; None for what is no result
 
 
 def _of_key(name: str, key: Key, where: str = "") -> Column:
@@ -107,7 +107,6 @@ FOUND_COLUMNS = (
     Column("contacts_cut_off", "contacts whose peak may come after the end of the run", "int",
            "terms", lambda run: len(run.cut_off)),
     Column("overlap_ratio", "largest overlap / R", read=attrgetter("overlap_ratio")),
-    Column("eq3_transition_granules", "p by Eq. 3, granules", of="plain"),
     Column("error_estimate", "error estimate of the peaks, relative",
            read=attrgetter("error_estimate")),
     Column("force_evaluations", "force evaluations", "int", read=attrgetter("force_evaluations")),
@@ -128,7 +127,7 @@ _END = Column("failure", "", "str")
 ALL = (
     *_BEGIN,
     *(_OF_KEYS[name] for name in PARAMETERS),
-    *(column for column in FOUND_COLUMNS if column.of in ("", "waves", "plain")),
+    *(column for column in FOUND_COLUMNS if column.of in ("", "waves")),
     _END,
 )
 """Columns of uniform free chains."""

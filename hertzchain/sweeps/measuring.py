@@ -20,7 +20,7 @@ from hertzchain.scene.pulse import profile_named
 from hertzchain.scene.scene import Scene
 from hertzchain.sweeps.design import Design
 from hertzchain.sweeps.natural import Natural, natural
-from hertzchain.sweeps.parts import NAMES, Backend, Formulas, Part, is_batched
+from hertzchain.sweeps.parts import NAMES, Backend, Part, is_batched
 from hertzchain.sweeps.table import Rows
 
 if TYPE_CHECKING:
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from hertzchain.engines.lammps.isolation import Child
     from hertzchain.engines.native import Batch
     from hertzchain.observables.result import Result
-    from hertzchain.theory import Prediction
 
 YEAR = 3e7  # default: no time limit [s]
 _LONG = 1e8  # natural time units times granules, about 1 s: longer scenes run by themselves
@@ -137,15 +136,10 @@ def _batches(
     return left
 
 
-_Run = Callable[[Scene], "Result | Prediction"]
-
-
 @contextmanager
-def _runner(backend: Backend, child: Child | None) -> Iterator[_Run]:
+def _runner(backend: Backend, child: Child | None) -> Iterator[Callable[[Scene], Result]]:
     """Yield a function that measures one scene; LAMMPS runs in a process that may crash."""
-    if isinstance(backend, Formulas):
-        yield _predicted
-    elif isinstance(backend, Native):
+    if isinstance(backend, Native):
         yield replace(backend, peaks_only=True).run
     elif backend.lmp is not None:  # a binary is a process of its own anyway
         yield backend.run
@@ -158,13 +152,3 @@ def _runner(backend: Backend, child: Child | None) -> Iterator[_Run]:
             yield lambda scene: run_in(child or own, backend, scene)
         finally:
             own.end()
-
-
-def _predicted(scene: Scene) -> Prediction:
-    """Return a prediction that has peaks; RunFailed says why there are none."""
-    from hertzchain import theory
-
-    found = theory.predict(scene)
-    if np.isnan(found.peak_force).any():
-        raise RunFailed(found.missing)
-    return found

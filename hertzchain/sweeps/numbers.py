@@ -1,4 +1,4 @@
-"""The numbers of a batch of similar runs and of the formulas, in SI, by the names of their columns.
+"""The numbers of a batch of similar runs, in SI, by the names of their columns.
 
 ``columns`` says how they are read from a single run.
 """
@@ -13,27 +13,9 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.observables.peaks import times_of_peaks
 from hertzchain.observables.transition import solitary_waves, transitions
-from hertzchain.theory.peak_map import FAR_FIELD_ERROR, PEAK_ERROR
 
 if TYPE_CHECKING:
     from hertzchain.engines.native import Batch
-    from hertzchain.theory import Prediction
-
-
-def of_prediction(found: Prediction) -> Mapping[str, float | None]:
-    """Return the numbers of the formulas; None or no entry where there is none."""
-    return {
-        "transition_granules": found.transition_granules,
-        "solitary_wave_force_N": found.wave_force,
-        "far_field_force_N": found.far_field_force,
-        "far_field_error": None if found.far_field_force is None else FAR_FIELD_ERROR,
-        "speed_m_s": None if found.speed is None else found.speed.exact,
-        "largest_peak_force_N": float(np.max(found.peak_force)),
-        "largest_peak_contact": int(np.argmax(found.peak_force)) + 2,
-        "overlap_ratio": found.overlap_ratio,
-        "eq3_transition_granules": found.eq3,
-        "error_estimate": PEAK_ERROR,
-    }
 
 
 def of_batch(

@@ -27,23 +27,12 @@ _ONE_BY_ONE = 20.0  # time of a native run with terms over that of a batch; meas
 _OVERHEAD = 2e-3  # additional time of a scene run by itself [s], measured
 
 
-@dataclass(frozen=True)
-class Formulas:
-    """A backend without simulation: ``theory.predict``."""
+Backend = Native | Lammps
 
-
-Backend = Native | Lammps | Formulas
-
-KINDS: dict[str, type[Backend]] = {"native": Native, "lammps": Lammps, "formulas": Formulas}
+KINDS: dict[str, type[Backend]] = {"native": Native, "lammps": Lammps}
 """Names of the backends in the table."""
 
 NAMES: dict[type, str] = {kind: name for name, kind in KINDS.items()}
-
-
-def backend_named(name: str, **parameters: Any) -> Backend:
-    """Return a backend with numerical parameters; formulas have none."""
-    kind = KINDS[name]
-    return Formulas() if kind is Formulas else kind(**parameters)
 
 
 @dataclass(frozen=True)
@@ -111,8 +100,6 @@ def _mean_seconds(design: Design, backend: Backend) -> float:
 
 def _seconds(backend: Backend, granules: int, duration: float) -> float:
     """Estimate the time of a scene by granules and duration [natural units] on one core [s]."""
-    if isinstance(backend, Formulas):
-        return 3e-4
     rtol = backend.rtol or RTOL
     if isinstance(backend, Native):
         a_step = {None: 2e-8 * (1e-4 / rtol) ** 0.25, "reference": 2e-6}  # measured

@@ -14,20 +14,16 @@ import shutil
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Self
+from typing import TYPE_CHECKING, Any, Self
 
-from hertzchain.errors import OutputError, require
+from hertzchain.errors import OutputError
 from hertzchain.files import make_folder, write_text, write_with
-from hertzchain.sweeps.columns import COUNTS, columns_in, peak_columns
 from hertzchain.sweeps.measuring import Measured
 from hertzchain.sweeps.parts import Part
 
 if TYPE_CHECKING:
     import pandas
-
-Format = Literal["parquet", "csv"]
 
 TABLES = ("scenes", "peaks")  # names of subfolders
 
@@ -55,9 +51,6 @@ class Memory(AbstractContextManager["Memory"]):
         """Store a measured part."""
         self._parts[part.name] = measured
 
-    def finish(self) -> None:
-        """Finish the store: nothing to do in memory."""
-
     def frames(
         self, table: str, columns: Sequence[str] | None = None
     ) -> Iterator[pandas.DataFrame]:
@@ -73,7 +66,6 @@ class Folder(AbstractContextManager["Folder"]):
 
     def __init__(self, folder: Path, manifest: Mapping[str, Any]) -> None:
         self.folder, self._manifest = folder, manifest
-        self._format: Format = manifest["format"]
         self._lock: Any = None
         self._made = False
 
@@ -134,14 +126,6 @@ class Folder(AbstractContextManager["Folder"]):
             self._write("peaks", part, measured.peaks)
         self._write("scenes", part, measured.table)
 
-    def finish(self) -> None:
-        """Join parts in CSV into one file, because few programs read many files as one table."""
-        if self._format != "csv":
-            return
-        for table in TABLES:
-            if paths := self._paths(table):
-                write_with(self.folder / f"{table}.csv", partial(_join, paths))
-
     def frames(
         self, table: str, columns: Sequence[str] | None = None
     ) -> Iterator[pandas.DataFrame]:
@@ -151,10 +135,7 @@ class Folder(AbstractContextManager["Folder"]):
         for path in self._paths(table):
             wanted = None if columns is None else list(columns)
             try:
-                if self._format == "parquet":
-                    yield pandas.read_parquet(path, engine="pyarrow", columns=wanted)
-                else:
-                    yield _read_csv(path, wanted or self._header(table))
+                yield pandas.read_parquet(path, engine="pyarrow", columns=wanted)
             except (OSError, ValueError, KeyError) as problem:
                 reason = str(problem).partition("\n")[0]
                 raise OutputError(
@@ -162,36 +143,26 @@ class Folder(AbstractContextManager["Folder"]):
                     " scenes again"
                 ) from None
 
-    def _header(self, table: str) -> list[str]:
-        """Read the names of the columns of a table."""
-        columns = columns_in(self._manifest)
-        return list(peak_columns(columns)) if table == "peaks" else [one.name for one in columns]
-
     def _paths(self, table: str) -> list[Path]:
-        return sorted((self.folder / table).glob(f"*.{self._format}"))
+        return sorted((self.folder / table).glob("*.parquet"))
 
     def _path(self, table: str, part: Part) -> Path:
-        return self.folder / table / f"{part.name}.{self._format}"
+        return self.folder / table / f"{part.name}.parquet"
 
     def _write(self, table: str, part: Part, frame: pandas.DataFrame) -> None:
         def write(path: Path) -> None:
-            if self._format == "parquet":
-                frame.to_parquet(path, engine="pyarrow", index=False)
-            else:
-                frame.to_csv(path, index=False)
+            frame.to_parquet(path, engine="pyarrow", index=False)
             with path.open("rb+") as stream:  # otherwise a power failure leaves an empty file
                 os.fsync(stream.fileno())
 
         write_with(self._path(table, part), write)
 
 
-def check_format(name: Format) -> None:
-    """Raise an error, before any work is done, for a format that cannot be written."""
-    require(name in ("parquet", "csv"), "file_format", name, "must be parquet or csv")
-    if name == "parquet" and importlib.util.find_spec("pyarrow") is None:
+def check_parquet() -> None:
+    """Raise an error, before any work is done, where Parquet cannot be written."""
+    if importlib.util.find_spec("pyarrow") is None:
         raise OutputError(
-            "sweeps are kept as Parquet, which needs pyarrow: pip install 'hertzchain[parquet]', or"
-            ' ask for CSV: --format csv, or file_format="csv"'
+            "sweeps are kept as Parquet, which needs pyarrow: pip install 'hertzchain[parquet]'"
         )
 
 
@@ -260,25 +231,3 @@ def _entries(value: Any, name: str = "") -> dict[str, Any]:
 
 def _in_words(value: Any) -> str:
     return "not given" if value is None else textwrap.shorten(json.dumps(value), _LONGEST_VALUE)
-
-
-def _join(paths: Sequence[Path], whole: Path) -> None:
-    """Concatenate CSV files with the same header."""
-    with whole.open("wb") as out:
-        for number, path in enumerate(paths):
-            with path.open("rb") as part:
-                header = part.readline()
-                if number == 0:
-                    out.write(header)
-                shutil.copyfileobj(part, out)
-
-
-def _read_csv(path: Path, columns: Sequence[str]) -> pandas.DataFrame:
-    """Read a part with all digits that were written."""
-    import pandas
-
-    types = {**dict.fromkeys(COUNTS, "Int64"), "failure": "string"}
-    # From pandas 3 on all digits are read by default, and the option must not be given.
-    exact: Any = {} if pandas.__version__[:2] == "3." else {"float_precision": "round_trip"}
-    whole: pandas.DataFrame = pandas.read_csv(path, dtype=types, **exact)
-    return whole[list(columns)]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import reprlib
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -19,10 +18,10 @@ from hertzchain.scene.given import SceneLike
 from hertzchain.showing import telling
 from hertzchain.sweeps import parts
 from hertzchain.sweeps.axes import Value
-from hertzchain.sweeps.columns import PARAMETERS, columns_in
-from hertzchain.sweeps.design import Design, design
+from hertzchain.sweeps.columns import columns_in
+from hertzchain.sweeps.design import design
 from hertzchain.sweeps.running import Measure, measure_here
-from hertzchain.sweeps.store import Folder, Format, Memory, check_format, read_manifest
+from hertzchain.sweeps.store import Folder, Memory, check_parquet, read_manifest
 
 if TYPE_CHECKING:
     import pandas
@@ -59,18 +58,8 @@ class Sweep:
         return cls(manifest, manifest["rows"], Folder(folder, manifest))
 
     def __repr__(self) -> str:
-        from hertzchain.report.cards import card
-
-        drawn = self.manifest["samples"]
-        facts = [
-            *(("varies", _in_words(axis)) for axis in self.manifest["vary"]),
-            *(("tied", f"{key} = {one}") for key, one in self.manifest.get("ties", {}).items()),
-            *([("drawn", f"{drawn['count']:,} samples, seed {drawn['seed']}")] if drawn else []),
-            ("measured by", ", ".join(each["name"] for each in self.manifest["backends"])),
-            ("rows", f"{self.rows:,} when done; count() says how many are"),
-            ("kept in", str(self.folder or "memory")),
-        ]
-        return card("Sweep", facts)
+        varies = ", ".join(axis["name"] for axis in self.manifest["vary"])
+        return f"Sweep: {self.rows:,} rows over {varies}, kept in {self.folder or 'memory'}"
 
     @property
     def folder(self) -> Path | None:
@@ -120,9 +109,8 @@ class Sweep:
             done, failed = done + len(frame), failed + len(failures)
             if reason is None and len(failures):
                 reason = str(failures.iloc[0])
-            simulated = frame[frame["backend"] != parts.NAMES[parts.Formulas]]
-            aim = simulated["backend"].map(aims).astype(float)
-            missed += int((simulated["error_estimate"] > aim).sum())
+            aim = frame["backend"].map(aims).astype(float)
+            missed += int((frame["error_estimate"] > aim).sum())
             cut_off += int(frame[late].notna().to_numpy().sum())
         return Counts(done, failed, missed, reason, cut_off)
 
@@ -163,7 +151,6 @@ def sweep(
     rtol: float = RTOL,
     peaks: bool = False,
     output: Path | str | None = None,
-    file_format: Format = "parquet",
     scheduler: str | None = None,
     progress: Callable[[int, int], object] | bool | None = None,
 ) -> Sweep:
@@ -177,8 +164,8 @@ def sweep(
         Parameters that vary and their values, and those that follow from them; see
         ``hertzchain.sweeps.design``.
     backends
-        Backends that measure each scene: ``native``, ``lammps``, ``formulas`` (uniform free chains
-        alone), or a ``Native`` or ``Lammps`` with its parameters.
+        Backends that measure each scene: ``native``, ``lammps``, or a ``Native`` or ``Lammps`` with
+        its parameters.
     rtol
         Wanted relative accuracy of the peaks, for backends given by name.
     peaks
@@ -186,13 +173,11 @@ def sweep(
     output
         Folder for the parts; it is created. An existing folder of the same sweep is resumed: only
         missing parts are measured. By default the sweep is kept in memory.
-    file_format
-        ``parquet`` or ``csv``.
     scheduler
         Address of a Dask scheduler whose workers measure; by default this machine measures, on all
         cores.
     progress
-        True to show how many rows are done in the terminal or notebook, or a function that is
+        True to show how many rows are done in the terminal, or a function that is
         called from time to time, from any thread, with the number of rows done and of all rows.
 
     Returns
@@ -214,13 +199,12 @@ def sweep(
     """
     found = design(scene, vary, samples, seed, ties)
     chosen = _backends(backends, rtol)
-    _refuse_formulas(found, chosen)
     if output is not None:
-        check_format(file_format)
+        check_parquet()
     manifest = {
         "hertzchain": version("hertzchain"),
         "definitions": DEFINITIONS,
-        "format": file_format,
+        "format": "parquet",
         **found.to_dict(),
         "backends": [parts.settings(backend) for backend in chosen],
         "peaks": peaks,
@@ -237,7 +221,6 @@ def sweep(
         counter.add(sum(part.stop - part.start for part in there))
         todo = (part for part in parts.cut(found, chosen) if not store.has(part))
         measure(found, todo, peaks, store.keep, counter.add)
-        store.finish()
     return Sweep(manifest, counter.total, store)
 
 
@@ -248,13 +231,6 @@ def _engine(scheduler: str | None) -> AbstractContextManager[Measure]:
     from hertzchain.sweeps.cluster import cluster
 
     return cluster(scheduler)
-
-
-def _in_words(axis: Mapping[str, Any]) -> str:
-    """Return the name of what varies, and its first values or both ends, in SI."""
-    values = axis.get("values")
-    taken = f"{axis['low']:g} to {axis['high']:g}" if values is None else reprlib.repr(values)
-    return f"{axis['name']}: {taken}"
 
 
 def _aim(settings: Mapping[str, Any]) -> float:
@@ -291,7 +267,7 @@ def _backends(given: str | Iterable[str | parts.Backend], rtol: float) -> tuple[
     for one in each:
         if isinstance(one, str):
             require(one in parts.KINDS, "backends", one, f"must be one of {', '.join(parts.KINDS)}")
-            found.append(parts.backend_named(one, rtol=rtol))
+            found.append(parts.KINDS[one](rtol=rtol))
         else:
             allowed = "must be Native, Lammps or the name of a backend"
             require(isinstance(one, parts.Backend), "backends", one, allowed)
@@ -300,17 +276,6 @@ def _backends(given: str | Iterable[str | parts.Backend], rtol: float) -> tuple[
     require(len(names) > 0, "backends", None, "must be at least one")
     require(len(set(names)) == len(names), "backends", names, "must not be given twice")
     return tuple(found)
-
-
-def _refuse_formulas(found: Design, backends: Iterable[parts.Backend]) -> None:
-    """Raise a SceneError if formulas are asked for scenes with terms."""
-    who = parts.NAMES[parts.Formulas]
-    varied = [name for name in found.names if name not in PARAMETERS]
-    others = ["gauges" if found.base.gauges else "ties" if found.ties else "segments"]
-    terms = ", ".join(found.base.terms or varied or others)
-    allowed = f"are about uniform free chains, and this sweep has {terms}: leave them out"
-    is_asked = any(isinstance(backend, parts.Formulas) for backend in backends)
-    require(found.are_plain or not is_asked, who, None, allowed)
 
 
 def _joined(frames: Iterable[pandas.DataFrame]) -> pandas.DataFrame:

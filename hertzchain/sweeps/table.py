@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError
-from hertzchain.observables.result import Result
 from hertzchain.scene.validity import IMPOSSIBLE_OVERLAP
 from hertzchain.sweeps.columns import (
     ALL,
@@ -21,13 +20,13 @@ from hertzchain.sweeps.columns import (
     numbers_of,
     peak_columns,
 )
-from hertzchain.sweeps.numbers import of_batch, of_prediction
+from hertzchain.sweeps.numbers import of_batch
 
 if TYPE_CHECKING:
     import pandas
 
     from hertzchain.engines.native import Batch
-    from hertzchain.theory import Prediction
+    from hertzchain.observables.result import Result
 
 
 class Rows:
@@ -62,20 +61,16 @@ class Rows:
         """Store the reason why a scene has no numbers."""
         self._failure[row] = str(problem)
 
-    def fill(self, row: int, found: Result | Prediction) -> None:
-        """Fill in a simulation or a prediction of a scene."""
-        never = np.full(found.peak_force.size, np.nan)
-        numbers: Mapping[str, float | None]
-        if isinstance(found, Result):
-            numbers, time, first = numbers_of(found), found.peak_time, found.first_columns
-            self.versions = found.versions
-        else:
-            numbers, time, first = of_prediction(found), never, {}
+    def fill(self, row: int, found: Result) -> None:
+        """Fill in a simulation of a scene."""
+        numbers, first, self.versions = numbers_of(found), found.first_columns, found.versions
         for name in self._found.keys() & numbers.keys():
             if (value := numbers[name]) is not None:
                 self._found[name][row] = value
         if self._peaks is not None:
-            self._peaks[row] = found.peak_force, time, *(first.get(name, never) for name in FIRST)
+            never = np.full(found.peak_force.size, np.nan)
+            of_first = (first.get(name, never) for name in FIRST)
+            self._peaks[row] = found.peak_force, found.peak_time, *of_first
 
     def add_batch(self, rows: NDArray[np.intp], batch: Batch, *units: FloatArray) -> Any:
         """Fill in results of a batch of similar scenes, in natural units of [N], [m], [s].

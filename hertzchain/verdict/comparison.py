@@ -150,7 +150,7 @@ def compare(
         Whether the reference is compared with Eq. 1 as ``engines/native/equations.py`` writes it
         also where this takes longer than a second or two.
     progress
-        True for a line in the terminal or notebook on what is being done, or a function that is
+        True for a line in the terminal on what is being done, or a function that is
         called with each such line.
 
     Raises

@@ -30,15 +30,8 @@ run scene.toml --backend yade => yade is missing or not a program: install it wi
 run scene.toml --backend yade --isolate => --isolate is for --backend lammps
 run scene.toml --backend liggghts --method rk4 => has only velocity-verlet
 run scene.toml -o peaks.xls => peaks.xls; .csv; .parquet
-run scene.toml --trajectory motion.dump => motion.dump; .xyz; .extxyz
-run scene.toml -o a.csv --trajectory a.csv => name
 run scene.toml --record 20 => --record; -o, --plot, --report
-run scene.toml --record 20 -o motion.json => motion.json; .npz
-run scene.toml --record 9 --window '1 s' -o a.csv => --window 1 s; two times
-run scene.toml --record 9 --window 2:1 -o a.csv => --window 2:1; two times
-run scene.toml --window '1 us:2 us' => --window; --record
-run scene.toml --contacts 3 => --contacts; --plot FILE
-run scene.toml --plot a.png --contacts 1 => --contacts 1; 2 to 6
+run scene.toml --record 20 -o motion.json => motion.json; .parquet
 run scene.toml --plot run.gif => run.gif; .png
 run scene.toml --plot a.png -o a.png => a.png
 run scene.toml --size 3x2 => --size goes with --plot
@@ -59,7 +52,6 @@ compare scene.toml --plot plot => plot; png; svg
 compare scene.toml --backend native --junit scene.toml => name
 compare scene.toml --report a.html --junit a.html => name
 tradeoff scene.toml --plot plot.xyz => plot.xyz; png; svg
-tradeoff scene.toml --plot a.png -o a.png => name
 judge scene.toml peaks.csv --junit ./peaks.csv => name
 judge scene.toml peaks.csv --tolerance 0 => tolerance
 judge scene.toml peaks.csv --dt '1 m' => --dt
@@ -95,22 +87,17 @@ sweep scene.toml -o out --vary 1,2 => must be NAME=VALUE, such as
 sweep scene.toml -o out GRID --rtol 1e-30 => rtol = 1e-30: must be
 sweep scene.toml -o out GRID --time-limit '-1 s' => --time-limit = '-1 s'
 sweep scene.toml -o out GRID --backend native --backend native => must not be given twice
-sweep scene.toml -o out GRID --extrapolated => is for --backend lammps
-sweep scene.toml -o out GRID --lmp lmp => is for --backend lammps
 sweep scene.toml -o out GRID --scheduler abc => the scheduler 'abc' cannot be
-sweep scene.toml -o out.csv GRID => say --format csv
+sweep scene.toml -o out.csv GRID => is to be a folder
 sweep scene.toml -o no/out GRID => does not exist
 pulse scope.csv => column 2 (CH1) is in V; --scale
 pulse scope.csv -o scope.csv --scale 25 => scope.csv: is an input, and must not be overwritten
 pulse scope.csv -o a.csv --scale -25 => pulls; a pulse pushes; --scale
 pulse scope.csv --scale 25 --start '1 s' => --start = 1.0: must be a time of the file
 pulse scope.csv --start '1 N' => --start; wrong dimension
-pulse scope.csv --scale '25 N/V' => --scale = '25 N/V': must be a number alone, N for each unit of the column
-pulse scope.csv --scale 25 --baseline '12 mV' => --baseline = '12 mV': must be a number alone, in the unit of the column
-pulse scope.csv --rtol 0.5 => --rtol = 0.5
+pulse scope.csv --scale 25 --rows 2 => --rows = 2: must be at least 3
 pulse scope.csv --plot a.gif => cannot be drawn
 pulse no.csv => no.csv: cannot be read
-pulse scope.csv --scale 25 --scene scope.csv => is not TOML
 pulse text.csv => line 2: has no finite time and force
 init no/mine.toml => does not exist
 init new.csv --from pulse-table => new.csv: is the name of the pulse table; new.toml

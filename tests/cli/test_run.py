@@ -157,18 +157,6 @@ def test_the_format_is_that_of_the_name(hertzchain: Command, native: Outcome) ->
     assert names() == ["peaks.json", "scene.toml"]
 
 
-def test_a_trajectory_has_as_many_frames_as_wanted(hertzchain: Command, native: Outcome) -> None:
-    from ase.io import read
-
-    scene_file()
-    options = ("--trajectory", "motion.xyz", "--record", "7", "--json")
-    outcome = hertzchain("run", "scene.toml", *options)
-    assert outcome.json()["peak_force_N"] == native.json()["peak_force_N"]
-    frames = read("motion.xyz", index=":", format="extxyz")
-    assert [len(frame) for frame in frames] == [12] * 7
-    assert frames[-1].info["time_s"] == outcome.json()["end_time_s"]
-
-
 def test_run_without_lammps_says_how_to_get_it() -> None:
     scene_file()
     outcome = process("run", "scene.toml", "--backend", "lammps", "-o", "peaks.csv", code=NO_LAMMPS)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import pandas as pd
@@ -35,9 +34,6 @@ def test_a_sweep_says_how_many_rows_there_are_and_how_to_open_them(hertzchain: C
     assert again == {
         "folder": "out", "rows": 8, "failed": 0, "missed_accuracy": 0, "first_failure": None
     }  # fmt: skip
-    done = hertzchain("sweep", "scene.toml", *GRID, "--format", "csv", "-o", "csv")
-    assert done.out == f"8 rows in csv, in one piece: {Path('csv/scenes.csv')}\n"
-    assert len(pd.read_csv("csv/scenes.csv")) == 8
 
 
 def test_what_can_be_asked_for_is_what_sweeps_know() -> None:
@@ -89,9 +85,7 @@ def test_without_pyarrow_a_sweep_says_what_to_do(
 ) -> None:
     monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
     done = hertzchain("sweep", "scene.toml", *GRID, "-o", "out")
-    is_refused(
-        done, "needs pyarrow: pip install 'hertzchain[parquet]', or ask for CSV: --format csv"
-    )
+    is_refused(done, "needs pyarrow: pip install 'hertzchain[parquet]'")
 
 
 def test_lammps_that_is_missing_is_one_sentence(
@@ -108,9 +102,7 @@ def test_without_a_terminal_there_is_a_line_from_time_to_time(
 ) -> None:
     monkeypatch.setattr("hertzchain.cli.sweep._LINES", 0.0)
     monkeypatch.setattr("hertzchain.sweeps.parts.MOST_ROWS", 4)
-    monkeypatch.setattr("time.monotonic", iter(range(100_000)).__next__)
+    monkeypatch.setattr("time.monotonic", iter(range(1, 100_000)).__next__)
     done = hertzchain("sweep", "scene.toml", *GRID, "-o", "out")
     assert done.status == 0
-    first, second = done.err.splitlines()
-    assert re.fullmatch(r"hertzchain: 4 of 8 rows, \S+/s, \S+ \S+ left", first)
-    assert re.fullmatch(r"hertzchain: 8 of 8 rows, \S+/s, 0 s left", second)
+    assert done.err == "hertzchain: 4 of 8 rows\nhertzchain: 8 of 8 rows\n"

@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-import pandas as pd
 import pytest
 
 import hertzchain as hc
@@ -22,21 +21,15 @@ pytestmark = pytest.mark.usefixtures("folder")
 @pytest.mark.usefixtures("hasty")
 def test_tradeoff_measures_plots_and_writes(hertzchain: Command) -> None:
     scene_file()
-    outcome = hertzchain("tradeoff", "scene.toml", "--json", "--plot", "plot.png", "-o", "rows.csv")
-    assert (outcome.status, outcome.err) == (
-        0,
-        "Plot written to plot.png\nTable written to rows.csv\n",
-    )
+    outcome = hertzchain("tradeoff", "scene.toml", "--json", "--plot", "plot.png")
+    assert (outcome.status, outcome.err) == (0, "Plot written to plot.png\n")
     document = outcome.json()
     assert problems(document, "tradeoff.json") == []
     assert {row["engine"] for row in document["rows"]} == {"compiled", "LAMMPS"}
     assert (document["missing"], document["remarks"]) == (False, [])
     assert any(row["frontier"] for row in document["rows"])
-    table = pd.read_csv("rows.csv")
-    assert table.columns.tolist() == list(document["rows"][0])
-    assert table["error"].tolist() == [row["error"] for row in document["rows"]]
     assert Path("plot.png").read_bytes().startswith(b"\x89PNG")
-    assert names() == ["plot.png", "rows.csv", "scene.toml"]
+    assert names() == ["plot.png", "scene.toml"]
 
 
 @pytest.mark.usefixtures("hasty")

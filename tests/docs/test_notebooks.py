@@ -25,15 +25,7 @@ def kinds(outputs: list[dict[str, Any]]) -> list[set[str]]:
 
 
 @pytest.mark.lammps
-@pytest.mark.parametrize(
-    "path",
-    [
-        # Its uncertainties take seconds.
-        pytest.param(path, marks=pytest.mark.slow if path.stem == "measured_pulse" else ())
-        for path in PATHS
-    ],
-    ids=lambda path: path.stem,
-)
+@pytest.mark.parametrize("path", PATHS, ids=lambda path: path.stem)
 def test_a_notebook_prints_and_draws_what_it_keeps(path: Any) -> None:
     notebook = notebooks.read(path)
     found = notebooks.run(notebook)

@@ -56,7 +56,7 @@ def sweep() -> hc.Sweep:
         "shock.momentum_ratio": "0.1:10:20:log",
         "shock.duration_ratio": [2.0, 3.0],
     }
-    return hc.sweep(SCENE, vary, backends="formulas")
+    return hc.sweep(SCENE, vary)
 
 
 @pytest.fixture(scope="module")
@@ -78,12 +78,10 @@ def fact(shown: object, label: str) -> str:
 # Text
 
 
-@pytest.mark.parametrize("name", ["batch", "sweep"])
-def test_objects_print_on_few_lines(name: str, request: pytest.FixtureRequest) -> None:
-    shown = request.getfixturevalue(name)
-    text = repr(shown)
+def test_a_batch_prints_on_few_lines(batch: hc.Batch) -> None:
+    text = repr(batch)
     assert 4 <= len(text.split("\n")) <= MOST_LINES
-    assert text.startswith(("Batch", "Sweep"))
+    assert text.startswith("Batch")
     assert not re.search(r"array\(|nan|None| object at ", text)
 
 
@@ -142,17 +140,12 @@ def test_a_batch_prints_its_range(batch: hc.Batch) -> None:
 
 
 def test_a_sweep_prints_what_varies(sweep: hc.Sweep, tmp_path: Path) -> None:
-    text = repr(sweep)
-    assert "shock.momentum_ratio: 0.1 to 10" in text
-    assert "shock.duration_ratio: (2.0, 3.0)" in text
-    assert fact(sweep, "rows").startswith("40 when done")
-    assert fact(sweep, "measured by") == "formulas"
-    assert fact(sweep, "kept in") == "memory"
+    names = "shock.momentum_ratio, shock.duration_ratio"
+    assert repr(sweep) == f"Sweep: {sweep.rows} rows over {names}, kept in memory"
     vary = {"chain.radius": "1 mm:3 mm"}
-    many = hc.sweep(SCENE, vary, samples=4, backends="formulas", output=tmp_path / "kept")
-    assert fact(many, "kept in") == str(tmp_path / "kept")
-    assert fact(many, "drawn") == "4 samples, seed 0"
-    assert fact(hc.Sweep.load(tmp_path / "kept"), "varies") == "chain.radius: 0.001 to 0.003"
+    many = hc.sweep(SCENE, vary, samples=4, output=tmp_path / "kept")
+    kept = f"Sweep: 4 rows over chain.radius, kept in {tmp_path / 'kept'}"
+    assert repr(many) == repr(hc.Sweep.load(tmp_path / "kept")) == kept
 
 
 # As the commands print
@@ -191,7 +184,7 @@ def test_a_verdict_is_drawn(name: str, request: pytest.FixtureRequest) -> None:
 def test_a_notebook_shows_a_figure_without_pyplot(result: hc.Result, sweep: hc.Sweep) -> None:
     for figure in (
         replace(result, history=None).plot(),
-        sweep.plot("momentum_ratio", "eq3_transition_granules"),
+        sweep.plot("momentum_ratio", "speed_m_s"),
     ):
         pixels = imread(io.BytesIO(figure._repr_png_()))  # type: ignore[attr-defined]
         width, height = (figure.get_size_inches() * figure.dpi).astype(int)

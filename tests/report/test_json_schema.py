@@ -102,7 +102,7 @@ def traces() -> pd.DataFrame:
 
 
 def manifest(**how: Any) -> dict[str, Any]:
-    return dict(hc.sweep(SHORT, backends="formulas", **how).manifest)
+    return dict(hc.sweep(SHORT, **how).manifest)
 
 
 def predicted(**changes: Any) -> dict[str, Any]:
@@ -120,12 +120,12 @@ def measured_without_lammps() -> dict[str, Any]:
         return measured("compiled", "LAMMPS")
 
 
-def recorded(scene: hc.Scene | None = None, noise: float = 0.01, **given: Any) -> dict[str, Any]:
+def recorded(noise: float = 0.01, **given: Any) -> dict[str, Any]:
     """The pulse in a file of an oscilloscope."""
     with TemporaryDirectory() as folder:
         path = write_scope(Path(folder) / "scope.csv", 1000, noise)
         recording = read_recording(path, scale=GAIN)
-    return measured_pulse(recording, pulse_of(recording, Given(**given)), scene=scene).to_dict()
+    return measured_pulse(recording, pulse_of(recording, Given(**given))).to_dict()
 
 
 TABLE = hc.PulseTable((0.0, 2e-5, 4e-5), (0.0, 100.0, 0.0))
@@ -180,8 +180,6 @@ DOCUMENTS: dict[str, tuple[str, Callable[[], dict[str, Any]]]] = {
     "tradeoff, no LAMMPS": ("tradeoff.json", measured_without_lammps),
     "pulse": ("pulse.json", lambda: recorded(noise=0.0)),
     "pulse, baseline": ("pulse.json", lambda: recorded(baseline=0.0)),
-    "pulse, scene": ("pulse.json", lambda: recorded(SHORT)),
-    "pulse, held": ("pulse.json", lambda: recorded(HELD)),
 }
 
 STAND_ALONE = {

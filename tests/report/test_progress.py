@@ -1,10 +1,8 @@
-"""``progress=True``: a line on stderr in a terminal, below a notebook's cell, none in a pipe."""
+"""``progress=True``: a line on stderr in a terminal, none in a pipe."""
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
-from types import ModuleType
 from typing import Any
 
 import pytest
@@ -29,57 +27,10 @@ CALLS: dict[str, tuple[Callable[[Any], Any], str]] = {
         "reading results",
     ),
     "sweep": (
-        lambda how: hc.sweep(
-            SHORT, {"duration_ratio": [2.0, 3.0]}, backends="formulas", progress=how
-        ),
+        lambda how: hc.sweep(SHORT, {"duration_ratio": [2.0, 3.0]}, progress=how),
         "sweep: 2 of 2 rows",
     ),
 }
-
-
-class Notebook:
-    """Stands for IPython: keeps what is shown in the line below a cell."""
-
-    def __init__(self) -> None:
-        self.shown: list[str] = []
-
-    def display(self, data: dict[str, str], *, raw: bool, display_id: bool) -> Notebook:
-        """Begin a line."""
-        assert raw
-        assert display_id
-        self.update(data, raw=raw)
-        return self
-
-    def update(self, data: dict[str, str], *, raw: bool) -> None:
-        """Show another text in it."""
-        assert raw
-        self.shown.append(data["text/plain"])
-
-
-@pytest.fixture
-def notebook(monkeypatch: pytest.MonkeyPatch) -> Notebook:
-    found = Notebook()
-    module = ModuleType("IPython.display")
-    module.display = found.display  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "IPython", ModuleType("IPython"))
-    monkeypatch.setitem(sys.modules, "IPython.display", module)
-    monkeypatch.setattr("rich.console._is_jupyter", lambda: True)
-    return found
-
-
-@pytest.mark.parametrize("name", CALLS)
-def test_a_notebook_shows_one_line_which_is_empty_in_the_end(name: str, notebook: Notebook) -> None:
-    call, said = CALLS[name]
-    call(True)
-    assert any(text.startswith(f"{said} (") and text.endswith(" s)") for text in notebook.shown)
-    assert notebook.shown[0] == notebook.shown[-1] == ""
-
-
-def test_the_line_is_empty_after_an_error_too(notebook: Notebook) -> None:
-    with pytest.raises(hc.HertzchainError):
-        hc.judge(SHORT, {2: 100.0}, time_limit=1e-9, progress=True)
-    assert len(notebook.shown) == 4
-    assert notebook.shown[-1] == ""
 
 
 @pytest.mark.parametrize("name", CALLS)

@@ -22,7 +22,8 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import OutputError, SceneError
 from hertzchain.report.formats import check_format
 from hertzchain.report.tables import write_result
-from hertzchain.report.trajectory import frame_times, power_of_1000
+from hertzchain.report.trajectory import power_of_1000
+from hertzchain.report.waterfall import frame_times
 from tests.conftest import paper_scene
 
 BACKENDS = ["native", pytest.param("lammps", marks=pytest.mark.lammps)]

@@ -25,9 +25,9 @@ FUNCTIONS: dict[str, Callable[[Any], Any]] = {
     ),
     "peak_forces": lambda scene: hc.peak_forces([scene, scene]).peak_force,
     "predict": lambda scene: hc.theory.predict(scene).peak_force,
-    "sweep": lambda scene: hc.sweep(
-        scene, {"shock.duration_ratio": [2.0]}, backends="formulas"
-    ).to_frame(["largest_peak_force_N"]),
+    "sweep": lambda scene: hc.sweep(scene, {"shock.duration_ratio": [2.0]}).to_frame(
+        ["largest_peak_force_N"]
+    ),
 }
 """By name; ``examine`` is called below, as it needs a deck."""
 

@@ -9,7 +9,7 @@ import pytest
 
 import hertzchain as hc
 from tests.sweeps.dask_processes import scheduler
-from tests.sweeps.drawn import BASE, RATIO, N
+from tests.sweeps.drawn import BASE, LAMMPS, RATIO, N
 from tests.sweeps.texts import CHAIN_SECTION, SEGMENTS, SHOCK
 
 
@@ -22,10 +22,10 @@ def segmented(tmp_path: Path) -> hc.Scene:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Three profiles over LM_ratio, by native and by the formulas."""
+    """Three profiles over LM_ratio, by native and by LAMMPS."""
     there = tmp_path_factory.mktemp("sweeps") / "profiles"
     vary = {"shock.profile": "cosine,triangular,cosine-triangular", RATIO: "0.1:2:7:log"}
-    hc.sweep(BASE, vary, backends=("native", "formulas"), output=there)
+    hc.sweep(BASE, vary, backends=("native", LAMMPS), output=there)
     return there
 
 

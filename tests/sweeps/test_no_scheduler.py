@@ -84,6 +84,6 @@ def test_workers_without_this_hertzchain_are_named(
             start()
             await_workers(lonely, 1)
         with pytest.raises(error, match=said) as it:
-            sweep(lonely, output=tmp_path / "out", file_format="csv")
+            sweep(lonely, output=tmp_path / "out")
         assert "\n" not in str(it.value)
         assert not (tmp_path / "out").exists()  # made where workers come late, but for nothing

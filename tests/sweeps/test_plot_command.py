@@ -11,7 +11,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.cli import main
-from tests.sweeps.drawn import BASE, F_SW, RATIO, P
+from tests.sweeps.drawn import BASE, F_SW, LAMMPS, RATIO, P
 
 # The command
 
@@ -44,7 +44,7 @@ def test_the_command_writes_a_picture_beside_the_tables(plot: Command, folder: P
     assert (folder / "plot.png").read_bytes().startswith(b"\x89PNG")
     # The folder is as good as before: the same sweep goes on in it.
     vary = {"shock.profile": "cosine,triangular,cosine-triangular", RATIO: "0.1:2:7:log"}
-    assert hc.sweep(BASE, vary, backends=("native", "formulas"), output=folder).count().done == 42
+    assert hc.sweep(BASE, vary, backends=("native", LAMMPS), output=folder).count().done == 42
 
 
 @pytest.mark.parametrize(
@@ -60,7 +60,7 @@ def test_the_command_writes_a_picture_beside_the_tables(plot: Command, folder: P
         (("--x", RATIO, "--y", P, "-o", "no/plot.png"), ("no/plot.png", "does not exist")),
         (("--x", RATIO, "--y", P, "--where", "profile"), ("--where profile", "NAME=VALUE")),
         (
-            ("--x", RATIO, "--y", P, "--where", "backend=native", "--where", "backend=formulas"),
+            ("--x", RATIO, "--y", P, "--where", "backend=native", "--where", "backend=lammps"),
             ("--where backend", "twice"),
         ),
     ],

@@ -1,4 +1,4 @@
-"""The rows of sweeps: what single runs, batches and formulas have."""
+"""The rows of sweeps: what single runs and batches have."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ import pandas as pd
 import pytest
 
 import hertzchain as hc
-from hertzchain import theory
 from hertzchain.engines.native import Batch
 from hertzchain.errors import HertzchainError, SceneError
 from hertzchain.scene.pulse import PROFILES
@@ -21,8 +20,7 @@ from hertzchain.sweeps import measuring
 from hertzchain.sweeps import parts as parts_of_sweeps
 from hertzchain.sweeps.columns import ALL, COLUMNS, is_result, numbers_of
 from hertzchain.sweeps.design import design
-from hertzchain.sweeps.numbers import of_prediction
-from hertzchain.sweeps.parts import Formulas, Part, is_short
+from hertzchain.sweeps.parts import Part, is_short
 from hertzchain.sweeps.table import Rows
 from tests.command_line import MAIN, process
 from tests.conftest import paper_scene
@@ -166,26 +164,6 @@ def test_a_scene_that_fails_is_a_row_with_the_reason_a_single_run_has() -> None:
     assert counts.reason == failed["failure"].iloc[0]
 
 
-def test_the_formulas_say_what_predict_says() -> None:
-    scene = paper_scene("cosine", 1.0, 2.0)
-    vary: dict[str, Any] = {
-        "shock.momentum_ratio": [0.01, 0.5, 2.0],
-        "shock.profile": list(PROFILES),
-    }
-    sweep = hc.sweep(scene, vary, backends=["formulas"], peaks=True)
-    peaks = sweep.peaks_to_frame()
-    for k, (row, one) in enumerate(
-        zip(*rows_of(sweep), all_scenes(design(scene, vary)), strict=True)
-    ):
-        predicted, own = theory.predict(one), peaks.loc[peaks["scene"] == k, "peak_force_N"]
-        if row["shock.momentum_ratio"] == 0.01:
-            assert row["failure"] == predicted.missing
-            assert own.empty
-            continue
-        assert own.tolist() == predicted.peak_force.tolist()
-        has_numbers(row, of_prediction(predicted))
-
-
 def test_accuracy_that_is_missed_is_counted() -> None:
     """Under a long pulse repeated collisions of a short chain amplify rounding errors."""
     knocked: dict[str, Any] = {"shock.momentum_ratio": [1.0, 300.0], "chain.granules": [4]}
@@ -193,9 +171,6 @@ def test_accuracy_that_is_missed_is_counted() -> None:
     counts, table = sweep.count(), sweep.to_frame()
     assert counts.missed == (table["error_estimate"] > 1e-9).sum()
     assert table["error_estimate"][0] <= 1e-9
-    formulas = hc.sweep(SHORT, {"chain.granules": [12, 60]}, backends=["native", "formulas"])
-    assert formulas.to_frame()["error_estimate"].max() > 1e-6
-    assert formulas.count().missed == 0  # of formulas no accuracy can be asked for
     steps = hc.sweep(SHORT, knocked, backends=[hc.Native("velocity-verlet")])
     assert steps.to_frame()["error_estimate"].max() > 1e-6
     assert steps.count().missed == 0  # nothing was asked for but steps
@@ -205,8 +180,8 @@ def test_accuracy_that_is_missed_is_counted() -> None:
     ("backends", "words"),
     [
         ((), "must be at least one"),
-        (("gromacs",), "backends = 'gromacs': must be one of native, lammps, formulas"),
-        ("gromacs", "backends = 'gromacs': must be one of native, lammps, formulas"),
+        (("gromacs",), "backends = 'gromacs': must be one of native, lammps"),
+        ("gromacs", "backends = 'gromacs': must be one of native, lammps"),
         (None, "must be Native, Lammps or the name"),
         (("native", hc.Native(rtol=1e-4)), "must not be given twice"),
         ((3,), "must be Native, Lammps or the name"),
@@ -221,8 +196,6 @@ def test_backends_that_cannot_be_are_refused(backends: Iterable[Any], words: str
 @pytest.mark.parametrize(
     ("backend", "scenes", "short"),
     [
-        (Formulas(), 1300, True),  # 3e-4 s each
-        (Formulas(), 1400, False),
         (hc.Native(rtol=1e-4), 100, True),
         (hc.Native("velocity-verlet"), 110, True),
         (hc.Native("velocity-verlet"), 130, False),
@@ -242,7 +215,7 @@ def test_where_scenes_are_measured_changes_no_value(monkeypatch: pytest.MonkeyPa
     found = []
     for start in (0.0, math.inf):
         monkeypatch.setattr(parts_of_sweeps, "_START", start)
-        swept = hc.sweep(SHORT, vary, backends=["native", "formulas"], peaks=True)
+        swept = hc.sweep(SHORT, vary, peaks=True)
         found.append((swept.to_frame(), swept.peaks_to_frame()))
     for one, other in zip(*found, strict=True):
         pd.testing.assert_frame_equal(one, other, check_exact=True)

@@ -78,7 +78,7 @@ def command(folder: Path, address: str, rtol: float = 1e-2) -> list[str]:
     return [
         *(sys.executable, "-c", MAIN),
         *("sweep", "chain.toml", "--vary", "shock.momentum_ratio=0.5:4:32:log"),
-        *("--backend", "lammps", "--rtol", str(rtol), "--format", "parquet", "-o", "out"),
+        *("--backend", "lammps", "--rtol", str(rtol), "-o", "out"),
         *("--scheduler", address),
     ]
 
@@ -140,7 +140,7 @@ def lammps_processes(workers: Sequence[subprocess.Popen[bytes]]) -> list[psutil.
 def test_tables_are_those_of_this_machine(two: tuple[str, Workers]) -> None:
     """Processes for LAMMPS end with the sweep."""
     address, workers = two
-    backends = (hc.Native(rtol=1e-4), LAMMPS, "formulas")
+    backends = (hc.Native(rtol=1e-4), LAMMPS)
     assert_same(sweep(address, backends), sweep(None, backends))
     assert not lammps_processes(workers)
 

@@ -10,7 +10,7 @@ from matplotlib.colors import BoundaryNorm, LogNorm
 
 import hertzchain as hc
 from hertzchain.sweeps.drawing import cell_edges, draw
-from tests.sweeps.drawn import BASE, F_SW, RATIO, N, P
+from tests.sweeps.drawn import BASE, F_SW, LAMMPS, RATIO, N, P
 
 # Maps
 
@@ -58,7 +58,7 @@ def test_several_values_in_one_place_of_a_map_are_refused(
     with pytest.raises(hc.HertzchainError, match=r"one place .*--where shock.profile="):
         draw(sampled, RATIO, N, F_SW)
     vary = {RATIO: "0.1:2:3:log", N: "4,2", "chain.radius": "1 mm,5 mm"}
-    swept = hc.sweep(BASE, vary, backends=["native", "formulas"])
+    swept = hc.sweep(BASE, vary, backends=["native", LAMMPS])
     with pytest.raises(hc.HertzchainError, match=r"chain.radius and backend vary, too, .* place"):
         draw(swept, RATIO, N, "speed_m_s")
     where = {"chain.radius": "1 mm", "backend": "native"}

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import json
-import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import duckdb
-import numpy as np
 import pandas as pd
 import polars
 import pytest
@@ -25,7 +23,7 @@ from tests.sweeps.made import GRID, SHORT
 
 def test_a_folder_has_what_memory_has_and_opens_in_pandas_polars_and_duckdb(tmp_path: Path) -> None:
     vary: dict[str, Any] = {**GRID, "shock.peak_force": [100.0, 1e9]}  # the second too deep
-    backends = ["native", "formulas"]
+    backends = ("native", hc.Lammps(rtol=1e-3))
     out = tmp_path / "out"
     kept = hc.sweep(SHORT, vary, backends=backends, peaks=True, output=out)
     memory = hc.sweep(SHORT, vary, backends=backends, peaks=True)
@@ -49,31 +47,6 @@ def test_a_folder_has_what_memory_has_and_opens_in_pandas_polars_and_duckdb(tmp_
                 assert list(map(pd.isna, there)) == list(map(pd.isna, here)), (who, column)
                 numbers = [(a, b) for a, b in zip(there, here, strict=True) if not pd.isna(a)]
                 assert all(a == b for a, b in numbers), (who, column)
-
-
-def test_csv_has_what_parquet_has_to_the_last_digit_and_is_there_in_one_piece(
-    tmp_path: Path,
-) -> None:
-    vary: dict[str, Any] = {**GRID, "shock.peak_force": [100.0, 1e9]}
-    found = {
-        kind: hc.sweep(
-            SHORT,
-            vary,
-            backends=["native", "formulas"],
-            peaks=True,
-            output=tmp_path / kind,
-            file_format=kind,
-        )
-        for kind in ("parquet", "csv")
-    }
-    for table in ("to_frame", "peaks_to_frame"):
-        parquet, csv = (getattr(found[kind], table)() for kind in ("parquet", "csv"))
-        pd.testing.assert_frame_equal(csv, parquet, check_exact=True, check_dtype=False)
-    whole = pd.read_csv(tmp_path / "csv" / "scenes.csv")
-    assert len(whole) == 32
-    expected = found["parquet"].to_frame()["largest_peak_force_N"].to_numpy()
-    # To the last digit from pandas 3 on, to one before it in pandas 2.
-    np.testing.assert_allclose(whole["largest_peak_force_N"], expected, rtol=1e-15)
 
 
 def test_a_sweep_that_is_there_is_not_measured_again(tmp_path: Path) -> None:
@@ -135,11 +108,10 @@ OTHERS: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "another accuracy": ({"rtol": 1e-5}, "backends.1.rtol is 1e-06 there and 1e-05 here"),
     "one backend more": (
-        {"backends": ["native", "formulas"]},
-        'backends.2.name is not given there and "formulas" here',
+        {"backends": ["native", "lammps"]},
+        'backends.2.name is not given there and "lammps" here',
     ),
     "with peaks": ({"peaks": True}, "peaks is false there and true here"),
-    "another format": ({"file_format": "csv"}, 'format is "parquet" there and "csv" here'),
 }
 
 
@@ -214,33 +186,25 @@ def test_a_folder_made_for_nothing_is_gone(
 
     monkeypatch.setattr(pd.DataFrame, "to_parquet", dies)
     with pytest.raises(KeyboardInterrupt):
-        hc.sweep(SHORT, GRID, backends=["formulas"], output=out)
+        hc.sweep(SHORT, GRID, output=out)
     assert out.exists() is was_there
 
 
 def test_a_damaged_part_is_named(tmp_path: Path) -> None:
     out = tmp_path / "out"
-    for kind in ("parquet", "csv"):
-        hc.sweep(SHORT, GRID, output=out, file_format=kind)
-        part = out / "scenes" / f"native-0000.{kind}"
-        part.write_bytes(b"nothing")
-        with pytest.raises(OutputError, match="delete it, and the same sweep measures") as problem:
-            hc.Sweep.load(out).to_frame()
-        assert str(part) in str(problem.value)
-        part.unlink()
-        assert hc.sweep(SHORT, GRID, output=out, file_format=kind).count().done == 8
-        shutil.rmtree(out)
+    hc.sweep(SHORT, GRID, output=out)
+    part = out / "scenes" / "native-0000.parquet"
+    part.write_bytes(b"nothing")
+    with pytest.raises(OutputError, match="delete it, and the same sweep measures") as problem:
+        hc.Sweep.load(out).to_frame()
+    assert str(part) in str(problem.value)
+    part.unlink()
+    assert hc.sweep(SHORT, GRID, output=out).count().done == 8
 
 
 def test_in_memory_a_sweep_needs_no_pyarrow(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("hertzchain.sweeps.store.importlib.util.find_spec", lambda _: None)
     assert hc.sweep(SHORT, GRID).count().done == 8
-
-
-def test_a_format_that_is_none_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match="file_format = 'feather': must be parquet or csv"):
-        hc.sweep(SHORT, GRID, output=tmp_path / "out", file_format="feather")  # type: ignore[arg-type]
-    assert not list(tmp_path.iterdir())
 
 
 def test_a_sweep_inside_of_another_is_refused(tmp_path: Path) -> None:

@@ -30,7 +30,7 @@ REFUSED: list[tuple[hc.Scene, dict[str, Any], str]] = [
     (STRIKER, {"wall.kind": "rigid:same:2"}, "has no range: name its values, rigid,same"),
     (STRIKER, {"wall.kind": [1, 2]}, "wall.kind = 1: must be the name of a wall"),
     (STRIKER, {"wall.kind": "rigid,elastic"}, "wall.young_modulus: missing, a wall of kind"),
-    (STRIKER, {"wall.young_modulus": "1,2"}, 'only a wall of kind "elastic" has it, in all scenes'),
+    (STRIKER, {"wall.young_modulus": "1,2"}, 'only a wall of kind "elastic" has it, not "rigid"'),
     (STRIKER, {"striker.velocity": "0,1"}, "striker.velocity = 0.0: must be a finite number above"),
     (STRIKER, {"striker.velocity": "1 m,2 m"}, "has the wrong dimension"),
     (STRIKER, {"striker.poisson_ratio": "0.1:0.6:3"}, "striker.poisson_ratio = 0.6: must be"),
@@ -72,7 +72,7 @@ OF_SEGMENTS = {
     "segments.2.cell.1.density": "cannot vary; did you mean chain.segments.",
     "chain.segments.1": "chain.segments.1: cannot vary; ",
     "chain.colour": "end_time, keys of segments, such as chain.segments.2.radius_ratio",
-    "chain.segments.2.radius": "chain.segments.2.radius = 0.0: must be a finite number above 0 [m]",
+    "chain.segments.2.radius": "chain.radius of granule 5 = 0.0: must be a finite number above 0",
     "chain.segments.2.radius_ratio": "chain.segments.2.radius_ratio = 0.0: must be a finite number",
     "chain.segments.2.granules": "chain.segments.2.granules = 0: must be an integer from 1",
 }
@@ -89,7 +89,7 @@ def test_a_ratio_whose_radii_leave_floating_point_is_refused(tmp_path: Path) -> 
     taper = "[[chain.segments]]\ngranules = 6\n"
     (tmp_path / "taper.toml").write_text(CHAIN_SECTION + taper + SHOCK)
     scene = hc.Scene.from_toml(tmp_path / "taper.toml")
-    words = r"segments\.1\.radius_ratio = 1e-300: gives granule 3 chain\.radius = 0\.0, which"
+    words = r"chain\.radius of granule 3 = 0\.0: must be"
     with pytest.raises(SceneError, match=words):
         design(scene, {"chain.segments.1.radius_ratio": [1e-300, 1.0]})
 
@@ -103,13 +103,3 @@ def test_a_chain_with_other_values_has_no_segments(segmented: hc.Scene) -> None:
     assert other.section is None
     with pytest.raises(SceneError, match=r"chain\.radius: cannot vary"):
         design(replace(segmented, chain=other), {"chain.radius": [1.0, 2.0]})
-
-
-def test_formulas_are_refused() -> None:
-    for scene, vary, words in (
-        (STRIKER, {"striker.velocity": [1.0]}, "this sweep has striker, wall: leave them out"),
-        (PLAIN, {"chain.gap": [0.0, 1e-6]}, "this sweep has chain.gap: leave them out"),
-    ):
-        with pytest.raises(SceneError) as problem:
-            hc.sweep(scene, vary, backends=["native", "formulas"])
-        assert words in str(problem.value)

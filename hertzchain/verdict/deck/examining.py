@@ -75,7 +75,7 @@ def examine(
     time_limit
         How long LAMMPS and the reference may take together [s].
     progress
-        True for a line in the terminal or notebook on what is being done, or a function that is
+        True for a line in the terminal on what is being done, or a function that is
         called with it.
 
     Raises

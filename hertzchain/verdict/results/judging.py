@@ -53,7 +53,7 @@ def judge(
     time_limit
         Time limit of the reference [s].
     progress
-        True for a line in the terminal or notebook on what is being done, or a function that is
+        True for a line in the terminal on what is being done, or a function that is
         called with each such line.
 
     Raises

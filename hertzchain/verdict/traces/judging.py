@@ -155,7 +155,7 @@ def judge_traces(
     time_limit
         Time limit of each run of the reference [s].
     progress
-        True for a line in the terminal or notebook on what is being done, or a function that is
+        True for a line in the terminal on what is being done, or a function that is
         called with each such line.
 
     Raises

