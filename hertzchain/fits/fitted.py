@@ -11,6 +11,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.fits.free import limits_of
 from hertzchain.observables.definitions import context_of
+from hertzchain.report.document import Overlay
 from hertzchain.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -32,32 +33,6 @@ _FAR = 3.0
 
 NORMAL_95 = 1.959964
 """Standard deviations of a normal distribution with 95 % on both sides."""
-
-
-@dataclass(frozen=True, eq=False)
-class Overlaid:
-    """What was measured and what the fitted scene gives, without offsets.
-
-    Parameters
-    ----------
-    name
-        The gauge, such as ``granule 16``, or the peaks of a file.
-    label
-        What ``place`` is, with its unit.
-    place
-        Times of the run [s], or contacts, shape (samples,).
-    measured, fitted
-        Forces [N].
-    noise
-        Standard deviation of the noise [N], of each or of all.
-    """
-
-    name: str
-    label: str
-    place: FloatArray
-    measured: FloatArray
-    fitted: FloatArray
-    noise: FloatArray
 
 
 @dataclass(frozen=True)
@@ -137,7 +112,7 @@ class Fit:
     runs: int
     chance: float
     noise_is_known: bool = True
-    overlays: tuple[Overlaid, ...] = ()
+    overlays: tuple[Overlay, ...] = ()
 
     @property
     def is_noise(self) -> bool:

@@ -1,6 +1,6 @@
 """The document of a validation: that of its traces, with the three uncertainties of each number.
 
-``Validation`` shows itself by this document, which therefore does not import it.
+``Validation`` shows itself by this document.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from hertzchain.report.document import Document, Failure, Table, Verdict
 from hertzchain.report.facts import number
 from hertzchain.report.junit import case
 from hertzchain.report.traces import of_traces
+from hertzchain.uncertainty.validation import COVERED
 
 _HEADER = (
     "number", "simulated", "measured", "u run", "u input", "u noise", "error / u_val", "seen from",
@@ -44,15 +45,19 @@ def of_validation(found: Any) -> Document:
         checks=(),
         cases=tuple(
             case(
-                one.name, one.measured, one.simulated, one.allowed,
-                one not in differing, "two validation uncertainties", one.name,
+                one.number.name, one.number.measured, one.number.simulated,
+                COVERED * one.uncertainty, one not in differing, "two validation uncertainties",
+                one.number.name,
             )
             for one in compared
         ),
         verdict=Verdict(
             None if found.verdict == "undecided" else found.verdict == "pass",
             sentence,
-            [Failure(one.name, f"differs by {one.ratio:.2g} u_val", "") for one in differing],
+            [
+                Failure(one.number.name, f"differs by {one.ratio:.2g} u_val", "")
+                for one in differing
+            ],
             [*found.remarks, *found.judgement.reference.warnings],
         ),
         answers=Table("Comparison errors and uncertainties", _HEADER, [_row(x) for x in compared]),
@@ -66,9 +71,9 @@ def of_validation(found: Any) -> Document:
 
 
 def _row(one: Any) -> list[str]:
-    parts = (one.numerical, one.input, one.measurement)
+    simulated = one.number.simulated
     return [
-        one.name, number(one.simulated, 5), number(one.measured, 5),
-        *(f"{part / abs(one.simulated):.1e}" for part in parts),
+        one.number.name, number(simulated, 5), number(one.number.measured, 5),
+        *(f"{part / abs(simulated):.1e}" for part in one.parts.values()),
         f"{one.ratio:.2g}", f"{one.seen_from:.1%}", one.largest,
     ]  # fmt: skip

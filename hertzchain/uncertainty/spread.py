@@ -78,9 +78,10 @@ class Spread:
     rtol: float
 
     def __repr__(self) -> str:
-        from hertzchain.uncertainty.shown import printed
+        from hertzchain.report.console import plain_text
+        from hertzchain.uncertainty.shown import print_spread
 
-        return printed(self)
+        return plain_text(lambda console: print_spread(console, self, every=False))
 
     def plot(self) -> Figure:
         """Draw first peaks along the chain with their range, and what makes it."""
@@ -106,11 +107,10 @@ class Spread:
     @property
     def remarks(self) -> tuple[str, ...]:
         """Sentences on results that some realisations do not have; usually empty."""
-        missing = np.isnan(self.values)
-        lost = int(np.count_nonzero(missing.any(axis=0) & ~np.isnan(self.nominal)))
+        missing = np.isnan(self.values[:, ~np.isnan(self.nominal)])
+        lost, some = (int(np.count_nonzero(missing.any(axis=axis))) for axis in (0, 1))
         found = []
         if lost:
-            some = int(np.count_nonzero(missing[:, ~np.isnan(self.nominal)].any(axis=1)))
             found.append(
                 f"{lost} results have no spread: {some} of {len(missing)} realisations end before"
                 " the pulses are over, give a later end_time"

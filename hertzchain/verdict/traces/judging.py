@@ -67,6 +67,11 @@ class Number:
     error: float
     deviation: float
 
+    @property
+    def name(self) -> str:
+        """Gauges and quantity, as tables show them."""
+        return f"{self.of}: {self.kind.name}"
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TraceJudgement(ShownVerdict):
@@ -184,7 +189,7 @@ def judge_traces(
         largest = most + noise + one.error
         if noise > most and abs(one.measured - one.simulated) <= largest:
             remarks.append(
-                f"{one.of}: {one.kind.name} is not judged, three deviations of its noise,"
+                f"{one.name} is not judged, three deviations of its noise,"
                 f" {noise / one.simulated:.1e}, hide the tolerance of {tolerance:.1e}"
             )
             continue
