@@ -54,7 +54,7 @@ def _overlays(judgement: TraceJudgement) -> list[Overlay]:
     during = (time >= 0) & (time <= known.until)
     return [
         Overlay(
-            f"{gauge.key} {gauge.number}", time[during], traces.force[during, k],
+            gauge.place, time[during], traces.force[during, k],
             known.at(k, time[during]),
         )
         for k, gauge in enumerate(traces.gauges)
@@ -70,9 +70,9 @@ def _pulses(judgement: TraceJudgement) -> Peaks:
         read, pulse = readings[k], judgement.pulses[k]
         height = f"{noise[k] / read.force:.1e}" if read.force > 0 else ""
         if pulse is None:
-            return [f"{read.gauge.key} {read.gauge.number}", "", "", "", "", height]
+            return [read.gauge.place, "", "", "", "", height]
         return [
-            f"{read.gauge.key} {read.gauge.number}",
+            read.gauge.place,
             number(pulse.height * read.force, 6),
             number(read.force, 6),
             f"{pulse.height - 1:+.1e}",

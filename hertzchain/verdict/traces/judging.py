@@ -182,8 +182,12 @@ def judge_traces(
         report_progress("laying the traces over those of the reference")
         measured, begin = aligned(measured, known, None if shift else 0.0)
         pulses = [matched(measured, known, begin, k) for k in range(len(measured.gauges))]
-    numbers, remarks = numbers_of(known, pulses, has_clock=not shift)
-    checks: list[Check] = []
+    numbers = _numbers_of(known, pulses, has_clock=not shift)
+    remarks, checks = list(measured.remarks), []
+    for gauge, pulse in zip(measured.gauges, pulses, strict=True):
+        if pulse is None:
+            said = "the first pulse is not whole, only the trace is judged"
+            remarks.append(f"{gauge.place}: {said}")
     for one in numbers:
         noise, most = _DEVIATIONS * one.deviation, tolerance * one.simulated
         largest = most + noise + one.error
@@ -199,7 +203,7 @@ def judge_traces(
         whole = _whole(measured, known, begin, k, tolerance)
         if whole is None:
             said = "nothing was measured within a pulse of the reference"
-            remarks.append(f"{_name(measured.gauges[k])}: {said}")
+            remarks.append(f"{measured.gauges[k].place}: {said}")
         else:
             checks.append(whole)
     return TraceJudgement(
@@ -208,44 +212,37 @@ def judge_traces(
     )  # fmt: skip
 
 
-def numbers_of(
+def _numbers_of(
     known: Expected, pulses: Sequence[Matched | None], *, has_clock: bool
-) -> tuple[list[Number], list[str]]:
-    """Return the numbers of first pulses, and remarks on those that are not whole."""
-    found, remarks, there = [], [], []
-    for read, pulse in zip(known.readings, pulses, strict=True):
-        of, force, width = _name(read.gauge), read.force, read.width
-        if pulse is None:
-            remarks.append(f"{of}: the first pulse is not whole, only the trace is judged")
-            continue
-        there.append((read, pulse))
-        own = (
-            (PEAK, force, pulse.height * force, read.force_error * force,
-             pulse.height_deviation * force),
-            (WIDTH, width, pulse.stretch * width, read.width_error,
-             pulse.stretch_deviation * width),
-            (ARRIVAL, read.arrival,
-             read.arrival + pulse.delay - (pulse.stretch - 1) * (read.time - read.arrival),
-             read.arrival_error, pulse.delay_deviation),
-        )  # fmt: skip
-        found += [Number(one[0], of, (read.gauge,), *one[1:]) for one in own[: 2 + has_clock]]
-    if has_clock:
-        return found, remarks
+) -> list[Number]:
+    """Return the numbers of the first pulses that are whole."""
+    found = []
+    pairs = zip(known.readings, pulses, strict=True)
+    there = [(read, pulse) for read, pulse in pairs if pulse is not None]
+    for read, pulse in there:
+        of, gauges = read.gauge.place, (read.gauge,)
+        height, stretch, late = pulse.deviations.tolist()
+        force, width, arrival = read.force, read.width, read.arrival
+        found += [
+            Number(PEAK, of, gauges, force, pulse.height * force, read.force_error * force,
+                   height * force),
+            Number(WIDTH, of, gauges, width, pulse.stretch * width, read.width_error,
+                   stretch * width),
+        ]  # fmt: skip
+        if has_clock:
+            measured = arrival + pulse.delay - (pulse.stretch - 1) * (read.time - arrival)
+            found.append(Number(ARRIVAL, of, gauges, arrival, measured, read.arrival_error, late))
     there.sort(key=lambda one: one[0].time)
-    for (before, one), (after, two) in itertools.pairwise(there):
+    for (before, one), (after, two) in () if has_clock else itertools.pairwise(there):
         true = after.time - before.time
         if true > 0:
             found.append(Number(
-                TRAVEL, f"{_name(before.gauge)} to {_name(after.gauge)}",
+                TRAVEL, f"{before.gauge.place} to {after.gauge.place}",
                 (after.gauge, before.gauge), true, true + two.delay - one.delay,
                 before.arrival_error + after.arrival_error,
-                float(np.hypot(one.delay_deviation, two.delay_deviation)),
+                float(np.hypot(one.deviations[2], two.deviations[2])),
             ))  # fmt: skip
-    return found, remarks
-
-
-def _name(gauge: Gauge) -> str:
-    return f"{gauge.key} {gauge.number}"
+    return found
 
 
 def _whole(traces: Traces, known: Expected, shift: float, k: int, tolerance: float) -> Check | None:
@@ -262,4 +259,4 @@ def _whole(traces: Traces, known: Expected, shift: float, k: int, tolerance: flo
     rms = max(float(np.sqrt(np.mean(some**2))) for some in (off, off[is_pulse]))
     reason = f"what was asked for, and {_NOISE:g} times the noise of the samples"
     allowed = float(np.hypot(tolerance, _NOISE * float(traces.noise[k]) / peak))
-    return within(TRACE, _name(traces.gauges[k]), rms, 0.0, allowed, reason)
+    return within(TRACE, traces.gauges[k].place, rms, 0.0, allowed, reason)

@@ -174,9 +174,9 @@ def shift_of(traces: Traces, known: Expected) -> float:
     return float(traces.time[0] + step * (int(np.argmax(correlation)) - own.size + 1))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Matched:
-    """A measured first pulse as that of the scene: higher, later and wider, with deviations.
+    """A measured first pulse as that of the scene: higher, wider and later.
 
     Parameters
     ----------
@@ -184,16 +184,14 @@ class Matched:
         Ratios to the pulse of the scene.
     delay
         How much later it is than there [s], after the shift.
-    height_deviation, stretch_deviation, delay_deviation
-        Standard deviations, from the noise.
+    deviations
+        Standard deviations of the three, from the noise, shape (3,).
     """
 
     height: float
     stretch: float
     delay: float
-    height_deviation: float
-    stretch_deviation: float
-    delay_deviation: float
+    deviations: FloatArray
 
 
 def matched(traces: Traces, known: Expected, shift: float, k: int) -> Matched | None:
@@ -215,17 +213,11 @@ def matched(traces: Traces, known: Expected, shift: float, k: int) -> Matched | 
         return np.asarray((height * known.at(k, there) - force) / read.force)
 
     found = least_squares(residuals, [1.0, 1.0, 0.0], bounds=([0, 0.2, -3], [np.inf, 5, 3]))
-    noise = float(traces.noise[k]) / read.force
-    try:
-        slopes = np.asarray(found.jac)
-        spread = noise * np.sqrt(np.diag(np.linalg.inv(slopes.T @ slopes)))
-    except np.linalg.LinAlgError:
-        return None
-    height, stretch, delay = (float(one) for one in found.x)
-    return Matched(
-        height, stretch, delay * read.width,
-        float(spread[0]), float(spread[1]), float(spread[2]) * read.width,
-    )  # fmt: skip
+    slopes, unit = np.asarray(found.jac), np.array([1.0, 1.0, read.width])
+    variance = np.diag(np.linalg.pinv(slopes.T @ slopes))
+    deviations = unit * np.sqrt(variance) * float(traces.noise[k]) / read.force
+    height, stretch, delay = (unit * found.x).tolist()
+    return Matched(height, stretch, delay, deviations)
 
 
 def aligned(traces: Traces, known: Expected, shift: float | None) -> tuple[Traces, float]:
@@ -242,6 +234,6 @@ def aligned(traces: Traces, known: Expected, shift: float | None) -> tuple[Trace
             raise SceneError("traces", None, allowed)
         # A trace without noise is known to a part of a pulse, too, by its samples.
         least = _SHARPEST * float(np.nanmin([one.width for one in known.readings]))
-        weights = [1 / (one.delay_deviation + least) ** 2 for one in sure]
+        weights = [1 / (one.deviations[2] + least) ** 2 for one in sure]
         at += float(np.average([one.delay for one in sure], weights=weights))
     return traces, at

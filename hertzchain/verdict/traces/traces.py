@@ -24,6 +24,12 @@ _COLUMN = re.compile(rf"({_SENSOR.pattern})(?:[ _/([]*([a-zA-Z]+)[)\]]*)?")
 _TIME = re.compile(r"(?:time|t)(?:[ _(/\[]+(s|ms|us|µs|ns)[)\]]*)?", re.IGNORECASE)
 _SPEC = re.compile(r"\s*(?P<name>.*?)\s*(?:\[(?P<unit>[^\[\]]+)\])?\s*")
 
+_FLAT = 4
+"""Least samples with the largest value of a clipped trace (chosen)."""
+
+_OF_A_CREST = 16.0
+"""Digits by which a crest falls next to as many flat samples, at most: a parabola falls by 9."""
+
 ENOUGH = 200
 """Quiet samples that tell the noise to 5 %; with fewer, second differences of all tell more."""
 
@@ -48,6 +54,29 @@ class Traces:
     gauges: tuple[Gauge, ...]
     force: FloatArray
     noise: FloatArray
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Sentences on gauges that were clipped; usually empty."""
+        counts = [_clipped(force) for force in self.force.T]
+        return tuple(
+            f"{gauge.place}: {count} samples have the largest value, as those of a clipped"
+            " recording: measure it again in a wider range of the instrument"
+            for gauge, count in zip(self.gauges, counts, strict=True)
+            if count
+        )
+
+
+def _clipped(force: FloatArray) -> int:
+    """Return how many samples have the largest value of a clipped trace; 0 for others.
+
+    A crest is flat, too, by the digits of a recording, but falls by a few of these next to it.
+    """
+    largest = force.max()
+    at = np.flatnonzero(force == largest)
+    digit = np.min(np.diff(np.unique(force[force > largest / 2])), initial=largest)
+    fall = largest - force[max(at[0] - at.size, 0)]
+    return at.size if at.size >= _FLAT and fall > _OF_A_CREST * digit else 0
 
 
 def _noise(time: FloatArray, force: FloatArray) -> float:

@@ -65,8 +65,8 @@ def test_noise_and_offset_do_not_matter(noise: float, offset: float) -> None:
     assert judgement.shift == pytest.approx(3.3e-4, abs=1e-6)
     for pulse in judgement.pulses:
         assert pulse is not None
-        assert abs(pulse.height - 1) < 4 * pulse.height_deviation < 0.1
-        assert abs(pulse.stretch - 1) < 4 * pulse.stretch_deviation < 0.1
+        assert abs(pulse.height - 1) < 4 * pulse.deviations[0] < 0.1
+        assert abs(pulse.stretch - 1) < 4 * pulse.deviations[1] < 0.1
 
 
 @pytest.mark.parametrize(("times", "fails"), [(3.0, True), (-3.0, True), (0.33, False)])
