@@ -22,8 +22,6 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.uncertain import Uncertain
 from hertzchain.showing import ShowProgress, telling
 from hertzchain.sweeps.columns import unit_of
-from hertzchain.sweeps.formulas import tied
-from hertzchain.sweeps.keys import changed
 from hertzchain.verdict.results.reading import COLUMNS, read
 from hertzchain.verdict.traces.matching import aligned, expected
 from hertzchain.verdict.traces.traces import Traces, is_traces, names_in, read_traces
@@ -176,8 +174,7 @@ def _of_traces(
     scene: Scene, free: Free, measured: list[Traces], deadline: Deadline, shift: bool
 ) -> Model:
     gauges = tuple(dict.fromkeys(gauge for one in measured for gauge in one.gauges))
-    begin = {key: start for key, start in zip(free.keys, free.start, strict=True) if key != GAIN}
-    first = changed(scene, tied(scene, free.ties, begin))
+    first = free.scene(scene, np.ones(len(free.keys)))
     known = expected(first, gauges, Native(rtol=1e-8, time_limit=deadline.left))
     files = []
     for one in measured:
@@ -261,7 +258,7 @@ def _of(model: Model, base: Scene, free: Free, found: _Found) -> Fit:
     fitted = replace(model.scene(x), run=base.run, gauges=gauges, uncertain=uncertain)
     return Fit(
         fitted, parameters, correlation, tuple(model.shifts(x).tolist()), found.mean_square, along,
-        model.size, model.runs, model.chance(off), model.noise_is_known, model.overlays(x),
+        model.size, model.runs, model.chance(off), model.noise_is_known, model.remarks,
     )  # fmt: skip
 
 

@@ -13,12 +13,9 @@ from hertzchain.engines.native.motion import motion_at
 from hertzchain.errors import RunFailed, SceneError, require
 from hertzchain.fits.free import GAIN, Free
 from hertzchain.limits import Deadline
-from hertzchain.report.document import Overlay
 from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.run import Run
 from hertzchain.scene.scene import Scene
-from hertzchain.sweeps.formulas import tied
-from hertzchain.sweeps.keys import changed
 from hertzchain.verdict.traces.matching import FEWEST, Expected, read_in
 from hertzchain.verdict.traces.traces import ENOUGH, Traces
 
@@ -47,6 +44,8 @@ class Model(ABC):
     """
 
     gauges: tuple[Gauge, ...] = ()
+    remarks: tuple[str, ...] = ()
+    """Sentences on clipped recordings."""
     noise_is_known = True
     widths: tuple[float, ...] = ()
     """Widths over which a search may first smooth, the widest first."""
@@ -73,8 +72,7 @@ class Model(ABC):
 
     def values(self, x: Array) -> dict[str, float]:
         """Values of the keys, by name."""
-        pairs = zip(self._free.keys, x, self._free.start, strict=False)  # shifts follow in x
-        return {key: float(at) * start for key, at, start in pairs}
+        return self._free.values(x)
 
     def allows(self, x: Array) -> bool:
         """Whether all values are within their bounds, and the scene is possible."""
@@ -86,8 +84,7 @@ class Model(ABC):
 
     def scene(self, x: Array) -> Scene:
         """The scene with other values."""
-        values = {key: value for key, value in self.values(x).items() if key != GAIN}
-        return changed(self._base, tied(self._base, self._free.ties, values))
+        return self._free.scene(self._base, x)
 
     def differences(self, x: Array, width: float = 0.0, rtol: float | None = None) -> FloatArray:
         """Differences from what was measured over the noise, shape (samples,).
@@ -126,10 +123,6 @@ class Model(ABC):
     @abstractmethod
     def chance(self, differences: FloatArray) -> float:
         """Probability that noise makes differences which last as long as these."""
-
-    @abstractmethod
-    def overlays(self, x: Array) -> tuple[Overlay, ...]:
-        """What was measured and what a scene with other values gives."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,6 +167,7 @@ class OfTraces(Model):
         base = replace(base, gauges=(), run=Run(_BEYOND * known.until))
         super().__init__(base, free, deadline, len(files) if is_shifted else 0)
         self.gauges = known.result.scene.gauges
+        self.remarks = tuple(remark for traces, _ in files for remark in traces.remarks)
         self._shifts = np.array([shift for _, shift in files])
         self._series = [
             one
@@ -237,17 +231,6 @@ class OfTraces(Model):
         _, wider = lasting(before if before.size >= ENOUGH else differences)
         scale = float(np.mean(differences**2)) * wider
         return float(chi2.sf(float(np.sum(means**2)) / max(scale, 1e-300), means.size))
-
-    def overlays(self, x: Array) -> tuple[Overlay, ...]:
-        """Return what each gauge of each file measured, and what the scene reads there."""
-        shifts, found = self.shifts(x), []
-        fitted = self._parts(self.differences(x) + self._measured)
-        for one, force in zip(self._series, fitted, strict=True):
-            offset = np.median(force)  # that of the mean, which lies within the pulse
-            measured, expected = (one.noise * (part - offset) for part in (one.force, force))
-            name = self.gauges[one.gauge].place
-            found.append(Overlay(name, one.time - shifts[one.file], measured, expected))
-        return tuple(found)
 
 
 def _compared(file: int, traces: Traces, shift: float, known: Expected) -> list[Series]:

@@ -13,7 +13,6 @@ from hertzchain.errors import require
 from hertzchain.fits.free import Free
 from hertzchain.fits.model import Model
 from hertzchain.limits import TOLERANCE, Deadline
-from hertzchain.report.document import Overlay
 from hertzchain.scene.scene import Scene
 
 _ACCURATE = 1e-8
@@ -47,11 +46,6 @@ class OfPeaks(Model):
         limit = max(self._deadline.left, 1e-3)
         native = Native(rtol=rtol or _ACCURATE, time_limit=limit, wanted="all")
         return np.asarray(native.run(self.scene(x)).peak_force[self._places] / self._force)
-
-    def overlays(self, x: Array) -> tuple[Overlay, ...]:
-        """Return the peaks of all files."""
-        fitted = (self.differences(x) + self._measured) * self._force
-        return (Overlay("peaks", self._places + 2.0, self._force, fitted),)
 
     def chance(self, differences: FloatArray) -> float:
         """Probability of as few changes of sign along the contacts, by the runs test.

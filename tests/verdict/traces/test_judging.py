@@ -176,8 +176,8 @@ def test_a_page_and_a_figure(measured: pd.DataFrame, tmp_path: Path) -> None:
         ({"gauge_17_N": 1.0}, "must be a granule from 2 to 16"),
         ({"contact_1_N": 1.0}, "must be a contact from 2 to 17"),
         ({"gauge_6_N": 0.0}, "is 0 throughout"),
-        ({"gauge_6_N": np.nan}, "must be finite"),
-        ({"time_s": 0.0}, "must increase"),
+        ({"gauge_6_N": np.nan}, "has no finite time and force"),
+        ({"time_s": 0.0}, "the time is not above that of line 1"),
         ({"time_s": np.arange(1500.0)}, "last far longer than the run: check the unit"),
         ({"time_s": 1e-12 * np.arange(1500)}, "less than a first pulse: check the unit"),
     ],
@@ -265,9 +265,20 @@ def test_which_files_are_traces(names: list[str], columns: dict[str, str], expec
     assert is_traces(names, columns) == expected
 
 
+@pytest.mark.parametrize("digits", [2, 3, 12])
+@pytest.mark.parametrize("clipped", [True, False])
+def test_clipped_recordings_are_named(measured: pd.DataFrame, digits: int, clipped: bool) -> None:
+    """A crest that is flat by the digits of the recording is not clipped."""
+    traces = measured[["time_s", "gauge_6_N"]].copy()
+    force = traces["gauge_6_N"] / traces["gauge_6_N"].max()
+    traces["gauge_6_N"] = 20 * (force.clip(upper=0.8) if clipped else force).round(digits)
+    remarks = hc.judge_traces(SCENE, traces).remarks
+    assert any("clipped recording" in one for one in remarks) == clipped
+
+
 def test_names_that_do_not_fit(measured: pd.DataFrame) -> None:
     for columns, words in (
-        ({"gauge_6": "CH1"}, "CH1': is not one column of the table"),
+        ({"gauge_6": "CH1"}, "--column CH1: no such column"),
         ({"bead_6": "gauge_6_N"}, "must be gauge_ and the number"),
         ({"gauge_6": "gauge_6_N [5 m]"}, "gauge_6"),
     ):
