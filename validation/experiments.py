@@ -116,14 +116,16 @@ def experiment(kind: str, seed: int) -> dict[str, Any]:
         return row | {"values": off.size, "held": held, "farthest": far}
     try:
         judged = validate(found.scene, noisy, realisations=16)
-        by_name = {one.name: one for one in validate(found.scene, clean, realisations=16).compared}
+        of_clean = validate(found.scene, clean, realisations=16).compared
+        by_name = {one.number.name: one for one in of_clean}
     except hc.HertzchainError as problem:
         return row | {"failure": str(problem)}
     # The uncertainty of fitted values is left out: more cases count as different.
     ratios = [
-        abs(by_name[one.name].error) / np.hypot(one.numerical, one.measurement)
+        abs(by_name[one.number.name].error)
+        / np.hypot(one.parts["numerical"], one.parts["measured"])
         for one in judged.compared
-        if one.name in by_name
+        if one.number.name in by_name
     ]
     return row | {"fails": judged.verdict == "fail", "differs": max(ratios, default=np.inf)}
 

@@ -56,9 +56,6 @@ def fit(
     output: Path | None = typer.Option(
         None, "-o", "--output", metavar="FILE", help="Write the fitted scene (.toml)."
     ),
-    plot: Path | None = typer.Option(
-        None, metavar="FILE", help="Draw measured and fitted forces, residuals below."
-    ),
     time_limit: options.TimeLimit = "1 h",
     as_json: options.AsJson = False,
 ) -> None:
@@ -67,12 +64,11 @@ def fit(
     The search starts from the values in the scene file. The status is 1 if the residual is more
     than noise.
     """
-    from hertzchain.files import write_with
     from hertzchain.fits import fit as fits
     from hertzchain.fits.optimum import optimum
 
     files = traces or []
-    check_files([scene, *files], [output], plot=plot)
+    check_files([scene, *files], [output])
     wanted = [one for one in (minimise, maximise) if one is not None]
     if len(wanted) + bool(files) != 1:
         raise HertzchainError(
@@ -80,8 +76,6 @@ def fit(
             " one of these"
         )
     options.refuse_without_need(bool(files), no_shift=no_shift, column=bool(column))
-    if wanted and plot is not None:
-        raise HertzchainError("--plot is for measured files: leave it out")
     columns = options.by_name("--column", column or [], "gauge_16=CH1")
     limit = options.to_time_limit(time_limit)
     loaded = options.load_scene(scene)
@@ -93,16 +87,8 @@ def fit(
             show(as_json, best.to_dict, lambda console: console.print(repr(best)))
             write_file("Scene", output, best.scene.to_toml)
             return
-        found = fits.fit(
-            loaded,
-            files,
-            free,
-            columns=columns,
-            shift=not no_shift,
-            **how,
-        )
+        found = fits.fit(loaded, files, free, columns=columns, shift=not no_shift, **how)
     show(as_json, found.to_dict, lambda console: console.print(repr(found)))
     write_file("Scene", output, found.scene.to_toml)
-    write_file("Plot", plot, lambda path: write_with(path, found.plot().savefig))
     if not found.is_noise:
         raise typer.Exit(OUT_OF_TOLERANCE)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -12,9 +12,6 @@ from hertzchain.arrays import FloatArray
 from hertzchain.fits.free import limits_of
 from hertzchain.observables.definitions import context_of
 from hertzchain.scene.scene import Scene
-
-if TYPE_CHECKING:
-    from hertzchain.report.picture import Picture
 
 NOISE_KNOWN = 1.35
 """Mean square of differences over the noise above which they are no noise: that is measured to 5 %
@@ -27,37 +24,8 @@ RARE = 1e-2
 """Probability of differences that last, below which they are no noise (chosen): with 1e-3 a tenth
 of wrong models were not told from noise where they differed by more than 3 u_val (measured)."""
 
-_FAR = 3.0
-"""Standard deviations from a value up to which draws of it are to be possible."""
-
 NORMAL_95 = 1.959964
 """Standard deviations of a normal distribution with 95 % on both sides."""
-
-
-@dataclass(frozen=True, eq=False)
-class Overlaid:
-    """What was measured and what the fitted scene gives, without offsets.
-
-    Parameters
-    ----------
-    name
-        The gauge, such as ``granule 16``, or the peaks of a file.
-    label
-        What ``place`` is, with its unit.
-    place
-        Times of the run [s], or contacts, shape (samples,).
-    measured, fitted
-        Forces [N].
-    noise
-        Standard deviation of the noise [N], of each or of all.
-    """
-
-    name: str
-    label: str
-    place: FloatArray
-    measured: FloatArray
-    fitted: FloatArray
-    noise: FloatArray
 
 
 @dataclass(frozen=True)
@@ -123,8 +91,8 @@ class Fit:
         Probability that noise makes differences which last as long as these.
     noise_is_known
         False for peaks, whose relative noise is that of the differences.
-    overlays
-        Of each gauge what was measured and what the fitted scene gives.
+    of_recordings
+        Sentences on clipped recordings; usually none.
     """
 
     scene: Scene
@@ -137,7 +105,7 @@ class Fit:
     runs: int
     chance: float
     noise_is_known: bool = True
-    overlays: tuple[Overlaid, ...] = ()
+    of_recordings: tuple[str, ...] = ()
 
     @property
     def is_noise(self) -> bool:
@@ -150,7 +118,7 @@ class Fit:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Sentences on the residual and on values near an end of their range; usually none."""
+        """Sentences on the residual and on clipped recordings; usually none."""
         residual = math.sqrt(self.mean_square)
         of_peaks = f"{residual:.0%} of the peaks, more than measuring explains"
         large = f"{residual:.2g} times the noise" if self.noise_is_known else of_peaks
@@ -164,20 +132,9 @@ class Fit:
             " something other than the fitted values differs from the scene, and the intervals do"
             " not count it"
         )
-        near = [
-            f"{one.key} is near the end of its range, so that its deviation cannot be drawn from:"
-            " give [uncertainty] of the fitted scene a half_width that fits"
-            for one in self.parameters
-            if min(abs(one.value - end) for end in limits_of(one.key)) <= _FAR * one.deviation
-        ]
-        what = [left] if self._is_large else [lasts] * (not self.is_noise)
-        return (*what, *near)
-
-    def plot(self, size: tuple[float, float] | None = None) -> Picture:
-        """Draw measured and fitted forces with the residuals below; ``size`` in inches."""
-        from hertzchain.fits.drawing import plot_fit
-
-        return plot_fit(self, size)
+        if self.is_noise:
+            return self.of_recordings
+        return (left if self._is_large else lasts, *self.of_recordings)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the fit as a JSON object."""

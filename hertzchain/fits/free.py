@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.arrays import FloatArray
+from hertzchain.arrays import Array, FloatArray
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.scene import Scene
 from hertzchain.sweeps.axes import Span, axis_of
 from hertzchain.sweeps.columns import is_whole
-from hertzchain.sweeps.keys import base_values, full_name
-from hertzchain.sweeps.ties import Tie, ties_of
+from hertzchain.sweeps.keys import base_values, changed, full_name
+from hertzchain.sweeps.ties import Tie, tied, ties_of
 
 GAIN = "gain"
 """A key that no scene has: the measured over the true force, the same for all gauges."""
@@ -42,8 +42,6 @@ class Free:
         Their full names.
     start
         Their values in the scene, in SI units; the middle of the range where it has none, or 0.
-    before
-        Their values in the scene; None where it has none.
     low, high
         Ends of their ranges over the start values, shape (keys,).
     is_given
@@ -54,29 +52,32 @@ class Free:
 
     keys: tuple[str, ...]
     start: tuple[float, ...]
-    before: tuple[float | None, ...]
     low: FloatArray
     high: FloatArray
     is_given: tuple[bool, ...]
-    ties: tuple[Tie, ...] = ()
+    ties: tuple[Tie, ...]
+
+    def values(self, x: Array) -> dict[str, float]:
+        """Values of the keys by name, from those over the start values; x may have others after."""
+        pairs = zip(self.keys, x, self.start, strict=False)
+        return {key: float(at) * start for key, at, start in pairs}
+
+    def scene(self, base: Scene, x: Array) -> Scene:
+        """Return a scene with these values."""
+        values = {key: value for key, value in self.values(x).items() if key != GAIN}
+        return changed(base, tied(base, self.ties, values))
 
 
-def free_of(
-    scene: Scene, given: Sequence[str], ties: Mapping[str, str] | None, *, at_ends: bool = False
-) -> Free:
-    """Return free keys, from their names or from ``"chain.radius=4 mm:6 mm"``.
-
-    ``at_ends`` is whether a start may be an end of its range.
-    """
+def free_of(scene: Scene, given: Sequence[str], ties: Mapping[str, str] | None) -> Free:
+    """Return free keys, from their names or from ``"chain.radius=4 mm:6 mm"``."""
     is_list = isinstance(given, Sequence) and not isinstance(given, str) and len(given) > 0
     require(is_list, "free", given, "must be a list of keys, such as ['chain.young_modulus']")
     pairs = [one.partition("=")[::2] for one in given]
     keys = [name if name == GAIN else full_name(name.strip(), scene) for name, _ in pairs]
     require(len(set(keys)) == len(keys), "free", given, "names a key twice")
-    start, before, low, high = [], [], [], []
+    start, ranges = [], []
     for key, (_, text) in zip(keys, pairs, strict=True):
         value: Any = 1.0 if key == GAIN else base_values(scene, [key])[key]
-        before.append(float(value) if isinstance(value, float) and np.isfinite(value) else None)
         span = _span(key, text) if text else None
         if span is not None and isinstance(value, float) and (value == 0 or np.isnan(value)):
             value = (span.low + span.high) / 2
@@ -87,23 +88,19 @@ def free_of(
         )
         require(is_number and np.isfinite(value) and value != 0, key, value, allowed)
         least, most = limits_of(key)
-        if span is not None:
-            least, most = max(least, span.low), min(most, span.high)
-        ends = sorted((least / value, most / value))
-        start.append(float(value))
         if span is None:
-            ends = [max(ends[0], 1 / _RANGE), min(ends[1], _RANGE)]
-        low.append(ends[0])
-        high.append(ends[1])
-        is_within = ends[0] <= 1 <= ends[1] if at_ends else ends[0] < 1 < ends[1]
-        strictly = "" if at_ends else ", not at an end"
-        allowed = f"must be within {least:g} and {most:g}{strictly}, to begin with"
-        require(is_within, key, value, allowed)
-    found = ties_of(scene, ties or {}, keys)
+            ends = sorted((least / value, most / value))
+            ranges.append((max(ends[0], 1 / _RANGE), min(ends[1], _RANGE)))
+        else:
+            least, most = max(least, span.low), min(most, span.high)
+            ranges.append(tuple(sorted((least / value, most / value))))
+        start.append(float(value))
+        allowed = f"must be within {least:g} and {most:g}, to begin with"
+        require(ranges[-1][0] <= 1 <= ranges[-1][1], key, value, allowed)
+    low, high = np.array(ranges).T
     is_given = tuple(bool(text) for _, text in pairs)
-    return Free(
-        tuple(keys), tuple(start), tuple(before), np.array(low), np.array(high), is_given, found
-    )
+    found = ties_of(scene, ties or {}, keys)
+    return Free(tuple(keys), tuple(start), low, high, is_given, found)
 
 
 def _span(key: str, text: str) -> Span:

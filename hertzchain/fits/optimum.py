@@ -11,7 +11,7 @@ import numpy as np
 from hertzchain.arrays import Array
 from hertzchain.engines.native import Native
 from hertzchain.errors import HertzchainError, TooExpensive, did_you_mean, require
-from hertzchain.fits.free import GAIN, Free, free_of
+from hertzchain.fits.free import GAIN, free_of
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.definitions import context_of
 from hertzchain.observables.result import Result
@@ -19,8 +19,7 @@ from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.scene import Scene
 from hertzchain.showing import ShowProgress, telling
 from hertzchain.sweeps.columns import COUNTS, numbers_of, unit_of
-from hertzchain.sweeps.keys import changed
-from hertzchain.sweeps.ties import tied
+from hertzchain.sweeps.keys import base_values
 
 _ACCURATE = 1e-6
 """Accuracy of runs: a hundredth of the tolerance of the search."""
@@ -50,8 +49,10 @@ class Optimum:
         What is least or largest, by its name in a sweep.
     value, before
         The number with these values, and with those of the scene that was given.
-    free, values
-        The keys, and their values.
+    values, start
+        The best values of the keys, and those in the scene that was given, None for none.
+    remarks
+        Sentences on values at the ends of their ranges; usually empty.
     runs
         How many runs that took.
     """
@@ -60,18 +61,10 @@ class Optimum:
     number: str
     value: float
     before: float
-    free: Free
     values: Mapping[str, float]
+    start: Mapping[str, float | None]
+    remarks: tuple[str, ...]
     runs: int
-
-    @property
-    def remarks(self) -> tuple[str, ...]:
-        """Sentences on values at the ends of their ranges; usually empty."""
-        free, low, high = self.free, self.free.low, self.free.high
-        at = np.array([self.values[key] for key in free.keys]) / free.start
-        is_end = np.minimum(at - low, high - at) < _AT_END * (high - low)
-        said = "is at an end of its range: a wider one may give more"
-        return tuple(f"{free.keys[k]} {said}" for k in np.flatnonzero(is_end))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the optimum as a JSON object."""
@@ -80,8 +73,8 @@ class Optimum:
             "value": self.value,
             "before": self.before,
             "parameters": [
-                {"key": key, "value": self.values[key], "unit": unit_of(key), "start": before}
-                for key, before in zip(self.free.keys, self.free.before, strict=True)
+                {"key": key, "value": value, "unit": unit_of(key), "start": self.start[key]}
+                for key, value in self.values.items()
             ],
             "runs": self.runs,
             "remarks": list(self.remarks),
@@ -92,9 +85,10 @@ class Optimum:
         from hertzchain.report.cards import card
 
         facts = [(self.number, f"{self.value:.5g}, before {self.before:.5g}")]
-        for key, before in zip(self.free.keys, self.free.before, strict=True):
+        for key, value in self.values.items():
+            before = self.start[key]
             was = "not in the scene before" if before is None else f"before {before:.4g}"
-            facts.append((key, f"{self.values[key]:.4g} {unit_of(key)}, {was}"))
+            facts.append((key, f"{value:.4g} {unit_of(key)}, {was}"))
         facts += [("runs", f"{self.runs:,}"), *(("remark", one) for one in self.remarks)]
         return card("Optimum", facts)
 
@@ -143,28 +137,21 @@ def optimum(
     from scipy.optimize import Bounds, differential_evolution, minimize
 
     scene, deadline = to_scene(scene), Deadline(time_limit)
-    given = list(free) if not isinstance(free, str) else free
-    chosen = free_of(scene, given, ties, at_ends=True)
-    for one, key in zip(given, chosen.keys, strict=True):
+    chosen = free_of(scene, free, ties)
+    for key, is_given in zip(chosen.keys, chosen.is_given, strict=True):
         require(key != GAIN, key, None, "is of measured forces: leave it out")
-        require("=" in one, key, None, f"must have a range: {key}=LOW:HIGH")
+        require(is_given, key, None, f"must have a range: {key}=LOW:HIGH")
     known = _numbers(_run(scene, deadline))
     allowed = f"is no number of this scene, which has {', '.join(known)}"
     require(number in known, number, None, allowed + did_you_mean(number, known))
     sign, runs = -1.0 if largest else 1.0, 1
     size = abs(known[number]) or 1.0
 
-    def moved(x: Array) -> dict[str, float]:
-        return {k: float(at) * s for k, at, s in zip(chosen.keys, x, chosen.start, strict=True)}
-
-    def changed_by(x: Array) -> Scene:
-        return changed(scene, tied(scene, chosen.ties, moved(x)))
-
     def cost(x: Array) -> float:
         nonlocal runs
         runs += 1
         try:
-            found = _numbers(_run(changed_by(x), deadline)).get(number)
+            found = _numbers(_run(chosen.scene(scene, x), deadline)).get(number)
         except TooExpensive:
             raise
         except HertzchainError:  # a scene that cannot be is not the best
@@ -174,10 +161,9 @@ def optimum(
     bounds = Bounds(chosen.low, chosen.high)
     with telling(progress) as report_progress:
         report_progress(f"native: scenes by which {number} is {'largest' if largest else 'least'}")
-        start = np.ones(len(chosen.keys))
         found = differential_evolution(
-            cost, bounds, x0=start, popsize=_EACH, maxiter=_MOST, tol=_TOLERANCE, polish=False,
-            seed=seed, init="sobol",
+            cost, bounds, x0=np.ones(len(chosen.keys)), popsize=_EACH, maxiter=_MOST,
+            tol=_TOLERANCE, polish=False, seed=seed, init="sobol",
         )  # fmt: skip
         allowed = f"have no possible scene with {number} within their ranges"
         require(bool(np.isfinite(found.fun)), " and ".join(chosen.keys), None, allowed)
@@ -185,10 +171,14 @@ def optimum(
             cost, found.x, method="Nelder-Mead", bounds=bounds,
             options={"xatol": _TOLERANCE, "fatol": _TOLERANCE},
         )  # fmt: skip
-    values = moved(best.x)
+    near = np.minimum(best.x - chosen.low, chosen.high - best.x) / (chosen.high - chosen.low)
+    before = base_values(scene, chosen.keys).items()
+    start = {key: value if np.isfinite(value) else None for key, value in before}
+    said = "is at an end of its range: a wider one may give more"
+    remarks = tuple(f"{chosen.keys[k]} {said}" for k in np.flatnonzero(near < _AT_END))
     return Optimum(
-        changed_by(best.x), number, sign * float(best.fun) * size, known[number], chosen, values,
-        runs,
+        chosen.scene(scene, best.x), number, sign * float(best.fun) * size, known[number],
+        chosen.values(best.x), start, remarks, runs,
     )  # fmt: skip
 
 

@@ -10,7 +10,6 @@ import numpy as np
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.native import Native
 from hertzchain.errors import require
-from hertzchain.fits.fitted import Overlaid
 from hertzchain.fits.free import Free
 from hertzchain.fits.model import Model
 from hertzchain.limits import TOLERANCE, Deadline
@@ -41,21 +40,12 @@ class OfPeaks(Model):
         self._measured = np.ones(self._force.size)
         need = len(free.keys) + 1
         allowed = f"must be at least {need} for {len(free.keys)} free keys: measure more contacts"
-        require(self._force.size >= need, "number of peaks", self._force.size, allowed)
+        require(self.size >= need, "number of peaks", self.size, allowed)
 
-    def _run(self, x: Array, rtol: float | None, later: float) -> FloatArray:  # noqa: ARG002
+    def _read(self, x: Array, rtol: float | None) -> FloatArray:
         limit = max(self._deadline.left, 1e-3)
         native = Native(rtol=rtol or _ACCURATE, time_limit=limit, wanted="all")
-        return np.asarray(native.run(self.scene(x)).peak_force[self._places])
-
-    def _over_noise(self, force: FloatArray) -> FloatArray:
-        return np.asarray(force / self._force)
-
-    def overlays(self, x: Array) -> tuple[Overlaid, ...]:
-        """Return the peaks of all files."""
-        fitted = self.read(x) * self._force
-        noise = np.asarray(np.std(fitted / self._force - 1) * self._force)
-        return (Overlaid("peaks", "contact", self._places + 2.0, self._force, fitted, noise),)
+        return np.asarray(native.run(self.scene(x)).peak_force[self._places] / self._force)
 
     def chance(self, differences: FloatArray) -> float:
         """Probability of as few changes of sign along the contacts, by the runs test.
@@ -66,8 +56,7 @@ class OfPeaks(Model):
         if np.sqrt(np.mean(differences**2)) < TOLERANCE:
             return 1.0
         above = int(np.sum(own > 0))
-        below = own.size - above
-        mean = 1 + 2 * above * below / own.size
+        mean = 1 + 2 * above * (own.size - above) / own.size
         variance = (mean - 1) * (mean - 2) / max(own.size - 1, 1)
         runs = 1 + int(np.sum((own[1:] > 0) != (own[:-1] > 0)))
         # A normal distribution; half a run is the step of a whole number.

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -67,10 +68,14 @@ class Curves:
             self.scale[some], self.law,
         )  # fmt: skip
 
+    @cached_property
+    def _rate(self) -> Array:
+        """Coefficients of the derivative with respect to (t - begin) / h."""
+        return hermite.derivative(self.overlap)
+
     def motion(self, s: Array) -> tuple[Array, Array]:
         """Overlaps and their rates at places of the intervals, from 0 to 1, shape (..., n)."""
-        rate = hermite.derivative(self.overlap)
-        return hermite.evaluate(self.overlap, s), hermite.evaluate(rate, s) / self.h
+        return hermite.evaluate(self.overlap, s), hermite.evaluate(self._rate, s) / self.h
 
     def force(self, s: Array) -> Array:
         """Force at places of the intervals, shape (..., n)."""

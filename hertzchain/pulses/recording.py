@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +15,9 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError, SceneError, did_you_mean, is_finite, require
 from hertzchain.files import read_bytes, text_in
 from hertzchain.scene.quantities import to_si
+
+if TYPE_CHECKING:
+    import pandas
 
 LEAST_SAMPLES = 8  # least number of samples of a recording; chosen
 _MOST_BYTES = 100_000_000  # of a file (chosen): about three million samples
@@ -119,6 +123,13 @@ def read_columns(path: Path) -> Columns:
     return Columns(path, cells, numeric, names, units, layout)
 
 
+def columns_of(table: pandas.DataFrame) -> Columns:
+    """Return the columns of a pandas table, as those of a file; units are in their names."""
+    names = [str(name) for name in table.columns]
+    cells = [list(map(str, row)) for row in table.to_numpy().tolist()]
+    return Columns(Path("the table"), cells, range(len(names)), names, _units_in(names), "a table")
+
+
 def _lines(path: Path) -> list[str]:
     try:
         content = read_bytes(path, _MOST_BYTES)
@@ -172,8 +183,12 @@ def _header(
     units = [_as_unit(cell) for cell in texts[-1]]
     if len(texts) > 1 and all(units):  # a line of units below the names
         return texts[-2], units
-    found = [_UNIT.search(name) for name in texts[-1]]
-    return texts[-1], [_as_unit(match[1] or match[2]) if match else "" for match in found]
+    return texts[-1], _units_in(texts[-1])
+
+
+def _units_in(names: Sequence[str]) -> list[str]:
+    found = [_UNIT.search(name) for name in names]
+    return [_as_unit(match[1] or match[2]) if match else "" for match in found]
 
 
 def _as_unit(cell: str) -> str:
@@ -183,7 +198,7 @@ def _as_unit(cell: str) -> str:
 
 
 def read_recording(
-    path: Path,
+    source: Path | Columns,
     time: str | None = None,
     force: str | None = None,
     time_unit: str | None = None,
@@ -193,8 +208,8 @@ def read_recording(
 
     Parameters
     ----------
-    path
-        The file.
+    source
+        The file, or its columns.
     time, force
         Names or numbers, from 1, of the columns; by default the first two that hold numbers.
     time_unit
@@ -208,8 +223,8 @@ def read_recording(
     HertzchainError
         With the first wrong lines of the file, or for an impossible column or unit.
     """
-    columns = read_columns(path)
-    numeric = iter(columns.numeric)
+    columns = source if isinstance(source, Columns) else read_columns(source)
+    path, numeric = columns.path, iter(columns.numeric)
     first = columns.find("--time", time) if time is not None else next(numeric, -1)
     second = (
         columns.find("--force", force)

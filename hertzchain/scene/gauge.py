@@ -42,6 +42,11 @@ class Gauge:
         """``granule`` or ``contact``."""
         return "contact" if self.granule is None else "granule"
 
+    @property
+    def place(self) -> str:
+        """Where it is, such as ``granule 16``."""
+        return f"{self.key} {self.number}"
+
     def name(self, wall: int | None) -> str:
         """Name of a column of its forces [N]; ``wall`` is the number of the wall's contact."""
         if self.contact is not None and self.contact == wall:

@@ -1,6 +1,6 @@
 """The document of a validation: that of its traces, with the three uncertainties of each number.
 
-``Validation`` shows itself by this document, which therefore does not import it.
+``Validation`` shows itself by this document.
 """
 
 from __future__ import annotations
@@ -44,7 +44,10 @@ def of_validation(found: Any) -> Document:
         verdict=Verdict(
             None if found.verdict == "undecided" else found.verdict == "pass",
             sentence,
-            [Failure(one.name, f"differs by {one.ratio:.2g} u_val", "") for one in differing],
+            [
+                Failure(one.number.name, f"differs by {one.ratio:.2g} u_val", "")
+                for one in differing
+            ],
             [*found.remarks, *found.judgement.reference.warnings],
         ),
         answers=Table("Comparison errors and uncertainties", _HEADER, [_row(x) for x in compared]),
@@ -58,9 +61,9 @@ def of_validation(found: Any) -> Document:
 
 
 def _row(one: Any) -> list[str]:
-    parts = (one.numerical, one.input, one.measurement)
+    simulated = one.number.simulated
     return [
-        one.name, number(one.simulated, 5), number(one.measured, 5),
-        *(f"{part / abs(one.simulated):.1e}" for part in parts),
+        one.number.name, number(simulated, 5), number(one.number.measured, 5),
+        *(f"{part / abs(simulated):.1e}" for part in one.parts.values()),
         f"{one.ratio:.2g}", f"{one.seen_from:.1%}", one.largest,
     ]  # fmt: skip

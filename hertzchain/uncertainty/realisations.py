@@ -39,56 +39,55 @@ class Realisations:
     """
 
     def __init__(self, scene: Scene, count: int, seed: int) -> None:
+        from scipy.stats import qmc
+
         allowed = "nothing is uncertain: add [uncertainty] or [scatter] to the scene"
         require(len(scene.uncertain) > 0, "scene", None, allowed)
         self._base = replace(scene, uncertain=())
         self.inputs = [one for one in scene.uncertain if not one.each]
-        self.scatter = [one for one in scene.uncertain if one.each]
-        self._keys = [full_name(one.key, self._base) for one in self.inputs]
-        for key in self._keys:
+        self._scatter = [one for one in scene.uncertain if one.each]
+        keys = [full_name(one.key, self._base) for one in self.inputs]
+        for key in keys:
             allowed = "is no quantity of the experiment, and cannot be uncertain"
             require(not (is_whole(key) or key.startswith("run.")), key, None, allowed)
-        known = base_values(self._base, self._keys)
-        self._middle = np.array([_middle(one, known[key]) for one, key in self._pairs])
-        granules = scene.chain.granules
-        drawn = len(self.inputs) + granules * len(self.scatter)
+        known = base_values(self._base, keys)
+        self._middle = {
+            key: _middle(one, known[key]) for one, key in zip(self.inputs, keys, strict=True)
+        }
+        granules, size = scene.chain.granules, len(keys)
+        drawn = size + granules * len(self._scatter)
         allowed = f"must be at most {MOST_DRAWN}, those of all granules counted"
         require(drawn <= MOST_DRAWN, "uncertain values", drawn, allowed)
-        unit = _unit_cube(drawn, count, seed)
-        size = len(self.inputs)
+        unit = qmc.Sobol(drawn, seed=seed).random_base2(count.bit_length() - 1)
+        unit = np.clip(unit, 1e-12, 1 - 1e-12)  # a normal value at 0 is infinite
         self.drawn = unit[:, :size]
         """Places in the distributions of the inputs, 0 to 1, shape (count, inputs)."""
-        self._scatter = unit[:, size:].reshape(count, len(self.scatter), granules)
-
-    @property
-    def _pairs(self) -> Iterator[tuple[Uncertain, str]]:
-        return zip(self.inputs, self._keys, strict=True)
+        self._of_granules = unit[:, size:].reshape(count, len(self._scatter), granules)
 
     def __iter__(self) -> Iterator[Scene]:
         """Yield the scene of each realisation; a SceneError says which values it cannot have."""
-        for place, scatter in zip(self.drawn, self._scatter, strict=True):
-            values = {
-                key: float(_at(one, middle, at))
-                for (one, key), middle, at in zip(self._pairs, self._middle, place, strict=True)
-            }
-            values = {key: max(x, 0.0) if key.endswith("gap") else x for key, x in values.items()}
+        for places, of_granules in zip(self.drawn, self._of_granules, strict=True):
+            drawn = zip(self._middle.items(), self.inputs, places, strict=True)
+            values = {key: _drawn(one, key, middle, at) for (key, middle), one, at in drawn}
             try:
-                scene = changed(self._base, values)
-                yield replace(scene, chain=self._scattered(scene.chain, scatter))
+                scene = self._base
+                if values:
+                    scene = changed(scene, {key: float(one) for key, one in values.items()})
+                yield replace(scene, chain=self._scattered(scene.chain, of_granules))
             except SceneError as problem:
                 allowed = f"{problem.allowed}; what is drawn is not: lower its uncertainty"
                 raise SceneError(problem.key, problem.value, allowed) from None
 
     def _scattered(self, chain: Chain, places: FloatArray) -> Chain:
-        """Return a chain whose granules differ; a gap below 0 is none, and fixed ones rest."""
+        """Return a chain whose granules differ; fixed ones rest."""
         columns: dict[str, Any] = {}
-        for one, place in zip(self.scatter, places, strict=True):
+        for one, place in zip(self._scatter, places, strict=True):
             key = one.key.partition(".")[2]
             middle = np.broadcast_to(getattr(chain, key), chain.granules)
-            values = _at(one, middle, place)
+            values = _drawn(one, key, middle, place)
             if key == "velocity":
                 values = np.where(chain.fixed, 0.0, values)
-            columns[key] = tuple(np.maximum(values, 0.0) if key == "gap" else values)
+            columns[key] = tuple(values)
         return replace(chain, **columns) if columns else chain
 
 
@@ -100,14 +99,6 @@ def _middle(one: Uncertain, value: Any) -> float:
     return float(value)
 
 
-def _unit_cube(dimensions: int, count: int, seed: int) -> FloatArray:
-    from scipy.stats import qmc
-
-    sobol = qmc.Sobol(dimensions, scramble=True, seed=seed)
-    unit = sobol.random_base2(count.bit_length() - 1)
-    return np.asarray(np.clip(unit, 1e-12, 1 - 1e-12))  # a normal value at 0 is infinite
-
-
 def standard(one: Uncertain, place: Array) -> FloatArray:
     """Deviations from the middle, over ``size``, at places in the distribution from 0 to 1."""
     from scipy.special import ndtri
@@ -115,6 +106,8 @@ def standard(one: Uncertain, place: Array) -> FloatArray:
     return np.asarray(2 * place - 1 if one.uniform else ndtri(place))
 
 
-def _at(one: Uncertain, middle: Array | float, place: Array) -> FloatArray:
+def _drawn(one: Uncertain, key: str, middle: Array | float, place: Array) -> FloatArray:
+    """Return values at places in the distribution; a gap below 0 is none."""
     size = one.size * np.abs(middle) if one.relative else one.size
-    return np.asarray(middle + size * standard(one, place))
+    values = np.asarray(middle + size * standard(one, place))
+    return np.maximum(values, 0.0) if key.endswith("gap") else values

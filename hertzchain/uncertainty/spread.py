@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -78,9 +77,10 @@ class Spread:
     rtol: float
 
     def __repr__(self) -> str:
-        from hertzchain.uncertainty.shown import printed
+        from hertzchain.report.console import plain_text
+        from hertzchain.uncertainty.shown import print_spread
 
-        return printed(self)
+        return plain_text(lambda console: print_spread(console, self, every=False))
 
     def plot(self) -> Figure:
         """Draw first peaks along the chain with their range, and what makes it."""
@@ -106,11 +106,10 @@ class Spread:
     @property
     def remarks(self) -> tuple[str, ...]:
         """Sentences on results that some realisations do not have; usually empty."""
-        missing = np.isnan(self.values)
-        lost = int(np.count_nonzero(missing.any(axis=0) & ~np.isnan(self.nominal)))
+        missing = np.isnan(self.values[:, ~np.isnan(self.nominal)])
+        lost, some = (int(np.count_nonzero(missing.any(axis=axis))) for axis in (0, 1))
         found = []
         if lost:
-            some = int(np.count_nonzero(missing[:, ~np.isnan(self.nominal)].any(axis=1)))
             found.append(
                 f"{lost} results have no spread: {some} of {len(missing)} realisations end before"
                 " the pulses are over, give a later end_time"
@@ -206,50 +205,52 @@ def spread(
     until = Run(with_end(scene, time_limit=time_limit).end_time)
     drawn = Realisations(replace(scene, run=until), count, seed)
     nominal = _run(replace(scene, run=until), rtol, deadline)
-    names = tuple(name for name, _ in nominal)
 
     def row(one: Scene) -> list[float]:
-        found = dict(_run(one, rtol, deadline))
-        return [found.get(name, np.nan) for name in names]
+        found = _run(one, rtol, deadline)
+        return [found.get(name, np.nan) for name in nominal]
 
-    values = np.empty((count, len(names)))
+    values = np.empty((count, len(nominal)))
     with telling(progress) as report_progress, ThreadPoolExecutor(usable_cores()) as pool:
         for done, found in enumerate(pool.map(row, drawn)):
             values[done] = found
             if done % 64 == 0:
                 report_progress(f"native: {done} of {count} realisations")
     shares = first_order(drawn.inputs, drawn.drawn, values)
-    inputs = tuple(one.name for one in drawn.inputs)
-    return Spread(scene, inputs, names, np.array([x for _, x in nominal]), values, shares, rtol)
+    inputs, middle = tuple(one.name for one in drawn.inputs), np.array([*nominal.values()])
+    return Spread(scene, inputs, tuple(nominal), middle, values, shares, rtol)
 
 
-def _run(scene: Scene, rtol: float, deadline: Deadline) -> list[tuple[tuple[str, str], float]]:
+def _run(scene: Scene, rtol: float, deadline: Deadline) -> dict[tuple[str, str], float]:
     if deadline.left <= 0:
         raise deadline.passed()
     native = Native(rtol=rtol, time_limit=deadline.left, peaks_only=True, wanted="first")
-    return list(results_of(native.run(scene)))
+    return results_of(native.run(scene))
 
 
-def results_of(found: Result) -> Iterator[tuple[tuple[str, str], float]]:
-    """Yield results by name and place: peaks and first pulses of contacts, gauges, the wave."""
-    scene = found.scene
-    of_contacts = {"peak_force_N": found.peak_force, **found.first_columns}
-    cut_off = set(found.cut_off)
+def results_of(found: Result) -> dict[tuple[str, str], float]:
+    """Return results by name and place: peaks and first pulses of contacts, gauges, the wave."""
+    scene, cut_off = found.scene, set(found.cut_off)
+    contacts = [scene.contact_name(contact) for contact in found.contact.tolist()]
+    is_known = [at not in cut_off for at in contacts]
+    known = {"peak_force_N": found.peak_force, **found.first_columns}
+    results: dict[tuple[str, str], float] = {}
     for name in ("peak_force_N", "first_peak_force_N", "arrival_time_s", "first_width_s"):
-        for contact, value in zip(found.contact, of_contacts.get(name, ()), strict=False):
-            at = scene.contact_name(int(contact))
-            yield (name, at), np.nan if at in cut_off else float(value)
+        if name in known:
+            values = np.where(is_known, known[name], np.nan).tolist()
+            results |= {(name, at): value for at, value in zip(contacts, values, strict=True)}
     for gauge, read in zip(scene.gauges, found.gauges, strict=True):
         at = name_of(gauge)
         whole = np.isfinite(read.width)
-        yield ("first_peak_force_N", at), read.force if whole else np.nan
-        yield ("arrival_time_s", at), read.arrival if whole else np.nan
-        yield ("first_width_s", at), read.width
+        results["first_peak_force_N", at] = read.force if whole else np.nan
+        results["arrival_time_s", at] = read.arrival if whole else np.nan
+        results["first_width_s", at] = read.width
     if (wave := found.usual_wave) is not None:
-        yield ("speed_m_s", "wave"), wave.speed
-        yield ("height_N", "wave"), wave.height
+        results["speed_m_s", "wave"] = wave.speed
+        results["height_N", "wave"] = wave.height
+    return results
 
 
 def name_of(gauge: Gauge) -> str:
     """What results of a gauge are called, such as ``gauge in granule 16``."""
-    return f"gauge {'in' if gauge.key == 'granule' else 'at'} {gauge.key} {gauge.number}"
+    return f"gauge {'in' if gauge.key == 'granule' else 'at'} {gauge.place}"

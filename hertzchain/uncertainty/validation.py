@@ -15,14 +15,7 @@ from hertzchain.observables.definitions import context_of
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.showing import ShownVerdict, ShowProgress
 from hertzchain.uncertainty.spread import REALISATIONS, Spread, name_of, spread
-from hertzchain.verdict.traces.judging import (
-    ARRIVAL,
-    PEAK,
-    TRAVEL,
-    WIDTH,
-    TraceJudgement,
-    judge_traces,
-)
+from hertzchain.verdict.traces.judging import PEAK, WIDTH, Number, TraceJudgement, judge_traces
 
 if TYPE_CHECKING:
     import pandas
@@ -38,8 +31,6 @@ _SURE = 1.645
 SEEN = 0.1
 """Relative difference that should have been seen, by default (chosen)."""
 
-SOURCES = ("numerical", "input", "measured")
-
 
 @dataclass(frozen=True)
 class Compared:
@@ -47,31 +38,30 @@ class Compared:
 
     Parameters
     ----------
-    name
-        What it is of, with its unit.
-    simulated, measured
-        The two numbers.
-    numerical, input, measurement
-        Standard uncertainties: of the run, whose bound counts as half a uniform width; of the
-        scene's values; of the noise.
+    number
+        The two numbers, with the bound on the error of the run and the deviation by noise.
+    input
+        Standard uncertainty that those of the scene's values make.
     """
 
-    name: str
-    simulated: float
-    measured: float
-    numerical: float
+    number: Number
     input: float
-    measurement: float
 
     @property
-    def error(self) -> float:
-        """The comparison error, simulated less measured."""
-        return self.simulated - self.measured
+    def parts(self) -> dict[str, float]:
+        """Standard uncertainties; the bound of the run counts as half a uniform width."""
+        numerical = self.number.error / math.sqrt(3)
+        return {"numerical": numerical, "input": self.input, "measured": self.number.deviation}
 
     @property
     def uncertainty(self) -> float:
         """The validation uncertainty u_val, of the three together, as independent."""
-        return math.hypot(self.numerical, self.input, self.measurement)
+        return math.hypot(*self.parts.values())
+
+    @property
+    def error(self) -> float:
+        """The comparison error, simulated less measured."""
+        return self.number.simulated - self.number.measured
 
     @property
     def ratio(self) -> float:
@@ -79,30 +69,23 @@ class Compared:
         return abs(self.error) / self.uncertainty
 
     @property
-    def allowed(self) -> float:
-        """The largest difference that the uncertainties explain, in the unit of the number."""
-        return COVERED * self.uncertainty
-
-    @property
     def seen_from(self) -> float:
         """Least relative difference of which 95 in 100 would have been seen."""
-        return (COVERED + _SURE) * self.uncertainty / abs(self.simulated)
+        return (COVERED + _SURE) * self.uncertainty / abs(self.number.simulated)
 
     @property
     def largest(self) -> str:
         """The largest of the uncertainties, which to lower first."""
-        return max(zip((self.numerical, self.input, self.measurement), SOURCES, strict=True))[1]
+        return max(self.parts, key=lambda name: self.parts[name])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the comparison as a JSON object."""
         return {
-            "name": self.name,
-            "simulated": self.simulated,
-            "measured": self.measured,
+            "name": self.number.name,
+            "simulated": self.number.simulated,
+            "measured": self.number.measured,
             "error": self.error,
-            "u_numerical": self.numerical,
-            "u_input": self.input,
-            "u_measured": self.measurement,
+            **{f"u_{name}": part for name, part in self.parts.items()},
             "u_validation": self.uncertainty,
             "error_over_u": self.ratio,
             "seen_from": self.seen_from,
@@ -143,12 +126,8 @@ class Validation(ShownVerdict):
     @property
     def remarks(self) -> tuple[str, ...]:
         """Sentences on what could not be compared; usually empty."""
-        found = [*self.judgement.remarks, *self.spread.remarks]
-        if self.left_out:
-            found.append(
-                f"not compared, as some realisations end too early: {', '.join(self.left_out)}"
-            )
-        return tuple(found)
+        said = f"not compared, as some realisations end too early: {', '.join(self.left_out)}"
+        return (*self.judgement.remarks, *self.spread.remarks, *[said] * bool(self.left_out))
 
     @property
     def differing(self) -> tuple[Compared, ...]:
@@ -218,21 +197,15 @@ def validate(
     )  # fmt: skip
     measured = replace(judgement.reference.scene, uncertain=scene.uncertain)
     found = spread(measured, realisations, time_limit=time_limit, progress=progress)
-    of_kinds = {
-        PEAK: "first_peak_force_N", WIDTH: "first_width_s", ARRIVAL: "arrival_time_s",
-        TRAVEL: "arrival_time_s",
-    }  # fmt: skip
     compared, left_out = [], []
+    of_kinds = {PEAK: "first_peak_force_N", WIDTH: "first_width_s"}
     for one in judgement.numbers:
-        values = [found.values_of(of_kinds[one.kind], name_of(gauge)) for gauge in one.gauges]
+        result = of_kinds.get(one.kind, "arrival_time_s")
+        values = [found.values_of(result, name_of(gauge)) for gauge in one.gauges]
         drawn = values[0] - values[1] if len(values) == 2 else values[0]
         of_input = float(np.std(drawn, ddof=1))  # NaN if any realisation has none
-        name = f"{one.of}: {one.kind.name}"
-        numerical = one.error / math.sqrt(3)
         if math.isnan(of_input):
-            left_out.append(name)
+            left_out.append(one.name)
         else:
-            compared.append(
-                Compared(name, one.simulated, one.measured, numerical, of_input, one.deviation)
-            )
+            compared.append(Compared(one, of_input))
     return Validation(judgement, found, float(tolerance), tuple(compared), tuple(left_out))

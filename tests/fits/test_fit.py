@@ -322,18 +322,32 @@ def test_a_tied_key_and_a_range() -> None:
 def test_traces_that_are_not_those_of_the_scene() -> None:
     """Of one sample, clipped at 60 %, or of a plastic chain: each has its sentence."""
     traces = experiment(0.01)
-    with pytest.raises(SceneError, match="must increase, with more than 16 samples"):
+    with pytest.raises(SceneError, match="must be at least 8"):
         hc.fit(START, traces[:1], FREE)
     forces = list(traces.columns[1:])
     clipped = traces.copy()
     clipped[forces] = traces[forces].clip(upper=0.6 * traces[forces].max(), axis=1)
-    assert "something other than the fitted values" in hc.fit(START, clipped, FREE).remarks[0]
-    assert hc.judge_traces(TRUE, clipped, tolerance=0.1).verdict == "fail"
+    left, *recordings = hc.fit(START, clipped, FREE).remarks
+    assert "something other than the fitted values" in left
+    judged = hc.judge_traces(TRUE, clipped, tolerance=0.1)
+    assert judged.verdict == "fail"
+    for remarks in (recordings, judged.remarks[:2]):
+        assert [one.partition(":")[0] for one in remarks] == ["granule 4", "granule 9"]
+        assert all("clipped recording" in one for one in remarks)
     plastic = hc.Chain(12, radius=3e-3, young_modulus=2e9, poisson_ratio=0.4, density=2000.0)
     other = experiment(0.01, scene=replace(TRUE, chain=plastic))
     with pytest.raises(SceneError, match="is at the end of what it can be"):
         hc.fit(START, other, FREE[1:2])
     assert hc.judge_traces(TRUE, other, tolerance=0.1).verdict == "fail"
+
+
+def test_a_gap_that_the_scene_does_not_have() -> None:
+    """The fit starts in the middle of its range, where the wave comes later than without gaps."""
+    true = replace(TRUE, chain=replace(TRUE.chain, gap=4e-5))
+    found = hc.fit(
+        replace(TRUE, gauges=()), experiment(0.003, scene=true), ["chain.gap=0.03 mm:0.06 mm"]
+    )
+    assert found.parameters[0].value == pytest.approx(4e-5, rel=0.01)
 
 
 def test_what_the_gauges_do_not_feel() -> None:
@@ -358,9 +372,8 @@ def test_values_that_stand_at_an_end_are_refused() -> None:
     lossless = replace(TRUE, contact=None)
     with pytest.raises(SceneError, match="is at the end of what it can be"):
         hc.fit(START, experiment(0.01, scene=lossless), FREE)
-    half = replace(START, chain=replace(START.chain, poisson_ratio=0.5))
-    with pytest.raises(SceneError, match="not at an end, to begin with"):
-        hc.fit(half, experiment(0.01), ["chain.poisson_ratio"])
+    with pytest.raises(SceneError, match="must be within 1 and 2, to begin with"):
+        hc.fit(START, experiment(0.01), ["striker.velocity=1:2"])
 
 
 def test_values_near_an_end_have_an_interval_within_it() -> None:
@@ -370,7 +383,6 @@ def test_values_near_an_end_have_an_interval_within_it() -> None:
     low, high = fit.parameters[0].interval_95
     assert low < 0.998
     assert high == 0.9999
-    assert "contact.restitution is near the end of its range" in fit.remarks[0]
 
 
 def test_the_command(tmp_path: Path, hertzchain: Command) -> None:
@@ -378,8 +390,7 @@ def test_the_command(tmp_path: Path, hertzchain: Command) -> None:
     experiment(0.01).to_csv(tmp_path / "traces.csv", index=False)
     free = [word for key in FREE for word in ("--free", key)]
     files = (tmp_path / "start.toml", tmp_path / "traces.csv")
-    outputs = ("-o", tmp_path / "fitted.toml", "--plot", tmp_path / "fit.png")
-    done = hertzchain("fit", *files, *free, *outputs, "--json")
+    done = hertzchain("fit", *files, *free, "-o", tmp_path / "fitted.toml", "--json")
     assert done.status == 0, done.err
     document = done.json()
     assert [one["key"] for one in document["parameters"]] == FREE
@@ -391,7 +402,6 @@ def test_the_command(tmp_path: Path, hertzchain: Command) -> None:
     assert np.shape(document["correlation"]) == (3, 3)
     fitted = hc.Scene.from_toml(tmp_path / "fitted.toml")
     assert fitted.chain.young_modulus == document["parameters"][0]["value"]
-    assert (tmp_path / "fit.png").stat().st_size > 10_000
     said = hertzchain("fit", *files, *free)
     assert "chain.young_modulus" in said.out
     assert "95 % within" in said.out

@@ -12,6 +12,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.scene.uncertain import Uncertain
 from hertzchain.uncertainty.validation import Compared
+from hertzchain.verdict.traces.judging import PEAK, Number
 from tests.command_line import Command
 from tests.conftest import STEEL
 
@@ -40,13 +41,13 @@ def test_a_difference_that_the_modulus_explains() -> None:
     assert found.verdict == "pass"
     assert repr(found).endswith("Verdict: pass")
     peak, width, *_, time = found.compared
-    assert peak.error / peak.measured == pytest.approx(1.04**0.4 - 1, rel=0.1)
-    assert peak.input / peak.simulated == pytest.approx(0.4 * 0.05, rel=0.2)
-    assert time.input / time.simulated == pytest.approx(0.4 * 0.05, rel=0.2)
+    assert peak.error / peak.number.measured == pytest.approx(1.04**0.4 - 1, rel=0.1)
+    assert peak.input / peak.number.simulated == pytest.approx(0.4 * 0.05, rel=0.2)
+    assert time.input / time.number.simulated == pytest.approx(0.4 * 0.05, rel=0.2)
     assert peak.ratio == pytest.approx(0.8, rel=0.25)
-    assert peak.numerical < 1e-6 * peak.simulated
+    assert peak.parts["numerical"] < 1e-6 * peak.number.simulated
     assert {peak.largest, time.largest} == {"input"}
-    assert 0 < width.measurement < 0.1 * width.simulated
+    assert 0 < width.parts["measured"] < 0.1 * width.number.simulated
 
 
 @pytest.mark.parametrize(
@@ -67,11 +68,13 @@ def test_what_two_uncertainties_allow() -> None:
     """The three add as squares: 3, 4 and 12 are 13; twice that is allowed."""
 
     def one(error: float) -> Compared:
-        return Compared("x", 100.0 + error, 100.0, 3.0, 4.0, 12.0)
+        # Half a uniform width of 3 sqrt(3) is a deviation of 3.
+        number = Number(PEAK, "x", (), 100.0 + error, 100.0, 3.0 * 3**0.5, 12.0)
+        return Compared(number, 4.0)
 
-    assert one(13.0).uncertainty == 13.0
+    assert one(13.0).uncertainty == pytest.approx(13.0)
     assert one(13.0).largest == "measured"
-    assert one(-26.0).ratio == 2.0
+    assert one(-26.0).ratio == pytest.approx(2.0)
     assert one(0.0).seen_from == pytest.approx(0.13 * (2 + 1.645))
 
 

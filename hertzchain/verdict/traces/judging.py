@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import Native
 from hertzchain.errors import is_positive, require
 from hertzchain.limits import TIME_LIMIT, TOLERANCE
@@ -19,7 +20,7 @@ from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.showing import ShownVerdict, ShowProgress, telling
 from hertzchain.verdict.check import Check, Kind, within
-from hertzchain.verdict.traces.matching import FEWEST, Expected, Matched, aligned, expected, matched
+from hertzchain.verdict.traces.matching import FEWEST, Expected, aligned, expected, matched
 from hertzchain.verdict.traces.traces import Traces, read_traces
 
 if TYPE_CHECKING:
@@ -67,6 +68,11 @@ class Number:
     error: float
     deviation: float
 
+    @property
+    def name(self) -> str:
+        """Gauges and quantity, as tables show them."""
+        return f"{self.of}: {self.kind.name}"
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TraceJudgement(ShownVerdict):
@@ -84,11 +90,8 @@ class TraceJudgement(ShownVerdict):
         Time on the measured clock at which the run begins [s].
     tolerance
         Largest relative difference that passes, besides the noise.
-    pulses
-        How the first pulse of each gauge differs from that of the reference; None where it is not
-        whole.
     numbers
-        Each number of these pulses.
+        Each number of the first pulses that are whole.
     checks
         Each number that could be judged, and the whole traces.
     remarks
@@ -100,7 +103,6 @@ class TraceJudgement(ShownVerdict):
     known: Expected
     shift: float
     tolerance: float
-    pulses: tuple[Matched | None, ...]
     numbers: tuple[Number, ...]
     checks: tuple[Check, ...]
     remarks: tuple[str, ...]
@@ -177,14 +179,18 @@ def judge_traces(
         report_progress("laying the traces over those of the reference")
         measured, begin = aligned(measured, known, None if shift else 0.0)
         pulses = [matched(measured, known, begin, k) for k in range(len(measured.gauges))]
-    numbers, remarks = numbers_of(known, pulses, has_clock=not shift)
-    checks: list[Check] = []
+    numbers = _numbers_of(known, pulses, has_clock=not shift)
+    remarks, checks = list(measured.remarks), []
+    for gauge, pulse in zip(measured.gauges, pulses, strict=True):
+        if pulse is None:
+            said = "the first pulse is not whole, only the trace is judged"
+            remarks.append(f"{gauge.place}: {said}")
     for one in numbers:
         noise, most = _DEVIATIONS * one.deviation, tolerance * one.simulated
         largest = most + noise + one.error
         if noise > most and abs(one.measured - one.simulated) <= largest:
             remarks.append(
-                f"{one.of}: {one.kind.name} is not judged, three deviations of its noise,"
+                f"{one.name} is not judged, three deviations of its noise,"
                 f" {noise / one.simulated:.1e}, hide the tolerance of {tolerance:.1e}"
             )
             continue
@@ -194,53 +200,44 @@ def judge_traces(
         whole = _whole(measured, known, begin, k, tolerance)
         if whole is None:
             said = "nothing was measured within a pulse of the reference"
-            remarks.append(f"{_name(measured.gauges[k])}: {said}")
+            remarks.append(f"{measured.gauges[k].place}: {said}")
         else:
             checks.append(whole)
     return TraceJudgement(
-        known.result, measured, known, begin, float(tolerance), tuple(pulses), tuple(numbers),
-        tuple(checks), tuple(remarks),
+        known.result, measured, known, begin, float(tolerance), tuple(numbers), tuple(checks),
+        tuple(remarks),
     )  # fmt: skip
 
 
-def numbers_of(
-    known: Expected, pulses: Sequence[Matched | None], *, has_clock: bool
-) -> tuple[list[Number], list[str]]:
-    """Return the numbers of first pulses, and remarks on those that are not whole."""
-    found, remarks, there = [], [], []
+def _numbers_of(
+    known: Expected, pulses: Sequence[tuple[FloatArray, FloatArray] | None], *, has_clock: bool
+) -> list[Number]:
+    """Return the numbers of the first pulses that are whole."""
+    found, there = [], []
     for read, pulse in zip(known.readings, pulses, strict=True):
-        of, force, width = _name(read.gauge), read.force, read.width
         if pulse is None:
-            remarks.append(f"{of}: the first pulse is not whole, only the trace is judged")
             continue
-        there.append((read, pulse))
-        own = (
-            (PEAK, force, pulse.height * force, read.force_error * force,
-             pulse.height_deviation * force),
-            (WIDTH, width, pulse.stretch * width, read.width_error,
-             pulse.stretch_deviation * width),
-            (ARRIVAL, read.arrival,
-             read.arrival + pulse.delay - (pulse.stretch - 1) * (read.time - read.arrival),
-             read.arrival_error, pulse.delay_deviation),
-        )  # fmt: skip
-        found += [Number(one[0], of, (read.gauge,), *one[1:]) for one in own[: 2 + has_clock]]
-    if has_clock:
-        return found, remarks
+        (height, stretch, delay), (high, wide, late) = (one.tolist() for one in pulse)
+        of, gauges, force, width = read.gauge.place, (read.gauge,), read.force, read.width
+        # The pulse is stretched about its crest.
+        arrival = read.arrival + delay - (stretch - 1) * (read.time - read.arrival)
+        own = [
+            Number(PEAK, of, gauges, force, height * force, read.force_error * force, high * force),
+            Number(WIDTH, of, gauges, width, stretch * width, read.width_error, wide * width),
+            Number(ARRIVAL, of, gauges, read.arrival, arrival, read.arrival_error, late),
+        ]
+        found += own[: 2 + has_clock]
+        there.append((read, delay, late))
     there.sort(key=lambda one: one[0].time)
-    for (before, one), (after, two) in itertools.pairwise(there):
+    for (before, early, sooner), (after, late, later) in itertools.pairwise(there):
         true = after.time - before.time
-        if true > 0:
+        if true > 0 and not has_clock:
             found.append(Number(
-                TRAVEL, f"{_name(before.gauge)} to {_name(after.gauge)}",
-                (after.gauge, before.gauge), true, true + two.delay - one.delay,
-                before.arrival_error + after.arrival_error,
-                float(np.hypot(one.delay_deviation, two.delay_deviation)),
+                TRAVEL, f"{before.gauge.place} to {after.gauge.place}",
+                (after.gauge, before.gauge), true, true + late - early,
+                before.arrival_error + after.arrival_error, float(np.hypot(sooner, later)),
             ))  # fmt: skip
-    return found, remarks
-
-
-def _name(gauge: Gauge) -> str:
-    return f"{gauge.key} {gauge.number}"
+    return found
 
 
 def _whole(traces: Traces, known: Expected, shift: float, k: int, tolerance: float) -> Check | None:
@@ -257,4 +254,4 @@ def _whole(traces: Traces, known: Expected, shift: float, k: int, tolerance: flo
     rms = max(float(np.sqrt(np.mean(some**2))) for some in (off, off[is_pulse]))
     reason = f"what was asked for, and {_NOISE:g} times the noise of the samples"
     allowed = float(np.hypot(tolerance, _NOISE * float(traces.noise[k]) / peak))
-    return within(TRACE, _name(traces.gauges[k]), rms, 0.0, allowed, reason)
+    return within(TRACE, traces.gauges[k].place, rms, 0.0, allowed, reason)

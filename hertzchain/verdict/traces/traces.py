@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,17 +11,23 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.errors import HertzchainError, SceneError, require
-from hertzchain.pulses.noise import LEAST, noise_within, resolution_of
-from hertzchain.pulses.recording import read_columns, read_recording
+from hertzchain.errors import HertzchainError, require
+from hertzchain.pulses.noise import noise_within, resolution_of
+from hertzchain.pulses.recording import Columns, columns_of, read_columns, read_recording
 from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.quantities import to_si
 from hertzchain.scene.scene import Scene
 
 _SENSOR = re.compile(r"(gauge|contact)_(\d+)|wall")
-_COLUMN = re.compile(rf"({_SENSOR.pattern})(?:[ _/([]*([a-zA-Z]+)[)\]]*)?")
-_TIME = re.compile(r"(?:time|t)(?:[ _(/\[]+(s|ms|us|µs|ns)[)\]]*)?", re.IGNORECASE)
+_COLUMN = re.compile(rf"({_SENSOR.pattern})(?:[ _/([]*[a-zA-Z]+[)\]]*)?")
+_TIME = re.compile(r"(?:time|t)(?:[ _(/\[]+(?:s|ms|us|µs|ns)[)\]]*)?", re.IGNORECASE)
 _SPEC = re.compile(r"\s*(?P<name>.*?)\s*(?:\[(?P<unit>[^\[\]]+)\])?\s*")
+
+_FLAT = 4
+"""Least samples with the largest value of a clipped trace (chosen)."""
+
+_OF_A_CREST = 16.0
+"""Digits by which a crest falls next to as many flat samples, at most: a parabola falls by 9."""
 
 ENOUGH = 200
 """Quiet samples that tell the noise to 5 %; with fewer, second differences of all tell more."""
@@ -49,29 +54,45 @@ class Traces:
     force: FloatArray
     noise: FloatArray
 
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Sentences on gauges that were clipped; usually empty."""
+        counts = [_clipped(force) for force in self.force.T]
+        return tuple(
+            f"{gauge.place}: {count} samples have the largest value, as those of a clipped"
+            " recording: measure it again in a wider range of the instrument"
+            for gauge, count in zip(self.gauges, counts, strict=True)
+            if count
+        )
 
-def _noise(time: FloatArray, force: FloatArray) -> float:
-    """Deviation of noise [N] from second differences, which have part of a pulse's curvature."""
-    step = float(np.median(np.diff(time)))
-    return noise_within(force, step, resolution_of(force)).deviation
+
+def _clipped(force: FloatArray) -> int:
+    """Return how many samples have the largest value of a clipped trace; 0 for others.
+
+    A crest is flat, too, by the digits of a recording, but falls by a few of these next to it.
+    """
+    largest = force.max()
+    at = np.flatnonzero(force == largest)
+    digit = np.min(np.diff(np.unique(force[force > largest / 2])), initial=largest)
+    fall = largest - force[max(at[0] - at.size, 0)]
+    return at.size if at.size >= _FLAT and fall > _OF_A_CREST * digit else 0
 
 
-def is_traces(names: list[str], columns: Mapping[str, str]) -> bool:
+def is_traces(names: Sequence[str], columns: Mapping[str, str]) -> bool:
     """Return whether columns of these names, or with these roles, are traces of some gauges."""
-    found = (_COLUMN.fullmatch(name) for name in names)
-    return any(map(_SENSOR.fullmatch, columns)) or any(found)
+    return any(map(_SENSOR.fullmatch, columns)) or any(map(_COLUMN.fullmatch, names))
 
 
-def names_in(results: Any) -> list[str]:
+def names_in(results: Any) -> Sequence[str]:
     """Return the names of the columns of a file or table; none where it is neither."""
-    if hasattr(results, "columns"):
-        return [str(name) for name in results.columns]
-    if isinstance(results, str | os.PathLike):
-        try:
-            return list(read_columns(Path(results)).names)
-        except HertzchainError:
-            return []
-    return []
+    try:
+        return _columns_of(results).names
+    except (HertzchainError, TypeError):
+        return ()
+
+
+def _columns_of(results: Any) -> Columns:
+    return columns_of(results) if hasattr(results, "columns") else read_columns(Path(results))
 
 
 def read_traces(scene: Scene, results: Any, columns: Mapping[str, str]) -> Traces:
@@ -94,58 +115,35 @@ def read_traces(scene: Scene, results: Any, columns: Mapping[str, str]) -> Trace
     HertzchainError
         For a file that cannot be read, or columns that it does not have.
     """
-    named = {role: _spec(role, text) for role, text in columns.items()}
-    names = names_in(results)
-    if not names and not hasattr(results, "columns"):
-        read_columns(Path(results))  # says what is wrong with the file
-    time_name, time_unit = named.pop("time", ("", ""))
-    is_table = hasattr(results, "columns")
-    if not time_name:
-        time_name, time_unit = next(
-            ((m[0], m[1] or "") for name in names if (m := _TIME.fullmatch(name))), ("", "")
-        )
-        time_unit = f"1 {time_unit}" if time_unit and is_table else ""
-    sensors = list(named.items())
-    if not sensors:
-        found = [match for name in names if (match := _COLUMN.fullmatch(name)) is not None]
-        # Of files, the unit in a header is read with its column.
-        sensors = [(m[1], (m[0], f"1 {m[4]}" if m[4] and is_table else "")) for m in found]
+    read = _columns_of(results)
+    sensors = {role: _spec(role, text) for role, text in columns.items()}
+    of_times = [(name, "") for name in read.names if _TIME.fullmatch(name)]
+    time, unit = sensors.pop("time", None) or next(iter(of_times), (None, ""))
+    found = filter(None, map(_COLUMN.fullmatch, read.names))
+    named = list(sensors.items()) or [(match[1], (match[0], "")) for match in found]
     allowed = (
-        f"has the columns {', '.join(names[:8])}: name those of gauges, as by --column"
+        f"has the columns {', '.join(read.names[:8])}: name those of gauges, as by --column"
         " 'gauge_16=CH1 [25 N]'"
     )
-    require(bool(sensors), "traces", None, allowed)
-    for role, _ in sensors:
-        allowed = "must be gauge_ and the number of a granule, contact_ and its number, or wall"
-        require(_SENSOR.fullmatch(role) is not None, "column", role, allowed)
-    gauges = tuple(_gauge(role, scene) for role, _ in sensors)
+    require(bool(named), "traces", None, allowed)
+    gauges = tuple(_gauge(role, scene) for role, _ in named)
     require(len(set(gauges)) == len(gauges), "traces", None, "have a gauge twice")
-    series = []
-    for role, (name, unit) in sensors:
-        if is_table:
-            one = _of_table(results, time_name or "time_s", time_unit, name, unit)
-        else:
-            one = _of_file(Path(results), role, (time_name, time_unit), (name, unit))
-        allowed = "is 0 throughout: nothing was measured"
-        require(bool(np.any(one[1])), role, None, allowed)
-        series.append(one)
-    noise = np.array([_noise(*one) for one in series])
-    return Traces(series[0][0], gauges, np.stack([force for _, force in series], axis=1), noise)
-
-
-def _of_file(
-    path: Path, role: str, time: tuple[str, str], force: tuple[str, str]
-) -> tuple[FloatArray, FloatArray]:
-    """Return times [s] and forces [N] of a file, from names and units of its columns."""
-    newtons = to_si(f"column {role}", force[1], "N") if force[1] else None
-    unit = time[1].removeprefix("1 ") or None
-    try:
-        recording = read_recording(path, time[0] or None, force[0], unit, newtons)
-    except HertzchainError as problem:  # options of the command pulse
-        said = str(problem).replace("--time and --force", "--column time=NAME and gauge_16=NAME")
-        said = said.replace("--scale", "--column 'gauge_16=NAME [25 N]'")
-        raise HertzchainError(said) from None
-    return recording.time, recording.force
+    forces, noise = [], []
+    for role, (name, newtons) in named:
+        scale = to_si(f"column {role}", newtons, "N") if newtons else None
+        try:
+            one = read_recording(read, time, name, unit.removeprefix("1 ") or None, scale)
+        except HertzchainError as problem:  # options of the command pulse
+            said = str(problem).replace("--time and --force", "--column")
+            said = said.replace("--force", "--column").replace("--time", "--column")
+            said = said.replace("--scale", "--column 'gauge_16=NAME [25 N]'")
+            raise HertzchainError(said) from None
+        require(bool(np.any(one.force)), role, None, "is 0 throughout: nothing was measured")
+        forces.append(one.force)
+        # Second differences have part of a pulse's curvature.
+        step = float(np.median(np.diff(one.time)))
+        noise.append(noise_within(one.force, step, resolution_of(one.force)).deviation)
+    return Traces(one.time, gauges, np.stack(forces, axis=1), np.array(noise))
 
 
 def _spec(role: str, text: str) -> tuple[str, str]:
@@ -162,6 +160,8 @@ def _spec(role: str, text: str) -> tuple[str, str]:
 
 def _gauge(role: str, scene: Scene) -> Gauge:
     """Return the gauge of a column; SceneError if the scene cannot have it."""
+    allowed = "must be gauge_ and the number of a granule, contact_ and its number, or wall"
+    require(_SENSOR.fullmatch(role) is not None, "column", role, allowed)
     kind, _, number = role.partition("_")
     if kind == "wall":
         allowed = "is no gauge of a scene without [wall]"
@@ -170,25 +170,3 @@ def _gauge(role: str, scene: Scene) -> Gauge:
     gauge = Gauge(granule=int(number)) if kind == "gauge" else Gauge(contact=int(number))
     gauge.check(scene.chain.granules, scene.wall is not None)
     return gauge
-
-
-def _of_table(
-    table: Any, time_name: str, time_unit: str, name: str, unit: str
-) -> tuple[FloatArray, FloatArray]:
-    """Return times [s] and forces [N] of a pandas table."""
-    known = [str(one) for one in table.columns]
-    values = []
-    for wanted, scale, default in ((time_name, time_unit, "s"), (name, unit, "N")):
-        allowed = f"is not one column of the table, which has {', '.join(known)}"
-        require(known.count(wanted) == 1, "column", wanted, allowed)
-        try:
-            column = np.asarray(table[table.columns[known.index(wanted)]], np.float64)
-        except (TypeError, ValueError):
-            raise SceneError("column", wanted, "must have numbers") from None
-        values.append(column * (to_si(f"column {wanted}", scale, default) if scale else 1.0))
-    time, force = values
-    is_finite = bool(np.all(np.isfinite(time)))
-    increases = is_finite and time.size > LEAST and bool(np.all(np.diff(time) > 0))
-    require(increases, "time", None, f"must increase, with more than {LEAST} samples")
-    require(bool(np.all(np.isfinite(force))), "force", None, "must be finite in each row")
-    return time, force
