@@ -40,7 +40,7 @@ def of_judgement(judgement: Judgement) -> Document:
         cases=_cases(judgement),
         results={"native": native},
         verdict=Verdict(
-            None if judged == 0 else not failed.size,
+            judgement.verdict == "pass",
             sentence,
             why,
             [*judgement.remarks, *native.warnings],
