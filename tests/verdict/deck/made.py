@@ -169,7 +169,7 @@ def first_guess(check: DeckCheck) -> tuple[str, ...]:
     return next(iter(check.corrections[0].values()))
 
 
-def times(name: str, factor: float, index: Any = ...) -> Change:
+def times(name: str, factor: float | FloatArray, index: Any = ...) -> Change:
     """Makes one number of a deck so many times as large."""
 
     def change(deck: FoundDeck) -> FoundDeck:
