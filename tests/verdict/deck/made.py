@@ -127,7 +127,6 @@ def found(scene: hc.Scene, commands: Sequence[str] = COMMANDS) -> FoundDeck:
         drag=still,
         walls=walls,
         integrated=np.where(np.isin(np.arange(count), granules.fixed), 0, 1),
-        boundary="f f f",
         image_gap=None,
         image_force=0.0,
         fixes=tuple(fix(text, at) for at, text in enumerate(commands) if text.startswith("fix ")),
