@@ -60,7 +60,7 @@ class ShownVerdict(ShownRun, ABC):
     @property
     @abstractmethod
     def verdict(self) -> str:
-        """``pass`` or ``fail``."""
+        """``pass``, or ``fail`` where something differs or could not be compared."""
 
     def __bool__(self) -> bool:
         return self.verdict == "pass"

@@ -155,4 +155,4 @@ def _verdict(comparison: Comparison) -> Verdict:
         *(f"{check.name}: {check.remark}" for check in checks if check.remark),
     ]
     failures = [failure_of(check) for check in failed]
-    return Verdict(None if only_absent else not failed, sentence, failures, remarks)
+    return Verdict(not failed, sentence, failures, remarks)

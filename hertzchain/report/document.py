@@ -28,7 +28,7 @@ class Failure:
 
 @dataclass(frozen=True)
 class Verdict:
-    """The head of a page; ``passed`` is None where nothing could be decided."""
+    """The head of a page; ``passed`` is None for a run, and where no difference could be seen."""
 
     passed: bool | None
     sentence: str

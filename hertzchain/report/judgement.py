@@ -37,7 +37,7 @@ def of_judgement(judgement: Judgement) -> Document:
         command="judge",
         results={"native": native},
         verdict=Verdict(
-            None if judged == 0 else not failed.size,
+            judgement.verdict == "pass",
             sentence,
             why,
             [*judgement.remarks, *native.warnings],

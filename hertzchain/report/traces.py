@@ -28,7 +28,7 @@ def of_traces(judgement: TraceJudgement) -> Document:
         command="judge",
         results={"native": judgement.reference},
         verdict=Verdict(
-            None if not checks else not failed,
+            judgement.verdict == "pass",
             sentence,
             [failure_of(check) for check in failed],
             [*judgement.remarks, *judgement.reference.warnings],

@@ -135,7 +135,7 @@ def test_compare_without_the_programs_shows_the_rest_and_what_to_do(hertzchain: 
     wanted = ["--backend", "liggghts", "--backend", "yade"]
     outcome = hertzchain("compare", "scene.toml", *wanted)
     assert outcome.status == 2
-    assert "Verdict: undecided" in outcome.out
+    assert "Verdict: fail" in outcome.out
     for engine in ("liggghts", "yade"):
         assert f"apt install {engine}" in outcome.out
     said = outcome.err.splitlines()

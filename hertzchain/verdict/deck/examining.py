@@ -147,10 +147,30 @@ def compared(
     """The examination of a deck that LAMMPS has read; ``truths`` keeps references by their ends."""
     if not found.is_chain:
         return _no_chain(scene, deck, found, tolerance, deadline)
+    case, truth = case_of(scene, found, tolerance, deadline, {} if truths is None else truths)
+    checks = in_order(all_checks(case))
+    peaks_of_deck = peaks_check(case)
+    if not peaks_of_deck.passed and checks:
+        # Digits alone may add up: then the one with the largest effect is the one to mend.
+        first = checks[0]
+        peaks_of_deck = replace(peaks_of_deck, place=first.place)
+    return DeckExamination(
+        scene, deck, case.found, (*checks, peaks_of_deck), truth, case.judged, tolerance,
+        _remarks(case), findings=tuple(Finding(tuple(one)) for one in by_command(checks)),
+    )  # fmt: skip
+
+
+def case_of(
+    scene: Scene,
+    found: FoundDeck,
+    tolerance: float,
+    deadline: Deadline,
+    truths: dict[float, Result],
+) -> tuple[Case, Result]:
+    """What the checks of a deck share, in SI units, and the reference up to the deck's end."""
     found, units = in_si(found, scene)
     found = with_loads(found, scene)
     start = start_of_shock(found, scene)
-    truths = {} if truths is None else truths
     end = found.end_time - start
     if found.stopped:  # no peak is judged
         end = min(end, scene.end_time)
@@ -167,16 +187,7 @@ def compared(
     )  # fmt: skip
     if not scene.holds:
         case = replace(case, found=with_held(found, case.laws, case.expected.forwards))
-    checks = in_order(all_checks(case))
-    peaks_of_deck = peaks_check(case)
-    if not peaks_of_deck.passed and checks:
-        # Digits alone may add up: then the one with the largest effect is the one to mend.
-        first = checks[0]
-        peaks_of_deck = replace(peaks_of_deck, place=first.place)
-    return DeckExamination(
-        scene, deck, case.found, (*checks, peaks_of_deck), truth, case.judged, tolerance,
-        _remarks(case), findings=tuple(Finding(tuple(one)) for one in by_command(checks)),
-    )  # fmt: skip
+    return case, truth
 
 
 def _no_chain(

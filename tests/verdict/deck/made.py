@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 import hertzchain as hc
-from hertzchain.engines.lammps.reading.found import Executed, FoundDeck, FoundFix, FoundRun
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.reading.found import (
+    Executed,
+    FoundDeck,
+    FoundFix,
+    FoundRun,
+    FoundWall,
+)
 from hertzchain.engines.lammps.reading.prober import DAMPED, DEPTHS
 from hertzchain.limits import Deadline
 from hertzchain.verdict.deck import DeckCheck, DeckExamination, compared
-
-STIFFNESS = np.sqrt(2 * 4.75e-3) * 193e9 / (3 * (1 - 0.3**2))
-"""A of the scene ``steel``, by Hertz's law."""
 
 COMMANDS = (
     "units si",
@@ -34,33 +38,69 @@ COMMANDS = (
 )
 """A deck of that scene."""
 
-STEP, STEPS = 2e-7, 2500
+STEP = 2e-7
 DEPTH = 5e-6  # of the overlaps that are tried, as LAMMPS would be asked
 
 Change = Callable[[FoundDeck], FoundDeck]
 
 
-def found(scene: hc.Scene) -> FoundDeck:
-    """Return the numbers of LAMMPS for ``COMMANDS``, with the motion of native velocity Verlet."""
-    result = hc.Native("velocity-verlet", dt=STEP).run(scene)
-    count = scene.chain.granules
-    contacts, mass = count - 1, 4 / 3 * np.pi * 4.75e-3**3 * 7958.0
-    overlap = np.outer(DEPTH * np.array(DEPTHS), np.ones(contacts))
-    depth, closing = np.array(DAMPED).T
-    damped = np.outer(DEPTH * depth, np.ones(contacts))
-    time = np.linspace(0.0, STEP * STEPS, STEPS + 1)
-    applied = np.zeros((time.size, count))
-    applied[:, 0] = np.where(time < 60e-6, 100 * np.sin(np.pi * time / 60e-6) ** 2, 0.0)
-    force = STIFFNESS * np.maximum(overlap, 0.0) ** 1.5
-    still, place = np.zeros(count), np.arange(count) * np.float64(9.5e-3)
+def found(scene: hc.Scene, commands: Sequence[str] = COMMANDS) -> FoundDeck:
+    """Return the numbers of LAMMPS for a right deck, with the motion of native velocity Verlet.
+
+    The commands end with ``timestep`` and ``run``; other numbers are those of the scene.
+    """
+    dt, steps = float(commands[-2].split()[1]), int(commands[-1].split()[1])
+    result = hc.Native("velocity-verlet", dt=dt).run(scene)
+    count, granules = scene.chain.granules, scene.granules
+    between = count - 1
     everyone, first = np.ones(count, bool), np.arange(count) == 0
+    time = np.linspace(0.0, dt * steps, steps + 1)
+    applied, constant = np.zeros((time.size, count)), np.zeros((count, 3))
+    applied[:, scene.shock.granule - 1] = scene.applied_force(time) if scene.ramps else 0.0
+    constant[:, 0] = granules.constant_force
+    still, place = np.zeros(count), granules.position
+    velocity = np.outer(granules.velocity, [1.0, 0.0, 0.0])
+
+    def tried(contacts: slice, depths: Sequence[float]) -> tuple[FloatArray, FloatArray]:
+        overlap = DEPTH * np.outer(depths, np.ones(granules.stiffness[contacts].size))
+        return overlap, granules.stiffness[contacts] * np.maximum(overlap, 0.0) ** 1.5
+
+    depths, closing = np.array(DAMPED).T
+    overlap, force = tried(slice(between), DEPTHS)
+    damped_overlap, damped_force = tried(slice(between), depths)
+    if scene.contact is not None and granules.damping is not None:
+        power = scene.contact.exponent
+        added = granules.damping * damped_overlap**power * closing[:, np.newaxis]
+        damped_force = damped_force + added
+    walls: tuple[FoundWall, ...] = ()
+    if scene.wall is not None:
+        behind = slice(between, None)
+        pressed, held = (np.ravel(one) for one in tried(behind, DEPTHS[1:]))
+        damped, push = (np.ravel(one) for one in tried(behind, depths))
+        surface = place[-1] + granules.radius[-1] + scene.wall.gap - granules.static_overlap[-1]
+        at = next(k for k, text in enumerate(commands) if " wall/" in text)
+        walls = (FoundWall("last", surface, pressed, held, closing, damped, push, 0.0, at),)
+
+    def fix(text: str, at: int) -> FoundFix:
+        style, moves = text.split()[3], text.split()[3] in ("nve", "move")
+        pushed = np.zeros((count, 2))
+        if "v_" in text:
+            pushed[:, 0] = np.max(np.abs(applied), axis=0)
+        elif not moves and not style.startswith("wall"):
+            pushed[:, 0] = np.abs(constant[:, 0])
+        who = first if "first" in text or "v_" in text else everyone
+        return FoundFix(style, at, moves, who, pushed, pushed)
+
+    driven = first & (scene.piston is not None)
+    driven_time = time if scene.piston is not None else np.zeros(0)
+    moved = scene.piston.velocity if scene.piston is not None else 0.0
     return FoundDeck(
         version="20250722",
         commands=tuple(
             Executed(text.replace("${rho}", "7958"), "in.made", line, text)
-            for line, text in enumerate(COMMANDS, start=1)
+            for line, text in enumerate(commands, start=1)
         ),
-        first_run=len(COMMANDS) - 1,
+        first_run=len(commands) - 1,
         before=0.0,
         units="si",
         stopped="",
@@ -70,48 +110,41 @@ def found(scene: hc.Scene) -> FoundDeck:
         origin=np.zeros(3),
         reversed=False,
         ids=np.arange(1, count + 1),
-        types=np.ones(count, np.int64),
+        types=1 + (granules.radius != granules.radius[0]).astype(np.int64),
         position=place,
         sideways=np.zeros((count, 2)),
-        radius=np.full(count, 4.75e-3),
-        mass=np.full(count, mass),
-        velocity=np.zeros((count, 3)),
+        radius=granules.radius,
+        mass=4 / 3 * np.pi * granules.radius**3 * granules.density,
+        velocity=velocity,
         spin=np.zeros((count, 3)),
         overlap=overlap,
         contact_force=force,
-        closing=np.outer(closing, np.ones(contacts)),
-        damped_overlap=damped,
-        damped_force=STIFFNESS * damped**1.5,
+        closing=np.outer(closing, np.ones(between)),
+        damped_overlap=damped_overlap,
+        damped_force=damped_force,
         tangential_force=still,
-        constant_force=np.zeros((count, 3)),
+        constant_force=constant,
         drag=still,
-        walls=(),
-        integrated=np.ones(count, np.int64),
-        boundary="f f f",
+        walls=walls,
+        integrated=np.where(np.isin(np.arange(count), granules.fixed), 0, 1),
         image_gap=None,
         image_force=0.0,
-        fixes=(
-            FoundFix("nve", 9, moves=True, granules=everyone, largest=np.zeros((count, 2)),
-                     largest_in_motion=np.zeros((count, 2))),
-            FoundFix("addforce", 10, moves=False, granules=first,
-                     largest=np.outer(first * 100.0, [1.0, 0.0]),
-                     largest_in_motion=np.outer(first * 100.0, [1.0, 0.0])),
-        ),
-        runs=(FoundRun(0.0, STEP, STEPS, len(COMMANDS) - 1),),
+        fixes=tuple(fix(text, at) for at, text in enumerate(commands) if text.startswith("fix ")),
+        runs=(FoundRun(0.0, dt, steps, len(commands) - 1),),
         applied_time=time,
         applied_force=applied,
         applied_sideways=0.0,
         peak_force=result.peak_force,
         peak_reading_error=0.0,
-        missed_overlap=np.zeros(contacts),
-        driven=np.zeros(count, bool),
-        driven_time=np.zeros(0),
-        driven_displacement=np.zeros(0),
-        end_time=STEP * STEPS,
+        missed_overlap=np.zeros(granules.stiffness.size),
+        driven=driven,
+        driven_time=driven_time,
+        driven_displacement=(moved or 0.0) * driven_time,
+        end_time=dt * steps,
         final_position=place + result.displacement,
         final_velocity=result.velocity,
         remarks=(),
-    )  # fmt: skip
+    )
 
 
 def examined(scene: hc.Scene, deck: FoundDeck, tolerance: float = 1e-3) -> DeckExamination:
@@ -135,7 +168,7 @@ def first_guess(check: DeckCheck) -> tuple[str, ...]:
     return next(iter(check.corrections[0].values()))
 
 
-def times(name: str, factor: float, index: Any = ...) -> Change:
+def times(name: str, factor: float | FloatArray, index: Any = ...) -> Change:
     """Makes one number of a deck so many times as large."""
 
     def change(deck: FoundDeck) -> FoundDeck:

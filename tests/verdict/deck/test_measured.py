@@ -8,15 +8,14 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps.reading.found import FoundDeck
+from hertzchain.engines.lammps.reading.found import Executed, FoundDeck, FoundRun
+from hertzchain.errors import RunFailed
+from hertzchain.verdict.deck import measured
 from hertzchain.verdict.deck.measured import law_of
-from tests.verdict.deck.made import (
-    STEP,
-    by_name,
-    changed,
-    examined,
-    times,
-)
+from tests.verdict.deck.corpus import scene_of
+from tests.verdict.deck.decks import deck_of
+from tests.verdict.deck.made import STEP, by_name, changed, examined, plus, times
+from tests.verdict.deck.made import found as made_found
 
 
 def test_units_of_lj(scene: hc.Scene, right: FoundDeck) -> None:
@@ -57,3 +56,140 @@ def test_the_law_of_a_contact(force: list[float], stiffness: float, exponent: fl
     for order in (slice(None), slice(None, None, -1)):
         law = law_of(np.array([1.0, 2.0, 4.0])[order], np.array(force)[order], 2.0, 3.9)
         assert (law.stiffness, law.exponent) == pytest.approx((stiffness, exponent), rel=1e-14)
+
+
+def test_lj_units_of_contacts_that_do_not_push(scene: hc.Scene, right: FoundDeck) -> None:
+    still = changed(right, units="lj", contact_force=0 * right.contact_force)
+    with pytest.raises(RunFailed, match="no contact of this deck pushes"):
+        measured.in_si(still, scene)
+
+
+def two_runs(deck: FoundDeck, start: float) -> FoundDeck:
+    """A deck that runs before its shock: all that happens comes later."""
+    (run,) = deck.runs
+    before = FoundRun(0.0, run.dt, round(start / run.dt), run.command)
+    return changed(
+        deck, runs=(before, replace(run, start=start, command=run.command + 2)),
+        applied_time=np.append(0.0, deck.applied_time + start),
+        applied_force=np.vstack([0 * deck.applied_force[:1], deck.applied_force]),
+        end_time=deck.end_time + start,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("start", [0.0, 200 * STEP, 230 * STEP])
+def test_a_shock_begins_with_the_run_that_fits(
+    start: float, scene: hc.Scene, right: FoundDeck
+) -> None:
+    deck = two_runs(right, 200 * STEP)
+    moved = scene.applied_force(deck.applied_time - start)
+    force = np.where(np.arange(20) == 0, moved[:, np.newaxis], 0.0)
+    begun = measured.start_of_shock(changed(deck, applied_force=force), scene)
+    assert begun == pytest.approx(start, abs=1e-12)
+    # One of another shape begins at the nearest run.
+    begun = measured.start_of_shock(changed(deck, applied_force=force**2 / 100), scene)
+    assert begun == min(start, 200 * STEP)
+
+
+def test_the_start_of_a_force_that_is_none(scene: hc.Scene, right: FoundDeck) -> None:
+    deck = two_runs(right, 200 * STEP)
+    none = changed(deck, applied_force=0 * deck.applied_force)
+    assert measured.start_of_shock(none, scene) == 0.0
+    empty = changed(right, applied_time=np.zeros(0), applied_force=np.zeros((0, 20)))
+    assert measured.start_of_shock(empty, scene) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("name", "command", "begin"), [("wall", "velocity", 4e-5), ("wall", "print", 0.0)]
+)
+def test_a_shock_without_force_begins_after_its_velocity(
+    name: str, command: str, begin: float
+) -> None:
+    scene = scene_of(name)
+    deck = two_runs(deck_of(name, scene), 200 * STEP)
+    later = Executed(f"{command} first set 0.5 0 0", "in.made", 12, "")
+    commands = (*(one for one in deck.commands if "velocity" not in one.text[:9]), later)
+    deck = changed(deck, commands=commands)
+    assert measured.start_of_shock(deck, scene) == 0.0  # granules move at the start already
+    still = changed(deck, velocity=0 * deck.velocity)
+    assert measured.start_of_shock(still, scene) == pytest.approx(begin)
+
+
+def test_a_piston_begins_to_move() -> None:
+    scene = scene_of("piston")
+    deck = deck_of("piston", scene)
+    late = changed(deck, driven_time=deck.driven_time + 3e-5)
+    assert measured.start_of_shock(late, scene) == 3e-5
+
+
+@pytest.mark.parametrize(
+    ("name", "until", "is_load"),
+    [("steel", 0.94, True), ("steel", 0.96, False), ("precompressed", 0.96, True)],
+)
+def test_a_force_that_stays_is_a_load(name: str, until: float, is_load: bool) -> None:
+    """For a twentieth of all time after the shock, unless the scene has static loads."""
+    scene = scene_of(name)
+    deck = deck_of(name, scene) if name in ("precompressed",) else made_found(scene)
+    force = np.full(deck.applied_force.shape, 3.0)
+    force[deck.applied_time < until * deck.end_time, 2] += 1.0
+    force[0, 2] = 3.0
+    loaded = measured.with_loads(changed(deck, applied_force=force), scene)
+    load = 3.0 * np.ones(deck.mass.size)
+    load[2] = 3.0 if is_load else 0.0
+    assert loaded.constant_force[:, 0] == pytest.approx(deck.constant_force[:, 0] + load)
+    assert loaded.applied_force == pytest.approx(force - load)
+
+
+@pytest.mark.parametrize(("moved", "is_load"), [(0.9e-5, True), (1.1e-5, False)])
+def test_a_held_end_is_one_under_load(moved: float, is_load: bool) -> None:
+    """Where the shock moves it by less than 1e-5 of its overlap."""
+    scene = scene_of("precompressed")
+    deck = plus("integrated", -1, -1)(deck_of("precompressed", scene))
+    deck = plus("constant_force", (-1, 0), 20.0)(deck)
+    overlap = scene.granules.static_overlap[-1]
+    laws = measured.laws(deck, scene, np.full(13, overlap))
+    held = measured.with_held(deck, laws, moved * overlap)
+    assert held.integrated[-1] == is_load
+    assert held.constant_force[-1, 0] == pytest.approx(-20.0 * is_load)
+    moving = plus("velocity", (-1, 0), 1.0)(deck)
+    apart = plus("position", -1, 1e-5)(deck)
+    for other in (moving, apart):
+        assert measured.with_held(other, laws, 0.0) is other
+    assert measured.with_held(deck, laws[:-1], 0.0) is deck
+
+
+def test_readings_of_runs_at_their_ends(right: FoundDeck) -> None:
+    """A force may jump where one run ends and the next begins: two readings of one time."""
+    (run,) = right.runs
+    runs = (replace(run, steps=4), replace(run, start=4 * STEP, steps=6))
+    time = STEP * np.array([0, 2, 4, 4, 7, 10])
+    force = np.arange(6.0)[:, np.newaxis] * np.ones(20)
+    deck = changed(right, runs=runs, applied_time=time, applied_force=force)
+    (first, one), (second, two) = measured.readings_of_runs(deck)
+    assert (first.tolist(), second.tolist()) == (time[:3].tolist(), time[3:].tolist())
+    assert (one[:, 0].tolist(), two[:, 0].tolist()) == ([0, 1, 2], [3, 4, 5])
+    short, long = measured.stretches_of(deck, scene_of("steel"), 0.0, np.array([0, 3]))
+    assert short.applied[:, 1] == pytest.approx([0, 0.5, 1, 1.5, 2])
+    assert long.applied[:, 0] == pytest.approx([3, 10 / 3, 11 / 3, 4, 13 / 3, 14 / 3, 5])
+
+
+def test_a_wall_begins_where_its_force_does() -> None:
+    """A force of Hertz's law that shows a little late among others; no other law is moved."""
+    scene = scene_of("wall")
+    deck = deck_of("wall", scene)
+    (wall,) = deck.walls
+    for late, moved in ((1e-9, True), (1e-7, False)):
+        shift = late * wall.overlap[-1]
+        push = wall.force * ((wall.overlap + shift) / wall.overlap) ** 1.5
+        found = measured.far_wall(changed(deck, walls=(replace(wall, force=push),)))
+        assert found is not None
+        by = shift if moved else 0.0
+        assert found.position - wall.position == pytest.approx(-by, rel=1e-3, abs=1e-17)
+        assert found.overlap - wall.overlap == pytest.approx(by, rel=1e-3)
+        assert found.damped_overlap - wall.damped_overlap == pytest.approx(by, rel=1e-3)
+
+
+def test_a_piston_of_a_table() -> None:
+    piston = hc.Piston(time=(0.0, 1e-4, 2e-4), displacement=(0.0, 3e-5, 3e-5))
+    time = np.array([-1e-5, 0.0, 5e-5, 1.5e-4])
+    assert measured.displacement(piston, time) == pytest.approx([0, 0, 1.5e-5, 3e-5])
+    assert measured.displacement(hc.Piston(0.2), time) == pytest.approx([0, 0, 1e-5, 3e-5])

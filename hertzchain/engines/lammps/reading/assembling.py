@@ -79,7 +79,6 @@ def found_of(
         drag=turned(probes.drag),
         walls=tuple(_wall(wall, backwards, origin) for wall in probes.walls),
         integrated=turned(np.where(seen.held, 0, probes.integrated)),
-        boundary=granules.boundary,
         image_gap=_image_gap(probes),
         image_force=seen.image_force,
         fixes=tuple(
@@ -199,10 +198,4 @@ def _remarks(seen: Watched, probes: Probes) -> tuple[str, ...]:
         remarks.append(f"the contacts of the granules were not asked: {probes.why_not}")
     if seen.cleared:
         remarks.append("what follows the clear after the first chain is another chain's")
-    for done in seen.commands:
-        words = done.text.split()
-        if words[0] == "fix" and words[3:4] == ["langevin"] and done.carried_out:
-            remarks.append(f"{done.file}:{done.line}: fix langevin pushes granules at random")
-        if words[0] == "velocity" and words[2:3] == ["create"]:
-            remarks.append(f"{done.file}:{done.line}: velocity create is random")
-    return tuple(dict.fromkeys(remarks))
+    return tuple(remarks)

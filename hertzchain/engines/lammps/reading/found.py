@@ -130,7 +130,6 @@ class FoundDeck:
     # How many fixes move each granule in the first run, shape (granules,); 0 also for one that
     # rests as ``setforce`` takes all forces from it.
     integrated: IntArray
-    boundary: str  # the deck's, as ``f f f``
     # Between the last granule and the next image of the first; None without such an image.
     image_gap: Annotated[float | None, "length"]
     # Largest force that is none of a contact between neighbours, seen at an end of the chain while

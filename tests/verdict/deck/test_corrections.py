@@ -1,0 +1,273 @@
+"""Each wrong number of a deck: what is measured, its line, and the corrections that are tried."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.engines.lammps.reading.found import FoundDeck
+from hertzchain.engines.lammps.reading.prober import DAMPED, DEPTHS
+from tests.verdict.deck.corpus import scene_of
+from tests.verdict.deck.decks import DECKS, deck_of
+from tests.verdict.deck.made import Change, changed, examined, plus, times
+
+EXPECTED: dict[str, dict[str, dict[str, Any]]] = tomllib.loads(
+    Path(__file__).with_name("corrections.toml").read_text(encoding="utf-8")
+)
+"""By a mistake and the name of a check that fails by it; what stands there is said in the file."""
+
+OF_SCENES: dict[str, tuple[str, dict[str, Any], str, str]] = {
+    "a wall further away": (
+        "wall", {"wall": hc.Wall("rigid", gap=1e-5)}, "NULL 0.095", "NULL 0.09501",
+    ),
+    "a soft wall": ("wall", {"wall": hc.Wall("same")}, "1.047394606e+11", "5.23697303e+10"),
+    "a slow striker": ("wall", {"shock": hc.Striker(0.4)}, "set 0.5", "set 0.4"),
+    "light granules": (
+        "wall", {"chain": replace(scene_of("wall").chain, density=2e3)}, "2700", "2000",
+    ),
+    "a soft type": (
+        "dimer", {"chain": replace(scene_of("dimer").chain, young_modulus=[2e11, 6e10] * 8)},
+        "7e10", "6e10",
+    ),
+    "a longer pulse": (
+        "precompressed", {"shock": hc.Pulse("cosine", 40.0, 2.0, rise_time=25e-6)},
+        "40e-6", "50e-6",
+    ),
+    "a higher pulse": (
+        "precompressed", {"shock": hc.Pulse("cosine", 44.0, 2.0, rise_time=20e-6)}, "40*", "44*",
+    ),
+    "a fast piston": ("piston", {"shock": hc.Piston(0.25)}, "linear 0.2", "linear 0.25"),
+    "more damping": (
+        "viscoelastic",
+        {"contact": hc.Contact("viscoelastic", relaxation_time=6e-7, attraction=True)},
+        "59366650.12", "71239980.14",
+    ),
+    "no damping": ("viscoelastic", {"contact": None}, "59366650.12", "0.0"),
+}  # fmt: skip
+"""Decks that compute another scene in all of their numbers and their motion."""
+
+
+def without(style: str) -> Change:
+    """Takes the fixes of a style out of a deck."""
+    return lambda deck: changed(
+        deck, fixes=tuple(fix for fix in deck.fixes if fix.style != style),
+        walls=() if style.startswith("wall") else deck.walls,
+    )  # fmt: skip
+
+
+def both(*changes: Change) -> Change:
+    """Makes several changes."""
+
+    def change(deck: FoundDeck) -> FoundDeck:
+        for one in changes:
+            deck = one(deck)
+        return deck
+
+    return change
+
+
+def in_texts(old: str, new: str) -> Change:
+    """Puts another text into the commands of a deck."""
+
+    def change(deck: FoundDeck) -> FoundDeck:
+        commands = tuple(
+            replace(one, text=one.text.replace(old, new), written=one.written.replace(old, new))
+            for one in deck.commands
+        )
+        assert commands != deck.commands
+        return changed(deck, commands=commands)
+
+    return change
+
+
+def in_wall(**numbers: Callable[[Any], Any]) -> Change:
+    """Changes numbers of the wall."""
+
+    def change(deck: FoundDeck) -> FoundDeck:
+        (wall,) = deck.walls
+        made = {name: of(getattr(wall, name)) for name, of in numbers.items()}
+        return changed(deck, walls=(replace(wall, **made),))
+
+    return change
+
+
+def another_wall(deck: FoundDeck) -> FoundDeck:
+    """Also a wall behind granule 1, which comes back to it."""
+    behind = replace(deck.walls[0], end="first", position=-0.005 - 1e-6)
+    return changed(deck, walls=(*deck.walls, behind))
+
+
+def other_granule(deck: FoundDeck) -> FoundDeck:
+    """The applied force acts on the last granule."""
+    return changed(deck, applied_force=deck.applied_force[:, ::-1])
+
+
+def also_granule_2(deck: FoundDeck) -> FoundDeck:
+    """The applied force acts on granule 2, too."""
+    force = deck.applied_force.copy()
+    force[:, 1] = force[:, 0]
+    return changed(deck, applied_force=force)
+
+
+def held_for_fifty_steps(deck: FoundDeck) -> FoundDeck:
+    """The force is that of every fiftieth step."""
+    at = np.arange(deck.applied_time.size) // 50 * 50
+    return changed(deck, applied_force=deck.applied_force[at])
+
+
+def with_steps(dt: float) -> Change:
+    """The run takes other steps up to the same end."""
+
+    def change(deck: FoundDeck) -> FoundDeck:
+        (run,) = deck.runs
+        steps = round(run.dt * run.steps / dt)
+        deck = in_texts(f"run {run.steps}", f"run {steps} every 10 NULL")(deck)
+        return changed(deck, runs=(replace(run, dt=dt, steps=steps),))
+
+    return change
+
+
+_POWERS = (
+    np.maximum(np.array(DEPTHS), 1e-9) ** -0.5,
+    np.array([depth for depth, _ in DAMPED]) ** -0.5,
+)
+"""What makes forces of Hertz's law proportional to overlaps."""
+
+OF_NUMBERS: dict[str, tuple[str, Change]] = {
+    "no wall": ("wall", without("wall/gran")),
+    "no wall at all": (
+        "wall", both(without("wall/gran"), in_texts("fix w all wall/gran", "print wall"))
+    ),
+    "two walls": ("wall", another_wall),
+    "friction of the wall": ("wall", in_wall(tangential_force=lambda _: 1.0)),
+    "a wall with a limit": (
+        "wall", in_wall(force=lambda force: np.minimum(force, force[3])),
+    ),
+    "spin": ("wall", plus("spin", (3, 1), 1.0)),
+    "velocity across": ("wall", plus("velocity", (3, 1), 0.01)),
+    "a granule moves": ("wall", plus("velocity", (3, 0), 0.01)),
+    "off the axis": ("wall", plus("sideways", (3, 1), 2e-4)),
+    "gravity upwards": (
+        "column", both(times("constant_force", -1.0), in_texts("vector 1", "vector -1"))
+    ),
+    "more gravity": (
+        "column", both(times("constant_force", 1.2), in_texts("9.81", "11.772"))
+    ),
+    "no gravity": ("column", both(times("constant_force", 0.0), without("gravity"))),
+    "a load on granule 1": ("column", plus("constant_force", (0, 0), 0.01)),
+    "a force across": ("column", plus("constant_force", (2, 1), 0.01)),
+    "more load": (
+        "precompressed", both(plus("constant_force", (0, 0), 2.0), in_texts("p first addforce 20",
+                                                                            "p first addforce 22"))
+    ),
+    "no hold": ("precompressed", plus("constant_force", (13, 0), 20.0)),
+    "no load": ("precompressed", times("constant_force", 0.0)),
+    "two granules pushed": ("precompressed", also_granule_2),
+    "the last granule pushed": ("precompressed", other_granule),
+    "nothing pushed": ("precompressed", times("applied_force", 0.0)),
+    "pushed across": ("precompressed", lambda deck: changed(deck, applied_sideways=40.0)),
+    "the force held": ("precompressed", held_for_fifty_steps),
+    "the force of every fiftieth step": (
+        "precompressed", both(held_for_fifty_steps, in_texts("fix 2 first addforce",
+                                                           "fix 2 first addforce every 50"))
+    ),
+    "drag": (
+        "precompressed", plus("drag", slice(1, None), 0.5),
+    ),
+    "a force on a piston": ("piston", plus("applied_force", (slice(9), 2), 3.0)),
+    "two pistons": ("piston", plus("driven", 1, True)),
+    "no piston": ("piston", both(times("driven", False), without("move"))),
+    "a granule fixed that is free": ("fixed", plus("integrated", 3, -1)),
+    "a fixed granule that moves": ("fixed", plus("integrated", 8, 1)),
+    "a granule moved twice": ("fixed", plus("integrated", 3, 1)),
+    "long steps": (
+        "piston", both(with_steps(3e-6), in_texts("timestep 2e-7", "timestep 3e-6"))
+    ),
+    "neighbours": ("piston", plus("missed_overlap", 3, 1e-6)),
+    "a contact of Hooke": (
+        "piston", both(times("contact_force", _POWERS[0], (slice(None), 4)),
+                       times("damped_force", _POWERS[1], (slice(None), 4)))
+    ),
+    "a contact that is excluded": (
+        "piston", both(times("contact_force", 0.0, (..., 4)), times("damped_force", 0.0, (..., 4)),
+                       in_texts("group rest subtract all first",
+                                "neigh_modify exclude group first rest"))
+    ),
+    "a wall of old": (
+        "wall", both(lambda deck: changed(deck, version="20220603"),
+                     in_wall(force=lambda f: 1.33 * f, damped_force=lambda f: 1.33 * f))
+    ),
+    "a wall that is not met": (
+        "column", both(lambda deck: changed(deck, walls=()), in_texts("NULL 0.18", "NULL 0.25"))
+    ),
+    "contacts across the box": (
+        "piston", lambda deck: changed(deck, image_gap=1e-4, image_force=3.0)
+    ),
+    "another fix": (
+        "piston", both(times("peak_force", 1.1), in_texts("group rest subtract all first",
+                                                          "fix v all viscous 3.0"))
+    ),
+    "a change between runs": (
+        "piston", both(times("peak_force", 1.1), lambda deck: changed(deck, first_run=3))
+    ),
+    "a contact that is missing": ("piston", times("contact_force", 0.0, (..., 4))),
+}  # fmt: skip
+"""Decks with the motion of the scene, but with a wrong number."""
+
+
+@pytest.mark.parametrize("name", DECKS)
+def test_a_right_deck_passes(name: str) -> None:
+    done = examined(scene_of(name), deck_of(name, scene_of(name)))
+    assert [check.sentence for check in done.checks if not check.passed or check.differs] == []
+
+
+def is_as_expected(name: str, done: hc.DeckExamination) -> None:
+    """Assert what a table says of each failed check; of the motion only where nothing else did."""
+    table = {
+        check.name: {
+            "numbers": [check.measured, check.expected, check.effect],
+            "finding": check.sentence,
+            "line": check.place and check.place.line,
+            "tried": [
+                " | ".join(f"{line}: {'; '.join(lines)}" for (_, line, _), lines in edits.items())
+                for edits in check.corrections
+            ],
+        }
+        for check in done.to_mend
+        if len(done.to_mend) == 1 or not check.name.startswith("motion")
+    }
+    expected = EXPECTED[name]
+    assert [*table] == [*expected]
+    for check, row in expected.items():
+        numbers = pytest.approx(row.pop("numbers"), rel=1e-6)  # of a thousand steps
+        assert table[check].pop("numbers") == numbers
+        assert table[check] == row
+
+
+@pytest.mark.parametrize("name", OF_SCENES)
+def test_a_deck_of_another_scene(name: str) -> None:
+    """The effect of the number is what it changes in the reference; the motion is no finding."""
+    deck, change, old, new = OF_SCENES[name]
+    scene = scene_of(deck)
+    other = replace(scene, **change)
+    done = examined(scene, deck_of(deck, other, old, new))
+    is_as_expected(name, done)
+    assert len(done.to_mend) == 1
+    right, wrong = (hc.Native("reference").run(one).peak_force for one in (scene, other))
+    off = np.abs(wrong / right - 1)[done.judged]
+    # Steps of the deck change both peaks by less than 1e-4.
+    assert done.to_mend[0].effect == pytest.approx(float(np.max(off)), abs=1e-4)
+
+
+@pytest.mark.parametrize("name", OF_NUMBERS)
+def test_a_deck_with_a_wrong_number(name: str) -> None:
+    deck, change = OF_NUMBERS[name]
+    scene = scene_of(deck)
+    is_as_expected(name, examined(scene, change(deck_of(deck, scene))))

@@ -1,0 +1,172 @@
+"""What an examination says as a whole: the fixed text, rows that are no chain, decks that stop."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.reading.found import Executed, FoundDeck, FoundRun
+from hertzchain.engines.lammps.reading.text import Edits
+from hertzchain.errors import RunFailed
+from hertzchain.verdict.deck import examining
+from tests.verdict.deck.made import STEP, by_name, changed, examined, first_guess, times
+
+DECK = "units si # of all\ninclude a.inc\ninclude b.inc\nset group all &\n density 1\nrun 5"
+TEXTS = {"in.made": DECK, "a.inc": "pair_style none\ninclude b.inc\n", "b.inc": "fix 1 all nve\n"}
+
+
+@pytest.mark.parametrize(
+    ("edits", "fixed"),
+    [
+        ({}, f"{DECK}\n"),
+        ({("in.made", 4): ("set group all density 2", "set group all diameter 3")},
+         ("units si # of all\ninclude a.inc\ninclude b.inc\nset group all density 2\n"
+         "set group all diameter 3\nrun 5\n")),
+        ({("a.inc", 1): ("pair_style granular",), ("in.made", 6): ()},
+         ("units si # of all\npair_style granular\ninclude b.inc\ninclude b.inc\n"
+         "set group all &\n density 1\n")),
+        ({("b.inc", 1): ("# fix 1 all nve",)},
+         "units si # of all\ninclude a.inc\n# fix 1 all nve\nset group all &\n density 1\nrun 5\n"),
+    ],
+)  # fmt: skip
+def test_the_fixed_deck(edits: Edits, fixed: str, scene: hc.Scene, right: FoundDeck) -> None:
+    """Included files that change stand in it; all else is as it was."""
+    done = replace(examined(scene, right), texts=tuple(TEXTS.items()), edits=edits)
+    assert done.fix == fixed
+    assert replace(done, texts=()).fix == ""
+
+
+def test_corrections_are_in_the_order_of_their_lines(scene: hc.Scene, right: FoundDeck) -> None:
+    done = examined(scene, right)
+    lines = done.corrections_of({("in.made", 3): ("a", "b"), ("in.made", 1): (), ("x", 2): ("c",)})
+    assert [(one.line, one.written, one.commands) for one in lines] == [
+        (1, "units si", ()), (2, "", ("c",)), (3, right.commands[2].written, ("a", "b")),
+    ]  # fmt: skip
+    assert lines[2].to_dict() == {"file": "in.made", "line": 3, "commands": ["a", "b"]}
+
+
+@pytest.mark.parametrize(
+    ("sideways", "kind"),
+    [
+        (np.arange(20) % 4, "lie in 4 rows of 5, not in one"),
+        (np.arange(20) % 19, "do not lie in one row"),
+        (np.arange(20) // 16, "do not lie in one row"),
+    ],
+)
+def test_rows(sideways: FloatArray, kind: str, scene: hc.Scene, right: FoundDeck) -> None:
+    """Rows of as many granules each; nothing else is compared."""
+    across = np.outer(sideways * 9.5e-3, [0.0, 1.0])
+    done = examined(scene, changed(right, is_chain=False, sideways=across))
+    (check,) = done.to_mend
+    assert check.sentence == f"the deck is no chain: its 20 granules {kind}"
+    assert done.findings[0].checks == (check,)
+    assert not done.judged.any()
+    assert done.judged.size == 19
+    assert done.verdict == "fail"
+
+
+def settled(deck: FoundDeck, *starts: float) -> FoundDeck:
+    """A deck of runs that begin at these times, whose shock begins with the last."""
+    runs = tuple(
+        FoundRun(start, STEP, round((end - start) / STEP), 12)
+        for start, end in zip(starts, (*starts[1:], starts[-1] + 5e-4), strict=True)
+    )
+    return changed(
+        deck, runs=runs, applied_time=np.append(0.0, deck.applied_time + starts[-1]),
+        applied_force=np.vstack([0 * deck.applied_force[:1], deck.applied_force]),
+        end_time=starts[-1] + 5e-4,
+    )  # fmt: skip
+
+
+def test_how_long_a_deck_settles(scene: hc.Scene, right: FoundDeck) -> None:
+    """Up to the run with which the shock begins."""
+    deck = settled(right, 0.0, 3e-5, 7e-5)
+    assert examining._settles(deck, scene) == pytest.approx(7e-5)
+    with_more = changed(deck, runs=(*deck.runs, FoundRun(6e-4, STEP, 5, 12)))
+    assert examining._settles(with_more, scene) == pytest.approx(7e-5)
+    for other in (changed(deck, stopped="x"), changed(deck, is_chain=False), right):
+        assert examining._settles(other, scene) == 0.0
+    micro = changed(deck, units="micro")
+    assert examining._settles(micro, scene) == pytest.approx(70.0)
+    before = Executed("run 100", "in.made", 12, "run 100")
+    commands = (*right.commands[:-1], before, right.commands[-1])
+    late = examined(scene, changed(right, before=2e-5, commands=commands, first_run=13))
+    assert any("the shock begins 2e-05 s after" in one for one in late.remarks)
+
+
+def test_a_deck_without_steps(scene: hc.Scene, right: FoundDeck) -> None:
+    nothing = changed(right, runs=(), end_time=0.0, applied_time=np.zeros(0),
+                      applied_force=np.zeros((0, 20)))  # fmt: skip
+    with pytest.raises(RunFailed, match="it needs a run command"):
+        examined(scene, nothing)
+
+
+def test_a_deck_that_stops(scene: hc.Scene, right: FoundDeck) -> None:
+    """Its numbers are judged, and nothing of its motion is."""
+    wrong = changed(
+        times("mass", 0.5)(right), stopped="granules left the box", end_time=1e-2,
+        peak_force=np.full(19, np.nan),
+    )  # fmt: skip
+    done = examined(scene, wrong)
+    assert [check.name for check in done.to_mend] == ["mass of all granules"]
+    assert done.checks[-1].sentence == "the deck does not come to its end: granules left the box"
+    assert not done.checks[-1].passed
+    none = np.zeros((0, 20))
+    refused = examined(
+        scene, changed(wrong, applied_time=np.zeros(0), applied_force=none)
+    )  # fmt: skip
+    assert [check.name for check in refused.to_mend] == ["mass of all granules"]
+    assert not any("applied" in check.name for check in refused.checks)
+
+
+def test_texts_are_those_of_the_files_named(tmp_path: Path, right: FoundDeck) -> None:
+    deck = tmp_path / "in.made"
+    deck.write_text("run 1\n")
+    (tmp_path / "a.inc").write_text("\ufeffpair_style none\n", encoding="utf-8")
+    named = [Executed("run 1", name, 1, "run 1") for name in ("in.made", "a.inc", "gone", "a.inc")]
+    texts = examining._texts(deck, changed(right, commands=tuple(named)))
+    assert texts == (("in.made", "run 1\n"), ("a.inc", "pair_style none\n"))
+
+
+def test_contacts_that_were_not_tried(scene: hc.Scene, right: FoundDeck) -> None:
+    """They have no law, and no other check says that they are right."""
+    unknown = np.nan * right.contact_force
+    done = examined(
+        scene, changed(right, contact_force=unknown, damped_force=np.nan * right.closing)
+    )
+    check = by_name(done, "contacts")
+    assert check.sentence == "the contacts of the deck could not be asked"
+    assert not any(check.name.startswith(("stiffness", "damping")) for check in done.checks)
+
+
+def test_units_that_are_others(scene: hc.Scene, right: FoundDeck) -> None:
+    """All lengths are those of cgs in metres, but for a tenth: the line of the units makes that."""
+    for factor, is_unit in ((1e2, True), (1.09e2, True), (1.3e2, False)):
+        large = times("radius", factor)(times("position", factor)(right))
+        check = by_name(examined(scene, large), "radius")
+        assert (str(check.place) == "in.made:1") == is_unit
+        assert (first_guess(check) == ("units cgs",)) == is_unit
+
+
+def test_a_clock_that_does_not_begin_at_0(scene: hc.Scene, right: FoundDeck) -> None:
+    """A step number that is set shifts a formula of the time."""
+    later = Executed("reset_timestep 50", "in.made", 9, "reset_timestep 50")
+    commands = (*right.commands[:8], later, *right.commands[8:])
+    force = np.vstack([right.applied_force[50:], np.zeros((50, 20))])
+    deck = changed(right, commands=commands, first_run=13, applied_force=force)
+    check = by_name(examined(scene, deck), "applied force over")
+    assert next(iter(check.corrections[0].values())) == ("reset_timestep 0",)
+
+
+def test_damping_that_pulls(scene: hc.Scene, right: FoundDeck) -> None:
+    """A try in which granules part faster than the contact pushes."""
+    damped = right.damped_force + 3.0 * right.closing * (right.closing < -0.5)
+    done = examined(scene, changed(right, damped_force=damped))
+    check = by_name(done, "damping")
+    assert not check.passed
+    assert "granules part with" in check.sentence
