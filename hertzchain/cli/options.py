@@ -172,7 +172,7 @@ def to_contacts(given: str, scene: Scene) -> list[int]:
 
     A range is FIRST:LAST or FIRST:LAST:STEP, the last included.
     """
-    last = scene.last_contact
+    least, last = scene.contacts[0], scene.last_contact
     wall = ", the last that with the wall" if scene.wall is not None else ""
     found: set[int] = set()
     for piece in given.split(","):
@@ -185,10 +185,10 @@ def to_contacts(given: str, scene: Scene) -> list[int]:
         numbers = [int(end) for end in ends]
         first, until = numbers[0], numbers[1] if len(ends) > 1 else numbers[0]
         step = numbers[2] if len(ends) > 2 else 1
-        if not (2 <= first <= until <= last and step >= 1):
+        if not (least <= first <= until <= last and step >= 1):
             up = "; a range counts up" if len(ends) > 1 else ""
             raise HertzchainError(
-                f"--contacts {given}: contacts of this scene are 2 to {last}{wall}{up}"
+                f"--contacts {given}: contacts of this scene are {least} to {last}{wall}{up}"
             )
         found.update(range(first, until + 1, step))
     return sorted(found)

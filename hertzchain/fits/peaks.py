@@ -38,6 +38,7 @@ class OfPeaks(Model):
         super().__init__(base, free, deadline)
         self._places = np.concatenate([np.flatnonzero(one > 0) for one in peaks])
         self._force = np.concatenate([one[one > 0] for one in peaks])
+        self._first_contact = base.contacts[0]
         self._measured = np.ones(self._force.size)
         need = len(free.keys) + 1
         allowed = f"must be at least {need} for {len(free.keys)} free keys: measure more contacts"
@@ -54,8 +55,9 @@ class OfPeaks(Model):
     def overlays(self, x: Array) -> tuple[Overlaid, ...]:
         """Return the peaks of all files."""
         fitted = self.read(x) * self._force
+        contact = self._places + float(self._first_contact)
         noise = np.asarray(np.std(fitted / self._force - 1) * self._force)
-        return (Overlaid("peaks", "contact", self._places + 2.0, self._force, fitted, noise),)
+        return (Overlaid("peaks", "contact", contact, self._force, fitted, noise),)
 
     def chance(self, differences: FloatArray) -> float:
         """Probability of as few changes of sign along the contacts, by the runs test.

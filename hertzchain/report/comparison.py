@@ -85,7 +85,8 @@ def _peaks(
             for name, column in columns.items()
         ]
         of_native = _of_run(peak, errors["native"][k])
-        return [native.scene.contact_label(k + 2), of_native, *values, *differences]
+        label = native.scene.contact_label(native.scene.contacts[k])
+        return [label, of_native, *values, *differences]
 
     return Peaks(
         "Peak force of each contact [N]; then its difference from native",

@@ -79,8 +79,9 @@ def _cases(judgement: Judgement) -> tuple[Case, ...]:
     unit = "peak force [N] within the relative tolerance asked for"
     pressed = judged_peaks(judgement.truth, judgement.given)
     allowed = np.zeros(pressed.size) if judgement.sampling is None else judgement.sampling
+    scene = judgement.reference.scene
     for contact_at, row in enumerate(judgement.rows):
-        contact = judgement.reference.scene.contact_name(contact_at + 2)
+        contact = scene.contact_name(scene.contacts[contact_at])
         given, reference = row["given_N"], row["reference_N"]
         assert reference is not None
         if row["passed"] is None:

@@ -50,13 +50,14 @@ def motion_arrays(result: Result, numbers: Sequence[int] | None = None) -> dict[
 
     ``time_s`` has shape (times,), ``granule`` (granules,), and ``displacement_m``,
     ``velocity_m_s``, ``contact_force_N`` (times, granules). The contact of granule i is contact i,
-    between granules i - 1 and i; granule 1 has the applied force. A wall is one more granule,
-    which does not move. ``numbers`` are the granules to keep, by default all.
+    between granules i - 1 and i; granule 1 has the applied force, or that of a near wall. A wall
+    is one more granule, which does not move. ``numbers`` are the granules to keep, by default all.
     """
     history = recorded(result)
     applied = result.scene.applied_force(history.time)
     displacement, velocity = history.displacement, history.velocity
-    force = np.column_stack([applied, history.contact_force])
+    behind = [] if result.scene.near_wall is not None else [applied]
+    force = np.column_stack([*behind, history.contact_force])
     if result.scene.wall is not None:
         still = np.zeros(history.time.size)
         displacement = np.column_stack([displacement, still])

@@ -92,7 +92,7 @@ FOUND_COLUMNS = (
     Column("largest_peak_force_N", "largest peak force [N]",
            read=lambda run: float(np.max(run.peak_force))),
     Column("largest_peak_contact", "contact of the largest peak", "int",
-           read=lambda run: int(np.argmax(run.peak_force)) + 2),
+           read=lambda run: int(run.contact[np.argmax(run.peak_force)])),
     Column("last_peak_force_N", "peak force of contact N [N]", of="terms",
            read=lambda run: run.peak_at(run.scene.chain.granules)),
     Column("largest_dynamic_force_N", "largest peak force less the static force [N]",

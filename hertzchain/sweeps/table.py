@@ -57,6 +57,7 @@ class Rows:
             [None] * numbers.size if peaks else None
         )
         self.versions: Mapping[str, str] = {}
+        self._first_contact = 2
 
     def fail(self, row: int, problem: HertzchainError) -> None:
         """Store the reason why a scene has no numbers."""
@@ -68,7 +69,7 @@ class Rows:
         numbers: Mapping[str, float | None]
         if isinstance(found, Result):
             numbers, time, first = numbers_of(found), found.peak_time, found.first_columns
-            self.versions = found.versions
+            self.versions, self._first_contact = found.versions, found.scene.contacts[0]
         else:
             numbers, time, first = of_prediction(found), never, {}
         for name in self._found.keys() & numbers.keys():
@@ -117,7 +118,9 @@ class Rows:
         there = [k for k, found in enumerate(self._peaks) if found is not None]
         found = [found for found in self._peaks if found is not None]
         sizes = np.array([force.size for force, *_ in found], np.int64)
-        contact = np.concatenate([np.arange(2, size + 2) for size in sizes] or [np.zeros(0, int)])
+        first = self._first_contact
+        numbers = [first + np.arange(size) for size in sizes]
+        contact = np.concatenate(numbers or [np.zeros(0, int)])
         names = peak_columns(self._columns)
         values = [
             np.concatenate([one[k] for one in found] or [np.zeros(0)])

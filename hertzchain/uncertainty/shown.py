@@ -58,7 +58,7 @@ def _shown(spread: Any, every: bool) -> list[int]:
     scene = spread.scene
     chosen = {2, scene.chain.granules // 2 + 1, scene.last_contact}
     contacts = {scene.contact_name(number) for number in chosen}
-    others = {scene.contact_name(number) for number in range(2, scene.last_contact + 1)}
+    others = {scene.contact_name(number) for number in scene.contacts}
     return [
         k
         for k, (name, at) in enumerate(spread.names)
@@ -100,8 +100,8 @@ def plot_spread(spread: Any, size: tuple[float, float] | None = None) -> Picture
     figure = Picture(size or (7.0, 6.0))
     above, below = figure.subplots(2, 1, sharex=True)
     at = [k for k, (name, _) in enumerate(spread.names) if name == "first_peak_force_N"]
-    at = at[: spread.scene.last_contact - 1]  # those of gauges follow
-    contact = np.arange(2, len(at) + 2)
+    at = at[: len(spread.scene.contacts)]  # those of gauges follow
+    contact = np.array(spread.scene.contacts[: len(at)])
     low, high = spread.range_90[:, at]
     above.fill_between(contact, low, high, color=_BAND, alpha=0.6, label="5 to 95 %")
     above.plot(contact, spread.nominal[at], color="black", marker=".", label="the scene itself")

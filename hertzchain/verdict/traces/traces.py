@@ -163,12 +163,16 @@ def _spec(role: str, text: str) -> tuple[str, str]:
 def _gauge(role: str, scene: Scene) -> Gauge:
     """Return the gauge of a column; SceneError if the scene cannot have it."""
     kind, _, number = role.partition("_")
+    if role == "near_wall":
+        allowed = "is no gauge of a scene without [near_wall]"
+        require(scene.near_wall is not None, role, None, allowed)
+        return Gauge(contact=1)
     if kind == "wall":
         allowed = "is no gauge of a scene without [wall]"
         require(scene.wall is not None, "wall", None, allowed)
         return Gauge(contact=scene.last_contact)
     gauge = Gauge(granule=int(number)) if kind == "gauge" else Gauge(contact=int(number))
-    gauge.check(scene.chain.granules, scene.wall is not None)
+    gauge.check(scene.chain.granules, scene.wall is not None, scene.near_wall is not None)
     return gauge
 
 
