@@ -224,7 +224,7 @@ def _peaks(scene: Scene) -> list[str]:
         "unfix largest",
         "compute peak all property/atom d_force",
         f"variable contact atom {'id' if scene.near_wall is not None else 'id+1'}",
-        f"group behind id <= {len(scene.contacts)}",
+        f"group behind id < {len(scene.contacts) + 1}",
         'print "contact,peak_force_N" file ${peaks}',
         "write_dump behind custom ${peaks} v_contact d_force modify append yes header no sort id &",
         '    format line "%.0f, %.17g"',

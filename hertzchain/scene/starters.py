@@ -201,6 +201,21 @@ fixed = true                 # it never moves; its contact is that of two sphere
         + _STRIKER,
         30,
     ),
+    "two-walls": Starter(
+        "Spheres are thrown at a near wall; a chain between two walls.",
+        """
+[[chain.segments]]           # in order; their granules sum to those of [chain]
+granules = 3
+velocity = "-1 m/s"          # towards the near end
+
+[[chain.segments]]
+granules = 17                # at rest
+
+[near_wall]                  # before granule 1; its contact is contact 1
+kind = "rigid"
+"""
+        + _RIGID_WALL,
+    ),
 }
 """Starters by name, in the order in which they are listed."""
 

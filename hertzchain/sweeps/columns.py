@@ -229,7 +229,8 @@ def columns_of(
     unlike = "segments" in chain or any(isinstance(value, list) for value in chain.values())
     of_terms = any(name not in PARAMETERS for name in varied)
     shock = OF_PROFILE.get(scene.get("shock", {}).get("profile", ""))
-    held = any(section in scene for section in ("striker", "wall", "precompression", "contact"))
+    sections = "striker", "wall", "near_wall", "precompression", "contact"
+    held = any(section in scene for section in sections)
     held = held or (shock is not None and shock.is_driven) or "granule" in scene.get("shock", {})
     gauges = _of_gauges(len(scene.get("gauge", ())))
     if not (of_terms or unlike or {"gap", "velocity"} & {*chain} or held or gauges):

@@ -27,8 +27,9 @@ from hertzchain.sweeps.columns import (
     columns_of,
 )
 from hertzchain.sweeps.formulas import Tie, tied, ties_of
-from hertzchain.sweeps.keys import base_values, changed, full_name
+from hertzchain.sweeps.keys import WALLS, base_values, changed, full_name
 
+_OF_ELASTIC = {f"{wall}.{key}" for wall in WALLS for key in ("young_modulus", "poisson_ratio")}
 MOST_SCENES = 10**8  # most scenes of a sweep, chosen: a day of two cores at a millisecond a scene
 MOST_GRANULES = 1_000_000  # of a chain, chosen: a part may hold its peaks several times
 
@@ -125,9 +126,9 @@ class Design:
                 for number, segment in enumerate(segments, start=1)
             ]
             found["chain.granules"] = found["chain.granules"] * 0 + sum(counts)
-        for name in ("wall.young_modulus", "wall.poisson_ratio"):
-            if name in found:
-                found[name] = np.where(found["wall.kind"] == "elastic", found[name], np.nan)
+        for name in _OF_ELASTIC & found.keys():
+            is_elastic = found[f"{name.partition('.')[0]}.kind"] == "elastic"
+            found[name] = np.where(is_elastic, found[name], np.nan)
         return found
 
     def _points(self, samples: NDArray[np.int64]) -> FloatArray:
@@ -252,10 +253,10 @@ def _extremes(axis: Axis) -> list[Value]:
 def _check(found: Design, name: str, value: Value) -> None:
     """Refuse a value that is impossible in every scene, with base values and varied ones."""
     _check_granules(name, value)
-    if name in ("wall.young_modulus", "wall.poisson_ratio"):
-        assert found.base.wall is not None
-        varied = [axis.ends for axis in found.axes if axis.name == "wall.kind"]
-        kinds = varied[0] if varied else (found.base.wall.kind,)
+    if name in _OF_ELASTIC:
+        wall = name.partition(".")[0]
+        varied = [axis.ends for axis in found.axes if axis.name == f"{wall}.kind"]
+        kinds = varied[0] if varied else (getattr(found.base, wall).kind,)
         allowed = 'cannot vary: only a wall of kind "elastic" has it, in all scenes of the sweep'
         require(set(kinds) == {"elastic"}, name, None, allowed)
     problem = _problem(found, {name: value})

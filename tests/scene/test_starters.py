@@ -24,6 +24,7 @@ TERMS = {
     "sine": ("precompression",),
     "local": ("local shock", "precompression"),
     "clamped": ("striker", "fixed granules"),
+    "two-walls": ("moving granules", "wall", "near wall"),
 }
 
 
