@@ -76,6 +76,7 @@ GALLERY = (
     Entry("terms/sine", "an actuator shakes a pressed chain"),
     Entry("terms/local_shock", "a pulse on granule 10 of a pressed chain: waves run both ways"),
     Entry("terms/clamped", "a sphere within a pressed chain and its end do not move"),
+    Entry("terms/two_walls", "spheres are thrown at a near wall, for which a fixed sphere stands"),
 )
 """The demo, the six scenes of Table 2, what else a deck can do, and each term. The long chain and
 damped contacts are less exact: with fewer steps they run in seconds too."""

@@ -212,6 +212,32 @@ def with_fixed(rng: np.random.Generator, scene: hc.Scene) -> hc.Scene:
     return scene
 
 
+def with_near_wall(rng: np.random.Generator, scene: hc.Scene) -> hc.Scene:
+    """Return the scene with a near wall; a striker or piston becomes granules that move.
+
+    The wall has a damping of its own in half of the damped scenes, and a gap of up to an overlap of
+    the shock in half of those without a static load.
+    """
+    near, unit, law = _wall(rng, scene.chain), scene.units, scene.contact
+    if scene.precompression is None and rng.random() < 0.5:
+        near = replace(near, gap=unit.length * spread(rng, 0.01, 1.0))
+    if law is not None and rng.random() < 0.5:
+        factor = spread(rng, 0.1, 10.0)
+        own = float(rng.uniform(0.1, 0.99)) if law.restitution else factor * law.parameter
+        near = near.damped(law.with_parameter(own))
+    if scene.shock.impact_velocity is None:
+        with suppress(HertzchainError):  # granules next to both walls, or that meet nothing
+            return replace(scene, near_wall=near)
+    velocity = np.array(np.broadcast_to(scene.chain.velocity, scene.chain.granules))
+    velocity[: int(rng.integers(1, velocity.size + 1))] = -spread(rng, 0.1, 1.0) * unit.velocity
+    velocity[np.broadcast_to(scene.chain.fixed, velocity.size)] = 0.0
+    chain = replace(scene.chain, velocity=tuple(velocity.tolist()))
+    try:
+        return replace(scene, chain=chain, shock=hc.Moving(), near_wall=near)
+    except HertzchainError:  # granule 1 is fixed
+        return scene
+
+
 def _with_terms(rng: np.random.Generator, longest: int) -> hc.Scene:
     """Static loads are 1e-3 to 1e3 of the shock."""
     granules = round(spread(rng, 2.0, longest))

@@ -168,7 +168,7 @@ def looked_at(scene: Scene, step: float, watch_every: int) -> tuple[FloatArray, 
     Both have the shape (contacts,), a wall's contact the last; the step is in natural time units.
     The least force lies half an interval off a peak, or a whole interval before a peak at the end.
     """
-    unit, granules = scene.units.time, scene.chain.granules
+    unit, granules = scene.units.time, scene.bodies
     legs = scene.schedule(step * unit)
     if scene.contact is not None:
         every = max(1, watch_every // _PHASES)
@@ -218,7 +218,7 @@ def _made_of_rounding(scene: Scene, step: float) -> FloatArray:
     as rounding at every step would move them, in several runs. A contact that changes less than the
     median gets the median.
     """
-    units, granules = scene.units, scene.chain.granules
+    units, granules = scene.units, scene.bodies
     legs = scene.schedule(step * units.time)
     rounded = float(np.finfo(np.float64).eps * scene.granules.position[-1]) / units.length
     size = rounded * math.sqrt(sum(leg.steps for leg in legs))

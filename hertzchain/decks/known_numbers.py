@@ -53,7 +53,7 @@ class KnownNumbers:
 
     def __init__(self, scene: Scene, known: KnownAnswer) -> None:
         self._scene, each = scene, scene.granules
-        granules = scene.chain.granules
+        granules = scene.bodies
         reach = np.append(each.radius[:-1] + each.radius[1:], 0.0)
         if scene.wall is not None:
             reach[-1] = each.radius[-1] - wall_position(scene)
@@ -89,7 +89,7 @@ class KnownNumbers:
         The place of the next granule is 0 for the last granule.
         """
         overlap = f"{self.name('reach')}+x-c_ahead"
-        is_last = f"(id<{self._scene.chain.granules})"
+        is_last = f"(id<{self._scene.bodies})"
         return overlap if self._scene.wall is not None else f"{is_last}*({overlap})"
 
     @property
@@ -254,10 +254,10 @@ def _test(
     more = np.arange(contacts) % 2 == (0 if more_first else 1)
     pressed = force * np.where(more, 1.0, 1 / _PRESSED_MORE)
     overlap = (pressed / each.stiffness) ** (2 / 3)
-    between = scene.chain.granules - 1
+    between = scene.bodies - 1
     apart = each.radius[:-1] + each.radius[1:] - overlap[:between]
     position = np.concatenate([[0.0], np.cumsum(apart)])
-    velocity = np.zeros(scene.chain.granules)
+    velocity = np.zeros(scene.bodies)
     if dampers is not None:
         assert scene.contact is not None
         assert each.damping is not None

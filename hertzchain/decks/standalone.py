@@ -105,8 +105,10 @@ def _expected(scene: Scene, known: KnownAnswer | None) -> str:
             "Peak forces are not watched. The final state goes to chain.final: id, x [m], vx [m/s],"
             " fx [N]."
         )
-    wall = "" if scene.wall is None else f" Contact {known.force_ratio.size + 1}, on the screen,"
+    wall = "" if scene.wall is None else f" Contact {scene.last_contact}, on the screen,"
     wall += " is the wall's." if wall else ""
+    if scene.near_wall is not None:
+        wall += " Contact 1 is the near wall's, for which fixed granule 1 stands here."
     damped = ", damping included" if scene.contact is not None else ""
     first = ", ".join(f"{value:.4f}" for value in known.force_ratio[:3])
     last = f", ..., {known.force_ratio[-1]:.4f}" if known.force_ratio.size > 3 else ""
@@ -221,8 +223,8 @@ def _peaks(scene: Scene) -> list[str]:
         "set group all d_force v_peak",
         "unfix largest",
         "compute peak all property/atom d_force",
-        "variable contact atom id+1",
-        f"group behind id < {scene.last_contact}",
+        f"variable contact atom {'id' if scene.near_wall is not None else 'id+1'}",
+        f"group behind id < {len(scene.contacts) + 1}",
         'print "contact,peak_force_N" file ${peaks}',
         "write_dump behind custom ${peaks} v_contact d_force modify append yes header no sort id &",
         '    format line "%.0f, %.17g"',

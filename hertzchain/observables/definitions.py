@@ -1,7 +1,8 @@
 """The definitions of the numbers in results, by a version; what lets a JSON document stand alone.
 
 Version 2. Contact i lies between granules i - 1 and i, i = 2 ... N; with a wall contact N + 1 lies
-between granule N and the wall (in version 1 it stood apart). A peak is the true maximum of a
+between granule N and the wall (in version 1 it stood apart), and with a near wall contact 1 between
+that and granule 1. A peak is the true maximum of a
 contact force over the run. LM_ratio is the impulse of the shock over the momentum of a solitary
 wave as high as it, with the paper's 139/32. p is the number of granules after which peaks of
 neighbours differ by less than 1 %, at least 5; F_SW is the peak of contact p + 1, and the
@@ -39,7 +40,7 @@ def context_of(scene: Scene) -> dict[str, Any]:
     """Return the scene, contacts and versions that a JSON document has next to its numbers."""
     return {
         "scene": sections_of(scene),
-        "contacts": list(range(2, scene.last_contact + 1)),
+        "contacts": list(scene.contacts),
         "definitions": DEFINITIONS,
         "hertzchain": version("hertzchain"),
     }

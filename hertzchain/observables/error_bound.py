@@ -167,15 +167,15 @@ def refuse_strong_dampers(scene: Scene) -> None:
     contact = scene.contact
     if contact is None or contact.damping == "restitution":
         return
-    key, wall = DAMPING[contact.damping], scene.wall
+    key, walls = DAMPING[contact.damping], {"wall": scene.wall, "near_wall": scene.near_wall}
     # In units of each: rates of impossible dampers are no longer numbers.
     unit, nearly_none = contact.with_parameter(1.0), contact.with_parameter(_NEXT_TO_NOTHING)
-    alone = {"contact": (contact, replace(scene, contact=unit))}
-    if wall is not None and wall.own_damping:
-        alone = {
-            "contact": (contact, replace(scene, contact=unit, wall=wall.damped(nearly_none))),
-            "wall": (contact.at(wall), replace(scene, contact=nearly_none, wall=wall.damped(unit))),
-        }
+    own_law = {name: wall for name, wall in walls.items() if wall and wall.own_damping}
+    without: Any = {name: wall.damped(nearly_none) for name, wall in own_law.items()}
+    alone = {"contact": (contact, replace(scene, contact=unit, **without))}
+    for name, wall in own_law.items():
+        one = replace(scene, contact=nearly_none, **without | {name: wall.damped(unit)})
+        alone[name] = contact.at(wall), one
     for section, (own, one) in alone.items():
         most = _STRONGEST / (highest_rate(one) * scene.contact_time)
         allowed = (
@@ -187,7 +187,7 @@ def refuse_strong_dampers(scene: Scene) -> None:
 
 def _largest_row(scene: Scene, of_contact: FloatArray) -> float:
     """Largest row sum of a matrix of contact coefficients divided by masses."""
-    around = np.zeros(scene.chain.granules + 1)
+    around = np.zeros(scene.bodies + 1)
     around[1 : 1 + of_contact.size] = of_contact
     return float(np.max(2 * (around[:-1] + around[1:]) / scene.granules.mass))
 

@@ -123,7 +123,7 @@ def readings(
     found = []
     for gauge in scene.gauges:
         if gauge.contact is not None:
-            found.append(_of_contact(gauge, known))
+            found.append(_of_contact(gauge, known, _contacts(scene, gauge)[0]))
         elif gauge in windows and history is not None:
             found.append(_of_granule(scene, gauge, known, history, windows[gauge]))
         else:
@@ -135,7 +135,9 @@ def _with_speeds(scene: Scene, found: list[Reading]) -> tuple[Reading, ...]:
     """Return readings with the speed from each to the next."""
     of_contacts, of_granules = places(scene), scene.granules.position
     at = [
-        of_granules[gauge.number - 1] if gauge.contact is None else of_contacts[gauge.number - 2]
+        of_granules[gauge.number - 1 + scene.first_granule]
+        if gauge.contact is None
+        else of_contacts[scene.contacts.index(gauge.number)]
         for gauge in (one.gauge for one in found)
     ]
     speeds = found[:1]
@@ -149,8 +151,7 @@ def _with_speeds(scene: Scene, found: list[Reading]) -> tuple[Reading, ...]:
     return tuple(speeds)
 
 
-def _of_contact(gauge: Gauge, known: dict[str, NDArray[Any]]) -> Reading:
-    place = gauge.number - 2
+def _of_contact(gauge: Gauge, known: dict[str, NDArray[Any]], place: int) -> Reading:
     if not known["clear"][place] and np.isnan(known["first_width_s"][place]):
         return Reading(gauge, *[np.nan] * 7)  # it has not ended
     return Reading(gauge, *(float(known[name][place]) for name in _COLUMNS))
@@ -158,8 +159,8 @@ def _of_contact(gauge: Gauge, known: dict[str, NDArray[Any]]) -> Reading:
 
 def _contacts(scene: Scene, gauge: Gauge) -> list[int]:
     """Place of its contact, or of those on the sides of a granule: one before a free end."""
-    places = (gauge.number - 2, *([] if gauge.granule is None else [gauge.number - 1]))
-    return [place for place in places if place < scene.last_contact - 1]
+    numbers = (gauge.number, *([] if gauge.granule is None else [gauge.number + 1]))
+    return [scene.contacts.index(number) for number in numbers if number in scene.contacts]
 
 
 def _window(scene: Scene, gauge: Gauge, known: dict[str, NDArray[Any]]) -> FloatArray | None:

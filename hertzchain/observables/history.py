@@ -28,7 +28,7 @@ class History:
         Displacement [m] and its slope [m/s], shape (times, granules). The velocities of velocity
         Verlet itself are central differences; they differ from the slope by dt^2/6 times the jerk.
     contact_force
-        [N], shape (times, contacts); with a wall the last is that on the wall.
+        [N], shape (times, contacts); with walls the first or last is that on the wall.
     """
 
     time: FloatArray
@@ -119,12 +119,19 @@ class Recorder:
         return np.asarray(scale * self._law.force(overlap, rate))
 
     def history(
-        self, time: FloatArray, length: float = 1.0, velocity: float = 1.0, force: float = 1.0
+        self,
+        time: FloatArray,
+        length: float = 1.0,
+        velocity: float = 1.0,
+        force: float = 1.0,
+        first: int = 0,
     ) -> History:
-        """Return the history in SI units; the arguments are the units of the samples in SI."""
-        return History(
-            time, self.displacement * length, self.velocity * velocity, self.contact_force * force
-        )
+        """Return the history in SI units.
+
+        Arguments are the units of the samples in SI, and the place of granule 1 in them.
+        """
+        motion = self.displacement[:, first:] * length, self.velocity[:, first:] * velocity
+        return History(time, *motion, self.contact_force * force)
 
 
 def _interpolant(derivatives: tuple[Array, ...], at: NDArray[np.intp], h: Array) -> Array:

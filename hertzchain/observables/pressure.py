@@ -61,7 +61,9 @@ def largest_pressure(
     pressure = pressures(scene, peak_force)
     k = int(np.argmax(pressure))
     time = float(peak_time[k])
-    return LargestPressure(float(pressure[k]), k + 2, None if math.isnan(time) else time)
+    return LargestPressure(
+        float(pressure[k]), scene.contacts[k], None if math.isnan(time) else time
+    )
 
 
 def pressures(scene: Scene, force: FloatArray) -> FloatArray:
@@ -70,22 +72,23 @@ def pressures(scene: Scene, force: FloatArray) -> FloatArray:
     The force of a damped contact has the part of its damper, so that p0 is above that of the
     overlap: by 0.06 % for two spheres of restitution 0.9, by 3 % for 0.5 (measured).
     """
-    one = scene.granules.radius
-    radius = np.append(one[:-1] * one[1:] / (one[:-1] + one[1:]), one[-1])[: force.size]
-    return np.asarray(hertz.pressure_of(scene.granules.stiffness, radius, force))
+    each = scene.granules
+    return np.asarray(hertz.pressure_of(each.stiffness, each.contact_radius, force))
 
 
 def yield_warning(scene: Scene, peak_force: FloatArray) -> str | None:
     """Return the warning where p0 exceeds 1.60 Y; None where it does not or no Y is known."""
-    if scene.chain.yield_strength is None and (scene.wall is None or not scene.wall.yield_strength):
+    walls = (one for one in (scene.wall, scene.near_wall) if one is not None)
+    if scene.chain.yield_strength is None and not any(one.yield_strength for one in walls):
         return None
     weaker = _weaker(scene, peak_force.size)
     load = pressures(scene, peak_force) / (YIELDS_AT * weaker)
     k, beyond = int(np.argmax(load)), int(np.count_nonzero(load > 1))
     if not beyond:
         return None
+    most = scene.contact_name(scene.contacts[k])
     return (
-        f"{beyond} of {load.size} contacts yield, {scene.contact_name(k + 2)} most: the pressure is"
+        f"{beyond} of {load.size} contacts yield, {most} most: the pressure is"
         f" {load[k]:.3g} times the {YIELDS_AT * weaker[k]:.3g} Pa at which a yield_strength of"
         f" {weaker[k]:.3g} Pa is reached below the surface (von Mises; Johnson, Contact Mechanics,"
         " 1985, chapter 6), and the contacts here stay elastic"
@@ -103,6 +106,8 @@ def _weaker(scene: Scene, contacts: int) -> FloatArray:
         of[:] = known
     if set(scene.shock.material) - {"radius"}:
         of[0] = math.inf
-    wall = scene.wall
+    wall, near = scene.wall, scene.near_wall
+    if near is not None:
+        of = np.append(near.yield_strength or math.inf, of)
     behind = math.inf if wall is None or wall.yield_strength is None else wall.yield_strength
     return np.append(np.minimum(of[:-1], of[1:]), min(float(of[-1]), behind))[:contacts]

@@ -42,7 +42,7 @@ class Result(ShownRun):
     """Result of one backend for one scene.
 
     Contacts have the paper's numbers, 2 ... N; with a wall there is one more, contact N + 1,
-    between granule N and the wall.
+    between granule N and the wall, and with a near wall contact 1 between that and granule 1.
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ class Result(ShownRun):
         if self.first_pulses is not None and self.errors is not None:
             of_first = self.errors.first
             if of_first is not None and (lost := np.flatnonzero(np.isinf(of_first))).size:
-                names = [self.scene.contact_name(k + 2) for k in lost[:3].tolist()]
+                names = [self.scene.contact_name(self.scene.contacts[k]) for k in lost[:3].tolist()]
                 more = f" and {lost.size - 3} more" if lost.size > 3 else ""
                 found.append(
                     f"no digit is known of the first pulse of {', '.join(names)}{more}: with other"
@@ -208,13 +208,13 @@ class Result(ShownRun):
             return np.ones(self.peak_force.size, bool)
         each, shock = self.scene.granules, self.scene.shock
         moves = each.velocity != 0
-        moves[shock.granule - 1] |= not isinstance(shock, Moving)
+        moves[self.scene.pushed] |= not isinstance(shock, Moving)
         return each.reached_from(moves)
 
     @property
     def contact(self) -> NDArray[np.int_]:
-        """Numbers of the contacts, 2 ... N, or to N + 1 with a wall, shape (contacts,)."""
-        return np.arange(2, self.peak_force.size + 2)
+        """Numbers of the contacts, 2 ... N, to N + 1 with a wall, from 1 with a near wall."""
+        return np.array(self.scene.contacts)
 
     def peak_at(self, contact: int) -> float:
         """Peak force of one contact [N], by its number as in ``contact``.
@@ -236,8 +236,8 @@ class Result(ShownRun):
         Parameters
         ----------
         contact
-            Its number as in ``contact``: contact i lies between granules i - 1 and i, and contact
-            N + 1 between granule N and the wall.
+            Its number as in ``contact``: contact i lies between granules i - 1 and i, contact
+            N + 1 between granule N and the wall, contact 1 between a near wall and granule 1.
 
         Raises
         ------
@@ -269,15 +269,16 @@ class Result(ShownRun):
 
     def _place_of(self, contact: int) -> int:
         """Return the place of a contact in arrays; a SceneError where there is no such contact."""
-        last = self.peak_force.size + 1
-        is_there = isinstance(contact, Integral) and 2 <= contact <= last
+        first, last = self.scene.contacts[0], self.scene.last_contact
+        is_there = isinstance(contact, Integral) and first <= contact <= last
         allowed = (
-            f"must be a whole number from 2 to {last}: contact 2 lies between granules 1 and 2"
+            f"must be a whole number from {first} to {last}: contact 2 lies between granules 1 and"
+            " 2"
         )
         if self.scene.wall is not None:
             allowed += f", contact {last} at the wall"
         require(is_there, "contact", contact, allowed)
-        return contact - 2
+        return self.scene.contacts.index(contact)
 
     def to_frame(self) -> pandas.DataFrame:
         """Return a table with one row per contact: contact, peak_force_N, peak_time_s.

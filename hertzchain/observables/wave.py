@@ -86,22 +86,22 @@ def is_near_end(scene: Scene) -> NDArray[np.bool_]:
     The last is that of a fixed granule, if one stands ahead of the shock: no wave passes it.
     """
     is_slow = scene.contact is not None or scene.precompression is not None
-    count = scene.last_contact - 1
+    count = len(scene.contacts)
     fixed = scene.granules.fixed if scene.holds else np.zeros(0)
-    last = np.min(fixed[fixed >= scene.shock.granule], initial=count)
+    last = np.min(fixed[fixed > scene.pushed], initial=count)
     near = np.arange(count) >= last - (_NEAR_END_IF_SLOW if is_slow else _NEAR_END)
     return np.asarray(near)
 
 
 def wave_between(scene: Scene, known: Mapping[str, NDArray[Any]], first: int, last: int) -> Wave:
     """Return the wave from one contact to another, from the columns of ``Result.first_columns``."""
-    size = scene.last_contact - 1
     if not known:
         allowed = 'needs first pulses, which this run has not: ask for wanted="first"'
         raise SceneError("wave", None, allowed)
-    allowed = f"must be two contacts from 2 to {size + 1}, the later one last"
-    require(2 <= first < last <= size + 1, "contacts", (first, last), allowed)
-    i, j = first - 2, last - 2
+    least, most = scene.contacts[0], scene.last_contact
+    allowed = f"must be two contacts from {least} to {most}, the later one last"
+    require(least <= first < last <= most, "contacts", (first, last), allowed)
+    i, j = (scene.contacts.index(contact) for contact in (first, last))
     arrival, error = known["arrival_time_s"], known["arrival_error_s"]
     apart, time = np.diff(places(scene)[[i, j]])[0], arrival[j] - arrival[i]
     if not (time > 0 and known["clear"][[i, j]].all()):
@@ -124,11 +124,11 @@ def usual_wave(scene: Scene, known: Mapping[str, NDArray[Any]]) -> Wave | None:
     """The wave over the last contacts that no end disturbs, at most ten; None without one."""
     if not known:
         return None
-    last = int(np.count_nonzero(~is_near_end(scene))) + 1
+    last = int(np.count_nonzero(~is_near_end(scene))) + scene.contacts[0] - 1
     first = max(last - _APART, 2)
     if first >= last:
         return None
-    pair = [first - 2, last - 2]
+    pair = [scene.contacts.index(contact) for contact in (first, last)]
     arrival, is_clear = known["arrival_time_s"][pair], known["clear"][pair]
     if not (arrival[0] < arrival[1] and is_clear.all()):  # False for NaN, too
         return None

@@ -85,7 +85,8 @@ def _peaks(
             for name, column in columns.items()
         ]
         of_native = _of_run(peak, errors["native"][k])
-        return [native.scene.contact_label(k + 2), of_native, *values, *differences]
+        label = native.scene.contact_label(native.scene.contacts[k])
+        return [label, of_native, *values, *differences]
 
     return Peaks(
         "Peak force of each contact [N]; then its difference from native",
@@ -136,7 +137,6 @@ def _of_run(peak: float, error: float) -> str:
 def _verdict(comparison: Comparison) -> Verdict:
     checks, results = comparison.checks, comparison.results
     failed = [check for check in checks if not check.passed]
-    only_absent = bool(failed) and all(check.measured is None for check in failed)
     ran = [name for name in comparison.wanted if name in results and name != "native"]
     sentence = f"{len(failed)} of {len(checks)} checks failed."
     if not failed and ran:

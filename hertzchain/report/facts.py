@@ -34,11 +34,14 @@ def describe(scene: Scene) -> str:
 def facts_of_terms(result: Result) -> list[tuple[str, str]]:
     """Return facts of a scene with terms: force on the wall, velocities, damping, end."""
     facts = []
-    if result.scene.wall is not None:
-        force, time = result.peak_force[-1], result.peak_time[-1]
-        known = known_digits(force, result.peak_errors[-1])
+    for wall, k in (result.scene.near_wall, 0), (result.scene.wall, -1):
+        if wall is None:
+            continue
+        name = result.scene.contact_name(result.scene.contacts[k])
+        force, time = result.peak_force[k], result.peak_time[k]
+        known = known_digits(force, result.peak_errors[k])
         at = " N" if np.isnan(time) else f" N at {time:.6g} s"
-        facts.append(("largest force on the wall", known if known == NO_DIGIT else known + at))
+        facts.append((f"largest force on {name}", known if known == NO_DIGIT else known + at))
     first, last = (f"{v:.3g} m/s" for v in (result.velocity[0], result.velocity[-1]))
     if np.isfinite(result.velocity[0]):
         facts.append(("velocity at the end", f"granule 1 {first}, the last granule {last}"))
@@ -165,7 +168,7 @@ def given_peaks(
     def row(k: int) -> list[str]:
         is_known = np.isfinite(given[k]) and reference[k] > 0
         off = f"{given[k] / reference[k] - 1:+.1e}" if is_known else ""
-        name = native.scene.contact_label(k + 2)
+        name = native.scene.contact_label(native.scene.contacts[k])
         return [name, number(given[k], 9), number(reference[k], 9), off, words[k]]
 
     failed = [k for k, word in enumerate(words) if word == "FAIL"]

@@ -46,16 +46,17 @@ def motion_frame(result: Result) -> pandas.DataFrame:
 
     Its columns are ``time_s``, ``granule``, ``displacement_m``, ``velocity_m_s`` and
     ``contact_force_N``. The contact of granule i is contact i, between granules i - 1 and i;
-    granule 1 has the applied force. A wall is one more granule, which does not move.
-    ``frame.pivot(index="time_s", columns="granule", values="contact_force_N")`` makes a column for
-    each granule.
+    granule 1 has the applied force, or that of a near wall. A wall is one more granule, which does
+    not move. ``frame.pivot(index="time_s", columns="granule", values="contact_force_N")`` makes a
+    column for each granule.
     """
     import pandas
 
     history = recorded(result)
     applied = result.scene.applied_force(history.time)
     displacement, velocity = history.displacement, history.velocity
-    force = np.column_stack([applied, history.contact_force])
+    behind = [] if result.scene.near_wall is not None else [applied]
+    force = np.column_stack([*behind, history.contact_force])
     if result.scene.wall is not None:
         still = np.zeros(history.time.size)
         displacement = np.column_stack([displacement, still])

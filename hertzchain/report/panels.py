@@ -51,9 +51,10 @@ def draw_peaks(axes: Axes, document: Document) -> None:
     if static is not None:
         axes.plot(contact, static, color="0.5", linewidth=1.0, label="static force")
     _draw_points(axes, document, document.drawn)
-    if native.scene.wall is not None:
+    walls = [k for k in (0, -1) if native.scene.contact_label(contact[k]).endswith("wall")]
+    if walls:
         axes.plot(
-            contact[-1:], peaks[-1:], "s", color=colour, fillstyle="none", markersize=7,
+            contact[walls], peaks[walls], "s", color=colour, fillstyle="none", markersize=7,
             label="wall",
         )  # fmt: skip
     all_drawn = np.concatenate(
@@ -103,7 +104,7 @@ def _finish_along(axes: Axes, document: Document, named: Collection[str] = ()) -
     native = document.native
     if native.transition_granules is not None:
         axes.axvline(native.transition_granules, color="0.6", linewidth=0.8, zorder=0)
-    axes.set_xlim(1, native.contact[-1] + 1)
+    axes.set_xlim(native.contact[0] - 1, native.contact[-1] + 1)
     if native.contact.size > _LONG and native.scene.is_plain:
         axes.set_xscale("log")
         axes.set_xlim(1.8, native.contact[-1] * 1.1)
@@ -117,7 +118,7 @@ def _finish_along(axes: Axes, document: Document, named: Collection[str] = ()) -
 def what_happens(result: Result, contacts: Sequence[int]) -> tuple[float, float]:
     """Return from when until when forces of contacts change [s], with a little room."""
     history, static = recorded(result), result.static_force
-    some = np.asarray(contacts) - 2
+    some = np.asarray(contacts) - result.scene.contacts[0]
     moving = np.abs(history.contact_force[:, some] - (0.0 if static is None else static[some]))
     return while_moving(history.time, np.max(moving, axis=1))
 

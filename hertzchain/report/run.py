@@ -44,7 +44,7 @@ def _peaks(result: Result) -> Peaks:
 
     def row(k: int) -> list[str]:
         return [
-            result.scene.contact_label(k + 2),
+            result.scene.contact_label(result.scene.contacts[k]),
             known_digits(result.peak_force[k], result.peak_errors[k]),
             *([] if static is None else [number(static[k], 7)]),
             number(result.peak_time[k], 6),

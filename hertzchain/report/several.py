@@ -66,8 +66,9 @@ def plot(
         most = min(one.scene.last_contact for one in each)
         shortest = min(each, key=lambda one: one.scene.last_contact)
         contacts = contacts or drawn_contacts(shortest, _FEW)
-        allowed = f"must be numbers from 2 to {most}, which all results have"
-        is_there = all(2 <= one <= most for one in contacts)
+        first = max(one.scene.contacts[0] for one in each)
+        allowed = f"must be numbers from {first} to {most}, which all results have"
+        is_there = all(first <= one <= most for one in contacts)
         require(is_there, "contacts", contacts, allowed)
     for name, group in groups.items():
         alike = len({one.contact.size for one in group}) == 1
@@ -145,7 +146,7 @@ def _series(
     found = {}
     for contact in contacts or ():
         time, force = with_peak(result, contact)
-        error = np.full(time.size, result.peak_errors[contact - 2])
+        error = np.full(time.size, result.peak_errors[result.scene.contacts.index(contact)])
         found[result.scene.contact_name(contact)] = time, force, error
     return found
 

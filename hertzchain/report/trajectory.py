@@ -82,14 +82,14 @@ def frames(result: Result) -> Iterator[Atoms]:
 
     scene, history = result.scene, result.history
     assert history is not None
-    count, granules = scene.chain.granules, scene.granules
+    count, granules, first = scene.chain.granules, scene.granules, scene.first_granule
     length, velocity, force = (
         power_of_1000(unit)
         for unit in (scene.units.length, scene.units.velocity, scene.units.force)
     )
-    radius, widest = granules.radius / length, 2 * float(np.max(granules.radius)) / length
-    sites = granules.position
-    span = (sites[-1] + granules.radius[-1] + granules.radius[0]) / length
+    radius, widest = granules.radius[first:] / length, 2 * float(np.max(granules.radius)) / length
+    sites = granules.position[first:] - granules.position[first]
+    span = sites[-1] / length + radius[-1] + radius[0]
     applied = scene.applied_force(history.time)
     for k, time in enumerate(history.time.tolist()):
         frame = Atoms(
@@ -106,7 +106,8 @@ def frames(result: Result) -> Iterator[Atoms]:
             },
         )
         moving = _along_x(history.velocity[k] / velocity)
-        pressed = np.concatenate([applied[k : k + 1], history.contact_force[k]]) / force
+        behind = applied[k : k + 1 - first]  # where no near wall is
+        pressed = np.concatenate([behind, history.contact_force[k]]) / force
         frame.set_array("radius", radius)
         frame.set_array("displacement", _along_x(history.displacement[k] / length))
         frame.set_array("velocity", moving)

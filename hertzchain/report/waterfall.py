@@ -48,7 +48,7 @@ def with_peak(result: Result, contact: int) -> tuple[FloatArray, FloatArray]:
     """Times [s] and contact forces [N] of a contact, with its peak if it lies between them."""
     assert result.history is not None
     time, force = result.history.time, result.force_at(contact)
-    peak_time = result.peak_time[contact - 2]
+    peak_time = result.peak_time[result.scene.contacts.index(contact)]
     if not time[0] < peak_time < time[-1] or peak_time in time:
         return time, force
     at = int(np.searchsorted(time, peak_time))

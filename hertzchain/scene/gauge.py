@@ -20,7 +20,7 @@ class Gauge:
         A sensor in the middle of this granule reads the mean of the forces on its two sides.
     contact
         Number of a contact, between granules ``contact - 1`` and ``contact``; one more than the
-        granules is the wall's.
+        granules is the wall's, 1 a near wall's.
 
     Raises
     ------
@@ -51,6 +51,8 @@ class Gauge:
         """Name of a column of its forces [N]; ``wall`` is the number of the wall's contact."""
         if self.contact is not None and self.contact == wall:
             return "wall_N"
+        if self.contact == 1:
+            return "near_wall_N"
         return f"{'gauge' if self.granule is not None else 'contact'}_{self.number}_N"
 
     @property
@@ -58,8 +60,9 @@ class Gauge:
         """Number of the granule or the contact."""
         return int(self.contact if self.granule is None else self.granule)  # type: ignore[arg-type]
 
-    def check(self, granules: int, has_wall: bool) -> None:
+    def check(self, granules: int, has_wall: bool, has_near_wall: bool) -> None:
         """Raise a SceneError if a chain has no such granule or contact."""
         last = granules + (self.key == "contact" and has_wall)
-        allowed = f"must be a {self.key} from 2 to {last}"
-        require(2 <= self.number <= last, f"gauge.{self.key}", self.number, allowed)
+        first = 1 if has_near_wall else 2
+        allowed = f"must be a {self.key} from {first} to {last}"
+        require(first <= self.number <= last, f"gauge.{self.key}", self.number, allowed)

@@ -20,8 +20,9 @@ from hertzchain.scene.terms import Contact, Precompression, Wall
 class Granules:
     """Every granule and every contact of a scene, in SI units.
 
-    Contacts are numbered from the one between granules 1 and 2; where there is a wall, its contact
-    is the last.
+    The first contact is that between granules 1 and 2; where there is a wall, its contact is the
+    last. A near wall is one more granule, in front: fixed, as large as granule 1, of the wall's
+    material. It makes the first contact, with the stiffness of a plane.
 
     Parameters
     ----------
@@ -56,6 +57,7 @@ class Granules:
     static_force: FloatArray
     damping: FloatArray | None = None
     is_fixed: Any = False
+    has_near_wall: bool = False
 
     @property
     def fixed(self) -> NDArray[np.intp]:
@@ -114,16 +116,24 @@ class Granules:
         part = np.cumsum(np.broadcast_to(self.is_fixed, self.mass.size))
         return np.isin(part[: self.stiffness.size], part[sources])
 
-    def ahead_of(self, granule: int) -> tuple[float, float]:
+    @property
+    def contact_radius(self) -> FloatArray:
+        """R* of each contact [m], shape (contacts,); at a wall R of its granule."""
+        radius = np.append(_together(self.radius), self.radius[-1])[: self.stiffness.size]
+        if self.has_near_wall:
+            radius[0] = self.radius[1]
+        return radius
+
+    def ahead_of(self, place: int) -> tuple[float, float]:
         """A [N m^(-3/2)] and 2 m* [kg] of the contact ahead of a granule; behind the last one."""
-        k = min(granule, self.stiffness.size) - 1
+        k = min(place, self.stiffness.size - 1)
         return float(self.stiffness[k]), 2 * float(self.contact_mass[k])
 
 
 def like_granules(chain: Chain) -> Granules:
     """Return the granules of a uniform free chain, to the last digit those of its properties."""
     count = chain.granules
-    values = {key: np.full(count, getattr(chain, key)) for key in MATERIAL}
+    values: Any = {key: np.full(count, getattr(chain, key)) for key in MATERIAL}
     stiffness, none = np.full(count - 1, chain.contact_stiffness), np.zeros(count)
     mass = np.full(count, chain.granule_mass)
     return Granules(**values, mass=mass, velocity=none, stiffness=stiffness, gap=none[1:],
@@ -136,35 +146,40 @@ def granules_of(
     wall: Wall | None,
     pressed: Precompression | None,
     contact: Contact | None,
+    near_wall: Wall | None = None,
 ) -> Granules:
-    """Return the granules of a chain with its shock, wall, loads and damping."""
-    values = {key: np.broadcast_to(getattr(chain, key), chain.granules) for key in MATERIAL}
-    if shock is not None and shock.material:
-        values = {key: np.array(value, np.float64) for key, value in values.items()}
-        for key, own in shock.material.items():
-            values[key][0] = own
+    """Return the granules of a chain with its shock, walls, loads and damping."""
+    values = _materials(chain, shock)
     velocity = np.array(np.broadcast_to(chain.velocity, chain.granules), np.float64)
     if shock is not None and shock.impact_velocity is not None:
         velocity[0] = shock.start_velocity
+    gap = np.array(np.broadcast_to(chain.gap, chain.granules)[1:], np.float64)
+    is_fixed = np.broadcast_to(chain.fixed, chain.granules)
+    if near_wall is not None:
+        its = {key: float(value[0]) for key, value in values.items()}
+        its |= near_wall.material(its["young_modulus"], its["poisson_ratio"])
+        values = {key: np.append(its[key], value) for key, value in values.items()}
+        velocity, gap = np.append(0.0, velocity), np.append(near_wall.gap, gap)
+        is_fixed = np.append(True, is_fixed)
     radius, density = values["radius"], values["density"]
     mass = np.asarray(granule_mass(radius, density), np.float64)
     plane = hertz.plane_modulus(values["young_modulus"], values["poisson_ratio"])
     stiffness = hertz.stiffness_of(_together(radius), _together(plane))
-    gap = np.array(np.broadcast_to(chain.gap, chain.granules)[1:], np.float64)
+    if near_wall is not None:
+        stiffness[0] = _wall_stiffness(near_wall, radius[1], plane[1])
     if wall is not None:
         stiffness = np.append(stiffness, _wall_stiffness(wall, radius[-1], plane[-1]))
         gap = np.append(gap, wall.gap)
-    constant, static = np.zeros(chain.granules), np.zeros(stiffness.size)
-    is_fixed = np.broadcast_to(chain.fixed, chain.granules)
+    constant, static = np.zeros(radius.size), np.zeros(stiffness.size)
     fixed = np.flatnonzero(is_fixed)
     if pressed is not None:
-        first, load = 0 if shock is None else shock.loaded_granule, pressed.force
+        loaded = 0 if shock is None else shock.loaded_granule
+        stops = fixed if near_wall is None else fixed[1:]  # a near wall presses the chain
         constant = pressed.gravity * mass
-        for begin, end in zip([first, *(fixed + 1)], [*fixed, chain.granules], strict=True):
-            static[begin:end] += load + np.cumsum(constant[begin:end])[: stiffness.size - begin]
-            load = 0.0  # what holds a granule takes all that presses it
-        constant[first] += pressed.force
-        if wall is None and not fixed.size:
+        constant[: near_wall is not None] = 0.0
+        static = _static_forces(constant, pressed.force, loaded, stops)[: stiffness.size]
+        constant[loaded] += pressed.force
+        if wall is None and not stops.size:
             constant[-1] -= pressed.force
     if fixed.size:
         mass, constant[fixed] = np.where(is_fixed, math.inf, mass), 0.0
@@ -174,13 +189,38 @@ def granules_of(
     if contact is not None:
         of_contacts = stiffness, _contact_mass(mass, stiffness.size)
         damping = contact.coefficients(*of_contacts)
-        if wall is not None and wall.own_damping:
-            damping[-1] = contact.at(wall).coefficients(*of_contacts)[-1]
+        for one, k in (wall, -1), (near_wall, 0):
+            if one is not None and one.own_damping:
+                damping[k] = contact.at(one).coefficients(*of_contacts)[k]
     return Granules(
         **values, mass=mass, velocity=velocity, stiffness=stiffness, gap=gap,
         constant_force=constant, static_force=static, damping=damping,
-        is_fixed=is_fixed if fixed.size else False,
+        is_fixed=is_fixed if fixed.size else False, has_near_wall=near_wall is not None,
     )  # fmt: skip
+
+
+def _materials(chain: Chain, shock: Shock | None) -> dict[str, FloatArray]:
+    """Return the properties of each granule by name, (granules,), those of a striker among them."""
+    values = {key: np.broadcast_to(getattr(chain, key), chain.granules) for key in MATERIAL}
+    if shock is not None and shock.material:
+        values = {key: np.array(value, np.float64) for key, value in values.items()}
+        for key, own in shock.material.items():
+            values[key][0] = own
+    return values
+
+
+def _static_forces(
+    weight: FloatArray, load: float, loaded: int, stops: NDArray[np.intp]
+) -> FloatArray:
+    """Return the static force ahead of each granule [N], (granules,), by weights and a load [N].
+
+    ``loaded`` is the place of the granule with the load, ``stops`` those of fixed granules.
+    """
+    static = np.zeros(weight.size)
+    for begin, end in zip([loaded, *(stops + 1)], [*stops, weight.size], strict=True):
+        static[begin:end] += load + np.cumsum(weight[begin:end])
+        load = 0.0  # what holds a granule takes all that presses it
+    return static
 
 
 def _contact_mass(mass: FloatArray, contacts: int) -> FloatArray:

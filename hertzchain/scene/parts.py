@@ -30,6 +30,7 @@ OF_PROFILE = {
 
 OTHERS: dict[str, type] = {
     "wall": Wall,
+    "near_wall": Wall,
     "precompression": Precompression,
     "contact": Contact,
     "run": Run,

@@ -23,6 +23,7 @@ from hertzchain.scene.natural_units import (
     NaturalUnits,
     length_and_time,
 )
+from hertzchain.scene.numbered import Numbered
 from hertzchain.scene.piston import Piston
 from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.ramp import Ramp, impulse_until
@@ -45,7 +46,7 @@ from hertzchain.showing import Shown
 
 
 @dataclass(frozen=True, repr=False)
-class Scene(Shown):
+class Scene(Numbered, Shown):
     """One shock on one chain.
 
     Parameters
@@ -57,8 +58,8 @@ class Scene(Shown):
         the chain move at the start.
     run
         Duration of the run.
-    wall
-        Wall at the far end; None for a free end.
+    wall, near_wall
+        Walls at the far end and before granule 1; None for a free end.
     precompression
         Constant forces; None for a chain without static load.
     contact, gauges
@@ -81,10 +82,11 @@ class Scene(Shown):
     contact: Contact | None = None
     gauges: tuple[Gauge, ...] = ()
     uncertain: tuple[Uncertain, ...] = ()
+    near_wall: Wall | None = None
 
     def __post_init__(self) -> None:
         held = self.wall, self.precompression, self.contact, self.gauges, self.uncertain
-        refuse_impossible(self.chain, self.shock, self.run, *held)
+        refuse_impossible(self.chain, self.shock, self.run, *held, self.near_wall)
         allowed = f"must be at most {MOST_UNLIKE} in a scene with {', '.join(self.terms)}"
         possible = self.is_plain or self.chain.granules <= MOST_UNLIKE
         require(possible, "chain.granules", self.chain.granules, allowed)
@@ -106,8 +108,8 @@ class Scene(Shown):
         Parameters
         ----------
         path
-            A TOML file: chain, shock or striker and, optionally, wall, precompression, contact,
-            gauge, uncertainty, scatter and run. Bare numbers are SI, strings carry units.
+            A TOML file: chain, shock or striker and, optionally, wall, near_wall, precompression,
+            contact, gauge, uncertainty, scatter and run. Bare numbers are SI, strings carry units.
 
         Raises
         ------
@@ -150,8 +152,9 @@ class Scene(Shown):
             self.piston is not None,
             self.shock.granule > 1,
             self.moves,
-            self.holds,
+            self.chain.fixed is not False,
             self.wall is not None,
+            self.near_wall is not None,
             pressed is not None and pressed.force > 0,
             pressed is not None and pressed.gravity > 0,
             self.contact is not None,
@@ -180,8 +183,8 @@ class Scene(Shown):
 
     @property
     def holds(self) -> bool:
-        """Whether granules are fixed."""
-        return self.chain.fixed is not False
+        """Whether ``granules`` has fixed ones."""
+        return self.chain.fixed is not False or self.near_wall is not None
 
     @property
     def piston(self) -> Piston | None:
@@ -190,37 +193,35 @@ class Scene(Shown):
 
     @functools.cached_property
     def granules(self) -> Granules:
-        """All granules and contacts, with striker or piston, wall, precompression and damping."""
+        """All granules and contacts, with striker or piston, walls, precompression and damping.
+
+        A near wall is a fixed granule in front of granule 1: see ``first_granule``.
+        """
         if self.is_plain:
             return like_granules(self.chain)
-        return granules_of(self.chain, self.shock, self.wall, self.precompression, self.contact)
+        return granules_of(
+            self.chain, self.shock, self.wall, self.precompression, self.contact, self.near_wall
+        )
 
     @property
-    def last_contact(self) -> int:
-        """Number of the last contact, N, or N + 1 with a wall."""
-        return self.chain.granules + (self.wall is not None)
-
-    def contact_label(self, contact: int) -> str:
-        """Return what a table calls a contact: its number, or the wall."""
-        return "wall" if contact > self.chain.granules else str(contact)
-
-    def contact_name(self, contact: int) -> str:
-        """Return what a sentence calls a contact."""
-        return "the wall" if contact > self.chain.granules else f"contact {contact}"
+    def held_load(self) -> float:
+        """Force that holds a free last granule under a static load [N]; 0 where none does."""
+        is_held = self.wall is not None or self.chain.fixed is not False
+        return 0.0 if is_held or self.precompression is None else self.precompression.force
 
     @functools.cached_property
     def _shock_units(self) -> NaturalUnits:
         """The natural units of the contact ahead of the pushed granule under the shock alone."""
-        pushed = self.shock.granule
-        stiffness, mass = self.first_contact if pushed == 1 else self.granules.ahead_of(pushed)
+        pushed = self.pushed
+        stiffness, mass = self.granules.ahead_of(pushed) if pushed else self.first_contact
         return NaturalUnits(self.peak_force, *length_and_time(stiffness, mass, self.peak_force))
 
     @property
     def first_contact(self) -> tuple[float, float]:
-        """A [N m^(-3/2)] and 2 m* [kg] of the first contact; A and m in a uniform chain."""
+        """A [N m^(-3/2)] and 2 m* [kg] of contact 2; A and m in a uniform chain."""
         if self.is_plain:  # without a list of all granules, which may be many
             return self.chain.contact_stiffness, self.chain.granule_mass
-        return self.granules.ahead_of(1)
+        return self.granules.ahead_of(self.first_granule)
 
     @functools.cached_property
     def peak_force(self) -> float:
@@ -347,7 +348,7 @@ class Scene(Shown):
     @property
     def pushed_mass(self) -> float:
         """Mass of the granule that the shock pushes or is [kg]; infinite for a piston."""
-        return float(self.granules.mass[self.shock.granule - 1])
+        return float(self.granules.mass[self.pushed])
 
     @property
     def _constant_force(self) -> FloatArray:

@@ -32,6 +32,7 @@ def sections_of(scene: Any, defaults: bool = True) -> dict[str, Any]:
         (("chain", "gap"), 0),
         (("chain", "velocity"), 0),
         (("wall", "gap"), 0),
+        (("near_wall", "gap"), 0),
         (("chain", "fixed"), False),
     )
     for (section, key), value in (*absent, ((shock.section, "granule"), 1)):

@@ -142,6 +142,13 @@ granules = 3                 # at rest""",
         _COSINE + _LOAD,
         30,
     ),
+    "free-striker": Starter(
+        "A striker flies onto a chain under a static load.",
+        _STRIKER
+        + "# loaded = true             # if the load is on the striker, and presses contact 1\n"
+        + _LOAD,
+        30,
+    ),
     "damped": Starter(
         "A striker hits a damped chain that ends at a rigid wall.",
         _STRIKER
@@ -172,6 +179,42 @@ amplitude = "5 N"            # of a force on granule 1, on top of the static loa
 frequency = "8 kHz"
 cycles = 4
 """,
+    ),
+    "local": Starter(
+        "A pulse on a granule within a chain under a static load.",
+        _COSINE.replace("the force on granule 1", "the force on granule 10")
+        + """granule = 10                 # waves run from it to both ends
+"""
+        + _LOAD,
+        30,
+    ),
+    "clamped": Starter(
+        "A striker hits a chain whose last granule is clamped.",
+        """
+[[chain.segments]]
+granules = 29
+
+[[chain.segments]]
+granules = 1
+fixed = true                 # it never moves; its contact is that of two spheres
+"""
+        + _STRIKER,
+        30,
+    ),
+    "two-walls": Starter(
+        "Spheres are thrown at a near wall; a chain between two walls.",
+        """
+[[chain.segments]]           # in order; their granules sum to those of [chain]
+granules = 3
+velocity = "-1 m/s"          # towards the near end
+
+[[chain.segments]]
+granules = 17                # at rest
+
+[near_wall]                  # before granule 1; its contact is contact 1
+kind = "rigid"
+"""
+        + _RIGID_WALL,
     ),
 }
 """Starters by name, in the order in which they are listed."""

@@ -19,7 +19,7 @@ from hertzchain.scene.keys import Key, check, key, keys_of, of_granule
 
 ALL_TERMS = (
     "unlike granules", "gaps", "striker", "piston", "local shock", "moving granules",
-    "fixed granules", "wall", "precompression", "gravity", "damping",
+    "fixed granules", "wall", "near wall", "precompression", "gravity", "damping",
 )  # fmt: skip
 """Names of all terms, in the order of ``Scene.terms``."""
 
@@ -47,23 +47,28 @@ RELAXATION_TIME = Key("s", "relaxation time of contacts", above=0, usual=(1e-12,
 COEFFICIENT = Key("kg/s", "coefficient of dashpots", above=0)
 """Keys of damping, for all contacts or the wall's."""
 
+RIGID = 1e30
+"""Young's modulus of a rigid wall over that of the granule next to it (chosen), for codes whose
+walls all have one: its deformation is below round-off.
+"""
+
 NOT_NEGATIVE = "must be a finite number of at least 0"
 
 
 @dataclass(frozen=True)
 class Wall:
-    """A plane wall at the far end, across the chain.
+    """A plane wall at the far end, across the chain, or at the near end.
 
     Parameters
     ----------
     kind
-        ``rigid``, ``same`` (the material of the last granule) or ``elastic``.
+        ``rigid``, ``same`` (the material of the granule next to it) or ``elastic``.
     young_modulus, poisson_ratio
         Material of an elastic wall [Pa], [1]; None for the other kinds.
     yield_strength
         Yield strength of an elastic wall [Pa]; None where it is unknown.
     gap
-        Gap between the last granule and the wall at the start [m].
+        Gap between the wall and the granule next to it at the start [m].
     restitution, relaxation_time, coefficient
         Parameter of the wall's contact in the law of ``Contact``, which the scene then has; None
         for that of all contacts.
@@ -98,6 +103,16 @@ class Wall:
                 require(value is None, name, value, allowed)
         check(self)
 
+    def material(self, young_modulus: float, poisson_ratio: float) -> dict[str, float]:
+        """Return the wall's material, by names, from that of the granule next to it."""
+        if self.kind == "elastic":
+            assert self.young_modulus is not None
+            assert self.poisson_ratio is not None
+            young_modulus, poisson_ratio = self.young_modulus, self.poisson_ratio
+        elif self.kind == "rigid":
+            young_modulus, poisson_ratio = RIGID * young_modulus, 0.0
+        return {"young_modulus": young_modulus, "poisson_ratio": poisson_ratio}
+
     def damped(self, own: Contact | None) -> Wall:
         """Return the wall with the parameter of a law as its own, or with none."""
         names: Any = dict.fromkeys(DAMPING.values())
@@ -120,7 +135,8 @@ class Precompression:
     ----------
     force
         Force that pushes granule 1, or granule 2 where a free striker flies onto it, towards the
-        far end [N]. Without a wall an equal force holds the last granule.
+        far end [N]; a near wall presses granule 1 with it. Without a wall an equal force holds the
+        last granule.
     gravity
         Acceleration along the chain, towards the far end [m/s^2]; needs a wall.
 

@@ -31,11 +31,12 @@ def refuse_impossible(
     contact: Contact | None,
     gauges: tuple[Gauge, ...],
     uncertain: tuple[Uncertain, ...],
+    near_wall: Wall | None,
 ) -> None:
     """Raise a SceneError for parts of a wrong type, or parts that exclude one another.
 
-    Gravity needs a wall, a static load needs closed contacts, and a sine needs a static load of at
-    least its amplitude.
+    Gravity needs a wall at the far end, a static load needs closed contacts, a sine needs a static
+    load of at least its amplitude, and a near wall leaves no room for a striker or piston.
     """
     *others, last = (f"a {kind.__name__}" for kind in SHOCKS)
     for name, part, kind, allowed in (
@@ -43,6 +44,7 @@ def refuse_impossible(
         ("shock", shock, Shock, f"{', '.join(others)} or {last}"),
         ("run", run, Run, "a Run"),
         ("wall", wall, Wall | None, "a Wall or None"),
+        ("near_wall", near_wall, Wall | None, "a Wall or None"),
         ("precompression", pressed, Precompression | None, "a Precompression or None"),
         ("contact", contact, Contact | None, "a Contact or None"),
     ):
@@ -51,22 +53,29 @@ def refuse_impossible(
     is_tuple = isinstance(gauges, tuple) and all(isinstance(one, Gauge) for one in gauges)
     require(is_tuple, "gauges", gauges, allowed)
     for gauge in gauges:
-        gauge.check(chain.granules, wall is not None)
+        gauge.check(chain.granules, wall is not None, near_wall is not None)
     is_tuple = isinstance(uncertain, tuple) and all(isinstance(one, Uncertain) for one in uncertain)
     require(is_tuple, "uncertain", uncertain, "must be a tuple of Uncertain")
     names = [one.name for one in uncertain]
     for name in names:
         require(names.count(name) == 1, name, None, "is uncertain twice: delete one of them")
-    for name, value in wall.own_damping.items() if wall is not None else ():
-        law = next(law for law, parameter in DAMPING.items() if parameter == name)
-        allowed = f'needs [contact] damping = "{law}", whose {name} is that of all other contacts'
-        require(contact is not None and contact.damping == law, f"wall.{name}", value, allowed)
+    walls = {"wall": wall, "near_wall": near_wall}
+    for section, one in walls.items():
+        for name, value in one.own_damping.items() if one is not None else ():
+            law = next(law for law, parameter in DAMPING.items() if parameter == name)
+            allowed = f'needs [contact] damping = "{law}", whose {name} is that of other contacts'
+            is_law = contact is not None and contact.damping == law
+            require(is_law, f"{section}.{name}", value, allowed)
+    allowed = f"leave it out: granule 1 is the {shock.noun}, and nothing stands behind it"
+    stands = near_wall is None or shock.impact_velocity is None
+    require(stands, "near_wall", None, allowed)
     allowed = f"must be at most {chain.granules}, the granules of the chain"
     require(shock.granule <= chain.granules, "shock.granule", shock.granule, allowed)
     force = 0.0 if pressed is None else pressed.force
-    fixed = _refuse_fixed(chain, shock, wall, shock.loaded_granule if force else None)
+    loads = force > 0 and near_wall is None
+    fixed = _refuse_fixed(chain, shock, walls, shock.loaded_granule if loads else None)
     if isinstance(shock, Moving | Striker):
-        _refuse_no_meeting(chain, shock, wall)
+        _refuse_no_meeting(chain, shock, walls)
     shock.check_load(0.0 if fixed[: shock.granule].any() else force)
     loaded = isinstance(shock, Striker) and shock.loaded
     allowed = "needs [precompression]: leave it out for a striker in a chain without a static load"
@@ -78,10 +87,13 @@ def refuse_impossible(
         raise SceneError("precompression.gravity", pressed.gravity, allowed)
     closed = "must be 0 with [precompression], which presses all contacts from the start"
     require(not isinstance(chain.gap, tuple) and chain.gap == 0, "chain.gap", None, closed)
-    require(wall is None or wall.gap == 0, "wall.gap", wall and wall.gap, closed)
+    for section, one in walls.items():
+        require(one is None or one.gap == 0, f"{section}.gap", one and one.gap, closed)
 
 
-def _refuse_fixed(chain: Chain, shock: Shock, wall: Wall | None, loaded: int | None) -> Array:
+def _refuse_fixed(
+    chain: Chain, shock: Shock, walls: dict[str, Wall | None], loaded: int | None
+) -> Array:
     """Return which granules are fixed.
 
     Raises a SceneError for fixed ones that move, are pushed, or touch nothing that moves.
@@ -89,11 +101,12 @@ def _refuse_fixed(chain: Chain, shock: Shock, wall: Wall | None, loaded: int | N
     """
     fixed = np.broadcast_to(chain.fixed, chain.granules)
     velocity = np.broadcast_to(chain.velocity, chain.granules)
-    held = np.append(fixed, wall is not None)
+    held = np.append(fixed, walls["wall"] is not None)
     pushed = None if isinstance(shock, Moving) else shock.granule - 1
     for k in np.flatnonzero(fixed).tolist():
         ahead = "the wall" if k + 1 == chain.granules else f"granule {k + 2}"
         for wrong, allowed in (
+            (k == 0 and walls["near_wall"], "is next to the near wall: free it"),
             (held[k + 1], f"is next to {ahead}, which does not move either: free one of them"),
             (velocity[k] != 0, "has a velocity at the start: leave out one of both"),
             (k == pushed, f"must not be fixed: the {shock.noun} moves it"),
@@ -103,7 +116,9 @@ def _refuse_fixed(chain: Chain, shock: Shock, wall: Wall | None, loaded: int | N
     return fixed
 
 
-def _refuse_no_meeting(chain: Chain, shock: Moving | Striker, wall: Wall | None) -> None:
+def _refuse_no_meeting(
+    chain: Chain, shock: Moving | Striker, walls: dict[str, Wall | None]
+) -> None:
     """Raise a SceneError for granules that meet nothing by their velocities at the start.
 
     A load that would make them meet later is not enough: the first collision is the unit of force.
@@ -116,9 +131,10 @@ def _refuse_no_meeting(chain: Chain, shock: Moving | Striker, wall: Wall | None)
     require(isinstance(shock, Striker) or any(along), OF_VELOCITIES[1], None, allowed)
     if isinstance(shock, Striker):
         along = (shock.velocity, *along[1:])
-    meet = any(one > ahead for one, ahead in pairwise(along if wall is None else (*along, 0.0)))
+    along = (*([0.0] if walls["near_wall"] else ()), *along, *([0.0] if walls["wall"] else ()))
+    meet = any(one > ahead for one, ahead in pairwise(along))
     allowed = (
-        "with these no granule meets another or the wall, which some must do, also under a load:"
+        "with these no granule meets another or a wall, which some must do, also under a load:"
         " a positive velocity is towards the far end"
     )
     require(meet, OF_VELOCITIES[0], None, allowed)

@@ -92,7 +92,7 @@ FOUND_COLUMNS = (
     Column("largest_peak_force_N", "largest peak force [N]",
            read=lambda run: float(np.max(run.peak_force))),
     Column("largest_peak_contact", "contact of the largest peak", "int",
-           read=lambda run: int(np.argmax(run.peak_force)) + 2),
+           read=lambda run: int(run.contact[np.argmax(run.peak_force)])),
     Column("last_peak_force_N", "peak force of contact N [N]", of="terms",
            read=lambda run: run.peak_at(run.scene.chain.granules)),
     Column("largest_dynamic_force_N", "largest peak force less the static force [N]",
@@ -228,7 +228,8 @@ def columns_of(
     unlike = "segments" in chain or any(isinstance(value, list) for value in chain.values())
     of_terms = any(name not in PARAMETERS for name in varied)
     shock = OF_PROFILE.get(scene.get("shock", {}).get("profile", ""))
-    held = any(section in scene for section in ("striker", "wall", "precompression", "contact"))
+    sections = "striker", "wall", "near_wall", "precompression", "contact"
+    held = any(section in scene for section in sections)
     held = held or (shock is not None and shock.is_driven) or "granule" in scene.get("shock", {})
     gauges = _of_gauges(len(scene.get("gauge", ())))
     if not (of_terms or unlike or {"gap", "velocity"} & {*chain} or held or gauges):

@@ -26,9 +26,10 @@ from hertzchain.sweeps.columns import (
     Column,
     columns_of,
 )
-from hertzchain.sweeps.keys import base_values, changed, full_name
+from hertzchain.sweeps.keys import WALLS, base_values, changed, full_name
 from hertzchain.sweeps.ties import Tie, tied, ties_of
 
+_OF_ELASTIC = {f"{wall}.{key}" for wall in WALLS for key in ("young_modulus", "poisson_ratio")}
 MOST_SCENES = 10**8  # most scenes of a sweep, chosen: a day of two cores at a millisecond a scene
 _MOST_TRIED = 64  # scenes with a value, at ends of other axes, chosen: some milliseconds
 MOST_GRANULES = 1_000_000  # of a chain, chosen: a part may hold its peaks several times
@@ -126,9 +127,9 @@ class Design:
                 for number, segment in enumerate(segments, start=1)
             ]
             found["chain.granules"] = found["chain.granules"] * 0 + sum(counts)
-        for name in ("wall.young_modulus", "wall.poisson_ratio"):
-            if name in found:
-                found[name] = np.where(found["wall.kind"] == "elastic", found[name], np.nan)
+        for name in _OF_ELASTIC & found.keys():
+            is_elastic = found[f"{name.partition('.')[0]}.kind"] == "elastic"
+            found[name] = np.where(is_elastic, found[name], np.nan)
         return found
 
     def _points(self, samples: NDArray[np.int64]) -> FloatArray:

@@ -25,7 +25,10 @@ _Part = TypeVar("_Part")
 
 _OF_GRANULE = (*MATERIAL, "gap", "velocity")
 _OF_ELASTIC_WALL = ("young_modulus", "poisson_ratio", "yield_strength")
-_IF_GIVEN = ("chain.velocity", "shock.granule", *(f"wall.{key}" for key in DAMPING.values()))
+WALLS = ("wall", "near_wall")
+"""Sections of walls."""
+_OF_WALLS = (f"{wall}.{key}" for wall in WALLS for key in DAMPING.values())
+_IF_GIVEN = ("chain.velocity", "shock.granule", *_OF_WALLS)
 """Keys that vary only where the scene has them: they have the names of others."""
 _KNOWN = (*PARAMETERS, *(name for name in TERMS if name not in _IF_GIVEN), *_IF_GIVEN)
 
@@ -93,8 +96,9 @@ def changed(base: Scene, values: Mapping[str, Any]) -> Scene:
         of[section][key] = value
         if name in OTHER_MEASURE:
             of[section][OTHER_MEASURE[name].partition(".")[2]] = None
-    if of["wall"].get("kind", "elastic") != "elastic":
-        of["wall"] |= dict.fromkeys(_OF_ELASTIC_WALL)
+    for wall in WALLS:
+        if of[wall].get("kind", "elastic") != "elastic":
+            of[wall] |= dict.fromkeys(_OF_ELASTIC_WALL)
     chain = base.chain
     if of["chain"] and chain.section is not None:
         chain = read_chain(_with_keys(chain.section, of["chain"]))
@@ -135,7 +139,7 @@ def base_values(scene: Scene, names: Collection[str]) -> dict[str, Any]:
         "chain.granules": scene.chain.granules,
         "chain.gap": sections["chain"].get("gap", 0.0),
         "chain.velocity": sections["chain"].get("velocity", 0.0),
-        "wall.gap": sections.get("wall", {}).get("gap", 0.0),
+        **{f"{wall}.gap": sections.get(wall, {}).get("gap", 0.0) for wall in WALLS},
         "shock.profile": scene.shock.profile_name,
         "shock.peak_force": float(scene.peak_force),
     }

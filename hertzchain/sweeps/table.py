@@ -56,6 +56,7 @@ class Rows:
             [None] * numbers.size if peaks else None
         )
         self.versions: Mapping[str, str] = {}
+        self._first_contact = 2
 
     def fail(self, row: int, problem: HertzchainError) -> None:
         """Store the reason why a scene has no numbers."""
@@ -63,7 +64,8 @@ class Rows:
 
     def fill(self, row: int, found: Result) -> None:
         """Fill in a simulation of a scene."""
-        numbers, first, self.versions = numbers_of(found), found.first_columns, found.versions
+        numbers, first = numbers_of(found), found.first_columns
+        self.versions, self._first_contact = found.versions, found.scene.contacts[0]
         for name in self._found.keys() & numbers.keys():
             if (value := numbers[name]) is not None:
                 self._found[name][row] = value
@@ -112,7 +114,9 @@ class Rows:
         there = [k for k, found in enumerate(self._peaks) if found is not None]
         found = [found for found in self._peaks if found is not None]
         sizes = np.array([force.size for force, *_ in found], np.int64)
-        contact = np.concatenate([np.arange(2, size + 2) for size in sizes] or [np.zeros(0, int)])
+        first = self._first_contact
+        numbers = [first + np.arange(size) for size in sizes]
+        contact = np.concatenate(numbers or [np.zeros(0, int)])
         names = peak_columns(self._columns)
         values = [
             np.concatenate([one[k] for one in found] or [np.zeros(0)])

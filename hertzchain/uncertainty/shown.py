@@ -29,9 +29,10 @@ def print_spread(console: Console, spread: Any, every: bool) -> None:
     print_prose(console, count, "realisations: ")
     for one in spread.remarks:
         print_prose(console, one, "remark: ")
-    scene, last = spread.scene, spread.scene.last_contact
-    contacts = {scene.contact_name(number) for number in range(2, last + 1)}
-    chosen = {scene.contact_name(k) for k in (2, scene.chain.granules // 2 + 1, last)}
+    scene = spread.scene
+    contacts = {scene.contact_name(number) for number in scene.contacts}
+    chosen = {2, scene.chain.granules // 2 + 1, scene.last_contact}
+    chosen = {scene.contact_name(number) for number in chosen}
     rows = [
         _row(spread, k)
         for k, (name, at) in enumerate(spread.names)
@@ -69,8 +70,8 @@ def plot_spread(spread: Any, size: tuple[float, float] | None = None) -> Picture
     figure = Picture(size or (7.0, 6.0))
     above, below = figure.subplots(2, 1, sharex=True)
     at = [k for k, (name, _) in enumerate(spread.names) if name == "first_peak_force_N"]
-    at = at[: spread.scene.last_contact - 1]  # those of gauges follow
-    contact = np.arange(2, len(at) + 2)
+    at = at[: len(spread.scene.contacts)]  # those of gauges follow
+    contact = np.array(spread.scene.contacts[: len(at)])
     low, high = spread.range_90[:, at]
     above.fill_between(contact, low, high, color="#56B4E9", alpha=0.6, label="5 to 95 %")
     above.plot(contact, spread.nominal[at], color="black", marker=".", label="the scene itself")

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -61,9 +62,13 @@ def _search(case: Case, contact: partial[Contact], without: float) -> Found:
 
 
 def _with(scene: Scene, contact: Contact | None) -> Scene:
-    """Return the scene with another damping of all contacts, also the wall's."""
-    wall = None if scene.wall is None else scene.wall.damped(None)
-    return replace(scene, contact=contact, wall=wall)
+    """Return the scene with another damping of all contacts, also the walls'."""
+    walls: Any = {
+        name: wall.damped(None)
+        for name in ("wall", "near_wall")
+        if (wall := getattr(scene, name)) is not None
+    }
+    return replace(scene, contact=contact, **walls)
 
 
 def contact_of(scene: Scene, law: DampingLaw, log: float, attraction: bool) -> Contact:
@@ -122,6 +127,6 @@ def _known_factors(scene: Scene) -> dict[str, float]:
         / (math.sqrt(5) * damping_ratio(e))
         for version, root_2 in ((BEFORE_ROOT_2, False), (WITH_ROOT_2, True))
     }
-    if not {"unlike granules", "wall"} & set(scene.terms):
+    if not {"unlike granules", "wall", "near wall"} & set(scene.terms):
         known |= {"m in place of m*": math.sqrt(2), "m*/2 in place of m*": math.sqrt(0.5)}
     return known

@@ -301,7 +301,7 @@ def _truth(reference: Result, given: FloatArray, tolerance: float) -> tuple[Floa
 
 def _given(scene: Scene, given: ArrayLike) -> FloatArray:
     """Return checked peaks of all contacts [N], NaN for missing ones."""
-    contacts = scene.last_contact - 1
+    contacts = len(scene.contacts)
     allowed = f"must be a file, a mapping from contacts, or an array of {contacts} forces"
     try:
         values = np.asarray(given, np.float64)

@@ -51,7 +51,7 @@ def reference_checks(result: Result, reference: Result) -> list[Check]:
     reason = "its own error estimate plus that of the reference"
     off = _differences(result.peak_force, reference.peak_force)
     of_peaks = result.peak_errors + reference.peak_errors
-    peaks = _at_worst(PEAKS, result.backend, off, of_peaks, reason)
+    peaks = _at_worst(PEAKS, result, off, of_peaks, reason)
     mine, true, errors, its = (
         result.first_pulses, reference.first_pulses, result.errors, reference.errors
     )  # fmt: skip
@@ -72,8 +72,8 @@ def reference_checks(result: Result, reference: Result) -> list[Check]:
     delay = errors.arrival + its.arrival
     return [
         *([] if peaks.measured is None else [peaks]),
-        _at_worst(FIRST_PULSES, result.backend, off, allowed, reason),
-        _at_worst(ARRIVALS, result.backend, late, delay, reason, np.inf),
+        _at_worst(FIRST_PULSES, result, off, allowed, reason),
+        _at_worst(ARRIVALS, result, late, delay, reason, np.inf),
         *_gauge_checks(result, reference, reason),
     ]
 
@@ -102,17 +102,19 @@ def _differences(peak_force: Array, expected: Array) -> FloatArray:
 
 
 def _at_worst(
-    kind: Kind, engine: str, off: Array, allowed: Array, reason: str,
+    kind: Kind, result: Result, off: Array, allowed: Array, reason: str,
     known: float = _KNOWN,
 ) -> Check:  # fmt: skip
     """Return the check of the contact that is nearest to what is allowed, or farthest beyond it."""
     with np.errstate(invalid="ignore", divide="ignore"):
         share = np.where(allowed < known, np.where(off == 0, 0.0, off / allowed), np.nan)
     if np.isnan(share).all():
-        return unmeasured(kind, engine, "no contact has a number with a right digit in both runs")
+        return unmeasured(
+            kind, result.backend, "no contact has a number with a right digit in both runs"
+        )
     k = int(np.nanargmax(share))
-    words = f"{reason}; nearest to it at contact {k + 2}"
-    return within(kind, engine, float(off[k]), 0.0, float(allowed[k]), words)
+    words = f"{reason}; nearest to it at {result.scene.contact_name(result.scene.contacts[k])}"
+    return within(kind, result.backend, float(off[k]), 0.0, float(allowed[k]), words)
 
 
 def yardstick_check(reference: Result) -> Check:
@@ -155,4 +157,4 @@ def as_written_check(reference: Result, time_limit: float = TIME_LIMIT) -> Check
     except RunFailed as problem:
         return unmeasured(AS_WRITTEN, reference.backend, str(problem))
     off = _differences(np.asarray(reference.peak_force / scene.units.force), peaks)
-    return _at_worst(AS_WRITTEN, reference.backend, off, allowed, reason)
+    return _at_worst(AS_WRITTEN, reference, off, allowed, reason)

@@ -110,9 +110,12 @@ def same_steps_checks(result: Result, time_limit: float = TIME_LIMIT) -> list[Ch
     # The largest force of a contact that is still being pressed is one of the state at the end.
     expected = np.where(result.peak_passed | ~result.peak_passed.any(), expected, 0.0)
     found = np.where(expected > 0, result.peak_force / units.force, 0.0)
+    motion = [
+        (result.displacement / units.length, twin.displacement[scene.first_granule :]),
+        (result.velocity / units.velocity, twin.velocity[scene.first_granule :]),
+    ]
     measured = (
-        _largest(result.displacement / units.length, twin.displacement, least),
-        _largest(result.velocity / units.velocity, twin.velocity, least),
+        *(_largest(mine, own, least) for mine, own in motion),
         largest_difference(found, expected),
     )
     remark = ""
@@ -126,9 +129,8 @@ def same_steps_checks(result: Result, time_limit: float = TIME_LIMIT) -> list[Ch
             if max(state, peaks) > MUCH_GROWN:
                 remark = "late collisions amplify rounding errors, so that only gross errors show"
     places = (
-        f"granule {farthest(result.displacement / units.length, twin.displacement) + 1}",
-        f"granule {farthest(result.velocity / units.velocity, twin.velocity) + 1}",
-        f"contact {_farthest_peak(found, expected)}",
+        *(f"granule {farthest(*pair) + 1}" for pair in motion),
+        scene.contact_name(scene.contacts[_farthest_peak(found, expected)]),
     )
     checks = []
     for kind, difference, tolerance, place in zip(
@@ -183,9 +185,9 @@ def _verlet(
 
 
 def _farthest_peak(peak_force: FloatArray, expected: FloatArray) -> int:
-    """Return the number of the judged contact whose peak differs most."""
+    """Return the place of the judged contact whose peak differs most."""
     judged = judged_contacts(expected)
-    return farthest(peak_force / np.where(judged, expected, np.inf), 1.0 * judged) + 2
+    return farthest(peak_force / np.where(judged, expected, np.inf), 1.0 * judged)
 
 
 def _grown(
@@ -204,8 +206,8 @@ def _grown(
     nudge = lost * float(np.max(twin.peaks.force)) ** (2 / 3)
     rng, found = np.random.default_rng(0), np.zeros(3)
     for _ in range(_NUDGES):
-        start = np.zeros((2, scene.chain.granules))
-        start[0] = nudge * rng.uniform(-1, 1, scene.chain.granules)
+        start = np.zeros((2, scene.bodies))
+        start[0] = nudge * rng.uniform(-1, 1, scene.bodies)
         nudged, other = (_verlet(scene, legs, deadline, each) for each in (start, -start))
         differences = (
             _largest(nudged.displacement, other.displacement, least),
@@ -233,7 +235,8 @@ def balance_checks(result: Result) -> list[Check]:
     reason = "steps end at the corners of the pulse, so its impulse is exact"
     inexact = {
         "the force on the wall is integrated from its overlap": scene.wall is not None,
-        "forces on fixed granules are integrated from overlaps": scene.holds,
+        "the force on the near wall is integrated from its overlap": scene.near_wall is not None,
+        "forces on fixed granules are integrated from overlaps": scene.chain.fixed is not False,
         "the run ends within the pulse": scene.end_time < scene.pulse_end,
         "the force of the piston is integrated from its overlap": piston is not None,
     }

@@ -42,7 +42,7 @@ def velocity_verlet(
     # The highest sample is next to the peak: a second, equal run is sampled only there.
     after = np.searchsorted(nodes, run.peaks.time[np.isfinite(run.peaks.time)])
     near = np.clip(np.concatenate([after - 1, after, after + 1]), 0, nodes.size - 1)
-    recorder = Recorder(np.unique(nodes[near]), scene.chain.granules, scene.wall is not None)
+    recorder = Recorder(np.unique(nodes[near]), scene.bodies, scene.wall is not None)
     simulate(scene, legs, _VERLET.walker, recorder, deadline=deadline)
     sampled = np.max(recorder.contact_force, axis=0, initial=0.0)
     return run.peaks.force * unit.force, sampled * unit.force

@@ -29,6 +29,7 @@ PARTS: dict[str, type] = {
     "[shock], a sine": hc.Sine,
     "[striker]": hc.Striker,
     "[wall]": hc.Wall,
+    "[near_wall]": hc.Wall,
     "[precompression]": hc.Precompression,
     "[contact]": hc.Contact,
     "[[gauge]]": hc.Gauge,

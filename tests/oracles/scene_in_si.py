@@ -19,7 +19,10 @@ Floats = NDArray[np.float64]
 
 
 class Numbers(NamedTuple):
-    """A chain, in any units: granules first, then contacts, a wall's last."""
+    """A chain, in any units: granules first, then contacts, a wall's last.
+
+    A near wall is a granule that never moves, in front of all, with the first contact.
+    """
 
     inverse_mass: Floats  # 0 for a piston
     constant: Floats  # acceleration of each granule
@@ -36,6 +39,7 @@ class Numbers(NamedTuple):
 def numbers_of(scene: hc.Scene) -> Numbers:
     """Masses, stiffnesses, dampers, gaps and loads from radii and materials, SI units."""
     size, chain, wall, law = scene.chain.granules, scene.chain, scene.wall, scene.contact
+    near = scene.near_wall
     radius, modulus, nu, density = _materials(scene)
     mass = density * 4 * math.pi / 3 * radius**3
     soft = (1 - nu**2) / modulus
@@ -47,12 +51,7 @@ def numbers_of(scene: hc.Scene) -> Numbers:
     inverse_mass = np.where(is_held, 0.0, 1 / mass)
     contact_mass = 1 / (inverse_mass[:-1] + inverse_mass[1:])
     if wall is not None:
-        other = {
-            "rigid": 0.0,
-            "same": soft[-1],
-            "elastic": (1 - (wall.poisson_ratio or 0) ** 2) / (wall.young_modulus or 1),
-        }[wall.kind]
-        stiffness = np.append(stiffness, 4 / 3 / (soft[-1] + other) * math.sqrt(radius[-1]))
+        stiffness = np.append(stiffness, _on_plane(wall, soft[-1], radius[-1]))
         gap, contact_mass = np.append(gap, wall.gap), np.append(contact_mass, mass[-1])
     pressed = scene.precompression
     force, gravity = (0.0, 0.0) if pressed is None else (pressed.force, pressed.gravity)
@@ -68,7 +67,15 @@ def numbers_of(scene: hc.Scene) -> Numbers:
     if wall is None and not fixed.any():
         constant[-1] -= force / mass[-1]
     constant[is_held] = 0.0
+    if near is not None:  # it presses granule 1 as a load would
+        constant[0] -= force / mass[0]
+        inverse_mass, constant = np.append(0.0, inverse_mass), np.append(0.0, constant)
+        stiffness = np.append(_on_plane(near, soft[0], radius[0]), stiffness)
+        gap, contact_mass = np.append(near.gap, gap), np.append(mass[0], contact_mass)
+        static = np.append(force, static)
     exponent, damping = _dampers(law, contact_mass, stiffness)
+    if near is not None and (near.restitution or near.relaxation_time or near.coefficient):
+        damping[0] = _dampers(near, contact_mass, stiffness)[1][0]
     if wall is not None and (wall.restitution or wall.relaxation_time or wall.coefficient):
         damping[-1] = _dampers(wall, contact_mass, stiffness)[1][-1]
     largest = max(float(np.max(static)), scene.peak_force, scene.force_at_start)
@@ -77,7 +84,7 @@ def numbers_of(scene: hc.Scene) -> Numbers:
     return Numbers(
         inverse_mass, constant, stiffness, gap - (static / stiffness) ** (2 / 3),
         damping, exponent, law is not None and law.attraction, length, shortest,
-        scene.shock.granule - 1,
+        scene.shock.granule - 1 + (near is not None),
     )  # fmt: skip
 
 
@@ -95,6 +102,16 @@ def _materials(scene: hc.Scene) -> list[Floats]:
     return list(columns.values())
 
 
+def _on_plane(wall: hc.Wall, soft: float, radius: float) -> float:
+    """A of a granule on a wall; ``soft`` is its (1 - nu^2) / E."""
+    other = {
+        "rigid": 0.0,
+        "same": soft,
+        "elastic": (1 - (wall.poisson_ratio or 0) ** 2) / (wall.young_modulus or 1),
+    }[wall.kind]
+    return 4 / 3 / (soft + other) * math.sqrt(radius)
+
+
 def _dampers(law: Any, contact_mass: Floats, stiffness: Floats) -> tuple[float, Floats]:
     """q, and c of each contact, from the numbers of [contact] or [wall]."""
     if law is not None and law.restitution is not None:
@@ -107,9 +124,11 @@ def _dampers(law: Any, contact_mass: Floats, stiffness: Floats) -> tuple[float, 
 
 
 def start_of(scene: hc.Scene) -> Floats:
-    """Displacement and velocity at the start, shape (2, granules)."""
+    """Displacement and velocity at the start, shape (2, granules), those of a near wall first."""
     start = np.zeros((2, scene.chain.granules))
     start[1] = scene.chain.velocity
+    if scene.near_wall is not None:
+        return np.pad(start, ((0, 0), (1, 0)))
     if isinstance(scene.shock, hc.Striker | hc.Piston):
         start[1, 0] = scene.shock.start_velocity
     return start

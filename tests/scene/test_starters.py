@@ -18,9 +18,13 @@ TERMS = {
     "dimer": ("unlike granules",),
     "cradle": ("moving granules",),
     "precompressed": ("precompression",),
+    "free-striker": ("striker", "precompression"),
     "damped": ("striker", "wall", "damping"),
     "piston": ("piston",),
     "sine": ("precompression",),
+    "local": ("local shock", "precompression"),
+    "clamped": ("striker", "fixed granules"),
+    "two-walls": ("moving granules", "wall", "near wall"),
 }
 
 

@@ -114,8 +114,8 @@ def run(
         peak_time=answer.peaks.time,
         peak_passed=answer.peaks.passed,
         error_estimate=answer.errors.largest,
-        displacement=found.displacement,
-        velocity=found.velocity,
+        displacement=found.displacement[scene.first_granule :],
+        velocity=found.velocity[scene.first_granule :],
         balance=found.balance,
         history=history,
         wall_time=time.perf_counter() - begin,
@@ -201,7 +201,7 @@ class _Runner:
         strides = [self.stride(leg, recording=True) for leg in legs]
         recorder = self.simulate(legs, strides, times).recorder
         assert recorder is not None
-        return recorder.history(times)
+        return recorder.history(times, first=self.scene.first_granule)
 
     def simulate(
         self, legs: Sequence[Leg], strides: Sequence[int], times: FloatArray | None = None

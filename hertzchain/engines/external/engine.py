@@ -211,7 +211,7 @@ class ProgramEngine(ExternalEngine):
         def run(
             scene: Scene, legs: Sequence[Leg], strides: Sequence[int], seen: Observation
         ) -> str:
-            recorded.refuse_large(legs, strides, scene.chain.granules)
+            recorded.refuse_large(legs, strides, scene.bodies)
             text = edit(self._deck(scene, legs, strides))
             with work_folder(self.LABEL) as folder:
                 (folder / self.FILE).write_text(text, encoding="ascii")

@@ -49,7 +49,7 @@ class Observation:
     ) -> None:
         self._scene, self._made, self._legs, self.code = scene, made, tuple(legs), code
         self.legs = [made.leg(leg) for leg in legs]  # the legs given to the code
-        granules, wall = scene.chain.granules, scene.wall is not None
+        granules, wall = scene.bodies, scene.wall is not None
         self._fastest = _fastest(scene)
         self._law = None if scene.contact is None else DampedLaw.of(scene)
         # Those that need the masses of the code are made with them.
@@ -63,11 +63,11 @@ class Observation:
         self._work = 0.0
         self._held = FREE
         self._samples: Samples | None = None
-        self._velocity = np.zeros(scene.chain.granules)
+        self._velocity = np.zeros(granules)
 
     def begin(self, at_rest: readings.Granules) -> None:
         """Store the granules of the code before the shock; refuse a wrong number of them."""
-        count, wanted = at_rest.mass.size, self._scene.chain.granules
+        count, wanted = at_rest.mass.size, self._scene.bodies
         if count != wanted:
             raise RunFailed(
                 f"{self.code} made {count} granules of a chain of {wanted}: do not trust this"
@@ -199,12 +199,11 @@ def _held(made: Scene) -> readings.Held:
     """Constant loads and the wall of the granules of a code; ``Held()`` without terms."""
     pressed, wall = made.precompression, made.wall
     place = None if wall is None else wall_position(made)
-    pushed = made.shock.granule - 1
+    pushed = made.pushed
     if pressed is None:
         return readings.Held(wall=place, pushed=pushed)
     second = pressed.force if made.shock.loaded_granule else 0.0
-    last = pressed.force if wall is None and not made.holds else 0.0
-    return readings.Held(pressed.gravity, second, last, place, pushed)
+    return readings.Held(pressed.gravity, second, made.held_load, place, pushed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,7 +213,7 @@ class Simulation:
     made: Softening  # the similar scene that was computed
     legs: tuple[Leg, ...]
     peaks: PeakWatch
-    displacement: FloatArray  # displacement at the end [m], shape (granules,)
+    displacement: FloatArray  # displacement at the end [m], shape (granules,), as in the scene's
     velocity: FloatArray  # velocity at the end [m/s], shape (granules,)
     balance: Balance
     recorder: Recorder | None  # recorder of a history, if one was wanted

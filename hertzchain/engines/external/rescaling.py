@@ -20,7 +20,7 @@ from hertzchain.observables.peaks import SIGNIFICANT, judged_contacts
 from hertzchain.observables.samples import Samples
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
-from hertzchain.scene.terms import Contact
+from hertzchain.scene.terms import Contact, Wall
 
 TOLERABLE = 1e-9  # predicted relative error of the peaks up to which a scene is computed unchanged
 _DEEPEST = 0.8  # deepest overlap expected [radii]: second neighbours touch where two add up to 2
@@ -50,20 +50,33 @@ class Softening:
 
     def scene(self, scene: Scene) -> Scene:
         """Return the similar scene, with another Young's modulus and scaled times."""
-        shock, run, wall, pressed = scene.shock, scene.run, scene.wall, scene.precompression
+        shock, run = scene.shock, scene.run
         shock = shock.stretched(self.time, self.length, 1 / 8.0**self.power)
         if run.end_time is not None:
             run = replace(run, end_time=self.time * run.end_time)
-        if wall is not None:
-            own = self._modulus(wall.young_modulus)
-            wall = replace(wall, young_modulus=own, gap=self.length * wall.gap)
-            if scene.contact is not None and wall.own_damping:
-                wall = wall.damped(self._contact(scene.contact.at(wall)))
         gap = _times(self.length, scene.chain.gap)
         modulus = self._modulus(scene.chain.young_modulus)
         velocity = _times(self.length / self.time, scene.chain.velocity)
         chain = replace(scene.chain, young_modulus=modulus, gap=gap, velocity=velocity)
-        return Scene(chain, shock, run, wall, pressed, self._contact(scene.contact), scene.gauges)
+        return Scene(
+            chain,
+            shock,
+            run,
+            self._wall(scene.wall, scene.contact),
+            scene.precompression,
+            self._contact(scene.contact),
+            scene.gauges,
+            near_wall=self._wall(scene.near_wall, scene.contact),
+        )
+
+    def _wall(self, wall: Wall | None, contact: Contact | None) -> Wall | None:
+        if wall is None:
+            return None
+        own = self._modulus(wall.young_modulus)
+        made = replace(wall, young_modulus=own, gap=self.length * wall.gap)
+        if contact is None or not wall.own_damping:
+            return made
+        return made.damped(self._contact(contact.at(wall)))
 
     def _contact(self, contact: Contact | None) -> Contact | None:
         """Return the similar damping; a restitution, a ratio of velocities, stays the same.
@@ -176,13 +189,13 @@ def _expected(scene: Scene) -> tuple[float, float, float]:
     """Estimated deepest overlap, shallowest that is judged, and way of the last granule."""
     if scene.is_plain:
         return _overlap(_highest_peak(scene)), _overlap(_lowest_peak(scene)), _flight(scene)
-    stiffness = scene.granules.stiffness
+    stiffness, first = scene.granules.stiffness, scene.first_granule
     # All the time as fast as a granule that the shock throws ahead, or that moves at the start.
     thrown = float(np.max(np.abs(scene.granules.velocity[1:]))) / scene.units.velocity
     flight = max(2.0 * min(1.0, scene.momentum_ratio), thrown) * scene.end_time / scene.units.time
     return (
-        _overlap(_HIGHEST_WITH_TERMS * float(stiffness[0] / np.min(stiffness))),
-        _overlap(_LOWEST_WITH_TERMS * float(stiffness[0] / np.max(stiffness))),
+        _overlap(_HIGHEST_WITH_TERMS * float(stiffness[first] / np.min(stiffness))),
+        _overlap(_LOWEST_WITH_TERMS * float(stiffness[first] / np.max(stiffness))),
         flight,
     )
 

@@ -25,12 +25,6 @@ Material = tuple[float, float]  # E [Pa] and nu
 
 _Kind = TypeVar("_Kind", bound=Hashable)
 
-_RIGID = 1e30
-"""Young's modulus of a rigid wall over that of the last granule (chosen), for codes whose walls all
-have one: its deformation is below round-off.
-"""
-
-
 _HEAVY = 1e30
 """Density of a piston over that of the granule (chosen), for codes whose damping depends on both
 masses: the effect of its own mass is below round-off.
@@ -65,14 +59,8 @@ def wall_material(scene: Scene) -> tuple[float, float]:
     """Return Young's modulus [Pa] and Poisson's ratio of the wall."""
     wall, each = scene.wall, scene.granules
     assert wall is not None
-    last = float(each.young_modulus[-1])
-    if wall.kind == "rigid":
-        return _RIGID * last, 0.0
-    if wall.kind == "same":
-        return last, float(each.poisson_ratio[-1])
-    assert wall.young_modulus is not None
-    assert wall.poisson_ratio is not None
-    return wall.young_modulus, wall.poisson_ratio
+    its = wall.material(float(each.young_modulus[-1]), float(each.poisson_ratio[-1]))
+    return its["young_modulus"], its["poisson_ratio"]
 
 
 def refuse_damping_of_wall(code: str, scene: Scene) -> None:
@@ -121,14 +109,14 @@ def load_commands(scene: Scene) -> list[str]:
     if pressed is not None and pressed.gravity:
         those = "moving" if scene.holds else "all"
         lines.append(f"fix gravity {those} gravity {pressed.gravity!r} vector 1 0 0")
-    if pressed is not None and pressed.force:
+    if pressed is not None and pressed.force and scene.near_wall is None:
         group = "first"
         if scene.shock.loaded_granule:
             group = "loaded"
             lines.append(f"group {group} id {scene.shock.loaded_granule + 1}")
         lines.append(f"fix press {group} addforce {pressed.force!r} 0.0 0.0")
-        if scene.wall is None and not scene.holds:
-            lines.append(f"fix hold last addforce {-pressed.force!r} 0.0 0.0")
+    if scene.held_load:
+        lines.append(f"fix hold last addforce {-scene.held_load!r} 0.0 0.0")
     if scene.striker is not None or scene.piston is not None or scene.moves:
         lines += _velocity_commands(scene)
     return lines
@@ -154,7 +142,7 @@ def motion_commands(scene: Scene) -> list[str]:
     """Return the commands of LAMMPS and LIGGGHTS for the motion of all granules but a piston."""
     if scene.holds:
         numbers = (scene.granules.fixed + 1).tolist()
-        pushed = scene.shock.granule
+        pushed = scene.pushed + 1
         return [
             "# In one dimension granules do not spin: fix nve is enough. Fixed ones are left out.",
             "group first id 1",
@@ -184,7 +172,7 @@ def push_command(scene: Scene) -> str:
 
     Its group is one of ``motion_commands``.
     """
-    group = "first" if scene.shock.granule == 1 else "pushed"
+    group = "pushed" if scene.pushed else "first"
     return f"fix shock {group} addforce v_force 0.0 0.0"
 
 

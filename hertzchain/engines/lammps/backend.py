@@ -242,7 +242,7 @@ class _Module:
                 command(lammps, "\n".join([*deck.leg_commands(scene, leg, before), NO_STEP]))
                 before = leg
                 wall = None if scene.wall is None else np.zeros(BLOCK + 1)
-                shape = (len(state.ARRAYS), scene.chain.granules, 3)
+                shape = (len(state.ARRAYS), scene.bodies, 3)
                 for reached, arrays in _read(lammps, leg, stride, shape, self.deadline, wall):
                     of_wall = None if wall is None else wall[: reached.size].copy()
                     seen.update(number, reached, arrays[..., 0], of_wall)

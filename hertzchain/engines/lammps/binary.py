@@ -205,7 +205,7 @@ class Binary:
     ) -> str:
         """Run the deck of a scene, which dumps its state at the given interval of steps."""
         with work_folder("LAMMPS") as folder:
-            _refuse_dumps(readings.count_readings(legs, strides), scene.chain.granules, folder)
+            _refuse_dumps(readings.count_readings(legs, strides), scene.bodies, folder)
             rest = dialect.write_dump(_REST, ("x", "mass", "radius"))
             columns = _COLUMNS if scene.wall is None else (*_COLUMNS, dialect.WALL_FORCE)
             made = deck.set_up(scene, self.pair_style, self.program.build.version)

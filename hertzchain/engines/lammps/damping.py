@@ -77,8 +77,9 @@ def _restitutions(scene: Scene) -> dict[str, float]:
     if contact is None or contact.restitution is None:
         return {}
     found = {"restitution": contact.restitution}
-    if scene.wall is not None and scene.wall.restitution is not None:
-        found["wall_restitution"] = scene.wall.restitution
+    for name, wall in ("wall", scene.wall), ("near_wall", scene.near_wall):
+        if wall is not None and wall.restitution is not None:
+            found[f"{name}_restitution"] = wall.restitution
     return found
 
 

@@ -116,7 +116,8 @@ def granules(scene: Scene, pair_style: str) -> list[str]:
         kinds, of_each = _kinds(scene)
         radius = float(np.min(scene.granules.radius))
         made = _one_by_one(scene, of_each, len(kinds))
-        law = [*by_version(scene), f"pair_style {_WITH_TERMS}", *_pairs(kinds, scene.contact)]
+        laws = _pairs(kinds, scene, (of_each[0], of_each[1]))
+        law = [*by_version(scene), f"pair_style {_WITH_TERMS}", *laws]
     return [
         *_moduli(kinds),
         "",
@@ -140,6 +141,17 @@ class _Kind:
 
 def _kinds(scene: Scene) -> tuple[list[_Kind], list[int]]:
     """Return the types of granules in their order along the chain, and each granule's, from 1.
+
+    A near wall's has a type of its own, as only its contact has the stiffness of a plane.
+    """
+    kinds, numbers = _alike(scene)
+    if scene.near_wall is not None and numbers[0] in numbers[1:]:
+        return [*kinds, kinds[numbers[0] - 1]], [len(kinds) + 1, *numbers[1:]]
+    return kinds, numbers
+
+
+def _alike(scene: Scene) -> tuple[list[_Kind], list[int]]:
+    """Return the types of granules of the same kind, and each granule's, from 1.
 
     LAMMPS's viscoelastic damping grows with m*, that of Kuwabara and Kono does not: so granules of
     different mass are of different types.
@@ -216,16 +228,26 @@ def _spheres(groups: list[tuple[float, float, int]]) -> list[str]:
     return lines
 
 
-def _pairs(kinds: list[_Kind], contact: Contact | None) -> list[str]:
-    """Yield each pair's law: hertz takes 4/3 E*, with 1/E* the sum of (1 - nu^2) / E of both."""
-    lines = []
+def _pairs(kinds: list[_Kind], scene: Scene, first: tuple[int, int]) -> list[str]:
+    """Yield each pair's law: hertz takes 4/3 E*, with 1/E* the sum of (1 - nu^2) / E of both.
+
+    ``first`` are the types of the first two granules. Where the first stands for a near wall, their
+    4/3 E* is sqrt(2) times as large: R* is half the R of a sphere on a plane.
+    """
+    lines, near = [], scene.near_wall
     for i in range(1, len(kinds) + 1):
         for j in range(i, len(kinds) + 1):
             k, mass = f"k{i}_{j}", f"v_m{i}*v_m{j}/(v_m{i}+v_m{j})"
             compliance = f"(1-v_nu{i}^2)/v_E{i}+(1-v_nu{j}^2)/v_E{j}"
+            plane, contact, own = "", scene.contact, "restitution"
+            if near is not None and {i, j} == set(first):
+                plane = "sqrt(2)*"
+                lines.append("# Fixed granule 1 stands for the near wall: a plane's stiffness.")
+                if contact is not None and near.own_damping:
+                    contact, own = contact.at(near), "near_wall_restitution"
             lines += [
-                f"variable {k} equal 4/3/({compliance})",
-                f"pair_coeff {i} {j} {_law(k, mass, contact)}",
+                f"variable {k} equal {plane}4/3/({compliance})",
+                f"pair_coeff {i} {j} {_law(k, mass, contact, own)}",
             ]
     return lines
 
@@ -243,7 +265,7 @@ def _law(k: str, mass: str, contact: Contact | None, restitution: str = "restitu
 def held(scene: Scene) -> list[str]:
     """Return the commands for the wall, the constant forces and the striker's velocity."""
     loaded = scene.wall is not None or scene.precompression is not None
-    lines = [f"group last id {scene.chain.granules}"] if loaded else []
+    lines = [f"group last id {scene.bodies}"] if loaded else []
     if scene.wall is not None:
         last = _kinds(scene)[1][-1]
         contact, own = scene.contact, "restitution"

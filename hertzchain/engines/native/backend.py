@@ -189,7 +189,7 @@ class Native:
             wall, law = scene.wall is not None, None
             if scene.contact is not None:
                 law = DampedLaw.of(scene).in_units(scene.units)
-            recorder = Recorder(times / scene.units.time, scene.chain.granules, wall, law)
+            recorder = Recorder(times / scene.units.time, scene.bodies, wall, law)
         if self.method == "numpy":
             allowed = "must be scipy or left out for damped contacts: NumPy integrates elastic ones"
             require(scene.contact is None, "method", self.method, allowed)
@@ -210,7 +210,9 @@ class Native:
         peak_time = times_of_peaks(peak_force, run.peaks.time * units.time)
         first, history = errors.known(run.peaks.first), None
         if recorder is not None and times is not None:
-            history = recorder.history(times, units.length, units.velocity, units.force)
+            history = recorder.history(
+                times, units.length, units.velocity, units.force, scene.first_granule
+            )
         result = Result(
             scene=scene,
             backend=self.name,
@@ -222,8 +224,8 @@ class Native:
             peak_time=peak_time,
             peak_passed=run.peaks.passed,
             error_estimate=errors.largest,
-            displacement=run.displacement * units.length,
-            velocity=run.velocity * units.velocity,
+            displacement=run.displacement[scene.first_granule :] * units.length,
+            velocity=run.velocity[scene.first_granule :] * units.velocity,
             balance=Balance(
                 impulse=scene.given_impulse
                 + float(run.piston_impulse - run.wall_impulse) * units.momentum,
@@ -348,7 +350,7 @@ class Native:
                 continue
             again = scene.piston is not None or (before < math.inf and not scene.is_plain)
             errors = estimate(prepared, legs, plan, run, rising or again)
-            error, cost = errors.wanted, run.evaluations * scene.chain.granules
+            error, cost = errors.wanted, run.evaluations * scene.bodies
             if error <= rtol or plan.hopeless(error, before, cost):
                 break
             if left and (finer := max(rtol * errors.share, plans.TIGHTEST)) < aim:

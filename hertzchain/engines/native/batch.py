@@ -74,6 +74,8 @@ class Batch(Shown):
     first_columns
         First pulses and errors of each contact by name, shape (scenes, contacts) each, as those of
         a ``Result``; none where they were not wanted.
+    first_contact
+        Number of the first contact: 2, or 1 with near walls.
     """
 
     peak_force: FloatArray
@@ -82,6 +84,7 @@ class Batch(Shown):
     peak_passed: NDArray[np.bool_]
     force_evaluations: NDArray[np.int64]
     first_columns: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    first_contact: int = 2
 
     def to_frame(self) -> pandas.DataFrame:
         """Return one row per scene and contact: scene, contact, peak_force_N, peak_time_s.
@@ -91,10 +94,11 @@ class Batch(Shown):
         import pandas
 
         scenes, contacts = self.peak_force.shape
+        numbers = self.first_contact + np.arange(contacts)
         return pandas.DataFrame(
             {
                 "scene": np.repeat(np.arange(scenes), contacts),
-                "contact": np.tile(np.arange(2, contacts + 2), scenes),
+                "contact": np.tile(numbers, scenes),
                 "peak_force_N": self.peak_force.ravel(),
                 "peak_time_s": self.peak_time.ravel(),
                 **{name: values.ravel() for name, values in self.first_columns.items()},
@@ -182,7 +186,7 @@ def _common_length(scenes: Sequence[Scene]) -> int:
     allowed = "must be the same in all scenes: one batch for each length"
     require(len(lengths) == 1, "granules", lengths, allowed)
     allowed = "must be in all scenes or in none: one batch with walls, one without"
-    require(len({scene.last_contact for scene in scenes}) == 1, "wall", None, allowed)
+    require(len({scene.contacts for scene in scenes}) == 1, "wall", None, allowed)
     return lengths[0]
 
 
@@ -206,6 +210,7 @@ def _one_by_one(scenes: Sequence[Scene], rtol: float, time_limit: float, wanted:
         np.array([result.peak_passed for result in results]),
         np.array([result.force_evaluations for result in results], np.int64),
         {name: np.array([columns[name] for columns in first]) for name in first[0]},
+        scenes[0].contacts[0],
     )
 
 

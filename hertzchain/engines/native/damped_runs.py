@@ -137,7 +137,7 @@ def simulate_damped(
     """
     from hertzchain.engines.native import elastic_state
 
-    granules = scene.chain.granules
+    granules = scene.bodies
     if deadline.left <= 0:
         raise deadline.passed()
     recorded = 0 if recorder is None else 3 * recorder.time.size

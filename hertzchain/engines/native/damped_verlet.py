@@ -79,7 +79,7 @@ def samples_of(
 
     deadline = deadline or Deadline(TIME_LIMIT)
     chain, unit = Chain.of(scene), scene.units
-    refuse_memory(8.0 * scene.chain.granules * 20 * _BLOCK)
+    refuse_memory(8.0 * scene.bodies * 20 * _BLOCK)
     law = DampedLaw(chain.stiffness, chain.damping, chain.exponent, chain.attraction)
     displacement, velocity = state_at_start(scene, added=start)
     walk = Walk.of(chain, displacement, velocity, (chain.pushed,))

@@ -2,7 +2,8 @@
 
 Granule i has the displacement u_i along the chain. Contact i lies between granules i and i + 1: in
 tables and pages it has the paper's number, i + 1. A wall is the last contact, with a neighbour that
-rests. In natural units (``scene.natural_units``), in which k, m and F0 of a plain chain are 1:
+rests; a near wall is one more granule, in front, that rests. In natural units
+(``scene.natural_units``), in which k, m and F0 of a plain chain are 1:
 
     overlap   d_i   = u_i - u_{i+1} - gap_i                    a static overlap is a negative gap
     force     F_i   = k_i d_i^(3/2) + c_i d_i^q d_i'           where d_i > 0, otherwise 0
@@ -95,7 +96,7 @@ class Chain(NamedTuple):
             )
         )
         attraction = contact is not None and contact.attraction
-        pushed, fixed = scene.shock.granule - 1, granules.fixed.astype(np.int64)
+        pushed, fixed = scene.pushed, granules.fixed.astype(np.int64)
         return cls(stiffness, inverse_mass, gap, constant, damping, q, attraction, pushed, fixed)
 
     def padded(self) -> Chain:

@@ -199,7 +199,7 @@ class InNumpy:
     ) -> Simulation:
         """Integrate the scene once, on legs [s, N] that are cut; no granule is left behind."""
         scene, units = self.scene, self.scene.units
-        refuse_memory(8.0 * _ARRAYS * _BLOCK * scene.chain.granules)
+        refuse_memory(8.0 * _ARRAYS * _BLOCK * scene.bodies)
         chain = Chain.of(scene, self.dtype)
         # An opening contact costs in proportion to stiffness over mass.
         walker = replace(walker, tolerance=walker.tolerance * softest(scene))

@@ -59,7 +59,7 @@ def integrate(
     ``tolerance`` is in natural units, ``longest`` the longest step; force evaluations are appended
     to ``counted``. RunFailed where SciPy fails.
     """
-    units, granules = scene.units, scene.chain.granules
+    units, granules = scene.units, scene.bodies
     u, v = state_at_start(scene)
     relative, absolute = max(_PART * tolerance, _LEAST), _PART * tolerance
     ends_at_contacts = not scene.is_plain

@@ -49,7 +49,7 @@ def start_of(scene: Scene) -> FloatArray:
     """Displacement and velocity at the start, natural units, shape (2, N); (0, 0) at rest."""
     if scene.striker is None and scene.piston is None and not scene.moves:
         return np.zeros((0, 0))
-    start = np.zeros((2, scene.chain.granules))
+    start = np.zeros((2, scene.bodies))
     start[1] = scene.granules.velocity / scene.units.velocity
     return start
 

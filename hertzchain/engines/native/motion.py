@@ -25,6 +25,7 @@ def motion_at(scene: Scene, time: FloatArray, rtol: float, deadline: Deadline) -
         return history
     units = scene.units
     law = DampedLaw.of(scene).in_units(units)
-    recorder = Recorder(time / units.time, scene.chain.granules, scene.wall is not None, law)
+    recorder = Recorder(time / units.time, scene.bodies, scene.wall is not None, law)
     simulate_damped(scene, first_tolerance(rtol), deadline, recorder)
-    return recorder.history(time, units.length, units.velocity, units.force)
+    in_si = units.length, units.velocity, units.force
+    return recorder.history(time, *in_si, scene.first_granule)

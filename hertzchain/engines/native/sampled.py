@@ -29,7 +29,7 @@ from hertzchain.scene.schedule import Leg
 def state_at_start(scene: Scene, dtype: Any = np.float64, added: Array | None = None) -> Array:
     """Return displacement and velocity at the start, natural units, shape (2, granules)."""
     own = start_of(scene)
-    start = own if own.size else np.zeros((2, scene.chain.granules))
+    start = own if own.size else np.zeros((2, scene.bodies))
     return (start if added is None else start + added).astype(dtype)
 
 

@@ -140,14 +140,14 @@ class Prepared:
         chain = Chain.of(scene).padded() if first else chain_of(scene)
         # The front of a wave moves granules smoothly, but not across a gap or under a static load.
         has_front = window and start is None and (chain is None or not chain.gap.any())
-        has_front = has_front and not scene.moves and scene.shock.granule == 1
+        has_front = has_front and not scene.moves and scene.pushed == 0
         return cls(
             scene,
             deadline,
             start is None,
             chain,
             own if start is None else start + own if own.size else start,
-            MOVING if has_front else scene.chain.granules,
+            MOVING if has_front else scene.bodies,
             1.0 if chain is None else softest(scene),
             Contacts.of(scene).in_units(scene.units) if first else None,
         )
@@ -160,7 +160,7 @@ class Prepared:
         leave_behind: bool = False,
     ) -> Simulation:
         """Integrate the scene once: see the function ``simulate``."""
-        granules = self.scene.chain.granules
+        granules = self.scene.bodies
         leave_behind = leave_behind and self._can_leave_behind
         peaks, found = self._march(legs, walker, leave_behind, recorder)
         outcome, displacement, velocity = found
@@ -202,7 +202,7 @@ class Prepared:
         if deadline.left <= 0:
             raise deadline.passed()
         arrays = 8 + (0 if recorder is None else 3 * recorder.time.size)
-        refuse_memory(8.0 * arrays * scene.chain.granules)
+        refuse_memory(8.0 * arrays * scene.bodies)
 
     def _march(
         self,
@@ -214,7 +214,7 @@ class Prepared:
         """Return the peaks, and what the kernels return; fill in a recorder."""
         from hertzchain.engines.native import elastic, elastic_state
 
-        granules, stages = self.scene.chain.granules, walker.stepper.stages
+        granules, stages = self.scene.bodies, walker.stepper.stages
         rows = leg_rows(legs, self.scene.units)
         work = work_of(self.scene, legs, stages)
         self._refuse(rows, work, stages, leave_behind, recorder)
@@ -222,7 +222,7 @@ class Prepared:
         if recorder is not None or self.contacts is not None:
             shortest = float(np.min((rows[:, 1] - rows[:, 0]) / rows[:, 2]))
             record = room_for(recorder, granules, self.contacts, shortest)
-        contacts = granules - 1 if self.scene.wall is None else granules
+        contacts = len(self.scene.contacts)
         force, time, control = np.zeros(contacts), np.full(contacts, np.nan), np.zeros(3)
         steps = steps_of(rows, walker, self.softest)
         seen = elastic_state.Seen(force, time, record)
@@ -257,7 +257,7 @@ class Prepared:
 def work_of(scene: Scene, legs: Sequence[Leg], stages: int) -> float:
     """Force evaluations of a granule in a run without refinement, at most."""
     steps = float(sum(leg.steps for leg in legs))
-    return steps * (stages * scene.chain.granules + _STEP_IN_EVALUATIONS)
+    return steps * (stages * scene.bodies + _STEP_IN_EVALUATIONS)
 
 
 def _least_time(scene: Scene, rows: FloatArray, stages: int, leave_behind: bool) -> float:
@@ -268,7 +268,7 @@ def _least_time(scene: Scene, rows: FloatArray, stages: int, leave_behind: bool)
     late and little, only the first granule is certain to move. With terms but without constant
     forces steps cost nothing while all granules fly.
     """
-    granules = scene.chain.granules
+    granules = scene.bodies
     single = is_single_pulse(scene)
     speed = 0.4 * math.pow(force_scale(scene.momentum_ratio), 1 / 6)
     may_fly = not single and not scene.granules.constant_force.any()

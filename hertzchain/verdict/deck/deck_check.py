@@ -201,11 +201,7 @@ class Case:
     def reduced_modulus(self, k: int) -> float:
         """E* of a contact of the scene [Pa]."""
         granules = self.scene.granules
-        if k + 1 < granules.mass.size:
-            reduced = 1 / (1 / granules.radius[k] + 1 / granules.radius[k + 1])
-        else:
-            reduced = granules.radius[-1]
-        return float(0.75 * granules.stiffness[k] / math.sqrt(reduced))
+        return float(0.75 * granules.stiffness[k] / math.sqrt(granules.contact_radius[k]))
 
 
 def values(measured: float, expected: float, unit: str) -> str:

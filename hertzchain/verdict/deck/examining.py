@@ -88,6 +88,8 @@ def examine(
         If LAMMPS stops with an error, or the deck is none that can be examined.
     """
     scene = with_end(to_scene(scene))
+    allowed = "cannot be in the scene of a deck that is examined: its peaks can be judged"
+    require(scene.near_wall is None, "near_wall", None, allowed)
     allowed = "must be a number above 0 and below 1"
     require(is_positive(tolerance) and tolerance < 1, "tolerance", tolerance, allowed)
     if Path(deck).suffix.lower() == ".py":

@@ -21,18 +21,22 @@ def length(scene: Scene) -> float:
 
 def places(scene: Scene) -> FloatArray:
     """Of granules and a wall [m]: contact after contact, each in equilibrium."""
-    granules, count = scene.granules, scene.chain.granules
+    granules = scene.granules
     pressed, carried = scene.precompression, np.zeros(granules.stiffness.size)
     load, weighs, weight = 0.0 if pressed is None else pressed.force, 0.0, _weight(scene)
-    fixed = set(granules.fixed.tolist())
-    # A free striker presses nothing at the start, and a fixed granule passes nothing on.
+    fixed = set(granules.fixed[scene.first_granule :].tolist())
+    # A free striker presses nothing at the start, and a fixed granule passes nothing on but a near
+    # wall, which presses the chain.
     for k in range(scene.shock.loaded_granule, carried.size):
         weighs += weight[k]
         if k in fixed:
             load = weighs = 0.0
         carried[k] = weighs + load
     overlap = (carried / granules.stiffness) ** (2 / 3)
-    ahead = granules.radius[1:] + np.broadcast_to(scene.chain.gap, count)[1:]
+    ahead = np.broadcast_to(scene.chain.gap, scene.chain.granules)[1:]
+    if scene.near_wall is not None:
+        ahead = np.append(scene.near_wall.gap, ahead)
+    ahead = granules.radius[1:] + ahead
     if scene.wall is not None:
         ahead = np.append(ahead, scene.wall.gap)
     return np.append(0.0, np.cumsum(granules.radius[: carried.size] + ahead - overlap))
@@ -42,7 +46,9 @@ def _weight(scene: Scene) -> FloatArray:
     """Of each granule along the chain [N], shape (granules,)."""
     gravity = 0.0 if scene.precompression is None else scene.precompression.gravity
     granules = scene.granules
-    return np.asarray(gravity * 4 / 3 * math.pi * granules.radius**3 * granules.density)
+    weight = np.asarray(gravity * 4 / 3 * math.pi * granules.radius**3 * granules.density)
+    weight[: scene.first_granule] = 0.0  # a near wall has none
+    return weight
 
 
 def constant_force(scene: Scene) -> FloatArray:
@@ -50,7 +56,7 @@ def constant_force(scene: Scene) -> FloatArray:
     load = _weight(scene)
     if scene.precompression is not None:
         load[scene.shock.loaded_granule] += scene.precompression.force
-        load[-1] -= scene.precompression.force if scene.wall is None and not scene.holds else 0.0
+        load[-1] -= scene.held_load
     load[scene.granules.fixed] = 0.0
     return load
 

@@ -195,7 +195,7 @@ def _pushed(case: Case) -> tuple[FloatArray, Indices, float]:
     largest = np.max(np.abs(case.found.applied_force), axis=0, initial=0.0)
     least = case.least(ACTS) * case.scene.units.force
     at = np.flatnonzero(largest > least)
-    return largest, at[at != case.scene.shock.granule - 1], least
+    return largest, at[at != case.scene.pushed], least
 
 
 def _others(case: Case) -> list[Difference]:
@@ -203,7 +203,7 @@ def _others(case: Case) -> list[Difference]:
     largest, others, least = _pushed(case)
     if not case.scene.ramps or not others.size:
         return []
-    who, mine = names(others, largest.size, "granule", 1), case.scene.shock.granule
+    who, mine = names(others, largest.size, "granule", 1), case.scene.pushed + 1
     too = largest.size >= mine and largest[mine - 1] > least
     if too:
         sentence = (
@@ -225,7 +225,7 @@ def _others(case: Case) -> list[Difference]:
 def _shock(case: Case) -> list[Difference]:
     """The applied force over time on its granule, or that it is missing, or none of the scene."""
     scene, (largest, others, least) = case.scene, _pushed(case)
-    top, mine = float(np.max(largest, initial=0.0)), scene.shock.granule
+    top, mine = float(np.max(largest, initial=0.0)), scene.pushed + 1
     if scene.ramps and largest.size >= mine and largest[mine - 1] > least:
         return pulse(case)
     if scene.ramps and not others.size and case.found.applied_sideways <= least:

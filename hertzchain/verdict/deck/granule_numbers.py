@@ -38,7 +38,7 @@ def _both(measured: FloatArray, expected: FloatArray) -> tuple[FloatArray, Float
 
 
 def _count(case: Case) -> Difference:
-    found, wanted = case.found.radius.size, case.scene.chain.granules
+    found, wanted = case.found.radius.size, case.scene.bodies
     return Difference(
         found, wanted, effect=math.inf, room=0.0,
         stands=[(found, wanted), *[(found - 1, wanted - 1)] * (found - 1 != wanted)],
@@ -173,7 +173,7 @@ def _distance(case: Case) -> Difference | list[Difference]:
 
 def _wall_place(case: Case) -> Difference | list[Difference]:
     wall, scene = far_wall(case.found), case.scene
-    if scene.wall is None or wall is None or case.found.position.size != scene.chain.granules:
+    if scene.wall is None or wall is None or case.found.position.size != scene.bodies:
         return []
     expected = float(np.diff(places(scene))[-1])
     measured = wall.position - float(case.found.position[-1])

@@ -109,7 +109,7 @@ def _tries(found: FoundDeck, scene: Scene) -> list[list[FloatArray]]:
 
     Overlaps and forces; then overlaps, speeds of approach and forces.
     """
-    count, wall = scene.chain.granules, far_wall(found)
+    count, wall = scene.bodies, far_wall(found)
     columns = (
         found.overlap, found.contact_force,
         found.damped_overlap, found.closing, found.damped_force,

@@ -56,7 +56,7 @@ def number_checks(scene: Scene, found: FoundDeck, time_limit: float = 60.0) -> l
 
 def _case(scene: Scene, found: FoundDeck, deadline: Deadline) -> Case:
     """What the numbers of a deck share before it runs: no peak is judged."""
-    pushed, twin = scene.shock.granule - 1, twin_of(scene)
+    pushed, twin = scene.pushed, twin_of(scene)
     if scene.piston is None and pushed < found.mass.size and constant_force(scene)[pushed] == 0:
         # A constant force on that granule belongs to the shock.
         constant, applied = found.constant_force.copy(), found.applied_force.copy()

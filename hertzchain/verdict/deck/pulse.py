@@ -48,7 +48,7 @@ def of_shock(case: Case, one: Difference) -> Difference:
 def pulse(case: Case) -> list[Difference]:
     """The force over time on the granule that the scene pushes."""
     found, scene = case.found, case.scene
-    its = scene.shock.granule - 1
+    its = scene.pushed
     time, force = found.applied_time - case.start, found.applied_force[:, its]
     # A reading at a jump, or a step's rounding at a corner, is none of the shape.
     late = len(found.runs) * math.ulp(scene.pulse_end)  # times are added up, leg by leg

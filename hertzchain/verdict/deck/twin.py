@@ -76,7 +76,7 @@ class TwinRun:
 
 def twin_of(scene: Scene) -> Twin:
     """The scene itself."""
-    granules, count = scene.granules, scene.chain.granules
+    granules, count = scene.granules, scene.bodies
     contacts = granules.stiffness.size
     contact = scene.contact
     return Twin(
@@ -90,7 +90,7 @@ def twin_of(scene: Scene) -> Twin:
         damping=np.zeros(contacts) if granules.damping is None else granules.damping,
         damping_exponent=0.0 if contact is None else contact.exponent,
         attraction=contact is not None and contact.attraction,
-        pushed=np.array([scene.shock.granule - 1]),
+        pushed=np.array([scene.pushed]),
     )
 
 

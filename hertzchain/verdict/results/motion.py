@@ -72,6 +72,9 @@ class Sampled:
 
 def peaks_of(scene: Scene, motion: Motion, file: object) -> Sampled:
     """Return the peaks of a run; a SceneError says why there are none."""
+    if scene.near_wall is not None:
+        allowed = "has no force of a near wall: give peaks with the numbers of contacts instead"
+        raise SceneError("", None, allowed, file=str(file))
     # A code writes a sample twice, at the end of a run and at the start of the next.
     once = np.append(True, np.diff(motion.time) != 0)
     time = motion.time[once]
@@ -98,7 +101,7 @@ def peaks_of(scene: Scene, motion: Motion, file: object) -> Sampled:
         f" by up to {largest:.1e} for that"
     )
     # The force on a wall is in no dump of granules.
-    unknown = np.full(scene.last_contact - 1 - peaks.size, np.nan)
+    unknown = np.full(len(scene.contacts) - peaks.size, np.nan)
     return Sampled(np.append(peaks, unknown), np.append(error, np.zeros_like(unknown)), how)
 
 

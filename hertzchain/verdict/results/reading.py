@@ -185,18 +185,18 @@ def by_contact(
     contacts: FloatArray, forces: FloatArray, scene: Scene, file: str | None
 ) -> FloatArray:
     """Return peaks [N], (contacts,), NaN for missing ones, of forces with numbers of contacts."""
-    last = scene.last_contact
-    peaks = np.full(last - 1, np.nan)
+    first, last = scene.contacts[0], scene.last_contact
+    peaks = np.full(len(scene.contacts), np.nan)
     for row, (contact, force) in enumerate(zip(contacts.tolist(), forces.tolist(), strict=True), 1):
         key: str
         wrong: Any
-        if contact not in range(2, last + 1):
+        if contact not in scene.contacts:
             key, wrong = "contact", int(contact) if contact.is_integer() else contact
             allowed = (
-                f"must be a whole number from 2 to {last}: contact 2 lies between granules 1"
-                f" and 2{_other_numbers(contacts, last)}"
+                f"must be a whole number from {first} to {last}: contact 2 lies between granules 1"
+                f" and 2{_other_numbers(contacts, first, last)}"
             )
-        elif not np.isnan(peaks[int(contact) - 2]):
+        elif not np.isnan(peaks[int(contact) - first]):
             key, wrong, allowed = "contact", int(contact), "is given twice"
         elif not 0 <= force < np.inf:
             key, wrong = "peak_force", force
@@ -205,16 +205,16 @@ def by_contact(
                 " negative, leave out contacts without a peak"
             )
         else:
-            peaks[int(contact) - 2] = force
+            peaks[int(contact) - first] = force
             continue
         raise SceneError(key if file is None else f"{key} in row {row}", wrong, allowed, file=file)
     return peaks
 
 
-def _other_numbers(contacts: FloatArray, last: int) -> str:
+def _other_numbers(contacts: FloatArray, first: int, last: int) -> str:
     """Return a hint for contacts that are numbered from 0 or 1; empty for others."""
     least = float(np.min(contacts))
-    fits = least in (0, 1) and bool(np.all(contacts == np.round(contacts)))
-    if not fits or np.max(contacts) + 2 - least > last:
+    fits = least in range(first) and bool(np.all(contacts == np.round(contacts)))
+    if not fits or np.max(contacts) + first - least > last:
         return ""
-    return f", and these numbers begin with {least:g}: add {2 - least:g} to each"
+    return f", and these numbers begin with {least:g}: add {first - least:g} to each"

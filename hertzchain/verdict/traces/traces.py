@@ -163,10 +163,14 @@ def _gauge(role: str, scene: Scene) -> Gauge:
     allowed = "must be gauge_ and the number of a granule, contact_ and its number, or wall"
     require(_SENSOR.fullmatch(role) is not None, "column", role, allowed)
     kind, _, number = role.partition("_")
+    if role == "near_wall":
+        allowed = "is no gauge of a scene without [near_wall]"
+        require(scene.near_wall is not None, role, None, allowed)
+        return Gauge(contact=1)
     if kind == "wall":
         allowed = "is no gauge of a scene without [wall]"
         require(scene.wall is not None, "wall", None, allowed)
         return Gauge(contact=scene.last_contact)
     gauge = Gauge(granule=int(number)) if kind == "gauge" else Gauge(contact=int(number))
-    gauge.check(scene.chain.granules, scene.wall is not None)
+    gauge.check(scene.chain.granules, scene.wall is not None, scene.near_wall is not None)
     return gauge

@@ -15,6 +15,7 @@ from validation.random_scenes import (
     random_scene_with_terms,
     thrown,
     with_fixed,
+    with_near_wall,
 )
 
 Change = Callable[[np.random.Generator, hc.Scene, int], hc.Scene]
@@ -31,10 +32,16 @@ def _fixed(rng: np.random.Generator, scene: hc.Scene, number: int) -> hc.Scene:
     return with_fixed(rng, pushed_within(rng, scene) if number % 4 == 1 else scene)
 
 
+def _near_wall(rng: np.random.Generator, scene: hc.Scene, number: int) -> hc.Scene:
+    changed = (with_fixed, pushed_within, thrown, lambda _, same: same)[number % 4]
+    return with_near_wall(rng, changed(rng, scene))
+
+
 KINDS: dict[str, tuple[int, int, Change]] = {
     "moving": (37, 96, lambda rng, scene, _: thrown(rng, scene)),
     "local": (376, 156, _local),
     "fixed": (375, 156, _fixed),
+    "near wall": (373, 156, _near_wall),
 }
 """Seed, how many scenes, and the change of a random one."""
 
