@@ -236,7 +236,6 @@ def test_batch_of_scenes_with_terms() -> None:
         ("velocity-verlet", None),
         ("srkn-6b", None),
         ("rk4", 0.1),
-        ("dprkn-6", 0.2),
     ],
 )
 def test_error_bounds_of_every_method(method: str, step: float | None) -> None:
