@@ -6,7 +6,7 @@ Every native method at the same step, 0.1 natural time units. To measure again w
     make long-run
 
 The moving window keeps about 50 granules of 90,000, so that a million steps take seconds. It does
-not under RK4 and DPRKN6: what the wave loses stays behind as motion of all granules that it passed,
+not under RK4: what the wave loses stays behind as motion of all granules that it passed,
 none of them is ever quiet, and the cost grows as the square of the length. They go 4,000 granules.
 LAMMPS goes 2,000: it moves all granules at
 all steps, 0.1 us for each, and would take some three hours for 90,000.
@@ -77,7 +77,6 @@ def contenders(quick: bool) -> list[Contender]:
         Contender("srkn-11b", "srkn-11b", far),
         Contender("reference", "reference", far),
         Contender("rk4", "rk4", lossy),
-        Contender("dprkn-6", "dprkn-6", lossy),
         Contender(BESIDE_LAMMPS, "velocity-verlet", beside),
         Contender("LAMMPS", "LAMMPS", beside),
     ]
@@ -209,7 +208,7 @@ _BOUNDED = {
 
 _RELATION = {
     "velocity-verlet": 4e-5, "srkn-6b": 2e-9, "srkn-11b": 3e-13, "reference": 1e-14,
-    "rk4": 1e-6, "dprkn-6": 3e-11,
+    "rk4": 1e-6,
 }  # fmt: skip
 """Largest difference from the speed of an exact wave of the same height."""
 
@@ -233,8 +232,7 @@ _BETWEEN = "both find a peak between two steps in their own way: they differ by 
 _STYLES = {
     "velocity-verlet": ("#0072B2", "o-"), "srkn-6b": ("#009E73", "s-"),
     "srkn-11b": ("#CC79A7", "^-"), "reference": ("#000000", "v-"),
-    "rk4": ("#D55E00", "D-"),
-    "dprkn-6": ("#E69F00", "P-"), "LAMMPS": ("#56B4E9", "x--"),
+    "rk4": ("#D55E00", "D-"), "LAMMPS": ("#56B4E9", "x--"),
 }  # fmt: skip
 
 

@@ -17,7 +17,7 @@ from hertzchain.errors import HertzchainError
 from hertzchain.limits import RTOL
 
 _METHODS = (
-    "velocity-verlet", "rk4", "dprkn-6", "srkn-6b", "srkn-11b", "reference", "numpy", "scipy",
+    "velocity-verlet", "rk4", "srkn-6b", "srkn-11b", "reference", "numpy", "scipy",
 )  # fmt: skip
 MethodName = StrEnum("MethodName", {name.upper(): name for name in _METHODS})  # type: ignore[misc]
 """The native methods."""

@@ -76,11 +76,11 @@ class Native:
     Parameters
     ----------
     method
-        ``reference``, ``srkn-11b``, ``srkn-6b``, ``velocity-verlet``, ``rk4`` or ``dprkn-6``; by
-        default the cheapest that gives peaks of accuracy ``rtol``. ``numpy`` and ``scipy``
-        integrate Eq. 1 as ``equations.py`` writes it, a hundred times more slowly: elastic contacts
-        by the methods here in plain NumPy, any contacts by ``scipy.integrate.solve_ivp``. ``rk4``
-        and ``dprkn-6`` are integrated in plain NumPy, too.
+        ``reference``, ``srkn-11b``, ``srkn-6b``, ``velocity-verlet`` or ``rk4``; by default the
+        cheapest that gives peaks of accuracy ``rtol``. ``numpy`` and ``scipy`` integrate Eq. 1 as
+        ``equations.py`` writes it, a hundred times more slowly: elastic contacts by the methods
+        here in plain NumPy, any contacts by ``scipy.integrate.solve_ivp``. ``rk4`` is integrated in
+        plain NumPy, too.
     dt
         The largest step [s]; the default depends on the method: peaks right to about 1e-12
         (reference), 1e-8 (rk4), 1e-6 (velocity-verlet).

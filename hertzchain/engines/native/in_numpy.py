@@ -16,7 +16,7 @@ import numpy as np
 from hertzchain.arrays import Array, Scalar
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.kernel_input import softest
-from hertzchain.engines.native.methods import RungeKuttaNystrom, Stepper, SymplecticNystrom, Walker
+from hertzchain.engines.native.methods import Stepper, SymplecticNystrom, Walker
 from hertzchain.engines.native.sampled import (
     on_stroke,
     samples_of_states,
@@ -58,7 +58,7 @@ def step(
     """Take one step of length h from ``time``."""
     if isinstance(stepper, SymplecticNystrom):
         return _symplectic_step(chain, stepper, state, time, h, applied)
-    return _runge_kutta_step(chain, stepper, state, time, h, applied)
+    return _runge_kutta_step(chain, state, time, h, applied)
 
 
 def _symplectic_step(
@@ -82,27 +82,16 @@ def _symplectic_step(
 
 
 def _runge_kutta_step(
-    chain: Chain,
-    stepper: RungeKuttaNystrom,
-    state: State,
-    time: Scalar,
-    h: Scalar,
-    applied: AppliedForce,
+    chain: Chain, state: State, time: Scalar, h: Scalar, applied: AppliedForce
 ) -> State:
-    u, v = state.displacement, state.velocity
-    accelerations = [state.acceleration]
-    for c, row in zip(stepper.nodes[1:], stepper.position, strict=True):
-        there = u + c * h * v
-        for a, earlier in zip(row, accelerations, strict=True):
-            there += a * h * h * earlier
-        accelerations.append(chain.acceleration(there, applied(time + c * h)))
-    displacement, velocity = u + h * v, v.copy()
-    for weight, known in zip(stepper.position_weights, accelerations, strict=True):
-        displacement += weight * h * h * known
-    for weight, known in zip(stepper.velocity_weights, accelerations, strict=True):
-        velocity += weight * h * known
-    last = chain.acceleration(displacement, applied(time + h))
-    return State(displacement, velocity + stepper.last_weight * h * last, last)
+    u, v, first = state.displacement, state.velocity, state.acceleration
+    middle, end = applied(time + h / 2), applied(time + h)
+    second = chain.acceleration(u + h / 2 * v, middle)
+    third = chain.acceleration(u + h / 2 * (v + h / 2 * first), middle)
+    fourth = chain.acceleration(u + h * (v + h / 2 * second), end)
+    displacement = u + h * (v + h / 6 * (first + second + third))
+    velocity = v + h / 6 * (first + 2 * second + 2 * third + fourth)
+    return State(displacement, velocity, chain.acceleration(displacement, end))
 
 
 def _walk(

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 from hertzchain.scene.ramp import SHAPES
 from hertzchain.scene.schedule import Leg
@@ -29,27 +30,14 @@ class SymplecticNystrom:
 
 
 @dataclass(frozen=True)
-class RungeKuttaNystrom:
-    """An explicit, not symplectic method; its first stage is the end of the step before.
+class RungeKutta4:
+    """The classical Runge-Kutta method, used in the paper; it is not symplectic."""
 
-    ``last_weight`` is the b of an additional stage at the end of the step; it costs nothing,
-    because it is the first stage of the next step.
-    """
-
-    order: int  # order of convergence where the motion is smooth
-    nodes: tuple[float, ...]  # c_1 ... c_s, the first 0
-    position: tuple[tuple[float, ...], ...]  # rows of a: a_21; a_31, a_32; and so on
-    position_weights: tuple[float, ...]  # b-bar, s of them
-    velocity_weights: tuple[float, ...]  # b, s of them
-    last_weight: float = 0.0
-
-    @property
-    def stages(self) -> int:
-        """Number of force evaluations in a step."""
-        return len(self.nodes)
+    order: ClassVar[int] = 4
+    stages: ClassVar[int] = 4
 
 
-Stepper = SymplecticNystrom | RungeKuttaNystrom
+Stepper = SymplecticNystrom | RungeKutta4
 """A method of some order that takes one step at a time."""
 
 
@@ -100,30 +88,6 @@ def _symmetric(free: tuple[float, ...], length: int) -> tuple[float, ...]:
 
 VELOCITY_VERLET = SymplecticNystrom(2, kicks=(0.5, 0.5), drifts=(1.0,))
 """Velocity Verlet, the scheme of LAMMPS."""
-
-RUNGE_KUTTA_4 = RungeKuttaNystrom(
-    4,
-    nodes=(0.0, 0.5, 0.5, 1.0),
-    position=((0.0,), (0.25, 0.0), (0.0, 0.5, 0.0)),
-    position_weights=(1 / 6, 1 / 6, 1 / 6, 0.0),
-    velocity_weights=(1 / 6, 1 / 3, 1 / 3, 1 / 6),
-)
-"""The classical Runge-Kutta method, used in the paper, in its form for u'' = f(t, u)."""
-
-DPRKN_6 = RungeKuttaNystrom(
-    6,
-    nodes=(0.0, 1 / 10, 3 / 10, 7 / 10, 17 / 25),
-    position=(
-        (1 / 200,),
-        (-1 / 2200, 1 / 22),
-        (637 / 6600, -7 / 110, 7 / 33),
-        (225437 / 1968750, -30073 / 281250, 65569 / 281250, -9367 / 984375),
-    ),
-    position_weights=(151 / 2142, 5 / 116, 385 / 1368, 55 / 168, -6250 / 28101),
-    velocity_weights=(151 / 2142, 25 / 522, 275 / 684, 275 / 252, -78125 / 112404),
-    last_weight=1 / 12,
-)
-"""Dormand, El-Mikkawy and Prince, IMA J. Numer. Anal. 7 (1987) 235: RKN6(4)6FM."""
 
 SRKN_6B = SymplecticNystrom(
     4,
@@ -185,11 +149,10 @@ METHODS: dict[str, Method] = {
     ),
     "srkn-11b": Method(Walker(SRKN_11B), step=0.2, interval=9.07),
     "srkn-6b": Method(Walker(SRKN_6B), step=0.1, interval=5.02),
-    "dprkn-6": Method(Walker(DPRKN_6), step=0.1, interval=3.12),
-    "rk4": Method(Walker(RUNGE_KUTTA_4), step=0.0125, interval=2.83),
+    "rk4": Method(Walker(RungeKutta4()), step=0.0125, interval=2.83),
     "velocity-verlet": Method(Walker(VELOCITY_VERLET), step=0.002, interval=2.0),
 }
 """Methods by name. The reference is SRKN_11^b with refined steps. The others take the given steps:
-two symplectic Runge-Kutta-Nystrom methods of Blanes and Moan, one of Dormand, El-Mikkawy and
-Prince, the paper's method and that of LAMMPS.
+two symplectic Runge-Kutta-Nystrom methods of Blanes and Moan, the paper's method and that of
+LAMMPS.
 """
