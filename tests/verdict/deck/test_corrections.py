@@ -14,6 +14,10 @@ import pytest
 import hertzchain as hc
 from hertzchain.engines.lammps.reading.found import FoundDeck
 from hertzchain.engines.lammps.reading.prober import DAMPED, DEPTHS
+from hertzchain.engines.lammps.reading.units import Units
+from hertzchain.limits import Deadline
+from hertzchain.verdict.deck.examining import case_of, numbers_of
+from hertzchain.verdict.deck.number import differences
 from tests.verdict.deck.corpus import scene_of
 from tests.verdict.deck.decks import DECKS, deck_of
 from tests.verdict.deck.made import Change, changed, examined, plus, times
@@ -160,6 +164,8 @@ OF_NUMBERS: dict[str, tuple[str, Change]] = {
     "more gravity": (
         "column", both(times("constant_force", 1.2), in_texts("9.81", "11.772"))
     ),
+    "a large granule": ("piston", times("radius", 1.01, 4)),
+    "a gap": ("piston", plus("position", slice(5, None), 1e-6)),
     "no gravity": ("column", both(times("constant_force", 0.0), without("gravity"))),
     "a load on granule 1": ("column", plus("constant_force", (0, 0), 0.01)),
     "a force across": ("column", plus("constant_force", (2, 1), 0.01)),
@@ -205,7 +211,7 @@ OF_NUMBERS: dict[str, tuple[str, Change]] = {
                      in_wall(force=lambda f: 1.33 * f, damped_force=lambda f: 1.33 * f))
     ),
     "a wall that is not met": (
-        "column", both(lambda deck: changed(deck, walls=()), in_texts("NULL 0.18", "NULL 0.25"))
+        "column", both(lambda deck: changed(deck, walls=()), in_texts("NULL 0.18", "-0.5 0.25"))
     ),
     "contacts across the box": (
         "piston", lambda deck: changed(deck, image_gap=1e-4, image_force=3.0)
@@ -271,3 +277,47 @@ def test_a_deck_with_a_wrong_number(name: str) -> None:
     deck, change = OF_NUMBERS[name]
     scene = scene_of(deck)
     is_as_expected(name, examined(scene, change(deck_of(deck, scene))))
+
+
+UNITS = Units("odd", length=2.0, mass=3.0, time=5.0)
+
+IN_UNITS: list[tuple[str, str, list[tuple[str, str]]]] = [
+    ("a large granule", "radius", [("length", "length")] * 2),
+    ("a gap", "distance of neighbours", [("length", "length")] * 2),
+    ("off the axis", "distance from the axis", [("length", "")]),
+    ("a granule moves", "velocity at the start", [("velocity", "")]),
+    ("velocity across", "velocity across the chain", [("velocity", "")]),
+    ("spin", "spin at the start", [("spin", "")]),
+    ("a wall further away", "place of the wall", [("length", "length")]),
+    ("a soft wall", "stiffness of the contacts", [("pressure", "pressure")] * 3),
+    ("light granules", "mass", [("mass", "density"), ("density", "density"), ("mass", "mass")]),
+    ("a higher pulse", "applied force", [("force", "force")] * 2),
+    ("a fast piston", "displacement of the piston", [("velocity", "velocity")]),
+    ("more gravity", "constant force", [("acceleration", "acceleration"), ("force", "force")]),
+    ("more load", "constant force", [("force", "force")]),
+    ("long steps", "time step", [("time", "time")]),
+]
+"""A mistake, a number, and the units of what may stand in its line as the wrong and right one."""
+
+
+@pytest.mark.parametrize(("name", "number", "units"), IN_UNITS)
+def test_numbers_in_the_units_of_a_deck(
+    name: str, number: str, units: list[tuple[str, str]]
+) -> None:
+    deck, change, *texts = (OF_SCENES | OF_NUMBERS)[name]  # type: ignore[operator]
+    scene = scene_of(deck)
+    if name in OF_SCENES:
+        found = deck_of(deck, replace(scene, **change), *texts)
+    else:
+        found = change(deck_of(deck, scene))
+    si, _ = case_of(scene, found, 1e-3, Deadline(60.0), {})
+    pairs = [
+        differences(case, one)[0].stands
+        for case in (si, replace(si, units=UNITS))
+        for one in numbers_of(case)
+        if one.name == number
+    ]
+    assert [len(one) for one in pairs] == [len(units)] * 2
+    for in_si, in_units, names in zip(*pairs, units, strict=True):
+        for here, there, unit in zip(in_si, in_units, names, strict=True):
+            assert here == pytest.approx(there * getattr(UNITS, unit) if unit else 0.0)

@@ -91,6 +91,9 @@ def test_how_long_a_deck_settles(scene: hc.Scene, right: FoundDeck) -> None:
     assert examining._settles(with_more, scene) == pytest.approx(7e-5)
     for other in (changed(deck, stopped="x"), changed(deck, is_chain=False), right):
         assert examining._settles(other, scene) == 0.0
+    later = examined(scene, settled(right, 0.0, 7e-5))
+    assert later.reference.scene.end_time == pytest.approx(5e-4)
+    assert later.to_mend == ()
     micro = changed(deck, units="micro")
     assert examining._settles(micro, scene) == pytest.approx(70.0)
     before = Executed("run 100", "in.made", 12, "run 100")
@@ -141,6 +144,7 @@ def test_contacts_that_were_not_tried(scene: hc.Scene, right: FoundDeck) -> None
     )
     check = by_name(done, "contacts")
     assert check.sentence == "the contacts of the deck could not be asked"
+    assert done.to_mend == (check,)  # which explains any motion
     assert not any(check.name.startswith(("stiffness", "damping")) for check in done.checks)
 
 

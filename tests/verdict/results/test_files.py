@@ -186,6 +186,9 @@ def test_the_sampling_error_adds_to_the_tolerance(run: Samples, tmp_path: Path) 
     assert error is not None
     assert 1e-5 < error < 1e-3
     assert f"they may be off by up to {error:.1e} for that" in judged.remarks[0]
+    assert not any("not judged" in one for one in judged.remarks)
+    rare = hc.judge(SCENE, given_by(run, 6, tmp_path), tolerance=1e-4)
+    assert rare.remarks[1].startswith("11 contacts are not judged, as samples so far apart")
     for factor, verdict in ((1 + 0.98e-3, "pass"), (1 + 1.1e-3 + 2 * error, "fail")):
         changed = hc.judge(SCENE, given_by(run, 3, tmp_path, factor))
         assert changed.verdict == verdict
