@@ -46,7 +46,8 @@ LAWS = {
 }
 """All that LIGGGHTS has; Yade has the first."""
 
-DRAWN = set(ALL_TERMS) - {"piston", "moving granules", "fixed granules", "local shock"}
+OTHERS = {"piston", "moving granules", "fixed granules", "local shock", "near wall"}
+DRAWN = set(ALL_TERMS) - OTHERS
 """Terms of random scenes; the others have tests of their own."""
 
 STEP = 0.03
