@@ -18,12 +18,12 @@ class Numbered:
     @property
     def first_granule(self) -> int:
         """Place of granule 1 in ``granules``: 0, or 1 behind a near wall."""
-        return int(self.near_wall is not None)
+        return 0 if self.near_wall is None else 1
 
     @property
     def bodies(self) -> int:
         """Number of entries of ``granules``: N, or N + 1 with a near wall."""
-        return self.chain.granules + self.first_granule
+        return self.chain.granules + (self.near_wall is not None)
 
     @property
     def pushed(self) -> int:
