@@ -23,9 +23,6 @@ def init(
         Path("scene.toml"), metavar="FILE", help="The scene file to write (TOML)."
     ),
     kind: Kind = typer.Option(PULSE, "--from", help="What the scene starts from."),
-    force: bool = typer.Option(
-        False, "--force", help="Replace a file of this name, if there is one."
-    ),
 ) -> None:
     """Write a commented scene file to start from, and say what to do next.
 
@@ -33,9 +30,8 @@ def init(
     """
     files = files_of(kind.value, path)
     check_outputs([], files)
-    there = [file for file in files if file.exists()]
-    if there and not force:
-        raise OutputError(f"{there[0]}: exists; name another file, or replace it with --force")
+    if there := [file for file in files if file.exists()]:
+        raise OutputError(f"{there[0]}: exists; name another file, or delete it")
     written = write_starter(kind.value, path)
     typer.echo(f"{' and '.join(map(str, written))}: {STARTERS[kind.value].title}")
     typer.echo(f"Change it in an editor, then: hertzchain compare {shlex.quote(str(path))}")

@@ -60,17 +60,17 @@ def pulse(
     from hertzchain.files import write_text
     from hertzchain.pulses.measured import measured_pulse
     from hertzchain.pulses.recording import read_recording
-    from hertzchain.pulses.signal import Given, pulse_of
+    from hertzchain.pulses.signal import pulse_of
     from hertzchain.report.pulse import plot_pulse, print_pulse
 
     check_files([recording], [output], plot=plot)
     refuse_without_need(plot is not None, size=size is not None)
     inches = to_inches(size)
-    given = Given(baseline, to_seconds("--start", start), to_seconds("--end", end))
+    ends = to_seconds("--start", start), to_seconds("--end", end)
     read = read_recording(recording, time, force, time_unit, scale)
     with progress() as report_progress:
         report_progress("looking for few rows that keep the pulse")
-        found = measured_pulse(read, pulse_of(read, given), rows)
+        found = measured_pulse(read, pulse_of(read, baseline, *ends), rows)
     if output is not None:
         write_text(output, found.to_text())
     show(as_json, found.to_dict, lambda console: print_pulse(console, found))

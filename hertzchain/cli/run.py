@@ -36,11 +36,6 @@ def run(
         None, help="Instead of --rtol: a native method. The others have velocity-verlet."
     ),
     dt: options.LargestStep = None,
-    extrapolated: bool = typer.Option(
-        False,
-        "--extrapolated",
-        help="Not with native: extrapolate from two steps, an eighth of the cost.",
-    ),
     wanted: Wanted | None = typer.Option(
         None,
         help="What --rtol is asked of: the first pulse of each contact, or all peaks, reflected"
@@ -94,7 +89,7 @@ def run(
         for name, given in {
             "backend": backend != options.NATIVE, "method": method, "dt": dt, "lmp": lmp,
             "wanted": wanted, "record": record, "traces": traces, "report": report,
-            "isolate": isolate, "ranks": ranks, "extrapolated": extrapolated,
+            "isolate": isolate, "ranks": ranks,
         }.items():  # fmt: skip
             if given:
                 raise HertzchainError(f"--{name} is not for --uncertainty: leave one of them out")
@@ -119,7 +114,7 @@ def run(
     files = RunFiles(output, plot, traces, record, report, inches)
     files.check(scene, loaded)
     options.refuse_without_need(backend == "lammps", isolate=isolate, lmp=lmp, ranks=ranks)
-    parameters = _parameters(backend, method, step, rtol, extrapolated)
+    parameters = _parameters(backend, method, step, rtol)
     if wanted is not None:
         parameters["wanted"] = wanted.value
     if backend == "lammps":
@@ -154,16 +149,10 @@ def run(
 
 
 def _parameters(
-    backend: str,
-    method: MethodName | None,
-    dt: float | None,
-    rtol: float | None,
-    extrapolated: bool,
+    backend: str, method: MethodName | None, dt: float | None, rtol: float | None
 ) -> dict[str, Any]:
     """Return the numerical parameters of an engine."""
     if backend == "native":
-        if extrapolated:
-            raise HertzchainError("--extrapolated is not for --backend native; leave it out")
         return {"method": None if method is None else method.value, "dt": dt, "rtol": rtol}
     if method not in (None, MethodName("velocity-verlet")):
         label = ENGINES[backend].label
@@ -171,4 +160,4 @@ def _parameters(
             f"--method {method}: {label} has only velocity-verlet; leave the option out"
         )
     options.refuse_step_and_accuracy(rtol, dt)
-    return {"dt": dt, "rtol": RTOL if rtol is None else rtol, "extrapolated": extrapolated}
+    return {"dt": dt, "rtol": RTOL if rtol is None else rtol}

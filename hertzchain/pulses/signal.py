@@ -30,25 +30,6 @@ _FLAT = 5  # samples of the largest force from which on a top may be cut off; ch
 _PILED = 8  # times as many as are within a digit below it; chosen, above what a crest has
 
 
-@dataclass(frozen=True)
-class Given:
-    """Options of a pulse given by the user.
-
-    Parameters
-    ----------
-    baseline
-        Value of the file without a force, in the unit of its column; by default the mean before the
-        pulse.
-    start, end
-        Times in the recording [s]; by default where averages of the force leave the noise, and
-        where they are last above it.
-    """
-
-    baseline: float | None = None
-    start: float | None = None
-    end: float | None = None
-
-
 @dataclass(frozen=True, eq=False)
 class Signal:
     """The pulse in a recording.
@@ -89,8 +70,24 @@ class Signal:
     warnings: tuple[str, ...] = ()
 
 
-def pulse_of(recording: Recording, given: Given = Given()) -> Signal:
+def pulse_of(
+    recording: Recording,
+    baseline: float | None = None,
+    start: float | None = None,
+    end: float | None = None,
+) -> Signal:
     """Find the pulse in a recording.
+
+    Parameters
+    ----------
+    recording
+        The recording.
+    baseline
+        Value of the file without a force, in the unit of its column; by default the mean before the
+        pulse.
+    start, end
+        Times in the recording [s]; by default where averages of the force leave the noise, and
+        where they are last above it.
 
     Raises
     ------
@@ -100,12 +97,12 @@ def pulse_of(recording: Recording, given: Given = Given()) -> Signal:
     time, force = recording.time, recording.force
     step = float(time[-1] - time[0]) / (time.size - 1)
     resolution = resolution_of(force)
-    given_first = None if given.start is None else _place(time, "--start", given.start)
-    given_last = None if given.end is None else _place(time, "--end", given.end)
+    given_first = None if start is None else _place(time, "--start", start)
+    given_last = None if end is None else _place(time, "--end", end)
     inside = slice(given_first or 0, time.size if given_last is None else given_last + 1)
-    possible = given.baseline is None or is_finite(given.baseline)
-    require(possible, "--baseline", given.baseline, "must be a finite number")
-    known = None if given.baseline is None else given.baseline * recording.newtons
+    possible = baseline is None or is_finite(baseline)
+    require(possible, "--baseline", baseline, "must be a finite number")
+    known = None if baseline is None else baseline * recording.newtons
     level = _rough_level(force) if known is None else known
     _refuse_few(time, inside.start, inside.stop - 1)
     crest = inside.start + int(np.argmax(force[inside]))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -12,20 +11,16 @@ import numpy as np
 
 from hertzchain.engines.lammps import Lammps
 from hertzchain.engines.native import Native
-from hertzchain.errors import SceneError
-from hertzchain.limits import RTOL
 from hertzchain.sweeps.design import Design
 
 MOST_ROWS, MOST_PEAKS = 10_000, 500_000  # scenes and contacts of a part, chosen: about 30 MB
-_WORK = 10.0  # time of a part on one core [s]; chosen: this is lost where a sweep is killed
+_ALONE = 50  # scenes of a part that are run one by one; chosen: these are lost where it is killed
 _LEAST_PARTS = 16  # least number of parts; chosen, so that few scenes keep all cores busy
-_START = 0.4  # estimated time below which no process is started [s]; chosen: two take 2 s to start
 _LOOKED_AT = 500  # number of scenes whose granules are looked at
-_BUILT = 20  # number of scenes from which the work of all is estimated; they have to be built
-_GRANULES_BUILT = 50_000  # most granules of these scenes together, chosen: about a second
-_ONE_BY_ONE = 20.0  # time of a native run with terms over that of a batch; measured: 3 to 50
-_OVERHEAD = 2e-3  # additional time of a scene run by itself [s], measured
-
+_SHORT, _SMALL = 400_000, 60
+"""Scenes times granules squared, at least those of a small chain, below which no process is started
+(chosen): two take 2 s to start, and 110 scenes of 60 granules less than that.
+"""
 
 Backend = Native | Lammps
 
@@ -67,46 +62,22 @@ def is_batched(design: Design, backend: Backend) -> bool:
 
 def part_size(design: Design, backend: Backend) -> int:
     """Return the number of scenes in a part."""
-    granules = design.parameters(design.some(_LOOKED_AT))["chain.granules"]
-    size = min(MOST_ROWS, MOST_PEAKS // int(np.max(granules)))
-    size = min(size, math.floor(_WORK / _mean_seconds(design, backend)))
+    size = min(MOST_ROWS, MOST_PEAKS // _largest(design))
     if not is_batched(design, backend):
-        size = min(size, math.ceil(design.scenes / _LEAST_PARTS))
+        size = min(size, _ALONE, math.ceil(design.scenes / _LEAST_PARTS))
     return max(size, 1)
 
 
 def is_short(design: Design, backend: Backend) -> bool:
     """Return whether scenes take less than starting processes; never LAMMPS or given steps."""
-    if isinstance(backend, Lammps) or (isinstance(backend, Native) and backend.dt is not None):
+    if isinstance(backend, Lammps) or backend.dt is not None or backend.method is not None:
         return False
-    return design.scenes * _mean_seconds(design, backend) < _START
+    return design.scenes * max(_largest(design), _SMALL) ** 2 < _SHORT
 
 
-def _mean_seconds(design: Design, backend: Backend) -> float:
-    """Estimate the mean time of a scene on one core from some of them [s]."""
-    numbers = design.some(max(2, min(_BUILT, _GRANULES_BUILT // design.base.chain.granules)))
-    given = design.parameters(numbers)
-    alone, times = (0.0, 1.0) if design.are_plain else (_OVERHEAD, _ONE_BY_ONE)
-    if not isinstance(backend, Native):
-        times = 1.0
-    found = []
-    for k in range(numbers.size):
-        with suppress(SceneError):
-            scene = design.scene(given, k)
-            duration = scene.end_time / scene.contact_time
-            found.append(alone + times * _seconds(backend, scene.chain.granules, duration))
-    return float(np.mean(found)) if found else _OVERHEAD
-
-
-def _seconds(backend: Backend, granules: int, duration: float) -> float:
-    """Estimate the time of a scene by granules and duration [natural units] on one core [s]."""
-    rtol = backend.rtol or RTOL
-    if isinstance(backend, Native):
-        a_step = {None: 2e-8 * (1e-4 / rtol) ** 0.25, "reference": 2e-6}  # measured
-        cost = a_step.get(backend.method, 1e-5) if backend.dt is None else 1e-5
-        return 1e-4 + duration * granules * cost
-    step = 1.4e-3 * math.sqrt(rtol / 1e-6) * (6 if backend.extrapolated else 1)
-    return 0.1 + 9 * duration / step * (0.5e-6 + 2e-8 * granules)
+def _largest(design: Design) -> int:
+    """Return the granules of the longest chain of some scenes."""
+    return int(np.max(design.parameters(design.some(_LOOKED_AT))["chain.granules"]))
 
 
 def settings(backend: Backend) -> dict[str, Any]:

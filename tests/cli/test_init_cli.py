@@ -35,14 +35,12 @@ def test_every_kind_can_be_asked_for(hertzchain: Command, kind: str, tmp_path: P
     assert hertzchain("predict", path).status == 0
 
 
-def test_a_file_is_replaced_only_with_force(hertzchain: Command, tmp_path: Path) -> None:
+def test_a_file_is_not_replaced(hertzchain: Command, tmp_path: Path) -> None:
     path, table = tmp_path / "mine.toml", tmp_path / "mine.csv"
     table.write_text("measured\n", encoding="utf-8")
-    is_refused(hertzchain("init", path, "--from", "pulse-table"), "mine.csv: exists", "--force")
+    is_refused(hertzchain("init", path, "--from", "pulse-table"), "mine.csv: exists", "delete it")
     assert not path.exists()
     assert table.read_text(encoding="utf-8") == "measured\n"
-    assert hertzchain("init", path, "--from", "pulse-table", "--force").status == 0
-    assert table.read_text(encoding="utf-8").startswith("time_s,force_N\n")
 
 
 @pytest.mark.parametrize("command", [(), ("run",), ("init",)])

@@ -102,7 +102,7 @@ pulse text.csv => line 2: has no finite time and force
 init no/mine.toml => does not exist
 init new.csv --from pulse-table => new.csv: is the name of the pulse table; new.toml
 init . => is a directory, must be the name of a file
-init scene.toml => scene.toml: exists; --force
+init scene.toml => scene.toml: exists; delete it
 """  # noqa: E501 - a line is a case
 """Commands, and what their sentence has. ``scene.toml`` has six granules and a pulse."""
 

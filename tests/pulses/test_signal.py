@@ -9,7 +9,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError
 from hertzchain.pulses.noise import Noise, noise_before, noise_within, resolution_of
 from hertzchain.pulses.recording import Recording
-from hertzchain.pulses.signal import Given, averaged, cut_off, no_return, pulse_of, without_negative
+from hertzchain.pulses.signal import averaged, cut_off, no_return, pulse_of, without_negative
 from tests.recordings import DURATION, FORCE, GAIN, OFFSET, START, sine_squared, times, volts
 
 IMPULSE = FORCE * DURATION / 2  # [N s]
@@ -52,9 +52,8 @@ def test_a_clean_recording_keeps_every_sample() -> None:
 
 
 def test_what_is_given_is_taken() -> None:
-    given = Given(baseline=0.02, start=10e-6, end=40e-6)
     read = noisy()
-    found = pulse_of(read, given)
+    found = pulse_of(read, baseline=0.02, start=10e-6, end=40e-6)
     assert found.baseline == 0.02 * GAIN
     assert found.baseline_samples == 0
     inside = (read.time >= 10e-6) & (read.time <= 40e-6)
@@ -126,7 +125,7 @@ def two_pulses(height: float, distance: float = 90e-6, noise: float = 0.5) -> Re
 def test_a_pulse_before_the_largest_is_no_baseline(height: float) -> None:
     with pytest.raises(HertzchainError, match=r"a pulse of .* N, at 3.*e-05 s, comes before"):
         pulse_of(two_pulses(height))
-    both = pulse_of(two_pulses(height), Given(start=-3e-6, end=165e-6))
+    both = pulse_of(two_pulses(height), start=-3e-6, end=165e-6)
     assert abs(both.baseline) < 4 * 0.5 / np.sqrt(100)
     assert np.trapezoid(both.force, both.time) == pytest.approx(
         (1 + height / FORCE) * IMPULSE,
@@ -143,16 +142,16 @@ def test_what_is_hardly_higher_than_the_noise_is_no_other_pulse() -> None:
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        (Given(start=1.0), "--start = 1.0: must be a time of the file, -2e-05 to 0.00016 s"),
-        (Given(baseline=float("nan")), "--baseline = nan: must be a finite number"),
-        (Given(end=-1.0), "--end = -1.0: must be a time of the file"),
-        (Given(start=31.9e-6, end=32.2e-6), r"there are \d samples from .*, a pulse needs 8"),
-        (Given(start=50e-6, end=10e-6), "there are 0 samples from 5"),
+        ({"start": 1.0}, "--start = 1.0: must be a time of the file, -2e-05 to 0.00016 s"),
+        ({"baseline": float("nan")}, "--baseline = nan: must be a finite number"),
+        ({"end": -1.0}, "--end = -1.0: must be a time of the file"),
+        ({"start": 31.9e-6, "end": 32.2e-6}, r"there are \d samples from .*, a pulse needs 8"),
+        ({"start": 50e-6, "end": 10e-6}, "there are 0 samples from 5"),
     ],
 )
-def test_times_that_leave_the_pulse_out(given: Given, words: str) -> None:
+def test_times_that_leave_the_pulse_out(given: dict[str, float], words: str) -> None:
     with pytest.raises(HertzchainError, match=words):
-        pulse_of(noisy(), given)
+        pulse_of(noisy(), **given)
 
 
 def test_averages_at_the_ends_are_of_fewer() -> None:
@@ -203,8 +202,8 @@ def test_a_recording_that_does_not_return_is_said(off: float, is_said: bool) -> 
     assert [f"ends {off:+.2g} N from its baseline" in warning for warning in found] == [
         True
     ] * is_said
-    known = Given(end=START + DURATION)
-    assert pulse_of(recording(sine_squared(time) + away), known).warnings == ()
+    known = {"end": START + DURATION}
+    assert pulse_of(recording(sine_squared(time) + away), **known).warnings == ()
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.001, 0.01, 0.05])
@@ -250,10 +249,10 @@ def test_a_spike_outside_of_the_times_that_are_given_is_not_used() -> None:
     at = np.array([1200, 1500])  # after the pulse
     force = read.force.copy()
     force[at] = spike, -spike
-    given = Given(start=START - 1e-6, end=START + DURATION)
+    given = {"start": START - 1e-6, "end": START + DURATION}
     with pytest.raises(HertzchainError, match="pulls"):
-        pulse_of(recording(force), Given(start=START - 1e-6))
-    found, clean = pulse_of(recording(force), given), pulse_of(recording(read.force), given)
+        pulse_of(recording(force), start=START - 1e-6)
+    found, clean = pulse_of(recording(force), **given), pulse_of(recording(read.force), **given)
     assert found.force.tolist() == clean.force.tolist()
     assert found.baseline == clean.baseline
 
@@ -272,18 +271,18 @@ def test_a_recording_that_begins_in_its_pulse_has_one_story(after: float) -> Non
     assert "none taken off" in dict(found.remarks)["baseline"]
     (warning,) = found.warnings
     assert "N from 0, as no baseline is taken off: say with --baseline" in warning
-    assert pulse_of(begun_late(after), Given(baseline=4.5)).warnings == ()
+    assert pulse_of(begun_late(after), baseline=4.5).warnings == ()
 
 
 @pytest.mark.parametrize("after", [0.26, 0.4, 0.5, 0.6])
 def test_a_recording_that_begins_near_its_crest_is_no_pull(after: float) -> None:
     with pytest.raises(HertzchainError, match=r"begins in its pulse.* --baseline"):
         pulse_of(begun_late(after))
-    found = pulse_of(begun_late(after), Given(baseline=4.5))
+    found = pulse_of(begun_late(after), baseline=4.5)
     # Five standard deviations of a sample, of 1 N each.
     assert found.force.max() == pytest.approx(FORCE * np.sin(np.pi * max(after, 0.5)) ** 2, abs=5)
 
 
 def test_a_recording_that_ends_away_from_a_given_baseline() -> None:
-    (warning,) = pulse_of(begun_late(0.15), Given(baseline=0.0)).warnings
+    (warning,) = pulse_of(begun_late(0.15), baseline=0.0).warnings
     assert warning.startswith("the recording ends +4.")

@@ -24,7 +24,7 @@ from hertzchain.observables.balance import LostDigits
 from hertzchain.observables.definitions import DEFINITIONS
 from hertzchain.pulses.measured import measured_pulse
 from hertzchain.pulses.recording import read_recording
-from hertzchain.pulses.signal import Given, pulse_of
+from hertzchain.pulses.signal import pulse_of
 from hertzchain.scene.sections import sections_of
 from hertzchain.verdict.certificate import ROUND_OFF, UNTESTED, Certificate, Row
 from hertzchain.verdict.certified import CASES
@@ -125,7 +125,7 @@ def recorded(noise: float = 0.01, **given: Any) -> dict[str, Any]:
     with TemporaryDirectory() as folder:
         path = write_scope(Path(folder) / "scope.csv", 1000, noise)
         recording = read_recording(path, scale=GAIN)
-    return measured_pulse(recording, pulse_of(recording, Given(**given))).to_dict()
+    return measured_pulse(recording, pulse_of(recording, **given)).to_dict()
 
 
 TABLE = hc.PulseTable((0.0, 2e-5, 4e-5), (0.0, 100.0, 0.0))

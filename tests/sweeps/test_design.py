@@ -234,5 +234,4 @@ def test_parts_are_all_scenes_once_and_none_is_too_large(granules: int) -> None:
 
 def test_the_longest_chain_limits_what_a_part_has() -> None:
     found = design(SHORT, {"momentum_ratio": "0.1:10:5000", "granules": [2, 1000]})
-    quick = hc.Native(rtol=1e-2)  # so that only the peaks that are kept count, not the time
-    assert part_size(found, quick) == MOST_PEAKS // 1000
+    assert part_size(found, hc.Native()) == MOST_PEAKS // 1000

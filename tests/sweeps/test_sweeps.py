@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -197,10 +196,8 @@ def test_backends_that_cannot_be_are_refused(backends: Iterable[Any], words: str
     ("backend", "scenes", "short"),
     [
         (hc.Native(rtol=1e-4), 100, True),
-        (hc.Native("velocity-verlet"), 110, True),
-        (hc.Native("velocity-verlet"), 130, False),
-        (hc.Native("reference"), 500, True),
-        (hc.Native("reference"), 700, False),
+        (hc.Native(rtol=1e-4), 120, False),
+        (hc.Native("reference"), 2, False),
         (hc.Native(dt=1e-7), 2, False),
         (hc.Lammps(rtol=1e-2), 2, False),
     ],
@@ -213,8 +210,8 @@ def test_few_scenes_start_no_process(backend: Any, scenes: int, short: bool) -> 
 def test_where_scenes_are_measured_changes_no_value(monkeypatch: pytest.MonkeyPatch) -> None:
     vary = {"run.end_time": "5e-5:2e-4:12"}  # not for the batch
     found = []
-    for start in (0.0, math.inf):
-        monkeypatch.setattr(parts_of_sweeps, "_START", start)
+    for most in (0, 10**9):
+        monkeypatch.setattr(parts_of_sweeps, "_SHORT", most)
         swept = hc.sweep(SHORT, vary, peaks=True)
         found.append((swept.to_frame(), swept.peaks_to_frame()))
     for one, other in zip(*found, strict=True):
