@@ -177,6 +177,18 @@ def test_step_grows_at_most_to_twice_the_pilot() -> None:
 # Bounds of whole runs
 
 
+@pytest.mark.parametrize("method", ["velocity-verlet", "rk4"])
+@pytest.mark.parametrize("dt", [0.2, 0.05, 0.0125])
+def test_bound_of_a_run_vs_its_error(method: str, dt: float) -> None:
+    scene = paper_scene("cosine-triangular", 1.3, 2.5, granules=10)
+    exact = hc.Native("reference").run(scene).peak_force
+    result = hc.Native(method, dt=dt * scene.units.time).run(scene)
+    true_error = largest_difference(result.peak_force, exact)
+    # The reference is right to 1e-11; a bound 100 times too large would be no help.
+    assert true_error <= result.error_estimate + 1e-11
+    assert result.error_estimate < 100 * true_error
+
+
 @pytest.fixture(scope="module")
 def long_pulse() -> hc.Result:
     """Many waves and gaps in a short chain, by the reference method."""

@@ -104,6 +104,7 @@ pulse chain.segments=[{granules=60, raduis=1e-3}] => chain.segments.1.raduis = 0
 pulse chain.segments=[{granules=60, gap=-1e-6}] => chain.gap of granule 1 = -1e-06
 pulse chain.segments=[{granules=60, gap=nan}] => chain.gap of granule 1 = nan: must be a finite number of at least 0
 pulse chain.segments=[{granules=60, radius_ratio=1e300}] => chain.radius of granule 3 = inf: must be a finite number above 0
+pulse chain.segments=[{granules=60, radius_ratio=-0.9}] => chain.segments.1.radius_ratio = -0.9: must be a finite number above 0
 pulse chain.segments=[{granules=60, cell=[{poisson_ratio=0.7}]}] => chain.poisson_ratio of granule 1 = 0.7
 pulse chain.granules=1000001; wall.kind="same" => chain.granules = 1000001: must be at most 1000000 in a scene with wall
 pulse precompression={} => precompression.force and gravity: both are 0

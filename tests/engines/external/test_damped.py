@@ -16,7 +16,6 @@ from hertzchain.engines.external.backend import _Runner
 from hertzchain.engines.external.engine import ProgramEngine
 from hertzchain.engines.liggghts import contacts
 from hertzchain.engines.native import METHODS
-from hertzchain.engines.yade import damping as yade_damping
 from hertzchain.errors import RunFailed
 from hertzchain.limits import Deadline
 from hertzchain.observables.error_bound import stable_step
@@ -167,21 +166,21 @@ def test_the_method_of_liggghts_names_the_models_that_run(law: str, models: str)
 
 
 def test_laws_that_an_engine_does_not_have() -> None:
-    for law in LAWS.values():
-        contacts.refuse_damping(law)
-    yade_damping.refuse_damping(RESTITUTION)
-    yade_damping.refuse_damping(None)
+    scene = SCENES["all at once"]
     small = hc.Contact("restitution", restitution=0.05)
-    contacts.refuse_damping(replace(small, restitution=math.nextafter(0.05, 1)))
-    for refuse, law, words in (
-        (contacts, replace(DASHPOT, attraction=False), "dashpots always pull in LIGGGHTS: set"),
-        (contacts, small, "restitution above 0.05, this one is 0.05: take another"),
-        (yade_damping, VISCOELASTIC, "Yade has no viscoelastic damping with Hertz's law"),
-        (yade_damping, DASHPOT, "Yade has no dashpot damping with Hertz's law"),
-        (yade_damping, LAWS["restitution, pulling"], "never pull in Yade: leave out attraction"),
+    allowed = [None, *LAWS.values(), replace(small, restitution=math.nextafter(0.05, 1))]
+    for engine, laws in ((hc.Liggghts, allowed), (hc.Yade, [None, RESTITUTION])):
+        for law in laws:
+            engine()._refuse(replace(scene, contact=law))
+    for engine, law, words in (
+        (hc.Liggghts, replace(DASHPOT, attraction=False), "dashpots always pull in LIGGGHTS: set"),
+        (hc.Liggghts, small, "restitution above 0.05, this one is 0.05: take another"),
+        (hc.Yade, VISCOELASTIC, "Yade has no viscoelastic damping with Hertz's law"),
+        (hc.Yade, DASHPOT, "Yade has no dashpot damping with Hertz's law"),
+        (hc.Yade, LAWS["restitution, pulling"], "never pull in Yade: leave out attraction"),
     ):
         with pytest.raises(RunFailed, match=words):
-            refuse.refuse_damping(law)
+            engine()._refuse(replace(scene, contact=law))
 
 
 def taper(granules: int) -> hc.Scene:

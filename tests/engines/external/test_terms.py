@@ -10,6 +10,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.external.engine import ProgramEngine
+from hertzchain.engines.lammps import deck as lammps_deck
 from hertzchain.engines.liggghts import deck as liggghts_deck
 from hertzchain.engines.yade import deck as yade_deck
 from hertzchain.errors import RunFailed
@@ -148,6 +149,8 @@ def test_decks_that_would_be_too_long() -> None:
     with pytest.raises(RunFailed, match="of 101 materials, a LIGGGHTS deck has at most 100"):
         liggghts_deck.set_up(materials(101))
     long = hc.Scene(hc.Chain(100_001, **STEEL), hc.Striker(1.0))
+    with pytest.raises(RunFailed, match="LAMMPS deck of 100001 granules would be too"):
+        lammps_deck.set_up(long)
     with pytest.raises(RunFailed, match="LIGGGHTS deck of 100001 granules would be too"):
         liggghts_deck.set_up(long)
     with pytest.raises(RunFailed, match="Yade with 100001 granules would be too long"):

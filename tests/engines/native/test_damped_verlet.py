@@ -12,7 +12,7 @@ from hertzchain.engines.external.rescaling import Softening
 from hertzchain.engines.native import simulate_damped_verlet
 from hertzchain.engines.native.equations import Chain
 from hertzchain.errors import StepUnstable
-from hertzchain.observables.error_bound import stable_step
+from hertzchain.observables.error_bound import _highest_frequency, highest_rate, stable_step
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.verdict.run_checks import balance_checks
 from tests.conftest import STEEL
@@ -194,6 +194,11 @@ def test_a_step_too_long_is_refused(law: str) -> None:
     scene = hc.Scene(hc.Chain(8, **STEEL), PULSE, contact=LAWS[law])
     longest = stable_step(scene, 2.0)
     assert longest < stable_step(replace(scene, contact=None), 2.0)
+    # A motion u'' = -r u' - w^2 u, whose damper acts half a step late: growth in a step.
+    w, r = _highest_frequency(scene), highest_rate(scene)
+    for h, is_stable in ((0.999 * longest, True), (1.001 * longest, False)):
+        growth = np.roots([1, r * h + (w * h) ** 2 - 2, 1 - r * h])
+        assert bool(np.all(np.abs(growth) <= 1)) is is_stable
     # Legs are cut into equal steps, which are a little shorter than what was asked for.
     with pytest.raises(StepUnstable, match="is unstable"):
         hc.Native("velocity-verlet", 1.3 * longest).run(scene)

@@ -154,6 +154,10 @@ def test_interpolation_vs_hermite() -> None:
     expected = hermite.coefficients(*columns, np.array([[h]]))
     # Coefficients of up to a few hundred that cancel.
     assert ours == pytest.approx(expected[:, 0, 0], rel=0, abs=1e-12)
+    curve = np.polynomial.Polynomial(ours)
+    for s in (0.0, 0.3, 1.0):
+        assert interpolant.slope_at(ours, s) == pytest.approx(curve.deriv()(s), abs=1e-10)
+        assert interpolant.curvature_at(ours, s) == pytest.approx(curve.deriv(2)(s), abs=1e-10)
 
 
 @pytest.mark.parametrize(("place", "moment"), [(threading.Thread, "start"), (simulation, "_wait")])
