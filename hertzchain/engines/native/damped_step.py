@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.engines.native.compiling import ONE, compiled, compiled_without_nan, larger
+from hertzchain.engines.native.compiling import ONE, compiled
 from hertzchain.engines.native.damped_contacts import (
     accelerations,
     force_rates,
@@ -209,33 +209,22 @@ def take_step(
     return hi
 
 
-@compiled_without_nan
-def largest_error(
-    v0: Any, v1: Any, kv: Any, fifth: Any, third: Any, size: float, hi: int, by5: Any, by3: Any
-) -> Any:
+@compiled
+def largest_error(v0: Any, v1: Any, k: Any, fifth: Any, third: Any, size: float, hi: int) -> Any:
     """Estimate the largest error of a velocity, and find the largest velocity.
 
     An error is the square of one estimate over another of lower order, of the same granule: the
-    quotient of the largest ones, of different granules, can be far too small. ``by5`` and ``by3``,
-    shape (granules,), are filled in: sums are made by vector instructions in a short window too,
-    maxima are not.
+    quotient of the largest ones, of different granules, can be far too small.
     """
-    f0, f5, f6, f7 = fifth[0], fifth[5], fifth[6], fifth[7]
-    f8, f9, f10, f11 = fifth[8], fifth[9], fifth[10], fifth[11]
-    t0, t5, t6, t7 = third[0], third[5], third[6], third[7]
-    t8, t9, t10, t11 = third[8], third[9], third[10], third[11]
-    for i in range(np.uint64(0), np.uint64(hi)):
-        k0, k5, k6, k7 = kv[0, i], kv[5, i], kv[6, i], kv[7, i]
-        k8, k9, k10, k11 = kv[8, i], kv[9, i], kv[10, i], kv[11, i]
-        by5[i] = f0 * k0 + f5 * k5 + f6 * k6 + f7 * k7 + f8 * k8 + f9 * k9 + f10 * k10 + f11 * k11
-        by3[i] = t0 * k0 + t5 * k5 + t6 * k6 + t7 * k7 + t8 * k8 + t9 * k9 + t10 * k10 + t11 * k11
-    for i in range(np.uint64(0), np.uint64(hi)):
-        square = by5[i] * by5[i]
-        by3[i] = square / math.sqrt(square + 0.01 * by3[i] * by3[i] + _NO_ERROR)
     error, fastest = 0.0, 0.0
     for i in range(np.uint64(0), np.uint64(hi)):
-        error = larger(error, by3[i])
-        fastest = larger(fastest, larger(abs(v0[i]), abs(v1[i])))
+        by5 = by3 = 0.0
+        for s in range(fifth.size):
+            by5 += fifth[s] * k[s, i]
+            by3 += third[s] * k[s, i]
+        square = by5 * by5
+        error = max(error, square / math.sqrt(square + 0.01 * by3 * by3 + _NO_ERROR))
+        fastest = max(fastest, abs(v0[i]), abs(v1[i]))
     return size * error, fastest
 
 
