@@ -70,7 +70,7 @@ MISTAKES = {
     "wall twice as stiff": ("all at once", r"(variable k_wall equal )", r"\g<1>2*"),
     "no wall": ("striker, rigid wall", r"fix wall last wall", "fix wall empty wall"),
     "pair mixed wrongly": ("dimer", r"(pair_coeff 1 2 hertz )\$\{k1_2\}", r"\g<1>${k1_1}"),
-    "stiffness": ("dimer", r"(variable k1_2 equal )", r"\g<1>(1+1e-6)*"),
+    "stiffness": ("dimer", r"(variable k1_2 equal )", r"\g<1>1.01*"),
     "exponent": ("large striker", r"(pair_coeff 1 1) hertz \S+", r"\1 hooke 1e7"),
     "radius": ("dimer", r"(set atom 5 diameter 0\.0095)", r"\g<1>01"),
     "density": ("dimer", r"(set atom 5 density )", r"\g<1>1"),

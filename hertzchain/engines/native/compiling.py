@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-from numba.extending import intrinsic, register_jitable
+from numba.extending import register_jitable
 
 from hertzchain.engines.native.keeping import UNCOUNTED, kept
 
@@ -68,26 +68,3 @@ def _stamps(file: Path) -> tuple[tuple[str, float, int], ...]:
 
 
 _IMPORTED = re.compile(r"^from hertzchain\.engines\.native\.(\w+) import", re.MULTILINE)
-
-
-def compiled_without_nan(function: Any) -> Any:
-    """As ``compiled``; the compiler takes vector instructions for maxima, as no number is NaN."""
-    return njit(
-        **{**_HOW, "fastmath": {"contract", "nnan", "nsz"}}, **UNCOUNTED, no_cpython_wrapper=True
-    )(function)
-
-
-def _larger_of_two(_: Any, a: Any, b: Any) -> Any:
-    """The larger of two numbers of one type, neither NaN.
-
-    Of ``max`` LLVM makes vector instructions in some places and not in others.
-    """
-
-    def lowered(_: Any, builder: Any, __: Any, numbers: Any) -> Any:
-        sure = {"flags": ("nnan", "nsz")}
-        return builder.select(builder.fcmp_ordered(">", *numbers, **sure), *numbers, **sure)
-
-    return (a(a, a), lowered) if a == b else None
-
-
-larger: Any = intrinsic(_larger_of_two)

@@ -158,8 +158,7 @@ def advance(
             run.evaluations += method.nodes.size
             run.cost += method.nodes.size * hi
             error, fastest = largest_error(
-                v0, v1, room.k, method.fifth, method.third, h if m == 1 else h ** (1.0 / m), hi,
-                room.power, room.lost,
+                v0, v1, room.k, method.fifth, method.third, h if m == 1 else h ** (1.0 / m), hi
             )  # fmt: skip
             allowed = run.allowed = tolerance * max(fastest, slowest)
             judged = allowed * (_STRICTER if fresh else 1.0) / strength

@@ -42,14 +42,8 @@ def forces(
         d = u[i] - u[i + ONE] - gap[i]
         w = v[i] - v[i + ONE]
         d = d if d > 0.0 else 0.0
-        root = np.sqrt(d)
-        factor = 1.0
-        if exponent == 0.5:
-            factor = root
-        elif exponent == 0.25:
-            factor = np.sqrt(root)
-        elastic = stiffness[i] * d * root
-        force = on[i] * (elastic + damping[i] * factor * w)
+        elastic = stiffness[i] * d * np.sqrt(d)
+        force = on[i] * (elastic + damping[i] * power_of(d, exponent) * w)
         f[i + ONE] = force
         power[i] = (force - on[i] * elastic) * w
 
@@ -75,14 +69,8 @@ def force_rates(
         bend = a[i] - a[i + ONE]
         steep = exponent * w * w / d if d > 1e-60 else 0.0
         d = d if d > 0.0 else 0.0
-        root = np.sqrt(d)
-        factor = 1.0
-        if exponent == 0.5:
-            factor = root
-        elif exponent == 0.25:
-            factor = np.sqrt(root)
-        damped = damping[i] * factor * (steep + bend)
-        rate[i + ONE] = on[i] * (1.5 * stiffness[i] * root * w + damped)
+        damped = damping[i] * power_of(d, exponent) * (steep + bend)
+        rate[i + ONE] = on[i] * (1.5 * stiffness[i] * np.sqrt(d) * w + damped)
 
 
 @compiled

@@ -27,11 +27,10 @@ class Motion(NamedTuple):
 
 
 class Room(NamedTuple):
-    """Arrays that a step works with: forces, power, losses, stages, coefficients, what it adds."""
+    """Arrays that a step works with: forces, power, stages, coefficients, what it adds."""
 
     f: FloatArray
     power: FloatArray
-    lost: FloatArray
     k: FloatArray
     bent: FloatArray
     gained: FloatArray
@@ -79,8 +78,8 @@ def at_the_start(granules: int, stages: int) -> State:
     """Return a state for the start of a run."""
     start, end = (Motion(*np.zeros((6, granules + 2))) for _ in range(2))
     room = Room(
-        np.zeros(granules + 2), np.zeros(granules), np.zeros(granules),
-        np.zeros((stages, granules)), np.zeros((stages + 1, stages)), np.zeros(4),
+        np.zeros(granules + 2), np.zeros(granules), np.zeros((stages, granules)),
+        np.zeros((stages + 1, stages)), np.zeros(4),
     )  # fmt: skip
     return State(start, end, np.zeros(granules), room, np.zeros(1, RUN))
 

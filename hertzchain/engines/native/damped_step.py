@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.engines.native.compiling import ONE, compiled, compiled_without_nan, larger
+from hertzchain.engines.native.compiling import compiled
 from hertzchain.engines.native.damped_contacts import (
     accelerations,
     force_rates,
@@ -51,61 +51,19 @@ def _fly(u: Any, v: Any, u0: Any, v0: Any, time: float, hi: int) -> None:
 
 
 @compiled
-def _add_four(
-    u: Any, v: Any, k: Any, hi: int, j0: int, j1: int, j2: int, j3: int,
-    of_u: Any, of_v: Any,
-) -> None:  # fmt: skip
-    u0, u1, u2, u3 = of_u
-    v0, v1, v2, v3 = of_v
-    for i in range(np.uint64(0), np.uint64(hi)):
-        k0, k1, k2, k3 = k[j0, i], k[j1, i], k[j2, i], k[j3, i]
-        u[i] += u0 * k0 + u1 * k1 + u2 * k2 + u3 * k3
-        v[i] += v0 * k0 + v1 * k1 + v2 * k2 + v3 * k3
-
-
-@compiled
 def _combine(
     u: Any, v: Any, size: float, twice: Any, once: Any, s: int, k: Any, stages: int, hi: int
 ) -> None:
-    """Add the stages with rows of coefficients, four at a time; a stage that is left out counts 0.
+    """Add the stages with rows of coefficients.
 
     ``once`` makes velocities of scaled accelerations, ``twice`` displacements.
     """
-    square, j = size * size, 0
-    while j < stages:
-        if once[s, j] == 0.0 and twice[s, j] == 0.0:
-            j += 1
-            continue
-        j0, j1, j2, j3, found = j, j, j, j, 1
-        a1 = a2 = a3 = b1 = b2 = b3 = 0.0
-        a0, b0 = size * once[s, j], square * twice[s, j]
-        j += 1
-        while j < stages and found < 4:
-            if once[s, j] != 0.0 or twice[s, j] != 0.0:
-                a, b = size * once[s, j], square * twice[s, j]
-                if found == 1:
-                    j1, a1, b1 = j, a, b
-                elif found == 2:
-                    j2, a2, b2 = j, a, b
-                else:
-                    j3, a3, b3 = j, a, b
-                found += 1
-            j += 1
-        _add_four(u, v, k, hi, j0, j1, j2, j3, (b0, b1, b2, b3), (a0, a1, a2, a3))
-
-
-@compiled
-def _keep_stage(
-    k: Any, s: int, f: Any, inverse_mass: Any, constant: Any, scale: float, hi: int
-) -> None:
-    for i in range(np.uint64(0), np.uint64(hi)):
-        k[s, i] = scale * ((f[i] - f[i + ONE]) * inverse_mass[i] + constant[i])
-
-
-@compiled
-def _lose(lost: Any, part: float, power: Any, hi: int) -> None:
-    for i in range(np.uint64(0), np.uint64(hi)):
-        lost[i] += part * power[i]
+    for j in range(stages):
+        of_u, of_v = size * size * twice[s, j], size * once[s, j]
+        if of_u != 0.0 or of_v != 0.0:
+            for i in range(np.uint64(0), np.uint64(hi)):
+                u[i] += of_u * k[j, i]
+                v[i] += of_v * k[j, i]
 
 
 @compiled
@@ -155,7 +113,7 @@ def take_step(
     ``room.gained`` gets the work of the applied force or the piston, what was dissipated, and the
     impulses of wall and piston.
     """
-    f, power, lost, k, gained = room.f, room.power, room.lost, room.k, room.gained
+    f, power, k, gained = room.f, room.power, room.k, room.gained
     u1, v1, rows, nodes = end.u, end.v, method.rows, method.nodes
     granules, stages = c.inverse_mass.size, nodes.size
     size = h if m == 1 else h ** (1.0 / m)
@@ -166,17 +124,15 @@ def take_step(
     gained[0], gained[1], gained[2], gained[3] = 0.0, 0.0, 0.0, 0.0
     place, is_piston = place_of_push(f, c), 1.0 if has_piston(c) else 0.0
     pushing = 1 if is_piston > 0.0 else place  # the contact of a piston, or the applied force
-    for i in range(granules):
-        lost[i] = 0.0
     # The first stage is the state itself; in t^(1/m) nothing moves yet.
     moves = 1.0 if m == 1 else 0.0
     for i in range(np.uint64(0), np.uint64(hi)):
         k[0, i] = moves * start.a[i]
     part = size * rows[stages, 0] * moves
     gained[0] += part * start.f[pushing] * start.v[c.pushed]
+    gained[1] += part * _sum(start.power, hi)
     gained[2] += part * force_on_held(start.f, c)
     gained[3] += is_piston * part * start.f[1]
-    _lose(lost, part, start.power, hi)
     for s in range(1, stages + 1):
         tau = size if s == stages else nodes[s] * size
         past, scale = tau, 1.0
@@ -196,46 +152,34 @@ def take_step(
             for i in range(hi, grown):
                 power[i] = 0.0
             hi = grown
-        _keep_stage(k, s, f, c.inverse_mass, c.constant, scale, hi)
-        if c.pushed > 0:
-            k[s, c.pushed] += scale * f[place] * c.inverse_mass[c.pushed]
+        accelerations(f, k[s], c.inverse_mass, c.constant, hi, c.pushed)
+        for i in range(np.uint64(0), np.uint64(hi)):
+            k[s, i] *= scale
         if rows[stages, s] != 0.0:
             part = size * rows[stages, s] * scale
             gained[0] += part * f[pushing] * v1[c.pushed]
+            gained[1] += part * _sum(power, hi)
             gained[2] += part * force_on_held(f, c)
             gained[3] += is_piston * part * f[1]
-            _lose(lost, part, power, hi)
-    gained[1] = _sum(lost, hi)
     return hi
 
 
-@compiled_without_nan
-def largest_error(
-    v0: Any, v1: Any, kv: Any, fifth: Any, third: Any, size: float, hi: int, by5: Any, by3: Any
-) -> Any:
+@compiled
+def largest_error(v0: Any, v1: Any, k: Any, fifth: Any, third: Any, size: float, hi: int) -> Any:
     """Estimate the largest error of a velocity, and find the largest velocity.
 
     An error is the square of one estimate over another of lower order, of the same granule: the
-    quotient of the largest ones, of different granules, can be far too small. ``by5`` and ``by3``,
-    shape (granules,), are filled in: sums are made by vector instructions in a short window too,
-    maxima are not.
+    quotient of the largest ones, of different granules, can be far too small.
     """
-    f0, f5, f6, f7 = fifth[0], fifth[5], fifth[6], fifth[7]
-    f8, f9, f10, f11 = fifth[8], fifth[9], fifth[10], fifth[11]
-    t0, t5, t6, t7 = third[0], third[5], third[6], third[7]
-    t8, t9, t10, t11 = third[8], third[9], third[10], third[11]
-    for i in range(np.uint64(0), np.uint64(hi)):
-        k0, k5, k6, k7 = kv[0, i], kv[5, i], kv[6, i], kv[7, i]
-        k8, k9, k10, k11 = kv[8, i], kv[9, i], kv[10, i], kv[11, i]
-        by5[i] = f0 * k0 + f5 * k5 + f6 * k6 + f7 * k7 + f8 * k8 + f9 * k9 + f10 * k10 + f11 * k11
-        by3[i] = t0 * k0 + t5 * k5 + t6 * k6 + t7 * k7 + t8 * k8 + t9 * k9 + t10 * k10 + t11 * k11
-    for i in range(np.uint64(0), np.uint64(hi)):
-        square = by5[i] * by5[i]
-        by3[i] = square / math.sqrt(square + 0.01 * by3[i] * by3[i] + _NO_ERROR)
     error, fastest = 0.0, 0.0
     for i in range(np.uint64(0), np.uint64(hi)):
-        error = larger(error, by3[i])
-        fastest = larger(fastest, larger(abs(v0[i]), abs(v1[i])))
+        by5 = by3 = 0.0
+        for s in range(fifth.size):
+            by5 += fifth[s] * k[s, i]
+            by3 += third[s] * k[s, i]
+        square = by5 * by5
+        error = max(error, square / math.sqrt(square + 0.01 * by3 * by3 + _NO_ERROR))
+        fastest = max(fastest, abs(v0[i]), abs(v1[i]))
     return size * error, fastest
 
 

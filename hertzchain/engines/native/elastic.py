@@ -48,11 +48,7 @@ from hertzchain.engines.native.elastic_state import (
     Steps,
     is_stopped,
 )
-from hertzchain.engines.native.elastic_step import (
-    keep_start,
-    scale_coefficients,
-    symplectic_step,
-)
+from hertzchain.engines.native.elastic_step import keep_start, symplectic_step
 from hertzchain.engines.native.elastic_window import is_settled, leave_behind_in
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.keeping import UNCOUNTED
@@ -133,14 +129,11 @@ def march(
         in_leg = int(leg[STEPS])
         full = (leg[END] - leg[START]) / leg[STEPS]
         h, whole, part, level = full, 0, 0, 0
-        scale_coefficients(h, state, steps)
         while whole < in_leg:
             begin = leg[START] + whole * full + part * h
             keep_start(u, v, g, u0, v0, a, lo, hi + 1)
             reached = hi
-            hi = symplectic_step(
-                u, v, g, state, steps.drifts, leg, begin, h, lo, hi, granules, chain
-            )
+            hi = symplectic_step(u, v, g, run, steps, leg, begin, h, lo, hi, granules, chain)
             if hi > reached:
                 # New granules were at rest before the step; what lies beyond the chain stays there.
                 for i in range(reached + 1, hi + 1):
@@ -165,7 +158,6 @@ def march(
                 if tolerance > 0 and level < DEEPEST and felt:
                     keep_start(u0, v0, a, u, v, g, lo, hi + 1)  # undone
                     level, part, h = level + 1, 2 * part, h / 2
-                    scale_coefficients(h, state, steps)
                     continue
             run.steps += 1
             part += 1
@@ -205,7 +197,6 @@ def march(
                     level, part, h = level - 1, part // 2, h * 2
                 if level == 0:
                     whole, part = whole + part, 0
-                scale_coefficients(h, state, steps)
             if time >= next_check:
                 next_check = time + _CHECK
                 control[1] = time

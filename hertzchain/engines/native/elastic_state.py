@@ -115,8 +115,6 @@ class State(NamedTuple):
     rows
         The motion, zero at the start, shape (6, columns): displacement, velocity and acceleration,
         then the same three at the start of the step. There are N + 1 columns.
-    kicks, drifts
-        Room for the coefficients of the method times the step.
     bernstein
         Room for ``interpolant.highest_place``, shape (7,).
     progress
@@ -124,8 +122,6 @@ class State(NamedTuple):
     """
 
     rows: Array
-    kicks: FloatArray
-    drifts: FloatArray
     bernstein: FloatArray
     progress: Any
 
@@ -176,9 +172,6 @@ def is_stopped(control: Any) -> bool:
     return control[0] < 0 or 0 < control[0] <= control[2]
 
 
-def at_the_start(steps: Steps, granules: int) -> State:
+def at_the_start(granules: int) -> State:
     """Return a state for the start of a run."""
-    return State(
-        np.zeros((6, granules + 1)), np.zeros(steps.kicks.size), np.zeros(steps.drifts.size),
-        np.zeros(7), np.zeros(1, PROGRESS),
-    )  # fmt: skip
+    return State(np.zeros((6, granules + 1)), np.zeros(7), np.zeros(1, PROGRESS))

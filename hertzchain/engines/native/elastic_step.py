@@ -26,30 +26,12 @@ def _first_kick(u: Any, v: Any, g: Any, kick: Any, drift: Any, lo: int, hi: int)
 
 @compiled
 def _kick_and_drift(
-    u: Any, v: Any, left: Any, kick: Any, drift: Any, lo: int, hi: int, chain: Any
+    u: Any, v: Any, g: Any, left: Any, kick: Any, drift: Any, lo: int, hi: int, chain: Any
 ) -> Any:
-    """Force, kick and drift in one pass; the force ahead of the last granule is returned."""
-    for i in range(np.uint64(lo), np.uint64(hi)):
-        r = u[i] - u[i + ONE]
-        if chain is not None:
-            r -= chain.gap[i]
-        r = r if r > LEAST else 0.0
-        right = r * np.sqrt(r)
-        if chain is not None:
-            right *= chain.stiffness[i]
-        net = left - right
-        if chain is not None:
-            net *= chain.inverse_mass[i]
-            net += chain.constant[i]
-        v[i] += kick * net
-        u[i] += drift * v[i]
-        left = right
-    return left
+    """Force, kick and drift in one pass; the force ahead of the last granule is returned.
 
-
-@compiled
-def _last_kick(u: Any, v: Any, g: Any, left: Any, kick: Any, lo: int, hi: int, chain: Any) -> Any:
-    """Force and kick; accelerations are kept, the force ahead of the last granule returned."""
+    Accelerations are kept in ``g``.
+    """
     for i in range(np.uint64(lo), np.uint64(hi)):
         r = u[i] - u[i + ONE]
         if chain is not None:
@@ -64,6 +46,7 @@ def _last_kick(u: Any, v: Any, g: Any, left: Any, kick: Any, lo: int, hi: int, c
             net += chain.constant[i]
         g[i] = net
         v[i] += kick * net
+        u[i] += drift * v[i]
         left = right
     return left
 
@@ -99,47 +82,38 @@ def keep_start(u: Any, v: Any, g: Any, u0: Any, v0: Any, a: Any, lo: int, hi: in
 
 @compiled
 def symplectic_step(
-    u: Any, v: Any, g: Any, state: Any, fractions: Any, leg: Any, begin: float, h: float, lo: int,
+    u: Any, v: Any, g: Any, run: Any, steps: Any, leg: Any, begin: float, h: float, lo: int,
     hi: int, granules: int, chain: Any,
 ) -> int:  # fmt: skip
     """Take one step of a symplectic Nystrom method; returns where the window ends now."""
-    kicks, drifts, run = state.kicks, state.drifts, state.progress[0]
+    kicks, drifts = steps.kicks, steps.drifts
     pushed, push, time, stages = leg[SHAPE] != 0, run.push, begin, drifts.size
     first = chain is None or chain.pushed == 0
-    _first_kick(u, v, g, kicks[0], drifts[0], lo, hi)
+    _first_kick(u, v, g, h * kicks[0], h * drifts[0], lo, hi)
     for s in range(1, stages):
         if pushed:
-            time += fractions[s - 1] * h
+            time += drifts[s - 1] * h
             push = applied_force(leg, time)
         behind = push if first else 0.0
-        ahead = _kick_and_drift(u, v, behind, kicks[s], drifts[s], lo, hi, chain)
+        ahead = _kick_and_drift(u, v, g, behind, h * kicks[s], h * drifts[s], lo, hi, chain)
         if chain is not None and not first:
-            more = kicks[s] * push * chain.inverse_mass[chain.pushed]
+            more = h * kicks[s] * push * chain.inverse_mass[chain.pushed]
             v[chain.pushed] += more
-            u[chain.pushed] += drifts[s] * more
+            u[chain.pushed] += h * drifts[s] * more
         if ahead > 0:
             hi = min(hi + AHEAD, granules)
     if pushed:
         push = applied_force(leg, begin + h)
     run.push = push
     behind = push if first else 0.0
-    ahead = _last_kick(u, v, g, behind, kicks[stages], lo, hi, chain)
+    ahead = _kick_and_drift(u, v, g, behind, h * kicks[stages], 0.0, lo, hi, chain)
     if chain is not None and not first:
         more = push * chain.inverse_mass[chain.pushed]
         g[chain.pushed] += more
-        v[chain.pushed] += kicks[stages] * more
+        v[chain.pushed] += h * kicks[stages] * more
     if ahead > 0 and hi < granules:
         if chain is not None:
             ahead *= chain.inverse_mass[hi]
         g[hi] = ahead
         hi = min(hi + AHEAD, granules)
     return hi
-
-
-@part
-def scale_coefficients(h: float, state: Any, steps: Any) -> None:
-    """Kicks, then drifts, times h."""
-    for s in range(steps.kicks.size):
-        state.kicks[s] = steps.kicks[s] * h
-    for s in range(steps.drifts.size):
-        state.drifts[s] = steps.drifts[s] * h

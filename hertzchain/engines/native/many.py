@@ -43,7 +43,7 @@ def march_all(
     at_rest, nothing = np.zeros((0, 0)), nothing_recorded()
 
     def part(some: slice) -> None:
-        state, blank = (elastic_state.at_the_start(steps, granules) for _ in range(2))
+        state, blank = (elastic_state.at_the_start(granules) for _ in range(2))
         elastic.march_each(
             rows[some], steps, state, blank, granules, at_rest, MOVING, leaves[some], force[some],
             time[some], nothing, found[2][some], found[3][some], control,

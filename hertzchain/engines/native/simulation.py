@@ -228,7 +228,7 @@ class Prepared:
         seen = elastic_state.Seen(force, time, record)
 
         def run() -> Any:
-            state = elastic_state.at_the_start(steps, granules)
+            state = elastic_state.at_the_start(granules)
             outcome = elastic.march(
                 steps, state, granules, self.start, self.chain, self.moving, leave_behind, seen,
                 control,

@@ -89,7 +89,7 @@ def test_without_damping_it_is_the_other_kernel() -> None:
     force, time = np.zeros(9), np.full(9, np.nan)
     seen = Seen(force, time, nothing_recorded())
     steps = steps_of(fine, Walker(SRKN_11B, 1e-9, 32, math.inf))
-    state = at_the_start(steps, 10)
+    state = at_the_start(10)
     elastic.march(steps, state, 10, np.zeros((0, 0)), None, 10, False, seen, np.zeros(3))
     # What is left of both tolerances.
     assert ours.peak_force == pytest.approx(force, rel=1e-9)

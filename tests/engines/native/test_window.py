@@ -68,7 +68,7 @@ def outcome(scene: hc.Scene, leave_behind: bool, step: float = 0.4, control: Any
     rows = leg_rows(scene.schedule(step * scene.units.time), scene.units)
     control = np.zeros(3) if control is None else control
     steps, at_rest = steps_of(rows, Walker(SRKN_11B)), np.zeros((0, 0))
-    state, n = at_the_start(steps, contacts + 1), contacts + 1
+    state, n = at_the_start(contacts + 1), contacts + 1
     return elastic.march(steps, state, n, at_rest, None, 8, leave_behind, seen, control)
 
 
