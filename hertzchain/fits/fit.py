@@ -53,9 +53,6 @@ _WITH_GAPS = 4
 """Searches where granules fly: the first minima may be others though only noise is left (measured:
 in one of 150 fits with two searches, 14 deviations from the truth)."""
 
-_SAME = 0.01
-"""Relative difference of values that two searches found, up to which it is the same minimum."""
-
 _NEARBY = (-3.0, -1.0, 1.0, 3.0)
 """Standard deviations from the best values, along each axis of the covariance, at which a better
 fit is looked for: forces that jump between two samples make local minima some deviations apart."""
@@ -142,16 +139,13 @@ def fit(
             model = _of_traces(scene, chosen, measured, deadline, shift)
         _refuse_alike(model.slopes(model.begin, rtol=ACCURATE), chosen)
         flies = bool(np.any(np.greater(model.scene(model.begin).granules.gap, 0)))
-        best, is_same = None, False
-        for number, (begin, widths) in enumerate(_searches(model, chosen)):
-            is_enough = number >= (_WITH_GAPS if flies else 1)
-            if best is not None and is_enough and (is_same or _is_noise(model, best)):
-                break
+        found: list[_Found] = []
+        for begin, widths in _searches(model, chosen):
             report_progress(f"least squares from {said(model.values(begin))}")
-            found = _least_squares(model, begin, widths)
-            is_same = best is not None and np.allclose(found.x, best.x, rtol=_SAME)
-            best = found if best is None or found.mean_square < best.mean_square else best
-    assert best is not None
+            found.append(_least_squares(model, begin, widths))
+            best = min(found, key=lambda one: one.mean_square)
+            if len(found) >= (_WITH_GAPS if flies else 1) and _is_noise(model, best):
+                break
     _refuse_ends(model, chosen, best.x)
     return _of(model, scene, chosen, best)
 
@@ -173,14 +167,11 @@ def _peaks(scene: Scene, given: Any) -> FloatArray:
 def _of_traces(
     scene: Scene, free: Free, measured: list[Traces], deadline: Deadline, shift: bool
 ) -> Model:
-    gauges = tuple(dict.fromkeys(gauge for one in measured for gauge in one.gauges))
-    first = free.scene(scene, np.ones(len(free.keys)))
-    known = expected(first, gauges, Native(rtol=1e-8, time_limit=deadline.left))
-    files = []
+    first, files = free.scene(scene, np.ones(len(free.keys))), []
     for one in measured:
-        own = known.of([gauges.index(gauge) for gauge in one.gauges])
-        files.append(aligned(one, own, None if shift else 0.0))
-    return OfTraces(scene, free, known, files, deadline, is_shifted=shift)
+        known = expected(first, one.gauges, Native(rtol=1e-8, time_limit=deadline.left))
+        files.append((*aligned(one, known, None if shift else 0.0), known))
+    return OfTraces(scene, free, files, deadline, is_shifted=shift)
 
 
 def _searches(model: Model, free: Free) -> Iterator[tuple[FloatArray, tuple[float, ...]]]:
@@ -320,16 +311,12 @@ def _moves(covariance: Array) -> FloatArray:
 
 
 def _change(model: Model, x: FloatArray, move: FloatArray, slopes: FloatArray) -> FloatArray:
-    """Return how differences change by a move, over the largest part of it that both ways allow.
-
-    By slopes alone where a quarter of the move passes an end of what values can be.
-    """
-    for part in (1.0, 0.5, 0.25):
-        ends = x + part * move, x - part * move
-        if all(map(model.allows, ends)):
-            high, low = map(model.differences, ends)
-            return np.asarray((high - low) / (2 * part))
-    return np.asarray(slopes @ move)
+    """Return how differences change by a move; by slopes where values cannot move so far."""
+    ends = x + move, x - move
+    if not all(map(model.allows, ends)):
+        return np.asarray(slopes @ move)
+    high, low = map(model.differences, ends)
+    return np.asarray((high - low) / 2)
 
 
 def _refuse_alike(slopes: FloatArray, free: Free) -> None:

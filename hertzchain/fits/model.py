@@ -161,26 +161,40 @@ class OfTraces(Model):
     widths = (4.0, 1.0)
 
     def __init__(
-        self, base: Scene, free: Free, known: Expected, files: Sequence[tuple[Traces, float]],
+        self, base: Scene, free: Free, files: Sequence[tuple[Traces, float, Expected]],
         deadline: Deadline, *, is_shifted: bool,
     ) -> None:  # fmt: skip
-        base = replace(base, gauges=(), run=Run(_BEYOND * known.until))
+        until = max(known.until for *_, known in files)
+        base = replace(base, gauges=(), run=Run(_BEYOND * until))
         super().__init__(base, free, deadline, len(files) if is_shifted else 0)
-        self.gauges = known.result.scene.gauges
-        self.remarks = tuple(remark for traces, _ in files for remark in traces.remarks)
-        self._shifts = np.array([shift for _, shift in files])
-        self._series = [
-            one
-            for file, (traces, shift) in enumerate(files)
-            for one in _compared(file, traces, shift, known)
-        ]
+        self.gauges = tuple(dict.fromkeys(gauge for one, *_ in files for gauge in one.gauges))
+        self.remarks = tuple(remark for one, *_ in files for remark in one.remarks)
+        self._shifts = np.array([shift for _, shift, _ in files])
+        self._series = [one for k, file in enumerate(files) for one in self._compared(k, *file)]
         self.offsets = len(self._series)
         self._measured = np.concatenate([one.force for one in self._series])
         self._gauge = np.repeat(
             [one.gauge for one in self._series], [one.time.size for one in self._series]
         )
-        noise = min(one.noise for one in self._series) / known.result.peak_force.max()
+        noise = 1 / max(np.ptp(one.force) for one in self._series)
         self._rtol = float(np.clip(_OF_NOISE * noise, ACCURATE, _LOOSEST))
+
+    def _compared(self, file: int, traces: Traces, shift: float, known: Expected) -> list[Series]:
+        """Return the samples of a file while the scene is known."""
+        during = (traces.time >= shift) & (traces.time - shift <= known.until)
+        time, found = traces.time[during], []
+        allowed = "have no samples while the scene is known: check clock and unit"
+        require(time.size > FEWEST, "traces", None, allowed)
+        width = np.nanmin([read.width for read in known.readings])
+        block = max(int(0.5 * width / np.median(np.diff(time))), 1)
+        for k, (gauge, read) in enumerate(zip(traces.gauges, known.readings, strict=True)):
+            least = _LEAST_NOISE * np.max(np.abs(known.force[:, k]))
+            noise = max(float(traces.noise[k]), float(least))
+            force = _centred(traces.force[during, k] / noise)
+            quiet = int(np.searchsorted(time, shift + read.arrival - width))
+            place = self.gauges.index(gauge)
+            found.append(Series(file, place, time, force, noise, quiet, block))
+        return found
 
     def shifts(self, x: Array) -> FloatArray:
         """Times on the measured clocks at which the run begins [s], shape (files,)."""
@@ -231,25 +245,6 @@ class OfTraces(Model):
         _, wider = lasting(before if before.size >= ENOUGH else differences)
         scale = float(np.mean(differences**2)) * wider
         return float(chi2.sf(float(np.sum(means**2)) / max(scale, 1e-300), means.size))
-
-
-def _compared(file: int, traces: Traces, shift: float, known: Expected) -> list[Series]:
-    """Return the samples of a file while the scene is known."""
-    during = (traces.time >= shift) & (traces.time - shift <= known.until)
-    time, found = traces.time[during], []
-    allowed = "have no samples while the scene is known: check clock and unit"
-    require(time.size > FEWEST, "traces", None, allowed)
-    gauges = known.result.scene.gauges
-    width = min(read.width for read in known.readings)
-    block = max(int(0.5 * width / np.median(np.diff(time))), 1)
-    for k, gauge in enumerate(traces.gauges):
-        place = gauges.index(gauge)
-        least = _LEAST_NOISE * np.max(np.abs(known.force[:, place]))
-        noise = max(float(traces.noise[k]), float(least))
-        force = _centred(traces.force[during, k] / noise)
-        quiet = np.searchsorted(time, shift + known.readings[place].arrival - width)
-        found.append(Series(file, place, time, force, noise, int(quiet), block))
-    return found
 
 
 def said(values: dict[str, float]) -> str:

@@ -51,8 +51,8 @@ class Optimum:
         The number with these values, and with those of the scene that was given.
     values, start
         The best values of the keys, and those in the scene that was given, None for none.
-    at_ends
-        Keys whose values are at an end of their range.
+    remarks
+        Sentences on values at the ends of their ranges; usually empty.
     runs
         How many runs that took.
     """
@@ -63,14 +63,8 @@ class Optimum:
     before: float
     values: Mapping[str, float]
     start: Mapping[str, float | None]
-    at_ends: tuple[str, ...]
+    remarks: tuple[str, ...]
     runs: int
-
-    @property
-    def remarks(self) -> tuple[str, ...]:
-        """Sentences on values at the ends of their ranges; usually empty."""
-        said = "is at an end of its range: a wider one may give more"
-        return tuple(f"{key} {said}" for key in self.at_ends)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the optimum as a JSON object."""
@@ -180,10 +174,11 @@ def optimum(
     near = np.minimum(best.x - chosen.low, chosen.high - best.x) / (chosen.high - chosen.low)
     before = base_values(scene, chosen.keys).items()
     start = {key: value if np.isfinite(value) else None for key, value in before}
-    at_ends = tuple(chosen.keys[k] for k in np.flatnonzero(near < _AT_END))
+    said = "is at an end of its range: a wider one may give more"
+    remarks = tuple(f"{chosen.keys[k]} {said}" for k in np.flatnonzero(near < _AT_END))
     return Optimum(
         chosen.scene(scene, best.x), number, sign * float(best.fun) * size, known[number],
-        chosen.values(best.x), start, at_ends, runs,
+        chosen.values(best.x), start, remarks, runs,
     )  # fmt: skip
 
 

@@ -126,7 +126,7 @@ def read_columns(path: Path) -> Columns:
 def columns_of(table: pandas.DataFrame) -> Columns:
     """Return the columns of a pandas table, as those of a file; units are in their names."""
     names = [str(name) for name in table.columns]
-    cells = table.astype(str).to_numpy().tolist()
+    cells = [list(map(str, row)) for row in table.to_numpy().tolist()]
     return Columns(Path("the table"), cells, range(len(names)), names, _units_in(names), "a table")
 
 

@@ -63,22 +63,17 @@ def _overlays(judgement: TraceJudgement) -> list[Overlay]:
 
 def _pulses(judgement: TraceJudgement) -> Peaks:
     """Return the first pulse of each gauge next to that of the reference."""
-    readings, traces = judgement.known.readings, judgement.traces
-    noise = traces.noise
+    readings, noise = judgement.known.readings, judgement.traces.noise
+    numbers = {(one.of, one.kind.name.split()[0]): one for one in judgement.numbers}
 
     def row(k: int) -> list[str]:
-        read, pulse = readings[k], judgement.pulses[k]
-        height = f"{noise[k] / read.force:.1e}" if read.force > 0 else ""
-        if pulse is None:
-            return [read.gauge.place, "", "", "", "", height]
-        return [
-            read.gauge.place,
-            number(pulse.height * read.force, 6),
-            number(read.force, 6),
-            f"{pulse.height - 1:+.1e}",
-            f"{pulse.stretch - 1:+.1e}",
-            height,
-        ]
+        read, of = readings[k], readings[k].gauge.place
+        scatter = f"{noise[k] / read.force:.1e}" if read.force > 0 else ""
+        if (of, "first") not in numbers:
+            return [of, "", "", "", "", scatter]
+        height, width = numbers[of, "first"], numbers[of, "width"]
+        off = (f"{one.measured / one.simulated - 1:+.1e}" for one in (height, width))
+        return [of, number(height.measured, 6), number(height.simulated, 6), *off, scatter]
 
     return Peaks(
         "First pulse of each gauge [N]: as measured, and by the reference method",

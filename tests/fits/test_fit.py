@@ -327,8 +327,8 @@ def test_traces_that_are_not_those_of_the_scene() -> None:
     forces = list(traces.columns[1:])
     clipped = traces.copy()
     clipped[forces] = traces[forces].clip(upper=0.6 * traces[forces].max(), axis=1)
-    other, *recordings = hc.fit(START, clipped, FREE).remarks
-    assert "something other than the fitted values" in other
+    left, *recordings = hc.fit(START, clipped, FREE).remarks
+    assert "something other than the fitted values" in left
     judged = hc.judge_traces(TRUE, clipped, tolerance=0.1)
     assert judged.verdict == "fail"
     for remarks in (recordings, judged.remarks[:2]):

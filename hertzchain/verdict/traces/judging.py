@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import Native
 from hertzchain.errors import is_positive, require
 from hertzchain.limits import TIME_LIMIT, TOLERANCE
@@ -19,7 +20,7 @@ from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.showing import ShownVerdict, ShowProgress, telling
 from hertzchain.verdict.check import Check, Kind, within
-from hertzchain.verdict.traces.matching import FEWEST, Expected, Matched, aligned, expected, matched
+from hertzchain.verdict.traces.matching import FEWEST, Expected, aligned, expected, matched
 from hertzchain.verdict.traces.traces import Traces, read_traces
 
 if TYPE_CHECKING:
@@ -89,11 +90,8 @@ class TraceJudgement(ShownVerdict):
         Time on the measured clock at which the run begins [s].
     tolerance
         Largest relative difference that passes, besides the noise.
-    pulses
-        How the first pulse of each gauge differs from that of the reference; None where it is not
-        whole.
     numbers
-        Each number of these pulses.
+        Each number of the first pulses that are whole.
     checks
         Each number that could be judged, and the whole traces.
     remarks
@@ -105,7 +103,6 @@ class TraceJudgement(ShownVerdict):
     known: Expected
     shift: float
     tolerance: float
-    pulses: tuple[Matched | None, ...]
     numbers: tuple[Number, ...]
     checks: tuple[Check, ...]
     remarks: tuple[str, ...]
@@ -207,40 +204,38 @@ def judge_traces(
         else:
             checks.append(whole)
     return TraceJudgement(
-        known.result, measured, known, begin, float(tolerance), tuple(pulses), tuple(numbers),
-        tuple(checks), tuple(remarks),
+        known.result, measured, known, begin, float(tolerance), tuple(numbers), tuple(checks),
+        tuple(remarks),
     )  # fmt: skip
 
 
 def _numbers_of(
-    known: Expected, pulses: Sequence[Matched | None], *, has_clock: bool
+    known: Expected, pulses: Sequence[tuple[FloatArray, FloatArray] | None], *, has_clock: bool
 ) -> list[Number]:
     """Return the numbers of the first pulses that are whole."""
-    found = []
-    pairs = zip(known.readings, pulses, strict=True)
-    there = [(read, pulse) for read, pulse in pairs if pulse is not None]
-    for read, pulse in there:
-        of, gauges = read.gauge.place, (read.gauge,)
-        height, stretch, late = pulse.deviations.tolist()
-        force, width, arrival = read.force, read.width, read.arrival
-        found += [
-            Number(PEAK, of, gauges, force, pulse.height * force, read.force_error * force,
-                   height * force),
-            Number(WIDTH, of, gauges, width, pulse.stretch * width, read.width_error,
-                   stretch * width),
-        ]  # fmt: skip
-        if has_clock:
-            measured = arrival + pulse.delay - (pulse.stretch - 1) * (read.time - arrival)
-            found.append(Number(ARRIVAL, of, gauges, arrival, measured, read.arrival_error, late))
+    found, there = [], []
+    for read, pulse in zip(known.readings, pulses, strict=True):
+        if pulse is None:
+            continue
+        (height, stretch, delay), (high, wide, late) = (one.tolist() for one in pulse)
+        of, gauges, force, width = read.gauge.place, (read.gauge,), read.force, read.width
+        # The pulse is stretched about its crest.
+        arrival = read.arrival + delay - (stretch - 1) * (read.time - read.arrival)
+        own = [
+            Number(PEAK, of, gauges, force, height * force, read.force_error * force, high * force),
+            Number(WIDTH, of, gauges, width, stretch * width, read.width_error, wide * width),
+            Number(ARRIVAL, of, gauges, read.arrival, arrival, read.arrival_error, late),
+        ]
+        found += own[: 2 + has_clock]
+        there.append((read, delay, late))
     there.sort(key=lambda one: one[0].time)
-    for (before, one), (after, two) in () if has_clock else itertools.pairwise(there):
+    for (before, early, sooner), (after, late, later) in itertools.pairwise(there):
         true = after.time - before.time
-        if true > 0:
+        if true > 0 and not has_clock:
             found.append(Number(
                 TRAVEL, f"{before.gauge.place} to {after.gauge.place}",
-                (after.gauge, before.gauge), true, true + two.delay - one.delay,
-                before.arrival_error + after.arrival_error,
-                float(np.hypot(one.deviations[2], two.deviations[2])),
+                (after.gauge, before.gauge), true, true + late - early,
+                before.arrival_error + after.arrival_error, float(np.hypot(sooner, later)),
             ))  # fmt: skip
     return found
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -11,7 +10,7 @@ import numpy as np
 
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.native import Native
-from hertzchain.errors import SceneError, require
+from hertzchain.errors import require
 from hertzchain.observables.gauges import Reading, force_over_time
 from hertzchain.observables.history import History
 from hertzchain.observables.result import Result
@@ -64,12 +63,6 @@ class Expected:
     time: FloatArray
     force: FloatArray
     until: float
-
-    def of(self, gauges: Sequence[int]) -> Expected:
-        """Return the same of some gauges alone, by their places."""
-        chosen = tuple(self.result.gauges[k] for k in gauges)
-        result = replace(self.result, gauges=chosen)
-        return replace(self, result=result, force=self.force[:, list(gauges)])
 
     @property
     def readings(self) -> tuple[Reading, ...]:
@@ -174,28 +167,14 @@ def shift_of(traces: Traces, known: Expected) -> float:
     return float(traces.time[0] + step * (int(np.argmax(correlation)) - own.size + 1))
 
 
-@dataclass(frozen=True, eq=False)
-class Matched:
-    """A measured first pulse as that of the scene: higher, wider and later.
+def matched(
+    traces: Traces, known: Expected, shift: float, k: int
+) -> tuple[FloatArray, FloatArray] | None:
+    """Return a measured first pulse as that of the scene, and the deviations by noise, shape (3,).
 
-    Parameters
-    ----------
-    height, stretch
-        Ratios to the pulse of the scene.
-    delay
-        How much later it is than there [s], after the shift.
-    deviations
-        Standard deviations of the three, from the noise, shape (3,).
+    It is higher and wider, by ratios, and later [s]. None where the scene or the recording has no
+    whole one.
     """
-
-    height: float
-    stretch: float
-    delay: float
-    deviations: FloatArray
-
-
-def matched(traces: Traces, known: Expected, shift: float, k: int) -> Matched | None:
-    """Return the first pulse of a gauge; None where the scene or the recording has none whole."""
     from scipy.optimize import least_squares
 
     read = known.readings[k]
@@ -215,9 +194,7 @@ def matched(traces: Traces, known: Expected, shift: float, k: int) -> Matched | 
     found = least_squares(residuals, [1.0, 1.0, 0.0], bounds=([0, 0.2, -3], [np.inf, 5, 3]))
     slopes, unit = np.asarray(found.jac), np.array([1.0, 1.0, read.width])
     variance = np.diag(np.linalg.pinv(slopes.T @ slopes))
-    deviations = unit * np.sqrt(variance) * float(traces.noise[k]) / read.force
-    height, stretch, delay = (unit * found.x).tolist()
-    return Matched(height, stretch, delay, deviations)
+    return unit * found.x, unit * np.sqrt(variance) * float(traces.noise[k]) / read.force
 
 
 def aligned(traces: Traces, known: Expected, shift: float | None) -> tuple[Traces, float]:
@@ -227,13 +204,11 @@ def aligned(traces: Traces, known: Expected, shift: float | None) -> tuple[Trace
         traces = without_offset(traces, known, at)
         if shift is not None:
             continue
-        pulses = [matched(traces, known, at, k) for k in range(len(traces.gauges))]
-        sure = [one for one in pulses if one is not None]
-        if not sure:
-            allowed = "have no whole first pulse of this scene: check clock, unit and gauges"
-            raise SceneError("traces", None, allowed)
+        found = [matched(traces, known, at, k) for k in range(len(traces.gauges))]
+        delays = np.array([(one[0][2], one[1][2]) for one in found if one is not None])
+        allowed = "have no whole first pulse of this scene: check clock, unit and gauges"
+        require(delays.size > 0, "traces", None, allowed)
         # A trace without noise is known to a part of a pulse, too, by its samples.
         least = _SHARPEST * float(np.nanmin([one.width for one in known.readings]))
-        weights = [1 / (one.deviations[2] + least) ** 2 for one in sure]
-        at += float(np.average([one.delay for one in sure], weights=weights))
+        at += float(np.average(delays[:, 0], weights=1 / (delays[:, 1] + least) ** 2))
     return traces, at
