@@ -58,8 +58,8 @@ _NEARBY = (-3.0, -1.0, 1.0, 3.0)
 fit is looked for: forces that jump between two samples make local minima some deviations apart."""
 
 _LOWER, _MOST_SEARCHES = 1.0, 8
-"""Squared differences by which a fit is better, that of one deviation; and the most searches,
-chosen."""
+"""Squared differences by which a fit is better, that of one deviation; and the most searches for
+such ones, chosen."""
 
 _FLAT, _ROUGH, _MOST_STEPS = 1e-6, 1e-4, 25
 """Relative decrease of squares at which a search ends, 1e-3 of a deviation in 2,000 samples; that
@@ -146,6 +146,7 @@ def fit(
             best = min(found, key=lambda one: one.mean_square)
             if len(found) >= (_WITH_GAPS if flies else 1) and _is_noise(model, best):
                 break
+        best = _refined(model, best)
     _refuse_ends(model, chosen, best.x)
     return _of(model, scene, chosen, best)
 
@@ -190,11 +191,12 @@ def _searches(model: Model, free: Free) -> Iterator[tuple[FloatArray, tuple[floa
 
 @dataclass(frozen=True, eq=False)
 class _Found:
-    """What varies at a minimum, differences over the noise there, and their mean square."""
+    """What varies at a minimum; differences over the noise there, mean square, and slopes."""
 
     x: FloatArray
     off: FloatArray
     mean_square: float
+    slopes: FloatArray
 
 
 def _is_noise(model: Model, found: _Found) -> bool:
@@ -204,23 +206,40 @@ def _is_noise(model: Model, found: _Found) -> bool:
 def _least_squares(model: Model, begin: FloatArray, widths: Sequence[float]) -> _Found:
     from scipy.optimize import least_squares
 
-    begin = np.clip(begin, model.low, model.high)
-    left = max(model.size - model.offsets - begin.size, 1)
-    for width in (*widths, *[0.0] * _MOST_SEARCHES):
+    at = np.clip(begin, model.low, model.high)
+    for width in (*widths, 0.0):
         found = least_squares(
-            model.differences, begin, jac=model.slopes, args=(width,),
+            model.differences, at, jac=model.slopes, args=(width,),
             bounds=(model.low, model.high), x_scale="jac", xtol=_ROUGH if width else 1e-7,
             ftol=_ROUGH if width else _FLAT, max_nfev=_MOST_STEPS,
         )  # fmt: skip
-        begin, off, mean_square = found.x, np.asarray(found.fun), 2 * float(found.cost) / left
-        if width:
-            continue
-        # Far from noise it is no minimum that is meant: another start may find it.
-        better = _beside(model, begin, off, np.asarray(found.jac))
-        if mean_square > NOISE_KNOWN or better is None:
+        at = found.x
+    left = max(model.size - model.offsets - at.size, 1)
+    return _Found(at, np.asarray(found.fun), 2 * float(found.cost) / left, np.asarray(found.jac))
+
+
+def _refined(model: Model, found: _Found) -> _Found:
+    """Return the best of the minima some deviations beside one another.
+
+    Far from noise it is no minimum that is meant, and stays as it is.
+    """
+    for _ in range(_MOST_SEARCHES):
+        better = None if found.mean_square > NOISE_KNOWN else _beside(model, found)
+        if better is None:
             break
-        begin = better
-    return _Found(found.x, off, mean_square)
+        found = _least_squares(model, better, ())
+    return found
+
+
+def _beside(model: Model, found: _Found) -> FloatArray | None:
+    """Return better values some deviations beside others; None where there are none."""
+    moves = _moves(_covariance(model, found.x, found.slopes, 1.0))
+    ends = [found.x + far * move for move in moves.T for far in _NEARBY]
+    possible = [end for end in ends if model.allows(end)]
+    squares = [float(np.sum(model.differences(end) ** 2)) for end in possible]
+    if min(squares, default=np.inf) > float(np.sum(found.off**2)) - _LOWER:
+        return None
+    return np.asarray(possible[int(np.argmin(squares))])
 
 
 def _of(model: Model, base: Scene, free: Free, found: _Found) -> Fit:
@@ -276,17 +295,6 @@ def _unknown(off: FloatArray, x: FloatArray) -> float:
     return max(float(np.sum(off**2)) / left, _LEAST_PEAKS**2) * wider**2
 
 
-def _beside(model: Model, x: FloatArray, off: FloatArray, slopes: FloatArray) -> FloatArray | None:
-    """Return better values some deviations beside others; None where there are none."""
-    moves = _moves(_covariance(model, x, slopes, 1.0))
-    ends = [x + far * move for move in moves.T for far in _NEARBY]
-    possible = [end for end in ends if model.allows(end)]
-    squares = [float(np.sum(model.differences(end) ** 2)) for end in possible]
-    if min(squares, default=np.inf) > float(np.sum(off**2)) - _LOWER:
-        return None
-    return np.asarray(possible[int(np.argmin(squares))])
-
-
 def _covariance(model: Model, x: FloatArray, slopes: FloatArray, variance: float) -> FloatArray:
     """Return the covariance of what varies by differences over its own deviations.
 
@@ -327,11 +335,8 @@ def _refuse_alike(slopes: FloatArray, free: Free) -> None:
     _, strength, directions = np.linalg.svd(own, full_matrices=False)
     if strength[-1] > _ALIKE * strength[0]:
         return
-    raise _refusal(
-        directions[-1],
-        free,
-        "changes nothing at these gauges where the fit starts: start elsewhere, or leave it out",
-    )
+    alone = "changes nothing at these gauges near this value: start elsewhere, or leave it out"
+    raise _refusal(directions[-1], free, alone)
 
 
 def _refusal(nothing: Array, free: Free, alone: str) -> SceneError:
