@@ -15,16 +15,6 @@ from hertzchain.report.picture import Picture, fit_letters
 if TYPE_CHECKING:
     from rich.console import Console
 
-_WORDS = {
-    "peak_force_N": ("largest force", "N"),
-    "first_peak_force_N": ("first peak", "N"),
-    "arrival_time_s": ("arrival", "s"),
-    "first_width_s": ("width", "s"),
-    "speed_m_s": ("speed", "m/s"),
-    "height_N": ("height", "N"),
-}
-"""What results are called, and their units."""
-
 _SHOWN = 0.005  # least share of a variance that is named
 _HEADER = ("result", "", "nominal", "5 %", "95 %", "deviation", "made by")
 
@@ -55,7 +45,8 @@ def print_spread(console: Console, spread: Any, every: bool) -> None:
 
 def _row(spread: Any, k: int) -> list[str]:
     name, at = spread.names[k]
-    words, unit = _WORDS[name]
+    what, _, unit = name.replace("m_s", "m/s").rpartition("_")
+    words = what.replace("_", " ")
     middle, deviation = float(spread.nominal[k]), float(spread.deviation[k])
     if np.isnan(middle) or middle == 0:
         return [words, at, "no whole pulse", "", "", "", ""]
