@@ -102,15 +102,10 @@ def fit(
         ``chain.gap=1 um:9 um``; ``gain`` is the measured over the true force, the same for all.
     ties
         Formulas of keys that follow from others, as for ``sweep``.
-    columns
-        Columns of the files, as for ``judge_traces``.
-    shift
-        Whether the clock of each file begins at another time than the run, which is then fitted.
+    columns, shift, progress
+        As for ``judge_traces``; the shift of each clock is fitted, too.
     time_limit
         Time limit of the whole fit [s].
-    progress
-        True for a line in the terminal or notebook on what is being done, or a function that is
-        called with each such line.
 
     Raises
     ------
