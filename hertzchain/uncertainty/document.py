@@ -1,6 +1,6 @@
 """The document of a validation: that of its traces, with the three uncertainties of each number.
 
-``Validation`` shows itself by this document.
+``Validation`` shows itself by this document, which therefore does not import it.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from hertzchain.report.document import Document, Failure, Table, Verdict
 from hertzchain.report.facts import number
 from hertzchain.report.junit import case
 from hertzchain.report.traces import of_traces
-from hertzchain.uncertainty.validation import COVERED
 
 _HEADER = (
     "number", "simulated", "measured", "u run", "u input", "u noise", "error / u_val", "seen from",
@@ -46,8 +45,7 @@ def of_validation(found: Any) -> Document:
         cases=tuple(
             case(
                 one.number.name, one.number.measured, one.number.simulated,
-                COVERED * one.uncertainty, one not in differing, "two validation uncertainties",
-                one.number.name,
+                one.allowed, one not in differing, "two validation uncertainties", one.number.name,
             )
             for one in compared
         ),

@@ -322,7 +322,7 @@ def test_a_tied_key_and_a_range() -> None:
 def test_traces_that_are_not_those_of_the_scene() -> None:
     """Of one sample, clipped at 60 %, or of a plastic chain: each has its sentence."""
     traces = experiment(0.01)
-    with pytest.raises(SceneError, match="must be at least 8"):
+    with pytest.raises(HertzchainError, match="must be at least 8"):
         hc.fit(START, traces[:1], FREE)
     forces = list(traces.columns[1:])
     clipped = traces.copy()
