@@ -103,12 +103,17 @@ def test_collisions_across_gaps(seed: int) -> None:
         assert one.deviation < 0.03 * value
 
 
-def test_pulses_that_could_meet_others() -> None:
-    """A chain with gaps: without smoothing it was 14 deviations off, with 26 times the noise.
+@pytest.mark.parametrize(
+    "seed",
+    [16, pytest.param(111, marks=pytest.mark.slow), pytest.param(322, marks=pytest.mark.slow)],
+)
+def test_pulses_that_could_meet_others(seed: int) -> None:
+    """Chains with gaps: without smoothing 16 was 14 deviations off, with 26 times the noise.
 
-    Four values are off by four deviations once in some thousand experiments.
+    111 was as far off with two searches; 322 was off by four deviations of the best of two minima
+    that noise may have interchanged. Four values are so once in some thousand experiments.
     """
-    row = experiments.experiment("right", 16)
+    row = experiments.experiment("right", seed)
     assert row["is_noise"]
     assert row["farthest"] < 4
 
