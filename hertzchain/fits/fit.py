@@ -49,10 +49,6 @@ _OTHER_STARTS, _NEAR = 4, (0.8, 1.25)
 """Starts that are tried where more than noise remains as residual, even over the ranges that are
 given, or over values near those of the scene (chosen)."""
 
-_WITH_GAPS = 4
-"""Searches where granules fly: the first minima may be others though only noise is left (measured:
-in one of 150 fits with two searches, 14 deviations from the truth)."""
-
 _NEARBY = (-3.0, -1.0, 1.0, 3.0)
 """Standard deviations from the best values, along each axis of the covariance, at which a better
 fit is looked for: forces that jump between two samples make local minima some deviations apart."""
@@ -102,15 +98,10 @@ def fit(
         ``chain.gap=1 um:9 um``; ``gain`` is the measured over the true force, the same for all.
     ties
         Formulas of keys that follow from others, as for ``sweep``.
-    columns
-        Columns of the files, as for ``judge_traces``.
-    shift
-        Whether the clock of each file begins at another time than the run, which is then fitted.
+    columns, shift, progress
+        As for ``judge_traces``; the shift of each clock is fitted, too.
     time_limit
         Time limit of the whole fit [s].
-    progress
-        True for a line in the terminal on what is being done, or a function that is
-        called with each such line.
 
     Raises
     ------
@@ -144,11 +135,12 @@ def fit(
             report_progress(f"least squares from {said(model.values(begin))}")
             found.append(_least_squares(model, begin, widths))
             best = min(found, key=lambda one: one.mean_square)
-            if len(found) >= (_WITH_GAPS if flies else 1) and _is_noise(model, best):
+            # Where granules fly, the first minimum may be another one though only noise is left.
+            if not flies and _is_noise(model, best):
                 break
         best = _refined(model, best)
     _refuse_ends(model, chosen, best.x)
-    return _of(model, scene, chosen, best)
+    return _of(model, scene, chosen, [best, *found])
 
 
 def _are_peaks(given: Any, columns: Mapping[str, str]) -> bool:
@@ -242,14 +234,19 @@ def _beside(model: Model, found: _Found) -> FloatArray | None:
     return np.asarray(possible[int(np.argmin(squares))])
 
 
-def _of(model: Model, base: Scene, free: Free, found: _Found) -> Fit:
+def _of(model: Model, base: Scene, free: Free, minima: Sequence[_Found]) -> Fit:
+    """Return the fit of the first minimum."""
+    found = minima[0]
     x, off, start, count = found.x, found.off, free.start, len(free.keys)
     slopes = model.slopes(x, rtol=ACCURATE)
     _refuse_alike(slopes, free)
     # Correlated samples carry less information than as many independent ones.
     along, wider = lasting(off)
-    scale = max(found.mean_square, _LEAST_SQUARE) * wider
-    covariance = _covariance(model, x, slopes, scale if model.noise_is_known else _unknown(off, x))
+    variance = max(found.mean_square, _LEAST_SQUARE) * wider
+    if not model.noise_is_known:
+        variance = _unknown(off, x)
+    covariance = _covariance(model, x, slopes, variance)
+    covariance += _between(minima, covariance, variance)
     deviation = np.sqrt(np.diag(covariance))
     relative = deviation[:count] / np.abs(x[:count])
     worst = int(np.argmax(relative))
@@ -310,6 +307,22 @@ def _covariance(model: Model, x: FloatArray, slopes: FloatArray, variance: float
         if np.max(np.diag(covariance) / np.diag(before)) < _ALIKE_DEVIATIONS**2:
             break
     return np.asarray(covariance)
+
+
+def _between(minima: Sequence[_Found], covariance: Array, variance: float) -> FloatArray:
+    """Return the covariance about the first of several minima that noise may have interchanged.
+
+    Each counts by its likelihood, and those within a deviation of one another count once.
+    """
+    inverse, kept = np.linalg.pinv(covariance), list(minima[:1])
+    for one in minima[1:]:
+        ways = [one.x - other.x for other in kept]
+        if all(way @ inverse @ way > 1 for way in ways):
+            kept.append(one)
+    squares = np.array([np.sum(one.off**2) for one in kept]) / variance
+    weights = np.exp((squares[0] - squares) / 2)
+    moves = np.stack([one.x - kept[0].x for one in kept])
+    return np.asarray((weights / weights.sum() * moves.T) @ moves)
 
 
 def _moves(covariance: Array) -> FloatArray:

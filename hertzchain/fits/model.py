@@ -76,11 +76,13 @@ class Model(ABC):
 
     def allows(self, x: Array) -> bool:
         """Whether all values are within their bounds, and the scene is possible."""
+        if not np.all((x > self.low) & (x < self.high)):
+            return False
         try:
             self.scene(x)
         except SceneError:
             return False
-        return bool(np.all((x > self.low) & (x < self.high)))
+        return True
 
     def scene(self, x: Array) -> Scene:
         """The scene with other values."""

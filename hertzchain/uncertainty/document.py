@@ -1,6 +1,6 @@
 """The document of a validation: that of its traces, with the three uncertainties of each number.
 
-``Validation`` shows itself by this document.
+``Validation`` shows itself by this document, which therefore does not import it.
 """
 
 from __future__ import annotations

@@ -186,7 +186,7 @@ def spread(
     time_limit
         Time limit of all runs [s].
     progress
-        True for a line in the terminal, or a function that is called with such lines.
+        As for ``judge_traces``.
 
     Raises
     ------

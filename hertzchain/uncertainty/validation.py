@@ -69,6 +69,11 @@ class Compared:
         return abs(self.error) / self.uncertainty
 
     @property
+    def allowed(self) -> float:
+        """The largest difference that the uncertainties explain, in the unit of the number."""
+        return COVERED * self.uncertainty
+
+    @property
     def seen_from(self) -> float:
         """Least relative difference of which 95 in 100 would have been seen."""
         return (COVERED + _SURE) * self.uncertainty / abs(self.number.simulated)

@@ -103,12 +103,17 @@ def test_collisions_across_gaps(seed: int) -> None:
         assert one.deviation < 0.03 * value
 
 
-def test_pulses_that_could_meet_others() -> None:
-    """A chain with gaps: without smoothing it was 14 deviations off, with 26 times the noise.
+@pytest.mark.parametrize(
+    "seed",
+    [16, pytest.param(111, marks=pytest.mark.slow), pytest.param(322, marks=pytest.mark.slow)],
+)
+def test_pulses_that_could_meet_others(seed: int) -> None:
+    """Chains with gaps: without smoothing 16 was 14 deviations off, with 26 times the noise.
 
-    Four values are off by four deviations once in some thousand experiments.
+    111 was as far off with two searches; 322 was off by four deviations of the best of two minima
+    that noise may have interchanged. Four values are so once in some thousand experiments.
     """
-    row = experiments.experiment("right", 16)
+    row = experiments.experiment("right", seed)
     assert row["is_noise"]
     assert row["farthest"] < 4
 
@@ -322,7 +327,7 @@ def test_a_tied_key_and_a_range() -> None:
 def test_traces_that_are_not_those_of_the_scene() -> None:
     """Of one sample, clipped at 60 %, or of a plastic chain: each has its sentence."""
     traces = experiment(0.01)
-    with pytest.raises(SceneError, match="must be at least 8"):
+    with pytest.raises(HertzchainError, match="must be at least 8"):
         hc.fit(START, traces[:1], FREE)
     forces = list(traces.columns[1:])
     clipped = traces.copy()
