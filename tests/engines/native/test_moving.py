@@ -95,7 +95,7 @@ def test_a_chain_that_flies_onto_a_wall_is_one_that_a_piston_hits() -> None:
 def test_granules_that_meet_nothing_are_refused(
     velocity: list[float], wall: hc.Wall | None
 ) -> None:
-    with pytest.raises(SceneError, match="no granule meets another or the wall"):
+    with pytest.raises(SceneError, match="no granule meets another or a wall"):
         cradle(velocity, wall=wall)
 
 
