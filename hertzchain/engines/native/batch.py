@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.backend import Native
-from hertzchain.engines.native.kernel_input import code_of, is_single_pulse, leg_rows
+from hertzchain.engines.native.kernel_input import code_of, leg_rows
 from hertzchain.engines.native.many import march_all, run_in_context
 from hertzchain.errors import POSITIVE, SceneError, require
 from hertzchain.limits import (
@@ -167,9 +167,8 @@ def _peaks_of(scenes: Sequence[Scene], rtol: float, time_limit: float, wanted: s
     rows = np.zeros((len(legs), max(map(len, legs), default=0), 8))
     for of_scene, row in zip(rows, legs, strict=True):
         of_scene[: len(row)] = row
-    leaves = np.array([is_single_pulse(scene) for scene in scenes])
     found = _accurate_enough(
-        rows, calibrated, leaves, scenes.__getitem__, granules, rtol, time_limit, usable_cores()
+        rows, calibrated, scenes.__getitem__, granules, rtol, time_limit, usable_cores()
     )
     force = np.array([scene.units.force for scene in scenes])[:, None]
     time = np.array([scene.units.time for scene in scenes])[:, None]
@@ -289,16 +288,14 @@ def similar_peak_forces(
         shock = Pulse(profile, _WEAK, float(n[k]), momentum_ratio=float(ratio[k]))
         return Scene(chain, shock)
 
-    leaves = np.ones(calibrated.size, np.bool_)
     return _accurate_enough(
-        rows, calibrated, leaves, scene_of, granules, rtol, time_limit, cores or usable_cores()
+        rows, calibrated, scene_of, granules, rtol, time_limit, cores or usable_cores()
     )
 
 
 def _accurate_enough(
     rows: FloatArray,
     calibrated: NDArray[np.bool_],
-    leaves: NDArray[np.bool_],
     scene_of: Callable[[int], Scene],
     granules: int,
     rtol: float,
@@ -323,7 +320,7 @@ def _accurate_enough(
         if known.size:
             plan = plans.cheapest(rtol, checked=False)
             force[known], time[known], end, taken = march_all(
-                rows, plan.walker, granules, leaves[known], deadline, cores
+                rows, plan.walker, granules, deadline, cores
             )
             # A motion that diverged has no meaningful number of evaluations.
             evaluations[known] = np.nan_to_num(taken)

@@ -15,7 +15,6 @@ Granules lo ... hi - 1 move, the window of the chain that is computed.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.compiling import compiled_and_kept
@@ -241,7 +240,6 @@ def march_each(
     granules: int,
     start: FloatArray,
     moving: int,
-    leaves: Any,
     force: FloatArray,
     time: FloatArray,
     record: Record,
@@ -249,7 +247,9 @@ def march_each(
     evaluations: FloatArray,
     control: FloatArray,
 ) -> None:
-    """Integrate plain chains one after the other, as ``march`` does one of them.
+    """Integrate plain chains under a pulse one after the other, as ``march`` does one of them.
+
+    Granules that cannot matter to any peak are left behind.
 
     Parameters
     ----------
@@ -261,8 +261,6 @@ def march_each(
         Room for any of them, with N + 1 columns, and the same as it is at the start.
     granules, start, moving, control
         As for ``march``: they are at rest.
-    leaves
-        Whether granules of each may be left behind, shape (scenes,).
     force, time
         Filled in with peaks, shape (scenes, N - 1).
     record
@@ -284,7 +282,7 @@ def march_each(
             steps.starting,
         )  # fmt: skip
         seen = Seen(force[n], time[n], record)
-        found = march(its, state, granules, start, None, moving, leaves[n], seen, control)
+        found = march(its, state, granules, start, None, moving, True, seen, control)
         if found.status == STOPPED:
             return
         end[n] = found.end

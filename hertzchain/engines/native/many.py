@@ -9,7 +9,6 @@ from contextvars import copy_context
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.kernel_input import MOVING, nothing_recorded, steps_of
@@ -24,15 +23,13 @@ def march_all(
     rows: FloatArray,
     walker: Walker,
     granules: int,
-    leaves: NDArray[np.bool_],
     deadline: Deadline,
     cores: int,
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return peak forces and times, (scenes, contacts); time reached and evaluations, (scenes,).
 
-    ``rows`` has legs in the form of the kernels, shape (scenes, legs, 8); ``leaves`` is true for
-    scenes whose granules may be dropped behind the wave, shape (scenes,). Raises TooExpensive after
-    the deadline.
+    ``rows`` has the legs of one pulse each in the form of the kernels, shape (scenes, legs, 8).
+    Raises TooExpensive after the deadline.
     """
     from hertzchain.engines.native import elastic, elastic_state
 
@@ -45,8 +42,8 @@ def march_all(
     def part(some: slice) -> None:
         state, blank = (elastic_state.at_the_start(granules) for _ in range(2))
         elastic.march_each(
-            rows[some], steps, state, blank, granules, at_rest, MOVING, leaves[some], force[some],
-            time[some], nothing, found[2][some], found[3][some], control,
+            rows[some], steps, state, blank, granules, at_rest, MOVING, force[some], time[some],
+            nothing, found[2][some], found[3][some], control,
         )  # fmt: skip
 
     size = max(1, -(-scenes // (cores * _PARTS_PER_CORE)))
