@@ -304,11 +304,13 @@ IN_UNITS: list[tuple[str, str, list[tuple[str, str]]]] = [
 def test_numbers_in_the_units_of_a_deck(
     name: str, number: str, units: list[tuple[str, str]]
 ) -> None:
-    deck, change, *texts = (OF_SCENES | OF_NUMBERS)[name]  # type: ignore[operator]
-    scene = scene_of(deck)
     if name in OF_SCENES:
-        found = deck_of(deck, replace(scene, **change), *texts)
+        deck, scene_change, old, new = OF_SCENES[name]
+        scene = scene_of(deck)
+        found = deck_of(deck, replace(scene, **scene_change), old, new)
     else:
+        deck, change = OF_NUMBERS[name]
+        scene = scene_of(deck)
         found = change(deck_of(deck, scene))
     si, _ = case_of(scene, found, 1e-3, Deadline(60.0), {})
     pairs = [
