@@ -173,7 +173,7 @@ OF_NUMBERS: dict[str, tuple[str, Change]] = {
         "precompressed", both(plus("constant_force", (0, 0), 2.0), in_texts("p first addforce 20",
                                                                             "p first addforce 22"))
     ),
-    "no hold": ("precompressed", plus("constant_force", (13, 0), 20.0)),
+    "no hold": ("precompressed", times("constant_force", 0.0, (13, 0))),  # -0 N
     "no load": ("precompressed", times("constant_force", 0.0)),
     "two granules pushed": ("precompressed", also_granule_2),
     "the last granule pushed": ("precompressed", other_granule),
@@ -277,6 +277,22 @@ def test_a_deck_with_a_wrong_number(name: str) -> None:
     deck, change = OF_NUMBERS[name]
     scene = scene_of(deck)
     is_as_expected(name, examined(scene, change(deck_of(deck, scene))))
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "off the axis", "velocity across", "spin", "a force across", "pushed across",
+        "two pistons", "a granule moved twice", "neighbours", "contacts across the box",
+        "a wall with a limit", "a contact that is excluded",
+    ],
+)  # fmt: skip
+def test_what_explains_any_motion(name: str) -> None:
+    """No chain of velocity Verlet along a line has such a number: its motion is no finding."""
+    deck, change = OF_NUMBERS[name]
+    scene = scene_of(deck)
+    done = examined(scene, times("peak_force", 1.1)(change(deck_of(deck, scene))))
+    assert [check.name for check in done.to_mend] == [*EXPECTED[name]]
 
 
 UNITS = Units("odd", length=2.0, mass=3.0, time=5.0)
