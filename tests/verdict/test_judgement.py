@@ -40,6 +40,10 @@ def test_the_verdict_is_over_what_was_given(demo_reference: hc.Result) -> None:
     found = hc.judge(scene, {2: peak[0], 4: 1.002 * peak[2]})
     assert found.verdict == "fail"
     assert found.missing == 57
+    assert found.summary.startswith(
+        "1 of 2 contacts differ by more than 1.0e-03 from the reference"
+    )
+    assert found.summary.endswith("the largest difference is 2.0e-03")
     assert [row["passed"] for row in found.rows[:4]] == [True, None, False, None]
     assert found.remarks == ("the cause is sought where at least 6 contacts are judged",)
     assert hc.judge(scene, {2: peak[0], 4: 1.002 * peak[2]}, tolerance=0.01).verdict == "pass"

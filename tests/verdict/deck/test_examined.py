@@ -14,6 +14,7 @@ from hertzchain.engines.lammps.reading.found import Executed, FoundDeck, FoundRu
 from hertzchain.engines.lammps.reading.text import Edits
 from hertzchain.errors import RunFailed
 from hertzchain.verdict.deck import examining
+from hertzchain.verdict.deck.places import variables_of
 from tests.verdict.deck.made import STEP, by_name, changed, examined, first_guess, times
 
 DECK = "units si # of all\ninclude a.inc\ninclude b.inc\nset group all &\n density 1\nrun 5"
@@ -174,3 +175,10 @@ def test_damping_that_pulls(scene: hc.Scene, right: FoundDeck) -> None:
     check = by_name(done, "damping")
     assert not check.passed
     assert "granules part with" in check.sentence
+
+
+def test_variables_that_use_themselves() -> None:
+    """As in a loop that adds to one: each definition is looked at once."""
+    texts = ("variable a equal 1", "variable b equal ${a}+v_b", "set group all density ${b}")
+    commands = [Executed(text, "in.made", k, text) for k, text in enumerate(texts)]
+    assert variables_of(commands, 2) == [1, 0]

@@ -53,7 +53,6 @@ def test_a_binary_makes_of_a_deck_what_the_module_makes(lmp: str, tmp_path: Path
         "units",
         "axis",
         "reversed",
-        "boundary",
         "image_gap",
         "first_run",
         "runs",
