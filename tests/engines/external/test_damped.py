@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 import hertzchain as hc
 from hertzchain.engines.external.backend import _Runner
 from hertzchain.engines.external.engine import ProgramEngine
-from hertzchain.engines.liggghts import contacts
+from hertzchain.engines.liggghts import contacts, deck
 from hertzchain.engines.native import METHODS
 from hertzchain.errors import RunFailed
 from hertzchain.limits import Deadline
@@ -181,6 +181,17 @@ def test_laws_that_an_engine_does_not_have() -> None:
     ):
         with pytest.raises(RunFailed, match=words):
             engine()._refuse(replace(scene, contact=law))
+
+
+def test_the_damping_of_a_viscoelastic_deck() -> None:
+    """3/2 A k over the contact mass, from the material; k = 4/3 E* without the radius."""
+    scene = hc.Scene(hc.Chain(3, **STEEL), hc.Striker(1.0), contact=VISCOELASTIC)
+    text = deck.set_up(scene).replace("&\n", "")
+    modulus = STEEL["young_modulus"] / (2 * (1 - STEEL["poisson_ratio"] ** 2))
+    mass = STEEL["density"] * 4 / 3 * math.pi * STEEL["radius"] ** 3 / 2
+    expected = 1.5e-6 * 4 / 3 * modulus / mass
+    found = float(text.partition("gamman peratomtypepair 1 ")[2].split()[0])
+    assert found == pytest.approx(expected, rel=1e-12)  # rounding
 
 
 def taper(granules: int) -> hc.Scene:
