@@ -140,13 +140,13 @@ def test_both_methods_agree_where_either_may_be_taken(monkeypatch: pytest.Monkey
 
 @pytest.mark.parametrize("law", [None, hc.Contact("dashpot", coefficient=20.0)], ids=["", "damped"])
 def test_what_is_recorded_in_flight(law: hc.Contact | None) -> None:
-    """The last granule has left the others after 1 ms, and hits the wall after 10 s."""
-    scene, native = replace(FAR, run=hc.Run(4.0), contact=law), hc.Native(rtol=1e-6)
-    time = np.array([0.5, 1.0, 1.7, 3.1, 3.9])
+    """The last granule has left the others after 1 ms, and hits the wall after 1 s."""
+    scene, native = replace(FAR, run=hc.Run(0.4), contact=law), hc.Native(rtol=1e-6)
+    time = np.array([0.05, 0.1, 0.17, 0.31, 0.39])
     history = native.run(scene, record=time).history
     assert history is not None
     place, velocity = history.displacement[:, -1], history.velocity[:, -1]
-    # Polynomials between states that are seconds apart cost 1e-9.
+    # Polynomials between states that are long apart cost 1e-9.
     assert np.ptp(velocity) < 1e-8 * velocity[0]
     assert np.diff(place) == pytest.approx(velocity[0] * np.diff(time), rel=1e-8)
     assert not history.contact_force.any()
