@@ -306,8 +306,8 @@ def test_what_a_shipped_deck_allows_is_little(entry: Entry) -> None:
     text = (FOLDER / entry.name).read_text(encoding="utf-8")
     allowed = by_granule(text, "known_allowed")
     scene = entry.load()
-    assert len(allowed) == scene.chain.granules
-    judged = scene.chain.granules - 1 + (scene.wall is not None)
+    assert len(allowed) == scene.bodies
+    judged = len(scene.contacts)
     assert max(allowed[:judged]) < (1e-5 if entry.rtol == 1e-6 else 3e-4)
 
 

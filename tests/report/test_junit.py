@@ -218,7 +218,7 @@ def test_a_judgement_is_a_case_with_what_is_wrong(
     assert "1 of 3 judged contacts are off by more than 1.0e-03" in failure.attrib["message"]
 
 
-def test_a_judgement_of_nothing_is_an_error(
+def test_a_judgement_of_nothing_is_a_failure(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     # After so short a run the last contact has not been pressed.
@@ -230,7 +230,7 @@ def test_a_judgement_of_nothing_is_an_error(
     capsys.readouterr()
     assert status == 1
     (suite,) = read(there)
-    assert problems(suite) == {"verdict": "error"}
+    assert problems(suite) == {"verdict": "failure"}
 
 
 def test_what_cannot_be_written_is_refused_before_the_work(
