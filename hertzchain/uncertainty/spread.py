@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 RTOL = 1e-4
 """Accuracy of each realisation by default: what inputs make of a result is hardly ever less."""
 
-REALISATIONS = 512
-"""Realisations by default: a standard deviation is then known to 3 %."""
+REALISATIONS = 256
+"""Realisations by default: a standard deviation is then known to 4 %."""
 
 SHARE = "share "
 """How names of columns of shares begin."""

@@ -103,10 +103,8 @@ def test_collisions_across_gaps(seed: int) -> None:
         assert one.deviation < 0.03 * value
 
 
-@pytest.mark.parametrize(
-    "seed",
-    [16, pytest.param(111, marks=pytest.mark.slow), pytest.param(322, marks=pytest.mark.slow)],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [16, 111, 322])
 def test_pulses_that_could_meet_others(seed: int) -> None:
     """Chains with gaps: without smoothing 16 was 14 deviations off, with 26 times the noise.
 

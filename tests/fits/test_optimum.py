@@ -45,6 +45,7 @@ def test_the_least_force_on_a_wall_stands_at_the_slowest_striker() -> None:
     assert "at an end of its range" in found.remarks[0]
 
 
+@pytest.mark.slow
 def test_a_wide_range_is_searched_as_a_whole() -> None:
     """Also by more than a factor of 100; a key says what the scene had, here no gap."""
     found = optimum(SCENE, "gauge_1_arrival_time_s", ["striker.velocity=1 mm/s:1"])
