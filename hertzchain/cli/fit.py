@@ -24,8 +24,9 @@ def fit(
     traces: list[Path] | None = typer.Argument(
         None,
         metavar="FILE",
-        help="Forces over time, as for judge: time_s, gauge_16_N, contact_10_N, wall_N, or any"
-        " with --column; or peaks: contact, peak_force_N; several files are fitted at once.",
+        help="Forces over time, as for judge: time_s, gauge_16_N, contact_10_N, wall_N,"
+        " near_wall_N, or any with --column; or peaks: contact, peak_force_N; several files are"
+        " fitted at once.",
     ),
     free: list[str] = typer.Option(
         ...,

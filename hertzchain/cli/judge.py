@@ -26,7 +26,7 @@ def judge(
         metavar="FILE",
         help="CSV with the columns contact, peak_force_N; or a LAMMPS dump of all granules with id,"
         " x, fx (all files of one dump); or measured traces: time_s, gauge_16_N, contact_10_N,"
-        " wall_N, or any with --column. Peaks and dumps may be gzipped.",
+        " wall_N, near_wall_N, or any with --column. Peaks and dumps may be gzipped.",
     ),
     column: list[str] | None = typer.Option(
         None,

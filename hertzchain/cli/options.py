@@ -67,8 +67,8 @@ Size = Annotated[
     str | None,
     typer.Option(
         metavar="WxH",
-        help="Width and height of the picture in inches, such as 3.4x2.6; it has the first of its"
-        " panels, as many as have room.",
+        help="Width and height of the picture in inches, such as 3.4x2.6; of several panels it has"
+        " as many as have room.",
     ),
 ]
 Plot = Annotated[

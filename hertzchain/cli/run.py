@@ -68,7 +68,8 @@ def run(
         None,
         metavar="FILE",
         help="Write what each [[gauge]] reads over time, without static forces: time_s,"
-        " gauge_16_N, contact_10_N, wall_N (.csv, .parquet), at the times of --record or 500.",
+        " gauge_16_N, contact_10_N, wall_N, near_wall_N (.csv, .parquet), at the times of"
+        " --record or 500.",
     ),
     size: options.Size = None,
     report: Path | None = typer.Option(

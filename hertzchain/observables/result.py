@@ -257,7 +257,8 @@ class Result(ShownRun):
         """Return what the gauges of the scene read over time, without static forces.
 
         Its columns are time_s and one for each gauge, as gauge_16_N of granule 16, contact_10_N, or
-        wall_N for the contact with the wall. SceneError without gauges, or without ``record``.
+        wall_N or near_wall_N for contacts with walls. SceneError without gauges, or without
+        ``record``.
         """
         import pandas
 

@@ -69,7 +69,7 @@ def _or_none(value: float) -> float | None:
 
 
 def places(scene: Scene) -> FloatArray:
-    """Places of the contacts of a scene at rest, from the centre of granule 1 [m], (contacts,).
+    """Places of contacts at rest, from the centre of the first body [m], shape (contacts,).
 
     It is the middle of a gap; two spheres that are pressed touch in the middle of their overlap.
     """

@@ -113,7 +113,7 @@ class MeasuredPulse:
             "bend_N": self.bend,
             "peak_force_N": both(self.peak_force),
             "impulse_N_s": both(self.impulse),
-            "rise_time_s": self.rise_time,
+            "rise_time_s": self.rise_time or None,  # 0 where noise left no rise
         }
 
 

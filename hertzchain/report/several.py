@@ -65,13 +65,14 @@ def plot(
     if draw == "forces":
         most = min(one.scene.last_contact for one in each)
         shortest = min(each, key=lambda one: one.scene.last_contact)
-        contacts = contacts or drawn_contacts(shortest, _FEW)
         first = max(one.scene.contacts[0] for one in each)
+        own = [contact for contact in drawn_contacts(shortest, _FEW) if contact >= first]
+        contacts = contacts or own
         allowed = f"must be numbers from {first} to {most}, which all results have"
         is_there = all(first <= one <= most for one in contacts)
         require(is_there, "contacts", contacts, allowed)
     for name, group in groups.items():
-        alike = len({one.contact.size for one in group}) == 1
+        alike = len({one.scene.contacts for one in group}) == 1
         require(alike, "results", name, "must have chains of one length")
     panels = _panels(groups, draw, contacts)
     if len(groups) == 1:

@@ -21,23 +21,23 @@ class Granules:
     """Every granule and every contact of a scene, in SI units.
 
     The first contact is that between granules 1 and 2; where there is a wall, its contact is the
-    last. A near wall is one more granule, in front: fixed, as large as granule 1, of the wall's
-    material. It makes the first contact, with the stiffness of a plane.
+    last. A near wall is one more body, in front of the N granules: fixed, as large as granule 1, of
+    the wall's material. It makes the first contact, with the stiffness of a plane.
 
     Parameters
     ----------
     radius, young_modulus, poisson_ratio, density
-        Properties of each granule [m], [Pa], 1, [kg/m^3], shape (granules,).
+        Properties of each granule [m], [Pa], 1, [kg/m^3], shape (bodies,).
     mass
-        Mass of each granule [kg], shape (granules,); infinite for a piston and fixed ones.
+        Mass of each granule [kg], shape (bodies,); infinite for a piston and fixed ones.
     velocity
-        Velocity of each granule at the start [m/s], shape (granules,).
+        Velocity of each granule at the start [m/s], shape (bodies,).
     stiffness
         A in F = A overlap^(3/2) of each contact [N m^(-3/2)], shape (contacts,).
     gap
         Gap of each contact at the start [m], shape (contacts,).
     constant_force
-        Gravity and precompression on each granule, along the chain [N], shape (granules,); 0 for a
+        Gravity and precompression on each granule, along the chain [N], shape (bodies,); 0 for a
         piston.
     static_force
         Force in each contact at the start [N], shape (contacts,).
@@ -71,7 +71,7 @@ class Granules:
 
     @property
     def position(self) -> FloatArray:
-        """Centre of each granule at the start, granule 1 at 0 [m], shape (granules,)."""
+        """Centre of each body at the start, the first at 0 [m], shape (bodies,)."""
         apart = self.radius[:-1] + self.radius[1:]
         contacts = apart.size
         apart = apart + self.gap[:contacts] - self.static_overlap[:contacts]

@@ -358,7 +358,9 @@ class Scene(Numbered, Shown):
     def largest_impulse(self) -> float:
         """Sum of all impulses forwards and of momenta at the start [N s]; no momentum is larger."""
         constant = float(np.sum(np.maximum(self._constant_force, 0.0)))
-        return self.applied_impulse + self._moved + constant * self.end_time
+        if self.near_wall is not None and self.precompression is not None:
+            constant += float(self.granules.static_force[0])
+        return abs(self.applied_impulse) + self._moved + constant * self.end_time
 
     @property
     def given_impulse(self) -> float:

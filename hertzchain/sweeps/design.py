@@ -257,9 +257,11 @@ def _refuse_impossible(found: Design) -> None:
             _check_granules(name, value)
             each = itertools.product(*extremes[:k], [value], *extremes[k + 1 :])
             scenes = (dict(zip(names, one, strict=True)) for one in each)
-            problems = (_problem(found, one) for one in itertools.islice(scenes, _MOST_TRIED))
-            first = next(problems)
-            if first is not None and None not in problems:
+            tried = (_problem(found, one) for one in itertools.islice(scenes, _MOST_TRIED))
+            first = next(tried)
+            is_whole = math.prod(map(len, extremes)) <= _MOST_TRIED * len(extremes[k])
+            # Where there are more scenes than are tried, rows say why they have no numbers.
+            if first is not None and is_whole and None not in tried:
                 raise first
 
 

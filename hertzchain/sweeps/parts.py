@@ -69,7 +69,10 @@ def part_size(design: Design, backend: Backend) -> int:
 
 
 def is_short(design: Design, backend: Backend) -> bool:
-    """Return whether scenes take less than starting processes; never LAMMPS or given steps."""
+    """Return whether scenes are few and chains short, and one process is enough.
+
+    LAMMPS and given steps take longer than starting processes.
+    """
     if isinstance(backend, Lammps) or backend.dt is not None or backend.method is not None:
         return False
     return design.scenes * max(_largest(design), _SMALL) ** 2 < _SHORT

@@ -15,8 +15,9 @@ from hertzchain.sweeps.columns import OTHER_MEASURE, is_whole
 from hertzchain.sweeps.keys import base_values, full_name
 
 _KEY = re.compile(r"[A-Za-z_]\w*(?:\.\w+)+")
-_VALUE = re.compile(_KEY.pattern + r"|(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|\bpi\b")
-_ARITHMETIC = re.compile(r"(?:[-+*/()\s]|sqrt|_\(\))*")  # _() returns one value after another
+_VALUE = re.compile(_KEY.pattern + r"|(?<!\w)(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?!\w)|\bpi\b")
+_ARITHMETIC = re.compile(r"(?:[-+*/()\s]|\bsqrt\b|_\(\))*")  # _() returns one value after another
+_LONGEST = 1000  # characters of a formula (chosen); Python limits how deep brackets may be
 _ALLOWED = (
     "must be + - * / ** and brackets over numbers in SI units, pi, sqrt() and full keys of the"
     " scene, such as 0.1 - chain.radius"
@@ -38,10 +39,12 @@ class Tie:
     def value(self, values: Mapping[str, Any]) -> Any:
         """Return the value, also of arrays; it is rounded to a whole number where that is meant.
 
-        It need not be possible: a scene of it says so.
+        It need not be possible: a scene of it says so. ``values`` has those of the keys, numbers or
+        arrays of shape (scenes,).
         """
         text, said = _VALUE.sub("_()", self.formula).strip(), f"{self.key}={self.formula[:40]}"
-        require(_ARITHMETIC.fullmatch(text) is not None, "tie", said, _ALLOWED)
+        is_short = len(self.formula) <= _LONGEST and "_(" not in self.formula
+        require(is_short and _ARITHMETIC.fullmatch(text) is not None, "tie", said, _ALLOWED)
         known, found = {"pi": np.pi, **values}, iter(_VALUE.findall(self.formula))
         names = {"_": lambda: np.float64(known.get(one := next(found), one)), "sqrt": np.sqrt}
         try:
@@ -65,11 +68,12 @@ def ties_of(scene: Scene, given: Mapping[str, str], free: Iterable[str]) -> tupl
     both = [key for key in keys if OTHER_MEASURE.get(key) in keys]
     require(not both, " and ".join(both), None, "replace each other: leave one of them out")
     for k, tie in enumerate(ties, start=len(keys) - len(ties)):
-        require(tie.key not in keys[:k], tie.key, None, "is both free and tied, or tied twice")
+        allowed = "is both free and tied, or tied twice: leave one out"
+        require(tie.key not in keys[:k], tie.key, None, allowed)
         for used in tie.uses:
             full = full_name(used, scene)
             require(full == used, used, None, f"stands in a formula by its full name, {full}")
-            allowed = "is tied to itself, or to a tie that stands below it"
+            allowed = "is tied to itself, or to a tie that stands below it: put that one first"
             require(used not in keys[k:], tie.key, tie.formula, allowed)
     tied(scene, ties, {})
     return ties
@@ -77,6 +81,8 @@ def ties_of(scene: Scene, given: Mapping[str, str], free: Iterable[str]) -> tupl
 
 def tied(scene: Scene, ties: tuple[Tie, ...], values: Mapping[str, Any]) -> dict[str, Any]:
     """Return values of a scene's keys with those of ties; other keys are as in the scene."""
+    if not ties:
+        return dict(values)
     every = base_values(scene, {key for tie in ties for key in tie.uses}) | dict(values)
     for tie in ties:
         every[tie.key] = tie.value(every)

@@ -31,7 +31,7 @@ def print_spread(console: Console, spread: Any, every: bool) -> None:
         print_prose(console, one, "remark: ")
     scene = spread.scene
     contacts = {scene.contact_name(number) for number in scene.contacts}
-    chosen = {2, scene.chain.granules // 2 + 1, scene.last_contact}
+    chosen = {scene.contacts[0], scene.chain.granules // 2 + 1, scene.last_contact}
     chosen = {scene.contact_name(number) for number in chosen}
     rows = [
         _row(spread, k)
@@ -77,7 +77,9 @@ def plot_spread(spread: Any, size: tuple[float, float] | None = None) -> Picture
     above.plot(contact, spread.nominal[at], color="black", marker=".", label="the scene itself")
     above.set_ylabel("first peak [N]")
     shares = np.nan_to_num(spread.shares[:, at])
-    below.stackplot(contact, shares, labels=spread.inputs)
+    rest = np.clip(1 - shares.sum(axis=0), 0, 1)
+    names = [*spread.inputs, "scatter, and together"]
+    below.stackplot(contact, *shares, rest, labels=names)
     below.set(xlabel="contact", ylabel="share of the variance", ylim=(0, 1))
     for axes in (above, below):
         axes.legend()

@@ -81,6 +81,7 @@ def test_every_scene_passes(name: str, tmp_path: Path) -> None:
     assert largest_difference(found, expected) < 1e-8
 
 
+# Peaks of steps for RTOL, 1e-3: mistakes are larger where they move peaks by less than that.
 MISTAKES = {
     "another e": ("restitution", r'(variable restitution string 0\.8)"', r'\g<1>001"'),
     "another damping": ("restitution", r"coeff_restitution", "tsuji"),
@@ -114,6 +115,16 @@ def test_a_mistake_in_a_deck_fails(mistake: str, tmp_path: Path) -> None:
     path.write_text(text)
     status, screen = run(path, tmp_path)
     assert (status, verdict(screen)) == (1, "FAIL"), screen
+
+
+@pytest.mark.parametrize("name", ["restitution", "attraction"])
+def test_contacts_pull_where_the_scene_says_so(name: str, tmp_path: Path) -> None:
+    """Where they may not, every line with damping has the limit: peaks alone hardly show it."""
+    lines = written(SCENES[name], tmp_path, RTOL).read_text().splitlines()
+    damped = [line for line in lines if "damping ${damping}" in line]
+    assert damped
+    is_limited = SCENES[name].contact is RESTITUTION
+    assert all(("limit_damping" in line) == is_limited for line in damped)
 
 
 @pytest.mark.lammps

@@ -65,6 +65,8 @@ def test_arithmetic() -> None:
         ({"chain.radius": "[1][0]"}, "must be + - * / **"),
         ({"chain.radius": "1 if 1 else 2"}, "must be + - * / **"),
         ({"chain.radius": "1 +"}, "must be + - * / **"),
+        ({"chain.radius": "sqrt2*1e-3"}, "must be + - * / **"),
+        ({"chain.radius": "_()"}, "must be + - * / **"),
         ({"chain.radius": "(" * 900}, "must be + - * / **"),
         ({"chain.radius": "-" * 200_000 + "1"}, "must be + - * / **"),
         ({"chain.radius": "2 * chain.radius"}, "tied to itself"),

@@ -213,8 +213,8 @@ class Simulation:
     made: Softening  # the similar scene that was computed
     legs: tuple[Leg, ...]
     peaks: PeakWatch
-    displacement: FloatArray  # displacement at the end [m], shape (granules,), as in the scene's
-    velocity: FloatArray  # velocity at the end [m/s], shape (granules,)
+    displacement: FloatArray  # displacement at the end [m], shape (bodies,)
+    velocity: FloatArray  # velocity at the end [m/s], shape (bodies,)
     balance: Balance
     recorder: Recorder | None  # recorder of a history, if one was wanted
     version: str  # version of the code

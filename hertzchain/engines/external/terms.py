@@ -32,7 +32,7 @@ masses: the effect of its own mass is below round-off.
 
 
 def weighty_density(granules: Granules) -> FloatArray:
-    """Return the density of each granule [kg/m^3], shape (granules,), very large for a piston."""
+    """Density of each body [kg/m^3], (bodies,), very large for a piston and fixed ones."""
     return np.where(np.isinf(granules.mass), _HEAVY, 1.0) * granules.density
 
 
@@ -48,7 +48,7 @@ def positions(scene: Scene) -> list[float]:
 
 
 def wall_position(scene: Scene) -> float:
-    """Return the position of the wall, with granule 1 at 0 [m]."""
+    """Return the position of the wall, with the first body at 0 [m]."""
     assert scene.wall is not None
     each = scene.granules
     overlap = float(each.static_overlap[-1])

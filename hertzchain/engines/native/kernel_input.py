@@ -40,9 +40,9 @@ def chain_of(scene: Scene) -> Chain | None:
 
 
 def softest(scene: Scene) -> float:
-    """Return stiffness over mass of the first contact, divided by the largest of all contacts."""
+    """Return stiffness over mass of contact 2, divided by the largest of all contacts."""
     ratio = scene.granules.stiffness / scene.granules.contact_mass
-    return float(ratio[0] / np.max(ratio))
+    return float(ratio[scene.first_granule] / np.max(ratio))
 
 
 def start_of(scene: Scene) -> FloatArray:

@@ -88,7 +88,10 @@ def examine(
         If LAMMPS stops with an error, or the deck is none that can be examined.
     """
     scene = with_end(to_scene(scene))
-    allowed = "cannot be in the scene of a deck that is examined: its peaks can be judged"
+    allowed = (
+        "cannot be in the scene of a deck that is examined: judge its peaks, with"
+        " hertzchain judge SCENE peaks.csv"
+    )
     require(scene.near_wall is None, "near_wall", None, allowed)
     allowed = "must be a number above 0 and below 1"
     require(is_positive(tolerance) and tolerance < 1, "tolerance", tolerance, allowed)

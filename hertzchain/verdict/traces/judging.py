@@ -146,7 +146,7 @@ def judge_traces(
     traces
         Forces over time of one or several gauges, without static forces: a text file in any layout,
         as oscilloscopes write it, or a pandas table, with the columns time_s and gauge_16_N (in
-        granule 16), contact_10_N, wall_N, or any that ``columns`` names.
+        granule 16), contact_10_N, wall_N, near_wall_N, or any that ``columns`` names.
     columns
         Columns by ``time``, ``gauge_16``, ``contact_10``, ``wall``, and what a unit of theirs is:
         ``{"gauge_16": "CH1 [25 N]"}``.

@@ -18,7 +18,7 @@ from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.quantities import to_si
 from hertzchain.scene.scene import Scene
 
-_SENSOR = re.compile(r"(gauge|contact)_(\d+)|wall")
+_SENSOR = re.compile(r"(gauge|contact)_(\d+)|(?:near_)?wall")
 _COLUMN = re.compile(rf"({_SENSOR.pattern})(?:[ _/([]*[a-zA-Z]+[)\]]*)?")
 _TIME = re.compile(r"(?:time|t)(?:[ _(/\[]+(?:s|ms|us|µs|ns)[)\]]*)?", re.IGNORECASE)
 _SPEC = re.compile(r"\s*(?P<name>.*?)\s*(?:\[(?P<unit>[^\[\]]+)\])?\s*")
@@ -160,7 +160,7 @@ def _spec(role: str, text: str) -> tuple[str, str]:
 
 def _gauge(role: str, scene: Scene) -> Gauge:
     """Return the gauge of a column; SceneError if the scene cannot have it."""
-    allowed = "must be gauge_ and the number of a granule, contact_ and its number, or wall"
+    allowed = "must be gauge_ and the number of a granule, contact_ and its number, wall, near_wall"
     require(_SENSOR.fullmatch(role) is not None, "column", role, allowed)
     kind, _, number = role.partition("_")
     if role == "near_wall":
