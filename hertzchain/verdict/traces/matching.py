@@ -36,6 +36,10 @@ _AFTER = 1.2
 """Until when a first pulse is laid over the measured one, in widths from its arrival: a little
 more than to the end, where it has fallen to a half."""
 
+_QUIET = 1e-4
+"""Part of its largest force below which a gauge is quiet (chosen): that of most is far below two
+widths before a pulse arrives."""
+
 _SHARPEST = 1e-6
 """Least deviation of a delay, in widths, in the mean over gauges: that of the splines."""
 
@@ -124,7 +128,10 @@ def without_offset(traces: Traces, known: Expected, shift: float) -> Traces:
     for k, read in enumerate(known.readings):
         width = read.width if np.isfinite(read.width) else 0.0
         arrival = min(read.arrival, known.until)  # the latter where nothing arrives
-        before = force[traces.time - shift < arrival - 2 * width, k]
+        # Where contacts are unloaded before they are pressed, the gauge is quiet until then.
+        moves = np.abs(known.force[:, k]) > _QUIET * np.max(np.abs(known.force[:, k]))
+        quiet = min(arrival - 2 * width, float(known.time[np.argmax(moves)]))
+        before = force[traces.time - shift < quiet, k]
         if before.size >= FEWEST:
             force[:, k] -= before.mean()
         if before.size >= ENOUGH:

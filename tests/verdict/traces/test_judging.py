@@ -289,3 +289,14 @@ def test_names_that_do_not_fit(measured: pd.DataFrame) -> None:
         hc.judge_traces(free, measured.rename(columns={"contact_17_N": "wall_N"}))
     with pytest.raises(HertzchainError, match="tolerance"):
         hc.judge_traces(SCENE, measured, tolerance=2.0)
+
+
+def test_a_gauge_that_is_unloaded_first_is_quiet_only_until_then() -> None:
+    """Behind the pushed granule of a pressed chain; offset and noise are those before."""
+    pulse = hc.Pulse("cosine-triangular", 10.0, 2.0, momentum_ratio=2.0, granule=5)
+    gauges = hc.Gauge(granule=3), hc.Gauge(granule=8)
+    scene = hc.Scene(
+        hc.Chain(12, **STEEL), pulse, precompression=hc.Precompression(20.0), gauges=gauges
+    )
+    traces = hc.Native(rtol=1e-8).run(scene, record=2000).to_traces()
+    assert hc.judge_traces(scene, traces)
