@@ -30,6 +30,7 @@ EXAMINED = 1e-12
 1e4."""
 
 ROUND_OFF = 1e-9  # relative: decks of 17 digits have less; none of it is worth a remark (chosen)
+PLACES = 1e-7  # of an overlap: gaps below are rounded coordinates (chosen)
 ACTS = 1e-6  # of the largest force: granules with less are not pushed (chosen)
 _WHICH = re.compile(r"(?: of| on| at)? (?:all |the )?(?:granules?|contacts?)\b.*| \d+.*")
 

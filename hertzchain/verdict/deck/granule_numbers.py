@@ -14,6 +14,7 @@ from hertzchain.engines.lammps.reading.units import UNITS
 from hertzchain.scene.chain import granule_mass
 from hertzchain.verdict.deck.deck_check import (
     EXAMINED,
+    PLACES,
     ROUND_OFF,
     Case,
     Indices,
@@ -28,7 +29,6 @@ from hertzchain.verdict.deck.places import Pairs, commands_of
 from hertzchain.verdict.deck.right_commands import wall_plane
 
 _SAME_UNIT = 0.1  # relative: lengths in other units are off by 100 or more (chosen)
-_PLACES = 1e-7  # of an overlap: gaps below are rounded coordinates (chosen)
 
 
 def _both(measured: FloatArray, expected: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -147,7 +147,7 @@ def _distance(case: Case) -> Difference | list[Difference]:
     if measured.size == 0:
         return []
     off, deep = measured - expected, case.near[: measured.size]
-    room = _PLACES * deep + case.rounded
+    room = PLACES * deep + case.rounded
     over = np.abs(off) > room
     k = int(np.argmax(np.where(over | ~np.any(over), np.abs(off), 0.0)))
     opening = np.array(case.twin.opening)
@@ -184,7 +184,7 @@ def _wall_place(case: Case) -> Difference | list[Difference]:
         stands = [(plane + float(case.found.direction.sum()) * further, plane)]
     return Difference(
         measured, expected, relative=0.0, at=wall.command, stands=stands,
-        changes={"opening": opening}, room=case.least(_PLACES) * case.near[-1] + case.rounded,
+        changes={"opening": opening}, room=case.least(PLACES) * case.near[-1] + case.rounded,
         sentence=f"the wall {values(measured, expected, 'm')} from the centre of the last granule",
     )  # fmt: skip
 

@@ -145,7 +145,9 @@ _POWERS = (
 """What makes forces of Hertz's law proportional to overlaps."""
 
 OF_NUMBERS: dict[str, tuple[str, Change]] = {
-    "no wall": ("wall", without("wall/gran")),
+    "a wall for granule 1": (
+        "wall", both(without("wall/gran"), in_texts("fix w all", "fix w first"))
+    ),
     "no wall at all": (
         "wall", both(without("wall/gran"), in_texts("fix w all wall/gran", "print wall"))
     ),
