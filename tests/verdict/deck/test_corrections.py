@@ -21,6 +21,7 @@ from hertzchain.verdict.deck.number import differences
 from tests.verdict.deck.corpus import scene_of
 from tests.verdict.deck.decks import DECKS, deck_of
 from tests.verdict.deck.made import Change, changed, examined, plus, times
+from tests.verdict.deck.texts import assert_alike
 
 EXPECTED: dict[str, dict[str, dict[str, Any]]] = tomllib.loads(
     Path(__file__).with_name("corrections.toml").read_text(encoding="utf-8")
@@ -238,25 +239,21 @@ def test_a_right_deck_passes(name: str) -> None:
 
 def is_as_expected(name: str, done: hc.DeckExamination) -> None:
     """Assert what a table says of each failed check; of the motion only where nothing else did."""
-    table = {
-        check.name: {
-            "numbers": [check.measured, check.expected, check.effect],
-            "finding": check.sentence,
-            "line": check.place and check.place.line,
-            "tried": [
-                " | ".join(f"{line}: {'; '.join(lines)}" for (_, line, _), lines in edits.items())
-                for edits in check.corrections
-            ],
-        }
+    found = {
+        check.name: check
         for check in done.to_mend
         if len(done.to_mend) == 1 or not check.name.startswith("motion")
     }
-    expected = EXPECTED[name]
-    assert [*table] == [*expected]
-    for check, row in expected.items():
-        numbers = pytest.approx(row.pop("numbers"), rel=1e-6)  # of a thousand steps
-        assert table[check].pop("numbers") == numbers
-        assert table[check] == row
+    assert [*found] == [*EXPECTED[name]]
+    for check, row in zip(found.values(), EXPECTED[name].values(), strict=True):
+        numbers = [check.measured, check.expected, check.effect]
+        assert numbers == pytest.approx(row["numbers"], rel=1e-6)  # of a thousand steps
+        assert (check.place and check.place.line) == row["line"]
+        tried = [
+            " | ".join(f"{line}: {'; '.join(lines)}" for (_, line, _), lines in edits.items())
+            for edits in check.corrections
+        ]
+        assert_alike([check.sentence, *tried], [row["finding"], *row["tried"]])
 
 
 @pytest.mark.parametrize("name", OF_SCENES)
