@@ -24,7 +24,7 @@ from hertzchain.verdict.deck.deck_check import (
 from hertzchain.verdict.deck.expected import length, places
 from hertzchain.verdict.deck.measured import far_wall
 from hertzchain.verdict.deck.number import Difference, Number, changed, same
-from hertzchain.verdict.deck.places import Pairs, commands_of
+from hertzchain.verdict.deck.places import Pairs, commands_of, is_of
 from hertzchain.verdict.deck.right_commands import wall_plane
 
 _SAME_UNIT = 0.1  # relative: lengths in other units are off by 100 or more (chosen)
@@ -223,9 +223,17 @@ def _velocity(case: Case) -> Difference:
         relative=off[k] / expected[k] if expected[k] != 0 else None,
         changes={"velocity": np.append(measured, case.twin.velocity[measured.size :])},
         sentence=f"velocity of {who} at the start {values(measured[k], expected[k], 'm/s')}",
-        stands=[(abs(measured[k]) / unit, abs(expected[k]) / unit)],
+        stands=[(abs(measured[k]) / unit, abs(expected[k]) / unit)], at=_drawn(case),
         room=case.least(ROUND_OFF) * _fastest(case),
     )  # fmt: skip
+
+
+def _drawn(case: Case) -> int | None:
+    """The command that draws velocities at random, in all directions; None where none shows."""
+    if not np.any(case.found.velocity[:, 1:]):
+        return None
+    drawing = [k for k in commands_of(case.found, "random") if is_of(case.found, k, "velocity")]
+    return drawing[-1] if drawing else None
 
 
 def _fastest(case: Case) -> float:
@@ -240,7 +248,7 @@ def _velocity_across(case: Case) -> Difference:
     return Difference(
         side, 0.0, effect=_tilt(case, min(side * case.found.end_time, radius)),
         sentence=f"granules move across the chain with {side:.3g} m/s, the scene has no such"
-        " velocity", stands=[(side / case.units.velocity, 0.0)],
+        " velocity", stands=[(side / case.units.velocity, 0.0)], at=_drawn(case),
         room=case.least(ROUND_OFF) * _fastest(case),
     )  # fmt: skip
 

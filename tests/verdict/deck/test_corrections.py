@@ -134,6 +134,10 @@ OF_NUMBERS: dict[str, tuple[str, Change]] = {
     ),
     "spin": ("wall", plus("spin", (3, 1), 1.0)),
     "velocity across": ("wall", plus("velocity", (3, 1), 0.01)),
+    "velocities at random": (
+        "wall", both(plus("velocity", (3, 1), 0.01),
+                     in_texts("set group all density 2700", "velocity all create 300 4928"))
+    ),
     "a granule moves": ("wall", plus("velocity", (3, 0), 0.01)),
     "off the axis": ("wall", plus("sideways", (3, 1), 2e-4)),
     "gravity upwards": (

@@ -16,6 +16,6 @@ def assert_alike(texts: Sequence[str], expected: Sequence[str]) -> None:
     by a few more: 2e-11 is what decks of ours are allowed, too.
     """
     one, other = "\n".join(texts), "\n".join(expected)
-    assert SIZES.sub("#", one) == SIZES.sub("#", other)
+    assert SIZES.sub("#", one) == SIZES.sub("#", other), one
     numbers, wanted = ([float(size) for size in SIZES.findall(text)] for text in (one, other))
     assert numbers == pytest.approx(wanted, rel=2e-11, abs=0)
