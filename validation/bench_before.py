@@ -14,6 +14,7 @@ import argparse
 import contextlib
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -22,7 +23,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from statistics import median
-from typing import Any
+from typing import Any, NoReturn
 
 from rich.table import Table
 
@@ -103,10 +104,24 @@ def by_turns(spend: Sequence[Callable[[], float]], turns: int) -> list[tuple[flo
 def git(*arguments: str) -> str:
     """Return what git prints; RunFailed with its last line if it fails."""
     command = ["git", "-C", str(ROOT), *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603
+    except OSError as problem:
+        raise RunFailed(f"git: {problem.strerror}; install git to compare commits") from None
     if done.returncode != 0:
         raise RunFailed(f"git {arguments[0]}: {done.stderr.strip().rpartition(chr(10))[2]}")
     return done.stdout.strip()
+
+
+def find_commit(revision: str) -> None:
+    """Look for a commit; RunFailed where git, the clone or the commit is missing."""
+    if Path(git("rev-parse", "--show-toplevel")).resolve() != ROOT:
+        raise RunFailed(f"{ROOT} is not a git clone: there is no commit to compare with")
+    try:
+        git("rev-parse", "--verify", "--quiet", "--end-of-options", f"{revision}^{{commit}}")
+    except RunFailed:
+        missing = f"{revision} is not a commit of this clone: name another with --revision"
+        raise RunFailed(missing) from None
 
 
 def is_same(revision: str) -> bool:
@@ -121,12 +136,13 @@ def checked_out(revision: str) -> Iterator[Path]:
     """Check out a commit into a temporary folder, which is removed at the end."""
     with tempfile.TemporaryDirectory(prefix="hertzchain-", ignore_cleanup_errors=True) as folder:
         tree = Path(folder).resolve() / "tree"
-        git("worktree", "add", "--detach", "--quiet", str(tree), revision)
         try:
+            git("worktree", "add", "--detach", "--quiet", str(tree), revision)
             yield tree
         finally:
             # Twice --force: git locks a worktree until it is complete.
-            git("worktree", "remove", "--force", "--force", str(tree))
+            with contextlib.suppress(RunFailed):  # there is none if it could not be added
+                git("worktree", "remove", "--force", "--force", str(tree))
 
 
 # Two trees
@@ -150,8 +166,9 @@ class Worker:
     def ask(self, request: str, *names: str) -> None:
         """Send a request about workloads."""
         assert self._process.stdin is not None
-        self._process.stdin.write(json.dumps([request, *names]) + "\n")
-        self._process.stdin.flush()
+        with contextlib.suppress(BrokenPipeError):  # the missing answer says so
+            self._process.stdin.write(json.dumps([request, *names]) + "\n")
+            self._process.stdin.flush()
 
     def answer(self) -> Any:
         """Return the answer to the request; RunFailed if the worker has ended."""
@@ -241,11 +258,10 @@ def run(arguments: Sequence[str]) -> int:
     parser.add_argument("--limit", type=float, default=LIMIT, help="largest allowed ratio of times")
     chosen = parser.parse_args(arguments)
     try:
-        git("rev-parse", "--verify", "--quiet", "--end-of-options", f"{chosen.revision}^{{commit}}")
-    except RunFailed:
-        missing = f"{chosen.revision} is not a commit of this clone: name another with --revision"
-        print(missing, file=sys.stderr)
-        return 0 if "CI" in os.environ else 2  # clones of CI may have one commit alone
+        find_commit(chosen.revision)
+    except RunFailed as problem:
+        status = say(problem)
+        return 0 if "CI" in os.environ else status  # clones of CI may have one commit alone
     try:
         if is_same(chosen.revision):
             print(f"hertzchain/ is the same in {chosen.revision}: nothing to measure")
@@ -269,5 +285,10 @@ def run(arguments: Sequence[str]) -> int:
     return 0
 
 
+def _end(number: int, _frame: object) -> NoReturn:
+    sys.exit(128 + number)
+
+
 if __name__ == "__main__":
+    signal.signal(signal.SIGTERM, _end)  # the temporary folder is removed, as at Ctrl-C
     sys.exit(run(sys.argv[1:]))

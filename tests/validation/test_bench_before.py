@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Sequence
+from pathlib import Path
 
 import pytest
 
+from hertzchain.errors import RunFailed
 from validation import bench_before
 from validation.bench_before import (
+    ROOT,
     Compared,
+    Worker,
     by_turns,
     judge,
     slower,
@@ -59,7 +63,7 @@ def test_both_take_turns_and_the_ratio_is_the_median_of_turns() -> None:
 def test_the_last_line_is_the_verdict(
     ratio: float, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(bench_before, "git", lambda *_: "")
+    monkeypatch.setattr(bench_before, "find_commit", lambda _: None)
     monkeypatch.setattr(bench_before, "is_same", lambda _: False)
     monkeypatch.setattr(bench_before, "checked_out", contextlib.nullcontext)
     measured = {"demo": with_ratio(ratio)}, {"batch": "AttributeError: no such function"}
@@ -73,3 +77,32 @@ def test_the_last_line_is_the_verdict(
     assert err == begin + slow * is_slower
     verdict = "no workload is more than 1.2 times slower than v0.1.0"
     assert (out.splitlines()[-1] == verdict) != is_slower
+
+
+def test_what_cannot_be_compared_is_one_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.delenv("CI", raising=False)
+    monkeypatch.setattr(bench_before, "ROOT", ROOT / "hertzchain")
+    assert bench_before.run([]) == 2
+    assert "git" in capsys.readouterr().err
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert bench_before.run([]) == 2
+    err = capsys.readouterr().err
+    assert err.endswith("install git to compare commits\n")
+    assert err.count("\n") == 1
+
+
+def test_a_worker_that_has_ended_is_reported(tmp_path: Path) -> None:
+    """Its pipe is broken when it is asked."""
+    package = tmp_path / "hertzchain"
+    package.mkdir()
+    (package / "__init__.py").write_text("raise SystemExit(3)", encoding="utf-8")
+    worker = Worker(tmp_path)
+    try:
+        with pytest.raises(RunFailed, match="ended with status 3"):
+            worker.answer()
+        with pytest.raises(RunFailed, match="ended with status 3"):
+            worker.turn("demo")
+    finally:
+        worker.end()

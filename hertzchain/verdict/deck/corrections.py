@@ -18,6 +18,7 @@ from hertzchain.verdict.deck.places import (
     Changes,
     Place,
     commands_of,
+    is_of,
     place_at,
 )
 from hertzchain.verdict.deck.right_commands import (
@@ -70,6 +71,12 @@ def _whole(case: Case, lines: Sequence[str], old: Sequence[int]) -> Iterator[Cha
         yield {**gone, _at(run): (*lines, run.written)}
 
 
+def _kept(case: Case, check: DeckCheck, where: Place) -> tuple[str, ...]:
+    """The run that is blamed for a missing command, which stands before it once there is one."""
+    is_run = is_of(case.found, where.index, "run") and not check.command.startswith("run")
+    return (where.written,) if is_run else ()
+
+
 # ---- Lines that change in a way of their own
 
 
@@ -89,7 +96,8 @@ def _as_many_steps(case: Case, check: DeckCheck) -> Iterator[Changes]:
     if where is None or check.expected is None or not found.runs:
         return
     old, new = max(run.dt for run in found.runs), check.expected
-    edits: Changes = {_at(where): (check.command,)}
+    blamed, kept = _at(where), _kept(case, check, where)
+    runs: Changes = {}
     last = min(found.end_time, case.start + case.scene.end_time)
     for run in found.runs:
         where = place_at(found, run.command)
@@ -97,8 +105,8 @@ def _as_many_steps(case: Case, check: DeckCheck) -> Iterator[Changes]:
         if run.dt == old and len(words) > 1 and words[0] == "run" and words[1].isdigit():
             end = min(run.start + run.steps * old, last)
             steps = max(1, math.ceil((end - run.start) / new * (1 - 1e-12)))
-            edits[_at(where)] = (" ".join([words[0], str(steps), *words[2:]]),)
-    yield edits
+            runs[_at(where)] = (" ".join([words[0], str(steps), *words[2:]]),)
+    yield {blamed: (check.command, *runs.pop(blamed, kept)), **runs}
 
 
 # ---- What a number is set by
@@ -183,9 +191,10 @@ def corrections(case: Case, check: DeckCheck, role: str) -> Iterator[Changes]:
     """The line of a check as its own number says, then changes by its role."""
     where = check.place
     if where is not None and check.command == WITHOUT:
-        yield _without(case, [where.index])
+        if not is_of(case.found, where.index, "run"):  # else no command is known that makes it
+            yield _without(case, [where.index])
     elif where is not None and check.command:
-        yield {_at(where): tuple(check.command.split("\n"))}
+        yield {_at(where): (*check.command.split("\n"), *_kept(case, check, where))}
     if role in _BY_LINE:
         yield from _BY_LINE[role](case, check)
     if role in _SETTINGS:

@@ -30,6 +30,7 @@ EXAMINED = 1e-12
 1e4."""
 
 ROUND_OFF = 1e-9  # relative: decks of 17 digits have less; none of it is worth a remark (chosen)
+PLACES = 1e-7  # of an overlap: gaps below are rounded coordinates (chosen)
 ACTS = 1e-6  # of the largest force: granules with less are not pushed (chosen)
 _WHICH = re.compile(r"(?: of| on| at)? (?:all |the )?(?:granules?|contacts?)\b.*| \d+.*")
 
@@ -188,11 +189,25 @@ class Case:
             and float(np.max(fix.largest[granules, 0], initial=0.0)) > least
         ]  # fmt: skip
 
-    def contact_name(self, indices: Indices) -> str:
-        """Contacts by the paper's numbers; the wall by its name."""
-        if self.is_wall(indices):
-            return "the wall"
-        return names(indices, len(self.laws), "contact", 2)
+    def contact_name(self, indices: Indices | int, size: int | None = None) -> str:
+        """Contacts, counted from 0 in the deck, by the scene's numbers; a wall by its name.
+
+        ``size`` is how many all are, by default those that were tried.
+        """
+        numbers, contacts = np.atleast_1d(indices), self.scene.contacts
+        if numbers.size == 1 and numbers[0] < len(contacts):
+            return self.scene.contact_name(contacts[numbers[0]])
+        return names(numbers, len(self.laws) if size is None else size, "contact", contacts[0])
+
+    def granule_name(self, indices: Indices | int) -> str:
+        """Granules, counted from 0 in the deck, by the scene's numbers; a near wall by its name."""
+        numbers, first = np.atleast_1d(indices), self.scene.first_granule
+        wall = numbers < first
+        size = self.found.mass.size - first
+        granules = names(numbers[~wall], size, "granule", 1 - first)
+        if not wall.any():
+            return granules
+        return "the near wall" if wall.all() else f"the near wall and {granules}"
 
     def is_wall(self, indices: Indices) -> bool:
         """Whether a contact is that of the wall."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.found import FoundFix
-from hertzchain.verdict.deck.deck_check import ACTS, ROUND_OFF, Case, Indices, names, values
+from hertzchain.verdict.deck.deck_check import ACTS, ROUND_OFF, Case, Indices, values
 from hertzchain.verdict.deck.expected import constant_force
 from hertzchain.verdict.deck.measured import displacement, stretches_of
 from hertzchain.verdict.deck.number import Difference, Number, changed, same
@@ -64,10 +64,10 @@ def _constant(case: Case) -> Difference:
             right = falls / units.acceleration
             stands.insert(0, (abs(float(per_mass[0])) / units.acceleration, right))
     return Difference(
-        measured[k], expected[k], f"constant force on {names(alike, count, 'granule', 1)}",
+        measured[k], expected[k], f"constant force on {case.granule_name(alike)}",
         relative=float(off[k] / largest) if largest > 0 else None,
         changes={"constant_force": changed(case.twin.constant_force, slice(count), measured)},
-        sentence=f"the constant force on granule {k + 1}"
+        sentence=f"the constant force on {case.granule_name(k)}"
         f" {values(measured[k], expected[k], 'N')}{kind}",
         stands=stands, role=role, at=at, command="" if largest > 0 else WITHOUT,
         room=least,
@@ -118,7 +118,8 @@ def _drag(case: Case) -> Difference:
     whole = np.append(drag[:count], np.zeros(max(0, count - drag.size)))
     return Difference(
         drag[k], 0.0, effect=0.0, changes={"drag": whole},
-        sentence=f"a drag of {drag[k]:.3g} N s/m acts on granule {k + 1}, the scene has none",
+        sentence=f"a drag of {drag[k]:.3g} N s/m acts on {case.granule_name(k)}, the scene has"
+        " none",
         at=_last_fix(
             case, lambda fix: _drags(case, fix) and _shows_in_motion(case, fix)[0].size > 0
         ), command=WITHOUT,
@@ -148,7 +149,7 @@ def _in_motion(case: Case) -> list[Difference]:
                 Difference(
                     force, 0.0, f"force of fix {fix.style} {way} the chain",
                     sentence=f"fix {fix.style} exerts up to {force:.3g} N {way} the chain on"
-                    f" {names(granules, found.mass.size, 'granule', 1)} in motion{still}; the"
+                    f" {case.granule_name(granules)} in motion{still}; the"
                     " scene has no such force", at=fix.command, command=WITHOUT,
                 )
             )  # fmt: skip
@@ -203,15 +204,15 @@ def _others(case: Case) -> list[Difference]:
     largest, others, least = _pushed(case)
     if not case.scene.ramps or not others.size:
         return []
-    who, mine = names(others, largest.size, "granule", 1), case.scene.pushed + 1
-    too = largest.size >= mine and largest[mine - 1] > least
+    who, mine = case.granule_name(others), case.granule_name(case.scene.pushed)
+    too = largest.size > case.scene.pushed and largest[case.scene.pushed] > least
     if too:
         sentence = (
-            f"the applied force acts on granule {mine} and on {who}, too, with up to"
-            f" {np.max(largest[others]):.4g} N; the scene pushes granule {mine} alone"
+            f"the applied force acts on {mine} and on {who}, too, with up to"
+            f" {np.max(largest[others]):.4g} N; the scene pushes {mine} alone"
         )
     else:
-        sentence = f"the applied force acts on {who} and not on granule {mine}, the scene's"
+        sentence = f"the applied force acts on {who} and not on {mine}, the scene's"
     pushing = [fix.command for fix in case.pushing(others)]
     return [
         Difference(
@@ -225,13 +226,13 @@ def _others(case: Case) -> list[Difference]:
 def _shock(case: Case) -> list[Difference]:
     """The applied force over time on its granule, or that it is missing, or none of the scene."""
     scene, (largest, others, least) = case.scene, _pushed(case)
-    top, mine = float(np.max(largest, initial=0.0)), scene.pushed + 1
-    if scene.ramps and largest.size >= mine and largest[mine - 1] > least:
+    top, mine = float(np.max(largest, initial=0.0)), case.granule_name(scene.pushed)
+    if scene.ramps and largest.size > scene.pushed and largest[scene.pushed] > least:
         return pulse(case)
     if scene.ramps and not others.size and case.found.applied_sideways <= least:
         one = Difference(
-            top, scene.peak_force, f"applied force on granule {mine}", effect=1.0,
-            sentence=f"no applied force acts along the chain on granule {mine}, the scene pushes it"
+            top, scene.peak_force, f"applied force on {mine}", effect=1.0,
+            sentence=f"no applied force acts along the chain on {mine}, the scene pushes it"
             f" with up to {scene.peak_force:.4g} N",
         )  # fmt: skip
         return [of_shock(case, one)]
@@ -264,7 +265,7 @@ def _driven(case: Case) -> Difference:
     """Granules that are led, whatever presses them: granule 1 of a scene with a piston alone."""
     found = case.found
     led, wanted = np.flatnonzero(found.driven), int(case.scene.piston is not None)
-    who = names(led, found.driven.size, "granule", 1)
+    who = case.granule_name(led)
     right = "granule 1 alone" if wanted else "no granule"
     return Difference(
         led.size, wanted, effect=math.inf,

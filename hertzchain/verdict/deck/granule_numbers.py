@@ -14,21 +14,20 @@ from hertzchain.engines.lammps.reading.units import UNITS
 from hertzchain.scene.chain import granule_mass
 from hertzchain.verdict.deck.deck_check import (
     EXAMINED,
+    PLACES,
     ROUND_OFF,
     Case,
     Indices,
     groups,
-    names,
     values,
 )
 from hertzchain.verdict.deck.expected import length, places
 from hertzchain.verdict.deck.measured import far_wall
 from hertzchain.verdict.deck.number import Difference, Number, changed, same
-from hertzchain.verdict.deck.places import Pairs, commands_of
+from hertzchain.verdict.deck.places import Pairs, commands_of, is_of
 from hertzchain.verdict.deck.right_commands import wall_plane
 
 _SAME_UNIT = 0.1  # relative: lengths in other units are off by 100 or more (chosen)
-_PLACES = 1e-7  # of an overlap: gaps below are rounded coordinates (chosen)
 
 
 def _both(measured: FloatArray, expected: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -39,14 +38,16 @@ def _both(measured: FloatArray, expected: FloatArray) -> tuple[FloatArray, Float
 
 def _count(case: Case) -> Difference:
     found, wanted = case.found.radius.size, case.scene.bodies
+    walls = case.scene.first_granule
     return Difference(
-        found, wanted, effect=math.inf, room=0.0,
+        found - walls, wanted - walls, effect=math.inf, room=0.0,
         stands=[(found, wanted), *[(found - 1, wanted - 1)] * (found - 1 != wanted)],
-        sentence=f"the deck has {found} granules, the scene {wanted}",
+        sentence=f"the deck has {found - walls} granules, the scene {wanted - walls}",
     )  # fmt: skip
 
 
 def _alike(
+    case: Case,
     measured: FloatArray,
     expected: FloatArray,
     off: FloatArray,
@@ -61,7 +62,7 @@ def _alike(
         k = int(alike[np.argmax(np.abs(off[alike]))])
         made.append(
             Difference(
-                measured[k], expected[k], f"{name} of {names(alike, measured.size, 'granule', 1)}",
+                measured[k], expected[k], f"{name} of {case.granule_name(alike)}",
                 relative=off[k], changes=changes(alike), stands=stands(measured[k], expected[k], k),
                 room=room * expected[k],
             )
@@ -99,7 +100,7 @@ def _radius(case: Case) -> list[Difference]:
             opening[max(granule - 1, 0) : granule + 1] += expected[granule] - measured[granule]
         return {"mass": mass, "opening": opening}
 
-    made = _alike(measured, expected, off, case.least(ROUND_OFF), "radius", changes,
+    made = _alike(case, measured, expected, off, case.least(ROUND_OFF), "radius", changes,
                   lambda old, new, _: [(2 * old / unit, 2 * new / unit), (old / unit, new / unit)],
                   )  # fmt: skip
     return [_with_units(case, one) for one in made]
@@ -126,7 +127,7 @@ def _mass(case: Case) -> list[Difference]:
         right = new / volume
         return [(early, right), (old / volume, right), (old / units.mass, new / units.mass)]
 
-    return _alike(measured, expected, off, room, "mass", changes, stands)
+    return _alike(case, measured, expected, off, room, "mass", changes, stands)
 
 
 def _place(case: Case) -> Difference | list[Difference]:
@@ -136,7 +137,7 @@ def _place(case: Case) -> Difference | list[Difference]:
     begin = float(case.found.origin @ case.found.direction)
     measured, expected = _both(begin + case.found.position, places(case.scene))
     k = int(np.argmax(np.abs(measured - expected)))
-    return Difference(measured[k], expected[k], f"place of granule {k + 1}",
+    return Difference(measured[k], expected[k], f"place of {case.granule_name(k)}",
                       room=EXAMINED * length(case.scene))  # fmt: skip
 
 
@@ -147,13 +148,13 @@ def _distance(case: Case) -> Difference | list[Difference]:
     if measured.size == 0:
         return []
     off, deep = measured - expected, case.near[: measured.size]
-    room = _PLACES * deep + case.rounded
+    room = PLACES * deep + case.rounded
     over = np.abs(off) > room
     k = int(np.argmax(np.where(over | ~np.any(over), np.abs(off), 0.0)))
     opening = np.array(case.twin.opening)
     opening[: measured.size] += off
     alike = np.flatnonzero(np.abs(off) >= max(0.5 * float(np.abs(off[k])), case.rounded))
-    name = f"distance of granules at {names(alike, measured.size, 'contact', 2)}"
+    name = f"distance of granules at {case.contact_name(alike, measured.size)}"
     gap, unit = opening[k], case.units.length
     kind = f"a gap of {gap:.3g} m" if gap > 0 else f"an overlap of {-gap:.3g} m"
     first = int(alike[0]) + 1 if alike.size else 0
@@ -165,8 +166,8 @@ def _distance(case: Case) -> Difference | list[Difference]:
         run = max(k for k in commands_of(case.found, "run") if k < case.found.first_run)
     return Difference(
         measured[k], expected[k], name, relative=0.0, changes={"opening": opening}, at=run,
-        sentence=f"{name}{settled} {values(measured[k], expected[k], 'm')}: {kind} in contact"
-        f" {k + 2}, which the shock presses by {deep[k]:.2g} m",
+        sentence=f"{name}{settled} {values(measured[k], expected[k], 'm')}: {kind} in"
+        f" {case.contact_name(k)}, which the shock presses by {deep[k]:.2g} m",
         stands=stands, room=room[k],
     )  # fmt: skip
 
@@ -184,7 +185,7 @@ def _wall_place(case: Case) -> Difference | list[Difference]:
         stands = [(plane + float(case.found.direction.sum()) * further, plane)]
     return Difference(
         measured, expected, relative=0.0, at=wall.command, stands=stands,
-        changes={"opening": opening}, room=case.least(_PLACES) * case.near[-1] + case.rounded,
+        changes={"opening": opening}, room=case.least(PLACES) * case.near[-1] + case.rounded,
         sentence=f"the wall {values(measured, expected, 'm')} from the centre of the last granule",
     )  # fmt: skip
 
@@ -201,7 +202,8 @@ def _off_axis(case: Case) -> Difference:
     off, radius = float(each[k]), float(case.scene.granules.radius[0])
     return Difference(
         off, 0.0, relative=0.0, effect=_tilt(case, off),
-        sentence=f"granule {k + 1} is {off:.3g} m off the axis of the chain, the scene is straight",
+        sentence=f"{case.granule_name(k)} is {off:.3g} m off the axis of the chain, the scene is"
+        " straight",
         reason="a contact that tilts by s / 2R loses s^2 / 4R of its overlap",
         stands=[(off / case.units.length, 0.0)], room=case.least(ROUND_OFF) * radius,
     )  # fmt: skip
@@ -215,15 +217,23 @@ def _velocity(case: Case) -> Difference:
     off = measured - expected
     k = int(np.argmax(np.abs(off)))
     unit, alone = case.units.velocity, np.count_nonzero(np.abs(off) > 0) == 1
-    who = f"granule {k + 1}" if alone else f"granules, largest at granule {k + 1},"
+    who = case.granule_name(k) if alone else f"granules, largest at {case.granule_name(k)},"
     return Difference(
-        measured[k], expected[k], f"velocity of granule {k + 1} at the start",
+        measured[k], expected[k], f"velocity of {case.granule_name(k)} at the start",
         relative=off[k] / expected[k] if expected[k] != 0 else None,
         changes={"velocity": np.append(measured, case.twin.velocity[measured.size :])},
         sentence=f"velocity of {who} at the start {values(measured[k], expected[k], 'm/s')}",
-        stands=[(abs(measured[k]) / unit, abs(expected[k]) / unit)],
+        stands=[(abs(measured[k]) / unit, abs(expected[k]) / unit)], at=_drawn(case),
         room=case.least(ROUND_OFF) * _fastest(case),
     )  # fmt: skip
+
+
+def _drawn(case: Case) -> int | None:
+    """The command that draws velocities at random, in all directions; None where none shows."""
+    if not np.any(case.found.velocity[:, 1:]):
+        return None
+    drawing = [k for k in commands_of(case.found, "random") if is_of(case.found, k, "velocity")]
+    return drawing[-1] if drawing else None
 
 
 def _fastest(case: Case) -> float:
@@ -238,7 +248,7 @@ def _velocity_across(case: Case) -> Difference:
     return Difference(
         side, 0.0, effect=_tilt(case, min(side * case.found.end_time, radius)),
         sentence=f"granules move across the chain with {side:.3g} m/s, the scene has no such"
-        " velocity", stands=[(side / case.units.velocity, 0.0)],
+        " velocity", stands=[(side / case.units.velocity, 0.0)], at=_drawn(case),
         room=case.least(ROUND_OFF) * _fastest(case),
     )  # fmt: skip
 

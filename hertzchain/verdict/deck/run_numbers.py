@@ -14,7 +14,7 @@ from hertzchain.observables.error_bound import stable_step
 from hertzchain.observables.peaks import judged_contacts
 from hertzchain.verdict.check import apart
 from hertzchain.verdict.deck.damping_numbers import damping_of_twin
-from hertzchain.verdict.deck.deck_check import ROUND_OFF, Case, DeckCheck, names, values
+from hertzchain.verdict.deck.deck_check import ROUND_OFF, Case, DeckCheck, values
 from hertzchain.verdict.deck.measured import far_wall, stretches_of
 from hertzchain.verdict.deck.number import Difference, Number, same
 from hertzchain.verdict.deck.places import WITHOUT, formula_of, place_at
@@ -97,11 +97,11 @@ def _integrators(case: Case) -> Difference:
         return same(1, 1, 0.0)
     k = int(wrong[0])
     wanted = int(expected[k])
-    lets = "lets each granule move once" if wanted else f"fixes granule {k + 1}"
+    lets = "lets each granule move once" if wanted else f"fixes {case.granule_name(k)}"
     movers = [fix for fix in found.fixes if fix.moves and (moved[k] == 0 or fix.granules[k])]
     return Difference(
         int(moved[k]), wanted, effect=math.inf,
-        sentence=f"{names(wrong, moved.size, 'granule', 1)}"
+        sentence=f"{case.granule_name(wrong)}"
         f" {'is' if wrong.size == 1 else 'are'} moved by {moved[k]}"
         f" fix{'' if moved[k] == 1 else 'es'}, the scene {lets}",
         at=movers[-1].command if movers else None,
@@ -124,8 +124,8 @@ def _missed(case: Case) -> Difference:
         )  # fmt: skip
     return Difference(
         missed, 0.0, effect=math.inf, room=room,
-        sentence=f"contact {k + 2} overlapped by up to {missed:.3g} m without a force: neighbours"
-        " are looked for too rarely, or not far enough",
+        sentence=f"{case.contact_name(k)} overlapped by up to {missed:.3g} m without a force:"
+        " neighbours are looked for too rarely, or not far enough",
         command="neigh_modify delay 0 every 1 check yes",
     )  # fmt: skip
 
@@ -164,13 +164,13 @@ def motion(case: Case, failed: Iterable[DeckCheck]) -> list[Difference]:
     k = int(np.argmax(np.where(np.isfinite(off), np.abs(off), np.inf)))
     contact, change = int(contacts[k]), float(np.abs(off[k]))
     effects = max((check.effect or 0.0 for check in failed), default=0.0)
-    mine, own = float(measured[contact]), float(expected[contact])
+    mine, own, who = float(measured[contact]), float(expected[contact]), case.contact_name(contact)
     if change <= case.tolerance + found.peak_reading_error + _FITTED * effects:
         return [replace(same(mine, own, math.inf), effect=change), *_end_of_motion(case, run)]
     return [
         _moved(case, Difference(
-            mine, own, f"motion, by the peak of contact {contact + 2}", effect=change,
-            sentence=f"the peak of contact {contact + 2} is {mine:.5g} N, the numbers of the deck"
+            mine, own, f"motion, by the peak of {who}", effect=change,
+            sentence=f"the peak of {who} is {mine:.5g} N, the numbers of the deck"
             f" make {own:.5g} N: something else acts on the granules while it runs, or moves them"
             " otherwise",
         ))
@@ -195,7 +195,7 @@ def _end_of_motion(case: Case, run: TwinRun) -> list[Difference]:
             return [
                 _moved(case, Difference(
                     measured[k], expected[k], f"motion, by {name} at the end", unit, effect=0.0,
-                    sentence=f"the {what} of granule {k + 1} at the end is"
+                    sentence=f"the {what} of {case.granule_name(k)} at the end is"
                     f" {f' {unit}, the numbers of the deck make '.join(both)} {unit}",
                     reason="velocity Verlet with the deck's own numbers; allowed is"
                     f" {_LATE:g} of the largest",
@@ -298,7 +298,7 @@ def peaks_check(case: Case) -> DeckCheck:
         k = int(np.argmax(np.where(np.isfinite(off), off, np.inf)))
         contact, change = int(contacts[k]), float(off[k])
         measured, expected = float(found.peak_force[contact]), float(truth[contact])
-        sentence = f"the peak of contact {contact + 2} {values(measured, expected, 'N')}"
+        sentence = f"the peak of {case.contact_name(contact)} {values(measured, expected, 'N')}"
     passed = change is not None and change <= case.tolerance
     return DeckCheck(
         "peaks", "N", measured, expected, change, passed, not passed, sentence,

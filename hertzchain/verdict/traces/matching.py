@@ -180,7 +180,7 @@ def matched(
     """Return a measured first pulse as that of the scene, and the deviations by noise, shape (3,).
 
     It is higher and wider, by ratios, and later [s]. None where the scene or the recording has no
-    whole one.
+    whole one, or its samples do not determine all three.
     """
     from scipy.optimize import least_squares
 
@@ -200,8 +200,10 @@ def matched(
 
     found = least_squares(residuals, [1.0, 1.0, 0.0], bounds=([0, 0.2, -3], [np.inf, 5, 3]))
     slopes, unit = np.asarray(found.jac), np.array([1.0, 1.0, read.width])
-    variance = np.diag(np.linalg.pinv(slopes.T @ slopes))
-    return unit * found.x, unit * np.sqrt(variance) * float(traces.noise[k]) / read.force
+    if np.linalg.matrix_rank(slopes) < unit.size:
+        return None
+    deviation = np.linalg.norm(np.linalg.pinv(slopes), axis=1)  # by samples that are 1 off
+    return unit * found.x, unit * deviation * float(traces.noise[k]) / read.force
 
 
 def aligned(traces: Traces, known: Expected, shift: float | None) -> tuple[Traces, float]:

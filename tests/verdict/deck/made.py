@@ -194,3 +194,28 @@ def stiffer(factor: float) -> Change:
     """Multiply the stiffness of contacts, without a change of their granules."""
     still, moving = times("contact_force", factor), times("damped_force", factor)
     return lambda deck: moving(still(deck))
+
+
+def both(*changes: Change) -> Change:
+    """Makes several changes."""
+
+    def change(deck: FoundDeck) -> FoundDeck:
+        for one in changes:
+            deck = one(deck)
+        return deck
+
+    return change
+
+
+def in_texts(old: str, new: str) -> Change:
+    """Puts another text into the commands of a deck."""
+
+    def change(deck: FoundDeck) -> FoundDeck:
+        commands = tuple(
+            replace(one, text=one.text.replace(old, new), written=one.written.replace(old, new))
+            for one in deck.commands
+        )
+        assert commands != deck.commands
+        return changed(deck, commands=commands)
+
+    return change

@@ -35,7 +35,7 @@ def right(driven: bool = False) -> FoundDeck:
 PISTON = replace(SCENE, shock=hc.Piston(0.2))
 
 
-def set_to(name: str, index: object, value: float) -> Callable[[FoundDeck], FoundDeck]:
+def set_to(name: str, index: object, value: float | FloatArray) -> Callable[[FoundDeck], FoundDeck]:
     """Replace one element of an array."""
 
     def change(found: FoundDeck) -> FoundDeck:
@@ -49,7 +49,7 @@ def set_to(name: str, index: object, value: float) -> Callable[[FoundDeck], Foun
 
 def by(name: str, index: object, factor: float) -> Callable[[FoundDeck], FoundDeck]:
     """Multiply one element of an array."""
-    return lambda found: set_to(name, index, float(getattr(found, name)[index]) * factor)(found)
+    return lambda found: set_to(name, index, getattr(found, name)[index] * factor)(found)
 
 
 MASS = SCENE.chain.granule_mass
@@ -153,6 +153,22 @@ def test_forces_at_all_overlaps_are_held_against_the_scene() -> None:
 
 UNLIKE = hc.Scene(hc.Chain(4, **STEEL | {"radius": [4e-3, 5e-3, 6e-3, 5e-3]}), PULSE,
                   wall=hc.Wall("rigid"))  # fmt: skip
+
+
+def test_numbers_behind_a_near_wall_are_those_of_tables() -> None:
+    """The wall is a granule of the deck, its first."""
+    scene = replace(SCENE, near_wall=hc.Wall("rigid"))
+    found = hc.Lammps().examine(scene)
+    for change, words in (
+        (by("mass", 2, 1.1), "mass of granule 2"),
+        (by("damped_force", (0, 0), 1.1), "damping of the near wall"),
+        (by("damped_force", (0, 2), 1.1), "damping of contact 3"),
+        (set_to("applied_force", (9, 3), 1.0), "acts on granule 1 and on granule 3, too"),
+        (set_to("integrated", 0, 1), "the near wall is moved by 1 fix"),
+        (by("radius", slice(3), 1.1), "radius of the near wall and granules 1 to 2"),
+    ):
+        reasons = [one.reason for one in number_checks(scene, change(found)) if not one.passed]
+        assert words in " ".join(reasons)
 
 
 @pytest.mark.parametrize(("share", "passed"), [(1 / 3, True), (3.0, False)])

@@ -16,9 +16,11 @@ from tests.verdict.deck.corpus import scene_of
 from tests.verdict.deck.made import (
     STEP,
     Change,
+    both,
     by_name,
     changed,
     examined,
+    in_texts,
     plus,
     stiffer,
     times,
@@ -75,7 +77,10 @@ def most_that_passes(scene: hc.Scene) -> dict[str, tuple[Callable[[float], Chang
         "spin": (lambda s: plus("spin", (3, 1), s), none * units.velocity / radius),
         "constant force on": (lambda s: plus("constant_force", (3, 0), s), none * units.force),
         "constant force across": (lambda s: plus("constant_force", (3, 1), s), none * units.force),
-        "drag": (lambda s: plus("drag", 3, s), none * units.force / units.velocity),
+        "drag": (
+            lambda s: both(plus("drag", 3, s), in_texts("group first id 1", "fix v all viscous 1")),
+            none * units.force / units.velocity,
+        ),
         "friction": (lambda s: plus("tangential_force", 3, s), quiet),
         "damping": (lambda s: times("damped_force", 1 + s, (2, 3)), 1e-7),
         "neighbours": (lambda s: plus("missed_overlap", 3, s), 0.1 * float(deep[3])),

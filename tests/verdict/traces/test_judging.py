@@ -12,6 +12,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.errors import HertzchainError
+from hertzchain.verdict.traces.matching import matched
 from hertzchain.verdict.traces.traces import is_traces
 from tests.command_line import Command
 from tests.conftest import STEEL
@@ -113,6 +114,14 @@ def test_what_is_no_pulse_of_the_scene(measured: pd.DataFrame, times: float, fai
     traces["gauge_6_N"] += size * np.sin(2 * np.pi * time / 1.7e-5) * after
     judgement = hc.judge_traces(SCENE, traces, tolerance=0.02)
     assert failed(judgement) == ({"whole"} if fails else set())
+
+
+def test_samples_that_tell_no_width_give_no_pulse(measured: pd.DataFrame) -> None:
+    """A force without a slope fits at any time and with any width."""
+    done = hc.judge_traces(SCENE, measured)
+    flat = replace(done.known, force=np.ones_like(done.known.force))
+    pulses = [matched(done.traces, known, done.shift, 1) for known in (done.known, flat)]
+    assert [pulse is None for pulse in pulses] == [False, True]
 
 
 def test_another_modulus() -> None:
