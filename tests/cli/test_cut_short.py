@@ -33,7 +33,7 @@ def files_of_at_most(size: int) -> Iterator[None]:
 @pytest.mark.parametrize(
     "command",
     [
-        ("run", "scene.toml", "--plot", "a.png"),
+        ("run", "scene.toml", "--plot", "a.svg"),
         ("run", "scene.toml", "--record", "99", "-o", "a.csv"),
         ("deck", "scene.toml", "-o", "in.a"),
     ],
