@@ -299,6 +299,34 @@ def no_granule_is_ahead_of_the_front(scene: hc.Scene) -> None:
     assert np.all((moved <= most + 1e-10 * moved.max(axis=1, keepdims=True))[forward])
 
 
+@holds_for(scene=tabled(), other=tabled(), kept=st.integers(2, 8))
+def the_past_does_not_know_the_future(scene: hc.Scene, other: hc.Scene, kept: int) -> None:
+    assert isinstance(scene.shock, hc.PulseTable)
+    assert isinstance(other.shock, hc.PulseTable)
+    time, force = scene.shock.time[:kept], list(scene.shock.force[:kept])
+    force[-1] = scene.units.force  # the same units, whatever follows
+    stretch = time[-1] / other.shock.time[-1]
+    later = tuple(time[-1] + stretch * value for value in other.shock.time if value > 0)
+    scale = scene.units.force / other.units.force
+    more = tuple(
+        min(scale * value, scene.units.force) for value in other.shock.force[-len(later) :]
+    )
+    short = hc.PulseTable(time, tuple(force))
+    long = hc.PulseTable((*time, *later), (*force, *more))
+    times = np.linspace(0.01, 1.0, 50) * time[-1]
+    end = hc.Run(2 * time[-1])
+    one, two = (
+        hc.Native("reference").run(hc.Scene(scene.chain, shock, end), record=times).history
+        for shock in (short, long)
+    )
+    assert one is not None
+    assert two is not None
+    # The same steps up to there.
+    assert np.array_equal(one.displacement, two.displacement)
+    assert np.array_equal(one.velocity, two.velocity)
+    assert np.array_equal(one.contact_force, two.contact_force)
+
+
 @holds_for(scene=st.one_of(pulsed(st.integers(4, 30)), tabled(st.integers(4, 30))))
 def a_longer_chain_does_not_change_the_past_of_a_shorter_one(scene: hc.Scene) -> None:
     granules, unit = scene.chain.granules, scene.units
@@ -325,6 +353,18 @@ def a_longer_chain_does_not_change_the_past_of_a_shorter_one(scene: hc.Scene) ->
 
 
 # Answers that agree
+
+
+@holds_for(scene=pulsed(), method=st.sampled_from([None, "reference", "velocity-verlet"]))
+def peaks_only_vs_the_full_chain(scene: hc.Scene, method: str | None) -> None:
+    full = answer(lambda: hc.Native(method).run(scene), scene)
+    peaks = hc.Native(method, peaks_only=True).run(scene)
+    if method == "reference":
+        # Steps that contacts opening behind the window would shorten: 0.003 of the error measured.
+        assert largest_difference(peaks.peak_force, full.peak_force) <= 0.02 * full.error_estimate
+        return
+    assert np.array_equal(peaks.peak_force, full.peak_force)
+    assert np.array_equal(peaks.peak_time, full.peak_time, equal_nan=True)
 
 
 def is_out_of_reach(scene: hc.Scene, rtol: float) -> bool:
@@ -354,6 +394,28 @@ def wanted_accuracies_agree(scene: hc.Scene) -> None:
     for one, two in itertools.combinations(results, 2):
         within = one.error_estimate + two.error_estimate
         assert largest_difference(one.peak_force, two.peak_force) <= within
+
+
+@holds_for(
+    scenes=st.integers(2, 40).flatmap(
+        lambda n: st.lists(
+            st.one_of(pulsed(st.just(n)), tabled(st.just(n))), min_size=2, max_size=4
+        )
+    ),
+    order=st.randoms(use_true_random=False),
+)
+def the_order_of_a_batch_does_not_matter(scenes: list[hc.Scene], order: Any) -> None:
+    places = list(range(len(scenes)))
+    order.shuffle(places)
+    try:
+        one = hc.peak_forces(scenes, 1e-4)
+    except Unpredictable:
+        assert any(is_hard(scene) for scene in scenes)
+        assume(False)
+    two = hc.peak_forces([scenes[k] for k in places], 1e-4)
+    assert np.array_equal(two.peak_force, one.peak_force[places])
+    assert np.array_equal(two.peak_time, one.peak_time[places], equal_nan=True)
+    assert np.array_equal(two.error_estimate, one.error_estimate[places])
 
 
 @holds_for(scene=any_scene, part=st.one_of(st.none(), powers_of_ten(-3, 0)))

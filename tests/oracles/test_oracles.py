@@ -1,4 +1,4 @@
-"""The two oracles that judge error bounds, against one another."""
+"""The two oracles that judge error bounds, against known answers and one another."""
 
 from __future__ import annotations
 
@@ -8,8 +8,44 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from tests.conftest import paper_scene
+from tests.conftest import STEEL, paper_scene
 from tests.oracles import eighth_order, extrapolation
+
+
+def test_two_granules_under_a_constant_force() -> None:
+    # The peak is 5/4 F0, from the balance of energy. A rise of a hundred-thousandth of the time
+    # of contact changes it by the square of that.
+    unit = paper_scene("cosine", 1.0, 2.0, 2).units.time
+    shock = hc.PulseTable((0.0, 1e-5 * unit, 50 * unit), (0.0, 100.0, 100.0))
+    truth = eighth_order.solve(hc.Scene(hc.Chain(2, **STEEL), shock))
+    assert truth.force[0] == pytest.approx(125.0, rel=1e-9, abs=0)
+    assert truth.error < 1e-12  # 2e-13 seen
+
+
+COLLISIONS = {
+    "restitution": (hc.Contact("restitution", restitution=0.5), 0.5502832),
+    "weak restitution": (hc.Contact("restitution", restitution=0.9), 0.9020261),
+    "with attraction": (hc.Contact("restitution", restitution=0.5, attraction=True), 0.5),
+    # Of the series of Kuwabara and Kono's law, at a tenth of the time of the collision.
+    "viscoelastic": (hc.Contact("viscoelastic", relaxation_time=0.1), 0.84514381),
+    "viscoelastic with attraction": (
+        hc.Contact("viscoelastic", relaxation_time=0.1, attraction=True), 0.84333941,
+    ),
+}  # fmt: skip
+"""Laws, and the speed after a collision over that before."""
+
+
+@pytest.mark.parametrize("name", COLLISIONS)
+def test_speeds_after_a_collision(name: str) -> None:
+    law, expected = COLLISIONS[name]
+    scene = hc.Scene(hc.Chain(2, **STEEL), hc.Striker(0.1))
+    each = scene.granules
+    unit = float((each.contact_mass[0] / each.stiffness[0]) ** 0.4 * 0.1**-0.2)
+    if law.relaxation_time is not None:
+        law = replace(law, relaxation_time=law.relaxation_time * unit)
+    before, after = extrapolation.peaks(replace(scene, contact=law)).velocity
+    # All digits that are known; 1e-12 of 0.5.
+    assert (after - before) / 0.1 == pytest.approx(expected, rel=1e-7, abs=0)
 
 
 @pytest.mark.parametrize("end", [1.0, 0.1], ids=["whole", "ends while the force falls"])
@@ -19,6 +55,17 @@ def test_two_solvers_of_a_plain_chain(end: float) -> None:
     truth, other = eighth_order.solve(scene), extrapolation.solve(scene)
     assert truth.error_of(other.force) < 1e-12  # 3e-13 seen, in 53 bits against 80
     assert other.error < 1e-11
+
+
+def test_all_terms_vs_scipy() -> None:
+    scene = hc.Scene(
+        hc.Chain(4, gap=2e-7, **STEEL | {"radius": (6e-3, 5e-3, 4e-3, 3e-3)}),
+        hc.Striker(0.1), hc.Run(4e-4), hc.Wall("rigid", gap=3e-7), None,
+        hc.Contact("viscoelastic", relaxation_time=2e-6),
+    )  # fmt: skip
+    truth, result = extrapolation.solve(scene), hc.Native("scipy", rtol=1e-6).run(scene)
+    assert truth.error < extrapolation.SURE * 1e-10
+    assert truth.error_of(result.peak_force) <= result.error_estimate
 
 
 def test_errors_are_told() -> None:

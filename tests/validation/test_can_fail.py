@@ -5,7 +5,9 @@ from __future__ import annotations
 import functools
 import io
 import math
+from collections.abc import Callable
 from types import ModuleType
+from typing import Any
 
 import pandas as pd
 import pytest
@@ -105,6 +107,43 @@ def test_a_scene_that_did_not_run_is_a_row_that_fails(script: ModuleType) -> Non
     assert found == []
     assert any("LAMMPS crashed" in what for what in failed(script, table))
     assert len(script.SCRIPT.draw(table).axes) > 0
+
+
+ONE = "profile == 'triangular' and momentum_ratio == 2 and backend == "
+LAMMPS, NATIVE = f"{ONE}'lammps'", f"{ONE}'native'"
+
+Change = float | Callable[[pd.DataFrame], Any] | None
+
+DOCTORED: list[tuple[ModuleType, str, str, Change, int, str]] = [
+    (figure1, "source == 'lammps' and profile == 'triangular'", "force", 1.001, 3, "F(t)"),
+    (figure2, "backend == 'native' and wave == '(c) small'", "x", 1.001, 5, "(c) small: less"),
+    (figure3, "momentum_ratio == 2.5", "p", lambda _: 8, 6, "by Eq. 3 less p simulated"),
+    (figure4, f"{LAMMPS} and contact == 7", "", None, 1, "less native's, largest"),
+    (figure5, ONE.rpartition(" and")[0], "eq6_N", 1.02, 2, "Eq. 6, largest error"),
+    (damped_waves, "lost > 0", "lost", 1 - 2e-4, 9, "G without damping"),
+    (damped_pulses, "x > 0", "x", 1 + 2e-3, 5, "speed / F0^(1/6)"),
+    (tradeoff, "contender == 'DOP853, SciPy'", "error", lambda _: 1e-8, 1, "the truth by DOP853"),
+    (long_run, "contender == 'LAMMPS'", "speed", 1 + 1e-5, 1, "LAMMPS: speed over native's"),
+]  # fmt: skip
+"""Rows and a column; a factor, a function or None to leave the rows out; what fails, how many."""
+
+
+@pytest.mark.parametrize(("script", "which", "column", "change", "number", "named"), DOCTORED)
+def test_a_doctored_table_fails(
+    script: ModuleType, which: str, column: str, change: Change, number: int, named: str
+) -> None:
+    table = kept(script).copy()
+    rows = table.query(which).index
+    assert len(rows) > 0
+    if change is None:
+        table = table.drop(index=rows)
+    elif callable(change):
+        table.loc[rows, column] = change(table.loc[rows])
+    else:
+        table.loc[rows, column] *= change
+    names = failed(script, table)
+    assert len(names) == number, names
+    assert named in names[0]
 
 
 @pytest.mark.parametrize("limit", LIMITS, ids=lambda limit: limit.name)

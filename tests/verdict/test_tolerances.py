@@ -21,7 +21,7 @@ from hertzchain.observables.balance import LostDigits
 from hertzchain.observables.error_bound import highest_rate
 from hertzchain.scene.pulse import PROFILES
 from hertzchain.verdict import run_checks
-from hertzchain.verdict.check import Check, apart
+from hertzchain.verdict.check import Check, Kind, apart, within
 from hertzchain.verdict.judgement import Judgement, judged
 from hertzchain.verdict.reference_checks import reference_checks, yardstick_check
 from hertzchain.verdict.run_checks import (
@@ -387,3 +387,17 @@ def test_a_cause_leaves_what_is_allowed_with_samples(sampling: float | None, nam
     errors = None if sampling is None else np.full(15, sampling)
     found = judged(scene, peaks, 5e-4, None, errors, 60.0, lambda _: None)
     assert ("in units of kN" in (found.cause or "")) is named
+
+
+# One number
+
+
+@pytest.mark.parametrize(
+    ("measured", "passed"),
+    [(1.3, False), (0.7, False), (1.03, True), (0.97, True), (math.nan, False), (math.inf, False)],
+)
+def test_a_check(measured: float, passed: bool) -> None:
+    check = within(Kind("it"), "native", measured, 1.0, 0.1, "a reason")
+    assert check.passed is passed
+    assert check.measured == (measured if math.isfinite(measured) else None)
+    assert (check.expected, check.tolerance, check.name) == (1.0, 0.1, "native: it")

@@ -159,6 +159,30 @@ def test_a_batch_is_stopped_at_the_limit(monkeypatch: pytest.MonkeyPatch) -> Non
     assert sum(end.size for end in ends) < ratios.size
 
 
+def test_short_runs_that_become_long_obey_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Steps halved again and again make a run of a few thousand steps one of a million."""
+    scene = paper_scene("cosine", 1035.723485952797, 8040.00946165986, granules=5)
+    asked: list[float] = []
+    march, stoppable = elastic.march, simulation.stoppable
+
+    def noted(*arguments: Any) -> Any:
+        asked.append(float(arguments[-1][0]))
+        return march(*arguments)
+
+    def too_late(run: Callable[[], Any], control: FloatArray, _: Deadline) -> Any:
+        return stoppable(run, control, Deadline(1e-9))
+
+    monkeypatch.setattr(elastic, "march", noted)
+    monkeypatch.setattr(simulation, "stoppable", too_late)
+    monkeypatch.setattr(simulation, "_LOOKS", 1.0)  # so that a hundredth of a second is long
+    with pytest.raises(TooExpensive, match="stopped at the time limit"):
+        hc.Native(peaks_only=True).run(scene)
+    # Taken for a short one, which is stopped when it is not; then for one that obeys its limit,
+    # which may be over before it begins: then it is stopped at its first look.
+    assert asked[-2] == 1.0
+    assert asked[-1] in (0.0, -1.0)
+
+
 def test_what_is_refused_for_its_cost_costs_that() -> None:
     """The lower bound of the time is one."""
     for ratio, granules in ((0.01, 60), (1.0, 2000), (100.0, 400)):
@@ -259,6 +283,24 @@ def test_limits_of_any_size() -> None:
     assert hc.Native(time_limit=1e300).run(scene).error_estimate <= 1e-6
     with pytest.raises(TooExpensive, match="GB of memory"):
         hc.similar_peak_forces("cosine", np.ones(200_000), 2.0, granules=1_000_000)
+
+
+def test_many_short_steps_obey_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With three granules a step costs more than its granules, and a stop is still seen in time."""
+    reached: list[float] = []
+
+    def late(run: Callable[[], Any], control: FloatArray, deadline: Deadline) -> Any:
+        control[0] = 10.0  # stop at the tenth look at whether time is left
+        run()
+        reached.append(float(control[1]))
+        raise deadline.passed()
+
+    monkeypatch.setattr(simulation, "stoppable", late)
+    scene = paper_scene("cosine-triangular", 1044.4449956748701, 1.001, granules=3)
+    with pytest.raises(TooExpensive, match="stopped at the time limit"):
+        hc.Native("velocity-verlet", 2e-3 * scene.units.time).run(scene)
+    # A look is taken every 38 natural units; without the cost of a step itself, every 667.
+    assert 0.0 < reached[0] < 1000.0, reached
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is bounded on Linux alone")

@@ -18,11 +18,14 @@ from hertzchain.engines.native import (
     damped_kernel,
     damped_verlet_kernel,
     elastic,
+    elastic_maxima,
     interpolant,
     simulate,
     simulate_in_numpy,
     simulation,
 )
+from hertzchain.engines.native.elastic_state import Seen
+from hertzchain.engines.native.kernel_input import nothing_recorded
 from hertzchain.engines.native.methods import (
     SRKN_6B,
     SRKN_11B,
@@ -195,6 +198,58 @@ def test_a_failure_in_a_long_run_is_not_lost() -> None:
 
     with pytest.raises(MemoryError, match="none left"):
         stoppable(work, np.zeros(2), Deadline(60.0))
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "pushed"),
+    [
+        ((0.8373, 1.0318), (0.5468, 0.0005), (0.1221, 0.9665)),
+        ((0.5837, -0.0885), (0.8343, -1.0891), (0.9775, 0.0347)),
+    ],
+    ids=["rises at both ends", "falls at both ends"],
+)
+def test_a_maximum_in_a_step_whose_rate_is_no_parabola(
+    start: tuple[float, float],
+    end: tuple[float, float],
+    pushed: tuple[float, float],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Two granules, a step of length 1: overlap and rate at its ends, and the applied force.
+
+    If the rate were a parabola that reaches 0, the sum of both rates would be half of the change of
+    acceleration at most. Here it is 0.658 and 0.748 of it.
+    """
+    for module in (elastic_maxima, interpolant):
+        for name, function in vars(module).items():
+            if hasattr(function, "py_func"):  # nothing is compiled for two steps
+                monkeypatch.setattr(module, name, function.py_func)
+    ends = []
+    for (overlap, rate), force in zip((start, end), pushed, strict=True):
+        contact = overlap**1.5
+        accelerations = np.array([force - contact, contact, 0.0])
+        ends.append((np.array([overlap, 0, 1e30]), np.array([rate, 0, 0]), accelerations))
+    (u0, v0, a), (u, v, g) = ends
+    leg = np.array([0.0, 1.0, 1.0, 1.0, 0.0, 1.0, *pushed])
+    found, at = np.zeros(1), np.full(1, np.nan)
+    elastic_maxima.keep_peaks(
+        Seen(found, at, nothing_recorded()), u0, v0, a, u, v, g, 0, 2, leg, 0.0, 1.0, 1.0, 0.0,
+        True, 0.0, np.zeros(7), None,
+    )  # fmt: skip
+    slope = pushed[1] - pushed[0]
+    derivatives = [
+        (overlap, rate, force - 2 * overlap**1.5, slope - 3 * np.sqrt(overlap) * rate)
+        for (overlap, rate), force in zip((start, end), pushed, strict=True)
+    ]
+    before, after = ([np.array([[value]]) for value in known] for known in derivatives)
+    coefficients = hermite.coefficients(before, after, np.ones((1, 1)))[:, 0, 0]
+    curve = np.polynomial.Polynomial(coefficients)
+    roots: Any = curve.deriv().roots()
+    turns = [float(t.real) for t in roots if abs(t.imag) < 1e-9 and 0 < t.real < 1]
+    highest = max(turns, key=lambda t: float(curve(t)))
+    assert curve(highest) > 1.05 * max(start[0], end[0])
+    assert len(turns) == 2
+    assert found[0] == pytest.approx(curve(highest) ** 1.5, rel=1e-12, abs=0)
+    assert at[0] == pytest.approx(highest, rel=1e-9, abs=0)
 
 
 @pytest.mark.parametrize(
