@@ -26,6 +26,7 @@ from hertzchain.verdict.tradeoff import (
     measured,
     timed,
     tradeoff,
+    typical,
 )
 from tests.conftest import STEEL, paper_scene
 
@@ -193,6 +194,13 @@ def test_the_frontier_is_what_nothing_beats(rows: list[Row]) -> None:
     for before, after in itertools.pairwise(found):
         assert before.wall_time < after.wall_time
         assert known(before) > known(after)
+
+
+def test_a_typical_setting_has_the_range_of_its_errors(scene: hc.Scene) -> None:
+    each = [Tradeoff(scene, (a_row(time, 1e-3 * time),), 1e-12, False, ()) for time in (1, 2, 6)]
+    (found,) = typical(each)
+    assert (found.row.wall_time, found.row.error) == (2, 2e-3)
+    assert (found.lowest, found.highest) == (1e-3, 6e-3)
 
 
 @given(ROWS)
