@@ -253,6 +253,10 @@ def _refuse_impossible(found: Design) -> None:
     """Refuse a value with which no scene is possible, of those at the ends of all other axes."""
     names, extremes = [axis.name for axis in found.axes], [*map(_extremes, found.axes)]
     for k, name in enumerate(names):
+        kind = f"{name.partition('.')[0]}.kind"
+        if name in _OF_ELASTIC and kind in names:
+            allowed = 'cannot vary: only a wall of kind "elastic" has it, in all scenes'
+            require({*extremes[names.index(kind)]} == {"elastic"}, name, None, allowed)
         for value in extremes[k]:
             _check_granules(name, value)
             each = itertools.product(*extremes[:k], [value], *extremes[k + 1 :])

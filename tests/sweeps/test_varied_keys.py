@@ -30,6 +30,11 @@ REFUSED: list[tuple[hc.Scene, dict[str, Any], str]] = [
     (STRIKER, {"wall.kind": "rigid:same:2"}, "has no range: name its values, rigid,same"),
     (STRIKER, {"wall.kind": [1, 2]}, "wall.kind = 1: must be the name of a wall"),
     (STRIKER, {"wall.kind": "rigid,elastic"}, "wall.young_modulus: missing, a wall of kind"),
+    (
+        replace(STRIKER, wall=hc.Wall("elastic", 1e9, 0.3)),
+        {"wall.kind": "elastic,rigid", "wall.young_modulus": "1e9,2e9"},
+        'only a wall of kind "elastic" has it, in all scenes',
+    ),
     (STRIKER, {"wall.young_modulus": "1,2"}, 'only a wall of kind "elastic" has it, not "rigid"'),
     (STRIKER, {"striker.velocity": "0,1"}, "striker.velocity = 0.0: must be a finite number above"),
     (STRIKER, {"striker.velocity": "1 m,2 m"}, "has the wrong dimension"),
