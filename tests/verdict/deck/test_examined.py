@@ -12,9 +12,10 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.found import Executed, FoundDeck, FoundRun
 from hertzchain.engines.lammps.reading.text import Edits
-from hertzchain.errors import RunFailed
+from hertzchain.errors import RunFailed, SceneError
 from hertzchain.verdict.deck import examining
 from hertzchain.verdict.deck.places import variables_of
+from tests.places import ROOT
 from tests.verdict.deck.made import STEP, by_name, changed, examined, first_guess, times
 
 DECK = "units si # of all\ninclude a.inc\ninclude b.inc\nset group all &\n density 1\nrun 5"
@@ -182,3 +183,8 @@ def test_variables_that_use_themselves() -> None:
     texts = ("variable a equal 1", "variable b equal ${a}+v_b", "set group all density ${b}")
     commands = [Executed(text, "in.made", k, text) for k, text in enumerate(texts)]
     assert variables_of(commands, 2) == [1, 0]
+
+
+def test_a_program_is_no_deck() -> None:
+    with pytest.raises(SceneError, match=r"chain\.py: is a Python program, must be a LAMMPS"):
+        hc.examine(hc.Scene.from_toml(ROOT / "validation/scenes/demo.toml"), "chain.py")
