@@ -93,16 +93,6 @@ def full_disk(tmp_path: Path) -> Iterator[Path]:
 
 
 @pytest.fixture(autouse=True)
-def _lammps_where_it_is_needed(request: pytest.FixtureRequest) -> None:
-    """Tests marked ``lammps`` fail without it where CI is set, and are skipped elsewhere."""
-    if request.node.get_closest_marker("lammps") is None or not (problem := _why_no_lammps()):
-        return
-    if os.environ.get("CI"):
-        pytest.fail(problem)
-    pytest.skip(problem)
-
-
-@pytest.fixture(autouse=True)
 def _no_binary_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     """Tests of the command line run without its environment variables."""
     monkeypatch.delenv("HERTZCHAIN_LMP", raising=False)
@@ -124,16 +114,19 @@ def _engines_where_they_are_needed(request: pytest.FixtureRequest) -> None:
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Tests marked ``chromium`` fail without it where CI_BROWSER is set, and are skipped elsewhere.
+    """Tests marked ``lammps`` fail without it where CI is set, and are skipped elsewhere.
 
-    Asked before there are fixtures: the browser itself is one, of a whole module.
+    The same holds for ``chromium`` and CI_BROWSER. Asked before there are fixtures: some of whole
+    modules need LAMMPS or are a browser.
     """
-    if item.get_closest_marker("chromium") is None or chromium():
-        return
-    problem = "needs Chromium: apt install chromium"
-    if os.environ.get("CI_BROWSER"):
-        pytest.fail(problem)
-    pytest.skip(problem)
+    for name, where in ("lammps", "CI"), ("chromium", "CI_BROWSER"):
+        if item.get_closest_marker(name) is None:
+            continue
+        lost = "" if chromium() else "needs Chromium: apt install chromium"
+        if problem := _why_no_lammps() if name == "lammps" else lost:
+            if os.environ.get(where):
+                pytest.fail(problem)
+            pytest.skip(problem)
 
 
 def chromium() -> str | None:

@@ -103,6 +103,7 @@ def test_given_peaks_are_judged_without_a_cause() -> None:
     assert "unlike granules" in wrong.remarks[0]
 
 
+@pytest.mark.lammps
 def test_other_engines_refuse_by_name() -> None:
     scene = hc.Scene(hc.Chain(5, **STEEL), hc.Striker(1.0), wall=hc.Wall("same"))
     with pytest.raises(hc.HertzchainError, match=r"gran/hertz/history has one stiffness.*striker"):

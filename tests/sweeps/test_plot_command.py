@@ -13,6 +13,8 @@ import hertzchain as hc
 from hertzchain.cli import main
 from tests.sweeps.drawn import BASE, F_SW, LAMMPS, RATIO, P
 
+pytestmark = pytest.mark.lammps  # sweeps by native and LAMMPS
+
 # The command
 
 

@@ -16,6 +16,8 @@ from hertzchain.sweeps.drawing import draw
 from tests.conftest import paper_scene
 from tests.sweeps.drawn import BASE, F_SW, RATIO, N, P, drawn_lines, legend
 
+pytestmark = pytest.mark.lammps  # sweeps by native and LAMMPS
+
 # Lines
 
 

@@ -52,6 +52,7 @@ def test_a_map_of_a_sample_is_points(sampled: hc.Sweep) -> None:
     assert drawn.remarks == ()
 
 
+@pytest.mark.lammps
 def test_several_values_in_one_place_of_a_map_are_refused(
     both: hc.Sweep, grid: hc.Sweep, sampled: hc.Sweep
 ) -> None:

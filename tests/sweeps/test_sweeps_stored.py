@@ -21,6 +21,7 @@ from tests.sweeps.made import GRID, SHORT
 # Stored sweeps
 
 
+@pytest.mark.lammps
 def test_a_folder_has_what_memory_has_and_opens_in_pandas_polars_and_duckdb(tmp_path: Path) -> None:
     vary: dict[str, Any] = {**GRID, "shock.peak_force": [100.0, 1e9]}  # the second too deep
     backends = ("native", hc.Lammps(rtol=1e-3))
