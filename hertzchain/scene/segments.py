@@ -19,8 +19,9 @@ _SAME = {name: key for name, key in keys_of(Chain).items() if name != "granules"
 RADIUS_RATIO = Key("", "radius over that of the granule before", above=0)
 """Key of a taper: a segment without a cell."""
 
-_OF_SEGMENT = {"granules": Key("", "granules", least=1, most=MOST_UNLIKE, kind="int"),
+OF_SEGMENT = {"granules": Key("", "granules", least=1, most=MOST_UNLIKE, kind="int"),
                **_SAME, "radius_ratio": RADIUS_RATIO}  # fmt: skip
+"""Keys of a segment."""
 
 _COLUMNS = {
     "_".join(filter(None, (name, key.unit.replace("/", "_").replace("^", "")))): name
@@ -49,11 +50,11 @@ def expand(defaults: Chain, segments: Any, quantities: Quantities) -> Chain:
     for number, segment in enumerate(segments, start=1):
         name = f"chain.segments.{number}"
         require(isinstance(segment, dict), name, segment, allowed)
-        values = quantities(name, segment, _OF_SEGMENT, ("cell",))
+        values = quantities(name, segment, OF_SEGMENT, ("cell",))
         require("granules" in values, f"{name}.granules", None, "missing")
         most, granules = defaults.granules, values["granules"]
         require(most <= MOST_UNLIKE, "chain.granules", most, f"must be at most {MOST_UNLIKE}")
-        _OF_SEGMENT["granules"].check(f"{name}.granules", granules)
+        OF_SEGMENT["granules"].check(f"{name}.granules", granules)
         counts += granules
         require(counts <= most, f"{name}.granules", granules, _sum_allowed(most, "more"))
         cells = _cells(name, values, quantities)

@@ -18,9 +18,6 @@ from hertzchain.scene.striker import Striker
 from hertzchain.scene.terms import DAMPING, Contact, Precompression, Wall
 from hertzchain.scene.uncertain import Uncertain
 
-OF_VELOCITIES = "velocities at the start", "[shock]"
-"""Keys of errors in scenes whose granules meet nothing, or are all at rest without a shock."""
-
 
 def refuse_impossible(
     chain: Chain,
@@ -128,7 +125,7 @@ def _refuse_no_meeting(
         "missing section: give [shock], [striker] or a velocity of granules, in [chain],"
         " [[chain.segments]] or their table"
     )
-    require(isinstance(shock, Striker) or any(along), OF_VELOCITIES[1], None, allowed)
+    require(isinstance(shock, Striker) or any(along), "[shock]", None, allowed)
     if isinstance(shock, Striker):
         along = (shock.velocity, *along[1:])
     along = (*([0.0] if walls["near_wall"] else ()), *along, *([0.0] if walls["wall"] else ()))
@@ -137,4 +134,4 @@ def _refuse_no_meeting(
         "with these no granule meets another or a wall, which some must do, also under a load:"
         " a positive velocity is towards the far end"
     )
-    require(meet, OF_VELOCITIES[0], None, allowed)
+    require(meet, "velocities at the start", None, allowed)

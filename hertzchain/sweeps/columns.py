@@ -12,7 +12,7 @@ import numpy as np
 
 from hertzchain.errors import did_you_mean, require
 from hertzchain.observables.result import Result
-from hertzchain.scene.keys import Key, keys_of
+from hertzchain.scene.keys import keys_of
 from hertzchain.scene.parts import KEYS, OF_PROFILE, SEGMENT, full_names, key_named
 from hertzchain.scene.pulse import Pulse
 
@@ -30,15 +30,7 @@ class Column:
     read: Read | None = None  # how it is read from a result; None for what is no result
 
 
-def _of_key(name: str, key: Key, where: str = "") -> Column:
-    """Return the column of a key; ``where`` says in which segment it is."""
-    if not where:
-        return Column(name, key.axis, key.kind)
-    axis = key.axis.replace(key.label, "granules") if key.kind == "int" else key.axis
-    return Column(name, f"{axis}, {where}", key.kind)
-
-
-_OF_KEYS = {name: _of_key(name, key) for name, key in KEYS.items() if key.label}
+_OF_KEYS = {name: Column(name, key.axis, key.kind) for name, key in KEYS.items() if key.label}
 
 _OF_UNLIKE = ("chain.gap", "chain.velocity")
 """Keys of [chain] that no plain chain has."""
@@ -200,7 +192,7 @@ def column_named(name: str) -> Column:
     assert found is not None, name
     assert key is not None, name
     cell = "" if found[2] is None else f", granule {found[2]} of the cell"
-    return _of_key(name, key, f"segment {found[1]}{cell}")
+    return Column(name, f"{key.axis}, segment {found[1]}{cell}", key.kind)
 
 
 def is_whole(name: str) -> bool:
