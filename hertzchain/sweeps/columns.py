@@ -53,16 +53,29 @@ FIRST = ("first_peak_force_N", "arrival_time_s")
 """Columns of first pulses."""
 
 
-def _on_wall(values: str) -> Read:
-    """Return what reads a number of the wall's contact; None for what is not known to its end."""
+def _of_wall(section: str, k: int) -> tuple[Column, ...]:
+    """Return the columns of a wall whose contact is the k-th; None: not known to its end."""
 
-    def read(run: Result) -> float | None:
-        if values in FIRST:
-            return float(run.first_columns[values][-1]) if run.first_columns else None
-        is_cut_off = run.scene.contact_name(run.scene.last_contact) in run.cut_off
-        return None if is_cut_off or run.peak_errors[-1] >= 1 else float(getattr(run, values)[-1])
+    def first(values: str) -> Read:
+        return lambda run: float(run.first_columns[values][k]) if run.first_columns else None
 
-    return read
+    def peak(values: str) -> Read:
+        def read(run: Result) -> float | None:
+            is_cut_off = run.scene.contact_name(run.scene.contacts[k]) in run.cut_off
+            return None if is_cut_off or run.peak_errors[k] >= 1 else float(getattr(run, values)[k])
+
+        return read
+
+    wall = section.replace("_", " ")
+    return tuple(
+        Column(f"{section}_{name}", label, of=section, read=read)
+        for name, label, read in (
+            (FIRST[0], f"first peak force on the {wall} [N]", first(FIRST[0])),
+            (FIRST[1], f"arrival at the {wall} [s]", first(FIRST[1])),
+            ("peak_force_N", f"peak force on the {wall} [N]", peak("peak_force")),
+            ("peak_time_s", f"time of the peak force on the {wall} [s]", peak("peak_time")),
+        )
+    )
 
 
 def _largest_dynamic(run: Result) -> float:
@@ -89,18 +102,15 @@ FOUND_COLUMNS = (
            read=lambda run: run.peak_at(run.scene.chain.granules)),
     Column("largest_dynamic_force_N", "largest peak force less the static force [N]",
            of="precompression", read=_largest_dynamic),
-    Column("wall_first_peak_force_N", "first peak force on the wall [N]", of="wall",
-           read=_on_wall(FIRST[0])),
-    Column("wall_arrival_time_s", "arrival at the wall [s]", of="wall", read=_on_wall(FIRST[1])),
-    Column("wall_peak_force_N", "peak force on the wall [N]", of="wall",
-           read=_on_wall("peak_force")),
-    Column("wall_peak_time_s", "time of the peak force on the wall [s]", of="wall",
-           read=_on_wall("peak_time")),
+    *_of_wall("near_wall", 0),
+    *_of_wall("wall", -1),
     Column("contacts_cut_off", "contacts whose peak may come after the end of the run", "int",
            "terms", lambda run: len(run.cut_off)),
     Column("overlap_ratio", "largest overlap / R", read=attrgetter("overlap_ratio")),
     Column("error_estimate", "error estimate of the peaks, relative",
            read=attrgetter("error_estimate")),
+    Column("wanted_error", "error of what accuracy was asked of, relative", of="terms",
+           read=attrgetter("wanted_error")),
     Column("force_evaluations", "force evaluations", "int", read=attrgetter("force_evaluations")),
 )  # fmt: skip
 """Columns of results, in the order of the table, after the parameters."""
@@ -256,11 +266,10 @@ def _of_gauges(count: int) -> list[Column]:
 
 def numbers_of(run: Result) -> dict[str, float | None]:
     """Return the numbers of a result by the names of their columns; None where there is none."""
-    parts = {"wall": run.scene.wall, "precompression": run.scene.precompression}
     return {
         column.name: column.read(run)
         for column in (*FOUND_COLUMNS, *_of_gauges(len(run.gauges)))
-        if column.read is not None and parts.get(column.of, True) is not None
+        if column.read is not None and getattr(run.scene, column.of, "") is not None
     }
 
 

@@ -102,15 +102,16 @@ class Sweep:
         done = failed = missed = cut_off = 0
         known = [column.name for column in columns_in(self.manifest)]
         late = [name for name in known if name == "contacts_cut_off"]
+        error = "wanted_error" if "wanted_error" in known else "error_estimate"
         reason = None
         aims = {each["name"]: _aim(each) for each in self.manifest["backends"]}
-        for frame in self._store.frames("scenes", ["backend", "error_estimate", "failure", *late]):
+        for frame in self._store.frames("scenes", ["backend", error, "failure", *late]):
             failures = frame["failure"].dropna()
             done, failed = done + len(frame), failed + len(failures)
             if reason is None and len(failures):
                 reason = str(failures.iloc[0])
             aim = frame["backend"].map(aims).astype(float)
-            missed += int((frame["error_estimate"] > aim).sum())
+            missed += int((frame[error] > aim).sum())
             cut_off += int(frame[late].notna().to_numpy().sum())
         return Counts(done, failed, missed, reason, cut_off)
 
@@ -126,7 +127,7 @@ class Counts:
     failed
         Rows without numbers.
     missed
-        Rows with a larger error than was asked for.
+        Rows with a larger error than was asked for, of first pulses where ``run`` asks it of these.
     reason
         Reason of the first failure; None where no scene failed.
     cut_off
