@@ -69,7 +69,7 @@ def run(
         metavar="FILE",
         help="Write what each [[gauge]] reads over time, without static forces: time_s,"
         " gauge_16_N, contact_10_N, wall_N, near_wall_N (.csv, .parquet), at the times of"
-        " --record or 500.",
+        " --record, else those drawn by --plot or --report, else 500.",
     ),
     size: options.Size = None,
     report: Path | None = typer.Option(

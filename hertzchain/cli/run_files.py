@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from hertzchain.observables.result import Result
     from hertzchain.scene.scene import Scene
 
-TRACE_TIMES = 500  # of traces without --record, as force over time is usually drawn
+TRACE_TIMES = 500  # of traces alone without --record, as force over time is usually drawn
 
 
 @dataclass(frozen=True)
@@ -55,48 +55,32 @@ class RunFiles:
         return f"in {self.output}" if has_peaks else "shown by --all"
 
     def times(self, scene: Scene) -> FloatArray | None:
-        """All times that any of the files needs [s], increasing; None where none does."""
-        import numpy as np
-
-        found = self._times(scene).values()
-        return np.unique(np.concatenate(list(found))) if found else None
-
-    def _times(self, scene: Scene) -> dict[str, FloatArray]:
-        """The times of each kind of file that shows motion [s]."""
-        found: dict[str, FloatArray] = {}
-        shown = (self.record, self.plot, self.traces, self.report)
-        if all(one is None for one in shown):
-            return found
+        """Return the times at which the run is recorded for all files [s]; None for none."""
         from hertzchain.report.waterfall import frame_times, plot_times
 
         if self.record is not None:
-            found["motion"] = found["plot"] = frame_times(scene, self.record)
-        elif self.plot is not None or self.report is not None:
-            found["plot"] = plot_times(scene)
-        if self.traces is not None:
-            found["traces"] = frame_times(scene, self.record or TRACE_TIMES)
-        return found
+            return frame_times(scene, self.record)
+        if self.plot is not None or self.report is not None:
+            return plot_times(scene)
+        return None if self.traces is None else frame_times(scene, TRACE_TIMES)
 
     def write(self, result: Result, scene: str) -> None:
-        """Write all files, each with its own times; ``scene`` is the name of its file."""
+        """Write all files; ``scene`` is the name of that of the scene."""
         if self.output is not None and self.record is None:
             from hertzchain.report.tables import write_result
 
             what = "Result" if self.output.suffix.lower() == ".json" else "Peaks"
             write_file(what, self.output, lambda path: write_result(result, path))
-        times = self._times(result.scene)
-        if not times:
+        if result.history is None:
             return
         from hertzchain.report.figures import plot_document
-        from hertzchain.report.motion import at_times, write_motion, write_traces
+        from hertzchain.report.motion import write_motion, write_traces
         from hertzchain.report.page import write_page
         from hertzchain.report.run import of_result
 
-        moving = {name: at_times(result, time) for name, time in times.items()}
-        if self.record is not None:
-            write_file("Motion", self.output, lambda path: write_motion(moving["motion"], path))
-        if self.plot is not None or self.report is not None:
-            shown = of_result(moving["plot"])
-            write_file("Plot", self.plot, lambda path: plot_document(shown, path, self.size))
-            write_file("Report", self.report, lambda path: write_page(shown, path, scene))
-        write_file("Traces", self.traces, lambda path: write_traces(moving["traces"], path))
+        shown = of_result(result)
+        motion = None if self.record is None else self.output
+        write_file("Motion", motion, lambda path: write_motion(result, path))
+        write_file("Plot", self.plot, lambda path: plot_document(shown, path, self.size))
+        write_file("Report", self.report, lambda path: write_page(shown, path, scene))
+        write_file("Traces", self.traces, lambda path: write_traces(result, path))

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError
 from hertzchain.observables.history import History
 from hertzchain.observables.result import Result
@@ -24,21 +22,6 @@ def recorded(result: Result) -> History:
     if result.history is None:
         raise SceneError("history", None, "there is none: run with record = the times to keep")
     return result.history
-
-
-def at_times(result: Result, times: FloatArray) -> Result:
-    """A result with the recorded times, of more, that are among these [s]."""
-    history = recorded(result)
-    kept = np.isin(history.time, times)
-    return replace(
-        result,
-        history=History(
-            history.time[kept],
-            history.displacement[kept],
-            history.velocity[kept],
-            history.contact_force[kept],
-        ),
-    )
 
 
 def motion_frame(result: Result) -> pandas.DataFrame:
