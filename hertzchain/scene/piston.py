@@ -9,7 +9,7 @@ from hertzchain.errors import SceneError, is_finite, require
 from hertzchain.scene.chain import short_repr
 from hertzchain.scene.keys import check, key
 from hertzchain.scene.shock import Shock, Stroke
-from hertzchain.scene.shock_table import check_times
+from hertzchain.scene.tables import check_table
 
 
 @dataclass(frozen=True, repr=False)
@@ -66,17 +66,12 @@ class Piston(Shock):
         if self.velocity is not None:
             check(self)
             return
-        time, displacement = self.time or (), self.displacement or ()
-        check_times(time, displacement, "displacement_m")
-        for row, place in enumerate(displacement, start=1):
-            key = f"displacement_m in row {row}"
-            require(is_finite(place), key, place, "must be a finite number [m]")
+        check_table(self)
+        displacement = self.displacement or ()
         allowed = "must be 0: displacements count from where the piston rests"
         require(displacement[0] == 0, "displacement_m in row 1", displacement[0], allowed)
         allowed = "must not be 0 in all rows: the piston never moves"
         require(any(displacement), "displacement_m", None, allowed)
-        for name, values in (("time", time), ("displacement", displacement)):
-            object.__setattr__(self, name, tuple(float(value) for value in values))
         for row, stroke in enumerate(self.strokes[:-1], start=1):
             allowed = "is reached in a time too short to be represented as a velocity"
             key = f"displacement_m in row {row + 1}"

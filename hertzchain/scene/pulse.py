@@ -14,12 +14,12 @@ from typing import Literal, cast
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.errors import SceneError, is_finite, require
+from hertzchain.errors import SceneError, require
 from hertzchain.scene.chain import short_repr
 from hertzchain.scene.keys import check, key
 from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.shock import GRANULE, Shock
-from hertzchain.scene.shock_table import check_times
+from hertzchain.scene.tables import check_table
 
 Profile = Literal["cosine", "triangular", "cosine-triangular"]
 """Names of the profiles of Table 1."""
@@ -143,17 +143,8 @@ class PulseTable(Shock):
 
     def __post_init__(self) -> None:
         check(self)
-        check_times(self.time, self.force, "force_N")
-        for row, force in enumerate(self.force, start=1):
-            require(
-                is_finite(force) and force >= 0,
-                f"force_N in row {row}",
-                force,
-                "must be a finite number of at least 0 [N]",
-            )
+        check_table(self, least=0)
         require(any(self.force), "force_N", None, "must be positive in at least one row")
-        for name in ("time", "force"):
-            object.__setattr__(self, name, tuple(float(value) for value in getattr(self, name)))
 
     def __repr__(self) -> str:
         return short_repr(self)

@@ -18,8 +18,8 @@ from hertzchain.scene.parts import OF_PROFILE, OTHERS, SECTIONS, key_named
 from hertzchain.scene.sections import sections_of
 from hertzchain.scene.segments import expand, granule_table, read_granule_table
 from hertzchain.scene.shock import Shock
-from hertzchain.scene.shock_table import lines_of, read_table
 from hertzchain.scene.striker import Striker
+from hertzchain.scene.tables import columns_of, read_table, text_of
 from hertzchain.scene.uncertain import SECTIONS_OF_UNCERTAIN, read_uncertain
 
 _Kind = TypeVar("_Kind")
@@ -56,11 +56,11 @@ def texts_of(path: Path, scene: Any) -> dict[Path, str]:
         table = path.with_suffix(".granules.csv")
         texts[table] = granule_table(scene.chain)
         document["chain"] = {"file": table.name}
-    if (rows := lines_of(shock)) is not None:
+    if columns := columns_of(shock):
         table = path.with_suffix(".csv")
         allowed = "must not end in .csv: the table of the shock is written under that name"
         require(table != path, "path", str(path), allowed)
-        texts[table] = "\n".join(rows) + "\n"
+        texts[table] = text_of(columns)
         kept = {key: document["shock"][key] for key in ("granule",) if key in document["shock"]}
         document["shock"] = {"profile": shock.profile_name, "file": table.name, **kept}
     return {**texts, path: tomli_w.dumps(document)}
