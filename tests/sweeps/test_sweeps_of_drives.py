@@ -56,22 +56,6 @@ def test_sines(tmp_path: Path) -> None:
         assert row["shock.momentum_ratio"] == pytest.approx(scene.momentum_ratio, rel=1e-14)
 
 
-def test_titles_name_the_drive_and_no_gravity_of_zero() -> None:
-    damped = replace(PISTON, contact=hc.Contact("restitution", restitution=0.8))
-    moved = hc.sweep(damped, {"chain.density": "1000,2000"})
-    (axes,) = moved.plot("density", "last_peak_force_N").axes
-    assert axes.get_title().replace("\n", " ") == (
-        "granules N = 6, profile piston, velocity of the piston = 100 mm/s, coefficient of"
-        " restitution e = 0.8, backend native"
-    )
-    shaken = hc.sweep(SINE, {"frequency": "4 kHz,9 kHz"})
-    (axes,) = shaken.plot("frequency", "last_peak_force_N").axes
-    said = axes.get_title().replace("\n", " ")
-    assert {"profile sine", "amplitude of the force = 5 N", "cycles = 2"} < {*said.split(", ")}
-    assert "precompression = 10 N" in said
-    assert "gravity" not in said
-
-
 def test_both_walls_have_columns_and_accuracy_is_asked_of_first_pulses(tmp_path: Path) -> None:
     """Later peaks of granules between two walls are less accurate, as in a run of one scene."""
     scene = hc.Scene.from_toml(write_starter("two-walls", tmp_path / "walls.toml")[0])
