@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass, field, replace
 
-from hertzchain.errors import SceneError, is_finite, require
+from hertzchain.errors import is_finite, require, require_one
 from hertzchain.scene.chain import short_repr
 from hertzchain.scene.keys import check, key
 from hertzchain.scene.shock import Shock, Stroke
@@ -54,15 +54,8 @@ class Piston(Shock):
         return short_repr(self)
 
     def __post_init__(self) -> None:
-        has_table = self.time is not None or self.displacement is not None
-        if (self.velocity is None) != has_table:
-            raise SceneError(
-                "velocity and file" if has_table else "velocity or file",
-                None,
-                "both are given, exactly one is allowed"
-                if has_table
-                else "missing, a piston needs exactly one of the two",
-            )
+        table = self.displacement if self.time is None else self.time
+        require_one(velocity=self.velocity, file=table)
         if self.velocity is not None:
             check(self)
             return

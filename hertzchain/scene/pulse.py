@@ -14,7 +14,7 @@ from typing import Literal, cast
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.errors import SceneError, require
+from hertzchain.errors import require, require_one
 from hertzchain.scene.chain import short_repr
 from hertzchain.scene.keys import check, key
 from hertzchain.scene.ramp import Ramp
@@ -74,15 +74,7 @@ class Pulse(Shock):
 
     def __post_init__(self) -> None:
         check(self)
-        if (self.momentum_ratio is None) == (self.rise_time is None):
-            both = self.rise_time is not None
-            raise SceneError(
-                "momentum_ratio and rise_time" if both else "momentum_ratio or rise_time",
-                None,
-                "both are given, exactly one is allowed"
-                if both
-                else "missing, exactly one of the two must be given",
-            )
+        require_one(momentum_ratio=self.momentum_ratio, rise_time=self.rise_time)
 
     @property
     def profile_name(self) -> str:

@@ -81,9 +81,9 @@ table shock.file=3 => shock.file = 3: must be the name of a CSV file
 table shock.file="no.csv" => no.csv
 table shock.file="." => shock.file
 table shock.file="a\\u0000b" => shock.file
-table shock.peak_force=1 => shock.peak_force = 1: not allo
-piston => velocity or file: missing, a piston needs exactly one of the two
-piston shock.velocity=1; shock.file="motion.csv" => shock.velocity = 1: not allowed with profile = "piston" and a file, which takes only file
+table shock.peak_force=1 => shock.peak_force = 1: unknown key, allowed are granule, profile, file
+piston => velocity or file: missing, exactly one of them
+piston shock.velocity=1; shock.file="motion.csv" => shock.velocity = 1: unknown key, allowed are profile, file
 piston shock.velocity=1; shock.peak_force=1 => shock.peak_force = 1: unknown key
 piston shock.file="none.csv" => shock.file = 'none.csv': cannot be read
 pulse shock.granule=0 => shock.granule = 0: must be an integer of at least 1
@@ -117,8 +117,8 @@ pulse wall={kind="rigid", young_modulus=1e9} => wall.young_modulus = 1000000000.
 pulse chain.segments=[{granules=60, cell=[{}, {yield_strength=2e7}]}] => needs chain.yield_strength
 pulse wall={kind="rigid", yield_strength=3e8} => only a wall of kind
 pulse gauge={granule=3} => must be [[gauge]], with two brackets
-pulse gauge=[{}] => must have either granule or contact
-pulse gauge=[{granule=3, contact=3}] => must have either granule or contact
+pulse gauge=[{}] => gauge.granule or contact: missing
+pulse gauge=[{granule=3, contact=3}] => gauge.granule and contact: both are given
 pulse gauge=[{granule=1}] => gauge.granule = 1: must be a granule from 2 to 60
 pulse gauge=[{contact=61}] => gauge.contact = 61: must be a contact from 2 to 60
 pulse gauge=[{granule=2.5}] => must be an integer
