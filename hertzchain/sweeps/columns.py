@@ -12,6 +12,7 @@ import numpy as np
 
 from hertzchain.errors import did_you_mean, require
 from hertzchain.observables.result import Result
+from hertzchain.scene.chain import MATERIAL
 from hertzchain.scene.keys import keys_of
 from hertzchain.scene.parts import KEYS, OF_PROFILE, SEGMENT, full_names, key_named
 from hertzchain.scene.pulse import Pulse
@@ -46,8 +47,6 @@ PARAMETERS = tuple(
 
 TERMS = tuple(name for name in _OF_KEYS if name not in PARAMETERS)
 """Further parameters of scenes with terms."""
-
-_OF_EVERY_SHOCK = ("shock.profile", "shock.momentum_ratio")
 
 FIRST = ("first_peak_force_N", "arrival_time_s")
 """Columns of first pulses."""
@@ -236,24 +235,27 @@ def columns_of(
     gauges = _of_gauges(len(scene.get("gauge", ())))
     if not (of_terms or unlike or {"gap", "velocity"} & {*chain} or held or gauges):
         return ALL
-    kept = [name for name in PARAMETERS if name.partition(".")[0] in {*scene, "run"}]
-    if shock is not None and (own := keys_of(shock)):
-        of_shock = {*_OF_EVERY_SHOCK, *(f"shock.{key}" for key in own)}
-        kept = [name for name in kept if not name.startswith("shock.") or name in of_shock]
-    of_chain = [name for name in kept if name.startswith("chain.")]
-    more = (name for name in _OF_UNLIKE if isinstance(chain.get(name[6:]), float) or name in varied)
-    segments = [name for name in varied if SEGMENT.fullmatch(name)]
-    others = [
+    always = {f"chain.{key}" for key in ("granules", *MATERIAL)} | {"run.end_time", *varied}
+    if shock is not None:
+        keys = {"profile", "momentum_ratio", *keys_of(shock)} - {"granule"}
+        always |= {f"shock.{key}" for key in keys}
+    given = {f"{part}.{key}": value for part in scene if part != "gauge"
+             for key, value in scene[part].items()}  # fmt: skip
+    kept = [
         name
-        for name in TERMS
-        if name in varied or (name not in _OF_UNLIKE and _has(scene, *name.split(".")))
+        for name in (*PARAMETERS, *TERMS)
+        if name in always or not isinstance(given.get(name, []), list)
     ]
-    shock_and_run = [name for name in kept if name not in of_chain]
-    parameters = (*of_chain, *more, *segments, *shock_and_run[:-1], *others, shock_and_run[-1])
+    kept += [name for name in varied if SEGMENT.fullmatch(name)]
+    order = {"chain": 0, "segments": 1, "shock": 2, "run": 4}
+
+    def rank(name: str) -> int:
+        return order.get("segments" if SEGMENT.fullmatch(name) else name.partition(".")[0], 3)
+
     kinds = {"", "terms", *scene} | (set() if unlike or held else {"waves"})
     return (
         *_BEGIN,
-        *(column_named(name) for name in dict.fromkeys(parameters)),
+        *map(column_named, sorted(kept, key=rank)),
         *(column for column in FOUND_COLUMNS if column.of in kinds),
         *gauges,
         _END,
@@ -271,7 +273,3 @@ def numbers_of(run: Result) -> dict[str, float | None]:
         for column in (*FOUND_COLUMNS, *_of_gauges(len(run.gauges)))
         if column.read is not None and getattr(run.scene, column.of, "") is not None
     }
-
-
-def _has(scene: Mapping[str, Mapping[str, Any]], section: str, key: str) -> bool:
-    return key in scene.get(section, {})

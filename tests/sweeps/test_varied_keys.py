@@ -72,7 +72,7 @@ OF_SEGMENTS = {
     "chain.segments.1.cell.3.density": "cannot vary; did you mean chain.segments.",
     "segments.2.cell.1.density": "cannot vary; did you mean chain.segments.",
     "chain.segments.1": "chain.segments.1: cannot vary; ",
-    "chain.colour": "end_time, keys of segments, such as chain.segments.2.radius_ratio",
+    "chain.colour": "chain.gap, keys of segments, such as chain.segments.2.radius_ratio",
     "chain.segments.2.radius": "chain.segments.2.radius = 0.0: must be a finite number above 0",
     "chain.segments.2.radius_ratio": "chain.segments.2.radius_ratio = 0.0: must be a finite number",
     "chain.segments.2.granules": "chain.segments.2.granules = 0: must be an integer from 1",
