@@ -40,12 +40,19 @@ _PLAIN = (1e-3, 1e4)  # between these values a logarithmic axis has plain number
 class Picture(Figure):
     """A figure that belongs to no window; a notebook shows it as the last value of a cell."""
 
-    def __init__(self, size: tuple[float, float]) -> None:
-        """An empty figure of a size [inches]."""
+    def __init__(self, size: tuple[float, float], title: str = "") -> None:
+        """An empty figure of a size [inches], with a title where there is room."""
         super().__init__(figsize=size, layout="constrained", dpi=150)
+        if title and size[0] >= SMALL:
+            self.suptitle(title, fontsize=10)
 
     def savefig(self, *given: Any, **options: Any) -> None:
         """Write the figure as Matplotlib does, with fonts that journals take."""
+        if self.get_figwidth() < SMALL:
+            for axes in self.axes:
+                for axis in (axes.xaxis, axes.yaxis):
+                    axis.label.set_fontsize("small")
+                axes.tick_params(which="both", labelsize="small")
         with rc_context(_SAVED):
             super().savefig(*given, **options)
 
@@ -149,13 +156,3 @@ def legend_look(labels: Sequence[str], width: float) -> dict[str, Any]:
         "labelspacing": 0.3,
         "frameon": False,
     }
-
-
-def fit_letters(figure: Figure) -> None:
-    """Make the letters at all axes of a small picture smaller."""
-    if figure.get_figwidth() >= SMALL:
-        return
-    for axes in figure.axes:
-        for axis in (axes.xaxis, axes.yaxis):
-            axis.label.set_fontsize("small")
-        axes.tick_params(which="both", labelsize="small")

@@ -48,7 +48,7 @@ def plot(
     size
         Width and height [inches]: a column of a paper is 3.4 wide, a page 7.
     """
-    from hertzchain.report.picture import Picture, fit_letters, in_units, legend_above
+    from hertzchain.report.picture import Picture, in_units, legend_above
 
     require(draw in _KINDS, "draw", draw, f"must be one of {', '.join(_KINDS)}")
     is_named = isinstance(results, Mapping) and len(results) > 0
@@ -97,7 +97,6 @@ def plot(
         drawn[-1].set_xlim(min(begin for begin, _ in ends), max(end for _, end in ends))
     in_units(drawn[-1].xaxis, "contact" if draw == "peaks" else "time [s]")
     legend_above(drawn[0])
-    fit_letters(figure)
     return figure
 
 

@@ -109,7 +109,7 @@ def draw(
     a number selects the nearest value of the sweep, if both agree to three digits. ``size`` is
     width and height [inches]. Where the peaks of all contacts were kept, ``x`` may be ``contact``.
     """
-    from hertzchain.report.picture import SMALL, Picture, at_whole_numbers, fit_letters, in_units
+    from hertzchain.report.picture import SMALL, Picture, at_whole_numbers, in_units
 
     columns = [column.name for column in columns_in(sweep.manifest)]
     varied = [axis["name"] for axis in sweep.manifest["vary"]]
@@ -151,7 +151,6 @@ def draw(
         elif is_whole(name):
             axis.set_major_locator(at_whole_numbers())
         in_units(axis, column_named(name).label)
-    fit_letters(figure)
     if remarks:
         text = textwrap.fill("; ".join(remarks), int(_LETTERS * size[0]))
         figure.supxlabel(text, fontsize=7, color="0.35")
