@@ -85,8 +85,7 @@ class Scene(Numbered, Shown):
     near_wall: Wall | None = None
 
     def __post_init__(self) -> None:
-        held = self.wall, self.precompression, self.contact, self.gauges, self.uncertain
-        refuse_impossible(self.chain, self.shock, self.run, *held, self.near_wall)
+        refuse_impossible(self)
         allowed = f"must be at most {MOST_UNLIKE} in a scene with {', '.join(self.terms)}"
         possible = self.is_plain or self.chain.granules <= MOST_UNLIKE
         require(possible, "chain.granules", self.chain.granules, allowed)
