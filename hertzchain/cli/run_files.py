@@ -66,21 +66,21 @@ class RunFiles:
 
     def write(self, result: Result, scene: str) -> None:
         """Write all files; ``scene`` is the name of that of the scene."""
-        if self.output is not None and self.record is None:
-            from hertzchain.report.tables import write_result
+        from hertzchain.report.tables import write_frame, write_result
 
+        if self.output is not None and self.record is None:
             what = "Result" if self.output.suffix.lower() == ".json" else "Peaks"
             write_file(what, self.output, lambda path: write_result(result, path))
         if result.history is None:
             return
-        from hertzchain.report.figures import plot_document
-        from hertzchain.report.motion import write_motion, write_traces
+        from hertzchain.report.figures import figure_of
+        from hertzchain.report.motion import motion_frame
         from hertzchain.report.page import write_page
         from hertzchain.report.run import of_result
 
         shown = of_result(result)
         motion = None if self.record is None else self.output
-        write_file("Motion", motion, lambda path: write_motion(result, path))
-        write_file("Plot", self.plot, lambda path: plot_document(shown, path, self.size))
+        write_file("Motion", motion, lambda path: write_frame(motion_frame(result), path))
+        write_file("Plot", self.plot, lambda path: figure_of(shown, self.size).write(path))
         write_file("Report", self.report, lambda path: write_page(shown, path, scene))
-        write_file("Traces", self.traces, lambda path: write_traces(result, path))
+        write_file("Traces", self.traces, lambda path: write_frame(result.to_traces(), path))

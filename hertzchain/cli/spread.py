@@ -13,7 +13,6 @@ def run_uncertain(
     plot: Path | None, size: str | None, every: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Print the spread of a scene's results, and write its table and its picture."""
-    from hertzchain.files import write_with
     from hertzchain.report.tables import write_result
     from hertzchain.uncertainty.shown import plot_spread, print_spread
     from hertzchain.uncertainty.spread import RTOL, spread
@@ -30,4 +29,4 @@ def run_uncertain(
         )
     show(as_json, found.to_dict, lambda console: print_spread(console, found, every))
     write_file("Spread", output, lambda path: write_result(found, path))
-    write_file("Plot", plot, lambda path: write_with(path, plot_spread(found, inches).savefig))
+    write_file("Plot", plot, lambda path: plot_spread(found, inches).write(path))

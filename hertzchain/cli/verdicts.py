@@ -73,7 +73,7 @@ class Shown:
         output.write_file(
             "Plot",
             self.plot,
-            lambda path: figures.plot_document(document, path, self._inches),
+            lambda path: figures.figure_of(document, self._inches).write(path),
         )
         output.write_file(
             "Report", self.report, lambda path: page.write_page(document, path, *names)

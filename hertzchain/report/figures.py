@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hertzchain.files import write_with
 from hertzchain.report import style
 from hertzchain.report.document import Document
 from hertzchain.report.facts import describe
@@ -57,13 +55,6 @@ def figure_of(document: Document, size: tuple[float, float] | None = None) -> Pi
     return figure
 
 
-def plot_document(
-    document: Document, path: Path | str, size: tuple[float, float] | None = None
-) -> None:
-    """Write ``figure_of`` a document, in the format of the suffix, whole or not at all."""
-    write_with(path, figure_of(document, size).savefig)
-
-
 def _title(document: Document) -> str:
     native = document.native
     if document.command != "run":
@@ -73,8 +64,8 @@ def _title(document: Document) -> str:
 
 
 def plot_tradeoff(
-    tradeoffs: Sequence[Tradeoff], path: Path | str, size: tuple[float, float] | None = None
-) -> None:
+    tradeoffs: Sequence[Tradeoff], size: tuple[float, float] | None = None
+) -> Picture:
     """Draw error against wall time, a line for each contender, and the frontier.
 
     Of several scenes medians are drawn, and the range of the errors.
@@ -129,4 +120,4 @@ def plot_tradeoff(
     in_units(axes.xaxis, "wall time [s]")
     axes.grid(alpha=0.25)
     figure.legend(loc="outside right center", fontsize="x-small", frameon=False)
-    write_with(path, figure.savefig)
+    return figure

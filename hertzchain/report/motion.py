@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,8 +9,6 @@ import numpy as np
 from hertzchain.errors import SceneError
 from hertzchain.observables.history import History
 from hertzchain.observables.result import Result
-from hertzchain.report.formats import check_format
-from hertzchain.report.tables import write_frame
 
 if TYPE_CHECKING:
     import pandas
@@ -54,15 +51,3 @@ def motion_frame(result: Result) -> pandas.DataFrame:
             "contact_force_N": force.ravel(),
         }
     )
-
-
-def write_motion(result: Result, path: Path | str) -> None:
-    """Write ``motion_frame``, whole or not at all, as .csv or .parquet; else an OutputError."""
-    check_format(path, "motion")
-    write_frame(motion_frame(result), Path(path))
-
-
-def write_traces(result: Result, path: Path | str) -> None:
-    """Write ``Result.to_traces``, whole or not at all, as .csv or .parquet; else an OutputError."""
-    check_format(path, "traces")
-    write_frame(result.to_traces(), Path(path))

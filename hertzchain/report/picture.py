@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Sequence
 from io import BytesIO, StringIO
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
+from hertzchain.files import write_with
 from hertzchain.report.facts import MULTIPLES, prefixed
 
 if TYPE_CHECKING:
@@ -55,6 +57,10 @@ class Picture(Figure):
                 axes.tick_params(which="both", labelsize="small")
         with rc_context(_SAVED):
             super().savefig(*given, **options)
+
+    def write(self, path: Path | str) -> None:
+        """Write the figure in the format of the suffix, whole or not at all."""
+        write_with(path, self.savefig)
 
     def _repr_png_(self) -> bytes:
         stream = BytesIO()

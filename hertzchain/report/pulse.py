@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from math import floor, log10
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hertzchain.files import write_with
 from hertzchain.pulses.measured import MeasuredPulse, Value
 from hertzchain.report import style
 from hertzchain.report.console import print_facts
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from hertzchain.report.picture import Picture
 
 
 def print_pulse(console: Console, pulse: MeasuredPulse) -> None:
@@ -50,10 +50,8 @@ def _with_deviation(value: Value, unit: str) -> str:
     return f"{shown} ± {deviation} {unit}"
 
 
-def plot_pulse(
-    pulse: MeasuredPulse, path: Path | str, size: tuple[float, float] | None = None
-) -> None:
-    """Draw the recording, its baseline and the rows, in the format of the suffix.
+def plot_pulse(pulse: MeasuredPulse, size: tuple[float, float] | None = None) -> Picture:
+    """Draw the recording, its baseline and the rows.
 
     Below is the difference of the samples from the rows.
     """
@@ -86,4 +84,4 @@ def plot_pulse(
     for axes in (above, below):
         legend_above(axes)
         axes.grid(alpha=0.25)
-    write_with(path, figure.savefig)
+    return figure
