@@ -40,7 +40,7 @@ def figure_of(document: Document, size: tuple[float, float] | None = None) -> Pi
     shown = panels_of(document)
     if size is not None:
         shown = shown[: max(1, int(size[1] / _LEAST))]
-    heights = [panels.HEIGHTS[name] for name in shown]
+    heights = [panels.PANELS[name][0] for name in shown]
     figure = Picture(size or (_WIDE, sum(heights) + 0.6), _title(document))
     drawn = figure.subplots(len(shown), 1, squeeze=False, height_ratios=heights)[:, 0]
     axes = dict(zip(shown, drawn, strict=True))
@@ -48,7 +48,7 @@ def figure_of(document: Document, size: tuple[float, float] | None = None) -> Pi
     for above, below in shared:
         axes[above].sharex(axes[below])
     for name, one in axes.items():
-        panels.DRAW[name](one, document)
+        panels.PANELS[name][1](one, document)
     for above, _ in shared:
         axes[above].tick_params(labelbottom=False)
         axes[above].set_xlabel("")
