@@ -147,9 +147,14 @@ def legend_above(axes: Axes, named: Collection[str] = ()) -> None:
 
 def legend_look(labels: Sequence[str], width: float) -> dict[str, Any]:
     """Return the look of a legend without a frame, with columns for a width [inches]."""
-    widest = _OF_AN_ENTRY + max(map(len, labels), default=0) / _LETTERS
+    entries = [_OF_AN_ENTRY + len(label) / _LETTERS for label in labels]
+
+    def total(columns: int) -> float:
+        return float(sum(np.max(column) for column in np.array_split(entries, columns)))
+
+    fits = (n for n in range(len(entries), 1, -1) if total(n) <= width)
     return {
-        "ncols": max(1, min(len(labels), int(width / widest))),
+        "ncols": next(fits, 1),
         "fontsize": "small" if width >= SMALL else "x-small",
         "title_fontsize": "small" if width >= SMALL else "x-small",
         "handlelength": 2.2,

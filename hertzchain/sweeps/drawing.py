@@ -154,10 +154,9 @@ def draw(
     if remarks:
         text = textwrap.fill("; ".join(remarks), int(_LETTERS * size[0]))
         figure.supxlabel(text, fontsize=7, color="0.35")
-    if size[0] >= SMALL:  # a paper has a caption
-        title = _title(rows, {x, y, colour})
-        title = textwrap.fill(title, int(_LETTERS_OF_TITLE * size[0]))
-        axes.set_title(title, fontsize=10)
+    if fixed and size[0] >= SMALL:  # a paper has a caption
+        title = ", ".join(_said(name, rows.frame[name].iloc[0]) for name in fixed)
+        axes.set_title(textwrap.fill(title, int(_LETTERS_OF_TITLE * size[0])), fontsize=10)
     return Drawn(figure, tuple(remarks))
 
 
@@ -357,12 +356,6 @@ def cell_edges(values: FloatArray, log: bool) -> FloatArray:
 
 
 # Words
-
-
-def _title(rows: _Rows, shown: set[str | None]) -> str:
-    """Return what varies in the sweep and is the same in all of the picture."""
-    same = (name for name in (*rows.axes, "backend") if name not in {*rows.left, *shown})
-    return ", ".join(_said(name, rows.frame[name].iloc[0]) for name in same)
 
 
 def _said(name: str, value: Any) -> str:

@@ -56,7 +56,7 @@ def test_one_line_where_nothing_else_varies(both: hc.Sweep) -> None:
     drawn = draw(both, RATIO, F_SW, where=where)
     assert len(drawn_lines(drawn.figure)) == 1
     assert drawn.figure.legends == []
-    assert drawn.figure.axes[0].get_title() == "profile triangular, backend native"
+    assert drawn.figure.axes[0].get_title() == "backend native, profile triangular"
     assert drawn.remarks == ()
 
 
