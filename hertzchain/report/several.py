@@ -111,8 +111,6 @@ def _panels(
     groups: Mapping[str, Sequence[Result]], draw: str, contacts: Sequence[int] | None
 ) -> dict[str, dict[str, _Line]]:
     """Return the lines of each panel, by the names of their results."""
-    if draw == "peaks":
-        return {"": {name: _band([_peaks(one) for one in group]) for name, group in groups.items()}}
     series = {
         name: [_series(one, draw, contacts) for one in group] for name, group in groups.items()
     }
@@ -127,14 +125,12 @@ def _panels(
     }
 
 
-def _peaks(result: Result) -> tuple[FloatArray, FloatArray, FloatArray]:
-    return result.contact.astype(np.float64), result.peak_force, result.peak_errors
-
-
 def _series(
     result: Result, draw: str, contacts: Sequence[int] | None
 ) -> dict[str, tuple[FloatArray, FloatArray, FloatArray]]:
-    """Return times, forces and relative errors of contacts or gauges, by their names."""
+    """Return x, forces and their relative errors: of all contacts, or over time, by place."""
+    if draw == "peaks":
+        return {"": (result.contact.astype(np.float64), result.peak_force, result.peak_errors)}
     if draw == "gauges":
         frame = result.to_traces()
         time = frame["time_s"].to_numpy()
