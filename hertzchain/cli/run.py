@@ -9,9 +9,16 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from hertzchain.cli import options
-from hertzchain.cli.output import OUT_OF_TOLERANCE, compiling, progress, say, write_file
+from hertzchain.cli.output import (
+    OUT_OF_TOLERANCE,
+    check_files,
+    compiling,
+    progress,
+    say,
+    show,
+    write_file,
+)
 from hertzchain.cli.shown import Shown
-from hertzchain.cli.spread import run_uncertain
 from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError, require
 from hertzchain.limits import RTOL
@@ -102,7 +109,7 @@ def run(
                 raise HertzchainError(f"--{name} is not for --uncertainty: leave one of them out")
         options.refuse_without_need(plot is not None, size=size is not None)
         limit = options.to_time_limit(time_limit)
-        run_uncertain(scene, uncertainty, rtol, limit, output, plot, size, every, as_json)
+        _run_uncertain(scene, uncertainty, rtol, limit, output, plot, size, every, as_json)
         return
     from hertzchain.engines.native.backend import AS_WRITTEN
     from hertzchain.engines.native.duration import with_end
@@ -154,10 +161,33 @@ def run(
         raise typer.Exit(OUT_OF_TOLERANCE)
 
 
+def _run_uncertain(
+    scene: Path, realisations: int, rtol: float | None, limit: float, output: Path | None,
+    plot: Path | None, size: str | None, every: bool, as_json: bool,
+) -> None:  # fmt: skip
+    """Print the spread of a scene's results, and write its table and its picture."""
+    from hertzchain.report.tables import write_result
+    from hertzchain.uncertainty.shown import plot_spread, print_spread
+    from hertzchain.uncertainty.spread import RTOL, spread
+
+    check_files([scene], result=output, plot=plot)
+    loaded, inches = options.load_scene(scene), options.to_inches(size)
+    with progress() as report_progress, compiling(report_progress):
+        found = spread(
+            loaded,
+            realisations,
+            rtol=RTOL if rtol is None else rtol,
+            time_limit=limit,
+            progress=report_progress,
+        )
+    show(as_json, found.to_dict, lambda console: print_spread(console, found, every))
+    write_file("Spread", output, lambda path: write_result(found, path))
+    write_file("Plot", plot, lambda path: plot_spread(found, inches).write(path))
+
+
 def _write(result: Result, output: Path | None, traces: Path | None, is_motion: bool) -> None:
     """Write the tables of a run: its peaks or its motion, and what its gauges read."""
-    from hertzchain.report.motion import motion_frame
-    from hertzchain.report.tables import write_frame, write_result
+    from hertzchain.report.tables import motion_frame, write_frame, write_result
 
     if is_motion:
         write_file("Motion", output, lambda path: write_frame(motion_frame(result), path))

@@ -11,9 +11,8 @@ from hertzchain.arrays import FloatArray
 from hertzchain.observables.result import Result
 from hertzchain.report import style
 from hertzchain.report.document import Document
-from hertzchain.report.motion import recorded
 from hertzchain.report.picture import at_whole_numbers, in_units, legend_above
-from hertzchain.report.waterfall import drawn_contacts, while_moving, with_peak
+from hertzchain.report.waterfall import drawn_contacts, recorded, while_moving, with_peak
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

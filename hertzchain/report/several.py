@@ -11,8 +11,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import require
 from hertzchain.observables.result import Result
 from hertzchain.report import style
-from hertzchain.report.motion import recorded
-from hertzchain.report.waterfall import drawn_contacts, while_moving, with_peak
+from hertzchain.report.waterfall import drawn_contacts, recorded, while_moving, with_peak
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

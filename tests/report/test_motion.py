@@ -14,9 +14,8 @@ import hertzchain as hc
 from hertzchain.errors import OutputError, SceneError
 from hertzchain.report.figures import figure_of
 from hertzchain.report.formats import check_format
-from hertzchain.report.motion import motion_frame
 from hertzchain.report.run import of_result
-from hertzchain.report.tables import write_frame
+from hertzchain.report.tables import motion_frame, write_frame
 from hertzchain.report.waterfall import drawn_contacts, plot_times
 from tests.conftest import paper_scene
 from tests.places import ROOT
