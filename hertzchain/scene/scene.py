@@ -28,13 +28,12 @@ from hertzchain.scene.piston import Piston
 from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.ramp import Ramp, impulse_until
 from hertzchain.scene.reading import read_parts, texts_of
-from hertzchain.scene.representable import is_representable
 from hertzchain.scene.run import Run
 from hertzchain.scene.schedule import Leg, lay_steps, lay_strokes
 from hertzchain.scene.shock import Shock
 from hertzchain.scene.striker import Striker
 from hertzchain.scene.terms import ALL_TERMS, Contact, Precompression, Wall
-from hertzchain.scene.together import refuse_impossible
+from hertzchain.scene.together import is_representable, refuse_impossible
 from hertzchain.scene.uncertain import Uncertain
 from hertzchain.scene.watching import (
     squeezing_force,
