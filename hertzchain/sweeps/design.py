@@ -86,14 +86,6 @@ class Design:
         """Number of scenes."""
         return math.prod(self.shape)
 
-    def some(self, most: int) -> NDArray[np.int64]:
-        """Return about ``most`` numbers of scenes over the whole grid, with first samples."""
-        drawn = self.samples or 1
-        first = np.arange(min(drawn, math.isqrt(most)))
-        combinations = self.scenes // drawn
-        spread = np.linspace(0, combinations - 1, max(1, most // first.size)).astype(np.int64)
-        return (np.unique(spread)[:, None] * drawn + first).ravel()
-
     def parameters(self, scenes: NDArray[np.int64]) -> dict[str, NDArray[Any]]:
         """Return all parameters of scenes in SI, by name, shape (some,); NaN or "" for none."""
         names = [one.name for one in self.columns if "." in one.name]
