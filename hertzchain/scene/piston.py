@@ -81,11 +81,6 @@ class Piston(Shock):
                   for (t0, x0), (t1, x1) in itertools.pairwise(rows)]  # fmt: skip
         return (*resting, *moving, Stroke(*rows[-1], 0.0))
 
-    @property
-    def fastest(self) -> float:
-        """The largest speed [m/s]."""
-        return max(abs(stroke.velocity) for stroke in self.strokes)
-
     def distance(self, time: float) -> float:
         """Return the distance moved up to a time, forwards and backwards added [m]."""
         strokes = self.strokes
@@ -98,7 +93,7 @@ class Piston(Shock):
     @property
     def impact_velocity(self) -> float:
         """The largest speed [m/s]."""
-        return self.fastest
+        return max(abs(stroke.velocity) for stroke in self.strokes)
 
     @property
     def start_velocity(self) -> float:
@@ -117,7 +112,7 @@ class Piston(Shock):
 
     def in_words(self, granules: int, momentum_ratio: float) -> str:
         """One line that describes the piston, with the number of granules."""
-        how = f"table of {len(self.rows)} rows, up to {self.fastest:.6g} m/s,"
+        how = f"table of {len(self.rows)} rows, up to {self.impact_velocity:.6g} m/s,"
         if self.velocity is not None:
             how = f"at {self.velocity:.6g} m/s"
         return f"piston {how} on {granules - 1} granules"
