@@ -22,7 +22,6 @@ def of_result(result: Result) -> Document:
     """Return the document of a run, which has no verdict."""
     return Document(
         kind="Run",
-        name="run",
         numbers=lambda: run_document(result),
         command="run",
         results={result.backend: result},
