@@ -29,7 +29,6 @@ WALLS = ("wall", "near_wall")
 _OF_WALLS = (f"{wall}.{key}" for wall in WALLS for key in DAMPING.values())
 _IF_GIVEN = ("chain.velocity", "shock.granule", *_OF_WALLS)
 """Keys that vary only where the scene has them: they have the names of others."""
-_KNOWN = (*PARAMETERS, *(name for name in TERMS if name not in _IF_GIVEN), *_IF_GIVEN)
 
 
 def names_of(scene: Scene) -> tuple[str, ...]:
@@ -40,7 +39,7 @@ def names_of(scene: Scene) -> tuple[str, ...]:
     unlike = "fixed" in chain or any(isinstance(chain.get(key), list) for key in _OF_GRANULE)
     of_shock = () if scene.shock.rows else keys_of(type(scene.shock))
     there, found = {"run": {}, **sections}, []
-    for name in _KNOWN:
+    for name in (*PARAMETERS, *TERMS):
         section, key = name.split(".")
         values = there.get(section)
         if values is None or (section == "shock" and key not in of_shock):
