@@ -70,6 +70,8 @@ class Shown:
 
     def write(self, document: Document) -> None:
         """Write plot and page."""
+        if self.plot is None and self.report is None:  # nothing is loaded for nothing
+            return
         from hertzchain.report import figures, page
 
         ends = dict.fromkeys(file.name for file in (*self.given[:1], *self.given[-1:]))
