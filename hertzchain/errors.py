@@ -83,6 +83,14 @@ def require(condition: bool, key: str, value: object, allowed: str) -> None:
         raise SceneError(key, value, allowed)
 
 
+def require_one(**given: object) -> None:
+    """Raise a SceneError unless exactly one of some keys is given; None stands for none."""
+    there = [value for value in given.values() if value is not None]
+    allowed = "both are given" if there else "missing"
+    key = (" and " if there else " or ").join(given)
+    require(len(there) == 1, key, None, f"{allowed}, exactly one of them is allowed")
+
+
 _ALIKE = 0.7
 """Least similarity of a misspelt word with a known one (chosen); friction and attraction: 0.67."""
 

@@ -14,7 +14,7 @@ import pytest
 import hertzchain as hc
 from hertzchain import files
 from hertzchain.errors import OutputError, SceneError
-from hertzchain.scene.shock_table import read_table
+from hertzchain.scene.tables import read_table
 from tests.conftest import STEEL
 from tests.effort import effort
 

@@ -15,7 +15,7 @@ from hertzchain.errors import OutputError
 from hertzchain.files import check_writable, write_text
 from hertzchain.report.document import Failure, Table, Verdict
 from hertzchain.report.page import CHECKED, mark, pictures, render
-from hertzchain.report.picture import Picture, fit_letters, legend_above
+from hertzchain.report.picture import Picture, legend_above
 from hertzchain.verdict.tradeoff import provenance
 from validation.rows import Row
 from validation.script import write_figure, write_table
@@ -171,7 +171,6 @@ def _overview(outcomes: Sequence[Outcome], size: tuple[float, float] | None = No
     axes.set(xlabel="difference / tolerance", ylim=(len(outcomes) - 0.4, -0.6))
     axes.set_yticks(range(len(outcomes)), [outcome.name for outcome in outcomes])
     legend_above(axes)
-    fit_letters(figure)
     return figure
 
 

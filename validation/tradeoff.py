@@ -91,7 +91,7 @@ def write(folder: Path, tradeoffs: dict[str, Tradeoff]) -> None:
     """
     csv = table_of(tradeoffs).to_csv(index=False, float_format="%.4g")
     write_text(folder / "tradeoff.csv", dated(facts_of(provenance()), csv))
-    plot_tradeoff(list(tradeoffs.values()), folder / "tradeoff.png")
+    plot_tradeoff(list(tradeoffs.values())).write(folder / "tradeoff.png")
 
 
 def run(arguments: Sequence[str]) -> int:

@@ -53,20 +53,8 @@ def _options(
 
 
 # A command is a function with options; --help lists them in this order.
-app.command()(init)
-app.command()(pulse)
-app.command()(run)
-app.command()(compare)
-app.command()(judge)
-app.command()(fit)
-app.command()(examine)
-app.command()(tradeoff)
-app.command()(timestep)
-app.command()(sweep)
-app.command()(plot)
-app.command()(predict)
-app.command()(deck)
-app.command()(lint)
-app.command()(unit_test)
-app.command()(certify)
-app.command()(doctor)
+for command in (
+    *(init, pulse, run, compare, judge, fit, examine, tradeoff, timestep, sweep, plot, predict),
+    *(deck, lint, unit_test, certify, doctor),
+):
+    app.command()(command)

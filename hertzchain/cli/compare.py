@@ -7,7 +7,7 @@ from typing import Any
 import typer
 
 from hertzchain.cli import options, output
-from hertzchain.cli.verdicts import Shown
+from hertzchain.cli.shown import Shown
 from hertzchain.engines.registry import ENGINES, compared_by_default
 
 

@@ -2,18 +2,142 @@
 
 from __future__ import annotations
 
+import importlib.metadata
+import os
+import platform
+import shutil
+import sys
+from dataclasses import dataclass, replace
+from pathlib import Path
+
 import typer
 
+from hertzchain.cli.options import LMP
 from hertzchain.cli.output import DONE, UNUSABLE
+from hertzchain.engines.registry import ENGINES
+from hertzchain.errors import HertzchainError
+
+_LONGEST = 60.0  # seconds until LAMMPS counts as hanging as it starts (chosen)
+
+PACKAGES = (
+    *("hertzchain", "numpy", "scipy", "pandas", "matplotlib", "ase", "filelock"),
+    *("jinja2", "numba", "pint", "rich", "tomli-w", "typer"),
+)
+
+OPTIONAL = (
+    ("pyarrow", "parquet", "for Parquet: the tables of a sweep, -o FILE.parquet"),
+    ("distributed", "cluster", "for sweep --scheduler: Dask"),
+)
+"""Packages that not all need: name, hertzchain's extra that brings it, and its purpose."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """The result of one examination."""
+
+    name: str
+    works: bool
+    text: str  # result, or what to do
+    needed: bool = True  # needed by hertzchain's defaults
 
 
 def doctor() -> None:
     """Report what is installed, what works, and what to do about the rest."""
-    from hertzchain.cli.diagnosis import diagnose
-
     findings = diagnose()
     for finding in findings:
         mark = "ok  " if finding.works else "FAIL" if finding.needed else "--  "
         typer.echo(f"{mark}  {finding.name}: {finding.text}")
     usable = all(finding.works for finding in findings if finding.needed)
     raise typer.Exit(DONE if usable else UNUSABLE)
+
+
+def diagnose() -> list[Finding]:
+    """Examine Python, the libraries, the LAMMPS module and a LAMMPS binary by a start."""
+    findings = [Finding("Python", True, f"{platform.python_version()}, {platform.platform()}")]
+    for package in PACKAGES:
+        found = _version(package) or f"missing; pip install {package}"
+        findings.append(Finding(package, not found.startswith("missing"), found))
+    for package, extra, purpose in OPTIONAL:
+        found = _version(package) or f"only {purpose}; pip install 'hertzchain[{extra}]'"
+        findings.append(Finding(package, not found.startswith("only"), found, needed=False))
+    return [*findings, _kernels(), *_every_lammps(), *_other_codes()]
+
+
+def _version(package: str) -> str | None:
+    """Return the version of a package; None where it is missing."""
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return None
+
+
+def _other_codes() -> list[Finding]:
+    """Return the programs of other engines, which are needed only on request."""
+    findings = []
+    for engine in ENGINES.values():
+        if engine.program is None:
+            continue
+        path = shutil.which(engine.program)
+        how = f"only for --backend {engine.name}; {engine.load().INSTALL}"
+        text = how if path is None else f"{path}, not tried"
+        findings.append(Finding(engine.label, path is not None, text, needed=False))
+    return findings
+
+
+def _every_lammps() -> list[Finding]:
+    """Return module and binary; the one that HERTZCHAIN_LMP names is needed, or the module."""
+    named = os.environ.get(LMP)
+    folders = [str(Path(sys.executable).parent), *os.get_exec_path()]
+    path = named or shutil.which("lmp", path=os.pathsep.join(folders))
+    module = replace(_lammps(), needed=not named)
+    return [module, *([] if path is None else [replace(_binary(path), needed=bool(named))])]
+
+
+def _kernels() -> Finding:
+    """Return the finding on the folder in which compiled code is kept."""
+    try:
+        from hertzchain.engines.native import elastic
+    except ImportError as problem:
+        return Finding("kernels", False, f"{problem}; pip install numba")
+    folder = elastic.march.stats.cache_path
+    if folder is None:
+        text = (
+            "compiled again in every process, 6 s, as no folder to keep them can be written; name"
+            " one in the environment variable NUMBA_CACHE_DIR"
+        )
+        return Finding("kernels", False, text, needed=False)
+    return Finding("kernels", True, f"kept in {folder}; the first run compiles them, 6 s")
+
+
+def _lammps() -> Finding:
+    """Examine LAMMPS in another process, which a wrong library can crash."""
+    from hertzchain.engines.lammps.dialect import INSTALL, PACKAGE
+    from hertzchain.engines.lammps.engine import look
+    from hertzchain.engines.lammps.isolation import Child
+
+    try:
+        with Child() as child:
+            found, has_granular = child.call(look, time_limit=_LONGEST)
+    except HertzchainError as problem:
+        return Finding("LAMMPS", False, str(problem))
+    if not has_granular:
+        text = f"built without the package {PACKAGE}; a build that has it comes with: {INSTALL}"
+        return Finding("LAMMPS", False, text)
+    return Finding("LAMMPS", True, f"{found}, with the package {PACKAGE}")
+
+
+def _binary(lmp: str) -> Finding:
+    """Examine a LAMMPS binary: its version and packages."""
+    from hertzchain.engines.lammps.binary import Program, find_mpiexec
+    from hertzchain.engines.lammps.dialect import PACKAGE
+    from hertzchain.limits import Deadline
+
+    name = f"LAMMPS {lmp}"
+    try:
+        build = Program.find(lmp, 1, Deadline(_LONGEST)).build
+    except HertzchainError as problem:
+        return Finding(name, False, str(problem))
+    known = f"{build.version}, with the package {PACKAGE}, {build.mpi or 'for one process'}"
+    if build.mpi is not None and (mpiexec := find_mpiexec(lmp)) is not None:
+        known += f", ranks by {mpiexec}"
+    return Finding(name, True, f"{known}; hertzchain certify --lmp {lmp} tries it")

@@ -7,7 +7,7 @@ from pathlib import Path
 import typer
 
 from hertzchain.cli import options, output
-from hertzchain.cli.verdicts import Shown
+from hertzchain.cli.shown import Shown
 from hertzchain.limits import TOLERANCE
 
 
@@ -32,12 +32,11 @@ def examine(
     LAMMPS reads and runs the deck in a process of its own; nothing that the deck would write is
     written.
     """
-    from hertzchain.files import check_outputs, write_text
+    from hertzchain.files import write_text
     from hertzchain.report.examination import of_examination
     from hertzchain.verdict.deck import examine as examined
 
-    shown = Shown(scene, [deck], as_json, plot, report, junit, size=size)
-    check_outputs([scene, deck], [plot, report, junit, fix])
+    shown = Shown(scene, [deck], as_json, plot, report, junit, size=size, others={"": fix})
     given = options.by_name("--var", variables or [], "F0=100")
     limit = options.to_time_limit(time_limit)
     loaded = options.load_scene(scene)

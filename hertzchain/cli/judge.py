@@ -9,7 +9,7 @@ from typing import Any
 import typer
 
 from hertzchain.cli import options, output
-from hertzchain.cli.verdicts import Shown
+from hertzchain.cli.shown import Shown
 from hertzchain.errors import require
 from hertzchain.limits import TOLERANCE
 

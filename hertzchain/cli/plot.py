@@ -66,4 +66,4 @@ def plot(
         drawn = draw(swept, x, y, colour, fixed, inches)
     for remark in drawn.remarks:
         say(remark)
-    write_file("Plot", target, drawn.figure.savefig)
+    write_file("Plot", target, drawn.figure.write)

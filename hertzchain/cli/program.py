@@ -69,9 +69,8 @@ def main() -> None:
     try:
         with _stoppable():
             from hertzchain.cli.commands import app
-            from hertzchain.cli.options import with_variables
 
-            app(with_variables(sys.argv[1:]), prog_name="hertzchain")
+            app(prog_name="hertzchain")
     except _Stopped as stop:
         number = stop.args[0]
         _say("interrupted" if number == signal.SIGINT else "terminated")

@@ -82,4 +82,4 @@ def pulse(
             f' profile = "table" and file = {json.dumps(output.name, ensure_ascii=False)}',
             err=True,
         )
-    write_file("Plot", plot, lambda path: plot_pulse(found, path, inches))
+    write_file("Plot", plot, lambda path: plot_pulse(found, inches).write(path))

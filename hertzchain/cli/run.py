@@ -4,23 +4,36 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from hertzchain.cli import options
-from hertzchain.cli.output import OUT_OF_TOLERANCE, compiling, progress, say, show
-from hertzchain.cli.run_files import RunFiles
-from hertzchain.cli.spread import run_uncertain
+from hertzchain.cli.output import (
+    OUT_OF_TOLERANCE,
+    check_files,
+    compiling,
+    progress,
+    say,
+    show,
+    write_file,
+)
+from hertzchain.cli.shown import Shown
 from hertzchain.engines.registry import ENGINES
-from hertzchain.errors import HertzchainError
+from hertzchain.errors import HertzchainError, require
 from hertzchain.limits import RTOL
+from hertzchain.scene.gauge import NO_GAUGE
+
+if TYPE_CHECKING:
+    from hertzchain.observables.result import Result
 
 _METHODS = (
     "velocity-verlet", "rk4", "srkn-6b", "srkn-11b", "reference", "numpy", "scipy",
 )  # fmt: skip
 MethodName = StrEnum("MethodName", {name.upper(): name for name in _METHODS})  # type: ignore[misc]
 """The native methods."""
+
+_TRACE_TIMES = 500  # of traces alone without --record, as force over time is usually drawn
 
 Wanted = StrEnum("Wanted", {"FIRST": "first", "ALL": "all"})
 """What accuracy is asked of."""
@@ -69,7 +82,7 @@ def run(
         metavar="FILE",
         help="Write what each [[gauge]] reads over time, without static forces: time_s,"
         " gauge_16_N, contact_10_N, wall_N, near_wall_N (.csv, .parquet), at the times of"
-        " --record or 500.",
+        " --record, else those drawn by --plot or --report, else 500.",
     ),
     size: options.Size = None,
     report: Path | None = typer.Option(
@@ -96,24 +109,22 @@ def run(
                 raise HertzchainError(f"--{name} is not for --uncertainty: leave one of them out")
         options.refuse_without_need(plot is not None, size=size is not None)
         limit = options.to_time_limit(time_limit)
-        run_uncertain(scene, uncertainty, rtol, limit, output, plot, size, every, as_json)
+        _run_uncertain(scene, uncertainty, rtol, limit, output, plot, size, every, as_json)
         return
     from hertzchain.engines.native.backend import AS_WRITTEN
     from hertzchain.engines.native.duration import with_end
-    from hertzchain.report.console import print_document
     from hertzchain.report.run import of_result
-    from hertzchain.report.tables import run_document
+    from hertzchain.report.waterfall import frame_times, plot_times
 
+    is_recorded = any(path is not None for path in (output, plot, report, traces))
+    options.refuse_without_need(is_recorded, record=record is not None)
+    of_output = "result" if record is None else "motion"
+    files = {of_output: output, "traces": traces}
+    shown = Shown(scene, (), as_json, plot, report, every=every, size=size, others=files)
     loaded = options.load_scene(scene)
+    require(traces is None or bool(loaded.gauges), "gauge", None, NO_GAUGE)
     step = options.to_seconds("--dt", dt)
     limit = options.to_time_limit(time_limit)
-    shown = (output, plot, report, traces)
-    is_recorded = any(path is not None for path in shown)
-    options.refuse_without_need(is_recorded, record=record is not None)
-    options.refuse_without_need(plot is not None, size=size is not None)
-    inches = options.to_inches(size)
-    files = RunFiles(output, plot, traces, record, report, inches)
-    files.check(scene, loaded)
     options.refuse_without_need(backend == "lammps", isolate=isolate, lmp=lmp, ranks=ranks)
     parameters = _parameters(backend, method, step, rtol)
     if wanted is not None:
@@ -122,17 +133,18 @@ def run(
         parameters |= options.lammps_options(isolate, lmp, ranks)
     with progress() as report_progress, compiling(report_progress, backend == "native"):
         report_progress(f"{backend}: running")
-        loaded = with_end(loaded, time_limit=limit)
-        times = files.times(loaded)
+        loaded, times = with_end(loaded, time_limit=limit), None
+        if record is None and (plot is not None or report is not None):
+            times = plot_times(loaded)
+        elif record is not None or traces is not None:
+            times = frame_times(loaded, record or _TRACE_TIMES)
         if backend == "native":
             parameters["peaks_only"] = times is None and method not in AS_WRITTEN
         result = ENGINES[backend].make(time_limit=limit, **parameters).run(loaded, times)
-    show(
-        as_json,
-        lambda: run_document(result),
-        lambda console: print_document(console, of_result(result), files.others, every),
-    )
-    files.write(result, scene.name)
+    document = of_result(result)
+    shown.print(document, f"in {output}" if output and record is None else None)
+    _write(result, output, traces, is_motion=record is not None)
+    shown.write(document)
     asked = (RTOL if method is None and step is None else None) if rtol is None else rtol
     known = result.wanted_error
     if asked is not None and known > asked:
@@ -147,6 +159,42 @@ def run(
         reached = f"wanted {asked:g}, reached {known:.1g}"
         say(f"{reached}: {why}")
         raise typer.Exit(OUT_OF_TOLERANCE)
+
+
+def _run_uncertain(
+    scene: Path, realisations: int, rtol: float | None, limit: float, output: Path | None,
+    plot: Path | None, size: str | None, every: bool, as_json: bool,
+) -> None:  # fmt: skip
+    """Print the spread of a scene's results, and write its table and its picture."""
+    from hertzchain.report.tables import write_result
+    from hertzchain.uncertainty.shown import plot_spread, print_spread
+    from hertzchain.uncertainty.spread import RTOL, spread
+
+    check_files([scene], result=output, plot=plot)
+    loaded, inches = options.load_scene(scene), options.to_inches(size)
+    with progress() as report_progress, compiling(report_progress):
+        found = spread(
+            loaded,
+            realisations,
+            rtol=RTOL if rtol is None else rtol,
+            time_limit=limit,
+            progress=report_progress,
+        )
+    show(as_json, found.to_dict, lambda console: print_spread(console, found, every))
+    write_file("Spread", output, lambda path: write_result(found, path))
+    write_file("Plot", plot, lambda path: plot_spread(found, inches).write(path))
+
+
+def _write(result: Result, output: Path | None, traces: Path | None, is_motion: bool) -> None:
+    """Write the tables of a run: its peaks or its motion, and what its gauges read."""
+    from hertzchain.report.tables import motion_frame, write_frame, write_result
+
+    if is_motion:
+        write_file("Motion", output, lambda path: write_frame(motion_frame(result), path))
+    else:
+        what = "Result" if output is not None and output.suffix.lower() == ".json" else "Peaks"
+        write_file(what, output, lambda path: write_result(result, path))
+    write_file("Traces", traces, lambda path: write_frame(result.to_traces(), path))
 
 
 def _parameters(

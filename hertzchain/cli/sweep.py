@@ -159,7 +159,7 @@ def _warn(counts: Counts, rtol: float) -> None:
     if counts.missed:
         say(
             f"wanted {rtol:g}, and {counts.missed:,} of {counts.done:,} rows are less"
-            " accurate: see the column error_estimate"
+            " accurate: the table has their errors"
         )
     if counts.cut_off:
         say(

@@ -47,6 +47,6 @@ def tradeoff(
     show(as_json, measured.to_dict, lambda console: print_tradeoff(console, [measured]))
     for remark in measured.remarks:
         say(remark)
-    write_file("Plot", plot, lambda path: figures.plot_tradeoff([measured], path, inches))
+    write_file("Plot", plot, lambda path: figures.plot_tradeoff([measured], inches).write(path))
     if measured.missing:
         raise typer.Exit(UNUSABLE)

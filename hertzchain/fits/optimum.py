@@ -33,7 +33,7 @@ _EACH, _MOST = 8, 40
 _AT_END = 1e-3
 """Part of a range within which a value counts as at its end."""
 
-_NO_NUMBERS = {*COUNTS, "error_estimate", "far_field_error", "speed_error"}
+_NO_NUMBERS = {*COUNTS, "error_estimate", "wanted_error", "far_field_error", "speed_error"}
 """What numbers of a run are no quantities of the chain."""
 
 

@@ -178,6 +178,12 @@ class Result(ShownRun):
                 f"the peaks may be off by {self.error_estimate:.0%}, and p and all that follows"
                 " from them may be wrong: take a smaller dt, or rtol instead"
             )
+        end, of_shock = self.scene.end_time, self.scene.pulse_end
+        if end < of_shock:
+            found.append(
+                f"the run ended at {end:.3g} s, before its shock did, at {of_shock:.3g} s: set a"
+                " later end_time in [run], or leave it out"
+            )
         if late := self.cut_off:
             more = f" and {len(late) - 3} more" if len(late) > 3 else ""
             found.append(

@@ -40,7 +40,6 @@ def of_comparison(comparison: Comparison) -> Document:
     )
     return Document(
         kind="Comparison",
-        name="comparison",
         numbers=comparison.to_dict,
         command="compare",
         results=comparison.results,

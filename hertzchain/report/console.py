@@ -158,10 +158,7 @@ def print_document(
         print_prose(console, f"{remark}.")
     if document.findings:
         _print_findings(console, document)
-    if document.cause is not None:
-        console.print()
-        print_prose(console, f"Likely cause: {document.cause}.")
-    _print_remarks(console, document.hint, *dict.fromkeys([*document.remarks, *native.warnings]))
+    _print_remarks(console, *dict.fromkeys([*document.remarks, *native.warnings]))
     if document.checks:
         _print_checks(console, document)
     if is_verdict:

@@ -105,9 +105,8 @@ class Document:
     """The content of all reports on a run, a comparison, judged peaks or an examined deck."""
 
     kind: str  # title of the page
-    name: str  # name of the JSON document
     numbers: Callable[[], dict[str, Any]]  # function that returns the JSON document
-    command: str  # that prints it; in the name of the JUnit suite
+    command: str  # that prints it; in the names of the JUnit suite and of the page's JSON
     results: Mapping[str, Result]  # results by the names of the engines
     verdict: Verdict  # without a sentence for a run
     peaks: Peaks
@@ -118,9 +117,7 @@ class Document:
     checks: Sequence[Check] = ()  # on which the verdict rests
     notes: Sequence[str] = ()  # remarks on the answers: formulas, engines with a similar chain
     facts: Sequence[tuple[str, str]] = ()  # label and value of facts on all contacts together
-    cause: str | None = None  # likely cause of failures
-    hint: str | None = None  # nearest mistake where no cause is known
-    remarks: Sequence[str] = ()  # sentences on parts that could not be done
+    remarks: Sequence[str] = ()  # sentences on causes, and on parts that could not be done
     # differences in a user's deck, in the order in which to mend them
     findings: Sequence[Finding] = ()
     overlays: Sequence[Overlay] = ()  # measured traces, drawn in place of peaks

@@ -43,7 +43,6 @@ def of_examination(examination: DeckExamination) -> Document:
     dt = max((run.dt for run in found.runs), default=0.0)
     return Document(
         kind="Examination of a deck",
-        name="examination",
         numbers=examination.to_dict,
         command="examine",
         results={"native": native},

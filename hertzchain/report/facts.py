@@ -127,9 +127,11 @@ def known_digits(value: float | None, error: float, most: int = 9) -> str:
 
 
 def with_unit(value: float | None, unit: str, error: float = 1e-6) -> str:
-    """Return a number with its unit, to its relative error, or the reason why it is missing."""
+    """Return a number with its unit, to its relative error, or words where it is missing."""
     if value is None:
         return "unknown: the chain or the run is too short"
+    if np.isnan(value):
+        return "unknown"
     return f"{known_digits(value, error)} {unit}"
 
 

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hertzchain.files import write_with
 from hertzchain.report import style
 from hertzchain.report.document import Document
 from hertzchain.report.facts import describe
@@ -37,34 +35,24 @@ def figure_of(document: Document, size: tuple[float, float] | None = None) -> Pi
     A picture of a ``size`` [inches] has as many panels as have room.
     """
     from hertzchain.report import panels
-    from hertzchain.report.picture import SMALL, Picture, fit_letters
+    from hertzchain.report.picture import Picture
 
     shown = panels_of(document)
     if size is not None:
         shown = shown[: max(1, int(size[1] / _LEAST))]
-    heights = [panels.HEIGHTS[name] for name in shown]
-    figure = Picture(size or (_WIDE, sum(heights) + 0.6))
-    if figure.get_figwidth() >= SMALL:
-        figure.suptitle(_title(document), fontsize=10)
+    heights = [panels.PANELS[name][0] for name in shown]
+    figure = Picture(size or (_WIDE, sum(heights) + 0.6), _title(document))
     drawn = figure.subplots(len(shown), 1, squeeze=False, height_ratios=heights)[:, 0]
     axes = dict(zip(shown, drawn, strict=True))
     shared = [pair for pair in _SHARED if {*pair} <= axes.keys()]
     for above, below in shared:
         axes[above].sharex(axes[below])
     for name, one in axes.items():
-        panels.DRAW[name](one, document)
+        panels.PANELS[name][1](one, document)
     for above, _ in shared:
         axes[above].tick_params(labelbottom=False)
         axes[above].set_xlabel("")
-    fit_letters(figure)
     return figure
-
-
-def plot_document(
-    document: Document, path: Path | str, size: tuple[float, float] | None = None
-) -> None:
-    """Write ``figure_of`` a document, in the format of the suffix, whole or not at all."""
-    write_with(path, figure_of(document, size).savefig)
 
 
 def _title(document: Document) -> str:
@@ -76,20 +64,23 @@ def _title(document: Document) -> str:
 
 
 def plot_tradeoff(
-    tradeoffs: Sequence[Tradeoff], path: Path | str, size: tuple[float, float] | None = None
-) -> None:
+    tradeoffs: Sequence[Tradeoff], size: tuple[float, float] | None = None
+) -> Picture:
     """Draw error against wall time, a line for each contender, and the frontier.
 
     Of several scenes medians are drawn, and the range of the errors.
     """
     from matplotlib import colormaps
 
-    from hertzchain.report.picture import SMALL, Picture, fit_letters, in_units
+    from hertzchain.report.picture import Picture, in_units
     from hertzchain.verdict.tradeoff import frontier, typical
 
     points = typical(tradeoffs)
     known = max(one.truth_error for one in tradeoffs)
-    figure = Picture(size or (10.5, 6.5))
+    title = f"{len(tradeoffs)} scenes, medians and the range of the errors"
+    if len(tradeoffs) == 1:
+        title = describe(tradeoffs[0].scene)
+    figure = Picture(size or (10.5, 6.5), f"What accuracy costs: {title}")
     axes = figure.subplots()
     axes.set(xscale="log", yscale="log")
     best = frontier([point.row for point in points], known)
@@ -127,12 +118,6 @@ def plot_tradeoff(
     axes.set_ylim(known / 10, None)
     axes.set_ylabel("largest relative error of the peaks")
     in_units(axes.xaxis, "wall time [s]")
-    title = f"{len(tradeoffs)} scenes, medians and the range of the errors"
-    if len(tradeoffs) == 1:
-        title = describe(tradeoffs[0].scene)
-    if figure.get_figwidth() >= SMALL:
-        axes.set_title(f"What accuracy costs: {title}", fontsize=10)
     axes.grid(alpha=0.25)
     figure.legend(loc="outside right center", fontsize="x-small", frameon=False)
-    fit_letters(figure)
-    write_with(path, figure.savefig)
+    return figure

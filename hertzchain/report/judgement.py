@@ -22,6 +22,7 @@ def of_judgement(judgement: Judgement) -> Document:
     cause, hint = judgement.cause, judgement.hint
     why = [Failure("Likely cause", "", cause)] if cause else []
     why += [Failure("Hint", "", hint)] if hint else []
+    said = [text for text in (cause and f"Likely cause: {cause}", hint) if text]
     if judged == 0:
         sentence = "No contact could be judged."
     elif not failed.size:
@@ -32,7 +33,6 @@ def of_judgement(judgement: Judgement) -> Document:
         )
     return Document(
         kind="Judgement of given peaks",
-        name="judgement",
         numbers=judgement.to_dict,
         command="judge",
         results={"native": native},
@@ -46,9 +46,7 @@ def of_judgement(judgement: Judgement) -> Document:
         drawn={GIVEN: judgement.given},
         limits=[(GIVEN, "tolerance", tolerance)],
         facts=_facts(judgement, judged, failed.size),
-        cause=cause,
-        hint=hint,
-        remarks=judgement.remarks,
+        remarks=[*said, *judgement.remarks],
     )
 
 

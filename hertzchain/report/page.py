@@ -115,7 +115,7 @@ def page_of(document: Document, file: str = "scene.toml", given: str = "") -> st
             "texts": [(path.name, text) for path, text in reversed(texts.items())],
             "versions": list(versions.items()),
             "numbers": document.numbers(),
-            "numbers_name": f"{document.name}.json",
+            "numbers_name": f"{document.command}.json",
         },
     )
 

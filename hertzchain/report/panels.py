@@ -11,9 +11,8 @@ from hertzchain.arrays import FloatArray
 from hertzchain.observables.result import Result
 from hertzchain.report import style
 from hertzchain.report.document import Document
-from hertzchain.report.motion import recorded
 from hertzchain.report.picture import at_whole_numbers, in_units, legend_above
-from hertzchain.report.waterfall import drawn_contacts, while_moving, with_peak
+from hertzchain.report.waterfall import drawn_contacts, recorded, while_moving, with_peak
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -198,14 +197,11 @@ def draw_traces(axes: Axes, document: Document) -> None:
     legend_above(axes)
 
 
-HEIGHTS = {"peaks": 3, "differences": 2.4, "forces": 3, "map": 3.2, "traces": 4.5}
-"""Heights of panels in a picture of no given size [inches]."""
-
-DRAW: dict[str, Callable[[Axes, Document], None]] = {
-    "peaks": draw_peaks,
-    "differences": draw_differences,
-    "forces": draw_forces,
-    "map": draw_map,
-    "traces": draw_traces,
+PANELS: dict[str, tuple[float, Callable[[Axes, Document], None]]] = {
+    "peaks": (3, draw_peaks),
+    "differences": (2.4, draw_differences),
+    "forces": (3, draw_forces),
+    "map": (3.2, draw_map),
+    "traces": (4.5, draw_traces),
 }
-"""Functions that draw the panels of a picture, from above."""
+"""Panels of a picture, from above: height in one of no given size [inches], what draws it."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Sequence
 from io import BytesIO, StringIO
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
+from hertzchain.files import write_with
 from hertzchain.report.facts import MULTIPLES, prefixed
 
 if TYPE_CHECKING:
@@ -40,14 +42,25 @@ _PLAIN = (1e-3, 1e4)  # between these values a logarithmic axis has plain number
 class Picture(Figure):
     """A figure that belongs to no window; a notebook shows it as the last value of a cell."""
 
-    def __init__(self, size: tuple[float, float]) -> None:
-        """An empty figure of a size [inches]."""
+    def __init__(self, size: tuple[float, float], title: str = "") -> None:
+        """An empty figure of a size [inches], with a title where there is room."""
         super().__init__(figsize=size, layout="constrained", dpi=150)
+        if title and size[0] >= SMALL:
+            self.suptitle(title, fontsize=10)
 
     def savefig(self, *given: Any, **options: Any) -> None:
         """Write the figure as Matplotlib does, with fonts that journals take."""
+        if self.get_figwidth() < SMALL:
+            for axes in self.axes:
+                for axis in (axes.xaxis, axes.yaxis):
+                    axis.label.set_fontsize("small")
+                axes.tick_params(which="both", labelsize="small")
         with rc_context(_SAVED):
             super().savefig(*given, **options)
+
+    def write(self, path: Path | str) -> None:
+        """Write the figure in the format of the suffix, whole or not at all."""
+        write_with(path, self.savefig)
 
     def _repr_png_(self) -> bytes:
         stream = BytesIO()
@@ -149,13 +162,3 @@ def legend_look(labels: Sequence[str], width: float) -> dict[str, Any]:
         "labelspacing": 0.3,
         "frameon": False,
     }
-
-
-def fit_letters(figure: Figure) -> None:
-    """Make the letters at all axes of a small picture smaller."""
-    if figure.get_figwidth() >= SMALL:
-        return
-    for axes in figure.axes:
-        for axis in (axes.xaxis, axes.yaxis):
-            axis.label.set_fontsize("small")
-        axes.tick_params(which="both", labelsize="small")

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from math import floor, log10
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hertzchain.files import write_with
 from hertzchain.pulses.measured import MeasuredPulse, Value
 from hertzchain.report import style
 from hertzchain.report.console import print_facts
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from hertzchain.report.picture import Picture
 
 
 def print_pulse(console: Console, pulse: MeasuredPulse) -> None:
@@ -50,17 +50,16 @@ def _with_deviation(value: Value, unit: str) -> str:
     return f"{shown} ± {deviation} {unit}"
 
 
-def plot_pulse(
-    pulse: MeasuredPulse, path: Path | str, size: tuple[float, float] | None = None
-) -> None:
-    """Draw the recording, its baseline and the rows, in the format of the suffix.
+def plot_pulse(pulse: MeasuredPulse, size: tuple[float, float] | None = None) -> Picture:
+    """Draw the recording, its baseline and the rows.
 
     Below is the difference of the samples from the rows.
     """
-    from hertzchain.report.picture import SMALL, Picture, fit_letters, in_units, legend_above
+    from hertzchain.report.picture import Picture, in_units, legend_above
 
     signal, table = pulse.signal, pulse.table
-    figure = Picture(size or (8, 7))
+    force, impulse = _with_deviation(pulse.peak_force, "N"), _with_deviation(pulse.impulse, "N s")
+    figure = Picture(size or (8, 7), f"F0 = {force}, impulse = {impulse}")
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1.4))
     time = pulse.recording.time - signal.start
     label = f"recording, {time.size:,} samples"
@@ -79,17 +78,10 @@ def plot_pulse(
         below.axhline(level, color="#D55E00", linewidth=0.9, linestyle=":", label=name)
     duration = corners[-1]
     above.set_xlim(max(time[0], -0.3 * duration), min(time[-1], 1.3 * duration))
-    if figure.get_figwidth() >= SMALL:
-        figure.suptitle(
-            f"F0 = {_with_deviation(pulse.peak_force, 'N')},"
-            f" impulse = {_with_deviation(pulse.impulse, 'N s')}",
-            fontsize=10,
-        )
     in_units(above.yaxis, "force, with the baseline [N]")
     in_units(below.xaxis, "time since the start of the pulse [s]")
     in_units(below.yaxis, "difference [N]")
     for axes in (above, below):
         legend_above(axes)
         axes.grid(alpha=0.25)
-    fit_letters(figure)
-    write_with(path, figure.savefig)
+    return figure

@@ -22,7 +22,6 @@ def of_result(result: Result) -> Document:
     """Return the document of a run, which has no verdict."""
     return Document(
         kind="Run",
-        name="run",
         numbers=lambda: run_document(result),
         command="run",
         results={result.backend: result},
@@ -100,11 +99,10 @@ def _first_pulse(result: Result, k: int) -> tuple[str, str, str]:
     known = result.first_columns
     if np.isnan(known["first_peak_force_N"][k]):
         return "", "", ""
-    width = known["first_width_s"][k]
     return (
         known_digits(known["first_peak_force_N"][k], known["first_peak_error"][k]),
         number(known["arrival_time_s"][k], 6),
-        "" if np.isnan(width) else number(width, 6),
+        number(known["first_width_s"][k], 6),
     )
 
 
@@ -126,15 +124,13 @@ def _facts_of_gauges(result: Result) -> list[tuple[str, str]]:
     for read in result.gauges:
         said = "no first pulse that is known to its end"
         if np.isfinite(read.force):
-            force = known_digits(read.force, read.force_error)
-            arrival = known_digits(read.arrival, read.arrival_error / read.arrival)
-            width = "unknown"
-            if np.isfinite(read.width):
-                width = f"{known_digits(read.width, read.width_error / read.width)} s"
-            said = f"{force} N, arrival {arrival} s, width {width}"
+            force = with_unit(read.force, "N", read.force_error)
+            arrival = with_unit(read.arrival, "s", read.arrival_error / read.arrival)
+            width = with_unit(read.width, "s", read.width_error / read.width)
+            said = f"{force}, arrival {arrival}, width {width}"
             if np.isfinite(read.speed):
-                speed = known_digits(read.speed, read.speed_error)
-                said += f", {speed} m/s from the gauge before"
+                speed = with_unit(read.speed, "m/s", read.speed_error)
+                said += f", {speed} from the gauge before"
         facts.append((f"gauge, {read.gauge.key} {read.gauge.number}", said))
     return facts
 
@@ -144,16 +140,16 @@ def _facts_of_wave(result: Result) -> list[tuple[str, str]]:
     wave = result.usual_wave
     if wave is None:
         return []
-    speed = known_digits(wave.speed, wave.speed_error)
-    height = known_digits(wave.height, wave.height_error)
-    width = "unknown"
-    if np.isfinite(wave.width):
-        width = f"{known_digits(wave.width, wave.width_error)} s"
+    height = with_unit(wave.height, "N", wave.height_error)
+    width = with_unit(wave.width, "s", wave.width_error)
     if np.isfinite(wave.width) and "unlike granules" not in result.scene.terms:
         width += f", {wave.width_granules:.3g} granules"
     return [
-        (f"speed, contacts {wave.first} to {wave.last}", f"{speed} m/s"),
-        (f"height and width, contact {wave.last}", f"{height} N, {width}"),
+        (
+            f"speed, contacts {wave.first} to {wave.last}",
+            with_unit(wave.speed, "m/s", wave.speed_error),
+        ),
+        (f"height and width, contact {wave.last}", f"{height}, {width}"),
     ]
 
 

@@ -11,8 +11,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import require
 from hertzchain.observables.result import Result
 from hertzchain.report import style
-from hertzchain.report.motion import recorded
-from hertzchain.report.waterfall import drawn_contacts, while_moving, with_peak
+from hertzchain.report.waterfall import drawn_contacts, recorded, while_moving, with_peak
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -48,7 +47,7 @@ def plot(
     size
         Width and height [inches]: a column of a paper is 3.4 wide, a page 7.
     """
-    from hertzchain.report.picture import Picture, fit_letters, in_units, legend_above
+    from hertzchain.report.picture import Picture, in_units, legend_above
 
     require(draw in _KINDS, "draw", draw, f"must be one of {', '.join(_KINDS)}")
     is_named = isinstance(results, Mapping) and len(results) > 0
@@ -97,7 +96,6 @@ def plot(
         drawn[-1].set_xlim(min(begin for begin, _ in ends), max(end for _, end in ends))
     in_units(drawn[-1].xaxis, "contact" if draw == "peaks" else "time [s]")
     legend_above(drawn[0])
-    fit_letters(figure)
     return figure
 
 
@@ -112,8 +110,6 @@ def _panels(
     groups: Mapping[str, Sequence[Result]], draw: str, contacts: Sequence[int] | None
 ) -> dict[str, dict[str, _Line]]:
     """Return the lines of each panel, by the names of their results."""
-    if draw == "peaks":
-        return {"": {name: _band([_peaks(one) for one in group]) for name, group in groups.items()}}
     series = {
         name: [_series(one, draw, contacts) for one in group] for name, group in groups.items()
     }
@@ -128,14 +124,12 @@ def _panels(
     }
 
 
-def _peaks(result: Result) -> tuple[FloatArray, FloatArray, FloatArray]:
-    return result.contact.astype(np.float64), result.peak_force, result.peak_errors
-
-
 def _series(
     result: Result, draw: str, contacts: Sequence[int] | None
 ) -> dict[str, tuple[FloatArray, FloatArray, FloatArray]]:
-    """Return times, forces and relative errors of contacts or gauges, by their names."""
+    """Return x, forces and their relative errors: of all contacts, or over time, by place."""
+    if draw == "peaks":
+        return {"": (result.contact.astype(np.float64), result.peak_force, result.peak_errors)}
     if draw == "gauges":
         frame = result.to_traces()
         time = frame["time_s"].to_numpy()

@@ -23,7 +23,6 @@ def of_traces(judgement: TraceJudgement) -> Document:
         sentence = f"All {len(checks)} numbers are within {tolerance:.1e} and their noise."
     return Document(
         kind="Judgement of measured traces",
-        name="judgement",
         numbers=judgement.to_dict,
         command="judge",
         results={"native": judgement.reference},

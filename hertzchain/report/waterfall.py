@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from hertzchain.arrays import FloatArray
+from hertzchain.errors import SceneError
+from hertzchain.observables.history import History
 from hertzchain.observables.result import Result
-from hertzchain.report.motion import recorded
 from hertzchain.scene.natural_units import force_scale
 from hertzchain.scene.scene import Scene
 
@@ -15,6 +16,13 @@ _FINE = 0.2  # wave's units of time between recorded times: at 0.4 a map shows 9
 _STILL, _ROOM = 0.01, 0.03
 """Change of a force over the largest that is too small to be seen; room before and after what
 happens, over its time (both chosen)."""
+
+
+def recorded(result: Result) -> History:
+    """What a run recorded; a SceneError where that is nothing."""
+    if result.history is None:
+        raise SceneError("history", None, "there is none: run with record = the times to keep")
+    return result.history
 
 
 def frame_times(scene: Scene, count: int) -> FloatArray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from hertzchain.errors import require
+from hertzchain.errors import require, require_one
 from hertzchain.scene.keys import check, key
 
 NO_GAUGE = "there is none: the scene needs a [[gauge]] with granule or contact"
@@ -32,9 +32,7 @@ class Gauge:
     contact: int | None = field(default=None, metadata=key(kind="int"))
 
     def __post_init__(self) -> None:
-        given = [one for one in (self.granule, self.contact) if one is not None]
-        allowed = "must have either granule or contact"
-        require(len(given) == 1, "gauge", self.granule and self.contact, allowed)
+        require_one(granule=self.granule, contact=self.contact)
         check(self)
 
     @property

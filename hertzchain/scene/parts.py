@@ -13,7 +13,7 @@ from hertzchain.scene.moving import Moving
 from hertzchain.scene.piston import Piston
 from hertzchain.scene.pulse import Pulse, PulseTable
 from hertzchain.scene.run import Run
-from hertzchain.scene.segments import RADIUS_RATIO
+from hertzchain.scene.segments import OF_SEGMENT
 from hertzchain.scene.shock import Shock
 from hertzchain.scene.sine import Sine
 from hertzchain.scene.striker import Striker
@@ -75,9 +75,7 @@ def key_named(name: str) -> Key | None:
 
     The same name has the same unit in every section.
     """
-    found = SEGMENT.fullmatch(name)
-    plain = f"chain.{found[3]}" if found else name
-    if plain == "chain.radius_ratio":
-        return RADIUS_RATIO
-    known = (key for full, key in KEYS.items() if plain in (full, full.partition(".")[2]))
+    if (found := SEGMENT.fullmatch(name)) is not None:
+        return OF_SEGMENT.get(found[3])
+    known = (key for full, key in KEYS.items() if name in (full, full.partition(".")[2]))
     return next(known, None)

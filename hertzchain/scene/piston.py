@@ -5,11 +5,11 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass, field, replace
 
-from hertzchain.errors import SceneError, is_finite, require
+from hertzchain.errors import is_finite, require, require_one
 from hertzchain.scene.chain import short_repr
 from hertzchain.scene.keys import check, key
 from hertzchain.scene.shock import Shock, Stroke
-from hertzchain.scene.shock_table import check_times
+from hertzchain.scene.tables import check_table
 
 
 @dataclass(frozen=True, repr=False)
@@ -54,29 +54,17 @@ class Piston(Shock):
         return short_repr(self)
 
     def __post_init__(self) -> None:
-        has_table = self.time is not None or self.displacement is not None
-        if (self.velocity is None) != has_table:
-            raise SceneError(
-                "velocity and file" if has_table else "velocity or file",
-                None,
-                "both are given, exactly one is allowed"
-                if has_table
-                else "missing, a piston needs exactly one of the two",
-            )
+        table = self.displacement if self.time is None else self.time
+        require_one(velocity=self.velocity, file=table)
         if self.velocity is not None:
             check(self)
             return
-        time, displacement = self.time or (), self.displacement or ()
-        check_times(time, displacement, "displacement_m")
-        for row, place in enumerate(displacement, start=1):
-            key = f"displacement_m in row {row}"
-            require(is_finite(place), key, place, "must be a finite number [m]")
+        check_table(self)
+        displacement = self.displacement or ()
         allowed = "must be 0: displacements count from where the piston rests"
         require(displacement[0] == 0, "displacement_m in row 1", displacement[0], allowed)
         allowed = "must not be 0 in all rows: the piston never moves"
         require(any(displacement), "displacement_m", None, allowed)
-        for name, values in (("time", time), ("displacement", displacement)):
-            object.__setattr__(self, name, tuple(float(value) for value in values))
         for row, stroke in enumerate(self.strokes[:-1], start=1):
             allowed = "is reached in a time too short to be represented as a velocity"
             key = f"displacement_m in row {row + 1}"
@@ -93,11 +81,6 @@ class Piston(Shock):
                   for (t0, x0), (t1, x1) in itertools.pairwise(rows)]  # fmt: skip
         return (*resting, *moving, Stroke(*rows[-1], 0.0))
 
-    @property
-    def fastest(self) -> float:
-        """The largest speed [m/s]."""
-        return max(abs(stroke.velocity) for stroke in self.strokes)
-
     def distance(self, time: float) -> float:
         """Return the distance moved up to a time, forwards and backwards added [m]."""
         strokes = self.strokes
@@ -110,7 +93,7 @@ class Piston(Shock):
     @property
     def impact_velocity(self) -> float:
         """The largest speed [m/s]."""
-        return self.fastest
+        return max(abs(stroke.velocity) for stroke in self.strokes)
 
     @property
     def start_velocity(self) -> float:
@@ -129,7 +112,7 @@ class Piston(Shock):
 
     def in_words(self, granules: int, momentum_ratio: float) -> str:
         """One line that describes the piston, with the number of granules."""
-        how = f"table of {len(self.rows)} rows, up to {self.fastest:.6g} m/s,"
+        how = f"table of {len(self.rows)} rows, up to {self.impact_velocity:.6g} m/s,"
         if self.velocity is not None:
             how = f"at {self.velocity:.6g} m/s"
         return f"piston {how} on {granules - 1} granules"

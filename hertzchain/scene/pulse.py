@@ -14,12 +14,12 @@ from typing import Literal, cast
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.errors import SceneError, is_finite, require
+from hertzchain.errors import require, require_one
 from hertzchain.scene.chain import short_repr
 from hertzchain.scene.keys import check, key
 from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.shock import GRANULE, Shock
-from hertzchain.scene.shock_table import check_times
+from hertzchain.scene.tables import check_table
 
 Profile = Literal["cosine", "triangular", "cosine-triangular"]
 """Names of the profiles of Table 1."""
@@ -74,15 +74,7 @@ class Pulse(Shock):
 
     def __post_init__(self) -> None:
         check(self)
-        if (self.momentum_ratio is None) == (self.rise_time is None):
-            both = self.rise_time is not None
-            raise SceneError(
-                "momentum_ratio and rise_time" if both else "momentum_ratio or rise_time",
-                None,
-                "both are given, exactly one is allowed"
-                if both
-                else "missing, exactly one of the two must be given",
-            )
+        require_one(momentum_ratio=self.momentum_ratio, rise_time=self.rise_time)
 
     @property
     def profile_name(self) -> str:
@@ -143,17 +135,8 @@ class PulseTable(Shock):
 
     def __post_init__(self) -> None:
         check(self)
-        check_times(self.time, self.force, "force_N")
-        for row, force in enumerate(self.force, start=1):
-            require(
-                is_finite(force) and force >= 0,
-                f"force_N in row {row}",
-                force,
-                "must be a finite number of at least 0 [N]",
-            )
+        check_table(self, least=0)
         require(any(self.force), "force_N", None, "must be positive in at least one row")
-        for name in ("time", "force"):
-            object.__setattr__(self, name, tuple(float(value) for value in getattr(self, name)))
 
     def __repr__(self) -> str:
         return short_repr(self)

@@ -18,8 +18,8 @@ from hertzchain.scene.parts import OF_PROFILE, OTHERS, SECTIONS, key_named
 from hertzchain.scene.sections import sections_of
 from hertzchain.scene.segments import expand, granule_table, read_granule_table
 from hertzchain.scene.shock import Shock
-from hertzchain.scene.shock_table import lines_of, read_table
 from hertzchain.scene.striker import Striker
+from hertzchain.scene.tables import columns_of, read_table, text_of
 from hertzchain.scene.uncertain import SECTIONS_OF_UNCERTAIN, read_uncertain
 
 _Kind = TypeVar("_Kind")
@@ -56,11 +56,11 @@ def texts_of(path: Path, scene: Any) -> dict[Path, str]:
         table = path.with_suffix(".granules.csv")
         texts[table] = granule_table(scene.chain)
         document["chain"] = {"file": table.name}
-    if (rows := lines_of(shock)) is not None:
+    if columns := columns_of(shock):
         table = path.with_suffix(".csv")
         allowed = "must not end in .csv: the table of the shock is written under that name"
         require(table != path, "path", str(path), allowed)
-        texts[table] = "\n".join(rows) + "\n"
+        texts[table] = text_of(columns)
         kept = {key: document["shock"][key] for key in ("granule",) if key in document["shock"]}
         document["shock"] = {"profile": shock.profile_name, "file": table.name, **kept}
     return {**texts, path: tomli_w.dumps(document)}
@@ -155,28 +155,21 @@ def _shock(section: Mapping[str, Any], folder: Path) -> Shock:
     require(known, "shock.profile", profile, allowed)
     kind = OF_PROFILE[str(profile)]
     keys = keys_of(kind)
-    if kind.column is not None and ("file" in section or "velocity" not in keys):
-        of_file = f'profile = "{profile}"{" and a file" if "velocity" in keys else ""}'
-        name = _file_alone(section, of_file, keys)
-        table = read_table(kind, folder / name, name)
-        if "granule" not in section:
-            return table
-        keys["granule"].check("shock.granule", section["granule"])
-        return replace(table, granule=section["granule"])  # type: ignore[call-arg]
-    besides = ("profile",) if kind.column is None else ("profile", "file")
-    return _section("shock", section, kind, [key for key in besides if key not in keys])
-
-
-def _file_alone(section: Mapping[str, Any], what: str, keys: Iterable[str]) -> str:
-    """Return the file name of a [shock] that may have no other key but its granule."""
-    also = ("granule",) if "granule" in keys else ()
-    for key, value in section.items():
-        allowed = f"not allowed with {what}, which takes only {' and '.join(('file', *also))}"
-        require(key in ("profile", "file", *also), f"shock.{key}", value, allowed)
-    name = section.get("file")
-    require("file" in section, "shock.file", None, f"missing, {what} needs it")
+    if kind.column is None:
+        besides = () if "profile" in keys else ("profile",)
+        return _section("shock", section, kind, besides)
+    if "file" not in section and "velocity" in keys:  # a piston without a table
+        return _section("shock", section, kind, ("profile", "file"))
+    of_table = {key: one for key, one in keys.items() if key == "granule"}
+    values = quantities("shock", section, of_table, ("profile", "file"))
+    name = values.get("file")
+    require("file" in section, "shock.file", None, f'missing, profile = "{profile}" needs it')
     require(isinstance(name, str), "shock.file", name, "must be the name of a CSV file")
-    return str(name)
+    table = read_table(kind, folder / str(name), name)
+    if "granule" not in values:
+        return table
+    keys["granule"].check("shock.granule", values["granule"])
+    return replace(table, granule=values["granule"])  # type: ignore[call-arg]
 
 
 def quantities(

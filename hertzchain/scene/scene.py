@@ -28,13 +28,12 @@ from hertzchain.scene.piston import Piston
 from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.ramp import Ramp, impulse_until
 from hertzchain.scene.reading import read_parts, texts_of
-from hertzchain.scene.representable import is_representable
 from hertzchain.scene.run import Run
 from hertzchain.scene.schedule import Leg, lay_steps, lay_strokes
 from hertzchain.scene.shock import Shock
 from hertzchain.scene.striker import Striker
 from hertzchain.scene.terms import ALL_TERMS, Contact, Precompression, Wall
-from hertzchain.scene.together import refuse_impossible
+from hertzchain.scene.together import is_representable, refuse_impossible
 from hertzchain.scene.uncertain import Uncertain
 from hertzchain.scene.watching import (
     squeezing_force,
@@ -85,8 +84,7 @@ class Scene(Numbered, Shown):
     near_wall: Wall | None = None
 
     def __post_init__(self) -> None:
-        held = self.wall, self.precompression, self.contact, self.gauges, self.uncertain
-        refuse_impossible(self.chain, self.shock, self.run, *held, self.near_wall)
+        refuse_impossible(self)
         allowed = f"must be at most {MOST_UNLIKE} in a scene with {', '.join(self.terms)}"
         possible = self.is_plain or self.chain.granules <= MOST_UNLIKE
         require(possible, "chain.granules", self.chain.granules, allowed)

@@ -7,6 +7,7 @@ from typing import Any
 
 from hertzchain.scene.parts import OTHERS
 from hertzchain.scene.shock import Shock
+from hertzchain.scene.tables import columns_of
 from hertzchain.scene.uncertain import sections_of_uncertain
 
 
@@ -44,11 +45,11 @@ def sections_of(scene: Any, defaults: bool = True) -> dict[str, Any]:
 def _of_shock(shock: Shock, defaults: bool) -> dict[str, Any]:
     """The section of a shock; a table stands in it by its columns."""
     values = {} if shock.section != "shock" else {"profile": shock.profile_name}
-    if shock.column is None or not shock.rows:
+    columns = {name: list(column) for name, column in columns_of(shock).items()}
+    if not columns:
         return values | _given(shock, defaults)
-    time, value = (list(column) for column in zip(*shock.rows, strict=True))
     more = {} if shock.granule == 1 else {"granule": shock.granule}
-    return {**values, **more, "time_s": time, shock.column[1]: value}
+    return {**values, **more, **columns}
 
 
 def _given(part: Any, defaults: bool) -> dict[str, Any]:

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from hertzchain.errors import SceneError, require
-from hertzchain.files import read_rows
 from hertzchain.scene.chain import MATERIAL, MOST_UNLIKE, Chain
 from hertzchain.scene.keys import Key, keys_of
+from hertzchain.scene.tables import read_columns, text_of
 
 _SAME = {name: key for name, key in keys_of(Chain).items() if name != "granules"}
 """Keys by which a granule of a segment can differ."""
@@ -19,8 +19,9 @@ _SAME = {name: key for name, key in keys_of(Chain).items() if name != "granules"
 RADIUS_RATIO = Key("", "radius over that of the granule before", above=0)
 """Key of a taper: a segment without a cell."""
 
-_OF_SEGMENT = {"granules": Key("", "granules", least=1, most=MOST_UNLIKE, kind="int"),
+OF_SEGMENT = {"granules": Key("", "granules", least=1, most=MOST_UNLIKE, kind="int"),
                **_SAME, "radius_ratio": RADIUS_RATIO}  # fmt: skip
+"""Keys of a segment."""
 
 _COLUMNS = {
     "_".join(filter(None, (name, key.unit.replace("/", "_").replace("^", "")))): name
@@ -49,11 +50,11 @@ def expand(defaults: Chain, segments: Any, quantities: Quantities) -> Chain:
     for number, segment in enumerate(segments, start=1):
         name = f"chain.segments.{number}"
         require(isinstance(segment, dict), name, segment, allowed)
-        values = quantities(name, segment, _OF_SEGMENT, ("cell",))
+        values = quantities(name, segment, OF_SEGMENT, ("cell",))
         require("granules" in values, f"{name}.granules", None, "missing")
         most, granules = defaults.granules, values["granules"]
         require(most <= MOST_UNLIKE, "chain.granules", most, f"must be at most {MOST_UNLIKE}")
-        _OF_SEGMENT["granules"].check(f"{name}.granules", granules)
+        OF_SEGMENT["granules"].check(f"{name}.granules", granules)
         counts += granules
         require(counts <= most, f"{name}.granules", granules, _sum_allowed(most, "more"))
         cells = _cells(name, values, quantities)
@@ -119,51 +120,23 @@ def _tapered(radius: float, ratio: float, k: int) -> float:
 
 def read_granule_table(path: Path, name: str | None = None) -> Chain:
     """Read a chain from a CSV file with a row for each granule. A SceneError says what is wrong."""
+    columns = read_columns(path, "chain.file", name, _MOST_BYTES, [*_COLUMNS], _OPTIONAL)
+    values: dict[str, Any] = {_COLUMNS[one]: column for one, column in columns.items()}
+    if "fixed" in values:
+        values["fixed"] = [bool(one) if one in (0, 1) else one for one in values["fixed"]]
     try:
-        header, rows = read_rows(path, _MOST_BYTES)
-    except ValueError as problem:
-        allowed = f"cannot be read ({problem}); must be a CSV file"
-        raise SceneError("chain.file", name, allowed, None if name else path) from None
-    names = [one for one in _COLUMNS if one in header or one not in _OPTIONAL]
-    always = ",".join(one for one in _COLUMNS if one not in _OPTIONAL)
-    allowed = f"must be {always}, and perhaps {', '.join(_OPTIONAL)}"
-    is_known = sorted(header) == sorted(names)
-    require_in(path, is_known, "first line", ",".join(header), allowed)
-    columns: dict[str, list[float]] = {column: [] for column in names}
-    for number, row in enumerate(rows, start=1):
-        allowed = f"must be {len(names)} numbers, {','.join(names)}"
-        try:
-            values = [float(cell) for cell in row]
-        except ValueError:
-            values = []
-        require_in(path, len(values) == len(header), f"row {number}", ",".join(row), allowed)
-        for column, value in zip(header, values, strict=True):
-            is_truth = _SAME[_COLUMNS[column]].kind == "bool"
-            allowed = f"must be 0 or 1 for {column}"
-            require_in(path, not is_truth or value in (0, 1), f"row {number}", value, allowed)
-            columns[column].append(bool(value) if is_truth else value)
-    granules = len(rows)
-    require_in(path, granules >= 2, "rows", granules, "must be at least 2 granules")
-    try:
-        return Chain(granules, **{_COLUMNS[one]: tuple(columns[one]) for one in names})
+        return Chain(len(values["radius"]), **values)
     except SceneError as problem:
         raise SceneError(problem.key, problem.value, problem.allowed, file=path) from None
-
-
-def require_in(path: Path, condition: bool, key: str, value: object, allowed: str) -> None:
-    """Raise a SceneError that names a file unless a condition holds."""
-    if not condition:
-        raise SceneError(key, value, allowed, file=path)
 
 
 def granule_table(chain: Chain) -> str:
     """Return the text that ``read_granule_table`` reads back as the same chain."""
     columns = {column: getattr(chain, key) for column, key in _COLUMNS.items()}
-    for column in _OPTIONAL:
-        if not columns[column]:
-            del columns[column]
-    values = list(columns.values())
-    each = [value if isinstance(value, tuple) else (value,) * chain.granules for value in values]
-    lines = [",".join(columns)]
-    lines += [",".join(repr(+value) for value in row) for row in zip(*each, strict=True)]
-    return "\n".join(lines) + "\n"
+    return text_of(
+        {
+            column: value if isinstance(value, tuple) else (value,) * chain.granules
+            for column, value in columns.items()
+            if value or column not in _OPTIONAL
+        }
+    )

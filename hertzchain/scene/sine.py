@@ -69,11 +69,6 @@ class Sine(Shock):
         """The largest force [N], without the static load."""
         return self.amplitude
 
-    @property
-    def half_cycle_impulse(self) -> float:
-        """Integral of the force over the first half of a cycle [N s]; 0 over a whole cycle."""
-        return self.amplitude / (math.pi * self.frequency)
-
     def ramps(self) -> tuple[Ramp, ...]:
         """Four quarters for each cycle."""
         ramps = []
@@ -91,8 +86,8 @@ class Sine(Shock):
 
     @property
     def compared_impulse(self) -> float:
-        """The impulse of half a cycle [N s]."""
-        return self.half_cycle_impulse
+        """Integral of the force over the first half of a cycle [N s]; 0 over a whole cycle."""
+        return self.amplitude / (math.pi * self.frequency)
 
     def check_load(self, load: float) -> None:
         """Refuse an amplitude above the static load [N]."""

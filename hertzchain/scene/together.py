@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
+import sys
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -10,6 +13,7 @@ from hertzchain.arrays import Array
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.gauge import Gauge
+from hertzchain.scene.granules import Granules
 from hertzchain.scene.moving import Moving
 from hertzchain.scene.parts import SHOCKS
 from hertzchain.scene.run import Run
@@ -18,48 +22,41 @@ from hertzchain.scene.striker import Striker
 from hertzchain.scene.terms import DAMPING, Contact, Precompression, Wall
 from hertzchain.scene.uncertain import Uncertain
 
-OF_VELOCITIES = "velocities at the start", "[shock]"
-"""Keys of errors in scenes whose granules meet nothing, or are all at rest without a shock."""
 
-
-def refuse_impossible(
-    chain: Chain,
-    shock: Shock,
-    run: Run,
-    wall: Wall | None,
-    pressed: Precompression | None,
-    contact: Contact | None,
-    gauges: tuple[Gauge, ...],
-    uncertain: tuple[Uncertain, ...],
-    near_wall: Wall | None,
-) -> None:
+def refuse_impossible(scene: Any) -> None:
     """Raise a SceneError for parts of a wrong type, or parts that exclude one another.
 
     Gravity needs a wall at the far end, a static load needs closed contacts, a sine needs a static
     load of at least its amplitude, and a near wall leaves no room for a striker or piston.
     """
     *others, last = (f"a {kind.__name__}" for kind in SHOCKS)
-    for name, part, kind, allowed in (
-        ("chain", chain, Chain, "a Chain"),
-        ("shock", shock, Shock, f"{', '.join(others)} or {last}"),
-        ("run", run, Run, "a Run"),
-        ("wall", wall, Wall | None, "a Wall or None"),
-        ("near_wall", near_wall, Wall | None, "a Wall or None"),
-        ("precompression", pressed, Precompression | None, "a Precompression or None"),
-        ("contact", contact, Contact | None, "a Contact or None"),
-    ):
+    parts: tuple[tuple[str, Any, str], ...] = (
+        ("chain", Chain, "a Chain"),
+        ("shock", Shock, f"{', '.join(others)} or {last}"),
+        ("run", Run, "a Run"),
+        ("wall", Wall | None, "a Wall or None"),
+        ("near_wall", Wall | None, "a Wall or None"),
+        ("precompression", Precompression | None, "a Precompression or None"),
+        ("contact", Contact | None, "a Contact or None"),
+    )
+    for name, kind, allowed in parts:
+        part = getattr(scene, name)
         require(isinstance(part, kind), name, part, f"must be {allowed}")
+    chain: Chain = scene.chain
+    shock: Shock = scene.shock
+    pressed, contact, gauges = scene.precompression, scene.contact, scene.gauges
+    walls: dict[str, Wall | None] = {"wall": scene.wall, "near_wall": scene.near_wall}
     allowed = "must be a tuple of Gauges"
     is_tuple = isinstance(gauges, tuple) and all(isinstance(one, Gauge) for one in gauges)
     require(is_tuple, "gauges", gauges, allowed)
     for gauge in gauges:
-        gauge.check(chain.granules, wall is not None, near_wall is not None)
+        gauge.check(chain.granules, *(one is not None for one in walls.values()))
+    uncertain = scene.uncertain
     is_tuple = isinstance(uncertain, tuple) and all(isinstance(one, Uncertain) for one in uncertain)
     require(is_tuple, "uncertain", uncertain, "must be a tuple of Uncertain")
     names = [one.name for one in uncertain]
     for name in names:
         require(names.count(name) == 1, name, None, "is uncertain twice: delete one of them")
-    walls = {"wall": wall, "near_wall": near_wall}
     for section, one in walls.items():
         for name, value in one.own_damping.items() if one is not None else ():
             law = next(law for law, parameter in DAMPING.items() if parameter == name)
@@ -67,12 +64,12 @@ def refuse_impossible(
             is_law = contact is not None and contact.damping == law
             require(is_law, f"{section}.{name}", value, allowed)
     allowed = f"leave it out: granule 1 is the {shock.noun}, and nothing stands behind it"
-    stands = near_wall is None or shock.impact_velocity is None
+    stands = scene.near_wall is None or shock.impact_velocity is None
     require(stands, "near_wall", None, allowed)
     allowed = f"must be at most {chain.granules}, the granules of the chain"
     require(shock.granule <= chain.granules, "shock.granule", shock.granule, allowed)
     force = 0.0 if pressed is None else pressed.force
-    loads = force > 0 and near_wall is None
+    loads = force > 0 and scene.near_wall is None
     fixed = _refuse_fixed(chain, shock, walls, shock.loaded_granule if loads else None)
     if isinstance(shock, Moving | Striker):
         _refuse_no_meeting(chain, shock, walls)
@@ -82,7 +79,7 @@ def refuse_impossible(
     require(pressed is not None or not loaded, "striker.loaded", None, allowed)
     if pressed is None:
         return
-    if wall is None and pressed.gravity and not fixed[-1]:
+    if scene.wall is None and pressed.gravity and not fixed[-1]:
         allowed = "needs a [wall], or a fixed last granule, which carries the weight of the chain"
         raise SceneError("precompression.gravity", pressed.gravity, allowed)
     closed = "must be 0 with [precompression], which presses all contacts from the start"
@@ -128,7 +125,7 @@ def _refuse_no_meeting(
         "missing section: give [shock], [striker] or a velocity of granules, in [chain],"
         " [[chain.segments]] or their table"
     )
-    require(isinstance(shock, Striker) or any(along), OF_VELOCITIES[1], None, allowed)
+    require(isinstance(shock, Striker) or any(along), "[shock]", None, allowed)
     if isinstance(shock, Striker):
         along = (shock.velocity, *along[1:])
     along = (*([0.0] if walls["near_wall"] else ()), *along, *([0.0] if walls["wall"] else ()))
@@ -137,4 +134,47 @@ def _refuse_no_meeting(
         "with these no granule meets another or a wall, which some must do, also under a load:"
         " a positive velocity is towards the far end"
     )
-    require(meet, OF_VELOCITIES[0], None, allowed)
+    require(meet, "velocities at the start", None, allowed)
+
+
+# Floating point
+
+
+def are_normal(*values: float) -> bool:
+    """Return whether all values are positive normal numbers, so that they lose no digits."""
+    return all(sys.float_info.min <= value < math.inf for value in values)
+
+
+def hold_digits(granules: Granules, force: float) -> bool:
+    """Return whether granules, contacts and the overlaps under a force [N] are normal numbers.
+
+    Infinite masses, of a piston and of fixed granules, are allowed.
+    """
+    mass = granules.mass[np.isfinite(granules.mass)]
+    values = [
+        *(granules.radius**3, mass, granules.stiffness, granules.contact_mass),
+        force / granules.stiffness,
+    ]
+    return are_normal(*(float(edge(value)) for value in values for edge in (np.min, np.max)))
+
+
+def is_representable(scene: Any) -> bool:
+    """Return whether all quantities of a scene, and intermediate results, are normal numbers.
+
+    Every divisor is checked before it is used.
+    """
+    force = scene.peak_force
+    if scene.is_plain:
+        chain = scene.chain
+        mass, stiffness = chain.granule_mass, chain.contact_stiffness
+        of_chain = (chain.radius**3, mass, chain.young_modulus / 3, stiffness, force)
+        if not are_normal(*of_chain) or not are_normal(force / stiffness):
+            return False
+    elif not hold_digits(scene.granules, force):
+        return False
+    mass, units = scene.first_contact[1], scene.units
+    of_units = (units.length, mass * units.length, units.time**2, units.velocity)
+    if not are_normal(*of_units, units.momentum, units.energy):
+        return False
+    times = [ramp.end for ramp in scene.ramps[:1]]
+    return are_normal(scene.momentum_ratio, *times, scene.end_time)

@@ -2,7 +2,6 @@
 
 keys        parameters of a scene that can vary, by the keys of its file
 design      the scenes of a sweep
-natural     similarity, of many scenes at once
 parts       backends, and the parts that a sweep is cut into
 table       the rows, filled in as scenes are done
 measuring   measures a part

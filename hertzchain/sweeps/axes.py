@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.errors import SceneError, is_finite, require
+from hertzchain.errors import SceneError, require
 from hertzchain.scene.parts import key_named
 from hertzchain.scene.quantities import to_si
 
+MOST_GRANULES = 1_000_000  # of a chain, chosen: a part may hold its peaks several times
 _MOST_LISTED = 100_000  # most values of one list (chosen); kept in memory and with the sweep
 
 _FORMS = "A,B,C or LOW:HIGH:COUNT, LOW:HIGH:COUNT:log, or to be sampled LOW:HIGH, LOW:HIGH:log"
@@ -123,7 +124,6 @@ def _range(name: str, given: str) -> Axis:
     rest = rest[: len(rest) - log]
     require(len(rest) <= 1, name, given, f"must be {_FORMS}")
     low, high = float(_value(name, low_text)), float(_value(name, high_text))
-    require(is_finite(low) and is_finite(high), name, given, "must be between finite numbers")
     require(low < high, name, given, "is empty: the first end must be below the second")
     require(not log or low > 0, name, given, "must be above 0 at both ends to be logarithmic")
     if not rest:
@@ -156,15 +156,26 @@ def is_whole(value: object, least: int) -> bool:
 
 
 def _value(name: str, given: Any) -> Value:
-    """Return one value, in SI."""
+    """Return one value, in SI; a SceneError for one that its key does not allow."""
     key = key_named(name)
     if key is not None and key.kind == "str":
         require(isinstance(given, str), name, given, f"must be the name of a {key.label}")
+        key.check(name, str(given).strip())
         return str(given).strip()
-    number = given.item() if isinstance(given, np.generic) else given
+    plain = given.item() if isinstance(given, np.generic) else given
     unit = "" if key is None else key.unit
-    number = to_si(name, number.strip() if isinstance(number, str) else number, unit)
-    if key is not None and key.kind == "int":
-        require(number.is_integer(), name, given, "must be a whole number")
-        return int(number)
-    return number
+    number = to_si(name, plain.strip() if isinstance(plain, str) else plain, unit)
+    is_whole_key = key is not None and key.kind == "int"
+    require(not is_whole_key or number.is_integer(), name, given, "must be a whole number")
+    value = int(number) if is_whole_key else number
+    if key is not None:
+        key.check(name, value)
+    if key_of(name) == "granules":
+        check_granules(name, value)
+    return value
+
+
+def check_granules(name: str, granules: float) -> None:
+    """Refuse a chain whose peaks, of which a part may hold several times as many, take too much."""
+    allowed = f"must be at most {MOST_GRANULES:,} in a sweep: run a longer chain by itself"
+    require(granules <= MOST_GRANULES, name, granules, allowed)

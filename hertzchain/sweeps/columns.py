@@ -12,7 +12,8 @@ import numpy as np
 
 from hertzchain.errors import did_you_mean, require
 from hertzchain.observables.result import Result
-from hertzchain.scene.keys import Key, keys_of
+from hertzchain.scene.chain import MATERIAL
+from hertzchain.scene.keys import keys_of
 from hertzchain.scene.parts import KEYS, OF_PROFILE, SEGMENT, full_names, key_named
 from hertzchain.scene.pulse import Pulse
 
@@ -30,15 +31,7 @@ class Column:
     read: Read | None = None  # how it is read from a result; None for what is no result
 
 
-def _of_key(name: str, key: Key, where: str = "") -> Column:
-    """Return the column of a key; ``where`` says in which segment it is."""
-    if not where:
-        return Column(name, key.axis, key.kind)
-    axis = key.axis.replace(key.label, "granules") if key.kind == "int" else key.axis
-    return Column(name, f"{axis}, {where}", key.kind)
-
-
-_OF_KEYS = {name: _of_key(name, key) for name, key in KEYS.items() if key.label}
+_OF_KEYS = {name: Column(name, key.axis, key.kind) for name, key in KEYS.items() if key.label}
 
 _OF_UNLIKE = ("chain.gap", "chain.velocity")
 """Keys of [chain] that no plain chain has."""
@@ -55,22 +48,33 @@ PARAMETERS = tuple(
 TERMS = tuple(name for name in _OF_KEYS if name not in PARAMETERS)
 """Further parameters of scenes with terms."""
 
-_OF_EVERY_SHOCK = ("shock.profile", "shock.momentum_ratio")
-
 FIRST = ("first_peak_force_N", "arrival_time_s")
 """Columns of first pulses."""
 
 
-def _on_wall(values: str) -> Read:
-    """Return what reads a number of the wall's contact; None for what is not known to its end."""
+def _of_wall(section: str, k: int) -> tuple[Column, ...]:
+    """Return the columns of a wall whose contact is the k-th; None: not known to its end."""
 
-    def read(run: Result) -> float | None:
-        if values in FIRST:
-            return float(run.first_columns[values][-1]) if run.first_columns else None
-        is_cut_off = run.scene.contact_name(run.scene.last_contact) in run.cut_off
-        return None if is_cut_off or run.peak_errors[-1] >= 1 else float(getattr(run, values)[-1])
+    def first(values: str) -> Read:
+        return lambda run: float(run.first_columns[values][k]) if run.first_columns else None
 
-    return read
+    def peak(values: str) -> Read:
+        def read(run: Result) -> float | None:
+            is_cut_off = run.scene.contact_name(run.scene.contacts[k]) in run.cut_off
+            return None if is_cut_off or run.peak_errors[k] >= 1 else float(getattr(run, values)[k])
+
+        return read
+
+    wall = section.replace("_", " ")
+    return tuple(
+        Column(f"{section}_{name}", label, of=section, read=read)
+        for name, label, read in (
+            (FIRST[0], f"first peak force on the {wall} [N]", first(FIRST[0])),
+            (FIRST[1], f"arrival at the {wall} [s]", first(FIRST[1])),
+            ("peak_force_N", f"peak force on the {wall} [N]", peak("peak_force")),
+            ("peak_time_s", f"time of the peak force on the {wall} [s]", peak("peak_time")),
+        )
+    )
 
 
 def _largest_dynamic(run: Result) -> float:
@@ -97,18 +101,15 @@ FOUND_COLUMNS = (
            read=lambda run: run.peak_at(run.scene.chain.granules)),
     Column("largest_dynamic_force_N", "largest peak force less the static force [N]",
            of="precompression", read=_largest_dynamic),
-    Column("wall_first_peak_force_N", "first peak force on the wall [N]", of="wall",
-           read=_on_wall(FIRST[0])),
-    Column("wall_arrival_time_s", "arrival at the wall [s]", of="wall", read=_on_wall(FIRST[1])),
-    Column("wall_peak_force_N", "peak force on the wall [N]", of="wall",
-           read=_on_wall("peak_force")),
-    Column("wall_peak_time_s", "time of the peak force on the wall [s]", of="wall",
-           read=_on_wall("peak_time")),
+    *_of_wall("near_wall", 0),
+    *_of_wall("wall", -1),
     Column("contacts_cut_off", "contacts whose peak may come after the end of the run", "int",
            "terms", lambda run: len(run.cut_off)),
     Column("overlap_ratio", "largest overlap / R", read=attrgetter("overlap_ratio")),
     Column("error_estimate", "error estimate of the peaks, relative",
            read=attrgetter("error_estimate")),
+    Column("wanted_error", "error of what accuracy was asked of, relative", of="terms",
+           read=attrgetter("wanted_error")),
     Column("force_evaluations", "force evaluations", "int", read=attrgetter("force_evaluations")),
 )  # fmt: skip
 """Columns of results, in the order of the table, after the parameters."""
@@ -200,7 +201,7 @@ def column_named(name: str) -> Column:
     assert found is not None, name
     assert key is not None, name
     cell = "" if found[2] is None else f", granule {found[2]} of the cell"
-    return _of_key(name, key, f"segment {found[1]}{cell}")
+    return Column(name, f"{key.axis}, segment {found[1]}{cell}", key.kind)
 
 
 def is_whole(name: str) -> bool:
@@ -234,24 +235,27 @@ def columns_of(
     gauges = _of_gauges(len(scene.get("gauge", ())))
     if not (of_terms or unlike or {"gap", "velocity"} & {*chain} or held or gauges):
         return ALL
-    kept = [name for name in PARAMETERS if name.partition(".")[0] in {*scene, "run"}]
-    if shock is not None and (own := keys_of(shock)):
-        of_shock = {*_OF_EVERY_SHOCK, *(f"shock.{key}" for key in own)}
-        kept = [name for name in kept if not name.startswith("shock.") or name in of_shock]
-    of_chain = [name for name in kept if name.startswith("chain.")]
-    more = (name for name in _OF_UNLIKE if isinstance(chain.get(name[6:]), float) or name in varied)
-    segments = [name for name in varied if SEGMENT.fullmatch(name)]
-    others = [
+    always = {f"chain.{key}" for key in ("granules", *MATERIAL)} | {"run.end_time", *varied}
+    if shock is not None:
+        keys = {"profile", "momentum_ratio", *keys_of(shock)} - {"granule"}
+        always |= {f"shock.{key}" for key in keys}
+    given = {f"{part}.{key}": value for part in scene if part != "gauge"
+             for key, value in scene[part].items()}  # fmt: skip
+    kept = [
         name
-        for name in TERMS
-        if name in varied or (name not in _OF_UNLIKE and _has(scene, *name.split(".")))
+        for name in (*PARAMETERS, *TERMS)
+        if name in always or not isinstance(given.get(name, []), list)
     ]
-    shock_and_run = [name for name in kept if name not in of_chain]
-    parameters = (*of_chain, *more, *segments, *shock_and_run[:-1], *others, shock_and_run[-1])
+    kept += [name for name in varied if SEGMENT.fullmatch(name)]
+    order = {"chain": 0, "segments": 1, "shock": 2, "run": 4}
+
+    def rank(name: str) -> int:
+        return order.get("segments" if SEGMENT.fullmatch(name) else name.partition(".")[0], 3)
+
     kinds = {"", "terms", *scene} | (set() if unlike or held else {"waves"})
     return (
         *_BEGIN,
-        *(column_named(name) for name in dict.fromkeys(parameters)),
+        *map(column_named, sorted(kept, key=rank)),
         *(column for column in FOUND_COLUMNS if column.of in kinds),
         *gauges,
         _END,
@@ -264,13 +268,8 @@ def _of_gauges(count: int) -> list[Column]:
 
 def numbers_of(run: Result) -> dict[str, float | None]:
     """Return the numbers of a result by the names of their columns; None where there is none."""
-    parts = {"wall": run.scene.wall, "precompression": run.scene.precompression}
     return {
         column.name: column.read(run)
         for column in (*FOUND_COLUMNS, *_of_gauges(len(run.gauges)))
-        if column.read is not None and parts.get(column.of, True) is not None
+        if column.read is not None and getattr(run.scene, column.of, "") is not None
     }
-
-
-def _has(scene: Mapping[str, Mapping[str, Any]], section: str, key: str) -> bool:
-    return key in scene.get(section, {})

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 import warnings
 from collections.abc import Iterable, Mapping
@@ -17,8 +16,7 @@ from hertzchain.errors import SceneError, require
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.sections import sections_of
-from hertzchain.scene.together import OF_VELOCITIES
-from hertzchain.sweeps.axes import Axis, Listed, Span, Value, axis_of, is_whole, key_of
+from hertzchain.sweeps.axes import Axis, Span, Value, axis_of, check_granules, is_whole, key_of
 from hertzchain.sweeps.columns import (
     ALL,
     OTHER_MEASURE,
@@ -31,8 +29,6 @@ from hertzchain.sweeps.ties import Tie, tied, ties_of
 
 _OF_ELASTIC = {f"{wall}.{key}" for wall in WALLS for key in ("young_modulus", "poisson_ratio")}
 MOST_SCENES = 10**8  # most scenes of a sweep, chosen: a day of two cores at a millisecond a scene
-_MOST_TRIED = 64  # scenes with a value, at ends of other axes, chosen: some milliseconds
-MOST_GRANULES = 1_000_000  # of a chain, chosen: a part may hold its peaks several times
 
 
 @dataclass(frozen=True)
@@ -89,14 +85,6 @@ class Design:
     def scenes(self) -> int:
         """Number of scenes."""
         return math.prod(self.shape)
-
-    def some(self, most: int) -> NDArray[np.int64]:
-        """Return about ``most`` numbers of scenes over the whole grid, with first samples."""
-        drawn = self.samples or 1
-        first = np.arange(min(drawn, math.isqrt(most)))
-        combinations = self.scenes // drawn
-        spread = np.linspace(0, combinations - 1, max(1, most // first.size)).astype(np.int64)
-        return (np.unique(spread)[:, None] * drawn + first).ravel()
 
     def parameters(self, scenes: NDArray[np.int64]) -> dict[str, NDArray[Any]]:
         """Return all parameters of scenes in SI, by name, shape (some,); NaN or "" for none."""
@@ -198,8 +186,8 @@ def design(
     Raises
     ------
     SceneError
-        For a parameter that does not exist or cannot vary, an empty range, an impossible value,
-        samples without ranges or ranges without samples, and too many scenes.
+        For a parameter that does not exist or cannot vary, an empty range, a value that a key
+        does not allow, samples without ranges or ranges without samples, and too many scenes.
     """
     scene = to_scene(scene)
     allowed = "must be a mapping of at least one parameter to its values"
@@ -228,55 +216,11 @@ def design(
     both = "shock.momentum_ratio" in names and "shock.rise_time" in names
     allowed = "replaces shock.rise_time: only one of the two can vary"
     require(not both, "shock.momentum_ratio", None, allowed)
-    _check_granules("chain.granules", scene.chain.granules)
-    _refuse_impossible(found)
+    check_granules("chain.granules", scene.chain.granules)
+    kinds = {axis.name.partition(".")[0]: axis.ends for axis in axes if key_of(axis.name) == "kind"}
+    for name in (name for name in names if name in _OF_ELASTIC):
+        wall = name.partition(".")[0]
+        own = kinds.get(wall, (getattr(scene, wall).kind,))
+        allowed = 'cannot vary: only a wall of kind "elastic" has it, in all scenes'
+        require({*own} == {"elastic"}, name, None, allowed)
     return found
-
-
-def _check_granules(name: str, value: Value) -> None:
-    if key_of(name) == "granules" and isinstance(value, int):
-        allowed = f"must be at most {MOST_GRANULES:,} in a sweep: run a longer chain by itself"
-        require(value <= MOST_GRANULES, name, value, allowed)
-
-
-def _extremes(axis: Axis) -> list[Value]:
-    """Return the values of an axis to check for all: checking each would cost a scene per value."""
-    if not isinstance(axis, Listed) or isinstance(axis.values[0], str):
-        return list(axis.ends)
-    numbers = np.array(axis.values)
-    if not np.isfinite(numbers).all():
-        return [float(numbers[~np.isfinite(numbers)][0])]
-    return [axis.values[int(np.argmin(numbers))], axis.values[int(np.argmax(numbers))]]
-
-
-def _refuse_impossible(found: Design) -> None:
-    """Refuse a value with which no scene is possible, of those at the ends of all other axes."""
-    names, extremes = [axis.name for axis in found.axes], [*map(_extremes, found.axes)]
-    for k, name in enumerate(names):
-        kind = f"{name.partition('.')[0]}.kind"
-        if name in _OF_ELASTIC and kind in names:
-            allowed = 'cannot vary: only a wall of kind "elastic" has it, in all scenes'
-            require({*extremes[names.index(kind)]} == {"elastic"}, name, None, allowed)
-        for value in extremes[k]:
-            _check_granules(name, value)
-            each = itertools.product(*extremes[:k], [value], *extremes[k + 1 :])
-            scenes = (dict(zip(names, one, strict=True)) for one in each)
-            tried = (_problem(found, one) for one in itertools.islice(scenes, _MOST_TRIED))
-            first = next(tried)
-            is_whole = math.prod(map(len, extremes)) <= _MOST_TRIED * len(extremes[k])
-            # Where there are more scenes than are tried, rows say why they have no numbers.
-            if first is not None and is_whole and None not in tried:
-                raise first
-
-
-def _problem(found: Design, values: Mapping[str, Value]) -> SceneError | None:
-    """Return why a scene of these values is impossible; None where it is, or where its row says."""
-    try:
-        changed(found.base, tied(found.base, found.ties, values))
-    except SceneError as problem:
-        return None if problem.key in {*_OF_A_ROW, *(tie.key for tie in found.ties)} else problem
-    return None
-
-
-_OF_A_ROW = ("scene", *OF_VELOCITIES)
-"""Keys of problems that a row has as its reason: beyond floating point, or without a collision."""

@@ -19,7 +19,7 @@ from hertzchain.errors import HertzchainError, SceneError, require
 from hertzchain.report.facts import in_prefixed
 from hertzchain.scene.parts import key_named
 from hertzchain.scene.quantities import to_si
-from hertzchain.sweeps.axes import Axis, Listed, Span, key_of
+from hertzchain.sweeps.axes import Axis, Listed, Span
 from hertzchain.sweeps.columns import (
     OTHER_MEASURE,
     TEXT,
@@ -109,7 +109,7 @@ def draw(
     a number selects the nearest value of the sweep, if both agree to three digits. ``size`` is
     width and height [inches]. Where the peaks of all contacts were kept, ``x`` may be ``contact``.
     """
-    from hertzchain.report.picture import SMALL, Picture, at_whole_numbers, fit_letters, in_units
+    from hertzchain.report.picture import SMALL, Picture, at_whole_numbers, in_units
 
     columns = [column.name for column in columns_in(sweep.manifest)]
     varied = [axis["name"] for axis in sweep.manifest["vary"]]
@@ -151,14 +151,12 @@ def draw(
         elif is_whole(name):
             axis.set_major_locator(at_whole_numbers())
         in_units(axis, column_named(name).label)
-    fit_letters(figure)
     if remarks:
         text = textwrap.fill("; ".join(remarks), int(_LETTERS * size[0]))
         figure.supxlabel(text, fontsize=7, color="0.35")
-    if size[0] >= SMALL:  # a paper has a caption
-        title = _title(sweep.manifest, rows, {x, y, colour})
-        title = textwrap.fill(title, int(_LETTERS_OF_TITLE * size[0]))
-        axes.set_title(title, fontsize=10)
+    if fixed and size[0] >= SMALL:  # a paper has a caption
+        title = ", ".join(_said(name, rows.frame[name].iloc[0]) for name in fixed)
+        axes.set_title(textwrap.fill(title, int(_LETTERS_OF_TITLE * size[0])), fontsize=10)
     return Drawn(figure, tuple(remarks))
 
 
@@ -358,28 +356,6 @@ def cell_edges(values: FloatArray, log: bool) -> FloatArray:
 
 
 # Words
-
-
-def _title(manifest: Mapping[str, Any], rows: _Rows, shown: set[str | None]) -> str:
-    """Return what is the same in all of the picture: what varies elsewhere, shock, terms, length.
-
-    Of the other parameters of a chain a caption says what matters.
-    """
-    varies = {*rows.axes, *(OTHER_MEASURE.get(name, name) for name in rows.axes), *shown}
-    if any(key_of(name) == "granules" for name in varies if name):  # segments: the chain's, too
-        varies.add("chain.granules")
-    known = {column.name for column in columns_in(manifest)} - varies
-    same = {
-        f"{section}.{key}": value
-        for section, part in manifest["scene"].items()
-        for key, value in part.items()
-        if (section != "chain" or key == "granules") and value not in (None, 0)  # 0: no such term
-    }
-    same = {name: value for name, value in same.items() if name in known}
-    for name in (*rows.axes, "backend"):
-        if name not in (*rows.left, *shown):
-            same[name] = rows.frame[name].iloc[0]
-    return ", ".join(_said(name, value) for name, value in same.items())
 
 
 def _said(name: str, value: Any) -> str:

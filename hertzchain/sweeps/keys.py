@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import difflib
 from collections import defaultdict
 from collections.abc import Collection, Mapping
 from dataclasses import replace
@@ -11,7 +10,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from hertzchain.errors import SceneError
+from hertzchain.errors import SceneError, did_you_mean
 from hertzchain.scene.chain import MATERIAL
 from hertzchain.scene.keys import keys_of
 from hertzchain.scene.parts import OTHERS, SECTIONS, SEGMENT, full_names
@@ -30,7 +29,6 @@ WALLS = ("wall", "near_wall")
 _OF_WALLS = (f"{wall}.{key}" for wall in WALLS for key in DAMPING.values())
 _IF_GIVEN = ("chain.velocity", "shock.granule", *_OF_WALLS)
 """Keys that vary only where the scene has them: they have the names of others."""
-_KNOWN = (*PARAMETERS, *(name for name in TERMS if name not in _IF_GIVEN), *_IF_GIVEN)
 
 
 def names_of(scene: Scene) -> tuple[str, ...]:
@@ -38,27 +36,24 @@ def names_of(scene: Scene) -> tuple[str, ...]:
     sections = sections_of(scene)
     chain = sections["chain"]
     segments = chain.get("segments", [])
-    numbers = [key for key in _OF_GRANULE if not isinstance(chain.get(key), list)]
-    alike = len(numbers) == len(_OF_GRANULE) and not segments and "fixed" not in chain
-    numbers = [key for key in numbers if key in chain or f"chain.{key}" not in _IF_GIVEN]
-    found = ["chain.granules"] if alike else []
-    found += [f"chain.{key}" for key in numbers]
+    unlike = "fixed" in chain or any(isinstance(chain.get(key), list) for key in _OF_GRANULE)
+    of_shock = () if scene.shock.rows else keys_of(type(scene.shock))
+    there, found = {"run": {}, **sections}, []
+    for name in (*PARAMETERS, *TERMS):
+        section, key = name.split(".")
+        values = there.get(section)
+        if values is None or (section == "shock" and key not in of_shock):
+            continue
+        is_given = name not in _IF_GIVEN or key in values
+        counts_alone = name != "chain.granules" or not (unlike or segments)
+        if is_given and counts_alone and not isinstance(values.get(key), list):
+            found.append(name)
     for number, segment in enumerate(segments, start=1):
         cell = segment.get("cell", [])
         keys = ("granules", *_OF_GRANULE, *(() if cell else ("radius_ratio",)))
         found += [f"chain.segments.{number}.{key}" for key in keys]
         for place in range(1, len(cell) + 1):
             found += [f"chain.segments.{number}.cell.{place}.{key}" for key in _OF_GRANULE]
-    of_shock = () if scene.shock.rows else keys_of(type(scene.shock))
-    there = {*sections, "run"} - {"chain"}
-    others = (name.split(".") for name in _KNOWN)
-    found += [
-        f"{section}.{key}"
-        for section, key in others
-        if section in there
-        and (section != "shock" or key in of_shock)
-        and (f"{section}.{key}" not in _IF_GIVEN or key in sections[section])
-    ]
     return tuple(found)
 
 
@@ -71,17 +66,14 @@ def full_name(name: object, scene: Scene) -> str:
     if section in SECTIONS and section not in {*sections_of(scene), "run", "gauge"}:
         allowed = f"cannot vary: the scene has no [{section}]; add the section to its file"
         raise SceneError(str(name), None, allowed)
-    of_segments, key = "segments." in str(name), str(name).rpartition(".")[2]
-    alike = [one for one in names if ("segments." in one) == of_segments]
-    meant = [one for one in alike if one.rpartition(".")[2] == key]
-    meant = meant or difflib.get_close_matches(str(name), names, n=1)
-    hint = f"did you mean {meant[0]}? What can vary" if meant else "what can vary"
+    hint = did_you_mean(str(name), names)
     # One example for segments, which may have thousands.
     listed = [one for one in names if not SEGMENT.fullmatch(one)]
     if len(listed) < len(names):
         last = next(one for one in reversed(names) if SEGMENT.fullmatch(one))
         listed.append(f"keys of segments, such as {last}")
-    raise SceneError(str(name), None, f"cannot vary; {hint}: {', '.join(listed)}")
+    what = f"{hint} What" if hint else "; what"
+    raise SceneError(str(name), None, f"cannot vary{what} can vary: {', '.join(listed)}")
 
 
 def changed(base: Scene, values: Mapping[str, Any]) -> Scene:

@@ -80,7 +80,8 @@ def is_short(design: Design, backend: Backend) -> bool:
 
 def _largest(design: Design) -> int:
     """Return the granules of the longest chain of some scenes."""
-    return int(np.max(design.parameters(design.some(_LOOKED_AT))["chain.granules"]))
+    some = np.linspace(0, design.scenes - 1, min(design.scenes, _LOOKED_AT)).astype(np.int64)
+    return int(np.max(design.parameters(some)["chain.granules"]))
 
 
 def settings(backend: Backend) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import nullcontext
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -18,9 +18,10 @@ from hertzchain.scene.given import SceneLike
 from hertzchain.showing import telling
 from hertzchain.sweeps import parts
 from hertzchain.sweeps.axes import Value
+from hertzchain.sweeps.cluster import cluster
 from hertzchain.sweeps.columns import columns_in
 from hertzchain.sweeps.design import design
-from hertzchain.sweeps.running import Measure, measure_here
+from hertzchain.sweeps.running import measure_here
 from hertzchain.sweeps.store import Folder, Memory, check_parquet, read_manifest
 
 if TYPE_CHECKING:
@@ -102,15 +103,16 @@ class Sweep:
         done = failed = missed = cut_off = 0
         known = [column.name for column in columns_in(self.manifest)]
         late = [name for name in known if name == "contacts_cut_off"]
+        error = "wanted_error" if "wanted_error" in known else "error_estimate"
         reason = None
         aims = {each["name"]: _aim(each) for each in self.manifest["backends"]}
-        for frame in self._store.frames("scenes", ["backend", "error_estimate", "failure", *late]):
+        for frame in self._store.frames("scenes", ["backend", error, "failure", *late]):
             failures = frame["failure"].dropna()
             done, failed = done + len(frame), failed + len(failures)
             if reason is None and len(failures):
                 reason = str(failures.iloc[0])
             aim = frame["backend"].map(aims).astype(float)
-            missed += int((frame["error_estimate"] > aim).sum())
+            missed += int((frame[error] > aim).sum())
             cut_off += int(frame[late].notna().to_numpy().sum())
         return Counts(done, failed, missed, reason, cut_off)
 
@@ -126,7 +128,7 @@ class Counts:
     failed
         Rows without numbers.
     missed
-        Rows with a larger error than was asked for.
+        Rows with a larger error than was asked for, of first pulses where ``run`` asks it of these.
     reason
         Reason of the first failure; None where no scene failed.
     cut_off
@@ -214,8 +216,13 @@ def sweep(
         "rows": found.scenes * len(chosen),
     }
     store = Memory() if output is None else Folder(Path(output), manifest)
-    with telling(progress is True) as tell, _engine(scheduler) as measure, store:
-        counted = progress if callable(progress) else _rows_in_words(tell)
+    engine = nullcontext(measure_here) if scheduler is None else cluster(scheduler)
+    with telling(progress is True) as tell, engine as measure, store:
+
+        def in_words(done: int, total: int) -> object:
+            return tell(f"sweep: {done:,} of {total:,} rows")
+
+        counted = progress if callable(progress) else in_words
         counter = _Counter(found.scenes * len(chosen), counted)
         there = (part for part in parts.cut(found, chosen) if store.has(part))
         counter.add(sum(part.stop - part.start for part in there))
@@ -224,25 +231,11 @@ def sweep(
     return Sweep(manifest, counter.total, store)
 
 
-def _engine(scheduler: str | None) -> AbstractContextManager[Measure]:
-    """Return the context of the function that measures parts, connected to a scheduler, if any."""
-    if scheduler is None:
-        return nullcontext(measure_here)
-    from hertzchain.sweeps.cluster import cluster
-
-    return cluster(scheduler)
-
-
 def _aim(settings: Mapping[str, Any]) -> float:
     """Return the accuracy asked of a backend; infinite where steps were given."""
     if settings.get("dt") is not None or settings.get("method") is not None:
         return math.inf
     return float(settings.get("rtol") or RTOL)
-
-
-def _rows_in_words(tell: Callable[[str], object]) -> Callable[[int, int], object]:
-    """Return a function that says in a line how many rows are done."""
-    return lambda done, total: tell(f"sweep: {done:,} of {total:,} rows")
 
 
 class _Counter:

@@ -10,17 +10,10 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError
+from hertzchain.observables.peaks import times_of_peaks
+from hertzchain.observables.transition import solitary_waves, transitions
 from hertzchain.scene.validity import IMPOSSIBLE_OVERLAP
-from hertzchain.sweeps.columns import (
-    ALL,
-    COUNTS,
-    FIRST,
-    Column,
-    is_result,
-    numbers_of,
-    peak_columns,
-)
-from hertzchain.sweeps.numbers import of_batch
+from hertzchain.sweeps.columns import ALL, COUNTS, Column, is_result, numbers_of, peak_columns
 
 if TYPE_CHECKING:
     import pandas
@@ -43,20 +36,14 @@ class Rows:
         self.numbers, self.backend = numbers, backend
         self._columns = columns
         self._parameters = parameters
-        # 0 marks a missing count: a chain has at least 2 granules, a run at least 1 step.
-        self._found: dict[str, NDArray[Any]] = {
-            column.name: np.zeros(numbers.size, np.int64)
-            if column.kind == "int"
-            else np.full(numbers.size, np.nan)
+        self._found: dict[str, FloatArray] = {
+            column.name: np.full(numbers.size, np.nan)
             for column in columns
             if is_result(column.name)
         }
         self._failure: NDArray[Any] = np.full(numbers.size, None, object)
-        self._peaks: list[tuple[FloatArray, ...] | None] | None = (
-            [None] * numbers.size if peaks else None
-        )
+        self._peaks: list[pandas.DataFrame] | None = [] if peaks else None
         self.versions: Mapping[str, str] = {}
-        self._first_contact = 2
 
     def fail(self, row: int, problem: HertzchainError) -> None:
         """Store the reason why a scene has no numbers."""
@@ -64,15 +51,12 @@ class Rows:
 
     def fill(self, row: int, found: Result) -> None:
         """Fill in a simulation of a scene."""
-        numbers, first = numbers_of(found), found.first_columns
-        self.versions, self._first_contact = found.versions, found.scene.contacts[0]
+        numbers, self.versions = numbers_of(found), found.versions
         for name in self._found.keys() & numbers.keys():
             if (value := numbers[name]) is not None:
                 self._found[name][row] = value
         if self._peaks is not None:
-            never = np.full(found.peak_force.size, np.nan)
-            of_first = (first.get(name, never) for name in FIRST)
-            self._peaks[row] = found.peak_force, found.peak_time, *of_first
+            self._peaks.append(found.to_frame().assign(scene=self.numbers[row]))
 
     def add_batch(self, rows: NDArray[np.intp], batch: Batch, *units: FloatArray) -> Any:
         """Fill in results of a batch of similar scenes, in natural units of [N], [m], [s].
@@ -88,8 +72,16 @@ class Rows:
             values = self._found[name]
             values[rows] = np.where(lost, values[rows], found)
         if self._peaks is not None:
-            for k in np.nonzero(~lost)[0]:
-                self._peaks[rows[k]] = peak_force[k], peak_time[k]
+            import pandas
+
+            there, contacts = self.numbers[rows[~lost]], 2 + np.arange(peak_force.shape[1])
+            columns = {
+                "scene": np.repeat(there, contacts.size),
+                "contact": np.tile(contacts, there.size),
+                "peak_force_N": peak_force[~lost].ravel(),
+                "peak_time_s": peak_time[~lost].ravel(),
+            }
+            self._peaks.append(pandas.DataFrame(columns))
         return lost
 
     def table(self) -> pandas.DataFrame:
@@ -98,7 +90,9 @@ class Rows:
 
         scene_columns = {"scene": self.numbers, "backend": np.full(self.numbers.size, self.backend)}
         found = {
-            name: pandas.arrays.IntegerArray(values, values == 0) if name in COUNTS else values
+            name: pandas.array(np.where(values == 0, np.nan, values), "Int64")
+            if name in COUNTS
+            else values
             for name, values in self._found.items()
         }
         failure = pandas.array(self._failure, dtype="string")
@@ -111,17 +105,42 @@ class Rows:
             return None
         import pandas
 
-        there = [k for k, found in enumerate(self._peaks) if found is not None]
-        found = [found for found in self._peaks if found is not None]
-        sizes = np.array([force.size for force, *_ in found], np.int64)
-        first = self._first_contact
-        numbers = [first + np.arange(size) for size in sizes]
-        contact = np.concatenate(numbers or [np.zeros(0, int)])
+        kinds = {"scene": np.int64, "backend": object, "contact": np.int64}
         names = peak_columns(self._columns)
-        values = [
-            np.concatenate([one[k] for one in found] or [np.zeros(0)])
-            for k in range(len(names) - 3)
-        ]
-        backend = np.full(contact.size, self.backend)
-        columns = (np.repeat(self.numbers[there], sizes), backend, contact, *values)
-        return pandas.DataFrame(dict(zip(names, columns, strict=True)))
+        if not self._peaks:
+            return pandas.DataFrame({name: np.zeros(0, kinds.get(name, float)) for name in names})
+        each = pandas.concat(self._peaks).sort_values(["scene", "contact"], ignore_index=True)
+        return each.assign(backend=self.backend).reindex(columns=names)
+
+
+def of_batch(
+    batch: Batch, radius: FloatArray, force: FloatArray, length: FloatArray, time: FloatArray
+) -> tuple[Mapping[str, Any], FloatArray, FloatArray]:
+    """Return the numbers of similar scenes, shape (scenes,), and all peaks and their times.
+
+    ``force``, ``length`` and ``time`` are the natural units of each scene, ``radius`` is that of
+    its granules. p is 0 where there is none. Peaks and times have the shape (scenes, contacts).
+    """
+    peak_force, passed = batch.peak_force * force[:, None], batch.peak_passed
+    peak_time = times_of_peaks(peak_force, batch.peak_time * time[:, None])
+    p = transitions(batch.peak_force, passed)
+    slowness = time * np.power(force, 1 / 6)
+    near, far, speed, far_off, speed_off = solitary_waves(
+        peak_force, peak_time, passed, p, 2 * radius, slowness
+    )
+    at = np.argmax(peak_force, axis=1)
+    largest = peak_force[np.arange(at.size), at]
+    numbers = {
+        "transition_granules": p,
+        "solitary_wave_force_N": near,
+        "far_field_force_N": far,
+        "far_field_error": far_off,
+        "speed_m_s": speed,
+        "speed_error": speed_off,
+        "largest_peak_force_N": largest,
+        "largest_peak_contact": at + 2,
+        "overlap_ratio": np.power(largest / force, 2 / 3) * length / radius,
+        "error_estimate": batch.error_estimate,
+        "force_evaluations": batch.force_evaluations,
+    }
+    return numbers, peak_force, peak_time

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hertzchain.report.facts import describe, in_prefixed
-from hertzchain.report.picture import Picture, fit_letters
+from hertzchain.report.picture import Picture
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -83,5 +83,4 @@ def plot_spread(spread: Any, size: tuple[float, float] | None = None) -> Picture
     below.set(xlabel="contact", ylabel="share of the variance", ylim=(0, 1))
     for axes in (above, below):
         axes.legend()
-    fit_letters(figure)
     return figure

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from numba.core.caching import NullCache
 
-from hertzchain.cli import diagnosis
-from hertzchain.cli.diagnosis import PACKAGES
+from hertzchain.cli import doctor
+from hertzchain.cli.doctor import PACKAGES
 from hertzchain.engines.native import elastic
 from tests.cli.short_chain import GET_IT
 from tests.command_line import Command
@@ -50,7 +50,7 @@ def test_the_doctor_says_where_kernels_cannot_be_kept(
     hertzchain: Command, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PATH", str(folder))
-    monkeypatch.setattr(diagnosis, "_every_lammps", list)
+    monkeypatch.setattr(doctor, "_every_lammps", list)
     monkeypatch.setattr(elastic.march, "_cache", NullCache())
     why = "no folder to keep them can be written; name one in the environment variable"
     said = f"--    kernels: compiled again in every process, 6 s, as {why} NUMBA_CACHE_DIR"

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from hertzchain.cli import diagnosis
+from hertzchain.cli import doctor
 from hertzchain.engines.registry import ENGINES, Engine
 from hertzchain.report import style
 from tests.command_line import process
@@ -110,7 +110,7 @@ def test_doctor_knows_it(monkeypatch: pytest.MonkeyPatch) -> None:
         ENGINES, "dummy",
         Engine("dummy", "Dummy", __name__, "Installed", "#56B4E9", "D", program="none"),
     )  # fmt: skip
-    (found,) = [one for one in diagnosis._other_codes() if one.name == "Dummy"]
+    (found,) = [one for one in doctor._other_codes() if one.name == "Dummy"]
     assert found.text == "only for --backend dummy; brew install dummy"
 
 
@@ -128,11 +128,11 @@ def test_doctor_says_what_optional_packages_are_for(monkeypatch: pytest.MonkeyPa
             raise metadata.PackageNotFoundError
         return own(name)
 
-    monkeypatch.setattr(diagnosis, "_every_lammps", list)
-    found = {one.name: one for one in diagnosis.diagnose()}
+    monkeypatch.setattr(doctor, "_every_lammps", list)
+    found = {one.name: one for one in doctor.diagnose()}
     assert (found["pyarrow"].text, found["pyarrow"].works) == (own("pyarrow"), True)
     monkeypatch.setattr(metadata, "version", version)
-    found = {one.name: one for one in diagnosis.diagnose()}
+    found = {one.name: one for one in doctor.diagnose()}
     for name, extra in (("pyarrow", "parquet"), ("distributed", "cluster")):
         assert not found[name].works
         assert not found[name].needed

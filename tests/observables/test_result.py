@@ -26,6 +26,13 @@ def ending_at(scene: hc.Scene, end_time: float) -> hc.Scene:
 # Contents
 
 
+def test_a_run_that_ends_before_its_shock_says_so() -> None:
+    scene = paper_scene("cosine", 1.0, 2.0, granules=6)
+    (said,) = hc.Native().run(ending_at(scene, 0.4 * scene.pulse_end)).warnings
+    assert "before its shock did" in said
+    assert hc.Native().run(ending_at(scene, 1.1 * scene.pulse_end)).warnings == ()
+
+
 def test_transition_and_wave_of_the_demo(demo_reference: hc.Result) -> None:
     assert demo_reference.transition_granules == 9
     wave = demo_reference.solitary_wave

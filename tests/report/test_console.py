@@ -19,7 +19,7 @@ from hertzchain.report.console import (
     print_prose,
 )
 from hertzchain.report.facts import describe, known_digits
-from hertzchain.report.figures import plot_document
+from hertzchain.report.figures import figure_of
 from hertzchain.report.judgement import of_judgement
 from hertzchain.report.run import of_result
 from hertzchain.verdict.check import NOT_RUN, Check, Kind, unmeasured
@@ -48,7 +48,7 @@ def comparison_text(comparison: hc.Comparison) -> str:
 
 
 def plot_comparison(comparison: hc.Comparison, path: Path) -> None:
-    plot_document(of_comparison(comparison), path)
+    figure_of(of_comparison(comparison)).write(path)
 
 
 def text_on(screen: Console) -> str:

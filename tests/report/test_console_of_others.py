@@ -70,7 +70,7 @@ def test_a_plot_of_a_tradeoff_shows_every_contender(
 ) -> None:
     for tradeoffs in ([traded], [traded, traded]):
         path = tmp_path / f"{len(tradeoffs)}.svg"
-        plot_tradeoff(tradeoffs, path)
+        plot_tradeoff(tradeoffs).write(path)
         ElementTree.parse(path)  # noqa: S314 - written here
         comments = path.read_text(encoding="utf-8")  # text is drawn, and kept as comments
         for words in (

@@ -12,9 +12,10 @@ from matplotlib import rcParams
 
 import hertzchain as hc
 from hertzchain.errors import OutputError, SceneError
-from hertzchain.report.figures import figure_of, plot_document
-from hertzchain.report.motion import motion_frame, write_motion
+from hertzchain.report.figures import figure_of
+from hertzchain.report.formats import check_format
 from hertzchain.report.run import of_result
+from hertzchain.report.tables import motion_frame, write_frame
 from hertzchain.report.waterfall import drawn_contacts, plot_times
 from tests.conftest import paper_scene
 from tests.places import ROOT
@@ -67,7 +68,7 @@ def test_a_wall_is_one_more_granule_that_stands_still(on_a_wall: hc.Result) -> N
 @pytest.mark.parametrize("suffix", [".csv", ".parquet"])
 def test_files_read_back(tmp_path: Path, on_a_wall: hc.Result, suffix: str) -> None:
     path = tmp_path / f"motion{suffix}"
-    write_motion(on_a_wall, path)
+    write_frame(motion_frame(on_a_wall), path)
     frame = pd.read_csv(path) if suffix == ".csv" else pd.read_parquet(path)
     pd.testing.assert_frame_equal(frame, motion_frame(on_a_wall), check_exact=True)
     assert [frame.loc[k, "contact_force_N"] for k in (0, 1)] == [0, 0]
@@ -75,10 +76,9 @@ def test_files_read_back(tmp_path: Path, on_a_wall: hc.Result, suffix: str) -> N
 
 def test_what_is_not_motion_is_refused(tmp_path: Path, demo_reference: hc.Result) -> None:
     with pytest.raises(OutputError, match=r"\.csv, \.parquet"):
-        write_motion(demo_reference, tmp_path / "motion.json")
+        check_format(tmp_path / "motion.json", "motion")
     with pytest.raises(SceneError, match="record"):
-        write_motion(demo_reference, tmp_path / "motion.csv")
-    assert not list(tmp_path.iterdir())
+        motion_frame(demo_reference)
 
 
 def test_the_figure_draws_the_result(result: hc.Result) -> None:
@@ -151,7 +151,7 @@ def test_labels_of_a_small_picture_do_not_overlap(
 
 def test_fonts_of_pdf_are_true_type_and_settings_stay(result: hc.Result, tmp_path: Path) -> None:
     before = dict(rcParams)
-    plot_document(of_result(result), tmp_path / "run.pdf", (3.4, 2.6))
+    figure_of(of_result(result), (3.4, 2.6)).write(tmp_path / "run.pdf")
     assert dict(rcParams) == before
     written = (tmp_path / "run.pdf").read_bytes()
     assert b"/FontFile2" in written

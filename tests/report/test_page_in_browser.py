@@ -75,7 +75,7 @@ def test_a_browser_shows_every_number(
     assert page.locator("#numbers").text_content() is not None
     with page.expect_download() as download:
         page.get_by_text("Save all numbers as JSON").click()
-    assert download.value.suggested_filename == "comparison.json"
+    assert download.value.suggested_filename == "compare.json"
     saved = json.loads(Path(download.value.path()).read_text("utf-8"))
     assert saved == json.loads(json.dumps(compared.to_dict()))
     assert wrong == []

@@ -48,7 +48,7 @@ def test_strokes_follow_the_table() -> None:
     assert piston.strokes == (
         Stroke(0.0, 0.0, 0.0), Stroke(1.0, 0.0, 2.0), Stroke(3.0, 4.0, -3.0), Stroke(4.0, 1.0, 0.0)
     )  # fmt: skip
-    assert piston.fastest == 3.0
+    assert piston.impact_velocity == 3.0
     travelled = [piston.distance(t) for t in (0.5, 2.0, 3.5, 9.0)]
     assert travelled == pytest.approx([0.0, 2.0, 5.5, 7.0], rel=1e-14)
     times = np.linspace(0.0, 6.0, 25)

@@ -21,7 +21,7 @@ from hertzchain.errors import RunFailed, SceneError
 from hertzchain.scene.pulse import PROFILES, Profile, profile_named
 from hertzchain.scene.ramp import SHAPES, Ramp, Shape
 from hertzchain.scene.schedule import Leg
-from hertzchain.scene.shock_table import read_table
+from hertzchain.scene.tables import read_table
 
 F0, T0 = 100.0, 70e-6
 """Peak force [N] and rise time [s] of the pulses here."""
@@ -133,8 +133,9 @@ def test_a_further_shape_is_one_entry(monkeypatch: pytest.MonkeyPatch) -> None:
         "\ufefftime_s,force_N\n0,0\n1e-5,100\n3e-5,0.5",
         " time_s , force_N \n\n0, 0.0\n+1.0E-05 , 100\n\n3e-5,.5\n\n",
         '"time_s","force_N"\n"0","0"\n1e-5,1e2\n3e-5,5e-1\n',
+        "force_N,time_s\n0,0\n100,1e-5\n0.5,3e-5\n",
     ],
-    ids=["plain", "windows", "byte-order mark", "spaces and blank lines", "quotes"],
+    ids=["plain", "windows", "byte-order mark", "spaces and blank lines", "quotes", "order"],
 )
 def test_a_pulse_table_is_read(tmp_path: Path, text: str) -> None:
     path = tmp_path / "pulse.csv"

@@ -93,6 +93,7 @@ def test_numbers_are_those_of_the_result(changes: dict[str, Any]) -> None:
         "contacts_cut_off": len(result.cut_off),
         "overlap_ratio": result.overlap_ratio,
         "error_estimate": result.error_estimate,
+        "wanted_error": result.wanted_error,
         "force_evaluations": result.force_evaluations,
     }
     if scene.wall is not None:

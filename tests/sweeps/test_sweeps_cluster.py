@@ -199,8 +199,8 @@ def test_a_part_that_ends_workers_is_named(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setenv("DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES", "0")
     deadly = tmp_path / "deadly.py"
     deadly.write_text(
-        "import os\nfrom hertzchain.sweeps import measuring\n"
-        "measuring.measure = lambda *_, **__: os._exit(1)\n",
+        "import os\nfrom hertzchain.sweeps import cluster\n"
+        "cluster.measure = lambda *_, **__: os._exit(1)\n",
         encoding="utf-8",
     )
     lost = pytest.raises(RunFailed, match="was lost with worker after worker")

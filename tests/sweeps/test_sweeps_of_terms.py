@@ -168,7 +168,7 @@ def test_columns() -> None:
         *("largest_peak_force_N", "largest_peak_contact", "last_peak_force_N"),
         *("wall_first_peak_force_N", "wall_arrival_time_s", "wall_peak_force_N"),
         *("wall_peak_time_s", "contacts_cut_off", "overlap_ratio"),
-        *("error_estimate", "force_evaluations", "failure"),
+        *("error_estimate", "wanted_error", "force_evaluations", "failure"),
     ]
 
 

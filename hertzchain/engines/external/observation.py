@@ -185,7 +185,7 @@ def _fastest(scene: Scene) -> float:
     if scene.piston is not None:
         moved = scene.granules.as_if_free.mass[1:]
         # All granules thrown ahead, and all contacts pressed by the scene's unit of force.
-        energy = 2 * float(np.sum(moved)) * scene.piston.fastest**2 + static
+        energy = 2 * float(np.sum(moved)) * scene.piston.impact_velocity**2 + static
         energy += moved.size * scene.units.energy
     else:
         # The halves of a sine cancel in the impulse, but not in the velocities.

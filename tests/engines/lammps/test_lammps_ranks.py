@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import hertzchain as hc
-from hertzchain.cli.diagnosis import diagnose
+from hertzchain.cli.doctor import diagnose
 from hertzchain.engines.lammps.binary import find_mpiexec
 from hertzchain.engines.lammps.engine import look as look_at_module
 from hertzchain.errors import (

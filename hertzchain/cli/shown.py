@@ -1,10 +1,10 @@
-"""Output of the commands that end with a verdict: compare, judge and examine."""
+"""Where run, compare, judge and examine show what they found: stdout, plot, page and JUnit XML."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class Shown:
-    """Where a verdict is shown: on stdout, as a plot, as a page and as JUnit XML.
+    """Where a document is shown.
 
     Files that cannot be written are refused here, before any work is done.
 
@@ -35,6 +35,8 @@ class Shown:
         Whether stdout has every contact.
     size
         Width and height of the plot, as the option has them.
+    others
+        Further files that the command writes, by the kinds of ``check_format`` or "".
     """
 
     scene: Path
@@ -42,42 +44,57 @@ class Shown:
     as_json: bool
     plot: Path | None
     report: Path | None
-    junit: Path | None
+    junit: Path | None = None
     every: bool = False
     size: str | None = None
+    others: Mapping[str, Path | None] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         options.refuse_without_need(self.plot is not None, size=self.size is not None)
         self._inches = options.to_inches(self.size)
         self._begun, self._begin = datetime.now(UTC), time.perf_counter()
-        given = [self.scene, *self.given]
-        output.check_files(given, [self.junit], plot=self.plot, page=self.report)
+        others = dict(self.others)
+        without_format = [self.junit, others.pop("", None)]
+        files = {**others, "plot": self.plot, "page": self.report}
+        output.check_files([self.scene, *self.given], without_format, **files)
 
-    def end(self, document: Document) -> NoReturn:
-        """Print the document, write the files, and end with the status of the verdict."""
-        from hertzchain.files import write_text
-        from hertzchain.report import figures, page
+    def print(self, document: Document, rest: str | None = None) -> None:
+        """Print the document; ``rest`` says where peaks are that the terminal does not show."""
         from hertzchain.report.console import print_document
-        from hertzchain.report.junit import to_xml
-        from hertzchain.verdict.check import NOT_RUN
 
-        ends = dict.fromkeys(file.name for file in (*self.given[:1], *self.given[-1:]))
-        names = self.scene.name, " ... ".join(ends)
-        seconds = time.perf_counter() - self._begin
-        suite = document.suite(self.scene.stem, self._begun, seconds)
         output.show(
             self.as_json,
             document.numbers,
-            lambda console: print_document(console, document, every=self.every),
+            lambda console: print_document(console, document, rest, self.every),
         )
+
+    def write(self, document: Document) -> None:
+        """Write plot and page."""
+        if self.plot is None and self.report is None:  # nothing is loaded for nothing
+            return
+        from hertzchain.report import figures, page
+
+        ends = dict.fromkeys(file.name for file in (*self.given[:1], *self.given[-1:]))
+        names = self.scene.name, " ... ".join(ends)
         output.write_file(
             "Plot",
             self.plot,
-            lambda path: figures.plot_document(document, path, self._inches),
+            lambda path: figures.figure_of(document, self._inches).write(path),
         )
         output.write_file(
             "Report", self.report, lambda path: page.write_page(document, path, *names)
         )
+
+    def end(self, document: Document) -> NoReturn:
+        """Print a verdict, write the files, and end with its status."""
+        from hertzchain.files import write_text
+        from hertzchain.report.junit import to_xml
+        from hertzchain.verdict.check import NOT_RUN
+
+        seconds = time.perf_counter() - self._begin
+        suite = document.suite(self.scene.stem, self._begun, seconds)
+        self.print(document)
+        self.write(document)
         output.write_file("JUnit XML", self.junit, lambda path: write_text(path, to_xml([suite])))
         missing = [check for check in document.checks if check.kind == NOT_RUN]
         for check in missing:
