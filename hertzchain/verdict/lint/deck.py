@@ -16,7 +16,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from hertzchain.engines.lammps.dialect import DEFAULT_SKIN, NUMBERS_OF
-from hertzchain.engines.lammps.reading.text import in_ascii, lines_of, without_comment, words_of
+from hertzchain.engines.lammps.reading.text import (
+    closed,
+    in_ascii,
+    lines_of,
+    without_comment,
+    words_of,
+)
 
 if TYPE_CHECKING:
     from hertzchain.arrays import FloatArray
@@ -112,18 +118,12 @@ def _split(text: str) -> tuple[str, ...]:
 
 def _closed_up(line: str) -> str:
     """A line whose ``$(...)`` have no blanks in them, as LAMMPS fills them in before it splits."""
-    if "$(" not in line:
-        return line
-    pieces: list[str] = []
-    depth, at = 0, 0
-    for k, character in enumerate(line):
-        if depth == 0 and line.startswith("$(", k):
-            depth, at = 1, k + 1
-        elif depth and k > at:
-            depth += (character == "(") - (character == ")")
-        if not (depth and character.isspace()):
-            pieces.append(character)
-    return "".join(pieces)
+    found, k = "", 0
+    while (start := line.find("$(", k)) >= 0:
+        end = closed(line, start + 1)
+        found += line[k:start] + "".join(line[start:end].split())
+        k = end
+    return found + line[k:]
 
 
 # ---- A deck

@@ -139,6 +139,27 @@ def test_a_force_that_stays_is_a_load(name: str, until: float, is_load: bool) ->
     assert loaded.applied_force == pytest.approx(force - load)
 
 
+@pytest.mark.parametrize(("noise", "is_load"), [(1 / 3, True), (3.0, False)])
+def test_a_load_changes_by_round_off_alone(
+    noise: float, is_load: bool, scene: hc.Scene, right: FoundDeck
+) -> None:
+    """By a billionth of the largest force, whatever a granule feels that is not pushed at all."""
+    force = np.where(np.arange(20) == 2, 3.0, 0.0) * np.ones(right.applied_force.shape)
+    force[1::2, 2] *= 1 + noise * 1e-9
+    loaded = measured.with_loads(changed(right, applied_force=force), scene)
+    assert loaded.constant_force[2, 0] == 3.0 * is_load
+
+
+def test_a_load_of_a_scene_with_loads_is_there_at_the_end() -> None:
+    scene = scene_of("precompressed")
+    deck = deck_of("precompressed", scene)
+    force = np.full(deck.applied_force.shape, 3.0)
+    force[-2, 1] = force[-1, 2] = 4.0
+    loaded = measured.with_loads(changed(deck, applied_force=force), scene)
+    load = loaded.constant_force[:, 0] - deck.constant_force[:, 0]
+    assert load[:4] == pytest.approx([3.0, 3.0, 0.0, 3.0])
+
+
 @pytest.mark.parametrize(("moved", "is_load"), [(0.9e-5, True), (1.1e-5, False)])
 def test_a_held_end_is_one_under_load(moved: float, is_load: bool) -> None:
     """Where the shock moves it by less than 1e-5 of its overlap."""

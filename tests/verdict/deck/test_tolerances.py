@@ -12,6 +12,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.engines.lammps.reading.found import FoundDeck
 from hertzchain.verdict.deck import proving
+from tests.verdict.deck import made
 from tests.verdict.deck.corpus import scene_of
 from tests.verdict.deck.made import (
     STEP,
@@ -186,3 +187,19 @@ def test_a_deck_in_which_no_peak_is_judged(scene: hc.Scene, right: FoundDeck) ->
     assert not np.any(done.judged)
     assert by_name(done, "time step").passed
     assert not done.passed
+
+
+def test_both_sides_of_what_the_motion_may_add_to_a_failed_check(
+    scene: hc.Scene, right: FoundDeck
+) -> None:
+    """A hundredth of the effect of a wrong mass, with which the deck moves as its numbers say."""
+    lighter = replace(scene, chain=replace(scene.chain, density=0.8 * 7958.0))
+    moved = made.found(lighter)
+    (mass,) = examined(scene, changed(moved, mass=0.8 * right.mass)).to_mend
+    assert mass.effect is not None
+    allowed = TOLERANCE + 1e-2 * mass.effect
+    assert mass.effect > 0.05
+    for share, names in ((1 / 3, [mass.name]), (3.0, [mass.name, "motion"])):
+        peaks = moved.peak_force * (1 + share * allowed)
+        to_mend = examined(scene, changed(moved, peak_force=peaks)).to_mend
+        assert [one.name.split(",")[0] for one in to_mend] == names

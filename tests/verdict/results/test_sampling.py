@@ -78,6 +78,17 @@ def test_the_maximum_may_be_that_of_another_hump(rate: float, higher: float) -> 
     assert rate > 0.7 or np.all(found.error < 2e-3)
 
 
+def test_a_hump_that_is_cut_off_may_be_higher_by_a_whole_step() -> None:
+    """A parabola has no error but that; overlaps go as forces to the power 2/3."""
+    time = np.arange(12.0)
+    rises = 4.0 + 0.3 * time - 0.01 * time**2
+    scene = hc.Scene(hc.Chain(3, **STEEL), hc.Pulse("cosine", 100.0, 2.0, rise_time=5e-5))
+    found = peaks_of(scene, of_contacts(time, [rises**1.5, rises[::-1] ** 1.5]), "file")
+    step = 1.5 * (rises[-1] - rises[-2]) / rises[-1]
+    assert found.peak_force == pytest.approx(rises[-1] ** 1.5)
+    assert found.error == pytest.approx(step, rel=1e-6)
+
+
 @pytest.mark.parametrize("digits", [4, 6, 9, 12])
 def test_digits_of_numbers_are_counted(digits: int, run: Samples, truth: FloatArray) -> None:
     words = [f"{value:.{digits}g}" for value in run.net_force.ravel()]

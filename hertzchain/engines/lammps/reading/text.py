@@ -133,3 +133,13 @@ def after_quotes(text: str, k: int) -> int:
     mark = _TRIPLE if text.startswith(_TRIPLE, k) else text[k]
     end = text.find(mark, k + len(mark))
     return len(text) if end < 0 else end + len(mark)
+
+
+def closed(text: str, k: int) -> int:
+    """Where the bracket that opens at k is closed; the end where it is not."""
+    depth = 0
+    for end in range(k, len(text)):
+        depth += (text[end] == "(") - (text[end] == ")")
+        if depth == 0:
+            return end + 1
+    return len(text)
