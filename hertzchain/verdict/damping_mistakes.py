@@ -46,7 +46,7 @@ def damping(case: Case) -> Iterator[Mistake]:
     for law in DAMPING:
         contact = partial(contact_of, scene, law, attraction=pulls)
         yield Mistake(
-            partial(_in_words, scene, contact),
+            partial(in_words, scene, contact),
             search=partial(_search, contact=contact, without=without),
         )
 
@@ -86,7 +86,8 @@ def contact_of(scene: Scene, law: DampingLaw, log: float, attraction: bool) -> C
     return Contact(law, attraction=attraction, **{DAMPING[law]: parameter})
 
 
-def _in_words(scene: Scene, contact: partial[Contact], log: float) -> str:
+def in_words(scene: Scene, contact: partial[Contact], log: float) -> str:
+    """Return words for a law of damping with a fitted coefficient, in place of the scene's."""
     found, own = contact(log), scene.contact
     if own is None:
         return _described(found)

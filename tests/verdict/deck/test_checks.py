@@ -363,3 +363,18 @@ def test_a_crest_between_readings_is_no_smaller_peak(scene: hc.Scene, right: Fou
     check = by_name(examined(scene, times("applied_force", 1 + 1e-5)(thin)), "peak of the applied")
     assert check.sentence.startswith("the largest applied force is 100.00")
     assert check.measured == pytest.approx(100.001, rel=1e-6)
+
+
+def test_granules_that_settle_elsewhere_than_the_scene_has_them(
+    scene: hc.Scene, right: FoundDeck
+) -> None:
+    """Their places stand in no text: the last run before the shock is to blame."""
+    settles = replace(right.commands[-1], text="run 100", written="run 100")
+    last = replace(right.commands[-1], line=14)
+    deck = changed(plus("position", slice(5, None), 1e-6)(right), before=2e-5,
+                   commands=(*right.commands[:-1], settles, last), first_run=13)  # fmt: skip
+    deck = changed(deck, runs=(replace(deck.runs[0], command=13),))
+    check = by_name(examined(scene, deck), "distance of")
+    assert " after the runs before the shock is " in check.sentence
+    assert str(check.place) == "in.made:13"
+    assert ("run 100",) not in check.corrections[0].values()
