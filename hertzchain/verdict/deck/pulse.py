@@ -101,12 +101,9 @@ def pulse(case: Case) -> list[Difference]:
 
 def _held(case: Case, time: FloatArray, force: FloatArray) -> int:
     """For how many steps the force is held constant; 1 where it is not."""
-    steps = [run.dt for run in case.found.runs]
     inside = (time > 0) & (time < case.scene.pulse_end)
     at, value = time[inside], force[inside]
-    if at.size < 4 or not steps:
-        return 1
     jumps = np.flatnonzero(np.abs(np.diff(value)) > 1e-9 * case.scene.peak_force)
     if jumps.size < 3 or jumps.size > 0.7 * (at.size - 1):
         return 1
-    return max(1, round(float(np.median(np.diff(at[jumps + 1]))) / steps[0]))
+    return max(1, round(float(np.median(np.diff(at[jumps + 1]))) / case.found.runs[0].dt))
