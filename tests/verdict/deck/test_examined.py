@@ -13,7 +13,8 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.found import Executed, FoundDeck, FoundRun
 from hertzchain.engines.lammps.reading.text import Edits
 from hertzchain.errors import RunFailed, SceneError
-from hertzchain.verdict.deck import examining
+from hertzchain.verdict.deck import DeckCheck, examining
+from hertzchain.verdict.deck.examined import in_order
 from hertzchain.verdict.deck.places import variables_of
 from tests.places import ROOT
 from tests.verdict.deck.made import STEP, by_name, changed, examined, first_guess, times
@@ -50,6 +51,19 @@ def test_corrections_are_in_the_order_of_their_lines(scene: hc.Scene, right: Fou
         (1, "units si", ()), (2, "", ("c",)), (3, right.commands[2].written, ("a", "b")),
     ]  # fmt: skip
     assert lines[2].to_dict() == {"file": "in.made", "line": 3, "commands": ["a", "b"]}
+
+
+def test_checks_are_in_the_order_of_their_effect() -> None:
+    """What failed, then what differs; an effect that is not known comes last among them."""
+    rows: dict[str, tuple[float | None, bool, bool]] = {
+        "as it is": (0.9, True, False), "unknown": (None, False, True),
+        "slight": (0.0, False, True), "much": (0.5, False, True), "small": (1e-5, True, True),
+        "larger": (1e-4, True, True), "also as it is": (0.0, True, False),
+    }  # fmt: skip
+    checks = [DeckCheck(name, "", 1, 1, *worth, "", "") for name, worth in rows.items()]
+    assert [check.name for check in in_order(checks)] == [
+        "much", "slight", "unknown", "larger", "small", "as it is", "also as it is",
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(

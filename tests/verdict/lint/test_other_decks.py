@@ -143,6 +143,8 @@ OTHERS = {
 }  # fmt: skip
 """Words for decks that are no chain, and decks as they are published."""
 
+OF_LIGGGHTS = {"meshes", "multisphere", "insert", "pack", "old LIGGGHTS"}
+
 
 @pytest.mark.parametrize("name", OTHERS)
 def test_a_deck_that_is_no_chain_is_said_to_be_none_and_has_no_error(name: str) -> None:
@@ -152,6 +154,7 @@ def test_a_deck_that_is_no_chain_is_said_to_be_none_and_has_no_error(name: str) 
     assert why in said
     assert {one.severity for one in found} == {"note"}
     assert not any("Hertz's law" in one.text for one in found)
+    assert any("for LIGGGHTS" in one.text for one in found) == (name in OF_LIGGGHTS)
 
 
 @pytest.mark.parametrize(
