@@ -17,7 +17,9 @@ from hertzchain.verdict.deck import DeckCheck, examining
 from hertzchain.verdict.deck.examined import in_order
 from hertzchain.verdict.deck.places import variables_of
 from tests.places import ROOT
-from tests.verdict.deck.made import STEP, by_name, changed, examined, first_guess, times
+from tests.verdict.deck.corpus import scene_of
+from tests.verdict.deck.decks import deck_of
+from tests.verdict.deck.made import STEP, by_name, changed, examined, first_guess, found, times
 
 DECK = "units si # of all\ninclude a.inc\ninclude b.inc\nset group all &\n density 1\nrun 5"
 TEXTS = {"in.made": DECK, "a.inc": "pair_style none\ninclude b.inc\n", "b.inc": "fix 1 all nve\n"}
@@ -84,6 +86,22 @@ def test_rows(sideways: FloatArray, kind: str, scene: hc.Scene, right: FoundDeck
     assert not done.judged.any()
     assert done.judged.size == 19
     assert done.verdict == "fail"
+
+
+@pytest.mark.parametrize("more", [-1, 1])
+@pytest.mark.parametrize("name", ["steel", "wall", "precompressed", "viscoelastic", "column"])
+def test_another_number_of_granules(name: str, more: int) -> None:
+    """The granules and contacts that both have are right, but for the load on the last one."""
+    scene = scene_of(name)
+    count = scene.chain.granules + more
+    other = replace(scene, chain=replace(scene.chain, granules=count))
+    deck = found(other) if name == "steel" else deck_of(name, other)
+    decks = [deck] if name == "column" else [deck, changed(deck, units="lj")]
+    for one in decks:
+        first, *rest = examined(scene, one).to_mend
+        assert (first.name, first.measured) == ("number of granules", count)
+        assert first.expected == scene.chain.granules
+        assert [check.kind for check in rest] == ["constant force"] * (name == "precompressed")
 
 
 def settled(deck: FoundDeck, *starts: float) -> FoundDeck:
