@@ -27,15 +27,30 @@ def failed(checks: Sequence[Check]) -> set[str]:
     return {check.name for check in checks if not check.passed}
 
 
+OF_NATIVE = ["native: the reference method", "native: Eq. 1 as it is written"]
+OF_LAMMPS = [
+    "LAMMPS: the generated deck",
+    "LAMMPS: what it makes of the deck",
+    "native: velocity Verlet at the steps of LAMMPS",
+]
+"""What is said while a scene is compared."""
+
+
 @pytest.fixture(scope="module")
 def both() -> hc.Comparison:
     """Native and LAMMPS on a small scene."""
-    return hc.compare(SCENE)
+    said: list[str] = []
+    compared = hc.compare(SCENE, progress=said.append)
+    assert said == [*OF_NATIVE, *OF_LAMMPS]
+    return compared
 
 
 @pytest.fixture(scope="module")
 def native_only() -> hc.Comparison:
-    return hc.compare(SCENE, ["native"])
+    said: list[str] = []
+    compared = hc.compare(SCENE, ["native"], progress=said.append)
+    assert said == OF_NATIVE
+    return compared
 
 
 # Verdicts on right results
@@ -110,6 +125,20 @@ def test_momentum_and_energy_balance_whatever_the_pulse(
 
 
 # Results that were tampered with
+
+
+@pytest.mark.parametrize("as_written", [False, True])
+def test_eq_1_as_it_is_written_is_left_out_where_it_takes_long(
+    as_written: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said: list[str] = []
+    monkeypatch.setattr("hertzchain.verdict.comparison.is_quickly_written", lambda _: False)
+    compared = hc.compare(SCENE, ["native"], as_written=as_written, progress=said.append)
+    names = {check.name for check in compared.checks}
+    assert ("native: compiled against Eq. 1 as written" in names) == as_written
+    assert said[0] == OF_NATIVE[0]
+    assert (said[1] == OF_NATIVE[1]) == as_written
+    assert said[1].endswith("ask for it with --as-written") != as_written
 
 
 def test_one_failed_check_fails_the_whole(native_only: hc.Comparison) -> None:

@@ -53,7 +53,10 @@ def test_the_accuracy_that_a_step_should_have(demo_reference: hc.Result) -> None
     scene = demo_reference.scene
     dt = 0.05 * scene.units.time
     run = hc.Native("velocity-verlet", dt).run(scene)
-    found = hc.judge(scene, run.peak_force, dt=dt)
+    said: list[str] = []
+    found = hc.judge(scene, run.peak_force, dt=dt, progress=said.append)
+    assert said == ["reading results", "native: the reference method",
+                    "native: velocity Verlet at that step"]  # fmt: skip
     assert found.expected is not None
     assert found.largest_difference == pytest.approx(found.expected.interpolated, rel=1e-6, abs=0)
     times = np.unique(np.concatenate([_ends(leg) for leg in scene.schedule(dt)]))

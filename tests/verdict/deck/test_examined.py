@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -102,6 +103,24 @@ def test_another_number_of_granules(name: str, more: int) -> None:
         assert (first.name, first.measured) == ("number of granules", count)
         assert first.expected == scene.chain.granules
         assert [check.kind for check in rest] == ["constant force"] * (name == "precompressed")
+
+
+def test_a_deck_of_one_granule(scene: hc.Scene, right: FoundDeck) -> None:
+    """There is no contact then, and nothing else is said of it."""
+    first: dict[str, Any] = {}
+    for name, value in vars(right).items():
+        if isinstance(value, np.ndarray) and value.ndim and 20 in value.shape:
+            first[name] = np.take(value, [0], axis=value.shape.index(20))
+        elif isinstance(value, np.ndarray) and value.shape[-1:] == (19,):
+            first[name] = value[..., :0]
+    fixes = tuple(
+        replace(fix, granules=fix.granules[:1], largest=fix.largest[:1],
+                largest_in_motion=fix.largest_in_motion[:1])
+        for fix in right.fixes
+    )  # fmt: skip
+    count, *rest = examined(scene, changed(right, fixes=fixes, **first)).to_mend
+    assert (count.measured, count.expected) == (1, 20)
+    assert [check.name for check in rest] == []
 
 
 def settled(deck: FoundDeck, *starts: float) -> FoundDeck:
