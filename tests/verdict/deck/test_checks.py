@@ -12,6 +12,8 @@ import pytest
 import hertzchain as hc
 from hertzchain.engines.lammps.reading.found import FoundDeck, FoundWall
 from hertzchain.verdict.deck import deck_check
+from tests.verdict.deck.corpus import scene_of
+from tests.verdict.deck.decks import deck_of
 from tests.verdict.deck.made import (
     STEP,
     by_name,
@@ -378,3 +380,14 @@ def test_granules_that_settle_elsewhere_than_the_scene_has_them(
     assert " after the runs before the shock is " in check.sentence
     assert str(check.place) == "in.made:13"
     assert ("run 100",) not in check.corrections[0].values()
+
+
+def test_the_damping_of_one_contact() -> None:
+    scene = scene_of("viscoelastic")
+    deck = deck_of("viscoelastic", scene)
+    elastic = scene.granules.stiffness[6] * deck.damped_overlap[:, 6] ** 1.5
+    more = 0.1 * (deck.damped_force[:, 6] - elastic)
+    done = examined(scene, plus("damped_force", (slice(None), 6), more)(deck))
+    check = by_name(done, "damping of contact")
+    assert check.name == "damping of contact 8"
+    assert check.measured == pytest.approx(1.1 * (check.expected or 0.0), rel=1e-9)
