@@ -54,7 +54,7 @@ def pulse(case: Case) -> list[Difference]:
     late = len(found.runs) * math.ulp(scene.pulse_end)  # times are added up, leg by leg
     moved = 4 * len(found.runs) * math.ulp(scene.end_time)
     if not case.exact:
-        moved = 1e-6 * max((run.dt for run in found.runs), default=0.0)
+        moved = 1e-6 * found.runs[0].dt
     steepest = max(
         math.pi / 2 * abs(ramp.end_force - ramp.start_force) / (ramp.end - ramp.start)
         for ramp in scene.ramps
