@@ -30,6 +30,19 @@ def test_true_peaks_pass_without_a_cause(demo_reference: hc.Result) -> None:
     assert not hc.judge(scene, 1.01 * peaks)
 
 
+def test_where_nothing_can_be_judged(demo_reference: hc.Result) -> None:
+    found = hc.judge(demo_reference.scene, demo_reference.peak_force)
+    none = replace(found, given=np.full_like(found.given, np.nan))
+    assert (none.verdict, none.largest_difference, none.missing) == ("fail", None, none.given.size)
+    assert none.summary == "no contact that was given is pressed enough to be judged"
+    sampled = replace(found, sampling=np.full_like(found.given, 2 * found.tolerance))
+    assert sampled.summary.endswith("is pressed enough and sampled often enough to be judged")
+    assert (sampled.sampling_error, sampled.sampled_too_rarely) == (None, sampled.given.size)
+    often = replace(found, sampling=np.linspace(0, found.tolerance / 2, found.given.size))
+    assert often.sampling_error == found.tolerance / 2
+    assert (often.sampled_too_rarely, often.verdict) == (0, "pass")
+
+
 def test_peaks_of_no_contact_are_refused(demo: hc.Scene) -> None:
     with pytest.raises(SceneError, match="must be given for at least one contact"):
         hc.judge(demo, {})

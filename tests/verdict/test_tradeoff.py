@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import hertzchain as hc
-from hertzchain.errors import RunFailed
+from hertzchain.errors import BackendMissing, RunFailed
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.report import style
 from hertzchain.verdict import tradeoff as module
@@ -147,6 +147,30 @@ def test_one_that_always_fails_is_a_remark(
     assert not found.missing
 
 
+def test_a_missing_backend_is_said_once(scene: hc.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    def run(_: hc.Scene, __: float) -> Outcome:
+        raise BackendMissing("there is none")
+
+    missing = Contender("missing", "compiled", run, steps=(0.2, 0.1))
+    monkeypatch.setattr(module, "contenders", lambda *_: (missing, fixed({0.2: ONES})))
+    found = tradeoff(scene, ["compiled"], enough=0.0)
+    assert (found.missing, found.remarks) == (True, ("there is none",))
+    assert [row.contender for row in found.rows] == ["fixed"]
+
+
+ONES = Outcome(np.ones(11), 1)
+
+
+def test_a_setting_has_the_least_time_of_all_rounds(
+    scene: hc.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    took = [3.0, 1.0]
+    monkeypatch.setattr(module, "contenders", lambda *_: (fixed({0.2: ONES}),))
+    monkeypatch.setattr(module, "timed", lambda run, _: (run(), took.pop(0)))
+    (row,) = tradeoff(scene, ["compiled"]).rows
+    assert (row.wall_time, took) == (1.0, [])
+
+
 def test_a_slow_contender_is_not_run_at_dearer_settings(
     scene: hc.Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -245,3 +269,17 @@ def test_native_methods_on_a_scene_with_terms() -> None:
     # Fourth order, where steps are short enough for an order and contacts open.
     errors = [row.error for row in rows_of(found, "srkn-6b, compiled")]
     assert errors[0] / errors[-1] > 1e4
+
+
+def test_damped_contacts_are_measured_against_the_reference() -> None:
+    damped = replace(STRIKER, contact=hc.Contact("restitution", restitution=0.8))
+    truth, error = module._truth(damped)
+    reference = hc.Native("reference").run(damped)
+    assert truth.peak_force == pytest.approx(reference.peak_force, rel=1e-12)
+    assert error == pytest.approx(reference.error_estimate, rel=1e-6)
+    everyone = {one.name: one for one in contenders(damped)}
+    assert "srkn-6b, compiled" not in everyone
+    for name in ("rtol, without estimate", "rtol, with estimate"):
+        found = everyone[name].run(damped, 1e-5)
+        assert largest_difference(found.peak_force, reference.peak_force) < 1e-5
+        assert found.force_evaluations > 1000

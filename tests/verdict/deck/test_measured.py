@@ -90,6 +90,25 @@ def test_a_shock_begins_with_the_run_that_fits(
     assert begun == min(start, 200 * STEP)
 
 
+@pytest.mark.parametrize(
+    ("start", "factor", "begun"),
+    [
+        # A start within a fiftieth of a step of one is that.
+        (230 + 0.02 / 3, 1.0, 230.0), (230.06, 1.0, 230.06),
+        # A force that is off by a hundredth may begin between runs, one that is off by more not.
+        (230.0, 1 + 0.01 / 3, 230.0), (230.0, 1.03, 200.0),
+    ],
+)  # fmt: skip
+def test_both_sides_of_a_start_between_runs(
+    start: float, factor: float, begun: float, scene: hc.Scene, right: FoundDeck
+) -> None:
+    deck = two_runs(right, 200 * STEP)
+    moved = factor * scene.applied_force(deck.applied_time - start * STEP)
+    force = np.where(np.arange(20) == 0, moved[:, np.newaxis], 0.0)
+    found = measured.start_of_shock(changed(deck, applied_force=force), scene)
+    assert found / STEP == pytest.approx(begun, abs=3e-3)
+
+
 def test_the_start_of_a_force_that_is_none(scene: hc.Scene, right: FoundDeck) -> None:
     deck = two_runs(right, 200 * STEP)
     none = changed(deck, applied_force=0 * deck.applied_force)

@@ -11,7 +11,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.lammps.reading.found import FoundDeck
-from hertzchain.verdict.deck import proving
+from hertzchain.verdict.deck import places, proving
 from tests.verdict.deck import made
 from tests.verdict.deck.corpus import scene_of
 from tests.verdict.deck.decks import deck_of
@@ -221,3 +221,43 @@ def test_both_sides_of_what_the_motion_may_add_to_a_failed_check(
         peaks = moved.peak_force * (1 + share * allowed)
         to_mend = examined(scene, changed(moved, peak_force=peaks)).to_mend
         assert [one.name.split(",")[0] for one in to_mend] == names
+
+
+def test_both_sides_of_the_motion_at_the_end(scene: hc.Scene, right: FoundDeck) -> None:
+    """A fiftieth of the largest velocity and displacement."""
+    for name, values, what in (
+        ("final_velocity", right.final_velocity, "motion, by velocities at the end"),
+        ("final_position", right.final_position - right.position, "motion, by places at the end"),
+    ):
+        allowed = 0.02 * float(np.max(np.abs(values)))
+        for share, names in ((1 / 3, []), (3.0, [what])):
+            done = examined(scene, plus(name, 3, share * allowed)(right))
+            assert [check.name for check in done.to_mend] == names
+
+
+def test_numbers_that_are_off_by_the_same_are_one_finding(
+    scene: hc.Scene, right: FoundDeck
+) -> None:
+    """By a hundredth of it; the rest of many different ones is one finding, too."""
+    two = both(times("mass", 1.2, 3), times("mass", 1.2006, 4), times("mass", 1.206, 9))
+    names = [one.name for one in examined(scene, two(right)).checks if one.name[:4] == "mass"]
+    assert sorted(names) == ["mass of granule 10", "mass of granules 4 to 5"]
+    many = both(*(times("mass", 1 + 0.1 * k, k) for k in range(1, 6)))
+    names = [one.name for one in examined(scene, many(right)).checks if one.name[:4] == "mass"]
+    assert sorted(names) == ["mass of granule 5", "mass of granule 6", "mass of granules 2 to 4"]
+
+
+@pytest.mark.parametrize(("share", "name"), [(1 / 3, "force of contact 6"), (3.0, "stiffness of")])
+def test_both_sides_of_a_contact_without_force(
+    share: float, name: str, scene: hc.Scene, right: FoundDeck
+) -> None:
+    """A millionth of Hertz's force."""
+    weak = [times(force, 1e-6 * share, (..., 4)) for force in ("contact_force", "damped_force")]
+    first = examined(scene, both(*weak)(right)).to_mend[0]
+    assert first.name.startswith(name)
+
+
+@pytest.mark.parametrize("factor", [1, -1])
+def test_both_sides_of_a_number_that_stands_in_a_line(factor: int) -> None:
+    assert places.is_same(3.0, 3.0 * (1 + factor * 2e-3 / 3))
+    assert not places.is_same(3.0, 3.0 * (1 + factor * 6e-3))
