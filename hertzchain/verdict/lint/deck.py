@@ -6,7 +6,6 @@ has stopped, the rest is the text as it is written.
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -20,6 +19,7 @@ from hertzchain.engines.lammps.reading.text import (
     closed,
     in_ascii,
     lines_of,
+    number,
     without_comment,
     words_of,
 )
@@ -73,17 +73,6 @@ class Command:
     def after(self, keyword: str) -> str | None:
         """The word that follows a keyword among the arguments, if any."""
         return next((b for a, b in pairwise(self.words[1:]) if a == keyword), None)
-
-
-def number(word: str | None) -> float | None:
-    """The finite number that a word is, or None."""
-    if word is None or "_" in word:
-        return None
-    try:
-        value = float(word)
-    except ValueError:
-        return None
-    return value if math.isfinite(value) else None
 
 
 def script_of(

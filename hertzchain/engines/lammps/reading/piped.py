@@ -149,12 +149,10 @@ class StoredForces(Hooks):
             if values.shape[2] != count:
                 raise GranulesChanged
             parts = np.moveaxis(values.reshape(len(step), -1, 3, count), 3, 2)
-            late = step != first
             take(
                 Readings(
                     step=step.astype(np.int64),
                     half=np.zeros(len(step), bool),
-                    late=late,
                     ids=np.broadcast_to(ids, (len(step), count)),
                     position=parts[:, 0],
                     velocity=parts[:, 1],

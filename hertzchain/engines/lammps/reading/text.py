@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -143,3 +144,14 @@ def closed(text: str, k: int) -> int:
         if depth == 0:
             return end + 1
     return len(text)
+
+
+def number(word: str | None) -> float | None:
+    """The finite number that a word is, or None."""
+    if word is None or "_" in word:
+        return None
+    try:
+        value = float(word)
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None
