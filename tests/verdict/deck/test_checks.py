@@ -391,3 +391,12 @@ def test_the_damping_of_one_contact() -> None:
     check = by_name(done, "damping of contact")
     assert check.name == "damping of contact 8"
     assert check.measured == pytest.approx(1.1 * (check.expected or 0.0), rel=1e-9)
+
+
+def test_a_piston_that_goes_astray_for_a_moment() -> None:
+    """The displacement where it is off the most, not the largest one, is shown."""
+    scene = scene_of("piston")
+    deck = plus("driven_displacement", 600, 2e-6)(deck_of("piston", scene))
+    check = by_name(examined(scene, deck), "displacement of the piston")
+    assert check.sentence.startswith("the displacement of granule 1 at 0.00012 s is 2.6e-05 m")
+    assert not check.passed
