@@ -118,6 +118,8 @@ def test_an_impossible_tolerance_is_refused(demo: hc.Scene, tolerance: float) ->
         (np.full(59, -1.0), "must be finite and at least 0 .N., which presses"),
         ({2: -78.0}, "^peak_force = -78.0: must be finite and at least 0 .N.: turn the sign"),
         (np.full(59, np.inf), "must be finite"),
+        (np.where(np.arange(59) == 7, -1e-9, 100.0), "must be finite and at least 0"),
+        (np.where(np.arange(59) == 7, np.inf, np.nan), "must be finite and at least 0"),
         ({1: 3.0}, "contact = 1: must be a whole .* from 2 to 60: .* begin with 1: add 1 to each"),
         ({61: 3.0}, "contact = 61"),
         ({2.5: 3.0}, "contact = 2.5"),
