@@ -65,6 +65,30 @@ def test_every_engine_has_contenders_and_every_contender_a_name(scene: hc.Scene)
 COMPILED = ("velocity-verlet", "srkn-6b", "srkn-11b", "reference")
 
 
+def test_the_settings_of_each_contender(scene: hc.Scene) -> None:
+    """Steps from the longest to the shortest, each shorter by a factor; accuracies by decades."""
+    root = 2**0.5
+    steps = {
+        "velocity-verlet, compiled": (0.4, 0.4 / 1024, root),
+        "srkn-6b, compiled": (1.2, 1.2 / 128, root),
+        "srkn-11b, compiled": (1.2, 1.2 / 2**4.5, root), "reference, compiled": (0.8, 0.025, 2.0),
+        "LAMMPS": (0.4, 0.4 / 512, 2.0), "LAMMPS, extrapolated": (0.4, 0.4 / 128, 2.0),
+    }  # fmt: skip
+    rtols = {"rtol, with estimate": (2, 10), "rtol, without estimate": (2, 10),
+             "DOP853, SciPy": (4, 12)}  # fmt: skip
+    for one in contenders(scene):
+        if one.name in steps:
+            first, last, factor = steps.pop(one.name)
+            assert (one.steps[0], one.steps[-1]) == pytest.approx((first, last))
+            assert np.divide(one.steps[:-1], one.steps[1:]) == pytest.approx(factor)
+            assert one.rtols == ()
+        else:
+            begin, end = rtols.pop(one.name)
+            assert one.rtols == pytest.approx([10.0**-k for k in range(begin, end + 1)])
+            assert one.steps == ()
+    assert (steps, rtols) == ({}, {})
+
+
 def test_all_settings_of_all_contenders_are_measured(whole: Tradeoff) -> None:
     assert (whole.missing, whole.remarks) == (False, ())
     assert whole.truth_error == module.TRUTH_ERROR  # its step moves it by less here

@@ -261,3 +261,30 @@ def test_both_sides_of_a_contact_without_force(
 def test_both_sides_of_a_number_that_stands_in_a_line(factor: int) -> None:
     assert places.is_same(3.0, 3.0 * (1 + factor * 2e-3 / 3))
     assert not places.is_same(3.0, 3.0 * (1 + factor * 6e-3))
+
+
+def test_both_sides_of_what_unlike_granules_are_allowed() -> None:
+    """The smallest granule loses most of its overlap, and the largest has the fastest surface."""
+    scene = scene_of("dimer")
+    deck = deck_of("dimer", scene)
+    radius = scene.granules.radius
+    peaks = np.asarray(hc.Native("reference").run(scene).peak_force)
+    deep = float(np.max((peaks / scene.granules.stiffness) ** (2 / 3)))
+    tilt = TOLERANCE * deep * 4 * float(np.min(radius)) / 1.5
+    spin = 1e-9 * scene.units.velocity / float(np.max(radius))
+    both_sides("distance from", lambda s: plus("sideways", (3, 1), math.sqrt(s)), tilt, scene, deck)
+    for share, passed in ((0.8, True), (1.2, False)):  # twice as fast a granule is no larger one
+        done = examined(scene, plus("spin", (3, 1), share * spin)(deck))
+        assert by_name(done, "spin").passed == passed
+        off = math.sqrt(share * tilt)
+        done = examined(scene, plus("sideways", (3, 1), off)(deck))
+        assert by_name(done, "distance from").passed == passed
+
+
+def test_the_largest_of_several_steps_counts(scene: hc.Scene, right: FoundDeck) -> None:
+    (run,) = right.runs
+    runs = (replace(run, steps=1000), replace(run, start=1000 * STEP, dt=STEP / 2, steps=3000))
+    done = examined(scene, changed(right, runs=runs))
+    assert by_name(done, "time step").measured == STEP
+    assert done.to_dict()["dt_s"] == STEP
+    assert done.to_mend == ()
