@@ -11,6 +11,7 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError
 from hertzchain.scene.schedule import Leg
+from hertzchain.verdict.mistakes import FAMILIES
 from tests.conftest import STEEL, paper_scene
 
 # Verdict
@@ -28,6 +29,14 @@ def test_true_peaks_pass_without_a_cause(demo_reference: hc.Result) -> None:
     # So that ``assert hc.judge(...)`` is a test.
     assert found
     assert not hc.judge(scene, 1.01 * peaks)
+
+
+def test_each_family_of_mistakes_is_said(demo_reference: hc.Result) -> None:
+    said: list[str] = []
+    found = hc.judge(demo_reference.scene, 1.1 * demo_reference.peak_force, progress=said.append)
+    assert found.cause is not None
+    names = [family.name for family in FAMILIES if not family.is_costly]
+    assert said[2:] == [f"looking for the cause: {name}" for name in names]
 
 
 def test_where_nothing_can_be_judged(demo_reference: hc.Result) -> None:

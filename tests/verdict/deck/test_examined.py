@@ -14,7 +14,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.found import Executed, FoundDeck, FoundRun
 from hertzchain.engines.lammps.reading.text import Edits
 from hertzchain.errors import RunFailed, SceneError
-from hertzchain.verdict.deck import DeckCheck, examining
+from hertzchain.verdict.deck import DeckCheck, examining, places
 from hertzchain.verdict.deck.examined import in_order
 from hertzchain.verdict.deck.places import variables_of
 from tests.places import ROOT
@@ -236,6 +236,46 @@ def test_variables_that_use_themselves() -> None:
     assert variables_of(commands, 2) == [1, 0]
 
 
+def test_the_line_that_makes_a_number(right: FoundDeck) -> None:
+    """By what is written there, else by the values of variables; else the last that can."""
+    texts = [
+        ("set type 1 density ${rho}", "set type 1 density 3979"),
+        ("set type 2 density 1200.0", "set type 2 density 1200.0"),
+        ("set type 3 density 5.0", "set type 3 density 5.0"),
+    ]
+    commands = [Executed(text, "in.made", line, written)
+                for line, (written, text) in enumerate(texts, start=1)]  # fmt: skip
+    deck = changed(right, commands=tuple(commands))
+    for stands, line in (
+        ([(8.0, 9.0), (3979.0, 7958.0)], 1), ([(8.0, 9.0), (1200.0, 7958.0)], 2),
+        ([(1200.0, 7958.0), (8.0, 9.0)], 2), ([(8.0, 9.0)], 3), ([], 3),
+    ):  # fmt: skip
+        where = places.place(deck, "mass", stands)
+        assert where is not None
+        assert where.line == line
+
+
 def test_a_program_is_no_deck() -> None:
     with pytest.raises(SceneError, match=r"chain\.py: is a Python program, must be a LAMMPS"):
         hc.examine(hc.Scene.from_toml(ROOT / "validation/scenes/demo.toml"), "chain.py")
+
+
+@pytest.mark.parametrize(
+    ("numbers", "words"),
+    [
+        ({"tolerance": 0.0}, "tolerance = 0.0: must be a number above 0 and below 1"),
+        ({"tolerance": 1.0}, "tolerance = 1.0: must be a number above 0 and below 1"),
+        ({"time_limit": 0.0}, "time_limit = 0.0: must be"),
+        ({"time_limit": np.nan}, "time_limit = nan: must be"),
+    ],
+)
+def test_what_no_deck_can_be_examined_with(
+    numbers: dict[str, Any], words: str, scene: hc.Scene
+) -> None:
+    with pytest.raises(SceneError, match=words):
+        hc.examine(scene, "in.none", **numbers)
+
+
+def test_a_near_wall_is_refused(scene: hc.Scene) -> None:
+    with pytest.raises(SceneError, match="near_wall: cannot be in the scene of a deck"):
+        hc.examine(replace(scene, near_wall=hc.Wall("rigid")), "in.none")
