@@ -13,7 +13,9 @@ import pytest
 import hertzchain as hc
 from hertzchain import theory
 from hertzchain.errors import BackendMissing, SceneError, TooExpensive
-from hertzchain.verdict.check import Check, Kind
+from hertzchain.limits import TIME_LIMIT
+from hertzchain.verdict import comparison
+from hertzchain.verdict.check import Check, Kind, apart
 from hertzchain.verdict.formulas import formulas
 from tests.conftest import STEEL, paper_scene
 
@@ -176,6 +178,31 @@ def test_engines_that_cannot_be_compared_are_refused(engines: Any, words: str) -
 def test_the_time_limit_of_a_backend_holds_for_the_reference(engine: hc.Native | hc.Lammps) -> None:
     with pytest.raises(TooExpensive):
         hc.compare(SCENE, [engine])
+
+
+def test_the_reference_has_the_longest_time_limit() -> None:
+    cases: list[tuple[dict[str, Any], float]] = [
+        ({"lammps": hc.Lammps(time_limit=5.0), "yade": hc.Yade(time_limit=50.0)}, 50.0),
+        ({"lammps": hc.Lammps(time_limit=70.0), "yade": hc.Yade(time_limit=50.0)}, 70.0),
+        ({"native": hc.Native("reference", time_limit=7.0), "lammps": hc.Lammps()}, 7.0),
+        ({"native": None, "lammps": None}, TIME_LIMIT),
+    ]
+    for given, limit in cases:
+        assert comparison._reference(given) == hc.Native("reference", time_limit=limit)
+
+
+@pytest.mark.parametrize(
+    ("measured", "expected", "words"),
+    [
+        (1.0, 2.0, ("1", "2")), (123.456, 123.456, ("123.5", "123.5")), (0.0, 2.0, ("0", "2")),
+        (100.001, 100.0, ("100.001", "100")), (-3.0, -3.0002, ("-3", "-3.0002")),
+        (1.0, 1 + 2**-52, ("1", "1.0000000000000002")),
+    ],
+)  # fmt: skip
+def test_numbers_have_the_digits_that_tell_them_apart(
+    measured: float, expected: float, words: tuple[str, str]
+) -> None:
+    assert apart(measured, expected) == words
 
 
 def test_an_engine_that_is_missing_is_said_to_be(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -59,6 +59,8 @@ def test_the_law_of_a_contact(force: list[float], stiffness: float, exponent: fl
 
 
 def test_lj_units_of_contacts_that_do_not_push(scene: hc.Scene, right: FoundDeck) -> None:
+    open_one = times("contact_force", 0.0, (..., 4))(changed(right, units="lj"))
+    assert measured.in_si(open_one, scene)[1].length == pytest.approx(1.0, rel=1e-12)
     still = changed(right, units="lj", contact_force=0 * right.contact_force)
     with pytest.raises(RunFailed, match="no contact of this deck pushes"):
         measured.in_si(still, scene)

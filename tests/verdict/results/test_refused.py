@@ -57,6 +57,11 @@ BROKEN: dict[str, tuple[bytes, str]] = {
     ),
     "dump without frames": (b"ITEM: TIMESTEP\n", "frame 1: ends in the middle"),
     "dump cut off": (f"{HEAD}{GRANULES}\n1 0 0 0\n".encode(), "frame 1: ends in the middle"),
+    "no forces": (f"{HEAD}ITEM: ATOMS id x y z{ROWS}".encode(), "must have the columns id, x"),
+    "no places": (f"{HEAD}ITEM: ATOMS id fx fy fz{ROWS}".encode(), "must have the columns id, x"),
+    "a row cut off": (f"{HEAD}{GRANULES}{ROWS[:-2]}".encode(), "frame 1: ends in the middle"),
+    "one column": (b"contact,force\n2,3\n", "has the columns 'contact', 'force', must have"),
+    "a column twice": (b"contact,peak_force_N,contact\n2,3,2\n", "once each"),
     "two granules": (
         f"{HEAD}{GRANULES}{ROWS[:16]}".replace("\n12\n", "\n2\n").encode(),
         "has 2 granules, the scene 12",
