@@ -55,6 +55,7 @@ BROKEN: dict[str, tuple[bytes, str]] = {
         b"LAMMPS (22 Jul 2025)\nunits si\n",
         "has the columns 'LAMMPS', .* or be a dump of LAMMPS with id, x, fx",
     ),
+    "a deck": (b"# of beads\n\n  units si\n", "is a LAMMPS input: run it and judge its peaks"),
     "dump without frames": (b"ITEM: TIMESTEP\n", "frame 1: ends in the middle"),
     "dump cut off": (f"{HEAD}{GRANULES}\n1 0 0 0\n".encode(), "frame 1: ends in the middle"),
     "no forces": (f"{HEAD}ITEM: ATOMS id x y z{ROWS}".encode(), "must have the columns id, x"),
