@@ -17,6 +17,7 @@ from hertzchain.limits import TIME_LIMIT
 from hertzchain.verdict import comparison
 from hertzchain.verdict.check import Check, Kind, apart
 from hertzchain.verdict.formulas import formulas
+from hertzchain.verdict.reference_checks import is_quickly_written
 from tests.conftest import STEEL, paper_scene
 
 SCENE = paper_scene("cosine-triangular", 2.0, 2.0, granules=16)
@@ -141,6 +142,17 @@ def test_eq_1_as_it_is_written_is_left_out_where_it_takes_long(
     assert said[0] == OF_NATIVE[0]
     assert (said[1] == OF_NATIVE[1]) == as_written
     assert said[1].endswith("ask for it with --as-written") != as_written
+
+
+def test_what_takes_long_goes_by_evaluations_and_granules(native_only: hc.Comparison) -> None:
+    """A thousand granules double the time of an evaluation; SciPy takes ten times as long."""
+    damped = hc.Contact("restitution", restitution=0.9)
+    for contact, most in ((None, 250_000 / 1.016), (damped, 25_000 / 1.016)):
+        scene = replace(native_only.scene, contact=contact)
+        for share, quick in ((0.99, True), (1.01, False)):
+            evaluations = round(share * most)
+            result = replace(native_only.native, scene=scene, force_evaluations=evaluations)
+            assert is_quickly_written(result) == quick
 
 
 def test_one_failed_check_fails_the_whole(native_only: hc.Comparison) -> None:

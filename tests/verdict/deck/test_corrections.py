@@ -243,6 +243,10 @@ OF_NUMBERS: dict[str, tuple[str, Change]] = {
 def test_a_right_deck_passes(name: str) -> None:
     done = examined(scene_of(name), deck_of(name, scene_of(name)))
     assert [check.sentence for check in done.checks if not check.passed or check.differs] == []
+    reasons = {check.name: check.reason for check in done.checks}
+    assert reasons["number of granules"] == "counts must be equal"
+    digits = "allowed is what changes no peak by more than 0.001, and 0.01 of the number"
+    assert reasons["radius"] == reasons["mass"] == digits
 
 
 def is_as_expected(name: str, done: hc.DeckExamination) -> None:
