@@ -143,22 +143,17 @@ class Case:
 
 @dataclass(frozen=True)
 class Mistake:
-    """A known mistake: its words, how it is made, and how it is tried.
-
-    ``search`` replaces ``trials`` where trial runs are not the way to the parameter.
-    """
+    """A known mistake: its words, how it is made, and how it is tried."""
 
     words: Callable[[Any], str]  # what it is called, from its parameter
-    made: Callable[[Any], FloatArray] | None = None  # peaks [N], (N - 1,), or NaN
+    made: Callable[[Any], FloatArray]  # peaks [N], (N - 1,), or NaN
     trials: Sequence[float] = (0.0,)  # parameters to begin with, increasing; one if none is fitted
-    search: Callable[[Case], Found] | None = None
+    most: float = math.inf  # residual from which on it is not named
 
     def tried(self, case: Case) -> Found:
         """Return the parameter that explains a case best."""
-        if self.search is not None:
-            return self.search(case)
-        assert self.made is not None
-        return case.fit(self.made, self.trials)
+        found = case.fit(self.made, self.trials)
+        return found if found.left < self.most else Found(found.value, math.inf)
 
 
 def fixed(words: str, peak_force: FloatArray) -> Mistake:

@@ -16,7 +16,7 @@ from hertzchain.scene.keys import keys_of
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.terms import DAMPING, Contact, DampingLaw
 from hertzchain.theory.restitution import damping_ratio, of_ratio
-from hertzchain.verdict.case import Case, Found, Mistake, fixed
+from hertzchain.verdict.case import Case, Mistake, fixed
 from hertzchain.verdict.slips import near
 
 _TRIALS = np.log(np.geomspace(1e-6, 2.2, 14)).tolist()
@@ -45,20 +45,13 @@ def damping(case: Case) -> Iterator[Mistake]:
         yield fixed(text, case.of(_with(scene, other)))
     for law in DAMPING:
         contact = partial(contact_of, scene, law, attraction=pulls)
-        yield Mistake(
-            partial(_in_words, scene, contact),
-            search=partial(_search, contact=contact, without=without),
-        )
+        words, peaks = partial(in_words, scene, contact), partial(_peaks, case, contact)
+        yield Mistake(words, peaks, _TRIALS, without / _BETTER)
 
 
-def _search(case: Case, contact: partial[Contact], without: float) -> Found:
-    """Find the coefficient of a law; nothing where no damping is about as good."""
-
-    def made(log: float) -> FloatArray:
-        return case.of(_with(case.scene, contact(log)))
-
-    found = case.fit(made, _TRIALS)
-    return found if found.left < without / _BETTER else Found(found.value, math.inf)
+def _peaks(case: Case, contact: partial[Contact], log: float) -> FloatArray:
+    """Return peaks with a law of damping in place of the scene's [N], (N - 1,)."""
+    return case.of(_with(case.scene, contact(log)))
 
 
 def _with(scene: Scene, contact: Contact | None) -> Scene:
@@ -86,7 +79,8 @@ def contact_of(scene: Scene, law: DampingLaw, log: float, attraction: bool) -> C
     return Contact(law, attraction=attraction, **{DAMPING[law]: parameter})
 
 
-def _in_words(scene: Scene, contact: partial[Contact], log: float) -> str:
+def in_words(scene: Scene, contact: partial[Contact], log: float) -> str:
+    """Return words for a law of damping with a fitted coefficient, in place of the scene's."""
     found, own = contact(log), scene.contact
     if own is None:
         return _described(found)

@@ -50,7 +50,7 @@ def velocity_verlet(
 
 def _past_corners(scene: Scene, dt: float) -> list[Leg] | None:
     """Return equal steps that ignore the corners of the pulse; None for too many of them."""
-    in_pulse = math.ceil(min(scene.ramps[-1].end, scene.end_time) / dt) + 1
+    in_pulse = math.ceil(min(scene.ramps[-1].end, scene.end_time) / dt)
     if in_pulse > _MOST_LEGS:
         return None
     nodes = dt * np.arange(in_pulse + 1, dtype=np.float64)

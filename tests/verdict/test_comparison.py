@@ -13,8 +13,11 @@ import pytest
 import hertzchain as hc
 from hertzchain import theory
 from hertzchain.errors import BackendMissing, SceneError, TooExpensive
-from hertzchain.verdict.check import Check, Kind
+from hertzchain.limits import TIME_LIMIT
+from hertzchain.verdict import comparison
+from hertzchain.verdict.check import Check, Kind, apart
 from hertzchain.verdict.formulas import formulas
+from hertzchain.verdict.reference_checks import is_quickly_written
 from tests.conftest import STEEL, paper_scene
 
 SCENE = paper_scene("cosine-triangular", 2.0, 2.0, granules=16)
@@ -27,15 +30,30 @@ def failed(checks: Sequence[Check]) -> set[str]:
     return {check.name for check in checks if not check.passed}
 
 
+OF_NATIVE = ["native: the reference method", "native: Eq. 1 as it is written"]
+OF_LAMMPS = [
+    "LAMMPS: the generated deck",
+    "LAMMPS: what it makes of the deck",
+    "native: velocity Verlet at the steps of LAMMPS",
+]
+"""What is said while a scene is compared."""
+
+
 @pytest.fixture(scope="module")
 def both() -> hc.Comparison:
     """Native and LAMMPS on a small scene."""
-    return hc.compare(SCENE)
+    said: list[str] = []
+    compared = hc.compare(SCENE, progress=said.append)
+    assert said == [*OF_NATIVE, *OF_LAMMPS]
+    return compared
 
 
 @pytest.fixture(scope="module")
 def native_only() -> hc.Comparison:
-    return hc.compare(SCENE, ["native"])
+    said: list[str] = []
+    compared = hc.compare(SCENE, ["native"], progress=said.append)
+    assert said == OF_NATIVE
+    return compared
 
 
 # Verdicts on right results
@@ -112,6 +130,31 @@ def test_momentum_and_energy_balance_whatever_the_pulse(
 # Results that were tampered with
 
 
+@pytest.mark.parametrize("as_written", [False, True])
+def test_eq_1_as_it_is_written_is_left_out_where_it_takes_long(
+    as_written: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said: list[str] = []
+    monkeypatch.setattr("hertzchain.verdict.comparison.is_quickly_written", lambda _: False)
+    compared = hc.compare(SCENE, ["native"], as_written=as_written, progress=said.append)
+    names = {check.name for check in compared.checks}
+    assert ("native: compiled against Eq. 1 as written" in names) == as_written
+    assert said[0] == OF_NATIVE[0]
+    assert (said[1] == OF_NATIVE[1]) == as_written
+    assert said[1].endswith("ask for it with --as-written") != as_written
+
+
+def test_what_takes_long_goes_by_evaluations_and_granules(native_only: hc.Comparison) -> None:
+    """A thousand granules double the time of an evaluation; SciPy takes ten times as long."""
+    damped = hc.Contact("restitution", restitution=0.9)
+    for contact, most in ((None, 250_000 / 1.016), (damped, 25_000 / 1.016)):
+        scene = replace(native_only.scene, contact=contact)
+        for share, quick in ((0.99, True), (1.01, False)):
+            evaluations = round(share * most)
+            result = replace(native_only.native, scene=scene, force_evaluations=evaluations)
+            assert is_quickly_written(result) == quick
+
+
 def test_one_failed_check_fails_the_whole(native_only: hc.Comparison) -> None:
     bad = Check(Kind("something"), "native", 1.0, 0.0, 0.1, passed=False, reason="tampered with")
     assert replace(native_only, checks=(*native_only.checks, bad)).verdict == "fail"
@@ -147,6 +190,31 @@ def test_engines_that_cannot_be_compared_are_refused(engines: Any, words: str) -
 def test_the_time_limit_of_a_backend_holds_for_the_reference(engine: hc.Native | hc.Lammps) -> None:
     with pytest.raises(TooExpensive):
         hc.compare(SCENE, [engine])
+
+
+def test_the_reference_has_the_longest_time_limit() -> None:
+    cases: list[tuple[dict[str, Any], float]] = [
+        ({"lammps": hc.Lammps(time_limit=5.0), "yade": hc.Yade(time_limit=50.0)}, 50.0),
+        ({"lammps": hc.Lammps(time_limit=70.0), "yade": hc.Yade(time_limit=50.0)}, 70.0),
+        ({"native": hc.Native("reference", time_limit=7.0), "lammps": hc.Lammps()}, 7.0),
+        ({"native": None, "lammps": None}, TIME_LIMIT),
+    ]
+    for given, limit in cases:
+        assert comparison._reference(given) == hc.Native("reference", time_limit=limit)
+
+
+@pytest.mark.parametrize(
+    ("measured", "expected", "words"),
+    [
+        (1.0, 2.0, ("1", "2")), (123.456, 123.456, ("123.5", "123.5")), (0.0, 2.0, ("0", "2")),
+        (100.001, 100.0, ("100.001", "100")), (-3.0, -3.0002, ("-3", "-3.0002")),
+        (1.0, 1 + 2**-52, ("1", "1.0000000000000002")),
+    ],
+)  # fmt: skip
+def test_numbers_have_the_digits_that_tell_them_apart(
+    measured: float, expected: float, words: tuple[str, str]
+) -> None:
+    assert apart(measured, expected) == words
 
 
 def test_an_engine_that_is_missing_is_said_to_be(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.damping import tsuji
 from hertzchain.theory.restitution import damping_ratio, of_ratio
+from hertzchain.verdict.damping_mistakes import contact_of, in_words
 from hertzchain.verdict.mistakes import families_for
 from tests.conftest import STEEL, paper_scene
 
@@ -89,6 +91,35 @@ def test_damping_is_named(asked: hc.Contact | None, made: hc.Contact | None, wor
     found = hc.judge(scene, peaks_of(replace(ELASTIC, contact=made)), tolerance=1e-6)
     assert found.verdict == "fail"
     assert re.match(words, (found.cause or "").partition("; leaves")[0]), found.cause or found.hint
+
+
+@pytest.mark.parametrize(
+    ("law", "factor", "words"),
+    [
+        ("dashpot", 0.5, "1.5 kg/s in place of 3 kg/s (coefficient 0.5 times the scene's): half"),
+        ("dashpot", 2.0, "6 kg/s in place of 3 kg/s (coefficient 2 times the scene's): twice the"),
+        ("dashpot", 1.2, "3.6 kg/s in place of 3 kg/s (coefficient 1.2 times the scene's)"),
+        ("viscoelastic", 2 / 3, "0.6667 times the scene's): the factor 3/2 is missing"),
+        ("viscoelastic", 1.5, "(coefficient 1.5 times the scene's): the factor 3/2 is there twice"),
+        ("restitution", 2**-0.5, "(coefficient 0.7071 times the scene's): m*/2 in place of m*"),
+    ],
+)
+def test_factors_of_a_coefficient_in_words(law: str, factor: float, words: str) -> None:
+    own = ASKED[law]
+    contact = partial(contact_of, ELASTIC, own.damping, attraction=False)
+    strength = ALPHA if law == "restitution" else own.parameter / contact(0.0).parameter
+    found = in_words(replace(ELASTIC, contact=own), contact, math.log(strength * factor))
+    assert words in found
+    assert found.endswith("times the scene's)") == (factor == 1.2)
+
+
+def test_unlike_granules_have_no_effective_mass_that_a_factor_tells() -> None:
+    chain = replace(ELASTIC.chain, density=[8000.0, 2000.0] * 8)
+    for scene, told in ((ELASTIC, True), (replace(ELASTIC, chain=chain), False)):
+        contact = partial(contact_of, scene, "restitution", attraction=False)
+        log = math.log(ALPHA * math.sqrt(0.5))
+        found = in_words(replace(scene, contact=ASKED["restitution"]), contact, log)
+        assert ("m*/2" in found) == told
 
 
 def test_noise_does_not_look_like_weak_damping_or_pulling() -> None:

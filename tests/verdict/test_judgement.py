@@ -11,6 +11,7 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError
 from hertzchain.scene.schedule import Leg
+from hertzchain.verdict.mistakes import FAMILIES
 from tests.conftest import STEEL, paper_scene
 
 # Verdict
@@ -28,6 +29,27 @@ def test_true_peaks_pass_without_a_cause(demo_reference: hc.Result) -> None:
     # So that ``assert hc.judge(...)`` is a test.
     assert found
     assert not hc.judge(scene, 1.01 * peaks)
+
+
+def test_each_family_of_mistakes_is_said(demo_reference: hc.Result) -> None:
+    said: list[str] = []
+    found = hc.judge(demo_reference.scene, 1.1 * demo_reference.peak_force, progress=said.append)
+    assert found.cause is not None
+    names = [family.name for family in FAMILIES if not family.is_costly]
+    assert said[2:] == [f"looking for the cause: {name}" for name in names]
+
+
+def test_where_nothing_can_be_judged(demo_reference: hc.Result) -> None:
+    found = hc.judge(demo_reference.scene, demo_reference.peak_force)
+    none = replace(found, given=np.full_like(found.given, np.nan))
+    assert (none.verdict, none.largest_difference, none.missing) == ("fail", None, none.given.size)
+    assert none.summary == "no contact that was given is pressed enough to be judged"
+    sampled = replace(found, sampling=np.full_like(found.given, 2 * found.tolerance))
+    assert sampled.summary.endswith("is pressed enough and sampled often enough to be judged")
+    assert (sampled.sampling_error, sampled.sampled_too_rarely) == (None, sampled.given.size)
+    often = replace(found, sampling=np.linspace(0, found.tolerance / 2, found.given.size))
+    assert often.sampling_error == found.tolerance / 2
+    assert (often.sampled_too_rarely, often.verdict) == (0, "pass")
 
 
 def test_peaks_of_no_contact_are_refused(demo: hc.Scene) -> None:
@@ -53,7 +75,10 @@ def test_the_accuracy_that_a_step_should_have(demo_reference: hc.Result) -> None
     scene = demo_reference.scene
     dt = 0.05 * scene.units.time
     run = hc.Native("velocity-verlet", dt).run(scene)
-    found = hc.judge(scene, run.peak_force, dt=dt)
+    said: list[str] = []
+    found = hc.judge(scene, run.peak_force, dt=dt, progress=said.append)
+    assert said == ["reading results", "native: the reference method",
+                    "native: velocity Verlet at that step"]  # fmt: skip
     assert found.expected is not None
     assert found.largest_difference == pytest.approx(found.expected.interpolated, rel=1e-6, abs=0)
     times = np.unique(np.concatenate([_ends(leg) for leg in scene.schedule(dt)]))
@@ -102,6 +127,8 @@ def test_an_impossible_tolerance_is_refused(demo: hc.Scene, tolerance: float) ->
         (np.full(59, -1.0), "must be finite and at least 0 .N., which presses"),
         ({2: -78.0}, "^peak_force = -78.0: must be finite and at least 0 .N.: turn the sign"),
         (np.full(59, np.inf), "must be finite"),
+        (np.where(np.arange(59) == 7, -1e-9, 100.0), "must be finite and at least 0"),
+        (np.where(np.arange(59) == 7, np.inf, np.nan), "must be finite and at least 0"),
         ({1: 3.0}, "contact = 1: must be a whole .* from 2 to 60: .* begin with 1: add 1 to each"),
         ({61: 3.0}, "contact = 61"),
         ({2.5: 3.0}, "contact = 2.5"),

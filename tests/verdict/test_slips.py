@@ -8,11 +8,14 @@ from dataclasses import replace
 import pint
 import pytest
 
+import hertzchain as hc
 from hertzchain.verdict.mistakes import with_rise_time
 from hertzchain.verdict.slips import (
     SLIPS_OF_FORCE,
     UNITS_OF_PEAKS,
+    force_in_words,
     near,
+    scale_in_words,
     slips_of_stiffness,
     slips_of_stretch,
     stretch_in_words,
@@ -93,3 +96,27 @@ def test_factors_that_cannot_be_told_apart_have_no_name() -> None:
     known = slips_of_stiffness(scene)
     assert near(known, 1 - 0.03**2) == []
     assert near(known, 2.0) == ["effective modulus E/(1 - nu^2) in place of half of it"]
+
+
+def test_factors_in_words() -> None:
+    """A known factor has its name, any other what may have made it."""
+    force = SCENE.units.force
+    unit = 1 / force
+    for words, expected in (
+        (force_in_words(0.5), "applied force 0.5 times that of the scene: half of F0"),
+        (force_in_words(0.7), "applied force 0.7 times that of the scene"),
+        (scale_in_words(SCENE, 1e-3), "every peak 0.001 times the true one: in units of kN"),
+        (scale_in_words(SCENE, unit), f"every peak {unit:.6g} times the true one: in units of F0"),
+        (scale_in_words(SCENE, 0.7), f"{PEAKS}, or another applied force at the same LM_ratio"),
+        (scale_in_words(replace(SCENE, shock=hc.Striker(0.5)), 0.7), PEAKS),
+        (stretch_in_words(SCENE, 1.2), STRETCHED),
+        (stretch_in_words(SCENE, 2.0).partition("apart)")[2], ": duration taken for rise time"),
+    ):
+        assert words == expected
+
+
+PEAKS = "every peak 0.7 times the true one: another unit"
+STRETCHED = (
+    "contact stiffness 1.728 times that of the scene, or mass 0.694444 times, or pulse 1.2 times"
+    " as long (peaks cannot tell these apart)"
+)

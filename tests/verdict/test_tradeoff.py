@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import hertzchain as hc
-from hertzchain.errors import RunFailed
+from hertzchain.errors import BackendMissing, RunFailed
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.report import style
 from hertzchain.verdict import tradeoff as module
@@ -40,7 +40,12 @@ def scene() -> hc.Scene:
 @pytest.fixture(scope="module")
 def whole(scene: hc.Scene) -> Tradeoff:
     """Everything but LAMMPS, each run once in a round."""
-    return tradeoff(scene, [name for name in WAYS if name != "LAMMPS"], enough=0.0)
+    said: list[str] = []
+    engines = [name for name in WAYS if name != "LAMMPS"]
+    result = tradeoff(scene, engines, said.append, enough=0.0)
+    names = [one.name for one in contenders(scene) if one.engine in engines]
+    assert said == ["the truth: the reference method with short steps", *names, *names]
+    return result
 
 
 def rows_of(result: Tradeoff, contender: str) -> list[Row]:
@@ -58,6 +63,30 @@ def test_every_engine_has_contenders_and_every_contender_a_name(scene: hc.Scene)
 
 
 COMPILED = ("velocity-verlet", "srkn-6b", "srkn-11b", "reference")
+
+
+def test_the_settings_of_each_contender(scene: hc.Scene) -> None:
+    """Steps from the longest to the shortest, each shorter by a factor; accuracies by decades."""
+    root = 2**0.5
+    steps = {
+        "velocity-verlet, compiled": (0.4, 0.4 / 1024, root),
+        "srkn-6b, compiled": (1.2, 1.2 / 128, root),
+        "srkn-11b, compiled": (1.2, 1.2 / 2**4.5, root), "reference, compiled": (0.8, 0.025, 2.0),
+        "LAMMPS": (0.4, 0.4 / 512, 2.0), "LAMMPS, extrapolated": (0.4, 0.4 / 128, 2.0),
+    }  # fmt: skip
+    rtols = {"rtol, with estimate": (2, 10), "rtol, without estimate": (2, 10),
+             "DOP853, SciPy": (4, 12)}  # fmt: skip
+    for one in contenders(scene):
+        if one.name in steps:
+            first, last, factor = steps.pop(one.name)
+            assert (one.steps[0], one.steps[-1]) == pytest.approx((first, last))
+            assert np.divide(one.steps[:-1], one.steps[1:]) == pytest.approx(factor)
+            assert one.rtols == ()
+        else:
+            begin, end = rtols.pop(one.name)
+            assert one.rtols == pytest.approx([10.0**-k for k in range(begin, end + 1)])
+            assert one.steps == ()
+    assert (steps, rtols) == ({}, {})
 
 
 def test_all_settings_of_all_contenders_are_measured(whole: Tradeoff) -> None:
@@ -142,6 +171,30 @@ def test_one_that_always_fails_is_a_remark(
     assert not found.missing
 
 
+def test_a_missing_backend_is_said_once(scene: hc.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    def run(_: hc.Scene, __: float) -> Outcome:
+        raise BackendMissing("there is none")
+
+    missing = Contender("missing", "compiled", run, steps=(0.2, 0.1))
+    monkeypatch.setattr(module, "contenders", lambda *_: (missing, fixed({0.2: ONES})))
+    found = tradeoff(scene, ["compiled"], enough=0.0)
+    assert (found.missing, found.remarks) == (True, ("there is none",))
+    assert [row.contender for row in found.rows] == ["fixed"]
+
+
+ONES = Outcome(np.ones(11), 1)
+
+
+def test_a_setting_has_the_least_time_of_all_rounds(
+    scene: hc.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    took = [3.0, 1.0]
+    monkeypatch.setattr(module, "contenders", lambda *_: (fixed({0.2: ONES}),))
+    monkeypatch.setattr(module, "timed", lambda run, _: (run(), took.pop(0)))
+    (row,) = tradeoff(scene, ["compiled"]).rows
+    assert (row.wall_time, took) == (1.0, [])
+
+
 def test_a_slow_contender_is_not_run_at_dearer_settings(
     scene: hc.Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -211,6 +264,16 @@ def test_the_cheapest_is_right_to_what_is_wanted(rows: list[Row]) -> None:
     assert cheapest(rows, 1e-13, 1e-12) == {}
 
 
+def test_the_document_says_where_it_was_measured(scene: hc.Scene) -> None:
+    document = Tradeoff(scene, (a_row(1.0, 1e-3),), 1e-12, True, ("one",)).to_dict()
+    known = document["provenance"]
+    assert (known["numpy"], known["hertzchain"]) == (np.__version__, hc.__version__)
+    assert {"python", "platform", "numba", "scipy"} <= set(known)
+    assert (document["missing"], document["remarks"]) == (True, ["one"])
+    (row,) = document["rows"]
+    assert (row["wall_time_s"], row["error"], row["frontier"]) == (1.0, 1e-3, True)
+
+
 # Scenes with terms
 
 STRIKER = hc.Scene(hc.Chain(8, **STEEL), hc.Striker(1.0, radius=6e-3), wall=hc.Wall("rigid"))
@@ -240,3 +303,17 @@ def test_native_methods_on_a_scene_with_terms() -> None:
     # Fourth order, where steps are short enough for an order and contacts open.
     errors = [row.error for row in rows_of(found, "srkn-6b, compiled")]
     assert errors[0] / errors[-1] > 1e4
+
+
+def test_damped_contacts_are_measured_against_the_reference() -> None:
+    damped = replace(STRIKER, contact=hc.Contact("restitution", restitution=0.8))
+    truth, error = module._truth(damped)
+    reference = hc.Native("reference").run(damped)
+    assert truth.peak_force == pytest.approx(reference.peak_force, rel=1e-12)
+    assert error == pytest.approx(reference.error_estimate, rel=1e-6)
+    everyone = {one.name: one for one in contenders(damped)}
+    assert "srkn-6b, compiled" not in everyone
+    for name in ("rtol, without estimate", "rtol, with estimate"):
+        found = everyone[name].run(damped, 1e-5)
+        assert largest_difference(found.peak_force, reference.peak_force) < 1e-5
+        assert found.force_evaluations > 1000

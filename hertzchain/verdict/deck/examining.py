@@ -123,7 +123,7 @@ def examine(
 
 def _settles(found: FoundDeck, scene: Scene) -> float:
     """How long a deck runs before the run in which its shock begins, in its own unit of time."""
-    if found.stopped or not found.is_chain or len(found.runs) < 2:
+    if found.stopped or not found.is_chain or not found.runs:
         return 0.0
     found, units = in_si(found, scene)
     start = start_of_shock(with_loads(found, scene), scene)

@@ -143,7 +143,7 @@ def _place(case: Case) -> Difference | list[Difference]:
 
 def _distance(case: Case) -> Difference | list[Difference]:
     """Gaps and overlaps at the start, by the distance of neighbours."""
-    position, of_scene = _both(case.found.position, places(case.scene))
+    position, of_scene = _both(case.found.position, places(case.scene)[: case.scene.bodies])
     expected, measured = np.diff(of_scene), np.diff(position)
     if measured.size == 0:
         return []

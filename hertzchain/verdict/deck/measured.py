@@ -93,14 +93,13 @@ def law_of(overlap: FloatArray, force: FloatArray, stiffness: float, near: float
     depth, push = overlap[tried][order], force[tried][order]
     tries = depth, push / (stiffness * depth**1.5)
     depth, push = depth[push > 0], push[push > 0]
-    exponent, nearer = 1.5, 0
+    exponent, at = 1.5, 0
     if depth.size == 0:
         return Law(0.0, exponent, *tries, 0.0)
     if depth.size > 1:
         at = int(np.clip(np.searchsorted(depth, near), 1, depth.size - 1))
         exponent = float(np.log(push[at] / push[at - 1]) / np.log(depth[at] / depth[at - 1]))
-        nearer = at if abs(depth[at] - near) < abs(depth[at - 1] - near) else at - 1
-    own = float(push[nearer] / depth[nearer] ** exponent)
+    own = float(push[at] / depth[at] ** exponent)
     return Law(own, exponent, *tries, own * near ** (exponent - 1.5) / stiffness)
 
 
@@ -224,8 +223,6 @@ def start_of_shock(found: FoundDeck, scene: Scene) -> float:
     starts = [0.0, *(run.start for run in found.runs if run.start > 0)]
     if not scene.ramps:
         return _start_of_motion(found)
-    if found.applied_time.size == 0:
-        return 0.0
     force = np.sum(found.applied_force, axis=1)
     acts = np.flatnonzero(np.abs(force) > _QUIET * scene.peak_force)
     if acts.size == 0:
@@ -319,7 +316,5 @@ def displacement(piston: Piston, time: FloatArray) -> FloatArray:
 
 
 def _interpolated(found: FoundDeck, time: FloatArray) -> FloatArray:
-    """Displacement of granule 1 where the deck leads it [m]; of shape (0,) where it does not."""
-    if found.driven_time.size == 0:
-        return np.zeros(0)
+    """Displacement of granule 1 as the deck leads it [m]."""
     return np.interp(time, found.driven_time, found.driven_displacement)

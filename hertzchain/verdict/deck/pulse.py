@@ -54,7 +54,7 @@ def pulse(case: Case) -> list[Difference]:
     late = len(found.runs) * math.ulp(scene.pulse_end)  # times are added up, leg by leg
     moved = 4 * len(found.runs) * math.ulp(scene.end_time)
     if not case.exact:
-        moved = 1e-6 * max((run.dt for run in found.runs), default=0.0)
+        moved = 1e-6 * found.runs[0].dt
     steepest = max(
         math.pi / 2 * abs(ramp.end_force - ramp.start_force) / (ramp.end - ramp.start)
         for ramp in scene.ramps
@@ -101,12 +101,9 @@ def pulse(case: Case) -> list[Difference]:
 
 def _held(case: Case, time: FloatArray, force: FloatArray) -> int:
     """For how many steps the force is held constant; 1 where it is not."""
-    steps = [run.dt for run in case.found.runs]
     inside = (time > 0) & (time < case.scene.pulse_end)
     at, value = time[inside], force[inside]
-    if at.size < 4 or not steps:
-        return 1
     jumps = np.flatnonzero(np.abs(np.diff(value)) > 1e-9 * case.scene.peak_force)
     if jumps.size < 3 or jumps.size > 0.7 * (at.size - 1):
         return 1
-    return max(1, round(float(np.median(np.diff(at[jumps + 1]))) / steps[0]))
+    return max(1, round(float(np.median(np.diff(at[jumps + 1]))) / case.found.runs[0].dt))

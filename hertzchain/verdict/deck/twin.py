@@ -99,7 +99,7 @@ def run_twin(twin: Twin, stretches: Iterable[Stretch], deadline: Deadline) -> Tw
     contacts, granules = twin.stiffness.size, twin.mass.size
     stretches = tuple(stretches)
     inverse_mass = 1 / twin.mass
-    if any(stretch.driven.size for stretch in stretches):
+    if stretches and stretches[0].driven.size:  # as in all others
         inverse_mass[0] = 0.0
     chain = Chain(
         twin.stiffness, inverse_mass, twin.opening, twin.constant_force * inverse_mass,

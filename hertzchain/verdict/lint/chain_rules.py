@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import re
 
-from hertzchain.verdict.lint.deck import Command, Deck, Found, number
+from hertzchain.engines.lammps.reading.text import number
+from hertzchain.verdict.lint.deck import Command, Deck, Found
 
 # ---- Granules
 

@@ -6,7 +6,6 @@ has stopped, the rest is the text as it is written.
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -16,7 +15,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from hertzchain.engines.lammps.dialect import DEFAULT_SKIN, NUMBERS_OF
-from hertzchain.engines.lammps.reading.text import in_ascii, lines_of, without_comment, words_of
+from hertzchain.engines.lammps.reading.text import (
+    closed,
+    in_ascii,
+    lines_of,
+    number,
+    without_comment,
+    words_of,
+)
 
 if TYPE_CHECKING:
     from hertzchain.arrays import FloatArray
@@ -69,17 +75,6 @@ class Command:
         return next((b for a, b in pairwise(self.words[1:]) if a == keyword), None)
 
 
-def number(word: str | None) -> float | None:
-    """The finite number that a word is, or None."""
-    if word is None or "_" in word:
-        return None
-    try:
-        value = float(word)
-    except ValueError:
-        return None
-    return value if math.isfinite(value) else None
-
-
 def script_of(
     path: Path,
     text: str,
@@ -112,18 +107,12 @@ def _split(text: str) -> tuple[str, ...]:
 
 def _closed_up(line: str) -> str:
     """A line whose ``$(...)`` have no blanks in them, as LAMMPS fills them in before it splits."""
-    if "$(" not in line:
-        return line
-    pieces: list[str] = []
-    depth, at = 0, 0
-    for k, character in enumerate(line):
-        if depth == 0 and line.startswith("$(", k):
-            depth, at = 1, k + 1
-        elif depth and k > at:
-            depth += (character == "(") - (character == ")")
-        if not (depth and character.isspace()):
-            pieces.append(character)
-    return "".join(pieces)
+    found, k = "", 0
+    while (start := line.find("$(", k)) >= 0:
+        end = closed(line, start + 1)
+        found += line[k:start] + "".join(line[start:end].split())
+        k = end
+    return found + line[k:]
 
 
 # ---- A deck

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from hertzchain.engines.lammps import dialect
 from hertzchain.engines.lammps.damping import BEFORE_ROOT_2
-from hertzchain.verdict.lint.deck import CLASSIC, Deck, Found, Severity, number
+from hertzchain.engines.lammps.reading.text import number
+from hertzchain.verdict.lint.deck import CLASSIC, Deck, Found, Severity
 
 _HERTZ = f"pair_coeff * * {dialect.hertz('E', 'nu')} {dialect.NO_FRICTION}"
 

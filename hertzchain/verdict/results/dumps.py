@@ -49,7 +49,7 @@ def motion_of(
     axis = _axis(place[0] * units.length, file)
     order = np.argsort(place[0, :, axis], kind="stable")
     net = np.ascontiguousarray(force[:, order, axis])
-    if _is_pushed_at_the_end(net):
+    if pushed_at_the_end(net):
         net = -net[:, ::-1]
     time, is_clock = np.array([frame.step for frame in frames]), dt is not None
     if all(frame.time is not None for frame in frames):
@@ -141,7 +141,7 @@ def _axis(place: FloatArray, file: str) -> int:
     return int(np.argmax(extent))
 
 
-def _is_pushed_at_the_end(force: FloatArray) -> bool:
+def pushed_at_the_end(force: FloatArray) -> bool:
     """Return whether the last granule feels a force before the first, (samples, granules)."""
     counts = np.abs(force) > _MOVED * np.max(np.abs(force))
     first, last = (np.flatnonzero(counts[:, k]) for k in (0, -1))

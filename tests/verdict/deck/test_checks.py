@@ -12,6 +12,8 @@ import pytest
 import hertzchain as hc
 from hertzchain.engines.lammps.reading.found import FoundDeck, FoundWall
 from hertzchain.verdict.deck import deck_check
+from tests.verdict.deck.corpus import scene_of
+from tests.verdict.deck.decks import deck_of
 from tests.verdict.deck.made import (
     STEP,
     by_name,
@@ -363,3 +365,38 @@ def test_a_crest_between_readings_is_no_smaller_peak(scene: hc.Scene, right: Fou
     check = by_name(examined(scene, times("applied_force", 1 + 1e-5)(thin)), "peak of the applied")
     assert check.sentence.startswith("the largest applied force is 100.00")
     assert check.measured == pytest.approx(100.001, rel=1e-6)
+
+
+def test_granules_that_settle_elsewhere_than_the_scene_has_them(
+    scene: hc.Scene, right: FoundDeck
+) -> None:
+    """Their places stand in no text: the last run before the shock is to blame."""
+    settles = replace(right.commands[-1], text="run 100", written="run 100")
+    last = replace(right.commands[-1], line=14)
+    deck = changed(plus("position", slice(5, None), 1e-6)(right), before=2e-5,
+                   commands=(*right.commands[:-1], settles, last), first_run=13)  # fmt: skip
+    deck = changed(deck, runs=(replace(deck.runs[0], command=13),))
+    check = by_name(examined(scene, deck), "distance of")
+    assert " after the runs before the shock is " in check.sentence
+    assert str(check.place) == "in.made:13"
+    assert ("run 100",) not in check.corrections[0].values()
+
+
+def test_the_damping_of_one_contact() -> None:
+    scene = scene_of("viscoelastic")
+    deck = deck_of("viscoelastic", scene)
+    elastic = scene.granules.stiffness[6] * deck.damped_overlap[:, 6] ** 1.5
+    more = 0.1 * (deck.damped_force[:, 6] - elastic)
+    done = examined(scene, plus("damped_force", (slice(None), 6), more)(deck))
+    check = by_name(done, "damping of contact")
+    assert check.name == "damping of contact 8"
+    assert check.measured == pytest.approx(1.1 * (check.expected or 0.0), rel=1e-9)
+
+
+def test_a_piston_that_goes_astray_for_a_moment() -> None:
+    """The displacement where it is off the most, not the largest one, is shown."""
+    scene = scene_of("piston")
+    deck = plus("driven_displacement", 600, 2e-6)(deck_of("piston", scene))
+    check = by_name(examined(scene, deck), "displacement of the piston")
+    assert check.sentence.startswith("the displacement of granule 1 at 0.00012 s is 2.6e-05 m")
+    assert not check.passed

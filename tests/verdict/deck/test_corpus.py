@@ -40,7 +40,10 @@ def test_right_decks(name: str, tmp_path: Path) -> None:
 def test_nothing_is_written(tmp_path: Path) -> None:
     path = copied(tmp_path, "steel_if")
     before = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
-    examined = hc.examine(scene_of("steel"), path)
+    said: list[str] = []
+    examined = hc.examine(scene_of("steel"), path, progress=said.append)
+    assert said == ["asking LAMMPS what it makes of the deck", "running the deck",
+                    "reading the applied forces", "native: the reference method"]  # fmt: skip
     assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == before
     left = {one.written.split()[0] for one in examined.left_out}
     assert {"dump", "write_data", "shell"} <= left

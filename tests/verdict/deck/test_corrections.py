@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps.reading.found import FoundDeck
+from hertzchain.engines.lammps.reading.found import FoundDeck, FoundWall
 from hertzchain.engines.lammps.reading.prober import DAMPED, DEPTHS
 from hertzchain.engines.lammps.reading.units import Units
 from hertzchain.limits import Deadline
@@ -82,6 +82,16 @@ def another_wall(deck: FoundDeck) -> FoundDeck:
     """Also a wall behind granule 1, which comes back to it."""
     behind = replace(deck.walls[0], end="first", position=-0.005 - 1e-6)
     return changed(deck, walls=(*deck.walls, behind))
+
+
+def wall_behind(deck: FoundDeck) -> FoundDeck:
+    """Also a wall that the last granule meets, ten times as soft as its contacts."""
+    depth, closing = np.array(DEPTHS[1:]) * 5e-6, np.array([speed for _, speed in DAMPED])
+    damped = np.array([depth for depth, _ in DAMPED]) * 5e-6
+    soft = 0.1 * float(deck.contact_force[4, 0] / deck.overlap[4, 0] ** 1.5)
+    wall = FoundWall("last", float(deck.position[-1]) + 4.75e-3 + 1e-7, depth, soft * depth**1.5,
+                     closing, damped, soft * damped**1.5, 0.0, 7)  # fmt: skip
+    return changed(deck, walls=(wall,))
 
 
 def other_granule(deck: FoundDeck) -> FoundDeck:
@@ -210,6 +220,18 @@ OF_NUMBERS: dict[str, tuple[str, Change]] = {
     "a change between runs": (
         "piston", both(times("peak_force", 1.1), lambda deck: changed(deck, first_run=3))
     ),
+    "a wall behind the chain": (
+        "piston", both(wall_behind, in_texts("group rest subtract all first",
+                                             "fix w all wall/gran granular hertz 1e9 0"))
+    ),
+    "a wall that moves": (
+        "wall", both(plus("missed_overlap", -1, 1e-6), in_texts("0.095", "0.095 wiggle x 1e-6 1"))
+    ),
+    "forces at random": (
+        "piston", in_texts("group rest subtract all first", "fix h all langevin 300 300 1 9")
+    ),
+    "another velocity at the end": ("piston", plus("final_velocity", 5, 0.05)),
+    "another place at the end": ("piston", plus("final_position", 5, -1e-5)),
     "a contact that is missing": (
         "piston", both(times("contact_force", 0.0, (..., 4)), times("damped_force", 0.0, (..., 4)))
     ),
@@ -221,6 +243,10 @@ OF_NUMBERS: dict[str, tuple[str, Change]] = {
 def test_a_right_deck_passes(name: str) -> None:
     done = examined(scene_of(name), deck_of(name, scene_of(name)))
     assert [check.sentence for check in done.checks if not check.passed or check.differs] == []
+    reasons = {check.name: check.reason for check in done.checks}
+    assert reasons["number of granules"] == "counts must be equal"
+    digits = "allowed is what changes no peak by more than 0.001, and 0.01 of the number"
+    assert reasons["radius"] == reasons["mass"] == digits
 
 
 def is_as_expected(name: str, done: hc.DeckExamination) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,10 +14,13 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.found import Executed, FoundDeck, FoundRun
 from hertzchain.engines.lammps.reading.text import Edits
 from hertzchain.errors import RunFailed, SceneError
-from hertzchain.verdict.deck import examining
+from hertzchain.verdict.deck import DeckCheck, examining, places
+from hertzchain.verdict.deck.examined import in_order
 from hertzchain.verdict.deck.places import variables_of
 from tests.places import ROOT
-from tests.verdict.deck.made import STEP, by_name, changed, examined, first_guess, times
+from tests.verdict.deck.corpus import scene_of
+from tests.verdict.deck.decks import deck_of
+from tests.verdict.deck.made import STEP, by_name, changed, examined, first_guess, found, times
 
 DECK = "units si # of all\ninclude a.inc\ninclude b.inc\nset group all &\n density 1\nrun 5"
 TEXTS = {"in.made": DECK, "a.inc": "pair_style none\ninclude b.inc\n", "b.inc": "fix 1 all nve\n"}
@@ -52,6 +56,19 @@ def test_corrections_are_in_the_order_of_their_lines(scene: hc.Scene, right: Fou
     assert lines[2].to_dict() == {"file": "in.made", "line": 3, "commands": ["a", "b"]}
 
 
+def test_checks_are_in_the_order_of_their_effect() -> None:
+    """What failed, then what differs; an effect that is not known comes last among them."""
+    rows: dict[str, tuple[float | None, bool, bool]] = {
+        "as it is": (0.9, True, False), "unknown": (None, False, True),
+        "slight": (0.0, False, True), "much": (0.5, False, True), "small": (1e-5, True, True),
+        "larger": (1e-4, True, True), "also as it is": (0.0, True, False),
+    }  # fmt: skip
+    checks = [DeckCheck(name, "", 1, 1, *worth, "", "") for name, worth in rows.items()]
+    assert [check.name for check in in_order(checks)] == [
+        "much", "slight", "unknown", "larger", "small", "as it is", "also as it is",
+    ]  # fmt: skip
+
+
 @pytest.mark.parametrize(
     ("sideways", "kind"),
     [
@@ -70,6 +87,40 @@ def test_rows(sideways: FloatArray, kind: str, scene: hc.Scene, right: FoundDeck
     assert not done.judged.any()
     assert done.judged.size == 19
     assert done.verdict == "fail"
+
+
+@pytest.mark.parametrize("more", [-1, 1])
+@pytest.mark.parametrize("name", ["steel", "wall", "precompressed", "viscoelastic", "column"])
+def test_another_number_of_granules(name: str, more: int) -> None:
+    """The granules and contacts that both have are right, but for the load on the last one."""
+    scene = scene_of(name)
+    count = scene.chain.granules + more
+    other = replace(scene, chain=replace(scene.chain, granules=count))
+    deck = found(other) if name == "steel" else deck_of(name, other)
+    decks = [deck] if name == "column" else [deck, changed(deck, units="lj")]
+    for one in decks:
+        first, *rest = examined(scene, one).to_mend
+        assert (first.name, first.measured) == ("number of granules", count)
+        assert first.expected == scene.chain.granules
+        assert [check.kind for check in rest] == ["constant force"] * (name == "precompressed")
+
+
+def test_a_deck_of_one_granule(scene: hc.Scene, right: FoundDeck) -> None:
+    """There is no contact then, and nothing else is said of it."""
+    first: dict[str, Any] = {}
+    for name, value in vars(right).items():
+        if isinstance(value, np.ndarray) and value.ndim and 20 in value.shape:
+            first[name] = np.take(value, [0], axis=value.shape.index(20))
+        elif isinstance(value, np.ndarray) and value.shape[-1:] == (19,):
+            first[name] = value[..., :0]
+    fixes = tuple(
+        replace(fix, granules=fix.granules[:1], largest=fix.largest[:1],
+                largest_in_motion=fix.largest_in_motion[:1])
+        for fix in right.fixes
+    )  # fmt: skip
+    count, *rest = examined(scene, changed(right, fixes=fixes, **first)).to_mend
+    assert (count.measured, count.expected) == (1, 20)
+    assert [check.name for check in rest] == []
 
 
 def settled(deck: FoundDeck, *starts: float) -> FoundDeck:
@@ -185,6 +236,46 @@ def test_variables_that_use_themselves() -> None:
     assert variables_of(commands, 2) == [1, 0]
 
 
+def test_the_line_that_makes_a_number(right: FoundDeck) -> None:
+    """By what is written there, else by the values of variables; else the last that can."""
+    texts = [
+        ("set type 1 density ${rho}", "set type 1 density 3979"),
+        ("set type 2 density 1200.0", "set type 2 density 1200.0"),
+        ("set type 3 density 5.0", "set type 3 density 5.0"),
+    ]
+    commands = [Executed(text, "in.made", line, written)
+                for line, (written, text) in enumerate(texts, start=1)]  # fmt: skip
+    deck = changed(right, commands=tuple(commands))
+    for stands, line in (
+        ([(8.0, 9.0), (3979.0, 7958.0)], 1), ([(8.0, 9.0), (1200.0, 7958.0)], 2),
+        ([(1200.0, 7958.0), (8.0, 9.0)], 2), ([(8.0, 9.0)], 3), ([], 3),
+    ):  # fmt: skip
+        where = places.place(deck, "mass", stands)
+        assert where is not None
+        assert where.line == line
+
+
 def test_a_program_is_no_deck() -> None:
     with pytest.raises(SceneError, match=r"chain\.py: is a Python program, must be a LAMMPS"):
         hc.examine(hc.Scene.from_toml(ROOT / "validation/scenes/demo.toml"), "chain.py")
+
+
+@pytest.mark.parametrize(
+    ("numbers", "words"),
+    [
+        ({"tolerance": 0.0}, "tolerance = 0.0: must be a number above 0 and below 1"),
+        ({"tolerance": 1.0}, "tolerance = 1.0: must be a number above 0 and below 1"),
+        ({"time_limit": 0.0}, "time_limit = 0.0: must be"),
+        ({"time_limit": np.nan}, "time_limit = nan: must be"),
+    ],
+)
+def test_what_no_deck_can_be_examined_with(
+    numbers: dict[str, Any], words: str, scene: hc.Scene
+) -> None:
+    with pytest.raises(SceneError, match=words):
+        hc.examine(scene, "in.none", **numbers)
+
+
+def test_a_near_wall_is_refused(scene: hc.Scene) -> None:
+    with pytest.raises(SceneError, match="near_wall: cannot be in the scene of a deck"):
+        hc.examine(replace(scene, near_wall=hc.Wall("rigid")), "in.none")

@@ -59,6 +59,8 @@ def test_the_law_of_a_contact(force: list[float], stiffness: float, exponent: fl
 
 
 def test_lj_units_of_contacts_that_do_not_push(scene: hc.Scene, right: FoundDeck) -> None:
+    open_one = times("contact_force", 0.0, (..., 4))(changed(right, units="lj"))
+    assert measured.in_si(open_one, scene)[1].length == pytest.approx(1.0, rel=1e-12)
     still = changed(right, units="lj", contact_force=0 * right.contact_force)
     with pytest.raises(RunFailed, match="no contact of this deck pushes"):
         measured.in_si(still, scene)
@@ -88,6 +90,25 @@ def test_a_shock_begins_with_the_run_that_fits(
     # One of another shape begins at the nearest run.
     begun = measured.start_of_shock(changed(deck, applied_force=force**2 / 100), scene)
     assert begun == min(start, 200 * STEP)
+
+
+@pytest.mark.parametrize(
+    ("start", "factor", "begun"),
+    [
+        # A start within a fiftieth of a step of one is that.
+        (230 + 0.02 / 3, 1.0, 230.0), (230.06, 1.0, 230.06),
+        # A force that is off by a hundredth may begin between runs, one that is off by more not.
+        (230.0, 1 + 0.01 / 3, 230.0), (230.0, 1.03, 200.0),
+    ],
+)  # fmt: skip
+def test_both_sides_of_a_start_between_runs(
+    start: float, factor: float, begun: float, scene: hc.Scene, right: FoundDeck
+) -> None:
+    deck = two_runs(right, 200 * STEP)
+    moved = factor * scene.applied_force(deck.applied_time - start * STEP)
+    force = np.where(np.arange(20) == 0, moved[:, np.newaxis], 0.0)
+    found = measured.start_of_shock(changed(deck, applied_force=force), scene)
+    assert found / STEP == pytest.approx(begun, abs=3e-3)
 
 
 def test_the_start_of_a_force_that_is_none(scene: hc.Scene, right: FoundDeck) -> None:
@@ -137,6 +158,27 @@ def test_a_force_that_stays_is_a_load(name: str, until: float, is_load: bool) ->
     load[2] = 3.0 if is_load else 0.0
     assert loaded.constant_force[:, 0] == pytest.approx(deck.constant_force[:, 0] + load)
     assert loaded.applied_force == pytest.approx(force - load)
+
+
+@pytest.mark.parametrize(("noise", "is_load"), [(1 / 3, True), (3.0, False)])
+def test_a_load_changes_by_round_off_alone(
+    noise: float, is_load: bool, scene: hc.Scene, right: FoundDeck
+) -> None:
+    """By a billionth of the largest force, whatever a granule feels that is not pushed at all."""
+    force = np.where(np.arange(20) == 2, 3.0, 0.0) * np.ones(right.applied_force.shape)
+    force[1::2, 2] *= 1 + noise * 1e-9
+    loaded = measured.with_loads(changed(right, applied_force=force), scene)
+    assert loaded.constant_force[2, 0] == 3.0 * is_load
+
+
+def test_a_load_of_a_scene_with_loads_is_there_at_the_end() -> None:
+    scene = scene_of("precompressed")
+    deck = deck_of("precompressed", scene)
+    force = np.full(deck.applied_force.shape, 3.0)
+    force[-2, 1] = force[-1, 2] = 4.0
+    loaded = measured.with_loads(changed(deck, applied_force=force), scene)
+    load = loaded.constant_force[:, 0] - deck.constant_force[:, 0]
+    assert load[:4] == pytest.approx([3.0, 3.0, 0.0, 3.0])
 
 
 @pytest.mark.parametrize(("moved", "is_load"), [(0.9e-5, True), (1.1e-5, False)])

@@ -98,7 +98,9 @@ def marks(name: str) -> list[pytest.MarkDecorator]:
 def test_a_mistake_is_found_and_corrected(name: str, tmp_path: Path) -> None:
     mistake = MISTAKES[name]
     path = copied(tmp_path, mistake.deck, mistake.changes)
-    examined = hc.examine(scene_of(mistake.deck), path)
+    said: list[str] = []
+    examined = hc.examine(scene_of(mistake.deck), path, progress=said.append)
+    assert ("trying corrections" in said) == examined.found.is_chain
     assert examined.verdict == "fail"
     is_found(examined, mistake)
     is_reported(examined)

@@ -11,8 +11,10 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.lammps.reading.found import FoundDeck
-from hertzchain.verdict.deck import proving
+from hertzchain.verdict.deck import places, proving
+from tests.verdict.deck import made
 from tests.verdict.deck.corpus import scene_of
+from tests.verdict.deck.decks import deck_of
 from tests.verdict.deck.made import (
     STEP,
     Change,
@@ -25,39 +27,50 @@ from tests.verdict.deck.made import (
     stiffer,
     times,
 )
+from tests.verdict.deck.test_corrections import in_wall
 
 TOLERANCE = 1e-3
 
 
-OF_EFFECT: dict[str, tuple[Callable[[float], Change], float]] = {
-    "mass": (lambda size: times("mass", 1 + size), 1e-4),
-    "stiffness": (lambda size: stiffer(1 + size), 1e-4),
-    "peak of the applied": (lambda size: times("applied_force", 1 + size), 1e-4),
-    "distance of": (lambda size: plus("position", slice(5, None), size), 1e-9),
-}
-"""By the start of a check's name: a difference of some size, and a size that is small."""
+OF_EFFECT: dict[str, tuple[str, Callable[[float], Change], float]] = {
+    "mass": ("steel", lambda size: times("mass", 1 + size), 1e-4),
+    "radius": ("steel", lambda size: times("radius", 1 + size, 5), 1e-7),
+    "stiffness": ("steel", lambda size: stiffer(1 + size), 1e-4),
+    "peak of the applied": ("steel", lambda size: times("applied_force", 1 + size), 1e-4),
+    "distance of": ("steel", lambda size: plus("position", slice(5, None), size), 1e-9),
+    "place of the wall": ("wall", lambda size: in_wall(position=lambda at: at + size), 1e-9),
+    "velocity of granule 1": ("wall", lambda size: times("velocity", 1 + size, (0, 0)), 1e-5),
+    "displacement of the piston": (
+        "piston", lambda size: times("driven_displacement", 1 + size), 1e-5
+    ),
+    "constant force on": ("column", lambda size: times("constant_force", 1 + size), 1e-4),
+    "damping": ("viscoelastic", lambda size: times("damped_force", 1 + size), 1e-5),
+}  # fmt: skip
+"""By the start of a check's name: a scene, a difference of some size, and a size that is small."""
 
 
 @pytest.mark.parametrize("name", OF_EFFECT)
-def test_both_sides_of_an_effect(name: str, scene: hc.Scene, right: FoundDeck) -> None:
+def test_both_sides_of_an_effect(name: str, right: FoundDeck) -> None:
     """Effects of small differences are proportional to them."""
-    made, small = OF_EFFECT[name]
-    effect = by_name(examined(scene, made(small)(right)), name).effect
+    of_scene, change, small = OF_EFFECT[name]
+    scene = scene_of(of_scene)
+    deck = right if of_scene == "steel" else deck_of(of_scene, scene)
+    effect = by_name(examined(scene, change(small)(deck)), name).effect
     assert effect is not None
-    both_sides(name, made, small * TOLERANCE / effect, scene, right)
+    both_sides(name, change, small * TOLERANCE / effect, scene, deck)
 
 
 def both_sides(
     name: str, made: Callable[[float], Change], most: float, scene: hc.Scene, right: FoundDeck
-) -> None:
-    """Assert that a third of a difference passes, and three times of it is to mend, with a line."""
+) -> hc.DeckCheck:
+    """A difference of which a third passes, and three times of it is to mend, with a line."""
     little, much = (examined(scene, made(share * most)(right)) for share in (1 / 3, 3.0))
     assert [check.sentence for check in little.checks[:-1] if not check.passed] == []
     check = by_name(much, name)
     assert not check.passed
     assert check.place is not None
     assert check.place.file == "in.made"
-    assert check.corrections
+    return check
 
 
 def most_that_passes(scene: hc.Scene) -> dict[str, tuple[Callable[[float], Change], float]]:
@@ -92,7 +105,7 @@ NAMES = tuple(most_that_passes(scene_of("steel")))
 
 @pytest.mark.parametrize("name", NAMES)
 def test_both_sides_of_what_is_allowed(name: str, scene: hc.Scene, right: FoundDeck) -> None:
-    both_sides(name, *most_that_passes(scene)[name], scene, right)
+    assert both_sides(name, *most_that_passes(scene)[name], scene, right).corrections
 
 
 def test_a_granule_is_moved_once(scene: hc.Scene, right: FoundDeck) -> None:
@@ -139,6 +152,12 @@ def test_both_sides_of_a_time_step(scene: hc.Scene, right: FoundDeck) -> None:
     assert named.effect is not None
     # 0.8 of the tolerance is aimed at; a step has two digits.
     assert named.effect > 0.5 * TOLERANCE
+    unstable = with_step(100 * STEP)
+    assert unstable.effect == math.inf
+    assert unstable.expected is not None
+    # No error tells how much shorter it should be: that of a chain of equal granules does.
+    aimed_at = 0.8 * math.sqrt(TOLERANCE / 0.5) * scene.units.time
+    assert 0.9 * aimed_at < unstable.expected <= aimed_at
 
 
 def test_a_wrong_radius_is_no_wrong_stiffness(scene: hc.Scene, right: FoundDeck) -> None:
@@ -186,3 +205,88 @@ def test_a_deck_in_which_no_peak_is_judged(scene: hc.Scene, right: FoundDeck) ->
     assert not np.any(done.judged)
     assert by_name(done, "time step").passed
     assert not done.passed
+
+
+def test_both_sides_of_what_the_motion_may_add_to_a_failed_check(
+    scene: hc.Scene, right: FoundDeck
+) -> None:
+    """A hundredth of the effect of a wrong mass, with which the deck moves as its numbers say."""
+    lighter = replace(scene, chain=replace(scene.chain, density=0.8 * 7958.0))
+    moved = made.found(lighter)
+    (mass,) = examined(scene, changed(moved, mass=0.8 * right.mass)).to_mend
+    assert mass.effect is not None
+    allowed = TOLERANCE + 1e-2 * mass.effect
+    assert mass.effect > 0.05
+    for share, names in ((1 / 3, [mass.name]), (3.0, [mass.name, "motion"])):
+        peaks = moved.peak_force * (1 + share * allowed)
+        to_mend = examined(scene, changed(moved, peak_force=peaks)).to_mend
+        assert [one.name.split(",")[0] for one in to_mend] == names
+
+
+def test_both_sides_of_the_motion_at_the_end(scene: hc.Scene, right: FoundDeck) -> None:
+    """A fiftieth of the largest velocity and displacement."""
+    for name, values, what in (
+        ("final_velocity", right.final_velocity, "motion, by velocities at the end"),
+        ("final_position", right.final_position - right.position, "motion, by places at the end"),
+    ):
+        allowed = 0.02 * float(np.max(np.abs(values)))
+        for share, names in ((1 / 3, []), (3.0, [what])):
+            done = examined(scene, plus(name, 3, share * allowed)(right))
+            assert [check.name for check in done.to_mend] == names
+
+
+def test_numbers_that_are_off_by_the_same_are_one_finding(
+    scene: hc.Scene, right: FoundDeck
+) -> None:
+    """By a hundredth of it; the rest of many different ones is one finding, too."""
+    two = both(times("mass", 1.2, 3), times("mass", 1.2006, 4), times("mass", 1.206, 9))
+    names = [one.name for one in examined(scene, two(right)).checks if one.name[:4] == "mass"]
+    assert sorted(names) == ["mass of granule 10", "mass of granules 4 to 5"]
+    many = both(*(times("mass", 1 + 0.1 * k, k) for k in range(1, 6)))
+    names = [one.name for one in examined(scene, many(right)).checks if one.name[:4] == "mass"]
+    assert sorted(names) == ["mass of granule 5", "mass of granule 6", "mass of granules 2 to 4"]
+
+
+@pytest.mark.parametrize(("share", "name"), [(1 / 3, "force of contact 6"), (3.0, "stiffness of")])
+def test_both_sides_of_a_contact_without_force(
+    share: float, name: str, scene: hc.Scene, right: FoundDeck
+) -> None:
+    """A millionth of Hertz's force."""
+    weak = [times(force, 1e-6 * share, (..., 4)) for force in ("contact_force", "damped_force")]
+    first = examined(scene, both(*weak)(right)).to_mend[0]
+    assert first.name.startswith(name)
+
+
+@pytest.mark.parametrize("factor", [1, -1])
+def test_both_sides_of_a_number_that_stands_in_a_line(factor: int) -> None:
+    assert places.is_same(3.0, 3.0 * (1 + factor * 2e-3 / 3))
+    assert not places.is_same(3.0, 3.0 * (1 + factor * 6e-3))
+
+
+def test_both_sides_of_what_unlike_granules_are_allowed() -> None:
+    """The smallest granule loses most of its overlap, and the largest has the fastest surface."""
+    scene = scene_of("dimer")
+    deck = deck_of("dimer", scene)
+    radius = scene.granules.radius
+    peaks = np.asarray(hc.Native("reference").run(scene).peak_force)
+    deep = float(np.max((peaks / scene.granules.stiffness) ** (2 / 3)))
+    tilt = TOLERANCE * deep * 4 * float(np.min(radius)) / 1.5
+    spin = 1e-9 * scene.units.velocity / float(np.max(radius))
+    away = by_name(examined(scene, plus("velocity", (3, 1), 100.0)(deck)), "velocity across")
+    assert away.effect == pytest.approx(1.5 * float(np.min(radius)) / 4 / deep, rel=1e-6)
+    both_sides("distance from", lambda s: plus("sideways", (3, 1), math.sqrt(s)), tilt, scene, deck)
+    for share, passed in ((0.8, True), (1.2, False)):  # twice as fast a granule is no larger one
+        done = examined(scene, plus("spin", (3, 1), share * spin)(deck))
+        assert by_name(done, "spin").passed == passed
+        off = math.sqrt(share * tilt)
+        done = examined(scene, plus("sideways", (3, 1), off)(deck))
+        assert by_name(done, "distance from").passed == passed
+
+
+def test_the_largest_of_several_steps_counts(scene: hc.Scene, right: FoundDeck) -> None:
+    (run,) = right.runs
+    runs = (replace(run, steps=1000), replace(run, start=1000 * STEP, dt=STEP / 2, steps=3000))
+    done = examined(scene, changed(right, runs=runs))
+    assert by_name(done, "time step").measured == STEP
+    assert done.to_dict()["dt_s"] == STEP
+    assert done.to_mend == ()

@@ -20,7 +20,7 @@ from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.engines.lammps.reading import reading
 from hertzchain.errors import HertzchainError
 from hertzchain.verdict.lint import traps
-from hertzchain.verdict.lint.deck import Finding, script_of
+from hertzchain.verdict.lint.deck import Deck, Finding, script_of
 from hertzchain.verdict.lint.rules import RULES, findings, lint_file
 from tests.command_line import Command
 from tests.effort import effort
@@ -346,3 +346,11 @@ def test_numpy_is_not_needed() -> None:
         " findings(script_of(Path('a'), 'units si\\nrun 1\\n'))"
     )
     assert "numpy" not in modules_after(code)
+
+
+@pytest.mark.parametrize(
+    ("text", "count"),
+    [("jump SELF again", 0), ("jump other.in SELF", 1), ("include a\nread_restart b", 2)],
+)
+def test_parts_that_are_elsewhere(text: str, count: int) -> None:
+    assert len(Deck(script_of(Path("in.chain"), text)).unread) == count

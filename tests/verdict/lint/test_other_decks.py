@@ -143,6 +143,8 @@ OTHERS = {
 }  # fmt: skip
 """Words for decks that are no chain, and decks as they are published."""
 
+OF_LIGGGHTS = {"meshes", "multisphere", "insert", "pack", "old LIGGGHTS"}
+
 
 @pytest.mark.parametrize("name", OTHERS)
 def test_a_deck_that_is_no_chain_is_said_to_be_none_and_has_no_error(name: str) -> None:
@@ -152,6 +154,10 @@ def test_a_deck_that_is_no_chain_is_said_to_be_none_and_has_no_error(name: str) 
     assert why in said
     assert {one.severity for one in found} == {"note"}
     assert not any("Hertz's law" in one.text for one in found)
+    assert any("for LIGGGHTS" in one.text for one in found) == (name in OF_LIGGGHTS)
+
+
+UNDAMPED = "hertz/history 1e5 NULL 0.0 0.0 0.0 0"
 
 
 @pytest.mark.parametrize(
@@ -161,6 +167,8 @@ def test_a_deck_that_is_no_chain_is_said_to_be_none_and_has_no_error(name: str) 
         ("comm_modify vel yes\n", "", "ghost-velocity"),
         ("comm_modify vel yes\n", "communicate single vel yes\n", "ghost-velocity"),
         ("fix down", "fix again all nve/sphere\nfix down", "motion"),
+        ("fix down", f"fix side all wall/gran {UNDAMPED} xplane 0 NULL\nfix down", "wall"),
+        ("fix down", "fix push all addforce 1e-9 0 0 every 5\nfix down", "force-in-steps"),
         ("hooke/history 2000.0 NULL", "hooke/history 2000.0 0.0", "tangential"),
     ],
 )  # fmt: skip

@@ -16,6 +16,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.engine import engine
 from hertzchain.errors import SceneError
 from hertzchain.verdict.results import reading
+from hertzchain.verdict.results.dumps import pushed_at_the_end
 from hertzchain.verdict.results.reading import read
 from tests.command_line import Command
 from tests.verdict.results.runs import (
@@ -122,6 +123,11 @@ def test_files_that_are_not_one_dump(
     monkeypatch.setattr(reading, "MOST_BYTES", 10**5)
     with pytest.raises(SceneError, match="when unpacked"):
         read(SCENE, [bomb], "si", None)
+    monkeypatch.setattr(reading, "MOST_BYTES", int(1.5 * one.stat().st_size))
+    with pytest.raises(SceneError, match="has 1 samples"):
+        read(SCENE, [one], "si", None)
+    with pytest.raises(SceneError, match="cannot be read"):  # of both together
+        read(SCENE, [one, one], "si", None)
 
 
 @pytest.mark.parametrize("signs", [";,", ";.", "\t,", ",."])
@@ -170,6 +176,17 @@ def test_contacts_numbered_from_0_or_1_get_a_hint(first: int, tmp_path: Path) ->
     # One more than there are contacts is another chain, or counts granules.
     with pytest.raises(SceneError, match=r"contact 2 lies between granules 1 and 2$"):
         read(SCENE, written(N), "si", None)
+
+
+@pytest.mark.parametrize(("share", "at_the_end"), [(0.05 / 3, False), (0.15, True)])
+def test_a_force_before_the_pulse_is_no_push(share: float, at_the_end: bool) -> None:
+    """On either side of a twentieth of the largest force."""
+    force = np.zeros((9, N))
+    force[1, -1] = share
+    force[2:, 0] = 1.0
+    assert pushed_at_the_end(force) == at_the_end
+    assert not pushed_at_the_end(force[:, :-1])
+    assert pushed_at_the_end(-force[:, ::-1]) != at_the_end
 
 
 def given_by(run: Samples, every: int, tmp_path: Path, factor: float = 1.0) -> Path:

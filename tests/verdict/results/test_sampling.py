@@ -78,6 +78,42 @@ def test_the_maximum_may_be_that_of_another_hump(rate: float, higher: float) -> 
     assert rate > 0.7 or np.all(found.error < 2e-3)
 
 
+@pytest.mark.parametrize(
+    ("apart", "rate", "is_coarse"), [(0.2, 0.7, False), (0.8, 4.0, False), (0.8, 2.0, True)]
+)
+def test_what_is_said_follows_from_curves_of_three_degrees(
+    apart: float, rate: float, is_coarse: bool
+) -> None:
+    """Four times what the sixth degree changes; ten times what the fourth does, where it is 2 %."""
+    time = apart * np.arange(-20.0, 21.0) + 0.45 * apart
+    shape = 1 / np.cosh(rate * time) ** 2
+    overlap, k = np.cbrt(shape) ** 2, int(np.argmax(shape))
+    highest = []
+    for beside in (3, 2, 1):
+        some = slice(k - beside, k + beside + 1)
+        curve = np.poly1d(np.polyfit(time[some] - time[k], overlap[some], 2 * beside))
+        near = [x.real for x in curve.deriv().roots if abs(x) < apart and abs(x.imag) < 1e-9]
+        highest.append(max(curve(x) for x in near))
+    sixth, fourth, second = highest
+    assert (abs(fourth - second) > 0.02 * fourth) == is_coarse
+    error = max(4 * abs(sixth - fourth), 10 * abs(fourth - second) * is_coarse)
+    scene = hc.Scene(hc.Chain(3, **STEEL), hc.Pulse("cosine", 100.0, 2.0, rise_time=5e-5))
+    found = peaks_of(scene, of_contacts(time - time[0], [shape, shape]), "file")
+    assert found.peak_force == pytest.approx(sixth**1.5, rel=1e-9)
+    assert found.error == pytest.approx(1.5 * error / sixth, rel=1e-6)
+
+
+def test_a_hump_that_is_cut_off_may_be_higher_by_a_whole_step() -> None:
+    """A parabola has no error but that; overlaps go as forces to the power 2/3."""
+    time = np.arange(12.0)
+    rises = 4.0 + 0.3 * time - 0.01 * time**2
+    scene = hc.Scene(hc.Chain(3, **STEEL), hc.Pulse("cosine", 100.0, 2.0, rise_time=5e-5))
+    found = peaks_of(scene, of_contacts(time, [rises**1.5, rises[::-1] ** 1.5]), "file")
+    step = 1.5 * (rises[-1] - rises[-2]) / rises[-1]
+    assert found.peak_force == pytest.approx(rises[-1] ** 1.5)
+    assert found.error == pytest.approx(step, rel=1e-6)
+
+
 @pytest.mark.parametrize("digits", [4, 6, 9, 12])
 def test_digits_of_numbers_are_counted(digits: int, run: Samples, truth: FloatArray) -> None:
     words = [f"{value:.{digits}g}" for value in run.net_force.ravel()]
@@ -87,6 +123,8 @@ def test_digits_of_numbers_are_counted(digits: int, run: Samples, truth: FloatAr
     assert grain == pytest.approx(10.0 ** (size - digits + 1), rel=1e-9, abs=0)
     found = peaks_of(SCENE, Motion(run.time, True, force, grain), "file")
     assert np.all(off(found.peak_force, truth) <= found.error)
+    known = peaks_of(SCENE, Motion(run.time, True, force), "file")
+    assert found.error - known.error == pytest.approx(2 * grain / known.peak_force, abs=1e-15)
 
 
 @pytest.mark.parametrize("name", TERMS)
@@ -100,9 +138,25 @@ def test_scenes_with_terms(name: str) -> None:
     assert np.max(error) < 1e-3
 
 
+def twice(run: Samples, more: float) -> Motion:
+    """A run with one sample again, in which one granule feels more by a share of the largest."""
+    again = np.insert(run.net_force, 50, run.net_force[50], axis=0)
+    again[51, 4] += more * np.abs(run.net_force).max()
+    return Motion(np.insert(run.time, 50, run.time[50]), True, again)
+
+
+def test_a_sample_may_stand_there_twice(run: Samples, truth: FloatArray) -> None:
+    found = peaks_of(SCENE, twice(run, 0.05 / 3), "file")
+    assert np.all(off(found.peak_force, truth) <= found.error)
+
+
 def test_samples_that_cannot_be(run: Samples) -> None:
-    column = TERMS["column"]
+    column, near = TERMS["column"], replace(SCENE, near_wall=hc.Wall("rigid"))
+    led = replace(SCENE, shock=hc.Piston(0.1), wall=hc.Wall("rigid"))
     for scene, run_of, words in (
+        (near, motion(run), "has no force of a near wall"),
+        (led, motion(run), "do not tell contact forces between a piston and a wall"),
+        (SCENE, twice(run, 0.15), "has two different samples of one time"),
         (column, replace(motion(sampled(column, 0.1)), is_clock=False), "no times: give --dt"),
         (SCENE, Motion(run.time[:6], True, run.net_force[:6]), "has 6 samples of the run"),
         (SCENE, Motion(run.time[::-1], True, run.net_force), "has times that do not increase"),

@@ -121,7 +121,8 @@ def _is_reversed(probes: Probes, seen: Watched, applied: Applied, scene: Scene |
     A deck may have one of them wrong. Where they disagree, granule 1 has the lowest id.
     """
     granules = probes.granules
-    shocked, pushed = _shocked(probes, seen, applied)
+    is_pushed = scene is None or bool(scene.ramps)
+    shocked, pushed = _shocked(probes, seen, applied, is_pushed)
     half = 1.0  # a shock on another granule than the first may be in the far half
     if scene is not None and scene.shock.granule > 1:
         half = float(np.sign((scene.chain.granules + 1) / 2 - scene.shock.granule))
@@ -136,17 +137,21 @@ def _is_reversed(probes: Probes, seen: Watched, applied: Applied, scene: Scene |
     return bool(np.sum(np.sign(signs)) + 0.5 * np.sign(float(first - last)) > 0)
 
 
-def _shocked(probes: Probes, seen: Watched, applied: Applied) -> tuple[FloatArray, float]:
-    """How much the shock acts on each granule, shape (granules,), and its sign along the axis."""
-    acts = np.abs(applied.force)
-    if np.any(acts) and applied.time.size > 1:
+def _shocked(
+    probes: Probes, seen: Watched, applied: Applied, is_pushed: bool
+) -> tuple[FloatArray, float]:
+    """How much the shock acts on each granule, shape (granules,), and its sign along the axis.
+
+    A chain that is not pushed by a force in its scene has its shock where granules move, if any do.
+    """
+    acts, velocity = np.abs(applied.force), probes.granules.velocity[:, 0]
+    if np.any(acts) and applied.time.size > 1 and (is_pushed or not np.any(velocity)):
         impulse = np.diff(applied.time) @ (acts[1:] + acts[:-1])
         begun = int(np.argmax(acts.max(axis=1) > _BEGUN * acts.max()))
         return impulse, float(np.sum(applied.force[begun]))
     if np.any(seen.driven) and seen.driven_time.size:
         way = seen.driven_ends[:, 0 if seen.driven[0] else -1]
         return seen.driven.astype(np.float64), float(np.mean(way - way[0]))
-    velocity = probes.granules.velocity[:, 0]
     return np.abs(velocity), float(np.sum(velocity))
 
 

@@ -31,13 +31,11 @@ class Readings:
 
     ``ids`` is of shape (readings, granules), ``position``, ``velocity`` and ``torque`` (readings,
     granules, 3), ``force`` (readings, hooks, granules, 3): the force so far where each hook is.
-    Where ``half``, velocities are those of the half step before; where ``late``, those that damped
-    contacts were.
+    Where ``half``, velocities are those of the half step before.
     """
 
     step: NDArray[np.int64]
     half: NDArray[np.bool_]
-    late: NDArray[np.bool_]
     ids: NDArray[np.int64]
     position: FloatArray
     velocity: FloatArray
@@ -209,7 +207,6 @@ class Callbacks(Hooks):
             Readings(
                 step=step,
                 half=step != self._first,
-                late=step != self._first,
                 ids=np.take_along_axis(ids, order, axis=1).astype(np.int64),
                 position=arrays[:, 0],
                 velocity=arrays[:, 1],

@@ -20,6 +20,7 @@ from hertzchain.engines.lammps.reading.session import Session
 from hertzchain.errors import BackendMissing, RunFailed
 
 _DONE = "hertzchain: done"
+_NEXT = "hertzchain_next"  # the dump of a run, and the variable that says when it is written
 _READ = ("x", "y", "z", "vx", "vy", "vz", "tqx", "tqy", "tqz")
 
 
@@ -116,7 +117,7 @@ def _failure(said: str, status: int) -> RunFailed:
 
 
 class StoredForces(Hooks):
-    """Forces that ``fix store/force`` keeps; the deck's runs are cut where they are read.
+    """Forces that ``fix store/force`` keeps, in a dump that is written during the deck's own runs.
 
     With ``twice`` readings are a prime number of steps apart: the period of a force that comes and
     goes is a round one.
@@ -130,22 +131,17 @@ class StoredForces(Hooks):
         """Give LAMMPS a ``run`` and read its start, every ``stride``-th step and its end."""
         lammps = self._lammps
         stride = _prime(stride) if self.twice else stride
-        keywords = text.split()[2:]
-        kept = " ".join(
-            f"{name} {value}"
-            for name, value in zip(keywords[::2], keywords[1::2], strict=True)
-            if name in ("start", "stop")
-        )
         count, first = lammps.count(), lammps.step()
         columns = (*_READ, *(f"f_{name}[{k}]" for name in self._names for k in (1, 2, 3)))
         path = lammps.folder / "hertzchain.run"
         path.unlink(missing_ok=True)
-        write = write_dump(path.name, columns, append=True)
-        ahead = kept or f"start {first} stop {first + steps}"
-        lammps.give(f"run 0 {' '.join(keywords)}".strip())
-        lammps.give(write)
-        if steps:
-            lammps.give(f'run {steps} pre no post no {ahead} every {stride} "{write}"')
+        lammps.give(f"variable {_NEXT} equal stride({first},{first + steps},{stride})")
+        lammps.give(f"dump {_NEXT} all custom 1 {path.name} id {' '.join(columns)}")
+        lammps.give(f"dump_modify {_NEXT} every v_{_NEXT} first yes sort id format float %.17g")
+        lammps.give(text.replace(" pre no", ""))  # a dump is made ready before a run
+        lammps.give(f"undump {_NEXT}")
+        if (lammps.step() - first) % stride:
+            lammps.give(write_dump(path.name, columns, append=True))
         ids = lammps.dumped("id")[0].astype(np.int64)
         if ids.size != count:
             raise GranulesChanged
@@ -153,12 +149,10 @@ class StoredForces(Hooks):
             if values.shape[2] != count:
                 raise GranulesChanged
             parts = np.moveaxis(values.reshape(len(step), -1, 3, count), 3, 2)
-            late = step != first
             take(
                 Readings(
                     step=step.astype(np.int64),
                     half=np.zeros(len(step), bool),
-                    late=late,
                     ids=np.broadcast_to(ids, (len(step), count)),
                     position=parts[:, 0],
                     velocity=parts[:, 1],

@@ -21,7 +21,7 @@ from hertzchain.engines.lammps.dialect import write_dump
 from hertzchain.engines.lammps.engine import command, version_of
 from hertzchain.engines.lammps.reading.allowed import MOVES, QUIET
 from hertzchain.engines.lammps.reading.hooks import Callbacks, Hooks
-from hertzchain.engines.lammps.reading.text import after_quotes, quoted
+from hertzchain.engines.lammps.reading.text import after_quotes, closed, quoted
 from hertzchain.errors import RunFailed
 
 _CONDITION = "hertzchain_holds"  # the variable that says whether a condition holds
@@ -113,7 +113,7 @@ class Session(ABC):
             elif match is None:
                 end = k + 1
             else:
-                end = match.end() if match["name"] else _closed(text, k + 1)
+                end = match.end() if match["name"] else closed(text, k + 1)
             found += text[k:end] if match is None else self.printed(text[k:end])
             k = end
         return found
@@ -147,16 +147,6 @@ class Session(ABC):
 
     def _number(self, formula: str) -> float:
         return float(self.printed(f"$({formula}:%.17g)"))
-
-
-def _closed(text: str, k: int) -> int:
-    """Where the bracket that opens at k is closed."""
-    depth = 0
-    for end in range(k, len(text)):
-        depth += (text[end] == "(") - (text[end] == ")")
-        if depth == 0:
-            return end + 1
-    raise RunFailed(f"a bracket is not closed: {text[k:]}")
 
 
 class Module(Session):

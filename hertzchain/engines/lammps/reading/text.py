@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -133,3 +134,24 @@ def after_quotes(text: str, k: int) -> int:
     mark = _TRIPLE if text.startswith(_TRIPLE, k) else text[k]
     end = text.find(mark, k + len(mark))
     return len(text) if end < 0 else end + len(mark)
+
+
+def closed(text: str, k: int) -> int:
+    """Where the bracket that opens at k is closed; the end where it is not."""
+    depth = 0
+    for end in range(k, len(text)):
+        depth += (text[end] == "(") - (text[end] == ")")
+        if depth == 0:
+            return end + 1
+    return len(text)
+
+
+def number(word: str | None) -> float | None:
+    """The finite number that a word is, or None."""
+    if word is None or "_" in word:
+        return None
+    try:
+        value = float(word)
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None

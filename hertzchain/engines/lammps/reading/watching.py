@@ -17,6 +17,7 @@ from hertzchain.engines.lammps.reading.peaks import ContactWatch, PeaksSeen
 from hertzchain.engines.lammps.reading.prober import by_fix, members
 from hertzchain.engines.lammps.reading.probing import Probes
 from hertzchain.engines.lammps.reading.session import Stage
+from hertzchain.engines.lammps.reading.text import number
 from hertzchain.errors import RunFailed
 
 _ROUNDED = 1e-9  # of the time at which a run starts, a sum of steps; runs are longer (chosen)
@@ -171,7 +172,7 @@ class Watcher(Playing):
         self._changed = False
 
         def take(readings: Readings) -> None:
-            self._take(readings, np.asarray(self.seen.time + (readings.step - first) * dt), dt)
+            self._take(readings, readings.step - first, dt)
 
         try:
             self.stage.hooks.run(text, steps, stride, take)
@@ -220,13 +221,14 @@ class Watcher(Playing):
             if fix.style == "freeze":
                 taken |= inside
             elif fix.style == "setforce":
-                taken |= inside & _is_zero("".join(fix.values[along : along + 1]))
+                taken |= inside & (number("".join(fix.values[along : along + 1])) == 0)
             elif fix.style not in QUIET:
                 taken &= ~inside
         return taken
 
-    def _take(self, readings: Readings, time: FloatArray, dt: float) -> None:
-        granules = self.probes.granules
+    def _take(self, readings: Readings, done: NDArray[np.int64], dt: float) -> None:
+        """Take note of readings after so many steps of the run."""
+        granules, time = self.probes.granules, np.asarray(self.seen.time + done * dt)
         if not np.array_equal(readings.ids[-1], granules.ids):
             raise GranulesChanged
         if not np.all(np.isfinite(readings.position)) or not np.all(np.isfinite(readings.net)):
@@ -234,10 +236,11 @@ class Watcher(Playing):
         place = granules.moved_from(granules.along(readings.position))
         net = granules.along(readings.net)[..., 0]
         velocity = granules.along(readings.velocity)[..., 0]
-        # Steps of velocity Verlet: a half step is missing where forces are added up.
+        # Steps of velocity Verlet: a half step is missing where forces are added up, and damped
+        # contacts had velocities of half a step before but at the start.
         acceleration = np.where(self._free, net / granules.mass, 0.0)
         missing, late = (
-            np.where(flags, dt / 2, 0.0)[:, np.newaxis] for flags in (readings.half, readings.late)
+            np.where(flags, dt / 2, 0.0)[:, np.newaxis] for flags in (readings.half, done > 0)
         )
         velocity = velocity + missing * acceleration
         pairs = granules.along(readings.of_pairs)[..., 0]
@@ -252,11 +255,3 @@ class Watcher(Playing):
         self.seen.position, self.seen.velocity = place[-1, :, 0], velocity[-1]
         if self._led[0] or self._led[-1]:
             self.seen.lead(time, place[:, [0, -1], 0])
-
-
-def _is_zero(word: str) -> bool:
-    """Whether a word is the number 0."""
-    try:
-        return float(word) == 0
-    except ValueError:
-        return False

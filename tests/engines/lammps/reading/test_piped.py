@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from dataclasses import fields, replace
 from pathlib import Path
 
@@ -82,6 +83,18 @@ def test_a_binary_makes_of_a_deck_what_the_module_makes(lmp: str, tmp_path: Path
     (ours,), (theirs,) = by_module.walls, by_binary.walls
     np.testing.assert_allclose(theirs.position, ours.position, rtol=1e-12)
     np.testing.assert_allclose(theirs.force, ours.force, rtol=1e-9)
+
+
+@pytest.mark.parametrize("lmp", [pytest.param(None, marks=slow), BESIDE_PYTHON])
+def test_a_force_may_follow_the_steps_of_its_run(lmp: str | None, tmp_path: Path) -> None:
+    """Runs are not cut where they are read."""
+    path = tmp_path / "in.mine"
+    text = re.sub(r"\btime\b", "(elapsed*dt)", Deck(steps=450).text())
+    path.write_text(text)
+    found = read_deck(path, SCENE, lmp=lmp)
+    expected = SCENE.applied_force(found.applied_time)
+    assert found.applied_force[:, 0] == pytest.approx(expected, rel=1e-9, abs=1e-9)
+    assert found.runs[0].steps == 450
 
 
 @pytest.mark.parametrize("lmp", [None, pytest.param(BESIDE_PYTHON, marks=slow)])

@@ -298,3 +298,12 @@ def test_the_shock_may_be_at_either_end(more: str, is_reversed: bool, tmp_path: 
         assert wall.end == ("last" if is_reversed else "first")
         place = 0.04 + 4.1e-3 if is_reversed else -4.1e-3
         assert wall.position == pytest.approx(place, rel=1e-9)
+
+
+def test_random_forces_are_no_shock_of_a_striker(tmp_path: Path) -> None:
+    """By their signs alone the chain would begin at the wall."""
+    struck = hc.Scene(SCENE.chain, hc.Striker(0.3), hc.Run(1e-4), wall=hc.Wall("rigid"))
+    wall = WALL.replace("-0.0041 NULL", "NULL 0.044")
+    heat = "fix heat all langevin 300 300 1e-3 9\n"
+    text = f"{wall}velocity hit set 0.3 0 0\n{heat}"
+    assert not read_deck(Deck(more=text, steps=20).write(tmp_path), struck).reversed
