@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.observables import hermite
 from hertzchain.observables.damped_law import DampedLaw
+from hertzchain.observables.samples import Samples
 
 _RESOLVED = 1e-13
 """How near in an interval, or in force, a crossing is found."""
@@ -26,12 +27,18 @@ _SHORTEST = 1e-9
 """Shortest time of contact in an interval, over the interval (chosen): lengths divide rates."""
 
 _PLACES = np.linspace(0, 1, 9)[:, np.newaxis]
-"""Where in an interval a maximum is looked for, before the search between its neighbours."""
+"""Where in an interval the rate of the force is looked at: maxima lie between two of them."""
+
+_HALVINGS = 60
+"""Bisections of a place in an interval, to the last digit of any precision."""
+
+_GAUSS = np.polynomial.legendre.leggauss(8)
+_NODES, _WEIGHTS = (_GAUSS[0][:, np.newaxis] + 1) / 2, _GAUSS[1][:, np.newaxis] / 2
 
 
 @dataclass(frozen=True, eq=False)
 class Curves:
-    """The forces of contacts within n intervals; make them with ``of``."""
+    """The forces of contacts within n intervals; make them with ``of`` or ``within``."""
 
     begin: Array  # time, shape (n,)
     h: Array
@@ -44,22 +51,36 @@ class Curves:
     def of(
         cls, start: Sequence[Array], end: Sequence[Array], begin: Array, h: Array,
         ends: tuple[Array, Array], contact: NDArray[np.intp], law: DampedLaw,
+        otherwise: Array | float = 1.0,
     ) -> Curves:  # fmt: skip
         """Return those that meet overlaps and their derivatives, and forces, at both ends.
 
-        Of four derivatives the last may be NaN, where it is not known.
+        Of four derivatives the last may be NaN, where it is not known. ``otherwise`` is the scale
+        where no end is pressed.
         """
-        overlap: Array = np.zeros((2 * len(start), h.size))
+        overlap: Array = np.zeros((2 * len(start), h.size), h.dtype)
         smooth = np.isfinite(start[-1]) & np.isfinite(end[-1])
         for known, some in ((len(start), smooth), (3, ~smooth)):
             first, last = ([values[some] for values in at[:known]] for at in (start, end))
             overlap[: 2 * known, some] = hermite.coefficients(first, last, h[some])
         harder = ends[1] > ends[0]
         deep, rate = (np.where(harder, end[k], start[k]) for k in range(2))
-        expected, force = law.force(deep, rate, contact), np.maximum(*ends)
-        sure = (expected > 0) & (force > 0)
-        scale = np.where(sure, force, 1.0) / np.where(sure, expected, 1.0)
+        scale = law.scale_of(np.maximum(*ends), deep, rate, contact, otherwise)
         return cls(begin, h, contact, overlap, scale, law)
+
+    @classmethod
+    def within(
+        cls, samples: Samples, interval: NDArray[np.intp], contact: NDArray[np.intp],
+        law: DampedLaw,
+    ) -> Curves:  # fmt: skip
+        """Return those of contacts within intervals between samples."""
+        start, end = (
+            [values[interval + k, contact] for values in samples.overlap_derivatives]
+            for k in range(2)
+        )
+        force, h = samples.contact_force, np.diff(samples.time)[interval]
+        ends = force[interval, contact], force[interval + 1, contact]
+        return cls.of(start, end, samples.time[interval], h, ends, contact, law)
 
     def part(self, some: Any) -> Curves:
         """Return the curves of some intervals."""
@@ -77,24 +98,56 @@ class Curves:
         """Overlaps and their rates at places of the intervals, from 0 to 1, shape (..., n)."""
         return hermite.evaluate(self.overlap, s), hermite.evaluate(self._rate, s) / self.h
 
+    def bend(self, s: Array) -> Array:
+        """Second derivatives of overlaps at places of the intervals, shape (..., n)."""
+        return hermite.evaluate(hermite.derivative(self._rate), s) / self.h**2
+
     def force(self, s: Array) -> Array:
         """Force at places of the intervals, shape (..., n)."""
         return np.asarray(self.scale * self.law.force(*self.motion(s), self.contact))
 
+    def _rises(self, s: Array) -> NDArray[np.bool_]:
+        """Whether forces grow at places of the intervals, shape (..., n)."""
+        return self.law.growth(*self.motion(s), self.bend(s), self.contact) > 0
+
+    def maxima(self) -> tuple[NDArray[np.intp], Array]:
+        """Return the interval and the place, from 0 to 1, of each maximum within intervals."""
+        rises = self._rises(_PLACES.astype(self.h.dtype))
+        place, which = np.nonzero(rises[:-1] & ~rises[1:])
+        low, high = (_PLACES[place + k, 0].astype(self.h.dtype) for k in range(2))
+        some = self.part(which)
+        for _ in range(_HALVINGS):
+            middle = (low + high) / 2
+            rises = some._rises(middle)
+            low, high = np.where(rises, middle, low), np.where(rises, high, middle)
+        return which, high
+
     def highest(self) -> tuple[Array, Array]:
         """Return the largest force of each interval, its ends included, and its place, (n,)."""
-        best = np.argmax(self.force(_PLACES), axis=0)
-        low, high = (_PLACES[np.clip(best + side, 0, len(_PLACES) - 1), 0] for side in (-1, 1))
-        return self.highest_between(low, high)
+        place = np.where(
+            self.force(np.ones(self.h.size)) > self.force(np.zeros(self.h.size)), 1.0, 0.0
+        )
+        force = self.force(place)
+        which, at = self.maxima()
+        found = self.part(which).force(at)
+        for k in np.argsort(found).tolist():
+            if found[k] > force[which[k]]:
+                force[which[k]], place[which[k]] = found[k], at[k]
+        return force, place
 
-    def highest_between(self, low: Array, high: Array) -> tuple[Array, Array]:
-        """Return the largest force between two places, with one maximum there, and its place."""
-        for _ in range(40):  # thirds: the place to 1e-7, the force to its square
-            third = (high - low) / 3
-            rises = self.force(low + third) < self.force(high - third)
-            low, high = np.where(rises, low + third, low), np.where(rises, high, high - third)
-        place = (low + high) / 2
-        return self.force(place), place
+    def nodes(self) -> tuple[Array, Array]:
+        """Places in the touching part of intervals, (nodes, n), and their weights in integrals.
+
+        Forces near an opening are smooth in the square root of the distance from there.
+        """
+        first, last = self.overlap[0], np.sum(self.overlap, axis=0)
+        later, crossing = last > first, np.minimum(first, last) < 0
+        opens = openings(self.overlap, crossing, later)
+        begin = np.where(later, opens, 0.0)
+        length = np.where(later, 1.0, opens) - begin
+        share = np.where(crossing, _NODES * _NODES, _NODES)
+        places = begin + length * np.where(later, share, 1 - share)
+        return places, _WEIGHTS * self.h * length * np.where(crossing, 2 * _NODES, 1.0)
 
     def crossing(
         self, level: Array, since: Array, until: Array, rises: NDArray[np.bool_]
@@ -123,6 +176,24 @@ class Curves:
             if is_found.all():
                 break
         return np.asarray(self.begin + s * self.h)
+
+
+def openings(curve: Any, crossing: Any, later: Any) -> Any:
+    """Return the s in [0, 1] where overlaps that are ``crossing`` pass 0, shape (intervals,).
+
+    For other intervals return 0 where the end has the larger overlap, and 1 where the start has it.
+    """
+    found = np.where(later, 0.0, 1.0)
+    if not np.any(crossing):
+        return found
+    part, rising = curve[:, crossing], later[crossing]
+    low, high = np.zeros(rising.size), np.ones(rising.size)
+    for _ in range(53):  # bisections: to the last digit
+        middle = (low + high) / 2
+        before = (hermite.evaluate(part, middle) > 0) != rising
+        low, high = np.where(before, middle, low), np.where(before, high, middle)
+    found[crossing] = (low + high) / 2
+    return found
 
 
 def first_touch(
@@ -158,19 +229,20 @@ def first_touch(
 
 def begin_at_touch(
     start: list[Array], end: Sequence[Array], begin: Array, h: Array, force: Array,
-    mobility: Array, law: DampedLaw, contact: NDArray[np.intp], late: float,
+    inverse_mass: Array, law: DampedLaw, contact: NDArray[np.intp], late: float,
 ) -> tuple[NDArray[np.bool_], Array]:  # fmt: skip
     """Let intervals in which a dashpot closes begin there, as no polynomial crosses its jump.
 
     ``start``, ``begin`` and ``h`` are changed in place, shape (n,) each. ``force`` is that at the
-    end, ``mobility`` the acceleration of both granules over it, ``late`` the delay of velocities.
+    end, ``inverse_mass`` that of each granule, shape (granules,), ``late`` the delay of velocities.
     Returns where that is so, also for spheres that touch at the start, and a bound of the error of
     the closing speed there.
     """
     jumps, doubt = (start[0] <= 0) & (end[0] > 0), np.zeros(h.size)
     if law.exponent != 0 or not jumps.any():
         return np.zeros(h.size, bool), doubt
-    own, damping = mobility[contact[jumps]], law.damping[contact[jumps]]
+    here = contact[jumps]
+    damping, own = law.damping[here], inverse_mass[here] + np.append(inverse_mass, 0.0)[here + 1]
     felt = force[jumps] - late * damping * end[2][jumps]
     later, speed, growth, doubt[jumps] = first_touch(
         [values[jumps] for values in start[:3]], end[2][jumps] + own * felt, h[jumps]

@@ -1,8 +1,9 @@
-"""The force law of damped contacts, in any units, for the code that watches a run."""
+"""The force law of contacts, damped or not, in any units, for the code that watches a run."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,9 @@ from hertzchain.observables.samples import Samples
 from hertzchain.scene.natural_units import NaturalUnits
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
+
+_NOTHING = 1e-60
+"""Overlap in any units below which the force of a damper that begins is not looked at."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,9 +43,14 @@ class DampedLaw:
         """Return the law of the contacts of a scene, in SI units; elastic ones have c = 0."""
         granules, contact = scene.granules, scene.contact
         if contact is None:
-            return cls(granules.stiffness, np.zeros(granules.stiffness.size), 0.5, False)
+            return cls.of_elastic(granules.stiffness)
         assert granules.damping is not None
         return cls(granules.stiffness, granules.damping, contact.exponent, contact.attraction)
+
+    @classmethod
+    def of_elastic(cls, stiffness: Array) -> DampedLaw:
+        """Return the law of elastic contacts."""
+        return cls(stiffness, np.zeros_like(stiffness), 0.5, attraction=False)
 
     def in_units(self, units: NaturalUnits) -> DampedLaw:
         """Return the same law with all quantities in other units."""
@@ -56,23 +65,50 @@ class DampedLaw:
         """Elastic force without damping; the last axis of the overlaps has some or all contacts."""
         return np.asarray(hertz.force_of(self.stiffness[contacts], overlap))
 
+    @cached_property
+    def is_damped(self) -> bool:
+        """Whether any contact loses energy."""
+        return bool(self.damping.any())
+
     def damper(self, overlap: Array, rate: Array, contacts: Any = slice(None)) -> Array:
         """Force that damping adds to the elastic force; rates have the shape of the overlaps."""
-        pressed = np.maximum(overlap, 0.0)
-        if self.exponent == 0:
-            factor = np.where(overlap > 0, 1.0, 0.0)
-        elif self.exponent == 0.25:
-            factor = np.sqrt(np.sqrt(pressed))
-        else:
-            factor = pressed**self.exponent
-        added = self.damping[contacts] * factor * rate
+        added = self.damping[contacts] * self._power(overlap) * rate
         if self.attraction:
             return np.asarray(added)
         return np.asarray(np.maximum(added, -self.elastic(overlap, contacts)))
 
+    def _power(self, overlap: Array) -> Array:
+        """Powers of overlaps with the exponent of damping; 0 for open contacts."""
+        pressed = np.maximum(overlap, 0.0)
+        if self.exponent == 0:
+            return np.where(overlap > 0, 1.0, 0.0)
+        return np.sqrt(np.sqrt(pressed)) if self.exponent == 0.25 else pressed**self.exponent
+
     def force(self, overlap: Array, rate: Array, contacts: Any = slice(None)) -> Array:
         """Total force of contacts, limited to 0 where contacts do not attract."""
         return np.asarray(self.elastic(overlap, contacts) + self.damper(overlap, rate, contacts))
+
+    def growth(
+        self, overlap: Array, rate: Array, bend: Array, contacts: Any = slice(None)
+    ) -> Array:
+        """How fast forces grow while nothing limits them, from two derivatives of the overlap.
+
+        Where a contact is open it has the sign of the rate.
+        """
+        elastic = 1.5 * self.stiffness[contacts] * np.sqrt(np.abs(overlap)) * rate
+        if not self.is_damped:
+            return np.asarray(elastic)
+        steep = self.exponent * rate**2 / np.where(overlap > _NOTHING, overlap, np.inf)
+        return np.asarray(elastic + self.damping[contacts] * self._power(overlap) * (steep + bend))
+
+    def scale_of(
+        self, force: Array, overlap: Array, rate: Array, contacts: Any = slice(None),
+        otherwise: Array | float = 1.0,
+    ) -> Array:  # fmt: skip
+        """Return a backend's forces over those of the law, and ``otherwise`` where either is 0."""
+        expected = self.force(overlap, rate, contacts)
+        sure = (expected > 0) & (force > 0)
+        return np.asarray(np.where(sure, force, otherwise) / np.where(sure, expected, 1.0))
 
     def with_rate(self, force: Array, overlap: Array, felt: Array, rate: Array) -> Array:
         """Convert forces that a backend computed with the rate ``felt`` to the rate ``rate``.

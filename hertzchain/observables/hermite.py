@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from math import comb, factorial, perm
+from math import comb, factorial
 from typing import Any
 
 import numpy as np
@@ -29,25 +29,6 @@ def coefficients(start: Sequence[Array], end: Sequence[Array], h: Array) -> Arra
     return curve
 
 
-def increments(start: Sequence[Array], end: Sequence[Array], h: Array) -> Array:
-    """Differences of successive Bernstein coefficients of the interpolant, shape (2m + 1, ...).
-
-    The slope has at most as many zeros within the interval as these differences have changes of
-    sign (Descartes). The interpolant exceeds its start by at most the largest of their partial
-    sums.
-    """
-    highest = len(start) - 1
-    degree = 2 * highest + 1
-    found = [np.zeros_like(start[0])] * degree
-    for j in range(highest):
-        for k in range(1, j + 2):
-            weight = h**k * (comb(j, k - 1) / perm(degree, k))
-            found[j] = found[j] + weight * start[k]
-            found[-1 - j] = found[-1 - j] + (-1) ** (k - 1) * weight * end[k]
-    found[highest] = end[0] - start[0] - sum(found)
-    return np.stack(found)
-
-
 def evaluate(coefficients: Array, s: Array) -> Array:
     """Evaluate the interpolant at s, shape (...); s broadcasts against the columns."""
     return np.asarray(polynomial.polyval(s, coefficients, tensor=False))
@@ -56,40 +37,6 @@ def evaluate(coefficients: Array, s: Array) -> Array:
 def derivative(coefficients: Array) -> Array:
     """Coefficients of the derivative with respect to s."""
     return polynomial.polyder(coefficients)
-
-
-def maxima(coefficients: Array) -> Array:
-    """Every s between 0 and 1 where one polynomial, shape (degree + 1,), has a maximum."""
-    slope = derivative(np.asarray(coefficients, np.float64))
-    zeros = polynomial.polyroots(polynomial.polytrim(slope))
-    real = zeros.real[np.abs(zeros.imag) <= 1e-6]
-    inside = real[(real > 0) & (real < 1)]
-    return np.asarray(inside[polynomial.polyval(inside, polynomial.polyder(slope)) < 0])
-
-
-def maximum(coefficients: Array) -> Array:
-    """Return s in [0, 1] where polynomials that rise at 0 and fall at 1 are largest, (columns,).
-
-    Newton's method on the derivative of ``coefficients``, shape (degree + 1, columns), kept inside
-    a bracket that shrinks.
-    """
-    slope = derivative(coefficients)
-    curvature = derivative(slope)
-    low = np.zeros_like(slope[0])
-    high = np.ones_like(low)
-    s = (low + high) / 2
-    for _ in range(50):
-        value = evaluate(slope, s)
-        rising = value > 0
-        low, high = np.where(rising, s, low), np.where(rising, high, s)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            newton = s - value / evaluate(curvature, s)
-        inside = (newton >= low) & (newton <= high)
-        following = np.where(inside, newton, (low + high) / 2)
-        if np.all(np.abs(following - s) <= 1e-15):
-            break
-        s = following
-    return np.asarray(following)
 
 
 @functools.cache

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 from numbers import Integral
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.errors import SceneError, require
 from hertzchain.limits import refuse_memory
 from hertzchain.observables import hermite
+from hertzchain.observables.curves import Curves
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.samples import Samples
 
@@ -65,22 +66,18 @@ def wanted_times(record: ArrayLike, end_time: float) -> FloatArray:
 class Recorder:
     """Fills a history from samples, at wanted times that increase, in the units of the samples.
 
-    Where there is a wall, the last contact is the one with the wall. ``law`` is the force law of
-    damped contacts, in the units of the samples; None without damping.
+    Where there is a wall, the last contact is the one with the wall.
     """
 
-    def __init__(
-        self, time: Array, granules: int, wall: bool = False, law: DampedLaw | None = None
-    ) -> None:
-        self._law = law
+    def __init__(self, time: Array, granules: int, wall: bool = False) -> None:
         self.time = np.asarray(time)
         refuse_memory(8.0 * 3 * self.time.size * granules)
         self.displacement = np.full((self.time.size, granules), np.nan)
         self.velocity = np.full((self.time.size, granules), np.nan)
         self.contact_force = np.full((self.time.size, granules - 1 + wall), np.nan)
 
-    def update(self, samples: Samples) -> None:
-        """Interpolate at the wanted times that lie within these samples."""
+    def update(self, samples: Samples, law: DampedLaw) -> None:
+        """Interpolate at the wanted times that lie within these samples, of contacts with a law."""
         wanted = np.nonzero((self.time >= samples.time[0]) & (self.time <= samples.time[-1]))[0]
         if not wanted.size:
             return
@@ -88,35 +85,15 @@ class Recorder:
         at = np.clip(np.searchsorted(samples.time, self.time[wanted], "right") - 1, 0, last)
         h = (samples.time[at + 1] - samples.time[at])[:, None]
         s = (self.time[wanted] - samples.time[at])[:, None] / h
-        curve = _interpolant(samples.granule_derivatives, at, h)
+        start, end = ([values[at + k] for values in samples.granule_derivatives] for k in (0, 1))
+        curve = hermite.coefficients(start, end, h)
         self.displacement[wanted] = hermite.evaluate(curve, s)
         self.velocity[wanted] = hermite.evaluate(hermite.derivative(curve), s) / h
-        curve = _interpolant(samples.overlap_derivatives, at, h)
-        overlap = hermite.evaluate(curve, s)
-        if self._law is not None:
-            rate = hermite.evaluate(hermite.derivative(curve), s) / h
-            self.contact_force[wanted] = self._damped(samples, at, overlap, rate)
-            return
-        later = samples.overlap[at + 1] > samples.overlap[at]
-        pressed = np.where(later, samples.overlap[at + 1], samples.overlap[at])
-        force = np.where(later, samples.contact_force[at + 1], samples.contact_force[at])
-        touching = (pressed > 0) & (overlap > 0)
-        ratio = np.where(touching, overlap, 0) / np.where(touching, pressed, 1)
-        self.contact_force[wanted] = force * ratio * np.sqrt(ratio)
-
-    def _damped(self, samples: Samples, at: NDArray[np.intp], overlap: Array, rate: Array) -> Array:
-        """Forces of damped contacts: the law's ratio times the sample with the larger overlap."""
-        assert self._law is not None
-        derivatives = samples.overlap_derivatives
-        later = samples.contact_force[at + 1] > samples.contact_force[at]
-        force, deep, closing = (
-            np.where(later, values[at + 1], values[at])
-            for values in (samples.contact_force, derivatives[0], derivatives[1])
-        )
-        expected = self._law.force(deep, closing)
-        sure = (force > 0) & (expected > 0)
-        scale = np.where(sure, force, 1.0) / np.where(sure, expected, 1.0)
-        return np.asarray(scale * self._law.force(overlap, rate))
+        contacts = self.contact_force.shape[1]
+        contact = np.tile(np.arange(contacts), wanted.size)
+        curves = Curves.within(samples, np.repeat(at, contacts), contact, law)
+        force = curves.force(np.repeat(s[:, 0], contacts))
+        self.contact_force[wanted] = force.reshape(-1, contacts)
 
     def history(
         self,
@@ -132,9 +109,3 @@ class Recorder:
         """
         motion = self.displacement[:, first:] * length, self.velocity[:, first:] * velocity
         return History(time, *motion, self.contact_force * force)
-
-
-def _interpolant(derivatives: tuple[Array, ...], at: NDArray[np.intp], h: Array) -> Array:
-    return hermite.coefficients(
-        [values[at] for values in derivatives], [values[at + 1] for values in derivatives], h
-    )

@@ -43,7 +43,7 @@ class NoteTaker:
         self._contacts, self._least = contacts, LEAST * (unit + contacts.static)
         self._law, self._static = contacts.law, contacts.static
         count = self._static.size
-        self._mobility = (inverse_mass + np.append(inverse_mass[1:], 0.0))[:count]
+        self._inverse_mass = inverse_mass
         self._largest, self._when = self._static.copy(), np.zeros(count)
         self._fallen = np.full(count, len(FALLS))
         self._notes = [np.zeros((0, COLUMNS))]
@@ -92,7 +92,7 @@ class NoteTaker:
         start = [notes[:, START + k] for k in range(3)]  # views: they change the notes
         jumps, _ = begin_at_touch(
             start, [notes[:, END + k] for k in range(3)], notes[:, BEGIN], notes[:, LENGTH],
-            notes[:, FORCE + 1], self._mobility, self._law, contact, late,
+            notes[:, FORCE + 1], self._inverse_mass, self._law, contact, late,
         )  # fmt: skip
         damping = self._law.damping[contact[jumps]]
         notes[jumps, FORCE] = damping * np.maximum(notes[jumps, START + 1], 0.0)

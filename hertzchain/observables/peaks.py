@@ -1,9 +1,10 @@
 """Peaks: the true maximum of each contact force, between the samples too.
 
-Between two samples the overlap is interpolated (quintic from overlap, rate and acceleration; of
-degree seven where the jerk is known). The force at a maximum is the backend's own force at the
-nearer sample times the ratio of the overlaps to the power 3/2: a wrong stiffness in a backend still
-shows. A contact that is open at every sample gets no peak.
+Between two samples the overlap is interpolated, and the force is the backend's own at the end where
+it is larger, times the ratio of forces that the scene's law gives: see ``curves``. A wrong
+stiffness or damping in a backend still shows in its peaks. The energy lost in dampers is computed
+by the scene's law, so that another law in a backend shows in the balance of energy. A contact that
+is open at every sample gets no peak.
 """
 
 from __future__ import annotations
@@ -14,55 +15,71 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import Array, FloatArray
-from hertzchain.observables import hermite
+from hertzchain.observables.curves import Curves, begin_at_touch
+from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.samples import Samples
-from hertzchain.observables.work import contact_impulse
 
 SIGNIFICANT = 1e-3  # of the largest peak; lower ones are not judged: no error estimate covers them
-_COUNTS = 2e-3  # fraction of the largest overlap: below it a force is less than 1e-4 of the largest
+_COUNTS = 1e-4
+"""Fraction of the largest force below which a maximum between samples does not count: the front of
+a wave grows by powers of ten within an interval, which may seem a maximum."""
 ESTIMATED = 0.5 * SIGNIFICANT  # lowest peaks by which two runs are compared: one may be low in both
 
 
 class PeakWatch:
-    """Keeps the largest force of each contact and its time, and impulses at the ends, from samples.
+    """Keeps the largest force of each contact, energy lost in dampers and impulses, from samples.
 
-    The impulses are those on a wall and fixed granules, which ``on_held`` counts as
-    ``times_on_held`` does, and of a piston on granule 2, where there is one.
+    Parameters
+    ----------
+    law
+        The law of the contacts, in the units of the samples.
+    inverse_mass
+        1 / mass of each granule, shape (granules,), 0 for those that move as a piston does.
+    on_held
+        How often the force of each contact counts in that on a wall and fixed granules, as
+        ``times_on_held`` says.
+    has_piston
+        Whether granule 1 is a piston: then its impulse on granule 2 is kept, too.
     """
 
     def __init__(
-        self,
-        contacts: int,
-        dtype: type[np.floating[Any]] = np.float64,
-        on_held: Any = (),
-        has_piston: bool = False,
+        self, law: DampedLaw, inverse_mass: Array, on_held: Any = (), has_piston: bool = False
     ) -> None:
+        self._law, self.inverse_mass = law, inverse_mass
         self._has_piston = has_piston
         self._held = {k: float(on_held[k]) for k in np.flatnonzero(on_held).tolist()}
         self.wall_impulse = self.piston_impulse = self.dissipated = 0.0
-        self.force = np.zeros(contacts, dtype)
-        self.time = np.full(contacts, np.nan, dtype)
-        self._overlap = np.zeros(contacts, dtype)  # overlap under the largest force
-        self._maxima = np.zeros((2, contacts), dtype)  # the two highest maxima of the overlap
-        self._until = dtype(0)
+        self.force: Any = np.zeros_like(law.stiffness)
+        self.time = np.full_like(self.force, np.nan)
+        self._scale = np.ones_like(self.force)  # the backend's force over that of the law
+        self._maxima = np.zeros((2, *self.force.shape), self.force.dtype)  # the two highest
+        # The peaks if errors of the forces at first touch are added or subtracted.
+        self._at_most, self._at_least = np.zeros_like(self.force), np.zeros_like(self.force)
+        # Largest closing speeds: as a dashpot begins to act, and of all samples.
+        self._at_touch, self._fastest = np.zeros_like(self.force), np.zeros_like(self.force)
+        self._until = self.force.dtype.type(0)
+        # Contacts whose force is integrated.
+        self._counted = np.full(self.force.shape, law.is_damped)
+        self._counted[[*self._held, *[0] * has_piston]] = True
 
     @property
     def rival(self) -> Array:
         """Second highest maxima, (contacts,), 0 for none: with other steps they may be highest."""
-        highest = self._maxima[0]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = np.where(highest > 0, self._maxima[1] / highest, 0.0)
-        return np.asarray(self.force * ratio * np.sqrt(ratio))
+        return np.asarray(self._maxima[1])
 
     @property
     def reading_error(self) -> float:
-        """Bound of the relative error of the judged peaks that is known from the samples alone."""
-        return 0.0
+        """Bound of the relative error of the judged peaks by the samples next to first touches."""
+        judged = judged_contacts(self.force, ESTIMATED)
+        force = self.force[judged]
+        error = np.maximum(self._at_most[judged] - force, force - self._at_least[judged]) / force
+        return float(np.max(error, initial=0.0))
 
     @property
     def touch_share(self) -> float:
-        """Largest ratio of a speed at which a force jumped to the largest one; from 0 to 1."""
-        return 0.0
+        """Largest ratio, of all contacts, of a dashpot's first closing speed to its largest."""
+        judged = judged_contacts(self.force, ESTIMATED) & (self._fastest > 0)
+        return float(np.max(self._at_touch[judged] / self._fastest[judged], initial=0.0))
 
     @property
     def passed(self) -> NDArray[np.bool_]:
@@ -74,107 +91,109 @@ class PeakWatch:
         """True if a contact that counts has its largest force at the end."""
         return any_rising(self.force, self.passed)
 
-    def update(self, samples: Samples, late: float = 0.0) -> None:  # noqa: ARG002 - see DampedWatch
-        """Add the samples and the intervals between them."""
-        for held, times in self._held.items():
-            self.wall_impulse += times * contact_impulse(samples, held)
-        if self._has_piston:
-            self.piston_impulse += contact_impulse(samples, 0)
+    def update(self, samples: Samples, late: float = 0.0) -> None:
+        """Add the samples and the intervals between them.
+
+        ``late`` is the delay of the velocities that damped the motion. Work and impulse are
+        computed with these velocities, because they moved the granules; peaks are computed with the
+        true ones.
+        """
         self._until = samples.time[-1]
-        largest = np.argmax(samples.contact_force, axis=0)
-        columns = np.arange(self.force.size)
-        self._keep(
-            columns,
-            samples.contact_force[largest, columns],
-            samples.time[largest],
-            samples.overlap[largest, columns],
-        )
-        derivatives = samples.overlap_derivatives
+        overlap, rate, change = samples.overlap_derivatives[:3]
+        self._keep_samples(samples, overlap, rate)
+        pressed = overlap > 0
+        np.maximum(self._fastest, np.max(np.where(pressed, rate, 0.0), axis=0), out=self._fastest)
+        # Upper bounds of overlap and rate, with the largest changes that both ends allow.
         h = np.diff(samples.time)[:, np.newaxis]
-        overlap, rate, change = (np.abs(d) if k else d for k, d in enumerate(derivatives[:3]))
-        # An upper bound of the overlap, with the largest change of its rate that both ends allow.
-        farthest = np.maximum(overlap[:-1], overlap[1:])
-        farthest = farthest + h * (rate[:-1] + rate[1:] + h * (change[:-1] + change[1:]))
-        intervals, contacts = np.nonzero(farthest > self._maxima[1])
-        if intervals.size:
-            start = [d[intervals, contacts] for d in derivatives]
-            end = [d[intervals + 1, contacts] for d in derivatives]
-            self._interpolate(samples, intervals, contacts, start, end)
+        change, speed = (h * (abs(d[:-1]) + abs(d[1:])) for d in (change, rate))
+        reach = np.maximum(overlap[:-1], overlap[1:]) + speed + h * change
+        bound = self._scale * self._law.force(reach, speed / h + change)
+        some = bound > np.maximum(self._maxima[1], _COUNTS * np.max(self.force))
+        some |= (pressed[:-1] | pressed[1:]) & self._counted
+        interval, contact = np.nonzero(some)
+        if interval.size:
+            self._add(samples, interval, contact, late)
 
-    def _interpolate(
-        self,
-        samples: Samples,
-        intervals: NDArray[np.intp],
-        contacts: NDArray[np.intp],
-        start: list[Array],
-        end: list[Array],
-    ) -> None:
-        """Keep the maxima within some intervals, from overlaps and derivatives at their ends."""
-        h = np.diff(samples.time)[intervals]
-        increments = hermite.increments(start, end, h)
-        reached = start[0] + np.cumsum(increments, axis=0).max(axis=0)
-        rises = increments > 0
-        turns = np.count_nonzero(rises[1:] != rises[:-1], axis=0)
-        higher = reached > self._maxima[1, contacts]
-        # The front of a wave grows by powers of ten within an interval, which may seem a maximum.
-        counts = reached > _COUNTS * np.max(self._overlap)
-        for several, some in (
-            (False, higher & (turns == 1) & rises[0]),
-            (True, higher & (turns > 1) & counts),
-        ):
-            if not some.any():
-                continue
-            place = intervals[some], contacts[some]
-            curve = hermite.coefficients([d[some] for d in start], [d[some] for d in end], h[some])
-            if not several:
-                self._take(samples, *place, curve, hermite.maximum(curve))
-                continue
-            for k, column in enumerate(curve.T):
-                for s in hermite.maxima(column):
-                    here = place[0][k : k + 1], place[1][k : k + 1]
-                    self._take(samples, *here, column[:, np.newaxis], np.array([s]))
-
-    def _take(
-        self,
-        samples: Samples,
-        intervals: NDArray[np.intp],
-        contacts: NDArray[np.intp],
-        curve: Array,
-        s: Array,
-    ) -> None:
-        """Keep maxima at s in [0, 1] of the curves of intervals."""
-        highest = hermite.evaluate(curve, s)
-        for contact, overlap in zip(contacts, highest, strict=True):
-            pair = self._maxima[:, contact]
-            if overlap > pair[0]:
-                pair[:] = overlap, pair[0]
-            elif overlap > pair[1]:
-                pair[1] = overlap
-        h = np.diff(samples.time)[intervals]
-        overlaps = samples.overlap
-        nearer = intervals + (overlaps[intervals + 1, contacts] > overlaps[intervals, contacts])
-        beside, force = samples.overlap[nearer, contacts], samples.contact_force[nearer, contacts]
-        # Pressed only between two samples: use the overlap that the contact had at its largest
-        # force.
-        beside, force = (
-            np.where((force > 0) & (samples.overlap[nearer, contacts] > 0), now, then)
-            for now, then in ((beside, self._overlap[contacts]), (force, self.force[contacts]))
+    def _keep_samples(self, samples: Samples, overlap: Array, rate: Array) -> None:
+        """Keep the largest samples, and what their forces are over those of the law."""
+        largest, columns = np.argmax(samples.contact_force, axis=0), np.arange(self.force.size)
+        force, time = samples.contact_force[largest, columns], samples.time[largest]
+        larger = force > self.force
+        scale = self._law.scale_of(
+            force, overlap[largest, columns], rate[largest, columns], otherwise=self._scale
         )
-        known = (force > 0) & (beside > 0) & (highest > 0)
-        ratio = highest[known] / beside[known]
-        force = force[known] * ratio * np.sqrt(ratio)
-        time = samples.time[intervals[known]] + (s * h)[known]
-        self._keep(contacts[known], force, time, highest[known])
+        self._scale = np.where(larger, scale, self._scale)
+        self._keep(columns, force, time)
+        np.maximum(self._at_least, force, out=self._at_least)
 
-    def _keep(self, contacts: NDArray[np.intp], force: Array, time: Array, overlap: Array) -> None:
+    def _add(
+        self,
+        samples: Samples,
+        interval: NDArray[np.intp],
+        contact: NDArray[np.intp],
+        late: float,
+    ) -> None:
+        """Add intervals of contacts: their integrals, maxima, and forces at first touch."""
+        law, derivatives = self._law, samples.overlap_derivatives
+        begin, h = samples.time[interval], np.diff(samples.time)[interval]
+        start, end = ([d[interval + k, contact] for d in derivatives] for k in range(2))
+        force = samples.contact_force
+        ends = force[interval, contact], force[interval + 1, contact]
+        jumps, doubt = begin_at_touch(
+            start, end, begin, h, ends[1], self.inverse_mass, law, contact, late
+        )
+        curves = Curves.of(start, end, begin, h, ends, contact, law, self._scale[contact])
+        self._integrate(curves.part(self._counted[contact]), late)
+        which, place = curves.maxima()
+        found = curves.part(which)
+        highest, time = found.force(place), found.begin + place * found.h
+        some = (highest > _COUNTS * np.max(self.force)) & ~jumps[which]
+        self._keep_found(found.contact[some], highest[some], time[some])
+        if jumps.any():
+            closing = np.maximum(start[1][jumps], 0.0)
+            damper = curves.scale[jumps] * law.damping[contact[jumps]]
+            at_touch = damper * closing
+            # Right after a jump velocity Verlet is of first order: maxima there are not sure.
+            after = curves.part(jumps).highest()[0]
+            error = np.maximum(damper * doubt[jumps], after - at_touch)
+            self._keep_found(contact[jumps], at_touch, begin[jumps], error)
+            for largest in (self._at_touch, self._fastest):
+                np.maximum.at(largest, contact[jumps], closing)
+
+    def _integrate(self, part: Curves, late: float) -> None:
+        """Add the energy lost in dampers, and the impulses of wall and piston."""
+        contact, (places, worth) = part.contact, part.nodes()
+        overlap, rate = part.motion(places)
+        damper = self._law.damper(overlap, rate - late * part.bend(places), contact)
+        self.dissipated += float(np.sum(worth * damper * rate))
+        if self._held or self._has_piston:
+            impulse = worth * part.scale * (self._law.elastic(overlap, contact) + damper)
+            for held, times in self._held.items():
+                self.wall_impulse += times * float(np.sum(impulse[:, contact == held]))
+            if self._has_piston:
+                self.piston_impulse += float(np.sum(impulse[:, contact == 0]))
+
+    def _keep_found(
+        self, contact: NDArray[np.intp], force: Array, time: Array, error: Array | float = 0.0
+    ) -> None:
+        """Keep maxima between samples, whose forces may have an error."""
+        np.maximum.at(self._at_most, contact, force + error)
+        np.maximum.at(self._at_least, contact, force - error)
+        for number, value in zip(contact, force, strict=True):
+            pair = self._maxima[:, number]
+            if value > pair[0]:
+                pair[:] = value, pair[0]
+            elif value > pair[1]:
+                pair[1] = value
+        self._keep(contact, force, time)
+
+    def _keep(self, contacts: NDArray[np.intp], force: Array, time: Array) -> None:
         """Replace earlier forces that are not larger by later ones, contact by contact."""
         order = np.argsort(force, kind="stable")  # if a contact has several, the largest is last
-        contacts, force = contacts[order], force[order]
-        time, overlap = time[order], overlap[order]
+        contacts, force, time = contacts[order], force[order], time[order]
         larger = force > self.force[contacts]
         self.force[contacts[larger]] = force[larger]
         self.time[contacts[larger]] = time[larger]
-        self._overlap[contacts[larger]] = overlap[larger]
 
 
 def judged_contacts(peak_force: Array, significant: float = SIGNIFICANT) -> NDArray[np.bool_]:

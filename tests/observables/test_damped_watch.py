@@ -7,7 +7,7 @@ import pytest
 
 from hertzchain.observables.curves import first_touch
 from hertzchain.observables.damped_law import DampedLaw
-from hertzchain.observables.damped_watch import DampedWatch
+from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.samples import Samples
 
 ROUND_OFF = 1e-14
@@ -65,7 +65,7 @@ def test_a_force_that_decays_faster_than_samples_come(interval: float, offset: f
         for values in (place, velocity, -damping * velocity * pressed)
     )
     force = (damping * velocity * pressed)[:, np.newaxis]
-    watch = DampedWatch(law, np.array([1.0, 0.0]))
+    watch = PeakWatch(law, np.array([1.0, 0.0]))
     watch.update(Samples(time, displacement, rate, growth, place[:, np.newaxis], force))
     assert watch.force[0] == pytest.approx(damping * speed, rel=1e-12, abs=0)
     assert abs(watch.time[0]) < 1e-12

@@ -12,6 +12,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.arrays import Array
 from hertzchain.errors import SceneError, TooExpensive
+from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.history import MOST_FRAMES, History, Recorder, wanted_times
 from hertzchain.observables.samples import Samples
 from tests.conftest import paper_scene
@@ -20,6 +21,8 @@ from tests.oracles.first_pulses import Trace
 # Analytic motion: three granules that swing against each other
 
 PHASE = np.array([0.0, 0.4, 1.1])
+
+LAW = DampedLaw.of_elastic(np.ones(2))
 
 
 def motion(time: Array, k: int) -> Array:
@@ -48,7 +51,7 @@ def swinging(time: Array, jerk: bool = True) -> Samples:
 def recorded(wanted: Array, *blocks: Samples) -> History:
     recorder = Recorder(wanted, 3)
     for block in blocks:
-        recorder.update(block)
+        recorder.update(block, LAW)
     return recorder.history(np.asarray(wanted, np.float64))
 
 
@@ -85,7 +88,7 @@ def test_blocks_vs_one_block(split: int) -> None:
 
 def test_units_scale_what_was_recorded() -> None:
     recorder = Recorder(np.array([0.55]), 3)
-    recorder.update(swinging(np.linspace(0.0, 1.0, 11)))
+    recorder.update(swinging(np.linspace(0.0, 1.0, 11)), LAW)
     plain = recorder.history(np.array([0.55]))
     scaled = recorder.history(np.array([5.5]), length=2.0, velocity=4.0, force=8.0)
     assert scaled.time.tolist() == [5.5]

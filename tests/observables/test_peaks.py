@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from hertzchain.arrays import Array, FloatArray
+from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.peaks import PeakWatch, largest_difference
 from hertzchain.observables.samples import Samples
 
@@ -38,7 +39,8 @@ def samples_of(overlap: Overlap, time: Array, jerk: bool = True, stiffness: floa
 
 def watched(*blocks: Samples) -> PeakWatch:
     """Return the watch after successive blocks."""
-    watch = PeakWatch(blocks[0].overlap.shape[1], blocks[0].time.dtype.type)
+    contacts = np.ones(blocks[0].overlap.shape[1], blocks[0].time.dtype)
+    watch = PeakWatch(DampedLaw.of_elastic(contacts), np.ones(contacts.size + 1))
     for block in blocks:
         watch.update(block)
     return watch
@@ -269,16 +271,13 @@ def test_contacts_that_still_rise_are_told() -> None:
         assert watched(samples_of(polynomials(falls, little), times)).any_rising == counts
 
 
-@pytest.mark.parametrize(("part", "looked_at"), [(1.9e-3, False), (2.1e-3, True)])
-def test_several_maxima_between_two_samples_where_the_overlap_counts(
-    part: float, looked_at: bool
-) -> None:
-    """From two thousandths of the largest overlap on; below, a front seems to have some."""
+@pytest.mark.parametrize(("part", "counts"), [(0.9e-4, False), (1.1e-4, True)])
+def test_maxima_between_two_samples_where_the_force_counts(part: float, counts: bool) -> None:
+    """From a ten-thousandth of the largest force on; below, a front seems to have some."""
     several = with_turns(-100.0, 0.2, 0.6, 0.9)
-    # What counts is a bound of the curve: the largest Bernstein coefficient, 89/35 of this one.
-    little = several * (part / (89 / 35))
+    little = several * (part ** (2 / 3) / several(0.2))
     curves = polynomials(np.polynomial.Polynomial([1.0]), little)
     watch = watched(samples_of(curves, np.array([0.0, 1.0])))
-    expected = little(0.2) if looked_at else little(1.0)
+    expected = little(0.2) if counts else little(1.0)
     assert little(0.2) > 1.2 * little(1.0) > little(0.0)
     assert watch.force[1] == pytest.approx(expected**1.5, rel=1e-12, abs=0)

@@ -13,8 +13,10 @@ from numpy.polynomial import Polynomial
 from scipy.integrate import quad
 
 from hertzchain.arrays import Array
+from hertzchain.observables.damped_law import DampedLaw
+from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.samples import Samples
-from hertzchain.observables.work import contact_impulse, work_done
+from hertzchain.observables.work import work_done
 from hertzchain.scene.ramp import Ramp
 
 
@@ -107,4 +109,6 @@ def test_impulse_of_a_bounce_off_a_wall(samples: int) -> None:
     )
     # Integral of (1 - s^2)^(3/2) from -1 to 1. An opening just outside an interval leaves most:
     # 9e-7 of the whole.
-    assert contact_impulse(seen, -1) == pytest.approx(3 * math.pi / 8, rel=1.5e-6, abs=0)
+    watch = PeakWatch(DampedLaw.of_elastic(np.ones(2)), np.ones(2), on_held=[0, 1])
+    watch.update(seen)
+    assert watch.wall_impulse == pytest.approx(3 * math.pi / 8, rel=1.5e-6, abs=0)

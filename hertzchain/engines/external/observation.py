@@ -11,21 +11,18 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.contact import hertz
 from hertzchain.engines.external import readings
-from hertzchain.engines.external.readings import FREE
 from hertzchain.engines.external.rescaling import Softening, round_off
 from hertzchain.engines.external.terms import wall_position
 from hertzchain.errors import OverlapTooLarge, RunFailed
 from hertzchain.observables.balance import Balance
 from hertzchain.observables.contact_errors import Peaks
 from hertzchain.observables.damped_law import DampedLaw
-from hertzchain.observables.damped_watch import DampedWatch
 from hertzchain.observables.error_bound import diverged
-from hertzchain.observables.first_pulse import Contacts, FirstPulses
+from hertzchain.observables.first_pulse import Contacts
 from hertzchain.observables.history import Recorder
-from hertzchain.observables.notes import NoteTaker
 from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.samples import Samples
-from hertzchain.observables.work import times_on_held, work_done
+from hertzchain.observables.watch import Watch
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
@@ -49,21 +46,12 @@ class Observation:
     ) -> None:
         self._scene, self._made, self._legs, self.code = scene, made, tuple(legs), code
         self.legs = [made.leg(leg) for leg in legs]  # the legs given to the code
-        granules, wall = scene.bodies, scene.wall is not None
-        self._fastest = _fastest(scene)
-        self._law = None if scene.contact is None else DampedLaw.of(scene)
-        # Those that need the masses of the code are made with them.
-        self._contacts = Contacts.of(scene) if first else None
-        self._notes: NoteTaker | None = None
-        contacts = granules - 1 + wall
-        held = times_on_held(contacts, wall, scene.granules.fixed)
-        self._ends = held, scene.piston is not None
-        self._peaks = PeakWatch(contacts, np.float64, *self._ends)
-        self._recorder = None if times is None else Recorder(times, granules, wall, self._law)
-        self._work = 0.0
-        self._held = FREE
+        self._fastest, self._law = _fastest(scene), DampedLaw.of(scene)
+        self._contacts, wall = Contacts.of(scene) if first else None, scene.wall is not None
+        self._recorder = None if times is None else Recorder(times, scene.bodies, wall)
+        self._given = 0.0
         self._samples: Samples | None = None
-        self._velocity = np.zeros(granules)
+        self._velocity = np.zeros(scene.bodies)
 
     def begin(self, at_rest: readings.Granules) -> None:
         """Store the granules of the code before the shock; refuse a wrong number of them."""
@@ -78,11 +66,10 @@ class Observation:
         fixed = self._scene.granules.is_fixed
         at_rest = replace(at_rest, mass=np.where(fixed, math.inf, at_rest.mass))
         self._at_rest = at_rest
-        if self._law is not None:
-            self._peaks = DampedWatch(self._law, 1 / at_rest.mass, *self._ends)
-        if self._contacts is not None:
-            unit = self._scene.units.force
-            self._notes = NoteTaker(self._contacts, 1 / at_rest.mass, unit)
+        self._watch = Watch(
+            self._scene, self._law, 1 / at_rest.mass, self._contacts, self._recorder,
+            self._scene.units.force,
+        )  # fmt: skip
         made = self._made.scene(self._scene)
         self._held = _held(made)
         self._law_given = None if made.contact is None else DampedLaw.of(made)
@@ -113,19 +100,10 @@ class Observation:
         samples = self._made.true(seen)
         if self._samples is None:
             before = arrays[0, 1] / self._made.time
-            self._work = self._energy(samples, 0, before)
+            self._given = self._energy(samples, 0, before)
         if np.max(np.abs(samples.velocity)) > 2 * self._fastest:
             raise diverged(self.code)
-        late, pushed = 0.0 if self._law is None else leg.dt / 2, self._peaks.piston_impulse
-        self._peaks.update(samples, late)
-        if self._notes is not None:
-            self._notes.update(samples, late)
-        if leg.ramp is not None:
-            self._work += float(work_done(samples, leg.ramp, self._held.pushed))
-        if leg.stroke is not None:
-            self._work += (self._peaks.piston_impulse - pushed) * leg.stroke.velocity
-        if self._recorder is not None:
-            self._recorder.update(samples)
+        self._watch.update(samples, leg, leg.dt / 2)
         self._samples = samples
         self._velocity = arrays[-1, 1] / self._made.time
 
@@ -135,13 +113,13 @@ class Observation:
         return Simulation(
             made=self._made,
             legs=self._legs,
-            peaks=self._peaks,
+            peaks=self._watch.seen,
+            seen=self._watch.peaks,
             displacement=self._samples.displacement[-1],
             velocity=self._velocity,
             balance=self._balance(self._samples),
             recorder=self._recorder,
             version=version,
-            first=None if self._notes is None else self._notes.first_pulses(self._peaks.force),
         )
 
     def _refuse_second_neighbours(self, seen: Samples) -> None:
@@ -161,15 +139,14 @@ class Observation:
         if scene.precompression is not None:
             energy -= float(np.sum(scene.granules.constant_force * samples.displacement[-1]))
         momentum = float(np.sum(mass * velocity))
-        seen = self._peaks
+        seen, work = self._watch.seen, self._given + float(self._watch.work)
         impulse = scene.given_impulse + seen.piston_impulse - seen.wall_impulse
-        return Balance(impulse, momentum, self._work, energy, seen.dissipated)
+        return Balance(impulse, momentum, work, energy, seen.dissipated)
 
     def _energy(self, samples: Samples, which: int, velocity: FloatArray) -> float:
         """Kinetic and contact energy from forces, overlaps and velocities at one time [J]."""
         force, overlap = samples.contact_force[which], samples.overlap[which]
-        if self._law is not None:
-            force = force - self._law.damper(overlap, samples.overlap_derivatives[1][which])
+        force = force - self._law.damper(overlap, samples.overlap_derivatives[1][which])
         pressed = np.maximum(overlap, 0.0)
         kinetic = 0.5 * np.sum(self._at_rest.moving_mass * velocity**2)
         return float(kinetic + np.sum(hertz.energy_of(force, pressed)))
@@ -213,17 +190,12 @@ class Simulation:
     made: Softening  # the similar scene that was computed
     legs: tuple[Leg, ...]
     peaks: PeakWatch
+    seen: Peaks  # the same, with first pulses where they were wanted
     displacement: FloatArray  # displacement at the end [m], shape (bodies,)
     velocity: FloatArray  # velocity at the end [m/s], shape (bodies,)
     balance: Balance
     recorder: Recorder | None  # recorder of a history, if one was wanted
     version: str  # version of the code
-    first: FirstPulses | None = None  # where they were wanted
-
-    @property
-    def seen(self) -> Peaks:
-        """What the run saw of the contacts."""
-        return Peaks(self.peaks.force, self.peaks.time, self.peaks.passed, self.first)
 
     @property
     def steps(self) -> int:

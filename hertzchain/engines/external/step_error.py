@@ -172,7 +172,7 @@ def _interpolation_error_of_damped(rate: float, dt: float, h: float) -> float:
     units apart cost up to 2.6e-5, 7e-7 and 4e-7 of the peaks, the last as much as readings at each
     step of 0.002: 0.1 dt^2. Strong dampers let a force decay within 1 / rate of the closing of a
     contact: see ``DAMPED_ONSET``. What readings before a jump of the force leave is known after the
-    run: see ``DampedWatch.reading_error``.
+    run: see ``PeakWatch.reading_error``.
     """
     by_steps = DAMPED_READINGS * (dt * max(1.0, rate)) ** 2
     return DAMPED_INTERPOLATION * h**5 + DAMPED_ONSET * (h * rate) ** 3 + by_steps

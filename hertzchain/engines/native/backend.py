@@ -24,7 +24,6 @@ from hertzchain.errors import POSITIVE, StepUnstable, is_positive, require
 from hertzchain.limits import RTOL, TIME_LIMIT, Deadline, check_time_limit
 from hertzchain.observables.balance import Balance
 from hertzchain.observables.contact_errors import ContactErrors, bounds
-from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.error_bound import (
     SHORT,
     amplifies_errors,
@@ -186,10 +185,7 @@ class Native:
             allowed = "must not be given with peaks_only, which leaves granules behind"
             require(not self.peaks_only, "record", record, allowed)
             times = wanted_times(record, scene.end_time)
-            wall, law = scene.wall is not None, None
-            if scene.contact is not None:
-                law = DampedLaw.of(scene).in_units(scene.units)
-            recorder = Recorder(times / scene.units.time, scene.bodies, wall, law)
+            recorder = Recorder(times / scene.units.time, scene.bodies, scene.wall is not None)
         if self.method == "numpy":
             allowed = "must be scipy or left out for damped contacts: NumPy integrates elastic ones"
             require(scene.contact is None, "method", self.method, allowed)

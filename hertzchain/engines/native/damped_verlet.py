@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.external.step_error import damped_interval_at
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.sampled import simulation_of, state_at_start
+from hertzchain.engines.native.sampled import law_of, simulation_of, state_at_start
 from hertzchain.engines.native.simulation import Simulation
 from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
-from hertzchain.observables.damped_law import DampedLaw, true_forces
+from hertzchain.observables.damped_law import true_forces
 from hertzchain.observables.error_bound import diverged
 from hertzchain.observables.first_pulse import Contacts
 from hertzchain.observables.history import Recorder
@@ -80,7 +80,7 @@ def samples_of(
     deadline = deadline or Deadline(TIME_LIMIT)
     chain, unit = Chain.of(scene), scene.units
     refuse_memory(8.0 * scene.bodies * 20 * _BLOCK)
-    law = DampedLaw(chain.stiffness, chain.damping, chain.exponent, chain.attraction)
+    law = law_of(chain)
     displacement, velocity = state_at_start(scene, added=start)
     walk = Walk.of(chain, displacement, velocity, (chain.pushed,))
     for leg in legs:

@@ -7,7 +7,6 @@ from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.damped_plan import first_tolerance
 from hertzchain.engines.native.damped_runs import simulate_damped
 from hertzchain.limits import Deadline
-from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.history import History, Recorder
 from hertzchain.scene.scene import Scene
 
@@ -24,8 +23,7 @@ def motion_at(scene: Scene, time: FloatArray, rtol: float, deadline: Deadline) -
         assert history is not None
         return history
     units = scene.units
-    law = DampedLaw.of(scene).in_units(units)
-    recorder = Recorder(time / units.time, scene.bodies, scene.wall is not None, law)
+    recorder = Recorder(time / units.time, scene.bodies, scene.wall is not None)
     simulate_damped(scene, first_tolerance(rtol), deadline, recorder)
     in_si = units.length, units.velocity, units.force
     return recorder.history(time, *in_si, scene.first_granule)

@@ -12,16 +12,12 @@ from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.kernel_input import start_of
 from hertzchain.engines.native.simulation import Simulation
 from hertzchain.limits import Deadline
-from hertzchain.observables.contact_errors import Peaks
 from hertzchain.observables.damped_law import DampedLaw
-from hertzchain.observables.damped_watch import DampedWatch
 from hertzchain.observables.error_bound import diverged
 from hertzchain.observables.first_pulse import Contacts
 from hertzchain.observables.history import Recorder
-from hertzchain.observables.notes import NoteTaker
-from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.samples import Samples
-from hertzchain.observables.work import times_on_held, work_done
+from hertzchain.observables.watch import Watch
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
@@ -83,49 +79,36 @@ def simulation_of(
     Raises StepUnstable if the chain has far
     more energy than it was given, TooExpensive if the run has taken longer than the deadline.
     """
-    dtype = start.dtype.type
-    contacts_held = times_on_held(chain.stiffness.size, chain.has_wall, chain.fixed)
-    ends = contacts_held, scene.piston is not None
-    watch = PeakWatch(chain.stiffness.size, dtype, *ends)
-    if chain.is_damped:
-        law = DampedLaw(chain.stiffness, chain.damping, chain.exponent, chain.attraction)
-        watch = DampedWatch(law, chain.inverse_mass, *ends)
-    notes = None if contacts is None else NoteTaker(contacts, chain.inverse_mass)
-    work = dtype(chain.energy(*start))
-    exchanged, steps = abs(work), 0
+    watch = Watch(scene, law_of(chain), chain.inverse_mass, contacts, recorder)
+    given, steps = start.dtype.type(chain.energy(*start)), 0
     displacement, velocity = start
     for leg, samples in blocks:
         if deadline.left <= 0:
             raise deadline.passed()
-        late, before = leg.dt / 2 if is_verlet else 0.0, watch.piston_impulse
-        if notes is not None:
-            notes.update(samples, late)
-        watch.update(samples, late)
-        done_now = 0.0 if leg.ramp is None else work_done(samples, leg.ramp, chain.pushed)
-        if leg.stroke is not None:
-            done_now = (watch.piston_impulse - before) * leg.stroke.velocity
-        work, exchanged = work + done_now, exchanged + abs(done_now)
-        if recorder is not None:
-            recorder.update(samples)
+        watch.update(samples, leg, leg.dt / 2 if is_verlet else 0.0)
         steps += samples.time.size - 1
         displacement, velocity = samples.displacement[-1], samples.velocity[-1]
     if motion is not None:
         displacement, velocity = motion
     constant = np.sum(chain.mass * chain.constant * displacement)
     energy = chain.energy(displacement, velocity) - constant
-    if not abs(energy) <= 10 * exchanged:
+    if not abs(energy) <= 10 * (abs(given) + watch.exchanged):
         raise diverged("native")
-    first = None if notes is None else notes.first_pulses(watch.force)
     return Simulation(
         displacement,
         velocity,
-        Peaks(watch.force, watch.time, watch.passed, first),
-        work,
+        watch.peaks,
+        given + watch.work,
         np.sum(chain.mass * velocity),
         energy,
         steps,
         steps,
-        wall_impulse=watch.wall_impulse,
-        piston_impulse=watch.piston_impulse,
-        dissipated=watch.dissipated,
+        wall_impulse=watch.seen.wall_impulse,
+        piston_impulse=watch.seen.piston_impulse,
+        dissipated=watch.seen.dissipated,
     )
+
+
+def law_of(chain: Chain) -> DampedLaw:
+    """Return the law of the contacts of a chain, for what watches it."""
+    return DampedLaw(chain.stiffness, chain.damping, chain.exponent, chain.attraction)

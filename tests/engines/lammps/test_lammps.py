@@ -19,6 +19,7 @@ from hertzchain.engines.native import METHODS, simulate
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.in_numpy import integrate
 from hertzchain.errors import RunFailed
+from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.peaks import PeakWatch, largest_difference
 from hertzchain.observables.samples import Samples
 from hertzchain.scene.schedule import Leg
@@ -60,7 +61,7 @@ def twin_of(scene: hc.Scene, legs: Sequence[Leg]) -> tuple[FloatArray, FloatArra
     motion = np.zeros((2, granules))  # at the end, from the last block on
     for leg, block in integrate(Chain.plain(granules), blocks, VERLET, motion):
         blocks[leg].append(block)
-    watch = PeakWatch(granules - 1)
+    watch = PeakWatch(DampedLaw.of_elastic(np.ones(granules - 1)), np.ones(granules))
     known = ("time", "displacement", "velocity", "acceleration", "overlap", "contact_force")
     for leg, (first, *others) in blocks.items():
         columns = (

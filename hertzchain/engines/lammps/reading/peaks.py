@@ -14,7 +14,6 @@ from hertzchain.engines.lammps.reading.found import FoundWall
 from hertzchain.engines.lammps.reading.prober import DEPTHS
 from hertzchain.engines.lammps.reading.probing import Probes
 from hertzchain.observables.damped_law import DampedLaw
-from hertzchain.observables.damped_watch import DampedWatch
 from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.samples import Samples
 
@@ -57,12 +56,9 @@ class ContactWatch:
         first = sum(wall.end == "first" for wall in probes.walls)
         self._ends = first, len(probes.walls) - first
         contacts = granules.count - 1 + sum(self._ends)
-        self._law = law_of(probes)
+        self._law = law_of(probes, contacts)
         self._all, self._halved = (
-            PeakWatch(contacts)
-            if self._law is None
-            else DampedWatch(self._law, self._padded(1 / self._mass))
-            for _ in range(2)
+            PeakWatch(self._law, self._padded(1 / self._mass)) for _ in range(2)
         )
         self._rest = np.finfo(np.float64).eps * float(np.max(np.abs(granules.position)))
         self._missed = np.zeros(contacts)  # largest overlap that grew without a force
@@ -76,8 +72,7 @@ class ContactWatch:
         """A run begins: it may not continue what was before, and its forces move these granules."""
         self._before = None
         for watch in (self._all, self._halved):
-            if isinstance(watch, DampedWatch):
-                watch.inverse_mass = self._padded(np.where(free, 1 / self._mass, 0.0))
+            watch.inverse_mass = self._padded(np.where(free, 1 / self._mass, 0.0))
 
     def take(
         self, time: FloatArray, late: FloatArray, place: FloatArray, velocity: FloatArray,
@@ -116,7 +111,7 @@ class ContactWatch:
         _, rate, growth = samples.overlap_derivatives
         without = np.where((rate > 0) & (overlap > _SURE * self._rest) & (force <= 0), overlap, 0.0)
         self._missed = np.maximum(self._missed, without.max(axis=0, initial=0.0))
-        if self._law is not None:
+        if self._law.is_damped:
             felt = rate - late * growth
             known = self._law.with_rate(force, overlap, felt, rate)
             samples = replace(samples, contact_force=known)
@@ -142,8 +137,9 @@ class ContactWatch:
         return PeaksSeen(force, self._missed[which], error)
 
 
-def law_of(probes: Probes) -> DampedLaw | None:
-    """The law of all contacts and walls, in the deck's units; None if they are elastic."""
+def law_of(probes: Probes, contacts: int) -> DampedLaw:
+    """The law of all contacts and walls in the deck's units; of stiffness 1 if they are elastic."""
+    elastic_law = DampedLaw.of_elastic(np.ones(contacts))
     at, walls = DEPTHS.index(1.0), probes.walls
     on_wall = at - 1  # no gap is tried there
     overlap = _columns(walls, probes.overlap[[at]], lambda wall: wall.overlap[[on_wall]])[0]
@@ -152,14 +148,14 @@ def law_of(probes: Probes) -> DampedLaw | None:
     deep = _columns(walls, probes.damped_overlap, lambda wall: wall.damped_overlap)
     force = _columns(walls, probes.damped_force, lambda wall: wall.damped_force)
     if overlap.size == 0:
-        return None
+        return elastic_law
     with np.errstate(divide="ignore", invalid="ignore"):
         stiffness = np.nan_to_num(elastic / overlap**1.5)
         # Approaching with one speed, at the larger and at the smaller overlap.
         added = [force[k] - stiffness * deep[k] ** 1.5 for k in (0, 2)]
         is_damped = added[0] > _DAMPS * elastic
         if not np.any(is_damped):
-            return None
+            return elastic_law
         found = np.log(added[0] / added[1]) / np.log(deep[0] / deep[2])
         exponent = float(np.median(found[is_damped & np.isfinite(found)]))
     exponent = next((known for known in _EXPONENTS if abs(known - exponent) < _NEAR), exponent)
