@@ -29,7 +29,10 @@ LINKED = [*(DOCS / name for name in PAGES), *ROOT.glob("*.md"), ROOT / "lammps_i
 FENCE = re.compile(r"^(?P<ticks>`{3,})(?P<language>\S*)\s*$")
 MARK = re.compile(r"^<!-- not run: (?P<reason>.+) -->$")
 PROGRESS = re.compile(r"^hertzchain: [\d,]+ of [\d,]+ rows, .* left\n", re.MULTILINE)
-LONG = {"damping.md", "pulses.md", "scenes.md", "sweeps.md", "tutorial.md", "validation.md"}
+LONG = {
+    *("damping.md", "experiments.md", "pulses.md", "scenes.md", "sweeps.md", "tutorial.md"),
+    "validation.md",
+}
 """Pages that take seconds: slow tests, which CI runs every time."""
 
 PROCESSES = {"tutorial.md": 1}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -25,6 +26,9 @@ by up to 1e-8 in a random scene, and its errors are proportional to it."""
 
 BLOCK, SCENES = 10, 300
 
+traced = cache(Trace)
+"""The motion of a scene, which several runs are held against."""
+
 
 def shares(scene: hc.Scene, backend: hc.Native | hc.Lammps) -> list[float]:
     """Errors of first pulses, arrivals and widths over what was stated, contact by contact.
@@ -38,7 +42,7 @@ def shares(scene: hc.Scene, backend: hc.Native | hc.Lammps) -> list[float]:
     assert errors.first is not None
     assert errors.arrival is not None
     assert errors.width is not None
-    truth = Trace(scene).first_pulses(scene.granules.static_force)
+    truth = traced(scene).first_pulses(scene.granules.static_force)
     found = []
     for k in np.flatnonzero(first.is_clear & first.is_ended & ~first.is_front):
         true = truth[k]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -32,15 +33,16 @@ SCENES = {
 
 SLOW = ("taper", "damped", "pressed")
 
+traced = cache(Trace)
+"""The motion of a scene, which several runs are held against."""
+
 
 def shares(scene: hc.Scene, backend: hc.Native | hc.Lammps, granule: int) -> list[float]:
     """Errors of force, arrival and width over what is stated."""
     result = backend.run(replace(scene, gauges=(hc.Gauge(granule=granule),)))
     (found,) = result.gauges
-    true, unit = (
-        Trace(scene).gauge(granule, scene.granules.static_force),
-        ORACLE * scene.contact_time,
-    )
+    true = traced(scene).gauge(granule, scene.granules.static_force)
+    unit = ORACLE * scene.contact_time
     assert true.end is not None
     return [
         (abs(found.force / true.force - 1) - ORACLE) / found.force_error,

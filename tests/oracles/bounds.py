@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 import hertzchain as hc
+from hertzchain.engines.native import METHODS
 from hertzchain.observables.peaks import judged_contacts, largest_difference
 from tests.oracles import extrapolation
 from tests.oracles.eighth_order import Truth
@@ -17,6 +18,12 @@ from tests.oracles.eighth_order import Truth
 def lasting(scene: hc.Scene) -> hc.Scene:
     """The scene up to ``Scene.end_time``: by default an engine may end before."""
     return replace(scene, run=hc.Run(scene.end_time))
+
+
+def by_methods(scene: hc.Scene, methods: Iterable[str] = METHODS) -> list[tuple[hc.Native, float]]:
+    """Each method, to any accuracy; RK4, which NumPy computes, in an eighth of its usual steps."""
+    steps = {"rk4": 0.1 * scene.contact_time}
+    return [(hc.Native(method, steps.get(method)), 1.0) for method in methods]
 
 
 def check_answers(scene: hc.Scene, asked: Iterable[tuple[hc.Native, float]]) -> list[hc.Result]:

@@ -235,7 +235,12 @@ def test_wrong_rows_say_by_how_much(tmp_path: Path) -> None:
     assert re.fullmatch(r"wrong by \d\.\de-01", row.words)
 
 
-def test_the_command(hertzchain: Command, tmp_path: Path) -> None:
+def test_the_command(hertzchain: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    said = hertzchain("certify", "--lmp", "no-such-lmp")
+    assert said.status == 2
+    assert said.out.splitlines()[-1] == "LAMMPS (no-such-lmp): 19 not tested"
+    few = {name: CASES[name] for name in (*FORCES, "striker")}
+    monkeypatch.setattr("hertzchain.verdict.certificate.CASES", few)
     folder, junit = tmp_path / "out", tmp_path / "junit.xml"
     rows = ["half the force"]
     program = fake(tmp_path, next(edits for name, edits, *_ in DEFECTS if name in rows))
@@ -245,6 +250,3 @@ def test_the_command(hertzchain: Command, tmp_path: Path) -> None:
     assert not list(problems(document, "certify.json"))
     assert document == json.loads((folder / "certify.json").read_text())
     assert junit.read_text().count("<failure") == len(FORCES)
-    said = hertzchain("certify", "--lmp", "no-such-lmp")
-    assert said.status == 2
-    assert said.out.splitlines()[-1] == "LAMMPS (no-such-lmp): 19 not tested"

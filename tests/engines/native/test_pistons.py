@@ -12,11 +12,10 @@ from scipy.integrate import quad
 from scipy.special import jv
 
 import hertzchain as hc
-from hertzchain.engines.native import METHODS
 from hertzchain.verdict.run_checks import balance_checks
 from tests.conftest import STEEL
 from tests.oracles import extrapolation
-from tests.oracles.bounds import check_answers, lasting
+from tests.oracles.bounds import by_methods, check_answers, lasting
 
 UNIFORM = hc.Chain(12, **STEEL)
 TABLE = hc.Piston(None, (1e-5, 5e-5, 9e-5, 2e-4), (0.0, 4e-6, 1e-6, 2e-6))
@@ -155,7 +154,7 @@ def test_a_piston_at_rest_holds_the_static_load() -> None:
 def test_peaks_and_velocities(name: str) -> None:
     scene = lasting(SCENES[name])
     asked: list[tuple[Any, float]] = [(hc.Native(rtol=rtol), rtol) for rtol in (1e-3, 1e-6, 1e-9)]
-    asked += [(hc.Native(method), 1.0) for method in METHODS]
+    asked += by_methods(scene)
     found = check_answers(scene, asked)
     assert len(found) == len(asked)
     true = extrapolation.peaks(scene).velocity

@@ -10,10 +10,9 @@ from scipy.integrate import quad
 from scipy.special import jv
 
 import hertzchain as hc
-from hertzchain.engines.native import METHODS
 from hertzchain.verdict.run_checks import balance_checks
 from tests.conftest import STEEL
-from tests.oracles.bounds import check_answers
+from tests.oracles.bounds import by_methods, check_answers
 
 UNIFORM = hc.Chain(12, **STEEL)
 PRESSED = hc.Precompression(10.0)
@@ -78,5 +77,5 @@ def test_a_weak_sine_is_that_of_the_linear_chain(strength: float, above: float) 
 def test_peaks(name: str) -> None:
     scene = SCENES[name]
     asked = [(hc.Native(rtol=rtol), rtol) for rtol in (1e-3, 1e-6, 1e-9)]
-    asked += [(hc.Native(method), 1.0) for method in METHODS]
+    asked += by_methods(scene)
     assert len(check_answers(scene, asked)) == len(asked)

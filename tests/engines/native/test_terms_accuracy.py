@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from tests.oracles.bounds import check_answers
+from tests.oracles.bounds import by_methods, check_answers
 from validation.random_scenes import random_scene_with_terms
 
 TOLERANCES = (1e-3, 1e-6, 1e-9)
@@ -26,7 +26,7 @@ def judge(number: int, methods: tuple[str, ...]) -> None:
     rng = np.random.default_rng([8, number])
     scene = random_scene_with_terms(rng, LONGEST, LONGEST_TIME)
     asked = [(hc.Native(rtol=rtol), rtol) for rtol in TOLERANCES]
-    asked += [(hc.Native(method), 1.0) for method in methods]
+    asked += by_methods(scene, methods)
     check_answers(scene, asked)
 
 
