@@ -108,7 +108,7 @@ def fake(
 @pytest.mark.parametrize(
     ("name", "edits", "wrong", "right"),
     [
-        pytest.param(*row, id=row[0], marks=pytest.mark.slow if k > 4 else ())
+        pytest.param(*row, id=row[0], marks=pytest.mark.slow if k > 2 else ())
         for k, row in enumerate(DEFECTS)
     ],
 )
