@@ -59,7 +59,6 @@ def rows_of(text: str) -> list[list[str]]:
 def embedded(page: str) -> Any:
     """All numbers of a report."""
     found = re.search(r'id="numbers">(.*?)</script>', page)
-    assert found is not None
     return json.loads(found[1])
 
 

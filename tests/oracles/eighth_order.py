@@ -134,7 +134,6 @@ def _ramps(
         return [(*rows[k], *rows[k + 1], 1.0) for k in range(len(rows) - 1)]
     top, n, rise = shock.peak_force, shock.duration_ratio, shock.rise_time
     if rise is None:
-        assert shock.momentum_ratio is not None
         # L_SW with the paper's 139/32 (section 4.1); the pulse carries F0 n t0 / 2.
         wave = 139 / 32 * math.sqrt(3 / (4 * math.pi)) * (math.sqrt(2) / 3) ** (1 / 3) * top * unit
         rise = shock.momentum_ratio * 2 * wave / (n * top)

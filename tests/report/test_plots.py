@@ -44,7 +44,6 @@ def test_a_plot_has_a_point_for_every_number(
     (figure,) = drawn
     above, below = map(lines_of, figure.axes)
     native, lammps, formulas = both.native, both.lammps, both.formulas
-    assert lammps is not None
     np.testing.assert_array_equal(above["native, reference"], (native.contact, native.peak_force))
     values = {"LAMMPS": lammps.peak_force, "Eq. 6": formulas.eq6, "Eq. 9": formulas.eq9}
     for label, peaks in values.items():

@@ -50,11 +50,7 @@ REFUSED: list[tuple[hc.Scene, dict[str, Any], str]] = [
     (SINE, {"cycles": "0,1"}, "shock.cycles = 0: must be an integer"),
     (LOADED, {"gravity": [0.0, 1.0]}, "precompression.gravity = 1.0: needs a [wall]"),
     (LOADED, {"chain.gap": [0.0, 1e-6]}, "chain.gap: must be 0 with [precompression]"),
-    (
-        replace(PLAIN, chain=chain_of()),
-        {"chain.radius": "1,2"},
-        "chain.radius: cannot vary; ",
-    ),
+    (replace(PLAIN, chain=chain_of()), {"chain.radius": "1,2"}, "chain.radius: cannot vary; "),
 ]
 
 

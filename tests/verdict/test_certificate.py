@@ -17,13 +17,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.errors import SceneError
 from hertzchain.report.certificate import suite
-from hertzchain.verdict.certificate import (
-    ROUND_OFF,
-    UNSUPPORTED,
-    UNTESTED,
-    WRONG,
-    certify,
-)
+from hertzchain.verdict.certificate import ROUND_OFF, UNSUPPORTED, UNTESTED, WRONG, certify
 from hertzchain.verdict.certified import CASES
 from tests.command_line import Command
 from tests.oracles.json_schema import problems

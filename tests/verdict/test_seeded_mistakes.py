@@ -18,12 +18,7 @@ from hertzchain.verdict.check import Check
 from hertzchain.verdict.deck.own import number_checks
 from tests.conftest import paper_scene
 from validation import mistakes, table3, table4
-from validation.mistakes import (
-    APPLIED,
-    MISTAKES,
-    compared,
-    small_scene,
-)
+from validation.mistakes import APPLIED, MISTAKES, compared, small_scene
 from validation.planting import STIFFNESS, Mistake, Plant, in_set_up
 from validation.rows import Row
 from validation.script import Script
@@ -60,8 +55,6 @@ def planted(what: str) -> Mistake:
 
 
 def size(check: Check) -> float:
-    assert check.measured is not None
-    assert check.expected is not None
     return check.measured - check.expected
 
 

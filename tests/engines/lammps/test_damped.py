@@ -55,8 +55,6 @@ def test_same_scheme_same_steps(number: int) -> None:
         assert check.passed, check
     # Both are read at the same steps, so peaks differ by round-off, too.
     measured, state = checks[2].measured, checks[0].tolerance
-    assert measured is not None
-    assert state is not None
     # 1.1e-9 where coordinates cost 1.4e-9; 2.5 times what states may differ by in scene 157.
     assert measured < max((3 if number == 157 else 1) * state, 1e-9)
 

@@ -183,7 +183,6 @@ def test_no_process_outlives_the_one_that_started_it(name: str) -> None:
     with subprocess.Popen(
         [sys.executable, "-c", PARENT], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
     ) as parent:
-        assert parent.stdout is not None
         pid = int(parent.stdout.readline())
         assert runs(pid)
         # Ctrl-C goes to a whole group: the process is not in it.
@@ -202,8 +201,6 @@ def test_isolated_or_not_is_the_same() -> None:
     here, there = (hc.Lammps(isolated=isolated).run(SHORT, times) for isolated in (False, True))
     assert here.peak_force.tolist() == there.peak_force.tolist()
     assert here.error_estimate == there.error_estimate
-    assert here.history is not None
-    assert there.history is not None
     assert here.history.contact_force.tolist() == there.history.contact_force.tolist()
     assert there.scene == SHORT
     here, there = (hc.Lammps(dt=1e-7, isolated=isolated) for isolated in (False, True))  # type: ignore[assignment]

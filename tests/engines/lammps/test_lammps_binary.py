@@ -24,13 +24,7 @@ import hertzchain as hc
 from hertzchain.engines.lammps.binary import look
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.lammps.engine import look as look_at_module
-from hertzchain.errors import (
-    BackendMissing,
-    HertzchainError,
-    RunFailed,
-    StepUnstable,
-    TooExpensive,
-)
+from hertzchain.errors import BackendMissing, HertzchainError, RunFailed, StepUnstable, TooExpensive
 from hertzchain.limits import Deadline
 from hertzchain.verdict.deck.own import number_checks
 from tests.conftest import STEEL, paper_scene

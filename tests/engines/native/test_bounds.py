@@ -121,12 +121,7 @@ def holds(scene: hc.Scene, result: hc.Result, wanted: float | None = None) -> No
 
 @pytest.mark.parametrize(
     ("scene", "rtol"),
-    [
-        (SHORT_DECAY, 1e-6),
-        (SHORT_DECAY, 1e-3),
-        (SHORTER_DECAY, 1e-8),
-        (MIDDLE, 1e-6),
-    ],
+    [(SHORT_DECAY, 1e-6), (SHORT_DECAY, 1e-3), (SHORTER_DECAY, 1e-8), (MIDDLE, 1e-6)],
     ids=["a maximum inside a step", "rough", "close", "still rising at the end"],
 )
 def test_wanted_accuracy(scene: hc.Scene, rtol: float) -> None:
@@ -174,7 +169,6 @@ def test_a_bound_is_not_far_above_the_error() -> None:
 @pytest.mark.parametrize("profile", ["cosine", "triangular"])
 def test_the_first_instants(profile: str, part: float) -> None:
     scene = paper_scene(profile, 2.0, 2.0, 10)
-    assert scene.rise_time is not None
     scene = early(scene, part * scene.rise_time)
     holds(scene, hc.Native().run(scene), 1e-6)
 
@@ -197,7 +191,6 @@ def test_lammps(scene: hc.Scene, lammps: hc.Lammps) -> None:
 @pytest.mark.lammps
 def test_lammps_in_the_first_instants_is_refused() -> None:
     scene = paper_scene("cosine", 2.0, 2.0, 10)
-    assert scene.rise_time is not None
     with pytest.raises(hc.HertzchainError, match="cannot resolve the overlaps"):
         hc.Lammps().run(early(scene, 1e-9 * scene.rise_time))
 
