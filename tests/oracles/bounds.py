@@ -20,6 +20,11 @@ def lasting(scene: hc.Scene) -> hc.Scene:
     return replace(scene, run=hc.Run(scene.end_time))
 
 
+def at_three_accuracies() -> list[tuple[hc.Native, float]]:
+    """How, and to which accuracy."""
+    return [(hc.Native(rtol=rtol), rtol) for rtol in (1e-3, 1e-6, 1e-9)]
+
+
 def by_methods(scene: hc.Scene, methods: Iterable[str] = METHODS) -> list[tuple[hc.Native, float]]:
     """Each method, to any accuracy; RK4, which NumPy computes, in an eighth of its usual steps."""
     steps = {"rk4": 0.1 * scene.contact_time}
@@ -52,7 +57,7 @@ def check_answers(scene: hc.Scene, asked: Iterable[tuple[hc.Native, float]]) -> 
 def check_short(scene: hc.Scene) -> None:
     """``check_answers`` at three accuracies, of a scene of seconds; longer ones are left out."""
     if scene.end_time < 600.0 * scene.contact_time:
-        check_answers(scene, [(hc.Native(rtol=rtol), rtol) for rtol in (1e-3, 1e-6, 1e-9)])
+        check_answers(scene, at_three_accuracies())
 
 
 def check_contacts(result: hc.Result, truth: Truth) -> None:

@@ -13,7 +13,7 @@ from hertzchain.engines.native.equations import Chain
 from hertzchain.observables.peaks import largest_difference
 from tests.conftest import STEEL
 from tests.oracles import extrapolation
-from tests.oracles.bounds import check_answers
+from tests.oracles.bounds import at_three_accuracies, check_answers
 from tests.oracles.scene_in_si import numbers_of_chain
 
 FAR = hc.Scene(hc.Chain(8, **STEEL), hc.Striker(0.1), hc.Run(6.0), hc.Wall("rigid", gap=0.1))
@@ -96,7 +96,7 @@ SCENES = {
 @pytest.mark.parametrize("law", [None, hc.Contact("dashpot", coefficient=20.0)], ids=["", "damped"])
 def test_peaks(name: str, law: hc.Contact | None) -> None:
     scene = replace(SCENES[name], contact=law)
-    asked = [(hc.Native(rtol=rtol), rtol) for rtol in (1e-3, 1e-6, 1e-9)]
+    asked = at_three_accuracies()
     assert len(check_answers(scene, asked)) == len(asked)
 
 

@@ -12,7 +12,7 @@ from scipy.special import jv
 import hertzchain as hc
 from hertzchain.verdict.run_checks import balance_checks
 from tests.conftest import STEEL
-from tests.oracles.bounds import by_methods, check_answers
+from tests.oracles.bounds import at_three_accuracies, by_methods, check_answers
 
 UNIFORM = hc.Chain(12, **STEEL)
 PRESSED = hc.Precompression(10.0)
@@ -75,6 +75,5 @@ def test_a_weak_sine_is_that_of_the_linear_chain(strength: float, above: float) 
 @pytest.mark.parametrize("name", SCENES)
 def test_peaks(name: str) -> None:
     scene = SCENES[name]
-    asked = [(hc.Native(rtol=rtol), rtol) for rtol in (1e-3, 1e-6, 1e-9)]
-    asked += by_methods(scene)
+    asked = at_three_accuracies() + by_methods(scene)
     assert len(check_answers(scene, asked)) == len(asked)

@@ -20,7 +20,7 @@ from hertzchain.scene.terms import WallKind
 from hertzchain.scene.validity import refuse_hopeless_overlap
 from tests.conftest import STEEL
 from tests.oracles import extrapolation
-from tests.oracles.bounds import check_answers, lasting
+from tests.oracles.bounds import at_three_accuracies, check_answers, lasting
 
 Floats = NDArray[np.float64]
 
@@ -65,7 +65,7 @@ def error_of(found: Floats, true: Floats) -> float:
 @pytest.mark.parametrize("name", SCENES)
 def test_peaks_and_velocities(name: str) -> None:
     scene = lasting(SCENES[name])
-    found = check_answers(scene, [(hc.Native(rtol=rtol), rtol) for rtol in (1e-3, 1e-6, 1e-9)])
+    found = check_answers(scene, at_three_accuracies())
     assert len(found) == 3
     true = extrapolation.peaks(scene).velocity
     largest = np.max(np.abs(true))
