@@ -126,40 +126,16 @@ def test_a_time_limit_is_kept(demo: hc.Scene) -> None:
     assert "time limit" in check.reason
 
 
+STEP, CONTACTS = "elastic_step.py", "damped_contacts.py"
 PLANTED = [
-    (
-        "elastic_step.py",
-        "right *= chain.stiffness[i]",
-        "right *= chain.stiffness[0]",
-        "terms/taper",
-    ),
-    (
-        "elastic_step.py",
-        "net *= chain.inverse_mass[i]",
-        "net *= chain.inverse_mass[0]",
-        "terms/taper",
-    ),
-    ("elastic_step.py", "right = r * np.sqrt(r)", "right = 1.0000001 * r * np.sqrt(r)", "demo"),
-    (
-        "elastic_step.py",
-        "net += chain.constant[i]",
-        "net -= chain.constant[i]",
-        "terms/upright_column",
-    ),
-    ("elastic_step.py", "r -= chain.gap[i]", "r -= 0.999 * chain.gap[i]", "terms/gapped"),
-    (
-        "damped_contacts.py",
-        "* inverse_mass[i] + constant[i]",
-        "* inverse_mass[i] + 0.999 * constant[i]",
-        "loaded",
-    ),
-    (
-        "damped_contacts.py",
-        "elastic = stiffness[i] * d * np.sqrt(d)",
-        "elastic = stiffness[0] * d * np.sqrt(d)",
-        "terms/damped_striker_on_a_wall",
-    ),
-    ("damped_contacts.py", "else math.sqrt(root)", "else root", "terms/damped"),
+    (STEP, "right *= chain.stiffness[i]", "right *= chain.stiffness[0]", "terms/taper"),
+    (STEP, "net *= chain.inverse_mass[i]", "net *= chain.inverse_mass[0]", "terms/taper"),
+    (STEP, "right = r * np.sqrt(r)", "right = 1.0000001 * r * np.sqrt(r)", "demo"),
+    (STEP, "net += chain.constant[i]", "net -= chain.constant[i]", "terms/upright_column"),
+    (STEP, "r -= chain.gap[i]", "r -= 0.999 * chain.gap[i]", "terms/gapped"),
+    (CONTACTS, "_mass[i] + constant[i]", "_mass[i] + 0.999 * constant[i]", "loaded"),
+    (CONTACTS, "= stiffness[i] * d *", "= stiffness[0] * d *", "terms/damped_striker_on_a_wall"),
+    (CONTACTS, "else math.sqrt(root)", "else root", "terms/damped"),
 ]
 """File, what stands there, the mistake, and a scene that has the term."""
 
