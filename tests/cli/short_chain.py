@@ -35,7 +35,6 @@ TABLE: Changes = {
 
 
 def scene_file(changes: Changes | None = None, name: str = "scene.toml") -> Path:
-    """Write a scene to the current folder."""
     sections: dict[str, list[str]] = {}
     for full, value in {**SCENE, **(changes or {})}.items():
         section, _, key = full.partition(".")

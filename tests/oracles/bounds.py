@@ -21,7 +21,6 @@ def lasting(scene: hc.Scene) -> hc.Scene:
 
 
 def at_three_accuracies() -> list[tuple[hc.Native, float]]:
-    """How, and to which accuracy."""
     return [(hc.Native(rtol=rtol), rtol) for rtol in (1e-3, 1e-6, 1e-9)]
 
 

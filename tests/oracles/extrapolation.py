@@ -159,7 +159,6 @@ def _law(chain: Any, y: Any, i: int) -> float:
 
 @compiled
 def _law_rate(chain: Any, y: Any, slope: Any, i: int) -> float:
-    """Its time derivative."""
     d, w = max(_overlap(chain, y, i), 0.0), _closing(chain, y, i)
     rate = 1.5 * chain.stiffness[i] * math.sqrt(d) * w
     if chain.damping[i] > 0:

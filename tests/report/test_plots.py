@@ -73,7 +73,6 @@ def picture(path: Path) -> Any:
 
 
 def colours(pixels: Any) -> set[tuple[int, ...]]:
-    """The colours of a picture, 0 to 255."""
     whole = np.rint(255 * pixels).astype(int).reshape(-1, 3)
     # One number a pixel is sorted ten times as fast as three.
     found = np.unique(whole @ [1 << 16, 1 << 8, 1]).tolist()

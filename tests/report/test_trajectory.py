@@ -54,7 +54,6 @@ class Frames:
 
 
 def read_by_ase(path: Path) -> Frames:
-    """By ASE, as its users have it."""
     from ase.io import read
 
     found = read(path, index=":", format="extxyz")

@@ -34,7 +34,6 @@ FUNCTIONS: dict[str, Callable[[Any], Any]] = {
 
 @pytest.fixture(scope="module")
 def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A scene file."""
     path = tmp_path_factory.mktemp("scenes") / "short.toml"
     SHORT.to_toml(path)
     return path

@@ -162,7 +162,6 @@ def test_another_rate_fails(limit: Limit, backend: str) -> None:
 
 @pytest.fixture(scope="module")
 def maps() -> pd.DataFrame:
-    """The quick form."""
     return formula_maps.measure(True, False)
 
 

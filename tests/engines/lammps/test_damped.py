@@ -46,7 +46,6 @@ def drawn(number: int) -> hc.Scene:
     "number", [*QUICK, *(pytest.param(number, marks=pytest.mark.slow) for number in SLOW)]
 )
 def test_same_scheme_same_steps(number: int) -> None:
-    """Only round-off differs."""
     scene = drawn(number)
     result = hc.Lammps(dt=STEP * scene.contact_time).run(scene)
     checks = same_steps_checks(result)

@@ -190,7 +190,6 @@ HELP = f'if [ "$1" = -h ]; then echo; echo "{BANNER}"; echo "COLLOID GRANULAR KS
 
 
 def program(path: Path, *lines: str) -> str:
-    """A program of the shell."""
     path.write_text("\n".join(["#!/bin/sh", *lines, ""]))
     path.chmod(0o755)
     return str(path)

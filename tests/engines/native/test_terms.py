@@ -30,7 +30,6 @@ UNIFORM = hc.Chain(12, **STEEL)
 
 
 def row(*granules: dict[str, float]) -> hc.Chain:
-    """A chain of these granules."""
     return hc.Chain(len(granules), **{key: [g[key] for g in granules] for key in STEEL})
 
 

@@ -142,7 +142,6 @@ def test_after_two_pulses_nothing_is_left_behind() -> None:
 
 
 def left_behind(u: Any, v: Any, peaks: Any, hi: int) -> int:
-    """Return the cut of ``left_behind``."""
     return int(elastic_window.left_behind(u, v, peaks, 0, hi))
 
 
