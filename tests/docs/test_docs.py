@@ -30,10 +30,10 @@ FENCE = re.compile(r"^(?P<ticks>`{3,})(?P<language>\S*)\s*$")
 MARK = re.compile(r"^<!-- not run: (?P<reason>.+) -->$")
 PROGRESS = re.compile(r"^hertzchain: [\d,]+ of [\d,]+ rows, .* left\n", re.MULTILINE)
 LONG = {
-    *("damping.md", "experiments.md", "pulses.md", "scenes.md", "sweeps.md", "tutorial.md"),
-    "validation.md",
+    *("damping.md", "decks.md", "experiments.md", "own_deck.md", "pulses.md", "scenes.md"),
+    *("sweeps.md", "trust.md", "tutorial.md", "validation.md"),
 }
-"""Pages that take seconds: slow tests, which CI runs every time."""
+"""Pages that take a second or more: slow tests, which CI runs every time."""
 
 PROCESSES = {"tutorial.md": 1}
 """Commands of a page that run as users run them; the others run in this process, as that is

@@ -78,6 +78,7 @@ def test_the_scene_of_the_readme_is_the_demo_scene(tmp_path: Path) -> None:
     assert (scene.chain, scene.shock) == (demo.chain, demo.shock)
 
 
+@pytest.mark.slow  # CI runs it every time
 @pytest.mark.lammps
 def test_the_picture_is_what_its_script_draws(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch

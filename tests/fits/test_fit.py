@@ -327,8 +327,6 @@ def test_traces_that_are_not_those_of_the_scene() -> None:
         assert all("clipped recording" in one for one in remarks)
     plastic = hc.Chain(12, radius=3e-3, young_modulus=2e9, poisson_ratio=0.4, density=2000.0)
     other = experiment(0.01, scene=replace(TRUE, chain=plastic))
-    with pytest.raises(SceneError, match="is at the end of what it can be"):
-        hc.fit(START, other, FREE[1:2])
     assert hc.judge_traces(TRUE, other, tolerance=0.1).verdict == "fail"
 
 

@@ -81,7 +81,14 @@ def failed(script: ModuleType, table: pd.DataFrame) -> list[str]:
     return [entry.what for entry in promises(table) if not entry.passed]
 
 
-@pytest.mark.parametrize("script", FAILING, ids=lambda script: script.__name__)
+@pytest.mark.parametrize(
+    "script",
+    [
+        pytest.param(one, marks=[pytest.mark.slow] * (one in (constants, figure5)))
+        for one in FAILING
+    ],
+    ids=lambda script: script.__name__,
+)
 def test_numbers_that_are_off_or_lost_fail(script: ModuleType) -> None:
     found = {}
     for column in FAILING[script]:

@@ -152,7 +152,8 @@ def test_dampers_that_nothing_can_follow_are_refused(key: str) -> None:
     law = {"coefficient": "dashpot", "relaxation_time": "viscoelastic"}[key]
 
     def damped(value: float) -> hc.Scene:
-        return replace(scene_with(LAWS[law]), contact=hc.Contact(law, **{key: value}))  # type: ignore[arg-type]
+        contact = hc.Contact(law, **{key: value})  # type: ignore[arg-type]
+        return replace(scene_with(LAWS[law]), contact=contact, run=hc.Run(1e-3))
 
     with pytest.raises(SceneError, match=f"contact.{key} = 1e.300: must be at most ") as refused:
         hc.Native().run(damped(1e300))
