@@ -31,7 +31,7 @@ MARK = re.compile(r"^<!-- not run: (?P<reason>.+) -->$")
 PROGRESS = re.compile(r"^hertzchain: [\d,]+ of [\d,]+ rows, .* left\n", re.MULTILINE)
 LONG = {
     *("damping.md", "decks.md", "experiments.md", "own_deck.md", "pulses.md", "scenes.md"),
-    *("sweeps.md", "trust.md", "tutorial.md", "validation.md"),
+    *("solve_ivp.md", "sweeps.md", "trust.md", "tutorial.md", "validation.md"),
 }
 """Pages that take a second or more: slow tests, which CI runs every time."""
 

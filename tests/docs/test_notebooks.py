@@ -11,8 +11,8 @@ from tests.docs.test_docs import agrees
 from validation import notebooks
 
 PATHS = sorted(notebooks.FOLDER.glob("*.ipynb"))
-LONG = {"figures", "measured_pulse"}
-"""They take two seconds: slow tests, which CI runs every time."""
+LONG = {"figures", "first_scene", "measured_pulse"}
+"""They take a second or more: slow tests, which CI runs every time."""
 
 
 def texts(outputs: list[dict[str, Any]]) -> str:
