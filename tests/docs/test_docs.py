@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import re
 import shlex
-import subprocess
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +15,7 @@ import hertzchain as hc
 from hertzchain import errors, theory
 from hertzchain.cli.commands import app
 from hertzchain.engines import lammps
-from tests.command_line import run_here, run_program
+from tests.command_line import python, run_here, run_program
 from tests.places import ROOT
 
 DOCS = ROOT / "docs"
@@ -237,14 +235,9 @@ def test_links_and_images_are_there(path: Path) -> None:
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The pages as HTML; a warning is an error."""
     folder = tmp_path_factory.mktemp("docs")
-    done = subprocess.run(
-        [
-            *(sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html"),
-            *("-d", folder / "doctrees", DOCS, folder / "html"),
-        ],
-        capture_output=True,
-        text=True,
-        check=False,
+    done = python(
+        *("-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html"),
+        *("-d", folder / "doctrees", DOCS, folder / "html"),
     )
     assert done.returncode == 0, done.stderr
     return folder / "html"

@@ -23,6 +23,7 @@ import hertzchain as hc
 from hertzchain.engines.lammps import run_many
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.errors import BackendMissing, OverlapTooLarge, RunFailed, SceneError, TooExpensive
+from tests.command_line import python
 from tests.conftest import paper_scene
 from tests.places import ROOT
 from tests.processes import (
@@ -321,9 +322,7 @@ print(look()[1])
 @pytest.mark.parametrize("size", [0, 1000])
 def test_what_a_killed_process_of_the_same_number_left_does_no_harm(size: int) -> None:
     code = UNLUCKY.replace("SIZE", str(size))  # with 0 bytes MPI would hang, with 1000 end
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, timeout=300, check=False
-    )
+    done = python("-c", code)
     assert (done.returncode, done.stdout) == (0, "True\n"), done.stderr
 
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +14,7 @@ import hertzchain as hc
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.verdict.reference_checks import as_written_check, is_quickly_written
 from hertzchain.verdict.run_checks import balance_checks
+from tests.command_line import python
 from tests.conftest import STEEL
 from tests.places import ROOT
 
@@ -170,10 +169,7 @@ def judged(file: str, right: str, wrong: str, name: str, folder: Path) -> str:
         "NUMBA_CACHE_DIR": str(folder),
         "NUMBA_OPT": "0",  # compiles in half the time
     }
-    script = [sys.executable, "-c", JUDGE, str(folder / "scene.toml"), str(folder)]
-    done = subprocess.run(
-        script, cwd=folder, env=environment, capture_output=True, text=True, check=False
-    )
+    done = python("-c", JUDGE, folder / "scene.toml", folder, cwd=folder, env=environment)
     assert done.returncode == 0, done.stderr
     return done.stdout.strip()
 
