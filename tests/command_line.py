@@ -53,6 +53,13 @@ PATIENCE = 300.0
 """Seconds after which a command counts as hanging; no test waits so long."""
 
 
+def python(*arguments: object, **options: Any) -> subprocess.CompletedProcess[str]:
+    """Run Python in a process of its own; options are those of ``subprocess.run``."""
+    how: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "check": False}
+    how |= {"text": True, "timeout": PATIENCE} | options
+    return subprocess.run([sys.executable, *map(str, arguments)], **how)  # noqa: PLW1510 - in how
+
+
 def process(*arguments: object, code: str = MAIN, **options: Any) -> Outcome:
     """Run the command line in a process of its own.
 
@@ -65,14 +72,7 @@ def process(*arguments: object, code: str = MAIN, **options: Any) -> Outcome:
     options
         For ``subprocess.run``.
     """
-    done = subprocess.run(
-        [sys.executable, "-c", code, *map(str, arguments)],
-        **({"stdout": subprocess.PIPE} | options),
-        stderr=subprocess.PIPE,
-        text=True,
-        timeout=PATIENCE,
-        check=False,
-    )
+    done = python("-c", code, *arguments, **options)
     return Outcome(done.returncode, done.stdout or "", without_compiling(done.stderr))
 
 

@@ -13,5 +13,4 @@ NAMES = sorted(path.stem for path in FOLDER.glob("*_LM*.toml"))
 
 
 def load(name: str) -> hc.Scene:
-    """One of the shipped scenes."""
     return hc.Scene.from_toml(FOLDER / f"{name}.toml")

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
@@ -12,6 +10,7 @@ from types import ModuleType
 import pytest
 
 import hertzchain as hc
+from tests.command_line import python
 
 PACKAGE = Path(hc.__file__).parent
 HEAVY = {
@@ -32,15 +31,8 @@ LIST_MODULES = "import json, sys; print(json.dumps(sorted(sys.modules)))"
 
 def modules_after(code: str) -> set[str]:
     """The modules that a fresh process has loaded after some code; its last line is the list."""
-    done = subprocess.run(
-        [sys.executable, "-c", f"{code}\n{LIST_MODULES}"],
-        capture_output=True,
-        text=True,
-        check=True,
-        timeout=600,  # kernels may be compiled
-    )
-    modules = json.loads(done.stdout.splitlines()[-1])
-    return set(modules)
+    done = python("-c", f"{code}\n{LIST_MODULES}", check=True)
+    return set(json.loads(done.stdout.splitlines()[-1]))
 
 
 @pytest.mark.parametrize("name", hc.__all__)
@@ -60,9 +52,7 @@ def test_the_public_names_are_those_of_the_contract() -> None:
     """
     assert hc.__all__ == expected.split()
     code = "import hertzchain; print(' '.join(dir(hertzchain)))"
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
-    )
+    done = python("-c", code, check=True)
     assert done.stdout.split() == sorted([*hc.__all__, "__version__"])
     assert hc.__version__ == version("hertzchain")
     assert (PACKAGE / "py.typed").exists()

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import subprocess
-import sys
 from importlib.metadata import entry_points
 from pathlib import Path
 
@@ -16,6 +14,7 @@ from rich.console import Console
 import hertzchain as hc
 from hertzchain.report.console import print_document
 from hertzchain.report.judgement import of_judgement
+from tests.command_line import python
 
 ROOT = Path(__file__).parent.parent
 PAGE = (ROOT / "docs" / "pytest.md").read_text(encoding="utf-8")
@@ -148,15 +147,14 @@ before = set(sys.modules)
 import hertzchain.pytest_plugin
 print(json.dumps(sorted(set(sys.modules) - before)))
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    done = python("-c", code, check=True)
     assert set(json.loads(done.stdout)) == {"hertzchain", "hertzchain.pytest_plugin"}
 
 
 def test_it_disturbs_no_project(pytester: pytest.Pytester) -> None:
     pytester.makepyfile("def test_it():\n    assert True\n")
     # In another process, because pytest warns of plugins that were loaded before its start.
-    command = [sys.executable, "-m", "pytest", *OPTIONS, "-q"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=600)
+    done = python("-m", "pytest", *OPTIONS, "-q")
     assert done.returncode == 0, done.stdout + done.stderr
     assert "1 passed" in done.stdout
     assert "warning" not in (done.stdout + done.stderr).lower()

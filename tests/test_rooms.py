@@ -90,7 +90,6 @@ def imports() -> dict[str, set[str]]:
 
 
 def room_of(name: str) -> str:
-    """The room of a module, as ``LEVELS`` names it."""
     parts = name.split(".")[1:]
     return ".".join(parts[:2] if parts[0] == "engines" else parts[:1])
 

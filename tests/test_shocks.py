@@ -48,7 +48,6 @@ def scenes_of(kind: type[Shock], folder: Path) -> list[hc.Scene]:
 
 @pytest.fixture(params=SHOCKS, ids=lambda kind: kind.__name__)
 def scene(request: pytest.FixtureRequest, tmp_path: Path) -> hc.Scene:
-    """A short scene with this shock."""
     scenes = scenes_of(request.param, tmp_path)
     assert scenes, "a shock has a starter: a scene for hertzchain init"
     return scenes[0]

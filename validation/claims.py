@@ -325,10 +325,7 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
 _FOUND = "the digits that are stated here, as found; the claim would need the number in brackets"
 _WHOLE = "a number of granules is whole"
 _PEAKS = (5e-6, "peaks of LAMMPS are extrapolated to 1e-6, and these have a few of them in them")
-_MOTION = (
-    2e-4,
-    "velocities are not extrapolated: velocity Verlet is off by about 1e-4",
-)
+_MOTION = (2e-4, "velocities are not extrapolated: velocity Verlet is off by about 1e-4")
 _AREA = "quadrature is right to 1e-12; the areas are (n - 1) t0 / 2 and t0 / 2 for every profile"
 _WAVE_ALONE = {
     "native": (1e-12, "below LM_ratio 1 no second wave follows, and native promises 1e-12"),

@@ -272,12 +272,7 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
             raise
         except hc.HertzchainError as problem:
             problems = [{"kind": "failed", "what": "far field", "problem": f"LAMMPS: {problem}"}]
-    rows = [
-        *_constants(waves),
-        *_profile(waves),
-        *problems,
-        *_shifts(quick, with_lammps),
-    ]
+    rows = [*_constants(waves), *_profile(waves), *problems, *_shifts(quick, with_lammps)]
     return pandas.DataFrame(rows, columns=list(COLUMNS))
 
 

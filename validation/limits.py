@@ -202,10 +202,7 @@ LIMITS = (
         0.01, _NEXT, _fine, 5e-4, _STEPS),
 )  # fmt: skip
 
-THEMSELVES = {
-    "sudden release": RELEASE,
-    "sudden start, triangular": START,
-}
+THEMSELVES = {"sudden release": RELEASE, "sudden start, triangular": START}
 """Limits that are scenes, by their forces."""
 
 

@@ -35,7 +35,6 @@ TABLE: Changes = {
 
 
 def scene_file(changes: Changes | None = None, name: str = "scene.toml") -> Path:
-    """Write a scene to the current folder."""
     sections: dict[str, list[str]] = {}
     for full, value in {**SCENE, **(changes or {})}.items():
         section, _, key = full.partition(".")
@@ -59,7 +58,6 @@ def rows_of(text: str) -> list[list[str]]:
 def embedded(page: str) -> Any:
     """All numbers of a report."""
     found = re.search(r'id="numbers">(.*?)</script>', page)
-    assert found is not None
     return json.loads(found[1])
 
 

@@ -127,7 +127,6 @@ def test_an_interrupted_run_ends_with_130_and_writes_nothing() -> None:
         stderr=subprocess.PIPE,
         text=True,
     ) as running:
-        assert running.stdout is not None
         assert running.stdout.readline() == "simulating\n"
         running.send_signal(signal.SIGINT)
         rest = running.communicate(timeout=PATIENCE)

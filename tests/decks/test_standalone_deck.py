@@ -291,7 +291,6 @@ def test_contacts_that_a_run_leaves_rising_do_not_widen_what_the_others_may_have
     status, screen = run(path, tmp_path)
     assert (status, verdict(screen)) == (0, "PASS")
     known = known_answer(scene, lay_out(scene, rtol=1e-4, watch_every=5))
-    assert known is not None
     assert np.max(known.error[known.force_ratio > 1e-3]) > 0.01
     text = path.read_text().replace("peak atom f_largest", "peak atom 1.005*f_largest")
     path.write_text(text)
@@ -353,3 +352,9 @@ def test_what_is_never_pressed_has_no_answer() -> None:
     scene = hc.Scene(hc.Chain(10, **STEEL), late, hc.Run(5e-5))
     with pytest.raises(hc.HertzchainError, match="no contact is pressed"):
         known_answer(scene, lay_out(scene, dt=1e-7))
+
+
+@pytest.mark.parametrize(("step", "every"), [(0.0024, 2), (0.02, 1)])
+def test_looks_are_half_a_hundredth_of_a_time_unit_apart_or_a_step(step: float, every: int) -> None:
+    scene = small()
+    assert lay_out(scene, dt=step * scene.units.time).watch_every == every

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import re
 import shlex
-import subprocess
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +15,7 @@ import hertzchain as hc
 from hertzchain import errors, theory
 from hertzchain.cli.commands import app
 from hertzchain.engines import lammps
-from tests.command_line import run_here, run_program
+from tests.command_line import python, run_here, run_program
 from tests.places import ROOT
 
 DOCS = ROOT / "docs"
@@ -29,8 +27,11 @@ LINKED = [*(DOCS / name for name in PAGES), *ROOT.glob("*.md"), ROOT / "lammps_i
 FENCE = re.compile(r"^(?P<ticks>`{3,})(?P<language>\S*)\s*$")
 MARK = re.compile(r"^<!-- not run: (?P<reason>.+) -->$")
 PROGRESS = re.compile(r"^hertzchain: [\d,]+ of [\d,]+ rows, .* left\n", re.MULTILINE)
-LONG = {"damping.md", "pulses.md", "scenes.md", "sweeps.md", "tutorial.md", "validation.md"}
-"""Pages that take seconds: slow tests, which CI runs every time."""
+LONG = {
+    *("damping.md", "decks.md", "experiments.md", "own_deck.md", "pulses.md", "scenes.md"),
+    *("solve_ivp.md", "sweeps.md", "trust.md", "tutorial.md", "validation.md"),
+}
+"""Pages that take a second or more: slow tests, which CI runs every time."""
 
 PROCESSES = {"tutorial.md": 1}
 """Commands of a page that run as users run them; the others run in this process, as that is
@@ -205,10 +206,7 @@ class Page:
     "name", [pytest.param(name, marks=pytest.mark.slow if name in LONG else ()) for name in PAGES]
 )
 def test_a_page_does_what_it_says(
-    name: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capfd: pytest.CaptureFixture[str],
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     for linked in ("validation", "lammps_inputs"):
         (tmp_path / linked).symlink_to(ROOT / linked)
@@ -237,14 +235,9 @@ def test_links_and_images_are_there(path: Path) -> None:
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The pages as HTML; a warning is an error."""
     folder = tmp_path_factory.mktemp("docs")
-    done = subprocess.run(
-        [
-            *(sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html"),
-            *("-d", folder / "doctrees", DOCS, folder / "html"),
-        ],
-        capture_output=True,
-        text=True,
-        check=False,
+    done = python(
+        *("-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html"),
+        *("-d", folder / "doctrees", DOCS, folder / "html"),
     )
     assert done.returncode == 0, done.stderr
     return folder / "html"
@@ -302,7 +295,6 @@ def test_every_equation_links_to_the_physics(built: Path) -> None:
     physics = (built / "physics.html").read_text(encoding="utf-8")
     for number in range(1, 10):
         section = re.search(rf'<section id="eq-{number}">.*?</section>', physics, re.DOTALL)
-        assert section is not None
         assert "<math" in section[0]
     linked = 0
     for page in built.rglob("*.html"):

@@ -11,6 +11,8 @@ from tests.docs.test_docs import agrees
 from validation import notebooks
 
 PATHS = sorted(notebooks.FOLDER.glob("*.ipynb"))
+LONG = {"figures", "first_scene", "measured_pulse"}
+"""They take a second or more: slow tests, which CI runs every time."""
 
 
 def texts(outputs: list[dict[str, Any]]) -> str:
@@ -25,7 +27,11 @@ def kinds(outputs: list[dict[str, Any]]) -> list[set[str]]:
 
 
 @pytest.mark.lammps
-@pytest.mark.parametrize("path", PATHS, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(path, marks=[pytest.mark.slow] * (path.stem in LONG)) for path in PATHS],
+    ids=lambda path: path.stem,
+)
 def test_a_notebook_prints_and_draws_what_it_keeps(path: Any) -> None:
     notebook = notebooks.read(path)
     found = notebooks.run(notebook)

@@ -44,7 +44,6 @@ def test_what_the_readme_shows_works(
 
 
 def commands_of_the_table() -> list[list[str]]:
-    """Words of each command in the table of commands."""
     table = re.findall(r"^\| [^|]+ \| `hertzchain ([^`]+)` \|$", README, re.MULTILINE)
     return [shlex.split(command) for command in table]
 
@@ -79,6 +78,7 @@ def test_the_scene_of_the_readme_is_the_demo_scene(tmp_path: Path) -> None:
     assert (scene.chain, scene.shock) == (demo.chain, demo.shock)
 
 
+@pytest.mark.slow  # CI runs it every time
 @pytest.mark.lammps
 def test_the_picture_is_what_its_script_draws(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -115,7 +115,6 @@ def sdist(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
-    """The files of the wheel."""
     folder = tmp_path_factory.mktemp("wheel")
     (archive,) = WheelBuilder(str(ROOT)).build(directory=str(folder), versions=["standard"])
     with zipfile.ZipFile(archive) as file:

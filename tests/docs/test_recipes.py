@@ -16,7 +16,6 @@ from validation.gallery import FOLDER, GALLERY, README, readme, table
 
 
 def page(name: str) -> str:
-    """The text of a page of docs/."""
     return (ROOT / "docs" / name).read_text(encoding="utf-8")
 
 

@@ -37,7 +37,7 @@ class Other(Dummy):
     name = "other"
 
     def run(self, scene, record=None):
-        found = hc.Native("rk4", self.dt or 0.01 * scene.units.time).run(scene, record)
+        found = hc.Native("rk4", self.dt or 0.05 * scene.units.time).run(scene, record)
         return replace(found, backend=self.name)
 """
 """Engines: their folder."""

@@ -41,11 +41,9 @@ def check(scene: hc.Scene) -> int:
             assert wave.far_field_error is None or wave.far_field_error >= UNSETTLED
             continue
         stated += 1
-        assert wave.far_field_error is not None
         assert abs(wave.far_field_force / settled - 1) <= wave.far_field_error + room
         if wave.speed is not None:
             final = exact.speed(scene.chain, settled)
-            assert wave.speed_error is not None
             assert abs(wave.speed / final - 1) <= wave.speed_error + room
     return stated
 
@@ -75,7 +73,6 @@ def test_the_half_of_a_short_chain_near_the_shock_does_not_count(last: int) -> N
 @pytest.mark.parametrize(("granules", "is_stated"), [(12, False), (20, True)])
 def test_a_chain_that_is_too_short_has_no_far_field(granules: int, is_stated: bool) -> None:
     wave = hc.Native().run(paper_scene("cosine-triangular", 2.0, 2.0, granules)).solitary_wave
-    assert wave.far_field_error is not None
     assert (wave.far_field_error < UNSETTLED) is is_stated
     assert (wave.far_field_force is not None) is is_stated
     assert (wave.reason is None) is is_stated

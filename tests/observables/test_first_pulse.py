@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -25,6 +26,9 @@ by up to 1e-8 in a random scene, and its errors are proportional to it."""
 
 BLOCK, SCENES = 10, 300
 
+traced = cache(Trace)
+"""The motion of a scene, which several runs are held against."""
+
 
 def shares(scene: hc.Scene, backend: hc.Native | hc.Lammps) -> list[float]:
     """Errors of first pulses, arrivals and widths over what was stated, contact by contact.
@@ -33,12 +37,7 @@ def shares(scene: hc.Scene, backend: hc.Native | hc.Lammps) -> list[float]:
     """
     result = backend.run(scene)
     first, errors, unit = result.first_pulses, result.errors, scene.contact_time
-    assert first is not None
-    assert errors is not None
-    assert errors.first is not None
-    assert errors.arrival is not None
-    assert errors.width is not None
-    truth = Trace(scene).first_pulses(scene.granules.static_force)
+    truth = traced(scene).first_pulses(scene.granules.static_force)
     found = []
     for k in np.flatnonzero(first.is_clear & first.is_ended & ~first.is_front):
         true = truth[k]
@@ -141,9 +140,6 @@ def test_chaos_at_the_end_does_not_hide_the_first_pulses() -> None:
     with pytest.raises(HertzchainError, match="no right digit"):
         hc.Native(rtol=1e-6, wanted="all").run(late)
     result = hc.Native(rtol=1e-6, wanted="first").run(late)
-    assert result.first_pulses is not None
-    assert short is not None
-    assert result.errors is not None
     assert result.errors.wanted <= 1e-6
     assert np.nanmax(result.peak_errors) > 0.01
     assert np.any(result.peak_errors < 1e-6)
@@ -159,8 +155,6 @@ def test_the_incident_wave_not_the_reflected_one() -> None:
     )
     runs = [hc.Native(rtol=1e-8, wanted="first").run(scene) for scene in (short, long)]
     reflected, incident = (run.first_pulses for run in runs)
-    assert reflected is not None
-    assert incident is not None
     some = slice(0, 28)  # the last two contacts before the wall are pressed by both waves at once
     assert reflected.force[some] == pytest.approx(incident.force[some], rel=1e-7)
     assert reflected.arrival[some] == pytest.approx(incident.arrival[some], rel=1e-7)
@@ -171,7 +165,6 @@ def test_without_a_wave_there_is_no_pulse() -> None:
     """A run that ends before the wave is there: empty, never 0."""
     scene = replace(TAPER, run=hc.Run(2e-5))
     result = hc.Native(rtol=1e-6, wanted="first").run(scene)
-    assert result.first_pulses is not None
     assert np.isnan(result.first_pulses.force[10:]).all()
     frame = result.to_frame()
     assert frame["first_peak_force_N"].isna().sum() >= 22

@@ -24,7 +24,6 @@ def interpolant(function: list[Any], start: float, h: float) -> FloatArray:
 
 
 def sine(derivatives: int) -> list[Any]:
-    """The sine and its derivatives."""
     return [lambda t, k=k: np.sin(t + k * np.pi / 2) for k in range(derivatives + 1)]
 
 

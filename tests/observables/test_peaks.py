@@ -198,8 +198,6 @@ def test_largest_difference_refuses_different_numbers_of_contacts() -> None:
 
 
 def polynomials(*of_contacts: np.polynomial.Polynomial) -> Overlap:
-    """Overlaps that are polynomials in time."""
-
     def overlap(time: Array, k: int) -> Array:
         return np.stack([(p.deriv(k) if k else p)(time) for p in of_contacts], axis=1)
 

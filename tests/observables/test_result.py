@@ -95,7 +95,6 @@ def test_json_says_what_the_result_says(demo_reference: hc.Result) -> None:
 
 def test_contacts_that_were_never_pressed_are_null() -> None:
     scene = paper_scene("cosine", 1.0, 2.0, granules=60)
-    assert scene.rise_time is not None
     result = hc.Native("rk4").run(ending_at(scene, scene.rise_time / 100))
     document = through_json(result)
     force, time = document["peak_force_N"], document["peak_time_s"]

@@ -36,12 +36,10 @@ def test_the_errors_are_bounds() -> None:
 def test_the_usual_pair_is_before_the_end() -> None:
     result = hc.Native(rtol=1e-6).run(LONG)
     wave = result.usual_wave
-    assert wave is not None
     assert wave == result.wave(28, 38)
     assert wave.width_granules == pytest.approx(1.41, abs=0.01)
     damped = replace(LONG, contact=hc.Contact("restitution", restitution=0.95))
     slow = hc.Native(rtol=1e-6).run(damped).usual_wave
-    assert slow is not None
     assert (slow.first, slow.last) == (23, 33)
     assert hc.Native().run(paper_scene("cosine", 1.0, 2.0, 12)).usual_wave is None
     assert result.to_dict()["wave"]["speed_m_s"] == wave.speed
@@ -73,5 +71,4 @@ def test_contacts_near_the_end_are_marked() -> None:
         result = hc.Native().run(scene)
         marked = result.contact[result.first_columns["near_end"]]
         assert marked.tolist() == list(range(21 - count, 21))
-        assert result.usual_wave is not None
         assert result.usual_wave.last == 20 - count

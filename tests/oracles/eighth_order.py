@@ -134,7 +134,6 @@ def _ramps(
         return [(*rows[k], *rows[k + 1], 1.0) for k in range(len(rows) - 1)]
     top, n, rise = shock.peak_force, shock.duration_ratio, shock.rise_time
     if rise is None:
-        assert shock.momentum_ratio is not None
         # L_SW with the paper's 139/32 (section 4.1); the pulse carries F0 n t0 / 2.
         wave = 139 / 32 * math.sqrt(3 / (4 * math.pi)) * (math.sqrt(2) / 3) ** (1 / 3) * top * unit
         rise = shock.momentum_ratio * 2 * wave / (n * top)
@@ -143,10 +142,13 @@ def _ramps(
     return [(0.0, 0.0, rise, top, up), (rise, top, n * rise, 0.0, down)]
 
 
-_compiled = njit(cache=True, error_model="numpy")
+def compiled(function: Any) -> Any:
+    """A function that only kernels call: Python calling it crashes."""
+    how: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    return njit(error_model="numpy", **how)(function)
 
 
-@_compiled
+@compiled
 def _push(piece: Any, time: float) -> float:
     if piece[4] == 0.0:
         return 0.0
@@ -156,7 +158,7 @@ def _push(piece: Any, time: float) -> float:
     return float(piece[1] + (piece[3] - piece[1]) * passed)
 
 
-@_compiled
+@compiled
 def _accelerate(u: Any, a: Any, push: float, spheres: Any, reach: int) -> None:
     """Eq. 1, for as many granules from the first as can move."""
     behind = push
@@ -170,7 +172,7 @@ def _accelerate(u: Any, a: Any, push: float, spheres: Any, reach: int) -> None:
         behind = ahead
 
 
-@_compiled
+@compiled
 def _step(room: Any, piece: Any, time: float, h: float, spheres: Any, reach: int) -> None:
     """Increments over h, and the acceleration after it; slopes_v[0] is known."""
     u, v, du, dv, work = room.u, room.v, room.du, room.dv, room.scratch
@@ -193,7 +195,7 @@ def _step(room: Any, piece: Any, time: float, h: float, spheres: Any, reach: int
         _accelerate(work, slopes_v[s], push, spheres, reach)
 
 
-@_compiled
+@compiled
 def _error(room: Any, h: float, fastest: float, deepest: float, reach: int) -> float:
     """DOP853's error estimate of a step, over the largest velocity and overlap."""
     worst = 0.0
@@ -209,7 +211,7 @@ def _error(room: Any, h: float, fastest: float, deepest: float, reach: int) -> f
     return worst
 
 
-@_compiled
+@compiled
 def _seek(
     place: int, i: int, low: float, high: float, at_low: float, at_high: float, room: Any,
     piece: Any, time: float, spheres: Any, reach: int, found: Any,
@@ -242,7 +244,7 @@ def _seek(
             side = 1
 
 
-@_compiled
+@compiled
 def _highest_within(
     i: int, h: float, w0: float, w1: float, g0: float, g1: float, room: Any, piece: Any,
     time: float, spheres: Any, reach: int, found: Any,
@@ -268,7 +270,7 @@ def _highest_within(
     return float(found[1])
 
 
-@_compiled
+@compiled
 def _add(total: Any, more: Any, lost: Any, reach: int) -> None:
     """Summation with compensation (Kahan): ``lost`` holds what rounding has left out."""
     for i in range(reach):
@@ -278,7 +280,7 @@ def _add(total: Any, more: Any, lost: Any, reach: int) -> None:
         total[i] = new
 
 
-@_compiled
+@njit(cache=True, error_model="numpy")
 def _march(
     pieces: Any, end: float, spheres: Any, cap: float, tolerance: float, highest: Any
 ) -> bool:

@@ -26,7 +26,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 import hertzchain as hc
-from tests.oracles.eighth_order import Truth
+from tests.oracles.eighth_order import Truth, compiled
 from tests.oracles.scene_in_si import Numbers, numbers_of, pieces_of, start_of, strokes_of
 
 Floats = NDArray[np.float64]
@@ -120,10 +120,10 @@ def integrate(
     return Found(highest, *np.split(state, 2))
 
 
-_compiled = njit(cache=True, error_model="numpy")
+_kernel = njit(cache=True, error_model="numpy")
 
 
-@_compiled
+@_kernel
 def push_of(piece: Any, time: float) -> float:
     if piece[4] == 0:
         return 0.0
@@ -135,19 +135,19 @@ def push_of(piece: Any, time: float) -> float:
     return float(piece[1] + (piece[3] - piece[1]) * passed)
 
 
-@_compiled
+@compiled
 def _overlap(chain: Any, y: Any, i: int) -> float:
     size = chain.inverse_mass.size
     return float(y[i] - (y[i + 1] if i + 1 < size else 0.0) - chain.gap[i])
 
 
-@_compiled
+@compiled
 def _closing(chain: Any, y: Any, i: int) -> float:
     size = chain.inverse_mass.size
     return float(y[size + i] - (y[size + i + 1] if i + 1 < size else 0.0))
 
 
-@_compiled
+@compiled
 def _law(chain: Any, y: Any, i: int) -> float:
     """Force of a contact that is pressed."""
     d = max(_overlap(chain, y, i), 0.0)
@@ -157,9 +157,8 @@ def _law(chain: Any, y: Any, i: int) -> float:
     return float(force)
 
 
-@_compiled
+@compiled
 def _law_rate(chain: Any, y: Any, slope: Any, i: int) -> float:
-    """Its time derivative."""
     d, w = max(_overlap(chain, y, i), 0.0), _closing(chain, y, i)
     rate = 1.5 * chain.stiffness[i] * math.sqrt(d) * w
     if chain.damping[i] > 0:
@@ -169,7 +168,7 @@ def _law_rate(chain: Any, y: Any, slope: Any, i: int) -> float:
     return float(rate)
 
 
-@_compiled
+@compiled
 def _slope(chain: Any, y: Any, push: float, is_at: Any, slope: Any) -> None:
     """Fill in velocities and accelerations."""
     size, behind = chain.inverse_mass.size, 0.0
@@ -184,40 +183,44 @@ def _slope(chain: Any, y: Any, push: float, is_at: Any, slope: Any) -> None:
         behind = ahead
 
 
-@_compiled
+@compiled
 def _step(chain: Any, start: Any, h: float, end: Any) -> None:
-    """Fill in state and slope after a step; the last two columns tell its error."""
+    """Fill in state and slope after a step, and ``before`` with its error."""
     columns, before, now = end.columns, end.before, end.now
     for column in range(_COLUMNS):
         parts = 2 * (column + 1)
         part = h / parts
-        before[:] = 0.0
-        now[:] = part * start.slope
+        for i in range(now.size):
+            before[i], now[i] = 0.0, part * start.slope[i]
         for m in range(1, parts):
-            end.y[:] = start.y + now
+            for i in range(now.size):
+                end.y[i] = start.y[i] + now[i]
             push = push_of(start.piece, start.time + m * part)
             _slope(chain, end.y, push, start.is_at, end.slope)
             for i in range(now.size):
                 before[i], now[i] = now[i], before[i] + 2 * part * end.slope[i]
-        columns[column] = now
+        for i in range(now.size):
+            columns[column, i] = now[i]
         for other in range(column - 1, -1, -1):
             weight = 1 / (((column + 1) / (other + 1)) ** 2 - 1)
             for i in range(now.size):
                 higher = columns[other + 1, i]
                 columns[other, i] = higher + weight * (higher - columns[other, i])
-    end.y[:] = start.y + columns[0]
+    for i in range(now.size):
+        end.y[i] = start.y[i] + columns[0, i]
+        before[i] = abs(columns[0, i] - columns[1, i])
     _slope(chain, end.y, push_of(start.piece, start.time + h), start.is_at, end.slope)
 
 
-@_compiled
+@compiled
 def _rate(chain: Any, state: Any, i: int, is_of_force: bool) -> float:
     """How fast the force of a contact grows, or its overlap."""
     if is_of_force:
-        return _law_rate(chain, state.y, state.slope, i)
-    return _closing(chain, state.y, i)
+        return float(_law_rate(chain, state.y, state.slope, i))
+    return float(_closing(chain, state.y, i))
 
 
-@_compiled
+@compiled
 def _turn(chain: Any, start: Any, h: float, probe: Any, i: int, is_of_force: bool) -> float:
     """Step to where the force of a contact, or its overlap, is largest or smallest within h."""
     is_growing = _rate(chain, start, i, is_of_force) >= 0
@@ -232,7 +235,7 @@ def _turn(chain: Any, start: Any, h: float, probe: Any, i: int, is_of_force: boo
     return high
 
 
-@_compiled
+@compiled
 def _beyond(chain: Any, y: Any, i: int, is_at: Any) -> float:
     """How far a contact has left what it is, as a length; negative before it has."""
     d, touch = _overlap(chain, y, i), TOUCH * chain.length
@@ -244,7 +247,7 @@ def _beyond(chain: Any, y: Any, i: int, is_at: Any) -> float:
     return float(max(-d - touch, force if is_at[i] == _CUT else -force - touch))
 
 
-@_compiled
+@compiled
 def _farthest(chain: Any, y: Any, is_at: Any) -> float:
     farthest = -math.inf
     for i in range(chain.stiffness.size):
@@ -252,7 +255,7 @@ def _farthest(chain: Any, y: Any, is_at: Any) -> float:
     return farthest
 
 
-@_compiled
+@compiled
 def _change(chain: Any, y: Any, is_at: Any) -> None:
     """What contacts are that have left what they were."""
     for i in range(chain.stiffness.size):
@@ -263,7 +266,7 @@ def _change(chain: Any, y: Any, is_at: Any) -> None:
                 is_at[i] = _CUT if is_at[i] == _PRESSED else _PRESSED
 
 
-@_compiled
+@compiled
 def _seen_beyond(chain: Any, start: Any, h: float, end: Any, probe: Any) -> float:
     """Return where in a step a contact is seen to have left what it is; or infinity.
 
@@ -285,7 +288,7 @@ def _seen_beyond(chain: Any, start: Any, h: float, end: Any, probe: Any) -> floa
     return seen
 
 
-@_compiled
+@compiled
 def _until_change(chain: Any, start: Any, high: float, end: Any) -> float:
     """Step to where the first contact leaves what it is, which one has done after ``high``."""
     low, side = 0.0, 0
@@ -313,14 +316,14 @@ def _until_change(chain: Any, start: Any, high: float, end: Any) -> float:
     return high
 
 
-@_compiled
+@compiled
 def _read(chain: Any, y: Any, is_at: Any, highest: Any) -> None:
     for i in range(chain.stiffness.size):
         if is_at[i] == _PRESSED:
             highest[i] = max(highest[i], _law(chain, y, i))
 
 
-@_compiled
+@compiled
 def _read_within(chain: Any, start: Any, h: float, end: Any, probe: Any, highest: Any) -> None:
     for i in range(chain.stiffness.size):
         if (
@@ -332,7 +335,7 @@ def _read_within(chain: Any, start: Any, h: float, end: Any, probe: Any, highest
             highest[i] = max(highest[i], _law(chain, probe.y, i))
 
 
-@_compiled
+@compiled
 def _end(width: int) -> Any:
     return End(
         np.zeros(width), np.zeros(width), np.zeros((_COLUMNS, width)), np.zeros(width),
@@ -340,7 +343,7 @@ def _end(width: int) -> Any:
     )  # fmt: skip
 
 
-@_compiled
+@_kernel
 def _march(
     chain: Any, pieces: Any, strokes: Any, y: Any, stop: float, tolerance: float, cap: float
 ) -> Any:
@@ -366,15 +369,16 @@ def _march(
             _read(chain, y, is_at, highest)
             for i in range(contacts):
                 deepest = max(deepest, _overlap(chain, y, i))
-            fastest = max(fastest, np.max(np.abs(y[size:])))
+            for i in range(size):
+                fastest = max(fastest, abs(y[size + i]))
             _slope(chain, y, push_of(piece, time), is_at, slope)
             start = Start(y, slope, piece, time, is_at)
             is_last = time + 1.01 * h >= until
             if is_last:
                 h = until - time
             _step(chain, start, h, end)
-            wrong = np.abs(end.columns[0] - end.columns[1]) / tolerance
-            error = max(np.max(wrong[:size]) / deepest, np.max(wrong[size:]) / fastest)
+            error = max(np.max(end.before[:size]) / deepest, np.max(end.before[size:]) / fastest)
+            error /= tolerance
             if error > 1 and h > 1e-12 * cap and h > 4e-16 * time:
                 h *= max(0.1, 0.8 * error ** (-1 / 11))
                 continue
@@ -385,7 +389,8 @@ def _march(
                 h, is_last = x, is_last and x == h
             _read_within(chain, start, h, end, probe, highest)
             _read(chain, end.y, is_at, highest)
-            y[:] = end.y
+            for i in range(2 * size):
+                y[i] = end.y[i]
             time = until if is_last else time + h
             h = grown
     return highest, True

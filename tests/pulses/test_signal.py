@@ -179,7 +179,6 @@ def test_noise_that_hangs_together_counts_for_more() -> None:
 
 
 def without_line(samples: int) -> FloatArray:
-    """Noise of deviation 1 in which no straight line is."""
     noise, at = np.random.default_rng(4).normal(0, 1, samples), np.arange(samples)
     left = noise - np.polyval(np.polyfit(at, noise, 1), at)
     return np.asarray(left / left.std(ddof=1))

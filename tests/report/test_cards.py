@@ -157,9 +157,7 @@ def test_a_result_is_printed_as_run_does(result: hc.Result) -> None:
     assert "Verdict" not in repr(result)
 
 
-def test_an_examination_is_printed_with_the_lines_to_mend(
-    examination: hc.DeckExamination,
-) -> None:
+def test_an_examination_is_printed_with_the_lines_to_mend(examination: hc.DeckExamination) -> None:
     assert f"1. {examination.to_mend[0].sentence[:60]}" in repr(examination)
     assert "in to_frame()" not in repr(examination)  # which has its checks
 
@@ -182,10 +180,7 @@ def test_a_verdict_is_drawn(name: str, request: pytest.FixtureRequest) -> None:
 
 
 def test_a_notebook_shows_a_figure_without_pyplot(result: hc.Result, sweep: hc.Sweep) -> None:
-    for figure in (
-        replace(result, history=None).plot(),
-        sweep.plot("momentum_ratio", "speed_m_s"),
-    ):
+    for figure in (replace(result, history=None).plot(), sweep.plot("momentum_ratio", "speed_m_s")):
         pixels = imread(io.BytesIO(figure._repr_png_()))  # type: ignore[attr-defined]
         width, height = (figure.get_size_inches() * figure.dpi).astype(int)
         assert pixels.shape[:2] == (height, width)

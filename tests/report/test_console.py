@@ -13,11 +13,7 @@ from rich.console import Console
 
 import hertzchain as hc
 from hertzchain.report.comparison import of_comparison
-from hertzchain.report.console import (
-    print_document,
-    print_left_out,
-    print_prose,
-)
+from hertzchain.report.console import print_document, print_left_out, print_prose
 from hertzchain.report.facts import describe, known_digits
 from hertzchain.report.figures import figure_of
 from hertzchain.report.judgement import of_judgement

@@ -121,7 +121,6 @@ def measured_without_lammps() -> dict[str, Any]:
 
 
 def recorded(noise: float = 0.01, **given: Any) -> dict[str, Any]:
-    """The pulse in a file of an oscilloscope."""
     with TemporaryDirectory() as folder:
         path = write_scope(Path(folder) / "scope.csv", 1000, noise)
         recording = read_recording(path, scale=GAIN)

@@ -39,7 +39,6 @@ def on_a_wall() -> hc.Result:
 
 def test_the_table_has_a_row_for_each_time_and_granule(result: hc.Result) -> None:
     frame, history = motion_frame(result), result.history
-    assert history is not None
     assert len(frame) == history.time.size * 60
     for name, values in (
         ("displacement_m", history.displacement),
@@ -56,7 +55,6 @@ def test_the_table_has_a_row_for_each_time_and_granule(result: hc.Result) -> Non
 
 def test_a_wall_is_one_more_granule_that_stands_still(on_a_wall: hc.Result) -> None:
     frame, history = motion_frame(on_a_wall), on_a_wall.history
-    assert history is not None
     assert np.max(history.contact_force[:, -1]) > 0
     count = WITH_A_WALL.chain.granules
     assert frame["granule"].unique().tolist() == list(range(1, count + 2))
@@ -97,7 +95,6 @@ def test_the_figure_draws_the_result(result: hc.Result) -> None:
         # Each curve has its exact peak, not the largest recorded force.
         assert np.max(line.get_ydata()) == result.peak_force[contact - 2]
     (colours,) = space_time.collections
-    assert result.history is not None
     begin, end = space_time.get_xlim()
     shown = (result.history.time >= begin) & (result.history.time <= end)
     force = result.history.contact_force
@@ -179,13 +176,11 @@ def test_a_small_wave_on_a_static_load_fills_the_panels() -> None:
         assert 10 < low < drawn.min() - 0.05 * span
         assert high > drawn.max() + 0.05 * span
     (applied,) = (one for one in forces.lines if one.get_label() == "applied and static force")
-    assert result.history is not None
     assert np.array_equal(applied.get_ydata(), scene.applied_force(result.history.time) + 20)
     without = figure_of(of_result(hc.Native(rtol=1e-4).run(hc.Scene(chain, pulse), 200)))
     assert [axes.get_ylim()[0] for axes in without.axes[:2]] == [0, 0]
 
 
 def test_times_of_a_picture_keep_the_height_of_the_wave(result: hc.Result) -> None:
-    assert result.history is not None
     force = np.max(result.history.contact_force, axis=0)
     assert np.all(force > 0.95 * result.peak_force)

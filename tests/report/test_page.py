@@ -98,6 +98,17 @@ def comparison_page(comparison: hc.Comparison, file: str = "scene.toml") -> str:
     return page_of(of_comparison(comparison), file)
 
 
+@pytest.fixture(scope="module")
+def page(compared: hc.Comparison) -> str:
+    return comparison_page(compared)
+
+
+@pytest.fixture
+def _no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pages of text alone: drawing takes nearly all of their time."""
+    monkeypatch.setattr("hertzchain.report.page.pictures", lambda _: [])
+
+
 def numbers(cells: list[str]) -> list[float]:
     return [float(cell) for cell in cells]
 
@@ -105,8 +116,8 @@ def numbers(cells: list[str]) -> list[float]:
 # Without a browser
 
 
-def test_numbers_of_the_page_are_those_of_the_json(compared: hc.Comparison) -> None:
-    read = Reader(comparison_page(compared))
+def test_numbers_of_the_page_are_those_of_the_json(compared: hc.Comparison, page: str) -> None:
+    read = Reader(page)
     document = json.loads(json.dumps(compared.to_dict()))
     assert read.data["numbers"] == document
     header, *rows = read.table("Peak force of each contact")
@@ -189,6 +200,7 @@ def test_peaks_on_a_static_load_have_an_axis_around_them(compared: hc.Comparison
     assert panels(compared)["peak force"].get_ylim()[0] == 0
 
 
+@pytest.mark.usefixtures("_no_pictures")
 def test_hostile_names_are_shown_and_not_run(compared: hc.Comparison) -> None:
     odd = replace(ODD, kind=Kind(HOSTILE), reason="</script><!-- <b>", passed=True)
     page = comparison_page(replace(compared, checks=(*compared.checks, odd)), HOSTILE)
@@ -199,8 +211,7 @@ def test_hostile_names_are_shown_and_not_run(compared: hc.Comparison) -> None:
     assert odd.reason not in page
 
 
-def test_nothing_is_loaded(compared: hc.Comparison) -> None:
-    page = comparison_page(compared)
+def test_nothing_is_loaded(page: str) -> None:
     read = Reader(page)
     assert set(read.loaded) == {"data:,", "#numbers"}
     assert "@import" not in page
@@ -209,6 +220,7 @@ def test_nothing_is_loaded(compared: hc.Comparison) -> None:
     assert page.count("<svg") == 2
 
 
+@pytest.mark.usefixtures("_no_pictures")
 def test_a_failed_check_says_what_to_do(compared: hc.Comparison) -> None:
     read = Reader(comparison_page(replace(compared, checks=(*compared.checks, ODD))))
     assert "✗ FAIL" in read.text
@@ -218,6 +230,7 @@ def test_a_failed_check_says_what_to_do(compared: hc.Comparison) -> None:
     assert read.table("Each check")[-1][0] == "✗ FAIL"
 
 
+@pytest.mark.usefixtures("_no_pictures")
 def test_a_missing_backend_is_said_plainly(compared: hc.Comparison) -> None:
     native = {"native": compared.native}
     checks = (*compared.checks, ABSENT)
@@ -233,6 +246,7 @@ def test_a_missing_backend_is_said_plainly(compared: hc.Comparison) -> None:
     assert read.table("Peak force of each contact")[0][:3] == ["contact", "native [N]", "Eq. 6 [N]"]
 
 
+@pytest.mark.usefixtures("_no_pictures")
 def test_a_scene_can_be_copied_and_run(compared: hc.Comparison, tmp_path: Path) -> None:
     pulse = hc.PulseTable((0.0, 2e-5, 6e-5), (0.0, 100.0, 0.0), "<b>.csv")
     for scene in (compared.scene, replace(compared.scene, shock=pulse)):
@@ -247,6 +261,7 @@ def test_a_scene_can_be_copied_and_run(compared: hc.Comparison, tmp_path: Path) 
         assert "no motion was recorded" not in read.text
 
 
+@pytest.mark.usefixtures("_no_pictures")
 def test_contacts_that_are_never_pressed(compared: hc.Comparison) -> None:
     scene = replace(compared.scene, run=hc.Run(2e-5))
     found = hc.compare(scene, ["native"], record=plot_times(scene))

@@ -44,7 +44,6 @@ def test_a_plot_has_a_point_for_every_number(
     (figure,) = drawn
     above, below = map(lines_of, figure.axes)
     native, lammps, formulas = both.native, both.lammps, both.formulas
-    assert lammps is not None
     np.testing.assert_array_equal(above["native, reference"], (native.contact, native.peak_force))
     values = {"LAMMPS": lammps.peak_force, "Eq. 6": formulas.eq6, "Eq. 9": formulas.eq9}
     for label, peaks in values.items():
@@ -74,7 +73,6 @@ def picture(path: Path) -> Any:
 
 
 def colours(pixels: Any) -> set[tuple[int, ...]]:
-    """The colours of a picture, 0 to 255."""
     whole = np.rint(255 * pixels).astype(int).reshape(-1, 3)
     # One number a pixel is sorted ten times as fast as three.
     found = np.unique(whole @ [1 << 16, 1 << 8, 1]).tolist()

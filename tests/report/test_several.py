@@ -52,7 +52,6 @@ def test_forces_stand_one_above_the_other_or_in_one_panel(runs: list[hc.Result])
     assert max(below.lines[1].get_ydata()) == runs[1].peak_at(8)  # the exact peak is on the line
     (axes,) = axes_of({"a": runs[0]}, "forces", [3, 8])
     assert [line.get_label() for line in axes.lines] == ["contact 3", "contact 8"]
-    assert runs[0].history is not None
     begin, end = axes.get_xlim()
     assert begin < runs[0].peak_time[1] < runs[0].peak_time[6] < end < runs[0].history.time[-1]
 
@@ -80,7 +79,6 @@ def test_results_of_other_chains_and_ends(runs: list[hc.Result]) -> None:
     """Default contacts are there in all; a band ends where the first of its results does."""
     other = replace(SCENE, chain=replace(SCENE.chain, granules=8), gauges=())
     short = hc.Native(rtol=1e-4).run(other, record=300)
-    assert runs[0].history is not None
     for axes in axes_of({"long": runs[0], "short": short}, "forces"):
         assert len(axes.lines) == 2
         assert int(axes.get_ylabel().split()[1]) <= 8

@@ -54,7 +54,6 @@ class Frames:
 
 
 def read_by_ase(path: Path) -> Frames:
-    """By ASE, as its users have it."""
     from ase.io import read
 
     found = read(path, index=":", format="extxyz")
@@ -77,7 +76,6 @@ def test_a_trajectory_read_back_vs_the_history(tmp_path: Path, backend: str) -> 
 def is_the_history(frames: Frames, result: hc.Result) -> None:
     """Assert that frames have what a run of 12 granules has recorded, to the last digit."""
     scene, history = result.scene, result.history
-    assert history is not None
     assert len(frames.info) == 400
     names = {"length_unit_m": 1e-6, "velocity_unit_m_s": 1e-3, "force_unit_N": 1.0}
     length, velocity, force = (frames.info[0][name] for name in names)
@@ -121,7 +119,6 @@ def test_small_scenes_keep_their_digits(tmp_path: Path) -> None:
     scene = hc.Scene(chain, hc.Pulse("cosine", 1e-15, 2.0, momentum_ratio=1.0))
     result = recorded("native", scene, 20)
     hc.write_trajectory(result, tmp_path / "motion.extxyz")
-    assert result.history is not None
     exact = HALF_A_DIGIT * scene.units.length
     frames = read_by_ase(tmp_path / "motion.extxyz")
     found = frames.arrays["displacement"][-1, :, 0] * frames.info[-1]["length_unit_m"]

@@ -34,7 +34,6 @@ FUNCTIONS: dict[str, Callable[[Any], Any]] = {
 
 @pytest.fixture(scope="module")
 def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A scene file."""
     path = tmp_path_factory.mktemp("scenes") / "short.toml"
     SHORT.to_toml(path)
     return path
@@ -47,8 +46,7 @@ def test_a_path_stands_for_its_scene(name: str, path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "function",
-    [*FUNCTIONS.values(), hc.Lammps().run, lambda scene: hc.examine(scene, "in.mine")],
+    "function", [*FUNCTIONS.values(), hc.Lammps().run, lambda scene: hc.examine(scene, "in.mine")]
 )
 def test_a_scene_file_that_is_not_there_is_named(function: Callable[[Any], Any]) -> None:
     with pytest.raises(SceneError, match=r"^nowhere\.toml: cannot be read"):

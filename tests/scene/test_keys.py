@@ -135,6 +135,5 @@ def test_values_beyond_the_usual_are_remarked(name: str) -> None:
         assert unusual(name, value) is None
     for value in (0.99 * low, 1.01 * high, -1.01 * high, [low, 1.01 * high]):
         said = unusual(name, value)
-        assert said is not None
         assert said.startswith(f"{name} = ")
         assert said.endswith(f"(usually {low:g} to {high:g} {KEYS[name].unit})")

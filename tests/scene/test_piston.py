@@ -70,7 +70,6 @@ def test_steps_end_where_the_velocity_changes() -> None:
     assert velocities == pytest.approx([0.0, 0.2, -0.3], rel=1e-12)
     assert all(leg.ramp is None for leg in legs)
     scaled = legs[1].in_units(2.0, 1.0, 3.0).stroke
-    assert scaled is not None
     assert (scaled.start, scaled.displacement) == (0.5e-5, 0.0)
     assert scaled.velocity == pytest.approx(0.2 / 3 * 2, rel=1e-12)
 

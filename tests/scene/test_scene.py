@@ -43,7 +43,6 @@ TABLE_TEXT = CHAIN_TEXT + '[shock]\nprofile = "table"\nfile = "pulse.csv"\n'
 
 
 def scene_of(folder: Path, text: str) -> hc.Scene:
-    """The scene of a text, through a file."""
     path = folder / "scene.toml"
     path.write_text(text, encoding="utf-8")
     return hc.Scene.from_toml(path)

@@ -32,7 +32,6 @@ def test_the_overlap_is_that_of_the_history() -> None:
     scene = scene_of_depth(1e-3)
     times = np.linspace(0, scene.end_time, 4001)[1:]
     history = hc.Native("reference").run(scene, record=times).history
-    assert history is not None
     deepest = -np.diff(history.displacement, axis=1).min()
     found = hc.Native(peaks_only=True).run(scene).overlap_ratio
     # Recorded times miss the maximum by half of their distance squared.

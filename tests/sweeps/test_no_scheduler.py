@@ -48,10 +48,7 @@ NONE = (without_hertzchain, BackendMissing, "pip install 'hertzchain==")
 OTHER = (other_hertzchain, RunFailed, "has hertzchain 99.0, this is ")
 
 
-@pytest.mark.parametrize(
-    ("differ", "error", "said", "late"),
-    [(*NONE, True), (*OTHER, False)],
-)
+@pytest.mark.parametrize(("differ", "error", "said", "late"), [(*NONE, True), (*OTHER, False)])
 def test_workers_without_this_hertzchain_are_named(
     differ: Callable[[Path], None],
     error: type[HertzchainError],

@@ -97,7 +97,6 @@ def test_numbers_are_those_of_the_result(changes: dict[str, Any]) -> None:
         "force_evaluations": result.force_evaluations,
     }
     if scene.wall is not None:
-        assert result.static_force is not None
         assert result.first_pulses is not None
         first = result.to_frame().iloc[-1]
         expected |= {

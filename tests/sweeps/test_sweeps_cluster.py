@@ -65,7 +65,6 @@ def assert_same(one: hc.Sweep, other: hc.Sweep) -> None:
 
 @pytest.fixture(scope="module")
 def here() -> hc.Sweep:
-    """The sweep on this machine."""
     return sweep()
 
 
@@ -85,7 +84,6 @@ def command(folder: Path, address: str, rtol: float = 1e-2) -> list[str]:
 
 @contextmanager
 def started(folder: Path, address: str, rtol: float = 1e-2) -> Iterator[subprocess.Popen[str]]:
-    """Such a command under way."""
     with subprocess.Popen(
         command(folder, address, rtol),
         cwd=folder,

@@ -20,7 +20,6 @@ SINE = hc.Scene(CHAIN, hc.Sine(5.0, 8000.0, 2), precompression=hc.Precompression
 
 
 def swept(scene: hc.Scene, vary: dict[str, str], folder: Path) -> pd.DataFrame:
-    """The table of a sweep."""
     hc.sweep(scene, vary, output=folder)
     return pd.read_parquet(folder / "scenes")
 

@@ -70,7 +70,6 @@ def files() -> st.SearchStrategy[dict[str, Any]]:
 
 
 def text_of(document: dict[str, Any]) -> str:
-    """The file of such a mapping."""
     document = copy.deepcopy(document)
     name, *parts = document.pop("push")
     document[name] = {key: value for part in parts for key, value in part.items()}

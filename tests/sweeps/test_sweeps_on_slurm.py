@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import suppress
@@ -14,8 +13,9 @@ import pytest
 from pandas.testing import assert_frame_equal
 
 import hertzchain as hc
+from tests.command_line import python
 from tests.places import ROOT
-from tests.sweeps.test_sweeps_cluster import PATIENCE, SCENE
+from tests.sweeps.test_sweeps_cluster import SCENE
 
 # On Slurm
 
@@ -33,6 +33,7 @@ print("Submitted batch job", job.pid)
 """
 SCANCEL = """#!{python}
 import os, signal, sys
+from tests.command_line import python
 os.killpg(int(sys.argv[-1]), signal.SIGTERM)
 """
 
@@ -76,14 +77,7 @@ def test_the_script_of_the_page_runs_on_what_stands_for_slurm(tmp_path: Path, sl
         assert shown in script
         script = script.replace(shown, smaller)
     (tmp_path / "sweep_on_slurm.py").write_text(script, encoding="utf-8")
-    done = subprocess.run(
-        [sys.executable, "sweep_on_slurm.py"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        check=False,
-    )
+    done = python("sweep_on_slurm.py", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("Counts(done=24, failed=0, missed=0")
     assert slurm.read_text(encoding="utf-8").count("\n") >= 1

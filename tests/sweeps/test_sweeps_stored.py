@@ -81,11 +81,7 @@ def test_what_changes_no_number_does_not_make_another_sweep(
 @pytest.mark.parametrize("is_kept", [True, False])
 @pytest.mark.parametrize(
     ("name", "words"),
-    [
-        ("foo", ""),
-        ("radius", ""),
-        ("largest_peak_force", "; did you mean largest_peak_force_N?"),
-    ],
+    [("foo", ""), ("radius", ""), ("largest_peak_force", "; did you mean largest_peak_force_N?")],
 )
 def test_an_unknown_column_is_refused_with_what_there_is(
     tmp_path: Path, name: str, words: str, is_kept: bool

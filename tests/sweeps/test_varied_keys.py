@@ -46,11 +46,7 @@ REFUSED: list[tuple[hc.Scene, dict[str, Any], str]] = [
     (PISTON, {"frequency": "2,3"}, "frequency: cannot vary; "),
     (PISTON, {"velocity": "0,1"}, "shock.velocity = 0"),
     (SINE, {"cycles": "0,1"}, "shock.cycles = 0: must be an integer"),
-    (
-        replace(PLAIN, chain=chain_of()),
-        {"chain.radius": "1,2"},
-        "chain.radius: cannot vary; ",
-    ),
+    (replace(PLAIN, chain=chain_of()), {"chain.radius": "1,2"}, "chain.radius: cannot vary; "),
 ]
 
 

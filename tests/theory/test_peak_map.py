@@ -69,7 +69,6 @@ def the_map_holds(points: Sequence[Point]) -> None:
     far, peak, change = [], [], []
     for point in points:
         simulated_far = point.simulated.solitary_wave.far_field_force
-        assert simulated_far is not None
         far.append(abs(point.mapped.far_field_force / (simulated_far / 100.0) - 1))
         peak.append(np.abs(point.mapped.peak_force / point.peak_force - 1))
         off = np.abs(changes(point.mapped.peak_force) - changes(point.peak_force))

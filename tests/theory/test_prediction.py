@@ -49,7 +49,6 @@ def test_the_equations_vs_those_of_a_comparison(name: str) -> None:
     predicted = theory.predict(scene)
     expected = formulas(hc.Native("reference").run(scene))
     p = predicted.transition_granules
-    assert p is not None
     for values, formula, last in (
         (predicted.eq6, expected.eq6, p),
         (predicted.eq9, expected.eq9, p + 1),
@@ -60,7 +59,6 @@ def test_the_equations_vs_those_of_a_comparison(name: str) -> None:
     # Eq. 3 is linear in V_SW, which goes as F_SW^(1/6).
     assert predicted.eq3 == pytest.approx(expected.transition_granules, rel=NODE, abs=0)
     assert predicted.note == expected.note
-    assert predicted.speed is not None
     assert predicted.speed.paper == pytest.approx(expected.speed, rel=NODE, abs=0)
     assert predicted.speed.exact == pytest.approx(expected.exact_speed, rel=NODE, abs=0)
 
@@ -228,7 +226,6 @@ def test_which_speed_is_closer_vs_a_run(ratio: float, closer: str) -> None:
     time = result.peak_time
     diameter = 2 * scene.chain.radius
     measured = 100 * diameter / (time[380] - time[280])
-    assert predicted.speed is not None
     # Peak times are right to 1e-6 of the 100 granules or better, the far field to 4e-6.
     assert predicted.speed.far_field == pytest.approx(measured, rel=3e-6, abs=0)
     off = {
@@ -241,10 +238,8 @@ def test_which_speed_is_closer_vs_a_run(ratio: float, closer: str) -> None:
 def test_momentum_of_the_wave_vs_its_force_over_time() -> None:
     scene = paper_scene("cosine", 1.0, 2.0)
     predicted = theory.predict(scene)
-    assert predicted.momentum is not None
     wave = theory.solitary_wave.solitary_wave()
     force, units = predicted.far_field_force, scene.units
-    assert force is not None
     expected = wave.momentum * (force / units.force) ** (5 / 6) * units.momentum
     assert predicted.momentum.far_field == pytest.approx(expected, rel=1e-14, abs=0)
     assert predicted.momentum.paper / predicted.momentum.exact == pytest.approx(

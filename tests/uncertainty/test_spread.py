@@ -44,6 +44,12 @@ def test_every_result_goes_with_powers_of_modulus_and_speed() -> None:
     k = found.names.index(("first_peak_force_N", "contact 5"))
     low, nominal, high = (table[name].to_numpy()[k] for name in ("low_5", "nominal", "high_95"))
     assert low < nominal < high
+    values = found.values[:, k]
+    # 5 % of 64, rounded up
+    assert (np.count_nonzero(values < low), np.count_nonzero(values > high)) == (4, 4)
+    without = found.values.copy()
+    without[:3, k] = np.nan
+    assert "1 results have no spread: 3 of 64" in replace(found, values=without).remarks[0]
     assert found.deviation[k] / nominal == pytest.approx(np.hypot(0.02, 0.0277), rel=0.1)
     assert "contact 5" in repr(found)
     assert len(found.plot().axes) == 2

@@ -59,7 +59,7 @@ def test_a_difference_that_the_modulus_explains() -> None:
     ],
 )
 def test_three_verdicts(modulus: float, known_to: float, tolerance: float, verdict: str) -> None:
-    found = hc.validate(believed(modulus, known_to), traces(), tolerance=tolerance, realisations=64)
+    found = hc.validate(believed(modulus, known_to), traces(), tolerance=tolerance, realisations=32)
     assert found.verdict == verdict
     assert bool(found) == (verdict == "pass")
 

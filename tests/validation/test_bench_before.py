@@ -10,14 +10,7 @@ import pytest
 
 from hertzchain.errors import RunFailed
 from validation import bench_before
-from validation.bench_before import (
-    ROOT,
-    Compared,
-    Worker,
-    by_turns,
-    judge,
-    slower,
-)
+from validation.bench_before import ROOT, Compared, Worker, by_turns, judge, slower
 
 
 def with_ratio(ratio: float) -> Compared:

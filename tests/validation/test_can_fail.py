@@ -81,7 +81,14 @@ def failed(script: ModuleType, table: pd.DataFrame) -> list[str]:
     return [entry.what for entry in promises(table) if not entry.passed]
 
 
-@pytest.mark.parametrize("script", FAILING, ids=lambda script: script.__name__)
+@pytest.mark.parametrize(
+    "script",
+    [
+        pytest.param(one, marks=[pytest.mark.slow] * (one in (constants, figure5)))
+        for one in FAILING
+    ],
+    ids=lambda script: script.__name__,
+)
 def test_numbers_that_are_off_or_lost_fail(script: ModuleType) -> None:
     found = {}
     for column in FAILING[script]:
@@ -162,7 +169,6 @@ def test_another_rate_fails(limit: Limit, backend: str) -> None:
 
 @pytest.fixture(scope="module")
 def maps() -> pd.DataFrame:
-    """The quick form."""
     return formula_maps.measure(True, False)
 
 

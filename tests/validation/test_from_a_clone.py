@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
-from tests.command_line import PATIENCE
+from tests.command_line import python
 from tests.places import ROOT
 
 _AS_A_SCRIPT = """
@@ -28,10 +26,6 @@ def test_a_script_needs_the_package_alone(script: str, tmp_path: Path) -> None:
     (tmp_path / "hertzchain").symlink_to(ROOT / "hertzchain")
     path = ROOT / "validation" / script
     # -P and -E: neither this folder nor what the tests have set leads to the clone.
-    given = [sys.executable, "-P", "-E", "-c", _AS_A_SCRIPT, path, ROOT, tmp_path]
-    done = subprocess.run(
-        list(map(str, given)), cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE,
-        check=False,
-    )  # fmt: skip
+    done = python("-P", "-E", "-c", _AS_A_SCRIPT, path, ROOT, tmp_path, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("usage: ")

@@ -11,12 +11,7 @@ import pytest
 import hertzchain as hc
 from hertzchain import theory
 from tests.places import ROOT
-from validation import (
-    claims,
-    constants,
-    figure4,
-    limits,
-)
+from validation import claims, constants, figure4, limits
 
 
 def test_nesterenko_wave_solves_his_equation() -> None:

@@ -24,8 +24,8 @@ from validation.shipped import paper_table, scene_name
 
 SCRIPTS = {module.__name__.rpartition(".")[2]: module for module in run_all.MODULES}
 EXPENSIVE = {
-    *("claims", "constants", "dimers", "drives", "figure2", "formula_maps", "limits"),
-    *("gapped_taper", "mistakes", "precompression", "table2", "table3", "table4"),
+    *("claims", "constants", "damped_waves", "dimers", "drives", "figure2", "formula_maps"),
+    *("gapped_taper", "limits", "mistakes", "precompression", "table2", "table3", "table4"),
     "walls",
 }
 """Scripts whose quick form takes most of a second or more: slow tests, which CI runs every time."""

@@ -79,11 +79,9 @@ def test_the_accuracy_that_a_step_should_have(demo_reference: hc.Result) -> None
     found = hc.judge(scene, run.peak_force, dt=dt, progress=said.append)
     assert said == ["reading results", "native: the reference method",
                     "native: velocity Verlet at that step"]  # fmt: skip
-    assert found.expected is not None
     assert found.largest_difference == pytest.approx(found.expected.interpolated, rel=1e-6, abs=0)
     times = np.unique(np.concatenate([_ends(leg) for leg in scene.schedule(dt)]))
     force = hc.Native("velocity-verlet", dt).run(scene, record=times).history
-    assert force is not None
     off = np.max(np.abs(force.contact_force.max(axis=0) / demo_reference.peak_force - 1))
     assert found.expected.sampled == pytest.approx(float(off), rel=1e-6, abs=0)
 
@@ -113,10 +111,7 @@ def test_an_impossible_tolerance_is_refused(demo: hc.Scene, tolerance: float) ->
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        (
-            np.ones(58),
-            "^number of peak_force = 58: must be a file, a mapping from contacts, or an",
-        ),
+        (np.ones(58), "^number of peak_force = 58: must be a file, a mapping from contacts, or an"),
         ([1.0], "^number of peak_force = 1: must be .* an array of 59 forces$"),
         (
             np.ones((2, 59)),
@@ -149,7 +144,6 @@ def test_incident_peaks_are_judged_as_first_pulses() -> None:
         for granules, wall in ((31, hc.Wall("rigid")), (90, None))
     )
     incident = hc.Native(rtol=1e-9).run(long).first_pulses
-    assert incident is not None
     given = np.full(walled.last_contact - 1, np.nan)
     given[1:9] = incident.force[1:9]
     found = hc.judge(walled, given, tolerance=1e-6)
@@ -170,7 +164,6 @@ def test_a_spread_ten_times_smaller_tells_what_was_given(share: float, what: str
     """Peaks of another force, none of which agrees with either."""
     walled = hc.Scene(hc.Chain(31, **STEEL), hc.Striker(1.0), hc.Run(1e-3), wall=hc.Wall("rigid"))
     run = hc.Native("reference").run(walled)
-    assert run.first_pulses is not None
     first, some = run.first_pulses.force, slice(1, 9)
     spread = float(np.std(np.log(first[some] / run.peak_force[some])))
     noise = share * 0.1 * spread * np.array([1, -1, -1, 1, 1, -1, -1, 1])
@@ -184,7 +177,6 @@ def test_a_mistake_is_found_by_first_pulses() -> None:
     scene = hc.Scene(hc.Chain(12, **STEEL), hc.Striker(1.0), hc.Run(4e-4), wall=hc.Wall("rigid"))
     soft = replace(scene, chain=replace(scene.chain, young_modulus=0.9 * STEEL["young_modulus"]))
     first = hc.Native(rtol=1e-9).run(soft).first_pulses
-    assert first is not None
     found = hc.judge(scene, first.force, tolerance=1e-4)
     assert found.verdict == "fail"
     assert found.compared_with == "first pulses"

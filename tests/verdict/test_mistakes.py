@@ -41,7 +41,6 @@ class Planting:
         """Highest samples of an accurate run, ``h`` seconds apart."""
         times = np.arange(0.0, self.scene.end_time, h)
         history = hc.Native(rtol=1e-8).run(self.scene, record=times).history
-        assert history is not None
         return np.asarray(history.contact_force.max(axis=0))
 
 
@@ -153,14 +152,8 @@ PEAKS: dict[str, tuple[Plant, str]] = {
     "before": (lambda at: np.append(np.nan, at.truth[:-1]), "peak of contact i - 1"),
     "far end": (lambda at: at.truth[::-1], "from the far end"),
     "one": (lambda at: np.where(np.arange(29) == 3, 1.1, 1) * at.truth, "contact 5 alone"),
-    "samples": (
-        lambda at: at.samples(1.5e-6),
-        "samples in place of maxima, 1.5e-06 s apart, of",
-    ),
-    "rare samples": (
-        lambda at: at.samples(4e-6),
-        "samples in place of maxima, 4e-06 s apart, of",
-    ),
+    "samples": (lambda at: at.samples(1.5e-6), "samples in place of maxima, 1.5e-06 s apart, of"),
+    "rare samples": (lambda at: at.samples(4e-6), "samples in place of maxima, 4e-06 s apart, of"),
     "3 digits": (
         lambda at: np.array([float(f"{force:.3g}") for force in at.truth]),
         "rounding: these are the scene's own peaks to 3 digits",

@@ -18,12 +18,7 @@ from hertzchain.verdict.check import Check
 from hertzchain.verdict.deck.own import number_checks
 from tests.conftest import paper_scene
 from validation import mistakes, table3, table4
-from validation.mistakes import (
-    APPLIED,
-    MISTAKES,
-    compared,
-    small_scene,
-)
+from validation.mistakes import APPLIED, MISTAKES, compared, small_scene
 from validation.planting import STIFFNESS, Mistake, Plant, in_set_up
 from validation.rows import Row
 from validation.script import Script
@@ -60,8 +55,6 @@ def planted(what: str) -> Mistake:
 
 
 def size(check: Check) -> float:
-    assert check.measured is not None
-    assert check.expected is not None
     return check.measured - check.expected
 
 
@@ -154,7 +147,7 @@ def test_eq6_as_printed_fails_the_tables(script: ModuleType) -> None:
 
 
 @pytest.mark.lammps
-@pytest.mark.parametrize("granules", [2, 4999, 5000, 20_000])
+@pytest.mark.parametrize("granules", [2, 4999, 5000])
 def test_the_deck_makes_as_many_granules_as_asked_for(granules: int) -> None:
     """LAMMPS makes its box a ten-thousandth longer at both ends; granules must not fill that."""
     scene = paper_scene("cosine", 1.0, 2.0, granules=granules)

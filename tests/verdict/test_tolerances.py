@@ -24,10 +24,7 @@ from hertzchain.verdict import run_checks
 from hertzchain.verdict.check import Check, Kind, apart, within
 from hertzchain.verdict.judgement import Judgement, judged
 from hertzchain.verdict.reference_checks import reference_checks, yardstick_check
-from hertzchain.verdict.run_checks import (
-    balance_checks,
-    same_steps_checks,
-)
+from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
 from tests.conftest import STEEL, paper_scene
 
 
@@ -246,7 +243,6 @@ def impulse(result: hc.Result) -> float:
 def by_piston(result: hc.Result) -> tuple[float, float]:
     """Impulse [N s] and work [J] of the largest force, all the time."""
     scene, force = result.scene, float(np.max(result.peak_force))
-    assert scene.piston is not None
     return force * scene.end_time, force * scene.piston.distance(scene.end_time)
 
 

@@ -88,7 +88,9 @@ def test_another_sine_is_found(other: hc.Sine) -> None:
 
 
 @pytest.mark.lammps
-@pytest.mark.parametrize("law", [None, hc.Contact("restitution", restitution=0.8)])
+@pytest.mark.parametrize(
+    "law", [None, pytest.param(hc.Contact("restitution", restitution=0.8), marks=pytest.mark.slow)]
+)
 def test_a_slow_sine_has_not_diverged(law: hc.Contact | None) -> None:
     """It throws a free chain at 26 m/s and catches it again, though its impulse is 0."""
     shock, pressed = hc.Sine(100.0, 100.0, 1), hc.Precompression(100.0)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import subprocess
 import sys
 import time
 from collections.abc import Callable
@@ -23,6 +22,7 @@ from hertzchain.limits import Deadline, in_words, refuse_memory
 from hertzchain.observables import error_bound
 from hertzchain.observables.error_bound import stable_step
 from hertzchain.observables.peaks import largest_difference
+from tests.command_line import python
 from tests.conftest import STEEL, paper_scene
 from tests.effort import effort
 
@@ -193,7 +193,6 @@ def test_what_is_refused_for_its_cost_costs_that() -> None:
         with pytest.raises(TooExpensive, match="takes at least") as refused:
             hc.Native("srkn-11b", peaks_only=True, time_limit=1e-9).run(scene)
         least = re.search(r"at least (\S+) s,", str(refused.value))
-        assert least is not None
         assert 0 < float(least[1]) <= took
 
 
@@ -315,7 +314,7 @@ def test_bounded_memory_is_half_of_what_there_is() -> None:
         "try: mmap.mmap(-1, int(0.1 * memory))\n"
         "except OSError as problem: print(problem)\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    done = python("-c", code, check=True)
     assert "Cannot allocate memory" in done.stdout
 
 

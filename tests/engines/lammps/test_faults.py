@@ -23,6 +23,7 @@ import hertzchain as hc
 from hertzchain.engines.lammps import run_many
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.errors import BackendMissing, OverlapTooLarge, RunFailed, SceneError, TooExpensive
+from tests.command_line import python
 from tests.conftest import paper_scene
 from tests.places import ROOT
 from tests.processes import (
@@ -74,7 +75,6 @@ def pass_time(monkeypatch: pytest.MonkeyPatch) -> Callable[[float], None]:
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty current folder."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -183,7 +183,6 @@ def test_no_process_outlives_the_one_that_started_it(name: str) -> None:
     with subprocess.Popen(
         [sys.executable, "-c", PARENT], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
     ) as parent:
-        assert parent.stdout is not None
         pid = int(parent.stdout.readline())
         assert runs(pid)
         # Ctrl-C goes to a whole group: the process is not in it.
@@ -202,8 +201,6 @@ def test_isolated_or_not_is_the_same() -> None:
     here, there = (hc.Lammps(isolated=isolated).run(SHORT, times) for isolated in (False, True))
     assert here.peak_force.tolist() == there.peak_force.tolist()
     assert here.error_estimate == there.error_estimate
-    assert here.history is not None
-    assert there.history is not None
     assert here.history.contact_force.tolist() == there.history.contact_force.tolist()
     assert there.scene == SHORT
     here, there = (hc.Lammps(dt=1e-7, isolated=isolated) for isolated in (False, True))  # type: ignore[assignment]
@@ -325,9 +322,7 @@ print(look()[1])
 @pytest.mark.parametrize("size", [0, 1000])
 def test_what_a_killed_process_of_the_same_number_left_does_no_harm(size: int) -> None:
     code = UNLUCKY.replace("SIZE", str(size))  # with 0 bytes MPI would hang, with 1000 end
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, timeout=300, check=False
-    )
+    done = python("-c", code)
     assert (done.returncode, done.stdout) == (0, "True\n"), done.stderr
 
 

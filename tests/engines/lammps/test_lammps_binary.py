@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
@@ -24,15 +23,10 @@ import hertzchain as hc
 from hertzchain.engines.lammps.binary import look
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.lammps.engine import look as look_at_module
-from hertzchain.errors import (
-    BackendMissing,
-    HertzchainError,
-    RunFailed,
-    StepUnstable,
-    TooExpensive,
-)
+from hertzchain.errors import BackendMissing, HertzchainError, RunFailed, StepUnstable, TooExpensive
 from hertzchain.limits import Deadline
 from hertzchain.verdict.deck.own import number_checks
+from tests.command_line import python
 from tests.conftest import STEEL, paper_scene
 from tests.engines.lammps.test_lammps import largest
 from tests.processes import linux, names, posix
@@ -196,7 +190,6 @@ HELP = f'if [ "$1" = -h ]; then echo; echo "{BANNER}"; echo "COLLOID GRANULAR KS
 
 
 def program(path: Path, *lines: str) -> str:
-    """A program of the shell."""
     path.write_text("\n".join(["#!/bin/sh", *lines, ""]))
     path.chmod(0o755)
     return str(path)
@@ -321,7 +314,4 @@ def test_the_module_does_not_change_what_a_binary_is_started_with(before: str | 
     )
     known = {name: value for name, value in os.environ.items() if name != "LD_LIBRARY_PATH"}
     environment = known if before is None else {**known, "LD_LIBRARY_PATH": before}
-    done = subprocess.run(
-        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
-    )
-    assert done.stdout == f"{before}\n"
+    assert python("-c", code, env=environment, check=True).stdout == f"{before}\n"

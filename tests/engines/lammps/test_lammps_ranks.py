@@ -14,10 +14,7 @@ import hertzchain as hc
 from hertzchain.cli.doctor import diagnose
 from hertzchain.engines.lammps.binary import find_mpiexec
 from hertzchain.engines.lammps.engine import look as look_at_module
-from hertzchain.errors import (
-    BackendMissing,
-    SceneError,
-)
+from hertzchain.errors import BackendMissing, SceneError
 from tests.command_line import run_here
 from tests.engines.lammps.test_lammps_binary import (
     BESIDE_PYTHON,

@@ -51,10 +51,10 @@ def drawn(number: int) -> hc.Scene:
 @pytest.mark.parametrize(
     "number",
     [
-        *(*QUICK, *MOVING[:4], *LOCAL[:4], *FIXED[:4]),
+        *(*QUICK, *MOVING[:2], *LOCAL[:2], *FIXED[:2]),
         *(
             pytest.param(number, marks=pytest.mark.slow)
-            for number in (*SLOW, *MOVING[4:], *LOCAL[4:], *FIXED[4:])
+            for number in (*SLOW, *MOVING[2:], *LOCAL[2:], *FIXED[2:])
         ),
     ],
 )

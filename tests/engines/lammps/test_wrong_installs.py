@@ -11,12 +11,7 @@ import pytest
 
 from tests.command_line import Command
 from tests.engines.lammps.test_faults import LAMMPS, SHORT, _no_process_is_left, folder
-from tests.processes import (
-    ended,
-    linux,
-    posix,
-    start,
-)
+from tests.processes import ended, linux, posix, start
 
 __all__ = ["_no_process_is_left", "folder"]  # fixtures
 

@@ -130,7 +130,6 @@ def random_chain(seed: int, most: int) -> tuple[Chain, Floats, Floats]:
 
 
 def truth_of(chain: Chain, rows: Floats, start: Floats) -> extrapolation.Found:
-    """The answer of another solver."""
     numbers = numbers_of_chain(chain, longest_of(chain) / 0.8)
     at = start if start.size else np.zeros((2, chain.inverse_mass.size))
     # Start and end of a leg, shape, and forces there.

@@ -138,11 +138,8 @@ def test_no_wave_beyond_a_fixed_granule() -> None:
         for one in (scene, replace(scene, chain=held(9, granules=9).chain))
     )
     waves = [usual_wave(one.scene, one.first_columns) for one in (long, short)]
-    assert waves[0] is not None
-    assert waves[1] is not None
     assert (waves[0].first, waves[0].last) == (waves[1].first, waves[1].last)
     assert waves[0].speed == pytest.approx(waves[1].speed, rel=1e-6)
     assert long.is_reached.tolist() == [True] * 8 + [False] * 7
     document = of_result(long)
-    assert document.peaks is not None
     assert document.peaks.row(12)[-1] == ""

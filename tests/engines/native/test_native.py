@@ -170,7 +170,6 @@ def test_two_granules_under_a_constant_force_over_time() -> None:
     overlaps = turn * np.linspace(0.05, 0.95, 10)
     times = np.array([time_to(overlap) for overlap in overlaps]) * scene.units.time
     history = hc.Native("reference").run(scene, record=times).history
-    assert history is not None
     assert history.contact_force[:, 0] == pytest.approx(100 * overlaps**1.5, rel=1e-10, abs=0)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,11 +11,11 @@ from scipy.integrate import quad
 from scipy.special import jv
 
 import hertzchain as hc
-from hertzchain.engines.native import METHODS
 from hertzchain.verdict.run_checks import balance_checks
 from tests.conftest import STEEL
 from tests.oracles import extrapolation
-from tests.oracles.bounds import check_answers, lasting
+from tests.oracles.bounds import at_three_accuracies, by_methods, check_answers, lasting
+from validation.random_drives import random_scene_with_piston
 
 UNIFORM = hc.Chain(12, **STEEL)
 TABLE = hc.Piston(None, (1e-5, 5e-5, 9e-5, 2e-4), (0.0, 4e-6, 1e-6, 2e-6))
@@ -106,7 +105,6 @@ def test_a_slow_piston_on_a_pressed_chain_vs_bessel_functions(strength: float) -
     pressed = hc.Precompression(press)
     scene = hc.Scene(chain, hc.Piston(velocity), hc.Run(float(time[-1])), precompression=pressed)
     history = hc.Native(rtol=1e-9).run(scene, record=time).history
-    assert history is not None
 
     def passed_on(j: int, t: float) -> float:
         return float(quad(lambda s: 2 * j * jv(2 * j, 2 * s) / s, 0, t, limit=200)[0])
@@ -136,7 +134,6 @@ def test_history_follows_the_table() -> None:
     time = np.linspace(0.0, scene.end_time, 41)
     for law in LAWS.values():
         history = hc.Native().run(replace(scene, contact=law), record=time).history
-        assert history is not None
         expected = np.interp(time, TABLE.time or (), TABLE.displacement or ())
         assert history.displacement[:, 0] == pytest.approx(expected, rel=0, abs=1e-18)
 
@@ -154,11 +151,36 @@ def test_a_piston_at_rest_holds_the_static_load() -> None:
 @pytest.mark.parametrize("name", SCENES)
 def test_peaks_and_velocities(name: str) -> None:
     scene = lasting(SCENES[name])
-    asked: list[tuple[Any, float]] = [(hc.Native(rtol=rtol), rtol) for rtol in (1e-3, 1e-6, 1e-9)]
-    asked += [(hc.Native(method), 1.0) for method in METHODS]
+    asked = at_three_accuracies() + by_methods(scene)
     found = check_answers(scene, asked)
     assert len(found) == len(asked)
     true = extrapolation.peaks(scene).velocity
     largest = np.max(np.abs(true))
     # After many collisions; 3e-9 seen.
     assert found[2].velocity == pytest.approx(true, rel=0, abs=1e-8 * largest)
+
+
+def test_short_strokes_have_other_steps_in_every_run_that_tells_an_error() -> None:
+    """Three strokes of one step: the second run and the third had the same, 3.5 bounds off."""
+    scene = random_scene_with_piston(np.random.default_rng([7001, 2653]), 12, 250.0)
+    check_answers(scene, [(hc.Native(rtol=1e-3), 1e-3)])
+
+
+def test_a_piston_that_stops_before_a_strong_damper() -> None:
+    """Its contact would pull at once, and presses again before a step is over."""
+    stops = hc.Piston(None, (1e-5, 1.5e-5), (0.0, 1e-6))
+    law = hc.Contact("restitution", restitution=0.01)
+    chain, pressed = hc.Chain(4, **STEEL), hc.Precompression(10.0)
+    scene = hc.Scene(chain, stops, hc.Run(1e-4), precompression=pressed, contact=law)
+    asked = at_three_accuracies()
+    assert len(check_answers(scene, asked)) == len(asked)
+
+
+def test_a_stroke_shorter_than_a_step() -> None:
+    """It is not a single step, both of a run and of that which tells its error."""
+    short = hc.Piston(None, (1e-5, 1.2e-5, 3e-5), (0.0, 1e-7, -3e-7))
+    law, pressed = hc.Contact("dashpot", coefficient=10.0), hc.Precompression(0.01)
+    chain, end = hc.Chain(4, **STEEL), hc.Run(1.5e-4)
+    scene = hc.Scene(chain, short, end, precompression=pressed, contact=law)
+    asked = at_three_accuracies()
+    assert len(check_answers(scene, asked)) == len(asked)

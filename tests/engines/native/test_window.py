@@ -11,18 +11,10 @@ from scipy.integrate import simpson
 from scipy.interpolate import CubicSpline
 
 import hertzchain as hc
-from hertzchain.engines.native import (
-    elastic,
-    elastic_state,
-    elastic_window,
-    simulate,
-)
+from hertzchain.engines.native import elastic, elastic_state, elastic_window, simulate
 from hertzchain.engines.native.elastic_state import Seen, at_the_start
 from hertzchain.engines.native.kernel_input import leg_rows, nothing_recorded, steps_of
-from hertzchain.engines.native.methods import (
-    SRKN_11B,
-    Walker,
-)
+from hertzchain.engines.native.methods import SRKN_11B, Walker
 from hertzchain.engines.native.plan import cheapest
 from hertzchain.theory.solitary_wave import solitary_wave
 from tests.conftest import STEEL, paper_scene
@@ -150,7 +142,6 @@ def test_after_two_pulses_nothing_is_left_behind() -> None:
 
 
 def left_behind(u: Any, v: Any, peaks: Any, hi: int) -> int:
-    """Return the cut of ``left_behind``."""
     return int(elastic_window.left_behind(u, v, peaks, 0, hi))
 
 

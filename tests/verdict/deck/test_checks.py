@@ -98,8 +98,6 @@ def test_two_differences_are_sorted_by_effect(scene: hc.Scene, right: FoundDeck)
     )
     assert first.name.startswith("mass")
     assert second.name.startswith("stiffness")
-    assert first.effect is not None
-    assert second.effect is not None
     assert first.effect > second.effect
 
 
@@ -158,7 +156,6 @@ def test_the_end_of_a_run_that_is_ended_is_not_read(scene: hc.Scene, right: Foun
 
 def test_motion_without_an_odd_command_is_of_the_shock(scene: hc.Scene, right: FoundDeck) -> None:
     check = by_name(examined(scene, times("peak_force", 1.01)(right)), "motion")
-    assert check.place is not None
     assert check.place.written == "variable F equal v_F0*sin(PI*time/60e-6)^2*(time<60e-6)"
     assert first_guess(check)[0].startswith("variable F equal")
 
@@ -352,7 +349,6 @@ def test_a_radius_that_stands_for_a_diameter(scene: hc.Scene, right: FoundDeck) 
     commands = tuple(one for one in right.commands if "diameter" not in one.text)
     deck = changed(times("radius", 0.5)(right), commands=(*made, *commands), first_run=14)
     check = by_name(examined(scene, deck), "radius")
-    assert check.place is not None
     assert check.place.line == 22
     assert first_guess(check) == ("set group all diameter 0.0095",)
 

@@ -23,8 +23,7 @@ def right(name: str, folder: Path) -> hc.DeckExamination:
 
 
 @pytest.mark.parametrize(
-    "name",
-    [pytest.param(one, marks=[] if one in QUICK else pytest.mark.slow) for one in DECKS],
+    "name", [pytest.param(one, marks=[] if one in QUICK else pytest.mark.slow) for one in DECKS]
 )
 def test_right_decks(name: str, tmp_path: Path) -> None:
     examined = right(name, tmp_path)

@@ -99,7 +99,6 @@ def test_an_applied_force_is_that_of_one_time() -> None:
     (force,) = (
         one for one in number_checks(SCENE, right()) if one.kind.name == "applied force [N]"
     )
-    assert force.tolerance is not None
     assert force.tolerance < 1e-10 * SCENE.peak_force
 
 

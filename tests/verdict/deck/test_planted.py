@@ -15,19 +15,11 @@ import hertzchain as hc
 from hertzchain.report.examination import of_examination
 from hertzchain.report.junit import to_xml
 from hertzchain.report.page import page_of
-from tests.verdict.deck.corpus import (
-    DEFECTS,
-    MISTAKES,
-    PAIRS,
-    UNFIXED,
-    Mistake,
-    copied,
-    scene_of,
-)
+from tests.verdict.deck.corpus import DEFECTS, MISTAKES, PAIRS, UNFIXED, Mistake, copied, scene_of
 
 pytestmark = pytest.mark.lammps
 
-QUICK = {"piston in mm/s", "modulus of type 1", "tsuji with e = 1", "no hold"}
+QUICK = {"tsuji with e = 1", "no hold"}
 """Mistakes that the default suite looks for: two seconds each."""
 
 WORSE = 1e-2, 1e-5
@@ -91,10 +83,7 @@ def marks(name: str) -> list[pytest.MarkDecorator]:
     return [*slow, *([pytest.mark.xfail(strict=True)] if name in DEFECTS else [])]
 
 
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(one, marks=marks(one)) for one in MISTAKES],
-)
+@pytest.mark.parametrize("name", [pytest.param(one, marks=marks(one)) for one in MISTAKES])
 def test_a_mistake_is_found_and_corrected(name: str, tmp_path: Path) -> None:
     mistake = MISTAKES[name]
     path = copied(tmp_path, mistake.deck, mistake.changes)
@@ -147,7 +136,6 @@ def test_rows_are_no_chain(tmp_path: Path) -> None:
     assert check.sentence == (
         "the deck is no chain: its 400 granules lie in 4 rows of 100, not in one"
     )
-    assert check.place is not None
     assert check.place.line == 10
     assert examined.found.runs == ()
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -33,11 +34,22 @@ ASLANT: dict[str, Any] = {
 }
 
 
-def case(name: str, units: str = "si", **numbers: Any) -> Case:
-    """What checks share of a right deck with other units or numbers of its granules."""
+@cache
+def right_case(name: str) -> Case:
+    """What checks share of a right deck."""
     scene = scene_of(name)
-    made, _ = case_of(scene, deck_of(name, scene), 1e-3, Deadline(60.0), {})
+    return case_of(scene, deck_of(name, scene), 1e-3, Deadline(60.0), {})[0]
+
+
+def case(name: str, units: str = "si", **numbers: Any) -> Case:
+    """The same with other units or numbers of its granules."""
+    made = right_case(name)
     return replace(made, units=UNITS[units], found=changed(made.found, **numbers))
+
+
+def later(name: str, units: str = "si", **numbers: Any) -> Callable[[], Case]:
+    """The same, which is computed when a test wants it."""
+    return partial(case, name, units, **numbers)
 
 
 def modulus(young: float, poisson: float) -> float:
@@ -51,54 +63,54 @@ MIXED = 4 / 3 / ((1 - 0.3**2) / 200e9 + (1 - 0.34**2) / 70e9)
 
 Commands = Callable[[Case], list[str] | None]
 
-TABLE: list[tuple[Commands, Case, list[str] | None]] = [
-    (right.granule_commands, case("piston"),
+TABLE: list[tuple[Commands, Callable[[], Case], list[str] | None]] = [
+    (right.granule_commands, later("piston"),
      ["set group all diameter 0.0095", "set group all density 7958"]),
-    (right.granule_commands, case("dimer", "micro"),
+    (right.granule_commands, later("dimer", "micro"),
      ["set type 1 diameter 12000", "set type 2 diameter 6000",
       "set type 1 density 7.8", "set type 2 density 2.7"]),
-    (right.granule_commands, case("dimer", types=np.ones(16, np.int64)),
+    (right.granule_commands, later("dimer", types=np.ones(16, np.int64)),
      [*(f"set atom {k} diameter {(0.006, 0.012)[k % 2]}" for k in range(1, 17)),
       *(f"set atom {k} density {(2700, 7800)[k % 2]}" for k in range(1, 17))]),
-    (right.granule_commands, case("piston", ids=np.arange(11)), []),
-    (right.velocity_commands, case("wall", "cgs"),
+    (right.granule_commands, later("piston", ids=np.arange(11)), []),
+    (right.velocity_commands, later("wall", "cgs"),
      ["velocity all set 0.0 0.0 0.0 units box", "velocity first set 50 0.0 0.0 units box"]),
-    (right.velocity_commands, case("piston", spin=np.ones((12, 3))),
+    (right.velocity_commands, later("piston", spin=np.ones((12, 3))),
      ["velocity all set 0.0 0.0 0.0 units box", "set group all omega 0.0 0.0 0.0"]),
-    (right.law_commands, case("piston"),
+    (right.law_commands, later("piston"),
      ["pair_style granular", f"pair_coeff * * hertz {STEEL:.10g} 0.0 {FRICTION}"]),
-    (right.law_commands, case("dimer", "micro"),
+    (right.law_commands, later("dimer", "micro"),
      ["pair_style granular", f"pair_coeff * * hertz {MIXED / 1e3:.10g} 0.0 {FRICTION}"]),
-    (right.law_commands, case("viscoelastic"),
+    (right.law_commands, later("viscoelastic"),
      ["pair_style granular", (f"pair_coeff * * hertz {STEEL:.10g}"
       # eta m* a v with a = sqrt(R* d) is tau times dF/dt = 3/2 A d^1/2 v, A = 4/3 E* sqrt(R*).
       f" {0.5e-6 * 2 * modulus(193e9, 0.3) / (2 / 3 * np.pi * 4.75e-3**3 * 7958):.10g}"
       f" {FRICTION} damping viscoelastic")]),
-    (right.wall_commands, case("piston"), None),
-    (right.wall_commands, case("column", **ASLANT), None),
-    (right.wall_commands, case("column", "cgs", **DOWN),
+    (right.wall_commands, later("piston"), None),
+    (right.wall_commands, later("column", **ASLANT), None),
+    (right.wall_commands, later("column", "cgs", **DOWN),
      [(f"fix wall all wall/gran granular hertz {20 * RUBBER:.10g} 1e-300 {FRICTION}"
       " damping velocity zplane 11.0792756751313 NULL")]),
-    (right.load_commands, case("piston"), []),
-    (right.load_commands, case("column", "cgs", **DOWN),
+    (right.load_commands, later("piston"), []),
+    (right.load_commands, later("column", "cgs", **DOWN),
      ["fix gravity all gravity 981 vector 0.0 0.0 -1"]),
-    (right.load_commands, case("precompressed", **ASLANT),
+    (right.load_commands, later("precompressed", **ASLANT),
      ["group granule1 id 3", "fix load1 granule1 addforce 12 16 0.0",
       "group granule14 id 16", "fix load14 granule14 addforce -12 -16 0.0"]),
-    (right.load_commands, case("fixed"),  # its striker is not pressed; the fixed one holds
+    (right.load_commands, later("fixed"),  # its striker is not pressed; the fixed one holds
      ["group granule2 id 2", "fix load2 granule2 addforce 5 0.0 0.0"]),
-    (right.motion_commands, case("wall"), ["fix motion all nve"]),
-    (right.motion_commands, case("piston"),
+    (right.motion_commands, later("wall"), ["fix motion all nve"]),
+    (right.motion_commands, later("piston"),
      ["group others subtract all first", "fix motion others nve"]),
-    (right.motion_commands, case("fixed"),
+    (right.motion_commands, later("fixed"),
      ["group fixed id 9", "group others subtract all fixed", "fix motion others nve"]),
-    (right.shock_commands, case("wall"), []),
-    (right.shock_commands, case("precompressed", **ASLANT), None),
-    (right.shock_commands, case("column", "cgs", **DOWN),
+    (right.shock_commands, later("wall"), []),
+    (right.shock_commands, later("precompressed", **ASLANT), None),
+    (right.shock_commands, later("column", "cgs", **DOWN),
      [('variable F_2 equal "-((time>=0)*(time<0.002)*(200000.0*time/0.002)+(time>=0.002)*'
       '(time<0.004)*(200000.0-200000.0*(time-0.002)/0.002))"'),
       "fix shock first addforce 0.0 0.0 v_F_2"]),
-    (right.shock_commands, case("dimer", "micro"),
+    (right.shock_commands, later("dimer", "micro"),
      [('variable F equal "(time>=0)*(time<25)*(150000000000.0*time/25.0)+(time>=25)*'
       '(time<50)*(150000000000.0-150000000000.0*(time-25.0)/25.0)"'),
       "fix shock first addforce v_F 0.0 0.0"]),
@@ -108,7 +120,7 @@ TABLE: list[tuple[Commands, Case, list[str] | None]] = [
 @pytest.mark.parametrize("row", range(len(TABLE)))
 def test_commands_of_a_scene(row: int) -> None:
     commands, made, expected = TABLE[row]
-    lines = commands(made)
+    lines = commands(made())
     assert (lines is None) == (expected is None)
     assert_alike(lines or [], expected or [])
 

@@ -53,6 +53,5 @@ def test_a_chain_that_had_no_time_to_settle(tmp_path: Path) -> None:
     path = Deck(more=LOADED.format(steps=300), steps=600).write(tmp_path)
     place, velocity = hc.examine(STRUCK, path).to_mend
     assert "after the runs before the shock" in place.sentence
-    assert place.place is not None
     assert place.place.written == "run 300"
     assert "velocity" in velocity.name

@@ -68,7 +68,6 @@ def both_sides(
     assert [check.sentence for check in little.checks[:-1] if not check.passed] == []
     check = by_name(much, name)
     assert not check.passed
-    assert check.place is not None
     assert check.place.file == "in.made"
     return check
 
@@ -141,7 +140,6 @@ def test_both_sides_of_a_time_step(scene: hc.Scene, right: FoundDeck) -> None:
         return by_name(examined(scene, deck), "time step")
 
     effect = with_step(3 * STEP).effect
-    assert effect is not None
     allowed = 3 * STEP * math.sqrt(TOLERANCE / effect)
     assert with_step(allowed * math.sqrt(1 / 3)).passed
     wrong = with_step(allowed * math.sqrt(3.0))
@@ -149,7 +147,6 @@ def test_both_sides_of_a_time_step(scene: hc.Scene, right: FoundDeck) -> None:
     assert wrong.expected is not None
     named = with_step(wrong.expected)
     assert named.passed
-    assert named.effect is not None
     # 0.8 of the tolerance is aimed at; a step has two digits.
     assert named.effect > 0.5 * TOLERANCE
     unstable = with_step(100 * STEP)

@@ -328,7 +328,6 @@ def test_included_files_are_looked_at(tmp_path: Path) -> None:
 def test_variables_of_the_command_line(tmp_path: Path, hertzchain: Command) -> None:
     """As LAMMPS takes them: in place of the values of style index."""
     step = re.search(r"^timestep .*$", CLEAN, flags=re.MULTILINE)
-    assert step is not None
     text = CLEAN.replace(step[0], "variable dt index 1.0\ntimestep ${dt}")
     assert "step-length" in {finding.rule for finding in bad(lint(text))}
     assert bad(lint(text, {"dt": step[0].split()[1]})) == []

@@ -6,11 +6,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from tests.verdict.results.runs import (
-    SCENE,
-    Samples,
-    sampled,
-)
+from tests.verdict.results.runs import SCENE, Samples, sampled
 
 
 @pytest.fixture(scope="module")

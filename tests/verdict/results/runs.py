@@ -32,7 +32,6 @@ def sampled(scene: hc.Scene, apart: float, phase: float = 0.0) -> Samples:
     unit = scene.units.time
     time = np.arange(phase * apart * unit, scene.end_time, apart * unit)
     history = hc.Native(rtol=1e-9).run(scene, record=time).history
-    assert history is not None
     force = history.contact_force
     net = np.broadcast_to(scene.granules.constant_force, history.displacement.shape).copy()
     net[:, 0] += scene.applied_force(time)

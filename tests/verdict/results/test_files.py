@@ -19,15 +19,7 @@ from hertzchain.verdict.results import reading
 from hertzchain.verdict.results.dumps import pushed_at_the_end
 from hertzchain.verdict.results.reading import read
 from tests.command_line import Command
-from tests.verdict.results.runs import (
-    DT,
-    SCENE,
-    N,
-    Samples,
-    deck,
-    dump_of,
-    off,
-)
+from tests.verdict.results.runs import DT, SCENE, N, Samples, deck, dump_of, off
 
 
 @pytest.fixture(scope="module")
@@ -200,7 +192,6 @@ def test_the_sampling_error_adds_to_the_tolerance(run: Samples, tmp_path: Path) 
     file = given_by(run, 3, tmp_path)
     judged = hc.judge(SCENE, file, tolerance=1e-3)
     error = judged.sampling_error
-    assert error is not None
     assert 1e-5 < error < 1e-3
     assert f"they may be off by up to {error:.1e} for that" in judged.remarks[0]
     assert not any("not judged" in one for one in judged.remarks)

@@ -16,11 +16,7 @@ from hertzchain.verdict.results import reading
 from hertzchain.verdict.results.reading import read
 from tests.command_line import Command
 from tests.effort import effort
-from tests.verdict.results.runs import (
-    HEAD,
-    SCENE,
-    N,
-)
+from tests.verdict.results.runs import HEAD, SCENE, N
 
 GRANULES = "ITEM: ATOMS id x vx fx"
 USUAL = b"contact,peak_force_N\n"

@@ -15,14 +15,7 @@ from hertzchain.errors import SceneError
 from hertzchain.verdict.results.motion import Motion, last_digit, peaks_of
 from tests import scenes
 from tests.conftest import STEEL
-from tests.verdict.results.runs import (
-    SCENE,
-    TERMS,
-    Samples,
-    motion,
-    off,
-    sampled,
-)
+from tests.verdict.results.runs import SCENE, TERMS, Samples, motion, off, sampled
 
 
 @pytest.mark.parametrize("apart", [0.05, 0.2, 0.5, pytest.param(0.8, marks=pytest.mark.slow)])

@@ -50,15 +50,7 @@ def test_a_binary_makes_of_a_deck_what_the_module_makes(lmp: str, tmp_path: Path
     assert [path.name for path in tmp_path.iterdir()] == ["in.mine"]
     for name in EXACT:
         assert np.array_equal(numbers(by_module, name), numbers(by_binary, name)), name
-    for name in (
-        "units",
-        "axis",
-        "reversed",
-        "image_gap",
-        "first_run",
-        "runs",
-        "commands",
-    ):
+    for name in ("units", "axis", "reversed", "image_gap", "first_run", "runs", "commands"):
         assert getattr(by_module, name) == getattr(by_binary, name), name
     # Numbers of 17 digits go to and fro; versions from 2022 on differ by round-off.
     close = [

@@ -32,7 +32,6 @@ def pulse(time: np.ndarray) -> np.ndarray:
 
 
 def command_of(found: FoundDeck, index: int) -> str:
-    """A command, as the deck has it."""
     return found.commands[index].written
 
 
