@@ -23,6 +23,9 @@ SIGNIFICANT = 1e-3  # of the largest peak; lower ones are not judged: no error e
 _COUNTS = 1e-4
 """Fraction of the largest force below which a maximum between samples does not count: the front of
 a wave grows by powers of ten within an interval, which may seem a maximum."""
+_RIVALS = 0.5
+"""Fraction of a contact's highest maximum above which a second one may take its place (chosen):
+errors of steps above that are refused."""
 ESTIMATED = 0.5 * SIGNIFICANT  # lowest peaks by which two runs are compared: one may be low in both
 
 
@@ -64,8 +67,13 @@ class PeakWatch:
 
     @property
     def rival(self) -> Array:
-        """Second highest maxima, (contacts,), 0 for none: with other steps they may be highest."""
-        return np.asarray(self._maxima[1])
+        """Second highest maxima, (contacts,): with other steps they may be the highest.
+
+        0 where there is none above half of the highest: whether lower ones were kept depends on
+        what came before.
+        """
+        second = self._maxima[1]
+        return np.asarray(np.where(second > _RIVALS * self.force, second, 0.0))
 
     @property
     def reading_error(self) -> float:
