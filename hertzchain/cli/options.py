@@ -89,8 +89,8 @@ Variables = Annotated[
     list[str] | None,
     typer.Option(
         "--var",
-        metavar="NAME=VALUE",
-        help="A variable of the deck, which LAMMPS's -var would give; repeatable.",
+        metavar="NAME VALUE",
+        help="A variable of the deck, as LAMMPS's -var gives it; repeatable.",
     ),
 ]
 
@@ -168,6 +168,16 @@ def to_time_limit(given: str) -> float:
     limit = to_si("--time-limit", given, "s")
     require(is_positive(limit), "--time-limit", given, f"{POSITIVE} [s]")
     return limit
+
+
+def with_variables(given: Sequence[str]) -> list[str]:
+    """Return a command line with ``--var NAME=VALUE`` in place of LAMMPS's ``--var NAME VALUE``."""
+    words = list(given)
+    for at, word in enumerate(words):
+        follows = words[at + 1 : at + 3]
+        if word == "--var" and len(follows) == 2 and "=" not in follows[0]:
+            words[at + 1 : at + 3] = ["=".join(follows)]
+    return words
 
 
 def named_binary(lmp: str | None) -> str | None:

@@ -69,8 +69,9 @@ def main() -> None:
     try:
         with _stoppable():
             from hertzchain.cli.commands import app
+            from hertzchain.cli.options import with_variables
 
-            app(prog_name="hertzchain")
+            app(with_variables(sys.argv[1:]), prog_name="hertzchain")
     except _Stopped as stop:
         number = stop.args[0]
         _say("interrupted" if number == signal.SIGINT else "terminated")

@@ -55,9 +55,9 @@ def test_a_deck_without_a_correction_is_not_written(hertzchain: Command, tmp_pat
 
 
 @pytest.mark.lammps
-def test_variables_of_a_deck(hertzchain: Command) -> None:
+def test_variables_in_both_forms(hertzchain: Command) -> None:
     deck = FOLDER / "in.steel_variables"
-    given = ["--var", "n=20", "--var", "F0=100", "--var", "dt=2e-7"]
+    given = ["--var", "n", "20", "--var", "F0=100", "--var", "dt", "2e-7"]
     done = hertzchain("examine", SCENE, deck, *given, "--json")
     assert done.status == 0
     document = done.json()
