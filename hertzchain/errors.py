@@ -88,7 +88,7 @@ def require_one(**given: object) -> None:
     there = [value for value in given.values() if value is not None]
     allowed = "both are given" if there else "missing"
     key = (" and " if there else " or ").join(given)
-    require(len(there) == 1, key, None, f"{allowed}, exactly one of them is allowed")
+    require(len(there) == 1, key, None, f"{allowed}, give exactly one of them")
 
 
 _ALIKE = 0.7

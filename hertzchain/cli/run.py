@@ -82,7 +82,7 @@ def run(
         metavar="FILE",
         help="Write what each [[gauge]] reads over time, without static forces: time_s,"
         " gauge_16_N, contact_10_N, wall_N, near_wall_N (.csv, .parquet), at the times of"
-        " --record, else those drawn by --plot or --report, else 500.",
+        " --record, else at 500.",
     ),
     size: options.Size = None,
     report: Path | None = typer.Option(
@@ -134,10 +134,10 @@ def run(
     with progress() as report_progress, compiling(report_progress, backend == "native"):
         report_progress(f"{backend}: running")
         loaded, times = with_end(loaded, time_limit=limit), None
-        if record is None and (plot is not None or report is not None):
-            times = plot_times(loaded)
-        elif record is not None or traces is not None:
+        if record is not None or traces is not None:
             times = frame_times(loaded, record or _TRACE_TIMES)
+        elif plot is not None or report is not None:
+            times = plot_times(loaded)
         if backend == "native":
             parameters["peaks_only"] = times is None and method not in AS_WRITTEN
         result = ENGINES[backend].make(time_limit=limit, **parameters).run(loaded, times)

@@ -159,7 +159,7 @@ def _warn(counts: Counts, rtol: float) -> None:
     if counts.missed:
         say(
             f"wanted {rtol:g}, and {counts.missed:,} of {counts.done:,} rows are less"
-            " accurate: the table has their errors"
+            f" accurate: see the column {counts.error}"
         )
     if counts.cut_off:
         say(

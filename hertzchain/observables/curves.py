@@ -100,7 +100,7 @@ class Curves:
 
     def bend(self, s: Array) -> Array:
         """Second derivatives of overlaps at places of the intervals, shape (..., n)."""
-        return hermite.evaluate(hermite.derivative(self._rate), s) / self.h**2
+        return hermite.evaluate(hermite.derivative(self._rate), s) / self.h / self.h
 
     def force(self, s: Array) -> Array:
         """Force at places of the intervals, shape (..., n)."""

@@ -161,6 +161,10 @@ def _shock(section: Mapping[str, Any], folder: Path) -> Shock:
     if "file" not in section and "velocity" in keys:  # a piston without a table
         return _section("shock", section, kind, ("profile", "file"))
     of_table = {key: one for key, one in keys.items() if key == "granule"}
+    takes = ("profile", "file", *of_table)
+    for key in (key for key in section if key_named(f"shock.{key}")):
+        allowed = f"not allowed where a file is the shock, which takes {', '.join(takes)}"
+        require(key in takes, f"shock.{key}", section[key], allowed)
     values = quantities("shock", section, of_table, ("profile", "file"))
     name = values.get("file")
     require("file" in section, "shock.file", None, f'missing, profile = "{profile}" needs it')

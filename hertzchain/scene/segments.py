@@ -122,8 +122,11 @@ def read_granule_table(path: Path, name: str | None = None) -> Chain:
     """Read a chain from a CSV file with a row for each granule. A SceneError says what is wrong."""
     columns = read_columns(path, "chain.file", name, _MOST_BYTES, [*_COLUMNS], _OPTIONAL)
     values: dict[str, Any] = {_COLUMNS[one]: column for one, column in columns.items()}
+    for row, value in enumerate(values.get("fixed", ()), start=1):
+        if value not in (0, 1):
+            raise SceneError(f"fixed in row {row}", value, "must be 0 or 1", file=path)
     if "fixed" in values:
-        values["fixed"] = [bool(one) if one in (0, 1) else one for one in values["fixed"]]
+        values["fixed"] = [bool(value) for value in values["fixed"]]
     try:
         return Chain(len(values["radius"]), **values)
     except SceneError as problem:

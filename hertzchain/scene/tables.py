@@ -25,7 +25,7 @@ def check_table(shock: Any, least: float | None = None) -> None:
     not finite or below ``least``.
     """
     field, column = shock.column
-    times, values = shock.time or (), getattr(shock, field) or ()
+    times, values = (() if one is None else one for one in (shock.time, getattr(shock, field)))
     rows = len(times)
     require(rows >= 2, "rows", rows, f"must be at least 2 rows of time_s and {column}")
     allowed = f"must be {rows}, as those of time_s"

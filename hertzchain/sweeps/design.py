@@ -28,6 +28,7 @@ from hertzchain.sweeps.keys import WALLS, base_values, changed, full_name
 from hertzchain.sweeps.ties import Tie, tied, ties_of
 
 _OF_ELASTIC = {f"{wall}.{key}" for wall in WALLS for key in ("young_modulus", "poisson_ratio")}
+_TRIED = 64  # scenes that are tried before a sweep, if the first are impossible, chosen
 MOST_SCENES = 10**8  # most scenes of a sweep, chosen: a day of two cores at a millisecond a scene
 
 
@@ -187,7 +188,8 @@ def design(
     ------
     SceneError
         For a parameter that does not exist or cannot vary, an empty range, a value that a key
-        does not allow, samples without ranges or ranges without samples, and too many scenes.
+        does not allow, samples without ranges or ranges without samples, too many scenes, and
+        where no scene is possible.
     """
     scene = to_scene(scene)
     allowed = "must be a mapping of at least one parameter to its values"
@@ -223,4 +225,21 @@ def design(
         own = kinds.get(wall, (getattr(scene, wall).kind,))
         allowed = 'cannot vary: only a wall of kind "elastic" has it, in all scenes'
         require({*own} == {"elastic"}, name, None, allowed)
+    _refuse_impossible(found)
     return found
+
+
+def _refuse_impossible(found: Design) -> None:
+    """Raise the reason of the first of evenly spaced scenes, if none of them is possible."""
+    tried = np.unique(np.linspace(0, found.scenes - 1, _TRIED).astype(np.int64))
+    parameters = found.parameters(tried)
+    first = None
+    for k in range(tried.size):
+        try:
+            found.scene(parameters, k)
+        except SceneError as problem:
+            first = first or problem
+        else:
+            return
+    if first is not None:
+        raise first

@@ -66,7 +66,16 @@ def full_name(name: object, scene: Scene) -> str:
     if section in SECTIONS and section not in {*sections_of(scene), "run", "gauge"}:
         allowed = f"cannot vary: the scene has no [{section}]; add the section to its file"
         raise SceneError(str(name), None, allowed)
-    hint = did_you_mean(str(name), names)
+    of_segments = [one for one in names if "segments." in one]
+    alike = (
+        of_segments
+        if "segments." in str(name)
+        else [one for one in names if one not in of_segments]
+    )
+    keys = [one.rpartition(".")[2] for one in alike]
+    key = str(name).rpartition(".")[2]
+    same = f"; did you mean {alike[keys.index(key)]}?" if key in keys else ""
+    hint = same or did_you_mean(str(name), [*names, *keys])
     # One example for segments, which may have thousands.
     listed = [one for one in names if not SEGMENT.fullmatch(one)]
     if len(listed) < len(names):

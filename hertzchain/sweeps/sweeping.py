@@ -114,7 +114,7 @@ class Sweep:
             aim = frame["backend"].map(aims).astype(float)
             missed += int((frame[error] > aim).sum())
             cut_off += int(frame[late].notna().to_numpy().sum())
-        return Counts(done, failed, missed, reason, cut_off)
+        return Counts(done, failed, missed, reason, error, cut_off)
 
 
 @dataclass(frozen=True)
@@ -131,6 +131,8 @@ class Counts:
         Rows with a larger error than was asked for, of first pulses where ``run`` asks it of these.
     reason
         Reason of the first failure; None where no scene failed.
+    error
+        Column with the error that counts.
     cut_off
         Rows of scenes with terms whose run may have ended before all contacts had their peak.
     """
@@ -139,6 +141,7 @@ class Counts:
     failed: int
     missed: int
     reason: str | None
+    error: str
     cut_off: int = 0
 
 
@@ -207,6 +210,7 @@ def sweep(
         "hertzchain": version("hertzchain"),
         "definitions": DEFINITIONS,
         "format": "parquet",
+        **({} if found.are_plain else {"columns": [column.name for column in found.columns]}),
         **found.to_dict(),
         "backends": [parts.settings(backend) for backend in chosen],
         "peaks": peaks,

@@ -81,9 +81,9 @@ table shock.file=3 => shock.file = 3: must be the name of a CSV file
 table shock.file="no.csv" => no.csv
 table shock.file="." => shock.file
 table shock.file="a\\u0000b" => shock.file
-table shock.peak_force=1 => shock.peak_force = 1: unknown key, allowed are granule, profile, file
-piston => velocity or file: missing, exactly one of them
-piston shock.velocity=1; shock.file="motion.csv" => shock.velocity = 1: unknown key, allowed are profile, file
+table shock.peak_force=1 => shock.peak_force = 1: not allowed where a file is the shock
+piston => velocity or file: missing, give exactly one of them
+piston shock.velocity=1; shock.file="motion.csv" => shock.velocity = 1: not allowed where a file is the shock, which takes profile, file
 piston shock.velocity=1; shock.peak_force=1 => shock.peak_force = 1: unknown key
 piston shock.file="none.csv" => shock.file = 'none.csv': cannot be read
 pulse shock.granule=0 => shock.granule = 0: must be an integer of at least 1

@@ -46,6 +46,10 @@ REFUSED: list[tuple[hc.Scene, dict[str, Any], str]] = [
     (PISTON, {"frequency": "2,3"}, "frequency: cannot vary; "),
     (PISTON, {"velocity": "0,1"}, "shock.velocity = 0"),
     (SINE, {"cycles": "0,1"}, "shock.cycles = 0: must be an integer"),
+    (SINE, {"amplitude": "11,12"}, "shock.amplitude = 11.0: must be at most the static load"),
+    (LOADED, {"chain.gap": [1e-6, 2e-6]}, "chain.gap: must be 0 with [precompression]"),
+    (STRIKER, {"chain.velocity": "1,2"}, "cannot vary; did you mean striker.velocity?"),
+    (PLAIN, {"peek_force": "1,2"}, "cannot vary; did you mean peak_force?"),
     (replace(PLAIN, chain=chain_of()), {"chain.radius": "1,2"}, "chain.radius: cannot vary; "),
 ]
 
