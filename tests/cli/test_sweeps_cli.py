@@ -58,7 +58,8 @@ def test_accuracy_that_is_missed_is_said_and_makes_the_status_1(
     done = hertzchain("sweep", "scene.toml", *GRID, "--rtol", "1e-10", "-o", "out")
     assert (done.status, done.out[:6]) == (1, "8 rows")
     assert done.err == (
-        "hertzchain: wanted 1e-10, and 8 of 8 rows are less accurate: see the column error_estimate\n"
+        "hertzchain: wanted 1e-10, and 8 of 8 rows are less accurate:"
+        " see the column error_estimate\n"
     )
 
 

@@ -135,7 +135,7 @@ def test_any_part_of_a_design_is_that_of_the_whole(data: st.DataObject) -> None:
 REFUSED: list[tuple[dict[str, Any], str]] = [
     ({}, "vary: must be a mapping of at least"),
     ({"vary": {"shock.momentumratio": "1,2"}}, "did you mean shock.momentum_ratio? What can vary"),
-    ({"vary": {"shock.radius": "1,2"}}, "did you mean chain.radius? What can vary: chain.granules,"),
+    ({"vary": {"shock.radius": "1,2"}}, "did you mean chain.radius? What can vary: chain."),
     ({"vary": {"radius": "1,2", "chain.radius": "1,2"}}, "chain.radius: given twice"),
     ({"vary": {"chain.granules": "8,1000001"}}, "must be at most 1,000,000 in a sweep"),
     ({"vary": {"chain.radius": "1:2:2.5"}}, "must have at least 2 values"),
