@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from hertzchain import theory
-    from hertzchain.engines.lammps import Lammps
-    from hertzchain.engines.liggghts import Liggghts
-    from hertzchain.engines.native import Batch, Native, peak_forces, similar_peak_forces
-    from hertzchain.engines.yade import Yade
+    from hertzchain.engines.lammps.backend import Lammps
+    from hertzchain.engines.liggghts.backend import Liggghts
+    from hertzchain.engines.native.backend import Native
+    from hertzchain.engines.native.batch import Batch, peak_forces, similar_peak_forces
+    from hertzchain.engines.yade.backend import Yade
     from hertzchain.errors import HertzchainError
     from hertzchain.fits.fit import fit
     from hertzchain.fits.fitted import Fit
@@ -43,7 +44,7 @@ if TYPE_CHECKING:
     from hertzchain.verdict.traces.judging import TraceJudgement, judge_traces
 
 _HOME = {
-    "Batch": "hertzchain.engines.native",
+    "Batch": "hertzchain.engines.native.batch",
     "Certificate": "hertzchain.verdict.certificate",
     "Chain": "hertzchain.scene.chain",
     "Comparison": "hertzchain.verdict.comparison",
@@ -53,10 +54,10 @@ _HOME = {
     "Gauge": "hertzchain.scene.gauge",
     "HertzchainError": "hertzchain.errors",
     "Judgement": "hertzchain.verdict.judgement",
-    "Lammps": "hertzchain.engines.lammps",
-    "Liggghts": "hertzchain.engines.liggghts",
+    "Lammps": "hertzchain.engines.lammps.backend",
+    "Liggghts": "hertzchain.engines.liggghts.backend",
     "Moving": "hertzchain.scene.moving",
-    "Native": "hertzchain.engines.native",
+    "Native": "hertzchain.engines.native.backend",
     "Optimum": "hertzchain.fits.optimum",
     "Contact": "hertzchain.scene.terms",
     "Piston": "hertzchain.scene.piston",
@@ -74,7 +75,7 @@ _HOME = {
     "Uncertain": "hertzchain.scene.uncertain",
     "Validation": "hertzchain.uncertainty.validation",
     "Wall": "hertzchain.scene.terms",
-    "Yade": "hertzchain.engines.yade",
+    "Yade": "hertzchain.engines.yade.backend",
     "certify": "hertzchain.verdict.certificate",
     "compare": "hertzchain.verdict.comparison",
     "examine": "hertzchain.verdict.deck",
@@ -82,9 +83,9 @@ _HOME = {
     "judge": "hertzchain.verdict.results.judging",
     "judge_traces": "hertzchain.verdict.traces.judging",
     "optimum": "hertzchain.fits.optimum",
-    "peak_forces": "hertzchain.engines.native",
+    "peak_forces": "hertzchain.engines.native.batch",
     "plot": "hertzchain.report.several",
-    "similar_peak_forces": "hertzchain.engines.native",
+    "similar_peak_forces": "hertzchain.engines.native.batch",
     "spread": "hertzchain.uncertainty.spread",
     "sweep": "hertzchain.sweeps",
     "validate": "hertzchain.uncertainty.validation",

@@ -9,7 +9,8 @@ import pytest
 
 import hertzchain as hc
 from hertzchain import theory
-from hertzchain.engines.native import METHODS, simulate
+from hertzchain.engines.native.methods import METHODS
+from hertzchain.engines.native.simulation import simulate
 from hertzchain.observables.error_bound import amplifies_errors
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.validity import refuse_hopeless_overlap

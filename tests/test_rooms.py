@@ -98,7 +98,7 @@ def test_the_files_are_found() -> None:
     assert "hertzchain.engines.native.equations" in FILES
     assert "hertzchain.scene.natural_units" in imports()["hertzchain.scene.scene"]
     assert "hertzchain.files" in imports()["hertzchain.scene.scene"]  # from within a function
-    both = {"hertzchain.engines.native", "hertzchain.engines.lammps"}
+    both = {"hertzchain.engines.native.backend", "hertzchain.engines.lammps.backend"}
     assert both <= imports()["hertzchain.verdict.comparison"]
 
 

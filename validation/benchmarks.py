@@ -28,8 +28,8 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps import deck
 from hertzchain.engines.lammps.engine import command, engine
-from hertzchain.engines.native import simulate
 from hertzchain.engines.native.plan import cheapest as plan
+from hertzchain.engines.native.simulation import simulate
 from hertzchain.files import write_text
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.verdict.contenders import contenders

@@ -35,7 +35,7 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.backend import run_in
 from hertzchain.engines.lammps.isolation import Child
-from hertzchain.engines.native import METHODS
+from hertzchain.engines.native.methods import METHODS
 from hertzchain.errors import (
     HertzchainError,
     OverlapTooLarge,

@@ -25,9 +25,9 @@ from matplotlib.figure import Figure
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native import METHODS, simulate, simulate_in_numpy
-from hertzchain.engines.native.methods import SymplecticNystrom
-from hertzchain.engines.native.simulation import Simulation
+from hertzchain.engines.native.in_numpy import simulate_in_numpy
+from hertzchain.engines.native.methods import METHODS, SymplecticNystrom
+from hertzchain.engines.native.simulation import Simulation, simulate
 from hertzchain.scene.run import Run
 from hertzchain.theory.solitary_wave import solitary_wave
 from validation.drawing import new_figure

@@ -20,7 +20,8 @@ import hertzchain as hc
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps import deck
-from hertzchain.engines.native import kernel_input, simulate_in_numpy, simulation
+from hertzchain.engines.native import kernel_input, simulation
+from hertzchain.engines.native.in_numpy import simulate_in_numpy
 from hertzchain.engines.native.simulation import Prepared
 from hertzchain.observables.contact_errors import Peaks
 from hertzchain.observables.peaks import PeakWatch

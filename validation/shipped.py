@@ -8,7 +8,7 @@ from pathlib import Path
 
 import hertzchain as hc
 from hertzchain import theory
-from hertzchain.engines.lammps import run_many
+from hertzchain.engines.lammps.backend import run_many
 from hertzchain.errors import BackendMissing
 from hertzchain.observables.history import History
 from validation.rows import progress

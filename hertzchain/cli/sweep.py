@@ -80,8 +80,8 @@ def sweep(
     A sweep that was stopped or killed continues when it is started again. A scene that fails is a
     row with the reason.
     """
-    from hertzchain.engines.lammps import Lammps
-    from hertzchain.engines.native import Native
+    from hertzchain.engines.lammps.backend import Lammps
+    from hertzchain.engines.native.backend import Native
     from hertzchain.sweeps import sweep as measure
 
     if output.suffix.lower() in (".csv", ".parquet"):

@@ -16,9 +16,11 @@ from hertzchain.decks.layout import ROOM, ROUNDING, KnownAnswer, Layout, similar
 from hertzchain.decks.standalone import standalone
 from hertzchain.engines.external.rescaling import NONE, predicted_loss
 from hertzchain.engines.lammps.deck import refuse_pair_style
-from hertzchain.engines.native import METHODS, Native, simulate
+from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.damped_verlet import samples_of, simulate_damped_verlet
 from hertzchain.engines.native.duration import with_end
+from hertzchain.engines.native.methods import METHODS
+from hertzchain.engines.native.simulation import simulate
 from hertzchain.errors import (
     POSITIVE,
     SceneError,

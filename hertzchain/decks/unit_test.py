@@ -10,7 +10,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.decks.unit_test_deck import KnownMotion, Moment
 from hertzchain.engines.external.terms import wall_position
-from hertzchain.engines.native import Native
+from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.equations import hertz, net_force
 from hertzchain.engines.native.in_numpy import State
 from hertzchain.errors import RunFailed, SceneError

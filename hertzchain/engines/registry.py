@@ -62,19 +62,19 @@ class Engine:
 # Colours of Okabe and Ito, distinct for colour-blind readers.
 _ALL = (
     Engine(
-        "native", "native", "hertzchain.engines.native", "Native",
+        "native", "native", "hertzchain.engines.native.backend", "Native",
         "#000000", ".", compared=True, swept=True,
     ),
     Engine(
-        "lammps", "LAMMPS", "hertzchain.engines.lammps", "Lammps",
+        "lammps", "LAMMPS", "hertzchain.engines.lammps.backend", "Lammps",
         "#0072B2", "o", compared=True, swept=True, deck="lammps_deck",
     ),
     Engine(
-        "liggghts", "LIGGGHTS", "hertzchain.engines.liggghts", "Liggghts",
+        "liggghts", "LIGGGHTS", "hertzchain.engines.liggghts.backend", "Liggghts",
         "#CC79A7", "x", program="liggghts", deck="liggghts_deck",
     ),
     Engine(
-        "yade", "Yade", "hertzchain.engines.yade", "Yade",
+        "yade", "Yade", "hertzchain.engines.yade.backend", "Yade",
         "#E69F00", "+", program="yade", deck="yade_deck",
     ),
 )  # fmt: skip

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hertzchain.arrays import Array, FloatArray
-from hertzchain.engines.native import Native
+from hertzchain.engines.native.backend import Native
 from hertzchain.errors import SceneError, require
 from hertzchain.fits.fitted import NOISE_KNOWN, NORMAL_95, RARE, Fit, Parameter
 from hertzchain.fits.free import GAIN, Free, free_of

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import Array
-from hertzchain.engines.native import Native
+from hertzchain.engines.native.backend import Native
 from hertzchain.errors import HertzchainError, TooExpensive, did_you_mean, require
 from hertzchain.fits.free import GAIN, free_of
 from hertzchain.limits import TIME_LIMIT, Deadline

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hertzchain.arrays import Array, FloatArray
-from hertzchain.engines.native import Native
+from hertzchain.engines.native.backend import Native
 from hertzchain.errors import require
 from hertzchain.fits.free import Free
 from hertzchain.fits.model import Model

@@ -16,7 +16,7 @@ from hertzchain.scene.keys import keys_of
 from hertzchain.scene.scene import Scene
 
 if TYPE_CHECKING:
-    from hertzchain.engines.native import Batch
+    from hertzchain.engines.native.batch import Batch
 
 _WIDEST = 160  # characters of a value; sentences may be longer
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.contact import hertz
-from hertzchain.engines.native import Native
+from hertzchain.engines.native.backend import Native
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed, TooExpensive
 from hertzchain.limits import RTOL, usable_cores
 from hertzchain.scene.chain import granule_mass
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     import pandas
 
     from hertzchain.engines.lammps.isolation import Child
-    from hertzchain.engines.native import Batch
+    from hertzchain.engines.native.batch import Batch
     from hertzchain.observables.result import Result
 
 YEAR = 3e7  # default: no time limit [s]
@@ -106,7 +106,8 @@ def _batches(
     cores: int | None,
 ) -> NDArray[np.bool_]:
     """Measure scenes in the compiled batch, by profile and length; return those left, (scenes,)."""
-    from hertzchain.engines.native import backend, similar_peak_forces
+    from hertzchain.engines.native import backend
+    from hertzchain.engines.native.batch import similar_peak_forces
 
     rtol = RTOL if native.rtol is None else native.rtol
     profile, granules = given["shock.profile"], given["chain.granules"]

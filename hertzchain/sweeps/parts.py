@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.engines.lammps import Lammps
-from hertzchain.engines.native import Native
+from hertzchain.engines.lammps.backend import Lammps
+from hertzchain.engines.native.backend import Native
 from hertzchain.sweeps.design import Design
 
 MOST_ROWS, MOST_PEAKS = 10_000, 500_000  # scenes and contacts of a part, chosen: about 30 MB

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import AbstractContextManager
 
-from hertzchain.engines.lammps import Lammps
+from hertzchain.engines.lammps.backend import Lammps
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.limits import usable_cores
 from hertzchain.sweeps.design import Design

@@ -18,7 +18,7 @@ from hertzchain.sweeps.columns import ALL, COUNTS, Column, is_result, numbers_of
 if TYPE_CHECKING:
     import pandas
 
-    from hertzchain.engines.native import Batch
+    from hertzchain.engines.native.batch import Batch
     from hertzchain.observables.result import Result
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native import Native
+from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.duration import with_end
 from hertzchain.errors import require
 from hertzchain.limits import TIME_LIMIT, Deadline, usable_cores

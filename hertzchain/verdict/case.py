@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native import Native
+from hertzchain.engines.native.backend import Native
 from hertzchain.errors import RunFailed, SceneError, TooExpensive
 from hertzchain.limits import Deadline
 from hertzchain.observables.result import Result

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from hertzchain.engines.native import Native
+from hertzchain.engines.native.backend import Native
 from hertzchain.observables.result import Result
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.piston import Piston

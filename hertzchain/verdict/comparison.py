@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike
 
 from hertzchain.arrays import or_none
 from hertzchain.engines.external.step_error import usual_accuracy
-from hertzchain.engines.lammps import Lammps
-from hertzchain.engines.native import Native
+from hertzchain.engines.lammps.backend import Lammps
+from hertzchain.engines.native.backend import Native
 from hertzchain.engines.registry import ENGINES, Simulator, compared_by_default, label_of, others
 from hertzchain.errors import BackendMissing, OverlapTooLarge, RunFailed, TooExpensive, require
 from hertzchain.limits import TIME_LIMIT

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from functools import partial
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps import Lammps
-from hertzchain.engines.native import METHODS, Native, Simulation, simulate
+from hertzchain.engines.lammps.backend import Lammps
 from hertzchain.engines.native import plan as plans
+from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.damped_plan import first_tolerance
 from hertzchain.engines.native.damped_runs import simulate_damped
 from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
-from hertzchain.engines.native.methods import Walker
+from hertzchain.engines.native.methods import METHODS, Walker
+from hertzchain.engines.native.simulation import Simulation, simulate
 from hertzchain.engines.registry import label_of
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.scene.scene import Scene

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hertzchain.arrays import FloatArray, or_none
-from hertzchain.engines.native import METHODS, Native
+from hertzchain.engines.native.backend import Native
+from hertzchain.engines.native.methods import METHODS
 from hertzchain.errors import SceneError, is_positive, require
 from hertzchain.limits import Deadline
 from hertzchain.observables.definitions import context_of

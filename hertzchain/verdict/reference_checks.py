@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from hertzchain.arrays import Array, FloatArray
-from hertzchain.engines.native import METHODS, simulate_in_numpy
+from hertzchain.engines.native.in_numpy import simulate_in_numpy
+from hertzchain.engines.native.methods import METHODS
 from hertzchain.errors import RunFailed
 from hertzchain.limits import RTOL, TIME_LIMIT, Deadline
 from hertzchain.observables.peaks import judged_contacts

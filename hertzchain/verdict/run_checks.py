@@ -10,12 +10,9 @@ import numpy as np
 
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.external.step_error import DAMPED_READINGS
-from hertzchain.engines.native import (
-    METHODS,
-    Simulation,
-    simulate,
-    simulate_damped_verlet,
-)
+from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
+from hertzchain.engines.native.methods import METHODS
+from hertzchain.engines.native.simulation import Simulation, simulate
 from hertzchain.errors import RunFailed
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.error_bound import highest_rate

@@ -10,8 +10,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native import METHODS, Native, simulate
-from hertzchain.engines.native.methods import Method
+from hertzchain.engines.native.backend import Native
+from hertzchain.engines.native.methods import METHODS, Method
+from hertzchain.engines.native.simulation import simulate
 from hertzchain.errors import RunFailed, StepUnstable, TooExpensive
 from hertzchain.limits import Deadline
 from hertzchain.observables.error_bound import stable_step

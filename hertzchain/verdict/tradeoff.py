@@ -19,7 +19,7 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native import Native
+from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.duration import with_end
 from hertzchain.errors import BackendMissing, RunFailed, require
 from hertzchain.observables.peaks import largest_difference

@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import ArrayLike
 
 from hertzchain.cli.run import MethodName
-from hertzchain.engines.native import Native
+from hertzchain.engines.native.backend import Native
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
 from tests.cli.short_chain import GET_IT, TABLE, Changes, rows_of, scene_file, table_file

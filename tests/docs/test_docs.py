@@ -12,9 +12,8 @@ import pytest
 from typer.main import get_command
 
 import hertzchain as hc
-from hertzchain import errors, theory
+from hertzchain import errors, lammps, theory
 from hertzchain.cli.commands import app
-from hertzchain.engines import lammps
 from tests.command_line import python, run_here, run_program
 from tests.places import ROOT
 

@@ -15,7 +15,8 @@ import hertzchain as hc
 from hertzchain import theory
 from hertzchain.engines.lammps.deck import force_formula
 from hertzchain.engines.liggghts import deck as liggghts
-from hertzchain.engines.native import METHODS, simulate
+from hertzchain.engines.native.methods import METHODS
+from hertzchain.engines.native.simulation import simulate
 from hertzchain.engines.yade import deck as yade
 from hertzchain.errors import RunFailed, SceneError
 from hertzchain.scene.pulse import PROFILES, Profile, profile_named

@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.native import Batch
+from hertzchain.engines.native.batch import Batch
 from hertzchain.errors import HertzchainError, SceneError
 from hertzchain.scene.pulse import PROFILES
 from hertzchain.sweeps import measuring

@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from hertzchain.engines.native import METHODS
+from hertzchain.engines.native.methods import METHODS
 from validation import long_run
 
 KEPT = Path(long_run.__file__).parent / "results" / "long_run.csv"

@@ -12,7 +12,7 @@ import numpy as np
 from hertzchain.engines.lammps.reading.found import FoundDeck
 from hertzchain.engines.lammps.reading.reading import Reader
 from hertzchain.engines.lammps.reading.text import Edits
-from hertzchain.engines.native import Native
+from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.duration import with_end
 from hertzchain.errors import RunFailed, SceneError, is_positive, require
 from hertzchain.limits import TIME_LIMIT, TOLERANCE, Deadline, check_time_limit

@@ -9,7 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from hertzchain.engines.lammps import FoundDeck, Lammps
+from hertzchain.engines.lammps.backend import Lammps
+from hertzchain.engines.lammps.reading.found import FoundDeck
 from hertzchain.engines.lammps.reading.own import DEPTH
 from hertzchain.engines.lammps.reading.units import UNITS
 from hertzchain.errors import RunFailed

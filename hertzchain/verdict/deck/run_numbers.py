@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hertzchain.engines.native import METHODS
+from hertzchain.engines.native.methods import METHODS
 from hertzchain.observables.error_bound import stable_step
 from hertzchain.observables.peaks import judged_contacts
 from hertzchain.verdict.check import apart

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native import Native
+from hertzchain.engines.native.backend import Native
 from hertzchain.errors import is_positive, require
 from hertzchain.limits import TIME_LIMIT, TOLERANCE
 from hertzchain.observables.definitions import context_of

@@ -15,7 +15,7 @@ import hertzchain as hc
 from hertzchain.engines.external.backend import _Runner
 from hertzchain.engines.external.engine import ProgramEngine
 from hertzchain.engines.liggghts import contacts, deck
-from hertzchain.engines.native import METHODS
+from hertzchain.engines.native.methods import METHODS
 from hertzchain.errors import RunFailed
 from hertzchain.limits import Deadline
 from hertzchain.observables.error_bound import stable_step

@@ -14,9 +14,10 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native import METHODS, elastic, simulate, simulation
+from hertzchain.engines.native import elastic, simulation
 from hertzchain.engines.native.in_numpy import simulate_in_numpy
-from hertzchain.engines.native.methods import SymplecticNystrom, Walker
+from hertzchain.engines.native.methods import METHODS, SymplecticNystrom, Walker
+from hertzchain.engines.native.simulation import simulate
 from hertzchain.errors import RunFailed, StepUnstable, TooExpensive, Unpredictable
 from hertzchain.limits import Deadline, in_words, refuse_memory
 from hertzchain.observables import error_bound

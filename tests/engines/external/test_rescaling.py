@@ -19,7 +19,8 @@ from hertzchain.engines.external.rescaling import (
     round_off,
     softening,
 )
-from hertzchain.engines.native import METHODS, simulate
+from hertzchain.engines.native.methods import METHODS
+from hertzchain.engines.native.simulation import simulate
 from hertzchain.errors import OverlapTooLarge, RunFailed, Unpredictable
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.pulse import profile_named

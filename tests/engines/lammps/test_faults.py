@@ -20,7 +20,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps import run_many
+from hertzchain.engines.lammps.backend import run_many
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.errors import BackendMissing, OverlapTooLarge, RunFailed, SceneError, TooExpensive
 from tests.command_line import python

@@ -15,9 +15,10 @@ from hertzchain.engines.lammps.deck import set_up
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.engines.lammps.state import granules
-from hertzchain.engines.native import METHODS, simulate
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.in_numpy import integrate
+from hertzchain.engines.native.methods import METHODS
+from hertzchain.engines.native.simulation import simulate
 from hertzchain.errors import RunFailed
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.peaks import PeakWatch, largest_difference

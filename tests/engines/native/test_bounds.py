@@ -9,7 +9,8 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.external import step_error
-from hertzchain.engines.native import METHODS, simulate_in_numpy
+from hertzchain.engines.native.in_numpy import simulate_in_numpy
+from hertzchain.engines.native.methods import METHODS
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.errors import OverlapTooLarge, StepUnstable, Unpredictable
 from hertzchain.observables.error_bound import stable_step

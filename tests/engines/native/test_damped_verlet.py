@@ -9,7 +9,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.external.rescaling import Softening
-from hertzchain.engines.native import simulate_damped_verlet
+from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
 from hertzchain.engines.native.equations import Chain
 from hertzchain.errors import StepUnstable
 from hertzchain.observables.error_bound import _highest_frequency, highest_rate, stable_step

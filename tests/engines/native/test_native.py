@@ -10,9 +10,10 @@ import pytest
 from scipy.integrate import quad
 
 import hertzchain as hc
-from hertzchain.engines.native import METHODS, simulate, simulate_in_numpy
 from hertzchain.engines.native.equations import Chain, net_force
-from hertzchain.engines.native.methods import SRKN_11B, Walker
+from hertzchain.engines.native.in_numpy import simulate_in_numpy
+from hertzchain.engines.native.methods import METHODS, SRKN_11B, Walker
+from hertzchain.engines.native.simulation import simulate
 from hertzchain.errors import RunFailed
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.schedule import Leg

@@ -11,11 +11,12 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native import many, simulate
+from hertzchain.engines.native import many
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.batch import peak_forces, similar_peak_forces
 from hertzchain.engines.native.kernel_input import leg_rows
 from hertzchain.engines.native.methods import SRKN_11B, Walker
+from hertzchain.engines.native.simulation import simulate
 from hertzchain.limits import Deadline
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.pulse import PROFILES

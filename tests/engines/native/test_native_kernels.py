@@ -20,11 +20,10 @@ from hertzchain.engines.native import (
     elastic,
     elastic_maxima,
     interpolant,
-    simulate,
-    simulate_in_numpy,
     simulation,
 )
 from hertzchain.engines.native.elastic_state import Seen
+from hertzchain.engines.native.in_numpy import simulate_in_numpy
 from hertzchain.engines.native.kernel_input import nothing_recorded
 from hertzchain.engines.native.methods import (
     SRKN_6B,
@@ -35,7 +34,7 @@ from hertzchain.engines.native.methods import (
     SymplecticNystrom,
     Walker,
 )
-from hertzchain.engines.native.simulation import stoppable
+from hertzchain.engines.native.simulation import simulate, stoppable
 from hertzchain.limits import Deadline
 from hertzchain.observables import hermite
 from hertzchain.observables.history import Recorder

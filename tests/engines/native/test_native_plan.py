@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.native import METHODS, simulate
 from hertzchain.engines.native import plan as plans
+from hertzchain.engines.native.methods import METHODS
+from hertzchain.engines.native.simulation import simulate
 from hertzchain.observables.error_bound import is_short
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.pulse import PROFILES

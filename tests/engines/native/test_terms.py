@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from scipy.special import jv
 
 import hertzchain as hc
-from hertzchain.engines.native import METHODS, simulate
+from hertzchain.engines.native.methods import METHODS
+from hertzchain.engines.native.simulation import simulate
 from hertzchain.observables.peaks import judged_contacts
 from hertzchain.scene.terms import WallKind
 from hertzchain.scene.validity import refuse_hopeless_overlap

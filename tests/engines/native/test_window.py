@@ -11,11 +11,12 @@ from scipy.integrate import simpson
 from scipy.interpolate import CubicSpline
 
 import hertzchain as hc
-from hertzchain.engines.native import elastic, elastic_state, elastic_window, simulate
+from hertzchain.engines.native import elastic, elastic_state, elastic_window
 from hertzchain.engines.native.elastic_state import Seen, at_the_start
 from hertzchain.engines.native.kernel_input import leg_rows, nothing_recorded, steps_of
 from hertzchain.engines.native.methods import SRKN_11B, Walker
 from hertzchain.engines.native.plan import cheapest
+from hertzchain.engines.native.simulation import simulate
 from hertzchain.theory.solitary_wave import solitary_wave
 from tests.conftest import STEEL, paper_scene
 

@@ -12,7 +12,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps import FoundDeck
+from hertzchain.engines.lammps.reading.found import FoundDeck
 from hertzchain.engines.lammps.reading.own import DEPTH
 from hertzchain.verdict.deck.deck_check import EXAMINED
 from hertzchain.verdict.deck.expected import applied_force
