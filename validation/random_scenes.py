@@ -183,7 +183,10 @@ def thrown(rng: np.random.Generator, scene: hc.Scene) -> hc.Scene:
     for _ in range(int(rng.integers(1, 4))):
         first, last = np.sort(rng.choice(velocity.size + 1, size=2, replace=False))
         velocity[first:last] = rng.choice([-1, 1]) * spread(rng, 0.01, 3.0) * unit
-    moving = replace(scene, chain=replace(scene.chain, velocity=tuple(velocity.tolist())))
+    try:
+        moving = replace(scene, chain=replace(scene.chain, velocity=tuple(velocity.tolist())))
+    except HertzchainError:  # they take a striker's velocity, and meet nothing
+        return scene
     alone = rng.random() < 0.5 and scene.precompression is None and scene.piston is None
     try:
         return replace(moving, shock=hc.Moving()) if alone else moving

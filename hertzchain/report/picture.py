@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
+from matplotlib.textpath import TextPath
 from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
 from hertzchain.files import write_with
@@ -31,10 +33,12 @@ _SAVED: Any = {"pdf.fonttype": 42, "ps.fonttype": 42}
 _INLINE: Any = {"svg.fonttype": "none", "path.simplify_threshold": 0.3, "savefig.dpi": 110}
 """For a page: text as text, lines to a third of a pixel, bitmaps as fine as most screens."""
 
-_OF_AN_ENTRY, _LETTERS = 0.42, 20.0
-"""Of an entry of a legend: line and space [inches]; letters in an inch, at least."""
+_POINTS = 72  # in an inch
 
-_OF_LABELS = 0.6  # width of the labels of an axis [inches]
+_LINE, _SPACE, _GAP = 2.2, 0.8, 1.0
+"""Widths in a legend, in sizes of its font: line, space before its text, gap between columns."""
+
+_OF_LABELS = 0.8  # width of the labels of an axis [inches]
 
 _PLAIN = (1e-3, 1e4)  # between these values a logarithmic axis has plain numbers, not powers of ten
 
@@ -147,7 +151,11 @@ def legend_above(axes: Axes, named: Collection[str] = ()) -> None:
 
 def legend_look(labels: Sequence[str], width: float) -> dict[str, Any]:
     """Return the look of a legend without a frame, with columns for a width [inches]."""
-    entries = [_OF_AN_ENTRY + len(label) / _LETTERS for label in labels]
+    size = "small" if width >= SMALL else "x-small"
+    font = FontProperties(size=size)
+    em = font.get_size_in_points() / _POINTS
+    texts = [TextPath((0, 0), label, prop=font).get_extents().x1 / _POINTS for label in labels]
+    entries = [text + (_LINE + _SPACE + _GAP) * em for text in texts]
 
     def total(columns: int) -> float:
         return float(sum(np.max(column) for column in np.array_split(entries, columns)))
@@ -155,10 +163,11 @@ def legend_look(labels: Sequence[str], width: float) -> dict[str, Any]:
     fits = (n for n in range(len(entries), 1, -1) if total(n) <= width)
     return {
         "ncols": next(fits, 1),
-        "fontsize": "small" if width >= SMALL else "x-small",
-        "title_fontsize": "small" if width >= SMALL else "x-small",
-        "handlelength": 2.2,
-        "columnspacing": 1.0,
+        "fontsize": size,
+        "title_fontsize": size,
+        "handlelength": _LINE,
+        "handletextpad": _SPACE,
+        "columnspacing": _GAP,
         "labelspacing": 0.3,
         "frameon": False,
     }
