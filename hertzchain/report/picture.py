@@ -155,10 +155,11 @@ def legend_look(labels: Sequence[str], width: float) -> dict[str, Any]:
     font = FontProperties(size=size)
     em = font.get_size_in_points() / _POINTS
     texts = [TextPath((0, 0), label, prop=font).get_extents().x1 / _POINTS for label in labels]
-    entries = [text + (_LINE + _SPACE + _GAP) * em for text in texts]
+    entries = [text + (_LINE + _SPACE) * em for text in texts]
 
     def total(columns: int) -> float:
-        return float(sum(np.max(column) for column in np.array_split(entries, columns)))
+        widest = (np.max(column) for column in np.array_split(entries, columns))
+        return float(sum(widest) + (columns - 1) * _GAP * em)
 
     fits = (n for n in range(len(entries), 1, -1) if total(n) <= width)
     return {
