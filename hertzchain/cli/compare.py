@@ -40,6 +40,7 @@ def compare(
 ) -> None:
     """Cross-validate a scene: native, LAMMPS and the formulas side by side, with a verdict."""
     from hertzchain.engines.external.step_error import usual_accuracy
+    from hertzchain.engines.native.duration import with_end
     from hertzchain.report.comparison import of_comparison
     from hertzchain.report.waterfall import plot_times
     from hertzchain.verdict import comparison
@@ -57,7 +58,8 @@ def compare(
         own["lammps"] |= options.lammps_options(isolate, lmp, ranks)
     engines = [ENGINES[name].make(time_limit=limit, **own[name]) for name in names]
     with output.progress() as report_progress, output.compiling(report_progress):
-        record = plot_times(loaded) if report or plot else None
+        # The end of the runs is the same with a picture and without.
+        record = plot_times(with_end(loaded, time_limit=limit)) if report or plot else None
         compared = comparison.compare(
             loaded, engines, record=record, as_written=as_written, progress=report_progress
         )

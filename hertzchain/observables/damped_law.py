@@ -105,10 +105,11 @@ class DampedLaw:
         self, force: Array, overlap: Array, rate: Array, contacts: Any = slice(None),
         otherwise: Array | float = 1.0,
     ) -> Array:  # fmt: skip
-        """Return a backend's forces over those of the law, and ``otherwise`` where either is 0."""
+        """Return a backend's forces over those of the law, and ``otherwise`` where these are 0."""
         expected = self.force(overlap, rate, contacts)
-        sure = (expected > 0) & (force > 0)
-        return np.asarray(np.where(sure, force, otherwise) / np.where(sure, expected, 1.0))
+        sure = expected > 0
+        pressed = np.maximum(force, 0.0)
+        return np.asarray(np.where(sure, pressed, otherwise) / np.where(sure, expected, 1.0))
 
     def with_rate(self, force: Array, overlap: Array, felt: Array, rate: Array) -> Array:
         """Convert forces that a backend computed with the rate ``felt`` to the rate ``rate``.

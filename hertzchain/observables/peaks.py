@@ -54,7 +54,7 @@ class PeakWatch:
         self.wall_impulse = self.piston_impulse = self.dissipated = 0.0
         self.force: Any = np.zeros_like(law.stiffness)
         self.time = np.full_like(self.force, np.nan)
-        self._scale = np.ones_like(self.force)  # the backend's force over that of the law
+        self._scale = np.zeros_like(self.force)  # the backend's force over that of the law
         self._maxima = np.zeros((2, *self.force.shape), self.force.dtype)  # the two highest
         # The peaks if errors of the forces at first touch are added or subtracted.
         self._at_most, self._at_least = np.zeros_like(self.force), np.zeros_like(self.force)

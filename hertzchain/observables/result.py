@@ -181,7 +181,7 @@ class Result(ShownRun):
         end, of_shock = self.scene.end_time, self.scene.pulse_end
         if end < of_shock:
             found.append(
-                f"the run ended at {end:.3g} s, before its shock did, at {of_shock:.3g} s: set a"
+                f"the run ended at {end:.6g} s, before its shock did, at {of_shock:.6g} s: set a"
                 " later end_time in [run], or leave it out"
             )
         if late := self.cut_off:

@@ -72,7 +72,7 @@ def plot_tradeoff(
     """
     from matplotlib import colormaps
 
-    from hertzchain.report.picture import Picture, in_units
+    from hertzchain.report.picture import SMALL, Picture, in_units, legend_above
     from hertzchain.verdict.tradeoff import frontier, typical
 
     points = typical(tradeoffs)
@@ -110,14 +110,13 @@ def plot_tradeoff(
             lowest = [max(point.lowest, known) for point in own]
             highest = [max(point.highest, known) for point in own]
             axes.fill_between(time, lowest, highest, color=colour, alpha=0.12, linewidth=0)
-    axes.axhspan(known / 10, known, color="0.93", zorder=0)
-    axes.text(
-        0.99, known / 3, "below the error of the reference", fontsize=8, color="0.35",
-        ha="right", va="center", transform=axes.get_yaxis_transform(),
-    )  # fmt: skip
+    axes.axhspan(known / 10, known, color="0.93", zorder=0, label="the reference's error")
     axes.set_ylim(known / 10, None)
-    axes.set_ylabel("largest relative error of the peaks")
+    axes.set_ylabel("error of the peaks")
     in_units(axes.xaxis, "wall time [s]")
     axes.grid(alpha=0.25)
-    figure.legend(loc="outside right center", fontsize="x-small", frameon=False)
+    if figure.get_figwidth() < SMALL:
+        legend_above(axes)
+    else:
+        figure.legend(loc="outside right center", fontsize="x-small", frameon=False)
     return figure

@@ -189,7 +189,10 @@ def draw_traces(axes: Axes, document: Document) -> None:
             one.time, one.expected + base, color=style.COLOURS["native"], linewidth=1.0,
             label=reference,
         )  # fmt: skip
-        axes.annotate(one.label, (one.time[0], base), (0, 3), textcoords="offset points")
+        axes.annotate(
+            one.label, (one.time[0], base), (0, 3), textcoords="offset points", fontsize="small",
+            bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 0.5},
+        )  # fmt: skip
     highest = float(np.max(overlays[0].measured, initial=0.0)) + (len(overlays) - 1) * apart
     axes.set_ylim(-0.15 * apart, max(len(overlays) * apart, 1.05 * highest))
     in_units(axes.yaxis, "force, shifted [N]")

@@ -35,10 +35,9 @@ _INLINE: Any = {"svg.fonttype": "none", "path.simplify_threshold": 0.3, "savefig
 
 _POINTS = 72  # in an inch
 
-_LINE, _SPACE, _GAP = 2.2, 0.8, 1.0
-"""Widths in a legend, in sizes of its font: line, space before its text, gap between columns."""
-
-_OF_LABELS = 0.8  # width of the labels of an axis [inches]
+_LINE, _SPACE, _GAP, _EDGES = 2.2, 0.8, 1.0, 0.8
+"""Widths in a legend, in sizes of its font: line, space before its text, gap between columns, and
+both edges."""
 
 _PLAIN = (1e-3, 1e4)  # between these values a logarithmic axis has plain numbers, not powers of ten
 
@@ -141,17 +140,19 @@ def legend_above(axes: Axes, named: Collection[str] = ()) -> None:
     """Draw a legend above the axes, in as many columns as have room, of what is not yet named."""
     found = zip(*axes.get_legend_handles_labels(), strict=True)
     shown = {label: handle for handle, label in found if label not in named}
-    width = axes.figure.get_figwidth() - _OF_LABELS  # type: ignore[union-attr]
+    figure_width = axes.figure.get_figwidth()  # type: ignore[union-attr]
+    # The layout makes axes narrow for a legend that is wider than they are before it.
+    width = axes.get_position().width * figure_width
     if shown:
         axes.legend(
             shown.values(), shown.keys(), loc="lower left", bbox_to_anchor=(0, 1),
-            borderaxespad=0.2, **legend_look(list(shown), width),
+            borderaxespad=0.2, **legend_look(list(shown), width, figure_width < SMALL),
         )  # fmt: skip
 
 
-def legend_look(labels: Sequence[str], width: float) -> dict[str, Any]:
+def legend_look(labels: Sequence[str], width: float, is_small: bool) -> dict[str, Any]:
     """Return the look of a legend without a frame, with columns for a width [inches]."""
-    size = "small" if width >= SMALL else "x-small"
+    size = "x-small" if is_small else "small"
     font = FontProperties(size=size)
     em = font.get_size_in_points() / _POINTS
     texts = [TextPath((0, 0), label, prop=font).get_extents().x1 / _POINTS for label in labels]
@@ -159,7 +160,7 @@ def legend_look(labels: Sequence[str], width: float) -> dict[str, Any]:
 
     def total(columns: int) -> float:
         widest = (np.max(column) for column in np.array_split(entries, columns))
-        return float(sum(widest) + (columns - 1) * _GAP * em)
+        return float(sum(widest) + ((columns - 1) * _GAP + _EDGES) * em)
 
     fits = (n for n in range(len(entries), 1, -1) if total(n) <= width)
     return {

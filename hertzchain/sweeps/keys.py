@@ -66,12 +66,11 @@ def full_name(name: object, scene: Scene) -> str:
     if section in SECTIONS and section not in {*sections_of(scene), "run", "gauge"}:
         allowed = f"cannot vary: the scene has no [{section}]; add the section to its file"
         raise SceneError(str(name), None, allowed)
-    of_segments = [one for one in names if "segments." in one]
-    alike = (
-        of_segments
-        if "segments." in str(name)
-        else [one for one in names if one not in of_segments]
-    )
+    if str(name) in ("granules", "chain.granules"):
+        allowed = "cannot vary: segments, a file or lists say how many there are"
+        raise SceneError(str(name), None, allowed)
+    of_segments = "segments." in str(name)
+    alike = [one for one in names if ("segments." in one) == of_segments]
     keys = [one.rpartition(".")[2] for one in alike]
     key = str(name).rpartition(".")[2]
     same = f"; did you mean {alike[keys.index(key)]}?" if key in keys else ""

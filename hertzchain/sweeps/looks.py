@@ -53,14 +53,15 @@ def _labels(values: Any, name: str) -> list[str]:
 
 def legend(axes: Axes, values: pandas.Series[Any], colour: str) -> None:
     """Draw a legend of the colours above the axes."""
-    from hertzchain.report.picture import legend_look, parts_of
+    from hertzchain.report.picture import SMALL, legend_look, parts_of
 
     figure: Any = axes.figure
     width, labels = figure.get_figwidth(), axes.get_legend_handles_labels()[1]
     before, unit, after = parts_of(column_named(colour).label)
     name = "" if colour in TEXT else prefixed(float(values.max()), unit)[0]
     title = f"{before}{f' [{name}]' if name else ''}{after}"
-    figure.legend(loc="outside upper center", title=title, **legend_look(labels, width))
+    look = legend_look(labels, width, width < SMALL)
+    figure.legend(loc="outside upper center", title=title, **look)
 
 
 def colour_bar(axes: Axes, values: pandas.Series[Any], name: str, log: bool) -> Any:

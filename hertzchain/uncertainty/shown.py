@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hertzchain.report.facts import describe, in_prefixed
-from hertzchain.report.picture import Picture
+from hertzchain.report.picture import Picture, legend_above
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -66,21 +66,24 @@ def _row(spread: Any, k: int) -> list[str]:
 
 
 def plot_spread(spread: Any, size: tuple[float, float] | None = None) -> Picture:
-    """Draw first peaks along the chain with the range of 5 to 95 %, and shares of the variance."""
+    """Draw first peaks along the chain with their range of 5 to 95 %, and shares of variance."""
     figure = Picture(size or (7.0, 6.0))
-    above, below = figure.subplots(2, 1, sharex=True)
     at = [k for k, (name, _) in enumerate(spread.names) if name == "first_peak_force_N"]
     at = at[: len(spread.scene.contacts)]  # those of gauges follow
     contact = np.array(spread.scene.contacts[: len(at)])
     low, high = spread.range_90[:, at]
+    shares = spread.shares[:, at]
+    rows = 2 if np.isfinite(shares).any() else 1  # few realisations tell none
+    above, *below = figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0]
     above.fill_between(contact, low, high, color="#56B4E9", alpha=0.6, label="5 to 95 %")
     above.plot(contact, spread.nominal[at], color="black", marker=".", label="the scene itself")
     above.set_ylabel("first peak [N]")
-    shares = np.nan_to_num(spread.shares[:, at])
-    rest = np.clip(1 - shares.sum(axis=0), 0, 1)
-    names = [*spread.inputs, "scatter, and together"]
-    below.stackplot(contact, *shares, rest, labels=names)
-    below.set(xlabel="contact", ylabel="share of the variance", ylim=(0, 1))
-    for axes in (above, below):
-        axes.legend()
+    for axes in below:
+        known = np.nan_to_num(shares)
+        rest = np.clip(1 - known.sum(axis=0), 0, 1)
+        axes.stackplot(contact, *known, rest, labels=[*spread.inputs, "scatter, and together"])
+        axes.set(ylabel="share of variance", ylim=(0, 1))
+    for axes in figure.axes:
+        legend_above(axes)
+    figure.axes[-1].set_xlabel("contact")
     return figure

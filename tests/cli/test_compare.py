@@ -46,6 +46,15 @@ def test_compare_with_a_report(hertzchain: Command) -> None:
     assert names() == ["plot.svg", "report.HTML", "scene.toml"]
 
 
+def test_a_picture_does_not_change_the_end_of_the_runs(hertzchain: Command) -> None:
+    """By default these end after the reflection of the wave, which quick runs find."""
+    assert hertzchain("init", "walls.toml", "--from", "two-walls").status == 0
+    command = ("compare", "walls.toml", "--backend", "native", "--json")
+    alone, drawn = hertzchain(*command).json(), hertzchain(*command, "--plot", "a.svg").json()
+    peaks = [one["results"]["native"]["peak_force_N"] for one in (alone, drawn)]
+    assert peaks[0] == peaks[1]
+
+
 @pytest.mark.lammps
 def test_compare_prints_every_oracle_and_a_verdict(hertzchain: Command) -> None:
     scene_file()

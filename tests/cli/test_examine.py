@@ -67,6 +67,17 @@ def test_variables_in_both_forms(hertzchain: Command) -> None:
 
 
 @pytest.mark.lammps
+def test_a_variable_from_outside_within_a_formula(hertzchain: Command, tmp_path: Path) -> None:
+    """A second LAMMPS, which evaluates the formula alone, has the variable, too."""
+    lines = DECK.read_text(encoding="utf-8").splitlines()
+    kept = [line for line in lines if not line.startswith("variable        F0 ")]
+    assert len(kept) == len(lines) - 1
+    deck = tmp_path / "in.mine"
+    deck.write_text("\n".join(kept) + "\n", encoding="utf-8")
+    assert hertzchain("examine", SCENE, deck, "--var", "F0=100").status == 0
+
+
+@pytest.mark.lammps
 def test_a_byte_order_mark_is_no_part_of_scene_and_deck(
     hertzchain: Command, tmp_path: Path
 ) -> None:

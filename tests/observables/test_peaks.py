@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -167,6 +168,14 @@ def test_peaks_keep_the_stiffness_of_the_backend() -> None:
     # A few roundings.
     assert wrong.force == pytest.approx(1.2345 * right.force, rel=1e-15, abs=0)
     assert np.array_equal(wrong.time, right.time)
+
+
+def test_a_contact_without_a_force_has_no_peak() -> None:
+    """Overlaps alone are none: a pair that a backend forgot must show."""
+    samples = samples_of(cosines(np.array([1.0]), np.array([1.03])), np.arange(0.0, 2.5, 0.1))
+    watch = watched(replace(samples, contact_force=np.zeros_like(samples.contact_force)))
+    assert watch.force[0] == 0
+    assert np.isnan(watch.time[0])
 
 
 def test_long_double_is_kept() -> None:

@@ -71,7 +71,7 @@ def test_a_plot_of_a_tradeoff_shows_every_contender(
         comments = path.read_text(encoding="utf-8")  # text is drawn, and kept as comments
         for words in (
             *("rk4, compiled", "velocity-verlet, compiled", "DOP853, SciPy"),
-            *("frontier", "wall time [ms]", "largest relative error of the peaks"),
+            *("frontier", "wall time [ms]", "error of the peaks"),
             describe(traded.scene) if len(tradeoffs) == 1 else "2 scenes",
         ):
             assert words in comments

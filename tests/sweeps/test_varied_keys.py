@@ -65,7 +65,7 @@ def test_what_cannot_vary_is_refused_in_a_sentence(
 
 
 OF_SEGMENTS = {
-    "granules": "granules: cannot vary; ",
+    "granules": "granules: cannot vary: segments, a file or lists say how many",
     "chain.segments.3.radius": "cannot vary; did you mean chain.segments.",
     "chain.segments.0.radius": "cannot vary; did you mean chain.segments.",
     "chain.segments.1.radius_ratio": "did you mean chain.segments.2.radius_ratio?",

@@ -102,7 +102,8 @@ class Interpreter:
         """Carry out the deck, up to its end."""
         for name, value in self._variables.items():
             # None of the deck's: a variable of this name and style in the deck is skipped then.
-            self._lammps.give(f"variable {name} index {' '.join(map(quoted, value.split()))}")
+            words = ["variable", name, "index", *map(quoted, value.split())]
+            self._player.give(" ".join(words), words, 0)
         try:
             self._read(self._name)
         except Ended:

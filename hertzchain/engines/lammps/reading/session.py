@@ -114,6 +114,8 @@ class Session(ABC):
                 end = k + 1
             else:
                 end = match.end() if match["name"] else closed(text, k + 1)
+                if not match["name"] and text.count("(", k, end) != text.count(")", k, end):
+                    raise RunFailed(f"a bracket is not closed: {text[k:]}")
             found += text[k:end] if match is None else self.printed(text[k:end])
             k = end
         return found
