@@ -30,11 +30,10 @@ FIXED = range(210, 240)
 """Numbers of random scenes; in the last three granules move at the start, any may be pushed, or
 some are fixed."""
 
-REFUSED = dict.fromkeys((130, 193), "cannot resolve the overlaps")
-REFUSED[205] = "has no right digit"
+REFUSED = dict.fromkeys((130, 193, 205), "cannot resolve the overlaps")
 REFUSED[221] = "push granules through one another"
 """Scenes whose overlaps are lost in the coordinates, so that LAMMPS refuses them, or in which a
-heavy striker crushes small granules; in 205 a contact is pressed with 2e-17 N."""
+heavy striker crushes small granules."""
 
 
 def drawn(number: int) -> hc.Scene:
