@@ -58,8 +58,8 @@ def compare(
         own["lammps"] |= options.lammps_options(isolate, lmp, ranks)
     engines = [ENGINES[name].make(time_limit=limit, **own[name]) for name in names]
     with output.progress() as report_progress, output.compiling(report_progress):
-        # The end of the runs is the same with a picture and without.
-        record = plot_times(with_end(loaded, time_limit=limit)) if report or plot else None
+        loaded = with_end(loaded, time_limit=limit)
+        record = plot_times(loaded) if report or plot else None
         compared = comparison.compare(
             loaded, engines, record=record, as_written=as_written, progress=report_progress
         )

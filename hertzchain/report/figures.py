@@ -72,7 +72,7 @@ def plot_tradeoff(
     """
     from matplotlib import colormaps
 
-    from hertzchain.report.picture import SMALL, Picture, in_units, legend_above
+    from hertzchain.report.picture import SMALL, Picture, in_units, legend_look
     from hertzchain.verdict.tradeoff import frontier, typical
 
     points = typical(tradeoffs)
@@ -87,7 +87,7 @@ def plot_tradeoff(
     axes.plot(
         [row.wall_time for row in best], [max(row.error, known) for row in best],
         color="#F0E442", linewidth=9, drawstyle="steps-post", solid_capstyle="round", zorder=1,
-        label="frontier: nothing is\ncheaper and as accurate",
+        label="cheapest at its accuracy",
     )  # fmt: skip
     for k, name in enumerate(dict.fromkeys(point.row.contender for point in points)):
         own = [point for point in points if point.row.contender == name]
@@ -104,19 +104,20 @@ def plot_tradeoff(
             fillstyle=filling,
             markersize=4.5,
             linewidth=1.2,
-            label=name,
+            label=name.removesuffix(", compiled"),  # a full circle
         )
         if len(tradeoffs) > 1:
             lowest = [max(point.lowest, known) for point in own]
             highest = [max(point.highest, known) for point in own]
             axes.fill_between(time, lowest, highest, color=colour, alpha=0.12, linewidth=0)
-    axes.axhspan(known / 10, known, color="0.93", zorder=0, label="the reference's error")
+    axes.axhspan(known / 10, known, color="0.93", zorder=0, label="error of the reference")
     axes.set_ylim(known / 10, None)
     axes.set_ylabel("error of the peaks")
     in_units(axes.xaxis, "wall time [s]")
     axes.grid(alpha=0.25)
-    if figure.get_figwidth() < SMALL:
-        legend_above(axes)
+    if (width := figure.get_figwidth()) < SMALL:
+        labels = [str(line.get_label()) for line in axes.get_lines()]
+        figure.legend(loc="outside upper left", **legend_look(labels, width, is_small=True))
     else:
         figure.legend(loc="outside right center", fontsize="x-small", frameon=False)
     return figure

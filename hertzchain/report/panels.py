@@ -146,8 +146,11 @@ def draw_forces(axes: Axes, document: Document) -> None:
     for name, other in others.items():
         for contact in contacts if other.history is not None else ():
             own = style.LABELS[name] if contact == contacts[0] else "_"
-            colour, line = style.COLOURS[name], with_peak(other, contact)
-            axes.plot(*line, "--", color=colour, linewidth=1.0, label=own)
+            # Sparse dashes leave the colour of the contact to be seen.
+            axes.plot(
+                *with_peak(other, contact), color=style.COLOURS[name], linewidth=1.2,
+                linestyle=(0, (2, 6)), label=own,
+            )  # fmt: skip
     drawn = np.concatenate([np.asarray(line.get_ydata(), np.float64) for line in axes.lines])
     axes.set_ylim(*style.force_limits(float(np.min(drawn)), float(np.max(drawn))))
     axes.set_xlim(*what_happens(result, contacts))

@@ -38,7 +38,7 @@ class Seen:
 class Trace:
     """Forces over time of a scene of elastic or damped contacts without a piston."""
 
-    def __init__(self, scene: hc.Scene, tolerance: float = 1e-13) -> None:
+    def __init__(self, scene: hc.Scene, tolerance: float = 3e-14) -> None:
         self.chain, pieces = numbers_of(scene), pieces_of(scene)
         c, count = self.chain, self.chain.inverse_mass.size
         self.granules, self.contacts = count, c.stiffness.size

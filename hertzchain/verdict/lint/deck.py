@@ -110,6 +110,8 @@ def _closed_up(line: str) -> str:
     found, k = "", 0
     while (start := line.find("$(", k)) >= 0:
         end = closed(line, start + 1)
+        if end is None:
+            break
         found += line[k:start] + "".join(line[start:end].split())
         k = end
     return found + line[k:]

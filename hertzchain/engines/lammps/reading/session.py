@@ -107,15 +107,14 @@ class Session(ABC):
         """A command with the values of variables outside quotes."""
         found, k = "", 0
         while k < len(text):
-            match = _VALUE.match(text, k)
+            match, end = _VALUE.match(text, k), k + 1
             if text[k] in "\"'":
                 end = after_quotes(text, k)
-            elif match is None:
-                end = k + 1
-            else:
-                end = match.end() if match["name"] else closed(text, k + 1)
-                if not match["name"] and text.count("(", k, end) != text.count(")", k, end):
+            elif match is not None:
+                over = match.end() if match["name"] else closed(text, end)
+                if over is None:
                     raise RunFailed(f"a bracket is not closed: {text[k:]}")
+                end = over
             found += text[k:end] if match is None else self.printed(text[k:end])
             k = end
         return found

@@ -136,14 +136,14 @@ def after_quotes(text: str, k: int) -> int:
     return len(text) if end < 0 else end + len(mark)
 
 
-def closed(text: str, k: int) -> int:
-    """Where the bracket that opens at k is closed; the end where it is not."""
+def closed(text: str, k: int) -> int | None:
+    """The place behind the bracket that closes the one at k; None if it stays open."""
     depth = 0
     for end in range(k, len(text)):
         depth += (text[end] == "(") - (text[end] == ")")
         if depth == 0:
             return end + 1
-    return len(text)
+    return None
 
 
 def number(word: str | None) -> float | None:

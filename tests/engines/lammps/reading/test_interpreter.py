@@ -208,6 +208,7 @@ def test_where_each_command_stands(tmp_path: Path) -> None:
         ("\n\ninclude none.in\n", 3, "none.in: cannot be read"),
         ("label top\njump SELF top\n", 2, "seems to have no end"),
         ("include in.mine\n", 1, "include one another"),
+        ("units si\nrun $((2)\n", 2, "a bracket is not closed"),
         ("run many\n", 1, "is no number of steps"),
         ("run -5\n", 1, "is no number of steps"),
         ("variable a equal ${missing}\n", 1, "Substitution for illegal variable missing"),
