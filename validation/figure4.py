@@ -22,7 +22,7 @@ from validation.drawing import PROFILES as PROFILE_STYLES
 from validation.drawing import new_figure
 from validation.rows import Row, row
 from validation.script import Script
-from validation.transition_scenes import CHOSEN, found_by_both, in_transition, separated
+from validation.transition_scenes import CHOSEN, found_by_both, in_transition
 
 TITLE = "Figure 4: normalized peaks and Eq. 8"
 
@@ -114,7 +114,7 @@ SAME = (
 
 def promises(table: pandas.DataFrame) -> list[Row]:
     """Compare the refit with Eq. 8, both residuals, and LAMMPS's points with native's."""
-    table, rows = separated(table)
+    rows = []
     found = fits(table[table["backend"] == "native"])
     for (side, backend), (cubic, left) in found.items():
         for k, letter in enumerate("abc"):
@@ -138,7 +138,6 @@ def promises(table: pandas.DataFrame) -> list[Row]:
 
 def draw(table: pandas.DataFrame) -> Figure:
     """The paper's two panels."""
-    table, _ = separated(table)
     figure = new_figure(10, 4.8, f"Figure 4: {CHOSEN}")
     panels = figure.subplots(1, 2, sharey=True)
     found = fits(table)

@@ -11,7 +11,7 @@ import pytest
 import hertzchain as hc
 from hertzchain import theory
 from tests.places import ROOT
-from validation import claims, constants, figure4, limits
+from validation import constants, eqs_4b_and_5, figure4, limits
 
 
 def test_nesterenko_wave_solves_his_equation() -> None:
@@ -30,9 +30,9 @@ def test_integral_until_the_first_minimum() -> None:
     """Of a pulse that opens the contact, and of one that the next wave overtakes."""
     time = np.linspace(0, 1.4, 281)
     alone = np.where(time < 1, np.sin(np.pi * time) ** 2, 0.0)
-    assert claims.until_first_minimum(time, alone) == pytest.approx(0.5, rel=1e-6, abs=0)
+    assert eqs_4b_and_5.until_first_minimum(time, alone) == pytest.approx(0.5, rel=1e-6, abs=0)
     overtaken = 0.6 - 0.4 * np.cos(2 * np.pi * time)
-    assert claims.until_first_minimum(time, overtaken) == pytest.approx(0.6, rel=1e-9, abs=0)
+    assert eqs_4b_and_5.until_first_minimum(time, overtaken) == pytest.approx(0.6, rel=1e-9, abs=0)
 
 
 def test_a_refit_finds_the_coefficients_of_a_cubic() -> None:
