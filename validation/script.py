@@ -183,7 +183,7 @@ def draw_rows(rows: Sequence[Row]) -> Figure:
     axes.axvline(1.0, color="0.4", linewidth=0.8)
     labels = [f"{entry.what} ({entry.backend})" for entry in known]
     axes.set_yticks(range(len(known)), labels=labels, fontsize=6)
-    axes.invert_yaxis()
-    axes.set(xscale="log", xlabel="difference, in units of the tolerance")
+    axes.set(xscale="log", ylim=(len(known) - 0.4, -0.6))
+    axes.set_xlabel("difference, in units of the tolerance")
     axes.grid(axis="x", alpha=0.3)
     return figure
