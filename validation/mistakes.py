@@ -29,7 +29,7 @@ from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.schedule import Leg
 from hertzchain.verdict import run_checks
-from validation.mistakes_in_damping import plant_in_damping
+from validation.mistakes_in_damping import MISTAKES_IN_DAMPING, by_collision
 from validation.mistakes_with_terms import MISTAKES_WITH_TERMS
 from validation.planting import DAMPING, POSITION, STIFFNESS, Mistake, Plant, in_set_up
 from validation.rows import Row
@@ -259,7 +259,7 @@ def plant_all(quick: bool, with_lammps: bool) -> list[Row]:
     """
     mistakes = (*MISTAKES, *MISTAKES_WITH_TERMS)[:: 4 if quick else 1] if with_lammps else ()
     rows = [_row(mistake, compared(mistake)) for mistake in mistakes]
-    return [*rows, *plant_in_damping(quick)]
+    return [*rows, *map(by_collision, MISTAKES_IN_DAMPING)]
 
 
 def _row(mistake: Mistake, comparison: hc.Comparison) -> Row:
@@ -275,7 +275,7 @@ def _row(mistake: Mistake, comparison: hc.Comparison) -> Row:
 SCRIPT = Script(
     TITLE,
     "Would a mistake in a deck or in Eq. 1 be seen, and named?",
-    "the checks of the comparison; closed forms and judgements; mistakes that are planted",
+    "the checks of the comparison; closed forms; mistakes that are planted",
     **rows_only(plant_all),
 )
 

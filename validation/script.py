@@ -127,9 +127,11 @@ def as_json(rows: Sequence[Row]) -> list[dict[str, Any]]:
 def write_table(path: Path, table: pandas.DataFrame) -> None:
     """Write a table as CSV whose first line says when, with what and on what it was measured.
 
-    Read it with ``pandas.read_csv(path, comment="#")``.
+    The versions of other codes are its attributes. Read it with ``pandas.read_csv(path,
+    comment="#")``.
     """
-    write_text(path, dated(facts_of(provenance()), table.to_csv(index=False)))
+    others = {str(code): str(version) for code, version in table.attrs.items()}
+    write_text(path, dated(facts_of(provenance() | others), table.to_csv(index=False)))
 
 
 def facts_of(versions: Mapping[str, str]) -> str:
