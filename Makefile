@@ -66,7 +66,8 @@ bench-before: $(STAMP) ## fail if 15 % slower than the commit before, or than RE
 	$(BIN)/python validation/bench_before.py --revision "$(REVISION)"
 
 tradeoff: $(STAMP) ## error against cost on 24 scenes, ten minutes; on an idle machine
-	$(BIN)/python validation/tradeoff.py -o validation/results
+	$(BIN)/python validation/tradeoff.py -o validation/results/tradeoff.csv \
+	    --plot validation/results/tradeoff.png
 
 docs: $(STAMP) ## the pages of docs/ as HTML, in docs/_build
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_build
