@@ -19,7 +19,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.integrate import quad
 from scipy.interpolate import make_interp_spline
-from scipy.optimize import brentq
 
 import hertzchain as hc
 from hertzchain import theory
@@ -132,31 +131,12 @@ def far_field(scene: hc.Scene, backend: hc.Native | hc.Lammps, times: FloatArray
     )  # fmt: skip
 
 
-def width(force: FloatArray, level: float) -> float:
-    """Width of a force given at X, at a level of its height 1 [granules]."""
-    curve = make_interp_spline(X, force, k=7)
-
-    def above(x: float) -> float:
-        return float(curve(x)) - level
-
-    after = brentq(above, 0.0, 4.0, xtol=1e-13)
-    return float(after - brentq(above, -4.0, 0.0, xtol=1e-13))
-
-
-def share_within(force: FloatArray) -> float:
-    """Share of the integral of a force given at X that lies within sqrt(10) pi R."""
-    curve, half = make_interp_spline(X, force, k=7), NESTERENKO_WIDTH / 2
-    return float(curve.integrate(-half, half) / curve.integrate(X[0], X[-1]))
-
-
 def _sum(force: FloatArray) -> float:
     return float(np.sum(force)) / _POINTS_PER_GRANULE
 
 
 def _constants(waves: dict[str, Wave]) -> list[dict[str, object]]:
     """Yield each constant from each source."""
-    of_s, of_nesterenko = theory.wave_profile(X) ** 1.5, nesterenko_overlap(X) ** 1.5
-    truth = WAVE.overlap[_NEAR] ** 1.5
     nesterenko_integral = nesterenko_force_integral() / NESTERENKO_SPEED
     nesterenko_sum = nesterenko_momentum()
     eq5 = paper.FORCE_INTEGRAL * paper.SHIFT
@@ -169,12 +149,6 @@ def _constants(waves: dict[str, Wave]) -> list[dict[str, object]]:
         ("Eq. 5, 53/32", paper.WAVE_MOMENTUM, nesterenko_sum, WAVE.momentum),
         ("Eq. 5, 1.543 * 1.077", eq5, nesterenko_integral, WAVE.momentum),
         ("sum of velocities", math.nan, nesterenko_sum, WAVE.momentum),
-        *(
-            (f"width at {level:g}", width(of_s, level), width(of_nesterenko, level),
-             width(truth, level))
-            for level in (0.5, 0.01)
-        ),
-        ("share within sqrt(10) pi R", share_within(of_s), 1.0, share_within(truth)),
     ]  # fmt: skip
     found: dict[str, list[float]] = {}
     for backend, wave in waves.items():
@@ -183,8 +157,6 @@ def _constants(waves: dict[str, Wave]) -> list[dict[str, object]]:
         found[backend] = [
             speed * SPEED_UNIT, wave.shift, wave.momentum * MOMENTUM_UNIT, integral,
             wave.momentum, wave.momentum, wave.granule_momentum,
-            *(width(along, level) * WAVE.shift / wave.shift for level in (0.5, 0.01)),
-            share_within(along),
         ]  # fmt: skip
     return [
         {"kind": "constant", "what": what, "paper": printed, "nesterenko": long_wave, "exact": true}
@@ -235,15 +207,12 @@ FOUND = {
     "Eq. 5, 53/32": (0.25, 0.85),
     "Eq. 5, 1.543 * 1.077": (0.59, 5.05),
     "sum of velocities": (math.nan, 0.85),
-    "width at 0.5": (2.60, 5.60),
-    "width at 0.01": (5.63, -3.31),
-    "share within sqrt(10) pi R": (-0.01, 0.00),
 }
 """Difference from the exact constant: the paper's, and Nesterenko's [%]."""
 
 _PERCENT = "per cent, with two decimals as stated here; they come from closed formulas"
 _EXACT = (
-    "the reference promises peaks to 1e-12; sums, widths and what is interpolated of the history"
+    "the reference promises peaks to 1e-12; sums and what is interpolated of the history"
     " may cost a digit more, and what follows the wave in the quick form is 6e-13 of its momentum"
 )
 _VERLET = (
@@ -268,9 +237,6 @@ def promises(table: pandas.DataFrame) -> list[Row]:
                 rows.append(row(f"{what}: off by [%]", who, off, expected, 0.006, _PERCENT))
     rows += _constants_against_one_another(constants["paper"])
     rows += _of_the_force(table)
-    share = constants["exact"]["share within sqrt(10) pi R"]
-    what = "share of the force within sqrt(10) pi R, 5 granules"
-    rows.append(row(what, "exact", share, 1.0, 2e-5, "the paper: about; 1.2e-5 is outside"))
     return rows
 
 

@@ -36,7 +36,7 @@ TOO_LARGE = {"formula_maps"}
 
 KEPT_ROWS = {
     "figure1": 48, "figure2": 41, "figure3": 79, "figure4": 31, "figure5": 75, "table2": 24,
-    "table3": 92, "table4": 132, "constants": 54, "claims": 72, "eqs_4b_and_5": 30,
+    "table3": 92, "table4": 132, "constants": 41, "claims": 72, "eqs_4b_and_5": 30,
     "corrections": 41, "limits": 25, "mistakes": 51, "known_numbers": 93, "published": 50,
     "precompression": 26, "linear_chain": 11, "restitution": 37, "damped_waves": 14,
     "damped_pulses": 10,
