@@ -35,10 +35,10 @@ figures: $(STAMP) ## write the figures and tables of validation/results/; two mi
 	rm validation/results/formula_maps.csv
 
 picture: $(STAMP) ## draw the picture of the README; seconds
-	$(BIN)/python validation/picture.py
+	$(BIN)/python docs/draw_picture.py
 
 notebooks: $(STAMP) ## run the notebooks of docs/notebooks/ and keep what they print; seconds
-	$(BIN)/python validation/notebooks.py
+	$(BIN)/python docs/run_notebooks.py
 
 extremes: $(STAMP) ## 12,000 random scenes at the extremes, 50,000 hard on error bounds; hours
 	$(BIN)/python validation/extremes.py -o extremes.csv --plot validation/results/extremes.png
