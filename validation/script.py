@@ -53,13 +53,6 @@ class Script:
         """Return the figure of a table."""
         return draw_rows(self.promises(table)) if self.drawing is None else self.drawing(table)
 
-    def compare(self, quick: bool = False) -> list[Row]:
-        """The rows, with both backends; BackendMissing if LAMMPS is not there."""
-        problem = why_no_lammps()
-        if problem is not None:
-            raise BackendMissing(problem)
-        return self.promises(self.measure(quick, True))
-
     def main(self) -> None:
         """The command line: exit status as from ``run``."""
         sys.exit(self.run(sys.argv[1:]))
@@ -67,8 +60,8 @@ class Script:
     def run(self, arguments: Sequence[str]) -> int:
         """Measure, print, write if asked.
 
-        The exit status is 1 when a row fails, 2 where LAMMPS is missing (the rest is measured) or
-        something cannot be written.
+        The exit status is 1 when a row fails, 2 where LAMMPS is missing (the rest is measured), a
+        scene does not run, or something cannot be written.
         """
         parser = argparse.ArgumentParser(description=f"{self.title}. {self.question}")
         parser.add_argument("--quick", action="store_true", help="less of it, in some seconds")
