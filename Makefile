@@ -35,10 +35,10 @@ figures: $(STAMP) ## write the figures and tables of validation/results/; two mi
 	rm validation/results/formula_maps.csv
 
 picture: $(STAMP) ## draw the picture of the README; seconds
-	$(BIN)/python validation/picture.py
+	$(BIN)/python docs/draw_picture.py
 
 notebooks: $(STAMP) ## run the notebooks of docs/notebooks/ and keep what they print; seconds
-	$(BIN)/python validation/notebooks.py
+	$(BIN)/python docs/run_notebooks.py
 
 extremes: $(STAMP) ## 12,000 random scenes at the extremes, 50,000 hard on error bounds; hours
 	$(BIN)/python validation/extremes.py -o extremes.csv --plot validation/results/extremes.png
@@ -66,7 +66,8 @@ bench-before: $(STAMP) ## fail if 15 % slower than the commit before, or than RE
 	$(BIN)/python validation/bench_before.py --revision "$(REVISION)"
 
 tradeoff: $(STAMP) ## error against cost on 24 scenes, ten minutes; on an idle machine
-	$(BIN)/python validation/tradeoff.py -o validation/results
+	$(BIN)/python validation/tradeoff.py -o validation/results/tradeoff.csv \
+	    --plot validation/results/tradeoff.png
 
 docs: $(STAMP) ## the pages of docs/ as HTML, in docs/_build
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_build

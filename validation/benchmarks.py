@@ -7,6 +7,8 @@ its table and plot to validation/results.
 
 from __future__ import annotations
 
+import argparse
+import functools
 import itertools
 import os
 import platform
@@ -14,18 +16,16 @@ import resource
 import shutil
 import subprocess
 import sys
+import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import astuple, dataclass, fields, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas
-import pytest
 
 import hertzchain as hc
-from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps import deck
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.engines.native.plan import cheapest as plan
@@ -54,9 +54,6 @@ class Measured:
     unit: str = ""
 
 
-FIGURES: list[Measured] = []
-
-
 def machine() -> str:
     """The processor and how many of its cores are here; not whose they are."""
     name = platform.machine()
@@ -68,34 +65,22 @@ def machine() -> str:
     return f"{name}, {os.cpu_count()} cores"
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _summary(request: pytest.FixtureRequest, pytestconfig: pytest.Config) -> Iterator[None]:
-    """Print the figures when all are measured; keep those of a whole run."""
-    yield
-    with pytestconfig.pluginmanager.getplugin("capturemanager").global_and_fixture_disabled():
-        print("\n")
-        for one in FIGURES:
-            print(f"{one.group:3}{one.figure:60}{one.value:>12,.4g} {one.unit}")
-    if not request.session.testsfailed and not pytestconfig.getoption("keyword"):
-        keep(RESULTS)
-
-
-def keep(folder: Path) -> None:
+def keep(folder: Path, measured: Sequence[Measured]) -> None:
     """Write bench.csv, with the machine in its first line, and bench.svg."""
     names = [field.name for field in fields(Measured)]
-    table = pandas.DataFrame([astuple(one) for one in FIGURES], columns=names)
+    table = pandas.DataFrame([astuple(one) for one in measured], columns=names)
     csv = table.to_csv(index=False, float_format="%.4g", lineterminator="\n")
     write_text(folder / "bench.csv", dated(f"{machine()}; {facts_of(provenance())}", csv))
     figure = new_figure(9.0, 3.6)
     demo, terms = figure.subplots(1, 2)
-    times = [one for one in FIGURES if one.group in "AB" and one.unit == "ms"]
+    times = [one for one in measured if one.group in "AB" and one.unit == "ms"]
     for one in times:
         style = BACKENDS.get(one.figure.split(",")[0].lower(), {"marker": "^", "color": "#D55E00"})
         demo.plot([one.value], [one.figure], **{**style, "label": None})
     demo.set_title("Peaks of the demo scene to 1e-6", fontsize="medium")
     names = [name.replace("_", " ") for name in TERMS]
     for code, wanted in (("native", "1e-6"), ("LAMMPS", "1e-4"), ("LIGGGHTS", "1e-4")):
-        spent = [one.value for one in FIGURES if one.group == "K" and f": {code} " in one.figure]
+        spent = [one.value for one in measured if one.group == "K" and f": {code} " in one.figure]
         style = BACKENDS.get(code.lower(), {"marker": "D", "color": "#56B4E9", "linestyle": "none"})
         if spent:  # LIGGGHTS need not be here
             terms.plot(spent, names, **{**style, "label": f"{code} to {wanted}"})
@@ -110,37 +95,22 @@ def keep(folder: Path) -> None:
     write_figure(folder / "bench.svg", figure)
 
 
-@pytest.fixture(scope="module")
-def demo() -> hc.Scene:
-    """The demo scene."""
-    return load("demo")
-
-
-@pytest.fixture(scope="module")
-def truth(demo: hc.Scene) -> FloatArray:
-    """The peaks of the demo scene [N]."""
-    return hc.Native("reference").run(demo).peak_force
-
-
 def native(scene: hc.Scene) -> hc.Result:
     """Compute peaks to 1e-6, with the second run for their error."""
     return hc.Native(rtol=1e-6, peaks_only=True).run(scene)
 
 
+def seconds(work: Callable[[], object]) -> float:
+    """Return the time of one run [s]."""
+    begin = time.perf_counter()
+    work()
+    return time.perf_counter() - begin
+
+
 def best(work: Callable[[], object], repeats: int) -> float:
     """Return the shortest of several times, after a first run that does not count [s]."""
     work()
-    times = []
-    for _ in range(repeats):
-        begin = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - begin)
-    return min(times)
-
-
-def seconds(benchmark: Any) -> float:
-    """The shortest time that pytest-benchmark found."""
-    return float(benchmark.stats.stats.min)
+    return min(seconds(work) for _ in range(repeats))
 
 
 def plain_deck(scene: hc.Scene, dt: float) -> None:
@@ -154,137 +124,125 @@ def plain_deck(scene: hc.Scene, dt: float) -> None:
             before = leg
 
 
-def test_a_lammps_over_native(benchmark: Any, demo: hc.Scene, truth: FloatArray) -> None:
-    result = benchmark(native, demo)
-    ours = seconds(benchmark)
-    assert largest_difference(result.peak_force, truth) < 1e-6
-    chosen = plan(1e-6)
+def lammps_over_native() -> Iterator[Measured]:
+    """LAMMPS, once or extrapolated, over native runs of the demo scene to 1e-6."""
+    demo = load("demo")
+    truth = hc.Native("reference").run(demo).peak_force
+    assert largest_difference(native(demo).peak_force, truth) < 1e-6
+    ours, chosen = best(lambda: native(demo), 500), plan(1e-6)
     legs = demo.schedule(chosen.step * demo.units.time)
-    once = best(lambda: simulate(demo, legs, chosen.walker, leave_behind=True), 50)
+    once = best(lambda: simulate(demo, legs, chosen.walker, leave_behind=True), 500)
     dt = hc.Lammps(rtol=1e-6).run(demo).dt
     lammps = best(lambda: plain_deck(demo, dt), 3)
     finer = hc.Lammps(rtol=1e-6, extrapolated=True).run(demo).dt
     extrapolated = best(lambda: plain_deck(demo, finer), 3)
     extrapolated += best(lambda: plain_deck(demo, 2 * finer), 3)
-    FIGURES.extend([
-        Measured("A", "native, with error", ours * 1e3, "ms"),
-        Measured("A", "native, one plain run", once * 1e3, "ms"),
-        Measured("A", "LAMMPS, one plain run", lammps * 1e3, "ms"),
-        Measured("A", "LAMMPS, two runs to extrapolate", extrapolated * 1e3, "ms"),
-        Measured("A", "plain LAMMPS over native with error", lammps / ours),
-        Measured("A", "plain LAMMPS over one native run", lammps / once),
-        Measured("A", "extrapolated LAMMPS over native with error", extrapolated / ours),
-        Measured("A", "extrapolated LAMMPS over one native run", extrapolated / once),
-    ])  # fmt: skip
+    yield Measured("A", "native, with error", ours * 1e3, "ms")
+    yield Measured("A", "native, one plain run", once * 1e3, "ms")
+    yield Measured("A", "LAMMPS, one plain run", lammps * 1e3, "ms")
+    yield Measured("A", "LAMMPS, two runs to extrapolate", extrapolated * 1e3, "ms")
+    yield Measured("A", "plain LAMMPS over native with error", lammps / ours)
+    yield Measured("A", "plain LAMMPS over one native run", lammps / once)
+    yield Measured("A", "extrapolated LAMMPS over native with error", extrapolated / ours)
+    yield Measured("A", "extrapolated LAMMPS over one native run", extrapolated / once)
 
 
-def test_b_scipy_over_native(benchmark: Any, demo: hc.Scene) -> None:
-    reference = hc.Native("reference").run(demo)
+def scipy_over_native() -> Iterator[Measured]:
+    """SciPy's DOP853, with the first tolerance that suffices, over native to 1e-6."""
+    demo = load("demo")
+    truth = hc.Native("reference").run(demo).peak_force
     scipy = next(one for one in contenders(demo) if one.engine == "SciPy")
-    benchmark(native, demo)
-    for rtol in scipy.rtols:
-        if largest_difference(scipy.run(demo, rtol).peak_force, reference.peak_force) < 1e-6:
-            break
-    spent = best(lambda: scipy.run(demo, rtol), 3)
-    FIGURES.append(Measured("B", f"SciPy's DOP853 (rtol {rtol:g})", spent * 1e3, "ms"))
-    FIGURES.append(Measured("B", "DOP853 over native with error", spent / seconds(benchmark)))
-
-
-@pytest.mark.parametrize("granules", [1_000, 10_000, 100_000, 1_000_000])
-def test_c_long_chain(benchmark: Any, demo: hc.Scene, granules: int) -> None:
-    pulse = hc.Pulse("cosine", 100.0, 6.0, momentum_ratio=0.5)
-    scene = hc.Scene(replace(demo.chain, granules=granules), pulse)
-    native(scene)
-    result = benchmark.pedantic(native, (scene,), rounds=1)
-    assert result.error_estimate <= 1e-6
-    FIGURES.append(Measured("C", f"{granules:,} granules", seconds(benchmark), "s"))
-    if granules == 1_000_000:
-        memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-        FIGURES.append(Measured("C", "memory of the process so far", memory, "MB"))
-
-
-def random_pulses(number: int) -> tuple[FloatArray, FloatArray]:
-    """LM_ratio from 0.1 to 10 and n from 1.5 to 20, even over decades."""
-    rng = np.random.default_rng(2026)
-    ratio = np.exp(rng.uniform(np.log(0.1), np.log(10.0), number))
-    return ratio, np.exp(rng.uniform(np.log(1.5), np.log(20.0), number))
-
-
-def test_d_many_scenes(benchmark: Any) -> None:
-    ratio, n = random_pulses(10_000)
-    batch = benchmark.pedantic(
-        hc.similar_peak_forces, ("cosine", ratio, n, 60, 1e-4), rounds=5, warmup_rounds=1
+    rtol = next(
+        rtol
+        for rtol in scipy.rtols
+        if largest_difference(scipy.run(demo, rtol).peak_force, truth) < 1e-6
     )
-    true = hc.similar_peak_forces("cosine", ratio[:500], n[:500], 60, 1e-9)
-    pairs = zip(batch.peak_force[:500], true.peak_force, strict=True)
-    error = max(largest_difference(*pair) for pair in pairs)
-    assert error < 1e-4
-    rate = ratio.size / seconds(benchmark)
-    what = f"scenes of 60 granules in a batch, peaks to {error:.0e}"
-    FIGURES.append(Measured("D", what, rate, "1/s"))
+    spent = best(lambda: scipy.run(demo, rtol), 3)
+    yield Measured("B", f"SciPy's DOP853 (rtol {rtol:g})", spent * 1e3, "ms")
+    yield Measured("B", "DOP853 over native with error", spent / best(lambda: native(demo), 500))
 
 
-def test_g_first_call_of_a_process(benchmark: Any) -> None:
-    binary = Path(sys.executable).parent / "hertzchain"
+def long_chains() -> Iterator[Measured]:
+    """A wave down chains of a thousand to a million granules."""
+    pulse = hc.Pulse("cosine", 100.0, 6.0, momentum_ratio=0.5)
+    for granules in (1_000, 10_000, 100_000, 1_000_000):
+        scene = hc.Scene(replace(load("demo").chain, granules=granules), pulse)
+        assert native(scene).error_estimate <= 1e-6
+        spent = seconds(functools.partial(native, scene))
+        yield Measured("C", f"{granules:,} granules", spent, "s")
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    yield Measured("C", "memory of the process so far", memory, "MB")
+
+
+def fresh_processes() -> Iterator[Measured]:
+    """The first call of a process, beyond importing NumPy."""
+    binary = str(Path(sys.executable).parent / "hertzchain")
     scene = str(HERE / "scenes" / "demo.toml")
 
-    def process(*arguments: str) -> None:
-        subprocess.run(arguments, check=True, capture_output=True)
+    def spent(*arguments: str) -> float:
+        started = functools.partial(subprocess.run, arguments, check=True, capture_output=True)
+        return best(started, 7)
 
-    run = best(lambda: process(str(binary), "run", scene, "--rtol", "1e-6"), 7)
-    helped = best(lambda: process(str(binary), "--help"), 7)
-    benchmark.pedantic(process, (sys.executable, "-c", "import numpy"), rounds=7, warmup_rounds=1)
-    base = seconds(benchmark)
-    FIGURES.append(Measured("G", "hertzchain run, more than importing NumPy", run - base, "s"))
-    FIGURES.append(Measured("G", "hertzchain --help, more than that", helped - base, "s"))
+    base = spent(sys.executable, "-c", "import numpy")
+    run = spent(binary, "run", scene, "--rtol", "1e-6") - base
+    yield Measured("G", "hertzchain run, more than importing NumPy", run, "s")
+    yield Measured("G", "hertzchain --help, more than that", spent(binary, "--help") - base, "s")
 
 
-def test_j_sweep_over_bare_batch(benchmark: Any, demo: hc.Scene, tmp_path: Path) -> None:
+def sweep_over_bare_batch() -> Iterator[Measured]:
+    """A sweep that is written to disk over its batch."""
     vary = {
         "shock.momentum_ratio": "0.1:10:log",
         "shock.duration_ratio": "1.5:6",
         "chain.young_modulus": "50 GPa:200 GPa",
     }
-    folders = (tmp_path / f"out{k}" for k in itertools.count())
 
-    def sweep() -> hc.Sweep:
-        return hc.sweep(demo, vary, samples=100_000, rtol=1e-4, output=next(folders))
+    with tempfile.TemporaryDirectory() as folder:
+        outputs = (Path(folder) / f"out{k}" for k in itertools.count())
 
-    table = sweep().to_frame(["shock.momentum_ratio", "shock.duration_ratio"])
-    ratio, n = table["shock.momentum_ratio"].array, table["shock.duration_ratio"].array
+        def sweep() -> hc.Sweep:
+            return hc.sweep(load("demo"), vary, samples=100_000, rtol=1e-4, output=next(outputs))
 
-    def bare() -> hc.Batch:
-        return hc.similar_peak_forces("cosine-triangular", ratio, n, 60, rtol=1e-4)
+        table = sweep().to_frame(["shock.momentum_ratio", "shock.duration_ratio"])
+        ratio, n = table["shock.momentum_ratio"].array, table["shock.duration_ratio"].array
 
-    bare()
-    ratios = []
-    for _ in range(5):
-        begin = time.perf_counter()
-        sweep()
-        between = time.perf_counter()
+        def bare() -> hc.Batch:
+            return hc.similar_peak_forces("cosine-triangular", ratio, n, 60, rtol=1e-4)
+
         bare()
-        ratios.append((between - begin) / (time.perf_counter() - between))
-    benchmark.pedantic(sweep, rounds=1)
+        ratios = [seconds(sweep) / seconds(bare) for _ in range(5)]
     what = "a sweep of 100,000 scenes over their bare batch"
-    FIGURES.append(Measured("J", what, float(np.median(ratios))))
+    yield Measured("J", what, float(np.median(ratios)))
 
 
-@pytest.mark.parametrize("name", TERMS)
-def test_k_terms(benchmark: Any, name: str) -> None:
-    scene = load(f"terms/{name}")
-    benchmark(native, scene)
-    FIGURES.append(
-        Measured("K", f"{name}: native to 1e-6, with error", seconds(benchmark) * 1e3, "ms")
-    )
-    backend = hc.Lammps(rtol=1e-4)
-    spent = best(lambda: backend.run(scene), 3)
-    FIGURES.append(Measured("K", f"{name}: LAMMPS to 1e-4, with error", spent * 1e3, "ms"))
+def scenes_with_terms() -> Iterator[Measured]:
+    """Native, LAMMPS and, where it is here, LIGGGHTS on scenes with terms."""
+    codes: list[tuple[str, str, hc.Native | hc.Lammps | hc.Liggghts, int]] = [
+        ("native", "1e-6", hc.Native(rtol=1e-6, peaks_only=True), 100),
+        ("LAMMPS", "1e-4", hc.Lammps(rtol=1e-4), 3),
+    ]
     if shutil.which("liggghts"):
-        begin = time.perf_counter()
-        hc.Liggghts(rtol=1e-4).run(scene)  # fresh processes: nothing is warm in a second run
-        spent = time.perf_counter() - begin
-        FIGURES.append(Measured("K", f"{name}: LIGGGHTS to 1e-4, with error", spent * 1e3, "ms"))
+        codes.append(("LIGGGHTS", "1e-4", hc.Liggghts(rtol=1e-4), 1))
+    for name in TERMS:
+        scene = load(f"terms/{name}")
+        for code, rtol, backend, repeats in codes:
+            spent = best(functools.partial(backend.run, scene), repeats)
+            yield Measured("K", f"{name}: {code} to {rtol}, with error", spent * 1e3, "ms")
+
+
+def main() -> None:
+    """Measure, print and keep all figures."""
+    argparse.ArgumentParser(description=__doc__.split("\n")[0]).parse_args()
+    measured: list[Measured] = []
+    for group in (
+        lammps_over_native, scipy_over_native, long_chains, fresh_processes,
+        sweep_over_bare_batch, scenes_with_terms,
+    ):  # fmt: skip
+        for one in group():
+            print(f"{one.group:3}{one.figure:60}{one.value:>12,.4g} {one.unit}", flush=True)
+            measured.append(one)
+    keep(RESULTS, measured)
 
 
 if __name__ == "__main__":
-    sys.exit(pytest.main([__file__, "-n", "0", "-p", "no:cacheprovider", *sys.argv[1:]]))
+    main()

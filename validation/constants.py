@@ -19,20 +19,18 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.integrate import quad
 from scipy.interpolate import make_interp_spline
-from scipy.optimize import brentq
 
 import hertzchain as hc
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
-from hertzchain.errors import BackendMissing
 from hertzchain.theory import paper
 from hertzchain.theory import solitary_wave as exact
 from validation.drawing import BACKENDS, new_figure
-from validation.rows import Row, did_not_run, ends, largest, row
+from validation.rows import Row, largest, row
 from validation.script import Script
-from validation.shipped import STEEL, history_of, load, pulse_of, simulate, table_scenes
+from validation.shipped import STEEL, history_of
 
-TITLE = "Constants of the solitary wave, and Eqs. 4 and 5"
+TITLE = "Constants of the solitary wave"
 
 WAVE = exact.solitary_wave()
 
@@ -133,31 +131,12 @@ def far_field(scene: hc.Scene, backend: hc.Native | hc.Lammps, times: FloatArray
     )  # fmt: skip
 
 
-def width(force: FloatArray, level: float) -> float:
-    """Width of a force given at X, at a level of its height 1 [granules]."""
-    curve = make_interp_spline(X, force, k=7)
-
-    def above(x: float) -> float:
-        return float(curve(x)) - level
-
-    after = brentq(above, 0.0, 4.0, xtol=1e-13)
-    return float(after - brentq(above, -4.0, 0.0, xtol=1e-13))
-
-
-def share_within(force: FloatArray) -> float:
-    """Share of the integral of a force given at X that lies within sqrt(10) pi R."""
-    curve, half = make_interp_spline(X, force, k=7), NESTERENKO_WIDTH / 2
-    return float(curve.integrate(-half, half) / curve.integrate(X[0], X[-1]))
-
-
 def _sum(force: FloatArray) -> float:
     return float(np.sum(force)) / _POINTS_PER_GRANULE
 
 
 def _constants(waves: dict[str, Wave]) -> list[dict[str, object]]:
     """Yield each constant from each source."""
-    of_s, of_nesterenko = theory.wave_profile(X) ** 1.5, nesterenko_overlap(X) ** 1.5
-    truth = WAVE.overlap[_NEAR] ** 1.5
     nesterenko_integral = nesterenko_force_integral() / NESTERENKO_SPEED
     nesterenko_sum = nesterenko_momentum()
     eq5 = paper.FORCE_INTEGRAL * paper.SHIFT
@@ -170,12 +149,6 @@ def _constants(waves: dict[str, Wave]) -> list[dict[str, object]]:
         ("Eq. 5, 53/32", paper.WAVE_MOMENTUM, nesterenko_sum, WAVE.momentum),
         ("Eq. 5, 1.543 * 1.077", eq5, nesterenko_integral, WAVE.momentum),
         ("sum of velocities", math.nan, nesterenko_sum, WAVE.momentum),
-        *(
-            (f"width at {level:g}", width(of_s, level), width(of_nesterenko, level),
-             width(truth, level))
-            for level in (0.5, 0.01)
-        ),
-        ("share within sqrt(10) pi R", share_within(of_s), 1.0, share_within(truth)),
     ]  # fmt: skip
     found: dict[str, list[float]] = {}
     for backend, wave in waves.items():
@@ -184,8 +157,6 @@ def _constants(waves: dict[str, Wave]) -> list[dict[str, object]]:
         found[backend] = [
             speed * SPEED_UNIT, wave.shift, wave.momentum * MOMENTUM_UNIT, integral,
             wave.momentum, wave.momentum, wave.granule_momentum,
-            *(width(along, level) * WAVE.shift / wave.shift for level in (0.5, 0.01)),
-            share_within(along),
         ]  # fmt: skip
     return [
         {"kind": "constant", "what": what, "paper": printed, "nesterenko": long_wave, "exact": true}
@@ -209,71 +180,21 @@ def _profile(waves: dict[str, Wave]) -> list[dict[str, object]]:
     ]
 
 
-QUICK = ("cosine_LM0.3_n2", "cosine-triangular_LM0.8_n8", "cosine-triangular_LM2.0_n2",
-         "cosine_LM2.5_n8")  # fmt: skip
-"""Scenes with the largest and the smallest errors of Eq. 4b."""
-
-
-def _shifts(quick: bool, with_lammps: bool) -> list[dict[str, object]]:
-    """Time between the peaks of contacts i and i + 1, i = 2 ... p, and Eq. 4b with F_i and p."""
-    scenes = {name: load(name) for name in (QUICK if quick else table_scenes())}
-    found = simulate(scenes, "Eq. 4b", with_lammps, hc.Lammps(extrapolated=True))
-    rows: list[dict[str, object]] = []
-    for name, scene in scenes.items():
-        result = found[name, "native"]
-        if not isinstance(result, hc.Result):
-            rows.append({"kind": "shift", "what": name, "problem": f"native: {result}"})
-            continue
-        p = result.transition_granules
-        if p is None:
-            problem = "native: the transition does not end in this chain"
-            rows.append({"kind": "shift", "what": name, "problem": problem})
-            continue
-        contact, force = np.arange(2, p + 1), result.peak_force[: p - 1] / scene.units.force
-        n, ratio = pulse_of(scene)[0].duration_ratio, scene.momentum_ratio
-        columns = {
-            "paper": theory.peak_shift(contact, force, p, n, ratio),
-            "native": _between_peaks(result)[: p - 1],
-        }
-        beside = found.get((name, "lammps"))
-        if isinstance(beside, hc.Result):
-            columns["lammps"] = _between_peaks(beside)[: p - 1]
-        failed = {"problem": f"LAMMPS: {beside}"} if isinstance(beside, Exception) else {}
-        rows += [
-            {"kind": "shift", "what": name, "x": contact[k], **failed}
-            | {column: values[k] for column, values in columns.items()}
-            for k in range(contact.size)
-        ]
-    return rows
-
-
-def _between_peaks(result: hc.Result) -> FloatArray:
-    return np.asarray(np.diff(result.peak_time) / result.scene.units.time)
-
-
-COLUMNS = ("kind", "what", "x", "paper", "nesterenko", "exact", "native", "lammps", "problem")
+COLUMNS = ("kind", "what", "x", "paper", "nesterenko", "exact", "native", "lammps")
 
 
 def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
-    """Measure constants, the force over time, and the times between peaks.
+    """Measure constants and the force over time; in the quick form the chain is shorter.
 
-    In the quick form the chain is shorter, and 4 of the scenes of Tables 2 to 4 are taken. Columns
-    kind (constant, force, shift), what, x (time from the peak, or contact), then the number by
-    each; problem.
+    Columns kind (constant, force), what, x (time from the peak), then the number by each.
     """
     scene = far_field_scene(75 if quick else 90)
-    times, problems = wave_times(scene), []
+    times = wave_times(scene)
     waves = {"native": far_field(scene, hc.Native("reference"), times)}
     if with_lammps:
-        try:
-            lammps = hc.Lammps(_STEP * scene.units.time, isolated=True)
-            waves["lammps"] = far_field(scene, lammps, times)
-        except BackendMissing:
-            raise
-        except hc.HertzchainError as problem:
-            problems = [{"kind": "failed", "what": "far field", "problem": f"LAMMPS: {problem}"}]
-    rows = [*_constants(waves), *_profile(waves), *problems, *_shifts(quick, with_lammps)]
-    return pandas.DataFrame(rows, columns=list(COLUMNS))
+        lammps = hc.Lammps(_STEP * scene.units.time, isolated=True)
+        waves["lammps"] = far_field(scene, lammps, times)
+    return pandas.DataFrame([*_constants(waves), *_profile(waves)], columns=list(COLUMNS))
 
 
 # What has to hold
@@ -286,15 +207,12 @@ FOUND = {
     "Eq. 5, 53/32": (0.25, 0.85),
     "Eq. 5, 1.543 * 1.077": (0.59, 5.05),
     "sum of velocities": (math.nan, 0.85),
-    "width at 0.5": (2.60, 5.60),
-    "width at 0.01": (5.63, -3.31),
-    "share within sqrt(10) pi R": (-0.01, 0.00),
 }
 """Difference from the exact constant: the paper's, and Nesterenko's [%]."""
 
 _PERCENT = "per cent, with two decimals as stated here; they come from closed formulas"
 _EXACT = (
-    "the reference promises peaks to 1e-12; sums, widths and what is interpolated of the history"
+    "the reference promises peaks to 1e-12; sums and what is interpolated of the history"
     " may cost a digit more, and what follows the wave in the quick form is 6e-13 of its momentum"
 )
 _VERLET = (
@@ -305,8 +223,7 @@ _VERLET = (
 
 def promises(table: pandas.DataFrame) -> list[Row]:
     """Simulations against the exact wave; constants as far off as was found."""
-    failed = table[table["problem"].notna()].drop_duplicates("what")
-    rows = [did_not_run(e["what"], "", e["problem"]) for e in failed.to_dict("records")]
+    rows: list[Row] = []
     constants = table[table["kind"] == "constant"].set_index("what")
     ran = _simulated(table)
     for what in constants.index:
@@ -320,10 +237,7 @@ def promises(table: pandas.DataFrame) -> list[Row]:
                 rows.append(row(f"{what}: off by [%]", who, off, expected, 0.006, _PERCENT))
     rows += _constants_against_one_another(constants["paper"])
     rows += _of_the_force(table)
-    share = constants["exact"]["share within sqrt(10) pi R"]
-    what = "share of the force within sqrt(10) pi R, 5 granules"
-    rows.append(row(what, "exact", share, 1.0, 2e-5, "the paper: about; 1.2e-5 is outside"))
-    return [*rows, *_of_eq4b(table[table["kind"] == "shift"])]
+    return rows
 
 
 def _simulated(table: pandas.DataFrame) -> list[tuple[str, float, str]]:
@@ -374,52 +288,6 @@ def _of_the_force(table: pandas.DataFrame) -> Iterator[Row]:
     yield row("integral of S^(3/2)", "quadrature", integral, paper.FORCE_INTEGRAL, 5e-4, reason)
 
 
-EQ4B = {
-    ("below 1", "t_{i+1} - t_i", "lowest"): -40.7,
-    ("below 1", "t_{i+1} - t_i", "highest"): -2.7,
-    ("below 1", "t_i - t_{i-1}", "lowest"): -24.8,
-    ("below 1", "t_i - t_{i-1}", "highest"): -2.9,
-    ("above 1", "t_{i+1} - t_i", "lowest"): -2.4,
-    ("above 1", "t_{i+1} - t_i", "highest"): 47.5,
-    ("above 1", "t_i - t_{i-1}", "lowest"): -2.5,
-    ("above 1", "t_i - t_{i-1}", "highest"): 27.7,
-}
-"""Error of Eq. 4b [%] against the times between peaks, for either reading of them: the range over
-the contacts of the scenes of Tables 2 to 4. Eq. 4b would have to give 0."""
-
-
-def eq4b_errors(shifts: pandas.DataFrame, backend: str) -> pandas.DataFrame:
-    """Error of Eq. 4b at each contact of each scene against the times of a backend [%].
-
-    Columns what, x (contact), below_1, and for the two readings ``t_{i+1} - t_i`` and ``t_i -
-    t_{i-1}``, which is NaN at contact 2: contact 1 is the shock.
-    """
-    before = shifts.groupby("what", sort=False)[backend].shift(1)
-    after, before = (100 * (shifts["paper"] / shift - 1) for shift in (shifts[backend], before))
-    below = shifts["what"].str.contains("_LM0.")
-    columns = {"below_1": below, "t_{i+1} - t_i": after, "t_i - t_{i-1}": before}
-    return shifts[["what", "x"]].assign(**columns)
-
-
-def _of_eq4b(shifts: pandas.DataFrame) -> Iterator[Row]:
-    reason = "one decimal of the per cents that were found"
-    for backend in ("native", "lammps"):
-        if not shifts[backend].notna().any():
-            continue
-        errors = eq4b_errors(shifts, backend)
-        for (side, reading, end), expected in EQ4B.items():
-            own = errors[errors["below_1"] == (side == "below 1")]
-            if reading == "t_i - t_{i-1}":
-                own = own[own["x"] != 2]
-            found = ends(own[reading])[end == "highest"]
-            what = f"Eq. 4b, LM_ratio {side}: {end} error against {reading} [%]"
-            yield row(what, backend, found, expected, 0.06, reason)
-    if shifts["lammps"].notna().any():
-        off = largest(shifts["lammps"] / shifts["native"] - 1)
-        reason = "extrapolated peak times are right to 1e-6 of a shift that is a tenth of the time"
-        yield row("times between peaks: LAMMPS / native - 1", "lammps", off, 0, 1e-5, reason)
-
-
 # What is shown
 
 _STYLES: dict[str, dict[str, Any]] = {
@@ -430,9 +298,10 @@ _STYLES: dict[str, dict[str, Any]] = {
 
 
 def draw(table: pandas.DataFrame) -> Figure:
-    """Draw the force over time with differences, constants, and Eq. 4b."""
-    figure = new_figure(12, 8.5, TITLE)
-    (top, constants), (bottom, eq4b) = figure.subplots(2, 2)
+    """Draw the force over time with differences, and constants."""
+    figure = new_figure(12, 6.5, TITLE)
+    panels = figure.subplot_mosaic([["top", "constants"], ["bottom", "constants"]])
+    top, bottom, constants = (panels[name] for name in ("top", "bottom", "constants"))
     force = table[table["kind"] == "force"]
     for name, style in _STYLES.items():
         top.plot(force["x"], force[name], **style)
@@ -450,17 +319,6 @@ def draw(table: pandas.DataFrame) -> Figure:
     )  # fmt: skip
     top.legend(fontsize="small")
     _draw_constants(constants, table[table["kind"] == "constant"])
-    errors = eq4b_errors(table[table["kind"] == "shift"], "native")
-    for below, colour, marker in ((True, "#0072B2", "o"), (False, "#D55E00", "^")):
-        own = errors[errors["below_1"] == below]
-        label = f"LM_ratio {'below' if below else 'above'} 1"
-        look: dict[str, Any] = {"color": colour, "marker": marker, "markersize": 5}
-        for number, (_, scene) in enumerate(own.groupby("what", sort=False)):
-            named = None if number else label
-            eq4b.plot(scene["x"], scene["t_{i+1} - t_i"], linewidth=0.8, label=named, **look)
-    eq4b.axhline(0, color="0.5", linewidth=0.8)
-    eq4b.set(xlabel="contact i", ylabel="error of Eq. 4b against peak times, native [%]")
-    eq4b.legend(fontsize="small")
     for axes in figure.axes:
         axes.grid(alpha=0.3)
     return figure
@@ -486,7 +344,7 @@ _WHO |= {"native": "native", "lammps": "LAMMPS"}
 
 SCRIPT = Script(
     TITLE,
-    "Which constants of the solitary wave are right, and do Eqs. 4 and 5 agree with one another?",
+    "Which constants of the solitary wave are right, and do they agree with one another?",
     "exact wave, native, LAMMPS, Nesterenko's long wave; the paper's Eqs. 4 and 5, L_SW and V_SW",
     measure, promises, draw,
 )  # fmt: skip

@@ -9,7 +9,6 @@ computes the native column again and holds the others against it.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -20,10 +19,9 @@ import pandas
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.files import check_writable, write_text
 from hertzchain.observables.peaks import largest_difference
-from validation.rows import Row, print_rows, progress, row
-from validation.script import dated, facts_of, leave_with
+from validation.rows import Row, progress, row
+from validation.script import Script
 from validation.shipped import HERE, STEEL, load, table_scenes
 
 TITLE = "Every engine at the same steps, largest difference of a peak"
@@ -80,29 +78,43 @@ def native_peaks(scene: hc.Scene, dt: float) -> FloatArray:
     return hc.Native("velocity-verlet", dt).run(scene).peak_force[: scene.chain.granules - 1]
 
 
-def measure(quick: bool) -> tuple[str, list[Row]]:
-    """The peaks by every engine on every scene (quick: four) as CSV, and a row for each of both.
+def measure(quick: bool, _: bool) -> pandas.DataFrame:
+    """The peaks by every engine on every scene (quick: four), and their versions as attributes.
 
-    The first line of the table says what ran.
+    Columns scene, contact, dt_s, and the peak [N] by each. BackendMissing where an engine is not
+    here.
     """
-    lines, rows, versions = [], [], {"hertzchain": hc.__version__}
+    tables: list[pandas.DataFrame] = []
+    versions: dict[str, str] = {}
     for name in progress(names()[::8] if quick else names(), TITLE):
         scene = scene_of(name)
-        dt = step_of(scene)
-        peaks = {"native": native_peaks(scene, dt)}
+        dt, contacts = step_of(scene), scene.chain.granules - 1
+        columns = {"scene": name, "contact": np.arange(contacts) + 2, "dt_s": dt}
+        columns["native_N"] = native_peaks(scene, dt)
         for engine, make in ENGINES.items():
             result = make(dt).run(scene)
-            peaks[engine] = result.peak_force[: scene.chain.granules - 1]
             versions.update(result.versions)
-            difference = largest_difference(peaks[engine], peaks["native"])
-            rows.append(row(name, engine, difference, 0.0, AGREED, REASON))
-        lines += [
-            [name, k + 2, repr(dt), *(f"{peaks[who][k]:.15g}" for who in peaks)]
-            for k in range(scene.chain.granules - 1)
-        ]
-    columns = ["scene", "contact", "dt_s", *(f"{who}_N" for who in ("native", *ENGINES))]
-    table = pandas.DataFrame(lines, columns=columns).to_csv(index=False)
-    return dated(facts_of(versions), table), rows
+            columns[f"{engine}_N"] = result.peak_force[:contacts]
+        tables.append(pandas.DataFrame(columns))
+    table = pandas.concat(tables, ignore_index=True)
+    table.attrs.update(versions)
+    return table
+
+
+def promises(table: pandas.DataFrame) -> list[Row]:
+    """A row for the peaks of each scene by each engine."""
+    return [
+        row(
+            str(name),
+            engine,
+            largest_difference(own[f"{engine}_N"].to_numpy(), own["native_N"].to_numpy()),
+            0.0,
+            AGREED,
+            REASON,
+        )
+        for name, own in table.groupby("scene", sort=False)
+        for engine in ENGINES
+    ]
 
 
 def recorded(path: Path = RECORDED) -> dict[str, tuple[float, dict[str, FloatArray]]]:
@@ -117,20 +129,12 @@ def recorded(path: Path = RECORDED) -> dict[str, tuple[float, dict[str, FloatArr
     }
 
 
-def run() -> bool:
-    """Print the largest differences; return whether none is too large."""
-    parser = argparse.ArgumentParser(description=TITLE)
-    parser.add_argument("--quick", action="store_true", help="four scenes")
-    parser.add_argument("-o", "--output", type=Path, help="write the peaks as CSV")
-    chosen = parser.parse_args()
-    if chosen.output is not None:
-        check_writable(chosen.output)
-    text, rows = measure(chosen.quick)
-    print_rows(TITLE, rows)
-    if chosen.output is not None:
-        write_text(chosen.output, text)
-    return all(entry.passed for entry in rows)
-
+SCRIPT = Script(
+    TITLE,
+    "Do three codes with the same steps find the same peaks?",
+    "LAMMPS, LIGGGHTS, Yade; native velocity Verlet",
+    measure, promises,
+)  # fmt: skip
 
 if __name__ == "__main__":
-    leave_with(run)
+    SCRIPT.main()

@@ -32,7 +32,7 @@ from hertzchain.engines.lammps.isolation import Child
 from hertzchain.scene.natural_units import natural_units
 from hertzchain.theory.paper import SHIFT
 from validation.drawing import BACKENDS, new_figure
-from validation.rows import Row, did_not_run, problems_as_text, row
+from validation.rows import Row, row
 from validation.script import Script
 from validation.shipped import STEEL, history_of
 
@@ -142,7 +142,7 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
 
     Columns wave, backend, force_N (peak of the contact that is passed), speed (granules per natural
     time unit of a wave of that force), x (granules from the crest, increasing), velocity (over the
-    natural unit of such a wave), velocity_m_s, at_once (which of the times), problem.
+    natural unit of such a wave), velocity_m_s, at_once (which of the times).
     """
     tables = []
     with Child() as child:
@@ -153,11 +153,7 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
             times = np.linspace(passing[0], passing[1], PHASES, endpoint=False)
             tables.append(_seen(name, native.run(scene, times)))
             if with_lammps and (not quick or name == list(WAVES)[1]):
-                try:
-                    tables.append(_seen(name, run_in(child, _LAMMPS, scene, times)))
-                except hc.HertzchainError as problem:
-                    failed = {"wave": name, "backend": "lammps", "problem": str(problem)}
-                    tables.append(pandas.DataFrame([failed]))
+                tables.append(_seen(name, run_in(child, _LAMMPS, scene, times)))
     return pandas.concat(tables, ignore_index=True)
 
 
@@ -179,7 +175,7 @@ def _seen(name: str, result: hc.Result) -> pandas.DataFrame:
         "wave": name, "backend": result.backend, "force_N": force,
         "speed": units.time / (end - begin), "x": x[near][order],
         "velocity": velocity / units.velocity, "velocity_m_s": velocity,
-        "at_once": at_once[near][order], "problem": "",
+        "at_once": at_once[near][order],
     }  # fmt: skip
     return pandas.DataFrame(columns)
 
@@ -217,12 +213,8 @@ def promises(table: pandas.DataFrame) -> list[Row]:
     widths: dict[str, list[list[float]]] = {}
     exact = exact_profile()
     expected = {fraction: exact.width(fraction) for fraction in (0.5, 0.01)}
-    table = problems_as_text(table)
     for (wave, who), own in table.groupby(["wave", "backend"], sort=False):
         what, backend = str(wave), str(who)
-        if own["problem"].iloc[0]:
-            rows.append(did_not_run(what, backend, own["problem"].iloc[0]))
-            continue
         x, velocity = own["x"].to_numpy(), own["velocity"].to_numpy()
         reason, limit = EXACT[backend], _EXACT[backend]
         peak = float(exact.velocity(np.zeros(1))[0])

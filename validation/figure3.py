@@ -27,7 +27,6 @@ from validation.transition_scenes import (
     by_scene,
     found_by_both,
     scene_of,
-    separated,
     transitions,
 )
 
@@ -72,7 +71,7 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
 
 def promises(table: pandas.DataFrame) -> list[Row]:
     """LAMMPS against native; Eq. 3 against p; p and F_SW over LM_ratio."""
-    table, rows = separated(table)
+    rows = []
     native = table[table["backend"] == "native"]
     for scene, exact, own in found_by_both(table):
         off = np.max(np.abs(own["peak_force_N"].array / exact["peak_force_N"].array - 1))
@@ -123,7 +122,6 @@ def _far(native: pandas.DataFrame) -> list[Row]:
 
 def draw(table: pandas.DataFrame) -> Figure:
     """(a) a panel for each profile; (b) p beside Eq. 3."""
-    table, _ = separated(table)
     figure = new_figure(10, 8, f"Figure 3: {CHOSEN}")
     parts: Any = figure.subfigures(2, 1, height_ratios=(1.2, 1))
     top, bottom = parts

@@ -8,7 +8,6 @@ case. What remains is no noise: profiles and LM_ratio differ in the shape of the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,7 +21,7 @@ from validation.drawing import PROFILES as PROFILE_STYLES
 from validation.drawing import new_figure
 from validation.rows import Row, row
 from validation.script import Script
-from validation.transition_scenes import CHOSEN, found_by_both, in_transition, separated
+from validation.transition_scenes import CHOSEN, found_by_both, in_transition
 
 TITLE = "Figure 4: normalized peaks and Eq. 8"
 
@@ -33,27 +32,17 @@ SIDES = {"LM_ratio < 1": (0.0, 1.0), "LM_ratio > 1": (1.0, np.inf)}
 """The paper's two panels."""
 
 
-@dataclass(frozen=True)
-class Cubic:
-    """1 + a j + b j^2 + c j^3, fitted."""
-
-    coefficients: FloatArray  # a, b and c, shape (3,)
-    rms: float  # root of the mean square of what remains
-
-    def __call__(self, j: ArrayLike) -> FloatArray:
-        """The value at a normalized contact."""
-        at = np.asarray(j, np.float64)
-        a, b, c = self.coefficients
-        return np.asarray(1 + at * (a + at * (b + at * c)))
+def cubic(coefficients: FloatArray, j: ArrayLike) -> FloatArray:
+    """1 + a j + b j^2 + c j^3 at normalized contacts."""
+    at, (a, b, c) = np.asarray(j, np.float64), coefficients
+    return np.asarray(1 + at * (a + at * (b + at * c)))
 
 
-def fit_cubic(j: ArrayLike, normalized: ArrayLike) -> Cubic:
-    """The cubic through 1 at j = 0 with the least squares of the rest, at least four points."""
-    at, wanted = np.asarray(j, np.float64), np.asarray(normalized, np.float64) - 1
-    powers = np.stack([at, at**2, at**3], axis=1)
-    coefficients = np.asarray(np.linalg.lstsq(powers, wanted, rcond=None)[0], np.float64)
-    rest = wanted - powers @ coefficients
-    return Cubic(coefficients, rms(rest))
+def refit(j: ArrayLike, normalized: ArrayLike) -> FloatArray:
+    """a, b and c of the cubic with the least squares, from at least four points, shape (3,)."""
+    powers = np.asarray(j, np.float64)[:, np.newaxis] ** [1, 2, 3]
+    wanted = np.asarray(normalized, np.float64) - 1
+    return np.asarray(np.linalg.lstsq(powers, wanted, rcond=None)[0])
 
 
 def rms(values: ArrayLike) -> float:
@@ -77,8 +66,8 @@ def _normalized(own: pandas.DataFrame) -> pandas.DataFrame:
     return own.assign(j=j, normalized=normalized, eq8=theory.peak_force_fit(j))
 
 
-def fits(table: pandas.DataFrame) -> dict[tuple[str, str], tuple[Cubic, float]]:
-    """The refit, and the root mean square of what Eq. 8 leaves, for each (side, backend)."""
+def fits(table: pandas.DataFrame) -> dict[tuple[str, str], tuple[FloatArray, float, float]]:
+    """The refit, and the rms of what Eq. 8 and the refit leave, for each (side, backend)."""
     found = {}
     for side, (low, high) in SIDES.items():
         for backend, own in table.groupby("backend", sort=False):
@@ -86,8 +75,10 @@ def fits(table: pandas.DataFrame) -> dict[tuple[str, str], tuple[Cubic, float]]:
             free = own[(ratio > low) & (ratio < high) & (own["contact"] > 2)]
             if free.empty:
                 continue
-            cubic = fit_cubic(free["j"], free["normalized"])
-            found[side, str(backend)] = cubic, rms(free["normalized"] - free["eq8"])
+            fitted = refit(free["j"], free["normalized"])
+            by_eq8, by_refit = free["eq8"], cubic(fitted, free["j"])
+            left = rms(free["normalized"] - by_eq8), rms(free["normalized"] - by_refit)
+            found[side, str(backend)] = fitted, *left
     return found
 
 
@@ -114,16 +105,16 @@ SAME = (
 
 def promises(table: pandas.DataFrame) -> list[Row]:
     """Compare the refit with Eq. 8, both residuals, and LAMMPS's points with native's."""
-    table, rows = separated(table)
+    rows = []
     found = fits(table[table["backend"] == "native"])
-    for (side, backend), (cubic, left) in found.items():
+    for (side, backend), (fitted, *left) in found.items():
         for k, letter in enumerate("abc"):
-            value, what = cubic.coefficients[k], f"{side}: refit, {letter}"
+            value, what = fitted[k], f"{side}: refit, {letter}"
             rows.append(row(what, backend, value, _FOUND[side][k], 0.006, COEFFICIENT))
             if side == "LM_ratio > 1":
                 what += ", beside the paper's"
                 rows.append(row(what, backend, value, PAPER[k], _SCATTER[k], SCATTER))
-        both = zip(("Eq. 8", "refit"), (left, cubic.rms), _RMS[side], strict=True)
+        both = zip(("Eq. 8", "refit"), left, _RMS[side], strict=True)
         for formula, value, expected in both:
             what = f"{side}: rms of normalized peaks less {formula}"
             rows.append(row(what, backend, value, expected, 1e-4, RMS[side]))
@@ -138,7 +129,6 @@ def promises(table: pandas.DataFrame) -> list[Row]:
 
 def draw(table: pandas.DataFrame) -> Figure:
     """The paper's two panels."""
-    table, _ = separated(table)
     figure = new_figure(10, 4.8, f"Figure 4: {CHOSEN}")
     panels = figure.subplots(1, 2, sharey=True)
     found = fits(table)
@@ -147,10 +137,9 @@ def draw(table: pandas.DataFrame) -> Figure:
         own = table[(table["momentum_ratio"] > low) & (table["momentum_ratio"] < high)]
         axes.plot(line, theory.peak_force_fit(line), "k-", label="Eq. 8")
         if (side, "native") in found:
-            cubic = found[side, "native"][0]
-            a, b, c = cubic.coefficients
+            a, b, c = fitted = found[side, "native"][0]
             label = f"refit: 1 {a:+.2f} j {b:+.2f} j² {c:+.2f} j³"
-            axes.plot(line, cubic(line), "--", color="#CC79A7", label=label)
+            axes.plot(line, cubic(fitted, line), "--", color="#CC79A7", label=label)
         for profile, style in PROFILE_STYLES.items():
             _draw_points(axes, own[own["profile"] == profile], style)
         axes.plot([], [], "s", color="0.3", markersize=10, fillstyle="none", label="open: LAMMPS")

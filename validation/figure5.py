@@ -30,7 +30,6 @@ from validation.transition_scenes import (
     found_by_both,
     in_transition,
     scene_of,
-    separated,
 )
 
 TITLE = "Figure 5: peaks by Eqs. 6 and 9"
@@ -99,7 +98,7 @@ def _with_formulas(own: pandas.DataFrame) -> pandas.DataFrame:
 
 def promises(table: pandas.DataFrame) -> list[Row]:
     """The largest error of each formula in each scene; LAMMPS's errors against native's."""
-    table, rows = separated(table)
+    rows = []
     scenes = by_scene(table, "native")
     worst = {scene: errors(own).abs().apply(largest) for scene, own in scenes.items()}
     for column, formula in FORMULAS.items():
@@ -132,7 +131,6 @@ def errors(own: pandas.DataFrame) -> pandas.DataFrame:
 
 def draw(table: pandas.DataFrame) -> Figure:
     """The paper's two panels, one row each, with a panel for each profile."""
-    table, _ = separated(table)
     figure = new_figure(
         10, 7.5, f"Figure 5: {CHOSEN}, and so is n; numbers in the panels: LM_ratio"
     )

@@ -8,14 +8,11 @@ Every native method at the same step, 0.1 natural time units. To measure again w
 The moving window keeps about 50 granules of 90,000, so that a million steps take seconds. It does
 not under RK4: what the wave loses stays behind as motion of all granules that it passed,
 none of them is ever quiet, and the cost grows as the square of the length. They go 4,000 granules.
-LAMMPS goes 2,000: it moves all granules at
-all steps, 0.1 us for each, and would take some three hours for 90,000.
+LAMMPS, which moves all granules at all steps, would take some three hours for 90,000.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -31,7 +28,7 @@ from hertzchain.engines.native.simulation import Simulation, simulate
 from hertzchain.scene.run import Run
 from hertzchain.theory.solitary_wave import solitary_wave
 from validation.drawing import new_figure
-from validation.rows import Row, progress, row
+from validation.rows import Row, largest, progress, row
 from validation.script import Script
 from validation.shipped import STEEL
 
@@ -54,32 +51,20 @@ _START = 100
 class Contender:
     """A method that carries a wave, and its marks."""
 
-    name: str
-    method: str  # one of METHODS; LAMMPS otherwise
+    method: str  # one of METHODS
     # Numbers of contacts, increasing; the chain is a little longer than the last.
     marks: tuple[int, ...]
 
 
 _FAR = (1_000, 3_000, 10_000, 30_000, 89_900)
 _LOSSY = (1_000, 2_000, 3_900)
-_BESIDE = (1_000, 1_900)
-BESIDE_LAMMPS = "velocity-verlet, as long as LAMMPS"
 
 
 def contenders(quick: bool) -> list[Contender]:
     """All contenders, at the same step."""
     far = (1_000, 1_500, 2_000, 2_900) if quick else _FAR
     lossy = (1_000, 1_250, 1_500) if quick else _LOSSY
-    beside = (400,) if quick else _BESIDE
-    return [
-        Contender("velocity-verlet", "velocity-verlet", far),
-        Contender("srkn-6b", "srkn-6b", far),
-        Contender("srkn-11b", "srkn-11b", far),
-        Contender("reference", "reference", far),
-        Contender("rk4", "rk4", lossy),
-        Contender(BESIDE_LAMMPS, "velocity-verlet", beside),
-        Contender("LAMMPS", "LAMMPS", beside),
-    ]
+    return [Contender(method, lossy if method == "rk4" else far) for method in METHODS]
 
 
 def scene_of(contender: Contender, end_time: float | None = None) -> hc.Scene:
@@ -92,7 +77,7 @@ def scene_of(contender: Contender, end_time: float | None = None) -> hc.Scene:
     return replace(scene, run=Run(end))
 
 
-def by_native(contender: Contender) -> pandas.DataFrame:
+def carried(contender: Contender) -> pandas.DataFrame:
     """A row for each mark; totals of momentum and energy come from runs that end there."""
 
     def run(end_time: float | None = None) -> Simulation:
@@ -114,20 +99,6 @@ def by_native(contender: Contender) -> pandas.DataFrame:
     return table
 
 
-def by_lammps(contender: Contender) -> pandas.DataFrame:
-    """A row for each mark; momentum from the end of the run, when the wave has been reflected."""
-    scene = scene_of(contender)
-    units = scene.units
-    result = hc.Lammps(STEP * units.time).run(scene)
-    table = wave_at(contender, result.peak_force / units.force, result.peak_time / units.time)
-    nowhere = [math.nan] * (len(contender.marks) - 1)
-    balance = result.balance
-    table["momentum"] = [*nowhere, balance.momentum / balance.impulse - 1]
-    table["energy"] = math.nan
-    table["kicks"] = [*nowhere, result.steps]
-    return table
-
-
 def wave_at(contender: Contender, force: FloatArray, time: FloatArray) -> pandas.DataFrame:
     """Amplitude, speed and what theory says of both, at each mark; peaks are from contact 2 on."""
     rows, before = [], _START
@@ -136,25 +107,20 @@ def wave_at(contender: Contender, force: FloatArray, time: FloatArray) -> pandas
         speed = (mark - before) / (time[mark - 2] - time[before - 2])
         exact = solitary_wave().speed * np.mean(force[span] ** (1 / 6))
         amplitude = np.max(force[max(mark - _WINDOW, _START) - 2 : mark - 2])
-        rows.append((contender.name, mark, amplitude, speed, speed / exact - 1))
+        rows.append((contender.method, mark, amplitude, speed, speed / exact - 1))
         before = mark
     columns = ["contender", "granule", "amplitude", "speed", "relation"]
     return pandas.DataFrame(rows, columns=columns)
 
 
-def measure(quick: bool = False, with_lammps: bool = True) -> pandas.DataFrame:
+def measure(quick: bool, _: bool) -> pandas.DataFrame:
     """Measure each contender's wave at each mark; the quick form has 3,000 granules, not 90,000.
 
     Columns contender, granule, amplitude (the highest peak of the last 900 contacts), speed (since
     the mark before), relation (speed over that of an exact wave of the same peaks, less 1),
     momentum (over the impulse, less 1), energy, and kicks (force evaluations); natural units.
     """
-    tables = []
-    for contender in progress(contenders(quick), TITLE):
-        if contender.method in METHODS:
-            tables.append(by_native(contender))
-        elif with_lammps:
-            tables.append(by_lammps(contender))
+    tables = [carried(contender) for contender in progress(contenders(quick), TITLE)]
     return pandas.concat(tables, ignore_index=True)
 
 
@@ -164,38 +130,23 @@ def drift(table: pandas.DataFrame, contender: str, quantity: str) -> FloatArray:
     return np.asarray(own / own[0] - 1)
 
 
-def last(table: pandas.DataFrame, contender: str, quantity: str) -> float:
-    """A quantity at the last mark."""
-    return float(table.loc[table["contender"] == contender, quantity].iloc[-1])
-
-
 def promises(table: pandas.DataFrame) -> list[Row]:
     """Return checks of every wave."""
     rows = []
     for name in dict.fromkeys(table["contender"]):
-        backend = "lammps" if name == "LAMMPS" else "native"
         own = table[table["contender"] == name]
-        walk = float(np.finfo(np.float64).eps * np.sqrt(4 * own["kicks"].max()))
-        off = float(own["momentum"].abs().max())
-        rows.append(row(f"{name}: momentum", backend, off, 0.0, walk, _WALK))
+        walk = float(np.finfo(np.float64).eps * np.sqrt(4 * largest(own["kicks"])))
+        off = largest(own["momentum"])
+        rows.append(row(f"{name}: momentum", "native", off, 0.0, walk, _WALK))
     for name, (energy, amplitude) in _BOUNDED.items():
-        off = float(np.max(np.abs(drift(table, name, "energy"))))
+        off = largest(drift(table, name, "energy"))
         rows.append(row(f"{name}: energy", "native", off, 0.0, energy, _FITTED))
-        off = float(np.max(np.abs(drift(table, name, "amplitude"))))
+        off = largest(drift(table, name, "amplitude"))
         rows.append(row(f"{name}: amplitude", "native", off, 0.0, amplitude, _SYMPLECTIC))
     for name, allowed in _RELATION.items():
-        off = float(table.loc[table["contender"] == name, "relation"].abs().max())
+        off = largest(table.loc[table["contender"] == name, "relation"])
         rows.append(row(f"{name}: speed of its height", "native", off, 0.0, allowed, _SPEED))
-    if "LAMMPS" in set(table["contender"]):
-        rows += _beside(table)
     return rows
-
-
-def _beside(table: pandas.DataFrame) -> Iterator[Row]:
-    """LAMMPS and native velocity Verlet on the same steps."""
-    for quantity, allowed in (("amplitude", 5e-6), ("speed", 1e-6)):
-        off = last(table, "LAMMPS", quantity) / last(table, BESIDE_LAMMPS, quantity) - 1
-        yield row(f"LAMMPS: {quantity} over native's", "lammps", off, 0.0, allowed, _BETWEEN)
 
 
 _BOUNDED = {
@@ -226,13 +177,10 @@ _SYMPLECTIC = (
     " and 900 of them have their highest to 2e-11"
 )
 _SPEED = "what a step of 0.1 costs the speed of a wave, the same at each granule"
-_BETWEEN = "both find a peak between two steps in their own way: they differ by some dt^4 / 25"
-
-
 _STYLES = {
     "velocity-verlet": ("#0072B2", "o-"), "srkn-6b": ("#009E73", "s-"),
     "srkn-11b": ("#CC79A7", "^-"), "reference": ("#000000", "v-"),
-    "rk4": ("#D55E00", "D-"), "LAMMPS": ("#56B4E9", "x--"),
+    "rk4": ("#D55E00", "D-"),
 }  # fmt: skip
 
 
@@ -275,7 +223,7 @@ def draw(table: pandas.DataFrame) -> Figure:
 SCRIPT = Script(
     TITLE,
     "What drifts in a wave that goes a million steps?",
-    "native methods, LAMMPS; the exact solitary wave",
+    "native methods; the exact solitary wave",
     measure, promises, draw,
 )  # fmt: skip
 

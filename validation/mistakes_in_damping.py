@@ -1,9 +1,8 @@
-"""Deliberate mistakes in damped contacts, found by closed forms and by judgements of peaks."""
+"""Deliberate mistakes in damped contacts, found by closed forms of collisions."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -33,9 +32,6 @@ DASHPOT_LAW = hc.Contact("dashpot", coefficient=20.0)
 
 TOLERANCE = 1e-8
 PARTS = "right ones are off by 5e-12; has to be exceeded"
-
-JUDGED_TO = 1e-6
-NAMED = "that of the judgement, which has to be exceeded, with the cause named"
 
 
 @dataclass(frozen=True)
@@ -127,48 +123,17 @@ MISTAKES_IN_DAMPING = (
         another(damping=without_the_last), RESTITUTION_LAW, at_wall=True),
     DampingMistake("no damping", coefficients_times(1e-12), RESTITUTION_LAW, cause="no damping"),
 )  # fmt: skip
-"""The mistakes: place of each, and the words of a judgement that names it."""
-
-
-def plant_in_damping(quick: bool) -> Iterator[Row]:
-    """Yield rows of every mistake, which pass where it is seen.
-
-    The column of backends has who sees it: a closed form or an integral of a collision, and the
-    judgement of the peaks of a chain, which has to name it. The quick form is without judgements.
-    """
-    for mistake in MISTAKES_IN_DAMPING:
-        yield by_collision(mistake)
-        if mistake.cause is not None and not quick:
-            yield by_judgement(mistake, mistake.cause)
+"""The mistakes: place of each, and the words with which ``hc.judge`` names it."""
 
 
 def by_collision(mistake: DampingMistake) -> Row:
-    """The speed of parting over that of approach, which is known."""
+    """The known speed of parting over that of approach; passes where the mistake is seen."""
     expected = restitution_of(mistake.law)
     with mistake.plant():
         found = at_wall(mistake.law) if mistake.at_wall else of_two(mistake.law)
     caught = not abs(found - expected) <= TOLERANCE
     who = "a granule and a wall" if mistake.at_wall else "two spheres"
     return Row(mistake.what, f"{who}: restitution", found, expected, TOLERANCE, caught, PARTS)
-
-
-def by_judgement(mistake: DampingMistake, cause: str) -> Row:
-    """The largest difference of the peaks of a chain; passes where a judgement names the mistake.
-
-    The scene is made under the mistake: it keeps what it has worked out.
-    """
-    with mistake.plant():
-        peaks = hc.Native(rtol=1e-8).run(chain_of(mistake.law)).peak_force
-    judgement = hc.judge(chain_of(mistake.law), peaks, tolerance=JUDGED_TO)
-    found = judgement.largest_difference or 0.0
-    caught = judgement.verdict == "fail" and cause in (judgement.cause or "").split("; or ")[0]
-    return Row(mistake.what, "judgement: cause", found, 0.0, JUDGED_TO, caught, NAMED)
-
-
-def chain_of(law: hc.Contact) -> hc.Scene:
-    """A pulse so short that contacts open while the wave is near."""
-    pulse = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=0.5)
-    return hc.Scene(steel(16), pulse, contact=law)
 
 
 def of_two(law: hc.Contact) -> float:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
-import pandas
 from numpy.typing import ArrayLike
 from rich.console import Console
 from rich.progress import track
@@ -63,11 +62,6 @@ def did_not_run(what: str, backend: str, problem: hc.HertzchainError | str) -> R
     """A row that fails in place of those of a scene that could not be simulated."""
     nan = float("nan")
     return Row(f"{what}: {problem}", backend, nan, nan, 0.0, False, RAN)
-
-
-def problems_as_text(table: pandas.DataFrame) -> pandas.DataFrame:
-    """A table whose column ``problem`` is text, also where it was read from a file without any."""
-    return table.assign(problem=table["problem"].astype(object).fillna(""))
 
 
 def progress(work: Iterable[_Any], label: str) -> Iterable[_Any]:

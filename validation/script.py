@@ -53,13 +53,6 @@ class Script:
         """Return the figure of a table."""
         return draw_rows(self.promises(table)) if self.drawing is None else self.drawing(table)
 
-    def compare(self, quick: bool = False) -> list[Row]:
-        """The rows, with both backends; BackendMissing if LAMMPS is not there."""
-        problem = why_no_lammps()
-        if problem is not None:
-            raise BackendMissing(problem)
-        return self.promises(self.measure(quick, True))
-
     def main(self) -> None:
         """The command line: exit status as from ``run``."""
         sys.exit(self.run(sys.argv[1:]))
@@ -67,8 +60,8 @@ class Script:
     def run(self, arguments: Sequence[str]) -> int:
         """Measure, print, write if asked.
 
-        The exit status is 1 when a row fails, 2 where LAMMPS is missing (the rest is measured) or
-        something cannot be written.
+        The exit status is 1 when a row fails, 2 where LAMMPS is missing (the rest is measured), a
+        scene does not run, or something cannot be written.
         """
         parser = argparse.ArgumentParser(description=f"{self.title}. {self.question}")
         parser.add_argument("--quick", action="store_true", help="less of it, in some seconds")
@@ -127,9 +120,11 @@ def as_json(rows: Sequence[Row]) -> list[dict[str, Any]]:
 def write_table(path: Path, table: pandas.DataFrame) -> None:
     """Write a table as CSV whose first line says when, with what and on what it was measured.
 
-    Read it with ``pandas.read_csv(path, comment="#")``.
+    The versions of other codes are its attributes. Read it with ``pandas.read_csv(path,
+    comment="#")``.
     """
-    write_text(path, dated(facts_of(provenance()), table.to_csv(index=False)))
+    others = {str(code): str(version) for code, version in table.attrs.items()}
+    write_text(path, dated(facts_of(provenance() | others), table.to_csv(index=False)))
 
 
 def facts_of(versions: Mapping[str, str]) -> str:
@@ -183,7 +178,7 @@ def draw_rows(rows: Sequence[Row]) -> Figure:
     axes.axvline(1.0, color="0.4", linewidth=0.8)
     labels = [f"{entry.what} ({entry.backend})" for entry in known]
     axes.set_yticks(range(len(known)), labels=labels, fontsize=6)
-    axes.invert_yaxis()
-    axes.set(xscale="log", xlabel="difference, in units of the tolerance")
+    axes.set(xscale="log", ylim=(len(known) - 0.4, -0.6))
+    axes.set_xlabel("difference, in units of the tolerance")
     axes.grid(axis="x", alpha=0.3)
     return figure

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import hertzchain as hc
 from hertzchain import theory
-from hertzchain.engines.lammps.backend import run_many
-from hertzchain.errors import BackendMissing
+from hertzchain.engines.lammps.backend import run_in
+from hertzchain.engines.lammps.isolation import Child
+from hertzchain.errors import RunFailed
 from hertzchain.observables.history import History
 from validation.rows import progress
 
@@ -60,8 +61,13 @@ def table_scenes() -> list[str]:
     return list(dict.fromkeys(map(scene_name, entries)))
 
 
-Found = dict[tuple[str, str], hc.Result | hc.HertzchainError]
-"""A result, or why there is none, for each (name of the scene, backend)."""
+Found = dict[tuple[str, str], hc.Result]
+"""A result for each (name of the scene, backend)."""
+
+
+def of_scene(found: Found, name: str) -> dict[str, hc.Result]:
+    """The results of one scene, by backend."""
+    return {backend: result for (scene, backend), result in found.items() if scene == name}
 
 
 def load(name: str) -> hc.Scene:
@@ -74,17 +80,16 @@ def simulate(
 ) -> Found:
     """Run scenes, by their names, with both backends, LAMMPS in a process of its own.
 
-    LAMMPS takes steps small enough for 1e-6 by default. The progress bar has a label.
+    LAMMPS takes steps small enough for 1e-6 by default. The progress bar has a label. RunFailed
+    names the scene that did not run.
     """
     found: Found = {}
-    by_lammps = run_many(scenes.values(), lammps) if with_lammps else None
-    for name, scene in progress(scenes.items(), label):
-        try:
-            found[name, "native"] = hc.Native("reference").run(scene)
-        except hc.HertzchainError as problem:
-            found[name, "native"] = problem
-        if by_lammps is not None:
-            found[name, "lammps"] = beside = next(by_lammps)
-            if isinstance(beside, BackendMissing):
-                raise beside
+    with Child() as child:
+        for name, scene in progress(scenes.items(), label):
+            try:
+                found[name, "native"] = hc.Native("reference").run(scene)
+                if with_lammps:
+                    found[name, "lammps"] = run_in(child, lammps or hc.Lammps(), scene)
+            except hc.HertzchainError as problem:
+                raise RunFailed(f"{name}: {problem}") from None
     return found

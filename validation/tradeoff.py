@@ -5,23 +5,19 @@
 
 from __future__ import annotations
 
-import argparse
 import functools
-import sys
-from collections.abc import Sequence
-from pathlib import Path
+from dataclasses import fields
 
 import pandas
+from matplotlib.figure import Figure
 
-import hertzchain as hc
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.errors import BackendMissing
-from hertzchain.files import check_writable, write_text
 from hertzchain.report.figures import plot_tradeoff
-from hertzchain.report.tradeoff import print_tradeoff
-from hertzchain.verdict.tradeoff import Tradeoff, provenance, tradeoff
-from validation.rows import Row, did_not_run, output, print_rows, progress, row
-from validation.script import dated, facts_of
+from hertzchain.verdict.tradeoff import Row as Setting
+from hertzchain.verdict.tradeoff import Tradeoff, tradeoff
+from validation.rows import Row, progress, row
+from validation.script import Script
 from validation.shipped import load, table_scenes
 
 TITLE = "Error against cost"
@@ -38,35 +34,24 @@ LONGEST = 3600.0
 """Seconds for one scene, which takes half a minute."""
 
 
-def measure(quick: bool = False) -> dict[str, Tradeoff | hc.HertzchainError]:
-    """Measure every contender on every scene, in a process that LAMMPS may crash, or its failure.
+def measure(quick: bool, _: bool) -> pandas.DataFrame:
+    """Measure every contender on every scene, in a process that LAMMPS may crash.
 
-    The quick form has one scene, and no run repeated for the sake of its time. BackendMissing if
-    LAMMPS is not there.
+    The quick form has one scene, and no run repeated for the sake of its time. One row for each
+    contender and setting: the scene, the columns of ``Tradeoff.to_frame``, and truth_error.
+    BackendMissing if LAMMPS is not there.
     """
-    names = sorted(table_scenes())
-    found: dict[str, Tradeoff | hc.HertzchainError] = {}
+    names, tables = sorted(table_scenes()), []
     with Child() as child:
         for name in progress(names[:1] if quick else names, TITLE):
-            scene = load(name)
-            how = functools.partial(tradeoff, scene, enough=0.0 if quick else ENOUGH)
-            try:
-                one: Tradeoff = child.call(how, time_limit=LONGEST)
-            except hc.HertzchainError as problem:
-                found[name] = problem
-                continue
+            how = functools.partial(tradeoff, load(name), enough=0.0 if quick else ENOUGH)
+            one: Tradeoff = child.call(how, time_limit=LONGEST)
             if one.missing:
                 raise BackendMissing("; ".join(one.remarks))
-            found[name] = one
-    return found
-
-
-def table_of(tradeoffs: dict[str, Tradeoff]) -> pandas.DataFrame:
-    """Return all rows of all scenes, with the scene first and the error of its truth last."""
-    frames = {
-        name: one.to_frame().assign(truth_error=one.truth_error) for name, one in tradeoffs.items()
-    }
-    return pandas.concat(frames, names=["scene"]).reset_index("scene").reset_index(drop=True)
+            table = one.to_frame().assign(truth_error=one.truth_error)
+            table.insert(0, "scene", name)
+            tables.append(table)
+    return pandas.concat(tables, ignore_index=True)
 
 
 def promises(table: pandas.DataFrame) -> list[Row]:
@@ -84,48 +69,27 @@ def promises(table: pandas.DataFrame) -> list[Row]:
     return rows
 
 
-def write(folder: Path, tradeoffs: dict[str, Tradeoff]) -> None:
-    """Write ``tradeoff.csv``, whose first line has date, versions and machine, and the plot.
-
-    Read it with ``pandas.read_csv(path, comment="#")``.
-    """
-    csv = table_of(tradeoffs).to_csv(index=False, float_format="%.4g")
-    write_text(folder / "tradeoff.csv", dated(facts_of(provenance()), csv))
-    plot_tradeoff(list(tradeoffs.values())).write(folder / "tradeoff.png")
+def draw(table: pandas.DataFrame) -> Figure:
+    """Draw error against time: medians of the scenes, and the range of their errors."""
+    return plot_tradeoff([_of(str(name), own) for name, own in table.groupby("scene", sort=False)])
 
 
-def run(arguments: Sequence[str]) -> int:
-    """Measure, print, write if asked; return the exit status, 1 if a check fails."""
-    parser = argparse.ArgumentParser(description=TITLE)
-    parser.add_argument("--quick", action="store_true", help="one scene, each run once or twice")
-    parser.add_argument(
-        "-o", "--output", type=Path, metavar="FOLDER", help="write tradeoff.csv and tradeoff.png"
-    )
-    chosen = parser.parse_args(arguments)
-    try:
-        if chosen.output is not None:
-            for name in ("tradeoff.csv", "tradeoff.png"):
-                check_writable(chosen.output / name)
-        measured = measure(chosen.quick)
-        tradeoffs = {name: one for name, one in measured.items() if isinstance(one, Tradeoff)}
-        rows = [
-            did_not_run(name, "all", one)
-            for name, one in measured.items()
-            if not isinstance(one, Tradeoff)
-        ]
-        whole = not rows
-        if tradeoffs:
-            rows += promises(table_of(tradeoffs))
-            print_tradeoff(output(), list(tradeoffs.values()))
-        print()
-        print_rows(f"{TITLE}: what has to hold", rows)
-        if chosen.output is not None and whole:
-            write(chosen.output, tradeoffs)
-    except hc.HertzchainError as problem:
-        print(f"tradeoff.py: {problem}", file=sys.stderr)
-        return 2
-    return 0 if all(entry.passed for entry in rows) else 1
+def _of(name: str, own: pandas.DataFrame) -> Tradeoff:
+    """The rows of a scene, as they were measured."""
+    entries = own.rename(columns={"step_s": "step", "wall_time_s": "wall_time"})
+    names = [field.name for field in fields(Setting)]
+    # What a setting does not have is NaN in a table.
+    records = entries[names].astype(object).where(entries[names].notna(), None).to_dict("records")
+    rows = tuple(Setting(**{str(key): value for key, value in one.items()}) for one in records)
+    return Tradeoff(load(name), rows, float(own["truth_error"].iloc[0]), False, ())
 
+
+SCRIPT = Script(
+    TITLE,
+    "What does each digit of the peaks cost with each method?",
+    "native, SciPy's DOP853, LAMMPS; native's reference method with short steps",
+    measure, promises, draw,
+)  # fmt: skip
 
 if __name__ == "__main__":
-    sys.exit(run(sys.argv[1:]))
+    SCRIPT.main()

@@ -14,8 +14,8 @@ import numpy as np
 import pandas
 
 import hertzchain as hc
+from hertzchain.errors import RunFailed
 from hertzchain.scene.pulse import PROFILES, profile_named
-from validation.rows import Row, did_not_run, problems_as_text
 from validation.shipped import STEEL
 
 MOMENTUM_RATIOS = (0.3, 0.5, 0.7, 1.0, 1.4, 2.0, 2.5)
@@ -46,7 +46,7 @@ _NAMES = {
 
 _COLUMNS = (
     *("profile", "momentum_ratio", "backend", "contact", "peak_force_N", "error_estimate"),
-    *("p", "wave_force_N", "problem"),
+    *("p", "wave_force_N"),
 )
 
 _QUICK = (1.4,)
@@ -65,8 +65,7 @@ def transitions(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     In the quick form LAMMPS simulates three of them; native, which takes a second for all, all.
     LAMMPS is extrapolated from two runs, right to 1e-6 all the same. Columns profile,
     momentum_ratio, backend, contact (2 to 20), peak_force_N, error_estimate (of the peaks,
-    relative), p, wave_force_N (F_SW, of contact p + 1), problem: why there are no peaks, or no p,
-    in the one line that stands there instead.
+    relative), p, wave_force_N (F_SW, of contact p + 1).
     """
     tables = [_swept(hc.Native("reference"), MOMENTUM_RATIOS)]
     if with_lammps:
@@ -84,37 +83,31 @@ def in_transition(
     """
     table = transitions(quick, with_lammps)
     table = table[table["momentum_ratio"] != 1]
-    inside = (table["contact"] <= table["p"] + beyond) | (table["problem"] != "")
+    inside = table["contact"] <= table["p"] + beyond
     groups = table[inside].groupby(["profile", "momentum_ratio", "backend"], sort=False)
-    parts = [own if own["problem"].iloc[0] else add(own) for _, own in groups]
-    return pandas.concat(parts, ignore_index=True)
+    return pandas.concat([add(own) for _, own in groups], ignore_index=True)
 
 
 @functools.cache
 def _swept(backend: hc.Native | hc.Lammps, ratios: tuple[float, ...]) -> pandas.DataFrame:
-    """Return a backend's results for all profiles with some LM_ratio, once for all figures."""
+    """Return a backend's results for all profiles with some LM_ratio, once for all figures.
+
+    RunFailed where a scene did not run, or its transition does not end.
+    """
     vary: dict[str, Iterable[str | float]] = {
         "shock.profile": list(PROFILES),
         "shock.momentum_ratio": ratios,
     }
     swept = hc.sweep(scene_of("cosine", 1.0), vary, backends=[backend], peaks=True)
     scenes = swept.to_frame().rename(columns=_NAMES)
-    ends = scenes["wave_force_N"].notna()
-    scenes["problem"] = scenes["failure"].fillna("the transition does not end").where(~ends, "")
+    failed = scenes[scenes["wave_force_N"].isna()]
+    if len(failed):
+        first = failed.fillna({"failure": "the transition does not end"}).iloc[0]
+        scene = name(first["profile"], first["momentum_ratio"])
+        raise RunFailed(f"{scene}: {first['backend']}: {first['failure']}")
     peaks = swept.peaks_to_frame()
-    seen = (peaks["contact"] <= CONTACTS) & peaks["scene"].isin(scenes["scene"][ends])
-    return scenes.merge(peaks[seen], how="left", on=["scene", "backend"])[[*_COLUMNS]]
-
-
-def separated(table: pandas.DataFrame) -> tuple[pandas.DataFrame, list[Row]]:
-    """Return the scenes that have run, and a failing row for each other scene."""
-    table = problems_as_text(table)
-    failed = table["problem"] != ""
-    rows = [
-        did_not_run(name(entry["profile"], entry["momentum_ratio"]), entry["backend"], said)
-        for (_, entry), said in zip(table[failed].iterrows(), table["problem"][failed], strict=True)
-    ]
-    return table[~failed], rows
+    seen = peaks[peaks["contact"] <= CONTACTS]
+    return scenes.merge(seen, how="left", on=["scene", "backend"])[[*_COLUMNS]]
 
 
 def by_scene(table: pandas.DataFrame, backend: str) -> dict[str, pandas.DataFrame]:

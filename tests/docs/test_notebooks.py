@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
+from docs import run_notebooks as notebooks
 from tests.docs.test_docs import agrees
-from validation import notebooks
 
 PATHS = sorted(notebooks.FOLDER.glob("*.ipynb"))
 LONG = {"figures", "first_scene", "measured_pulse"}

@@ -19,11 +19,11 @@ from hatchling.builders.wheel import WheelBuilder
 from typer.main import get_command
 
 import hertzchain as hc
+from docs import draw_picture
 from hatch_build import description
 from hertzchain.cli.commands import app
 from tests.docs.test_docs import Page, blocks
 from tests.places import ROOT
-from validation import picture
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
@@ -85,13 +85,13 @@ def test_the_picture_is_what_its_script_draws(
 ) -> None:
     """Every word of it; the last digits of differences are round-off of one machine."""
     drawn = tmp_path / "picture.svg"
-    monkeypatch.setattr(sys, "argv", ["picture.py", "-o", str(drawn)])
-    picture.main()
+    monkeypatch.setattr(sys, "argv", ["draw_picture.py", "-o", str(drawn)])
+    draw_picture.main()
     (shown,) = re.findall(r"^!\[[^\]]+\]\(([^)]+)\)$", README, re.MULTILINE)
     kept, found = words_of(ROOT / shown), words_of(drawn)
     assert kept == found
     assert {"Verdict: pass", "peaks against the reference", "100 N", "time [ms]"} <= set(found)
-    assert found.count("✓") == sum(map(len, picture.CHECKS.values()))
+    assert found.count("✓") == sum(map(len, draw_picture.CHECKS.values()))
 
 
 def words_of(path: Path) -> list[str]:

@@ -7,19 +7,15 @@ from pathlib import Path
 import pandas
 import pytest
 
-from validation import benchmarks
 from validation.benchmarks import TERMS, Measured, keep
 
 
 @pytest.mark.parametrize("codes", [("native", "LAMMPS"), ("native", "LAMMPS", "LIGGGHTS")])
-def test_figures_are_kept_with_the_machine(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, codes: tuple[str, ...]
-) -> None:
+def test_figures_are_kept_with_the_machine(tmp_path: Path, codes: tuple[str, ...]) -> None:
     measured = [Measured("A", "native, with error", 0.3, "ms"), Measured("B", "a ratio", 197.26)]
     for name in TERMS:
         measured += [Measured("K", f"{name}: {code} to 1e-4", 2.0, "ms") for code in codes]
-    monkeypatch.setattr(benchmarks, "FIGURES", measured)
-    keep(tmp_path)
+    keep(tmp_path, measured)
     assert (
         "cores; hertzchain" in (tmp_path / "bench.csv").read_text(encoding="utf-8").split("\n")[0]
     )

@@ -21,7 +21,7 @@ runpy.run_path(script, run_name="__main__")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("script", ["table2.py", "physics/dimers.py", "run_all.py"])
+@pytest.mark.parametrize("script", ["table2.py", "physics/published.py", "run_all.py"])
 def test_a_script_needs_the_package_alone(script: str, tmp_path: Path) -> None:
     (tmp_path / "hertzchain").symlink_to(ROOT / "hertzchain")
     path = ROOT / "validation" / script

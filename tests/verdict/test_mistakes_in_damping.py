@@ -6,7 +6,7 @@ from contextlib import nullcontext
 
 import pytest
 
-from validation import mistakes_in_damping
+import hertzchain as hc
 from validation.mistakes_in_damping import (
     DASHPOT_LAW,
     MISTAKES_IN_DAMPING,
@@ -15,9 +15,8 @@ from validation.mistakes_in_damping import (
     VISCOELASTIC_LAW,
     DampingMistake,
     by_collision,
-    by_judgement,
-    plant_in_damping,
 )
+from validation.physics.chains import steel
 
 NONE = [
     *(DampingMistake("none", nullcontext, law) for law in (RESTITUTION_LAW, DASHPOT_LAW)),
@@ -25,6 +24,20 @@ NONE = [
     DampingMistake("none", nullcontext, RESTITUTION_LAW, at_wall=True),
 ]
 """A context without a mistake."""
+
+
+def named(mistake: DampingMistake, cause: str) -> bool:
+    """Whether a judgement of peaks to 1e-6 fails under a mistake, and names a cause first.
+
+    The pulse is so short that contacts open while the wave is near. The scene is made under the
+    mistake: it keeps what it has worked out.
+    """
+    pulse = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=0.5)
+    with mistake.plant():
+        scene = hc.Scene(steel(16), pulse, contact=mistake.law)
+        peaks = hc.Native(rtol=1e-8).run(scene).peak_force
+    judgement = hc.judge(hc.Scene(steel(16), pulse, contact=mistake.law), peaks, tolerance=1e-6)
+    return judgement.verdict == "fail" and cause in (judgement.cause or "").split("; or ")[0]
 
 
 @pytest.mark.parametrize("mistake", MISTAKES_IN_DAMPING, ids=lambda mistake: mistake.what)
@@ -41,7 +54,7 @@ def test_a_judgement_names_it(mistake: DampingMistake) -> None:
         # The wave passes the last contact but the wall's before it meets the wall.
         assert mistake.at_wall
     else:
-        assert by_judgement(mistake, mistake.cause).passed
+        assert named(mistake, mistake.cause)
 
 
 @pytest.mark.parametrize("right", NONE, ids=lambda mistake: f"{mistake.law.damping}")
@@ -50,9 +63,4 @@ def test_right_contacts_are_not_seen(right: DampingMistake) -> None:
     assert not found.passed
     # A thousandth of the tolerance.
     assert abs(found.measured - found.expected) < 1e-3 * TOLERANCE
-    assert not by_judgement(right, "").passed
-
-
-def test_a_mistake_that_goes_unnoticed_fails(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(mistakes_in_damping, "MISTAKES_IN_DAMPING", (NONE[0],))
-    assert [row.passed for row in plant_in_damping(False)] == [False]
+    assert not named(right, "")

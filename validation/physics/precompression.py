@@ -13,7 +13,8 @@ import math
 import numpy as np
 
 import hertzchain as hc
-from validation.physics.chains import EXTRAPOLATED, answers, steel
+from validation.physics import chains
+from validation.physics.chains import EXTRAPOLATED, steel
 from validation.rows import Row, row
 from validation.script import Script, rows_only
 
@@ -93,7 +94,7 @@ def _in_a_chain(velocity: float, granules: int, with_lammps: bool) -> list[Row]:
     pressed = hc.Precompression(FORCE)
     scene = hc.Scene(steel(granules), hc.Striker(velocity), end, precompression=pressed)
     rows = []
-    for backend, result in answers(scene, with_lammps).items():
+    for backend, result in chains.answers(scene, with_lammps).items():
         here, there = result.peak_time[[-60, -40]]
         ratio = float(result.peak_force[-50]) / FORCE
         found = 20 / (there - here) / sound()

@@ -2,7 +2,7 @@
 
 ::
 
-    .venv/bin/python validation/published/published.py
+    .venv/bin/python validation/physics/published.py
 
 Tolerances are half a unit of the last published digit, or what the steps cost. Not in the table, as
 the scenes are not known well enough to be found again: the chain of 60 beads of MOOSE (0.67962 m/s,
@@ -14,18 +14,16 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 import hertzchain as hc
-from hertzchain.arrays import FloatArray
 from hertzchain.theory.restitution import of_natural, of_ratio
-from validation.physics.chains import answers, steel
-from validation.physics.dimers import decay
+from validation.physics.chains import steel
+from validation.physics.known import Number, compare_numbers, duration_of, peak_of, velocity_of
 from validation.physics.restitution import BETAN_PER_RATIO, betan
-from validation.rows import Row, row
+from validation.rows import Row
 from validation.script import Script, rows_only
 from validation.shipped import STEEL
 
@@ -43,17 +41,16 @@ _DIGIT = "half a unit of the last digit; 1e-9 that native may err, or what LAMMP
 _FROM, _TO = 50, 70  # contacts between which the wave of a striker has settled
 
 
-@dataclass(frozen=True)
-class Number:
-    """A published number, and how it is found in a result; formulas have no scene."""
+def _number(
+    source: str, what: str, value: float, digit: float, scene: hc.Scene | None,
+    measure: Callable[[Any], float], by_lammps: float = 1e-6,
+) -> Number:  # fmt: skip
+    """A published number: a unit of its last digit, two where digits were cut off.
 
-    source: str
-    what: str
-    value: float
-    digit: float  # a unit of its last digit, two where digits were cut off
-    scene: hc.Scene | None
-    measure: Callable[[Any], float]
-    by_lammps: float = 1e-6  # relative error of LAMMPS besides, of steps of 0.01 natural time units
+    ``by_lammps`` is the relative error of LAMMPS besides, of steps of 0.01 natural time units.
+    """
+    limits = (0.5 * digit + besides * abs(value) for besides in (1e-9, by_lammps))
+    return Number(f"{source}: {what}", value, scene, measure, _DIGIT, *limits)
 
 
 def _of(radius: float, young: float, poisson: float, density: float) -> dict[str, float]:
@@ -75,10 +72,6 @@ def _on_wall(speed: float, **granule: float) -> hc.Scene:
     return hc.Scene(chain, hc.Striker(speed), wall=wall)
 
 
-def _force(contact: int) -> Callable[[hc.Result], float]:
-    return lambda result: float(result.peak_force[contact])
-
-
 def _depth(contact: int) -> Callable[[hc.Result], float]:
     def depth(result: hc.Result) -> float:
         stiffness = result.scene.granules.stiffness[contact]
@@ -87,23 +80,15 @@ def _depth(contact: int) -> Callable[[hc.Result], float]:
     return depth
 
 
-def _duration(result: hc.Result) -> float:
-    return float(2 * result.peak_time[0])
-
-
 def _time_over_hertz(result: hc.Result) -> float:
     """Duration over (m*^2 / (R* E*^2 v))^(1/5), with 4/3 E* sqrt(R*) the stiffness."""
     granules, speed = result.scene.granules, float(result.scene.shock.start_velocity)
     stiffness, mass = 0.75 * float(granules.stiffness[0]), float(granules.contact_mass[0])
-    return float(_duration(result) / (mass**2 / (stiffness**2 * speed)) ** 0.2)
+    return duration_of(float((mass**2 / (stiffness**2 * speed)) ** 0.2))(result)
 
 
 def _restitution(result: hc.Result) -> float:
     return float((result.velocity[1] - result.velocity[0]) / result.scene.shock.start_velocity)
-
-
-def _velocity(granule: int) -> Callable[[hc.Result], float]:
-    return lambda result: float(result.velocity[granule - 1])
 
 
 def _wave_speed(result: hc.Result) -> float:
@@ -130,16 +115,22 @@ def _passing() -> tuple[float, float]:
     return float(np.max(seen.velocity[:, (_FROM + _TO) // 2])), float(share)
 
 
-def _quietest(ratio: float, _: object) -> float:
-    """Mass ratio near a given one at which a wave in a dimer decays least: a parabola's lowest."""
+def _dimer(ratio: float) -> hc.Scene:
+    """A striker on a chain of heavy and light granules by turns, a heavy one first."""
+    density = np.where(np.arange(150) % 2 == 0, 1.0, ratio) * STEEL["density"]
+    return hc.Scene(steel(150, density=density), hc.Striker(1.0))
 
-    def peaks(ratio: float) -> FloatArray:
-        density = np.where(np.arange(150) % 2 == 0, 1.0, ratio) * STEEL["density"]
-        scene = hc.Scene(steel(150, density=density), hc.Striker(1.0))
-        return hc.Native("reference").run(scene).peak_force
 
+def _decay(result: hc.Result) -> float:
+    """Return what a wave loses of its height from contact 101 to 121."""
+    return float(1 - result.peak_force[120] / result.peak_force[100])
+
+
+def _extremum(ratio: float, _: object) -> float:
+    """Mass ratio near a given one at which a wave decays least, or most: that of a parabola."""
     step = 3e-4 * ratio
-    below, at, above = (decay(peaks(ratio + k * step)) for k in (-1, 0, 1))
+    scenes = (_dimer(ratio + k * step) for k in (-1, 0, 1))
+    below, at, above = (_decay(hc.Native("reference").run(scene)) for scene in scenes)
     return float(ratio + 0.5 * step * (below - above) / (below - 2 * at + above))
 
 
@@ -153,38 +144,43 @@ SOFT, UNIT = _of(0.01, 1e8, 0.3, 2500.0), _of(2.5e-3, 5e10, 0.25, 7000.0)
 THREE, LONG = hc.Scene(steel(3), hc.Striker(1.0)), hc.Scene(steel(100), hc.Striker(1.0))
 
 NUMBERS = (
-    Number(CHUNG, "glass: force [N]", 10696.88899, 1e-5, _pair(20.0, **GLASS), _force(0)),
-    Number(CHUNG, "limestone: force [N]", 7108.241, 1e-3, _pair(20.0, **LIMESTONE), _force(0)),
-    Number(CHUNG, "limestone: depth [m]", 368.304e-6, 1e-9, _pair(20.0, **LIMESTONE), _depth(0)),
-    Number(CHUNG, "limestone: time [s]", 54.201e-6, 1e-9, _pair(20.0, **LIMESTONE), _duration),
-    Number(CHUNG, "aluminium, wall: force [N]", 11369.858, 1e-3, _on_wall(0.2, **ALUMINIUM),
-           _force(-1)),
-    Number(CHUNG, "magnesium, wall: force [N]", 7232.681, 1e-3, _on_wall(0.2, **MAGNESIUM),
-           _force(-1)),
-    Number(UNITTEST, "wall: force [N]", 384.0524, 1e-4, _on_wall(3.9, **UNIT), _force(-1),
+    _number(CHUNG, "glass: force [N]", 10696.88899, 1e-5, _pair(20.0, **GLASS), peak_of(0)),
+    _number(CHUNG, "limestone: force [N]", 7108.241, 1e-3, _pair(20.0, **LIMESTONE), peak_of(0)),
+    _number(CHUNG, "limestone: depth [m]", 368.304e-6, 1e-9, _pair(20.0, **LIMESTONE), _depth(0)),
+    _number(CHUNG, "limestone: time [s]", 54.201e-6, 1e-9, _pair(20.0, **LIMESTONE), duration_of()),
+    _number(CHUNG, "aluminium, wall: force [N]", 11369.858, 1e-3, _on_wall(0.2, **ALUMINIUM),
+           peak_of(-1)),
+    _number(CHUNG, "magnesium, wall: force [N]", 7232.681, 1e-3, _on_wall(0.2, **MAGNESIUM),
+           peak_of(-1)),
+    _number(UNITTEST, "wall: force [N]", 384.0524, 1e-4, _on_wall(3.9, **UNIT), peak_of(-1),
            1e-5),
-    Number(UNITTEST, "wall: depth [m]", 22.6806e-6, 1e-10, _on_wall(3.9, **UNIT), _depth(-1), 1e-5),
-    Number(HERTZ, "time / (m*^2 / (R* E*^2 v))^(1/5)", 2.868, 1e-3, _pair(1.0, **STEEL),
+    _number(UNITTEST, "wall: depth [m]", 22.6806e-6, 1e-10, _on_wall(3.9, **UNIT), _depth(-1),
+            1e-5),
+    _number(HERTZ, "time / (m*^2 / (R* E*^2 v))^(1/5)", 2.868, 1e-3, _pair(1.0, **STEEL),
            _time_over_hertz),
-    *(Number(KUWABARA, f"restitution at {speed:g} m/s", e, 1e-5, _pair(speed, 5e-5, **SOFT),
+    *(_number(KUWABARA, f"restitution at {speed:g} m/s", e, 1e-5, _pair(speed, 5e-5, **SOFT),
              _restitution, 1e-3)
       for speed, e in ((0.1, 0.80865), (0.3, 0.76828), (1.0, 0.71617), (3.0, 0.66100))),
-    *(Number(HERRMANN, f"three balls: velocity {k}", v, 1e-4, THREE, _velocity(k), 1e-4)
+    *(_number(HERRMANN, f"three balls: velocity {k}", v, 1e-4, THREE, velocity_of(k), 1e-4)
       for k, v in ((1, -0.0710), (2, 0.0764), (3, 0.9945))),
-    Number(NESTERENKO, "speed / (2 R (A/m)^0.4 v^0.2)", 0.84051, 1e-5, LONG, _wave_speed, 1e-4),
-    Number(NESTERENKO, "largest velocity of a granule / v", 0.68163, 2e-5, None,
+    _number(NESTERENKO, "speed / (2 R (A/m)^0.4 v^0.2)", 0.84051, 1e-5, LONG, _wave_speed, 1e-4),
+    _number(NESTERENKO, "largest velocity of a granule / v", 0.68163, 2e-5, None,
            lambda _: _passing()[0]),
-    Number(NESTERENKO, "kinetic share", 5 / 9, 1e-9, None, lambda _: _passing()[1]),
-    *(Number(THORNTON, f"restitution of Yade's en = {asked:g}", e, 1e-5, None,
+    _number(NESTERENKO, "kinetic share", 5 / 9, 1e-9, None, lambda _: _passing()[1]),
+    *(_number(THORNTON, f"restitution of Yade's en = {asked:g}", e, 1e-5, None,
              functools.partial(_of_en, asked))
       for asked, e in ((0.2, 0.20025), (0.5, 0.50001), (0.7, 0.69977), (0.8, 0.79993),
                        (0.9, 0.89992))),
-    *(Number(DIMERS, f"dimer without decay near {ratio:g}", ratio, 1e-5, None,
-             functools.partial(_quietest, ratio))
-      for ratio in (0.09013, 0.06150)),
-    Number(SCHWAGER, "viscoelastic: first coefficient of 1 - e", 1.15344, 2e-5, None,
+    *(_number(DIMERS, f"dimer without decay near {ratio:g}", ratio, digit, None,
+              functools.partial(_extremum, ratio))
+      for ratio, digit in ((0.3428, 1e-4), (0.1548, 1e-4), (0.09013, 1e-5), (0.06150, 1e-5))),
+    _number(DIMERS, "dimer with the strongest decay", 0.240, 1e-3, None,
+            functools.partial(_extremum, 0.240)),
+    Number("independent simulation: decay in a dimer of 0.36", 9.10e-4, _dimer(0.36), _decay,
+           _DIGIT, 1e-6, 1e-6),
+    _number(SCHWAGER, "viscoelastic: first coefficient of 1 - e", 1.15344, 2e-5, None,
            lambda _: _series()[0]),
-    Number(SCHWAGER, "viscoelastic: second coefficient of 1 - e", 0.79826, 2e-5, None,
+    _number(SCHWAGER, "viscoelastic: second coefficient of 1 - e", 0.79826, 2e-5, None,
            lambda _: _series()[1]),
 )  # fmt: skip
 
@@ -198,26 +194,8 @@ def _series() -> tuple[float, float]:
 
 
 def compare(quick: bool, with_lammps: bool) -> list[Row]:
-    """Rows for every number; the quick form leaves dimers out, and LAMMPS of the long chain."""
-
-    @functools.cache
-    def found(scene: hc.Scene, too: bool) -> dict[str, hc.Result]:
-        return answers(scene, too)
-
-    rows = []
-    for number in NUMBERS:
-        results: dict[str, Any] = {"native": None}
-        if number.scene is not None:
-            too = with_lammps and not (quick and number.scene is LONG)
-            results = found(number.scene, too)
-        elif quick and number.source == DIMERS:
-            continue
-        for backend, result in results.items():
-            besides = (1e-9 if backend == "native" else number.by_lammps) * abs(number.value)
-            what, limit = f"{number.source}: {number.what}", 0.5 * number.digit + besides
-            measured = number.measure(result)
-            rows.append(row(what, backend, measured, number.value, limit, _DIGIT))
-    return rows
+    """Rows for every number; in the quick form LAMMPS runs short chains alone."""
+    return compare_numbers(NUMBERS, quick, with_lammps)
 
 
 SCRIPT = Script(

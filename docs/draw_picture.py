@@ -19,8 +19,8 @@ import hertzchain as hc
 from hertzchain.observables.result import Result
 from hertzchain.verdict.check import Check
 from hertzchain.verdict.comparison import Comparison
-from validation.drawing import new_figure
-from validation.shipped import HERE
+
+SCENE = Path(__file__).parents[1] / "validation" / "scenes" / "demo.toml"
 
 CONTACTS = range(2, 60, 4)
 """Contacts that are drawn, by the paper's numbers: 2, 6, ..., 58."""
@@ -57,7 +57,7 @@ def draw(scene: hc.Scene) -> Figure:
     """Run a scene by native and LAMMPS, compare them, and draw both."""
     times = np.linspace(0.0, scene.end_time, TIMES)
     native, lammps = hc.Native().run(scene, record=times), hc.Lammps().run(scene, record=times)
-    figure = new_figure(10, 4.9)
+    figure = Figure(figsize=(10, 4.9), layout="constrained", dpi=100)
     waves, table = figure.subplots(1, 2, width_ratios=[1.45, 1])
     _draw_waves(waves, native, lammps)
     _draw_table(table, hc.compare(scene))
@@ -165,9 +165,7 @@ def main() -> None:
     # The same numbers give the same file.
     with mpl.rc_context({"svg.hashsalt": "hertzchain"}):
         metadata = {"Date": None} if output.suffix == ".svg" else None
-        draw(hc.Scene.from_toml(HERE / "scenes" / "demo.toml")).savefig(
-            output, metadata=metadata, dpi=200
-        )
+        draw(hc.Scene.from_toml(SCENE)).savefig(output, metadata=metadata, dpi=200)
 
 
 if __name__ == "__main__":

@@ -23,7 +23,7 @@ from typing import Any
 
 import matplotlib as mpl
 
-FOLDER = Path(__file__).parents[1] / "docs" / "notebooks"
+FOLDER = Path(__file__).parent / "notebooks"
 
 RESOLUTION = 80
 """Of the kept pictures [dots per inch], chosen: 30 kB each."""
