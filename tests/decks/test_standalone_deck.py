@@ -25,8 +25,6 @@ NUMBER = re.compile(r"(?<![\w.])\d+\.?\d*(?:e[-+]?\d+)?(?![\w.])")
 SHIPPED_QUICK = {"demo", "weak_shock", "pulse_table", "terms/damped", "terms/striker_on_a_wall"}
 """Decks that the default suite writes again: each kind of force, contact and end."""
 
-ENTRIES = pytest.mark.parametrize("entry", GALLERY, ids=lambda entry: entry.scene)
-
 
 def small(granules: int = 10, end_time: float | None = None) -> hc.Scene:
     scene = paper_scene("cosine", 1.0, 2.0, granules)
@@ -53,21 +51,6 @@ def run(path: Path, folder: Path, *arguments: str, ranks: int = 1) -> tuple[int,
         cwd=folder, capture_output=True, text=True, check=False, timeout=300,
     )  # fmt: skip
     return done.returncode, done.stdout + done.stderr
-
-
-def by_granule(text: str, name: str) -> list[float]:
-    """The numbers that a variable of a deck gives its granules."""
-    (formula,) = re.findall(rf'^variable {name} atom "([^"]*)"', text, re.MULTILINE)
-    numbers = []
-    for term in formula.replace("&", "").split()[1:]:
-        alone = re.fullmatch(r"\+\(id==\d+\)\*(\S+)", term)
-        alike = re.fullmatch(r"\+\(id>=(\d+)\)\*\(id<=(\d+)\)\*(\S+)", term)
-        assert alone or alike, term
-        if alone:
-            numbers.append(float(alone[1]))
-        elif alike:
-            numbers += [float(alike[3])] * (int(alike[2]) - int(alike[1]) + 1)
-    return numbers
 
 
 def verdict(screen: str) -> str:
@@ -200,18 +183,6 @@ def test_contacts_that_a_run_leaves_rising_do_not_widen_what_the_others_may_have
     path.write_text(text)
     status, screen = run(path, tmp_path)
     assert (status, verdict(screen)) == (1, "FAIL")
-
-
-@ENTRIES
-def test_what_a_shipped_deck_allows_is_little(entry: Entry) -> None:
-    # Steps right to 1e-6, looks 0.005 natural time units apart that miss 5e-6; longer steps in the
-    # long chain and of damped contacts, to 2e-4.
-    text = (FOLDER / entry.name).read_text(encoding="utf-8")
-    allowed = by_granule(text, "known_allowed")
-    scene = entry.load()
-    assert len(allowed) == scene.bodies
-    judged = len(scene.contacts)
-    assert max(allowed[:judged]) < (1e-5 if entry.rtol == 1e-6 else 3e-4)
 
 
 @pytest.mark.lammps
