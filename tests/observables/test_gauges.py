@@ -7,10 +7,12 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import hertzchain as hc
 from hertzchain.errors import SceneError
+from tests.command_line import Command
 from tests.conftest import STEEL, paper_scene
 from tests.observables.test_first_pulse import ORACLE
 from tests.oracles.first_pulses import Trace
@@ -135,3 +137,17 @@ def test_speed_from_gauge_to_gauge() -> None:
     assert list(result.to_traces())[1:] == ["gauge_3_N", "gauge_6_N", "wall_N"]
     backwards = hc.Native().run(replace(TWO, gauges=TWO.gauges[1::-1])).gauges[1]
     assert backwards.speed == pytest.approx(second.speed, rel=1e-12)
+
+
+def test_traces_are_written(tmp_path: Path, hertzchain: Command) -> None:
+    TWO.to_toml(tmp_path / "scene.toml")
+    written = tmp_path / "traces.csv"
+    done = hertzchain("run", tmp_path / "scene.toml", "--traces", written, "--record", "60")
+    assert done.status == 0, done.err
+    frame = pd.read_csv(written)
+    assert frame.shape == (60, 4)
+    np.testing.assert_allclose(frame, hc.Native(rtol=1e-6).run(TWO, record=60).to_traces())
+    SCENES["plain"].to_toml(tmp_path / "plain.toml")
+    refused = hertzchain("run", tmp_path / "plain.toml", "--traces", written)
+    assert refused.status == 2
+    assert "the scene needs a [[gauge]]" in refused.err

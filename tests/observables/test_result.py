@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from tests.conftest import paper_scene
+from tests.conftest import STEEL, paper_scene
 
 
 def through_json(result: hc.Result) -> Any:
@@ -117,3 +117,12 @@ def test_a_few_right_digits_are_given_with_an_error_as_large(dt: float) -> None:
 
 
 # Short runs
+
+
+def test_a_run_that_ends_before_its_shock_begins() -> None:
+    table = hc.PulseTable((1e-4, 2e-4), (100.0, 100.0))
+    scene = hc.Scene(hc.Chain(3, **STEEL), table, hc.Run(5e-5))
+    document = through_json(hc.Native("rk4").run(scene))
+    assert document["rise_time_s"] is None
+    assert document["peak_force_N"] == [0.0, 0.0]
+    assert document["peak_time_s"] == [None, None]
