@@ -99,9 +99,6 @@ def test_a_further_engine_is_a_folder_and_a_line(folder: Path) -> None:
     for file, wanted in (("page.html", "Dummy, error estimate"), ("junit.xml", "dummy: energy")):
         assert wanted in (folder / file).read_text(encoding="utf-8")
     assert "Dummy" in (folder / "plot.svg").read_text(encoding="utf-8")
-
-
-def test_run_knows_it(folder: Path) -> None:
     assert "velocity-verlet" in (folder / "run.txt").read_text(encoding="utf-8")
 
 

@@ -6,16 +6,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
-from scipy.optimize import minimize_scalar
 
 from hertzchain.arrays import Array
-from hertzchain.observables import hermite
 from hertzchain.observables.curves import Curves
 from hertzchain.observables.damped_law import DampedLaw
-from tests.observables.test_hermite import PRECISIONS, interpolant, numbers
+from tests.observables.test_hermite import PRECISIONS, numbers
 
 
 def maxima(overlap: Array) -> Array:
@@ -45,26 +43,6 @@ def test_maximum_of_a_sextic(
     found = maxima(curve_with_slope(slope, dtype))
     # Coefficients up to 9 in double precision, over a steepness of at least 0.01.
     assert float(found[0]) == pytest.approx(peak, rel=0, abs=1e-12)
-
-
-@given(data=st.data())
-@settings(max_examples=50)
-def test_maximum_of_a_bump_vs_scipy(data: st.DataObject) -> None:
-    """The septic that meets a cosine bump, as PeakWatch uses it."""
-    width, peak = data.draw(st.floats(0.05, 1.4)), data.draw(positions)
-    start = -peak * width
-    cosine = [lambda t, k=k: np.cos(t + k * np.pi / 2) for k in range(4)]
-    curve = interpolant(cosine, start, width)[:, None]
-    found = maxima(curve)
-
-    def below(s: float) -> float:
-        return -float(hermite.evaluate(curve, np.array([s]))[0])
-
-    scipy = minimize_scalar(below, bounds=(0.0, 1.0), method="bounded", options={"xatol": 1e-9})
-    # A maximum is flat: values agree to round-off, positions to its root over the width.
-    assert -below(float(found[0])) >= -float(scipy.fun) - 1e-15
-    assert -below(float(found[0])) == pytest.approx(-float(scipy.fun), rel=0, abs=1e-14)
-    assert float(found[0]) == pytest.approx(float(scipy.x), rel=0, abs=1e-8 + 3e-8 / width)
 
 
 def test_maxima_at_the_very_ends_are_found() -> None:

@@ -64,11 +64,6 @@ def test_lammps_reads_the_same() -> None:
     assert max(shares(SCENES["walled"], hc.Lammps(rtol=1e-4), 5)) <= 1
 
 
-def test_a_part_of_the_error_is_seen() -> None:
-    """The bounds are not so wide that anything is within them: velocity Verlet is off by 1e-3."""
-    assert max(shares(SCENES["taper"], hc.Native("velocity-verlet", 1e-6), 5)) > 1e-3
-
-
 def test_a_contact_is_its_first_pulse() -> None:
     scene = replace(SCENES["walled"], gauges=(hc.Gauge(contact=4), hc.Gauge(contact=9)))
     result = hc.Native(rtol=1e-6).run(scene)

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import FloatArray
 from hertzchain.observables import hermite
 
 PRECISIONS = (np.float64, np.longdouble)
@@ -21,10 +21,6 @@ def interpolant(function: list[Any], start: float, h: float) -> FloatArray:
     """Coefficients for a function given with its derivatives."""
     first, last = ([np.array(f(t)) for f in function] for t in (start, start + h))
     return np.asarray(hermite.coefficients(first, last, np.array(h)), np.float64)
-
-
-def sine(derivatives: int) -> list[Any]:
-    return [lambda t, k=k: np.sin(t + k * np.pi / 2) for k in range(derivatives + 1)]
 
 
 numbers = st.floats(-1.0, 1.0)
@@ -46,15 +42,3 @@ def test_polynomials_up_to_degree_2m_plus_1_are_met(
     tolerance = 1e-13 * (1 + h) ** m * math.factorial(2 * m + 1) * largest
     expected = polynomial(start + s * h)
     assert hermite.evaluate(curve[:, None], s) == pytest.approx(expected, rel=0, abs=tolerance)
-
-
-@pytest.mark.parametrize("m", [1, 2, 3])
-def test_ends_have_value_and_derivatives(m: int) -> None:
-    function, start, h = sine(m), 0.3, 0.7
-    curve: Array = interpolant(function, start, h)
-    for k in range(m + 1):
-        for s in (0.0, 1.0):
-            # Roundings of the basis, up to 84, times the factor of the third derivative, 7!/4!.
-            expected = pytest.approx(h**k * function[k](start + s * h), rel=0, abs=2e-12)
-            assert float(hermite.evaluate(curve, np.array(s))) == expected
-        curve = hermite.derivative(curve)

@@ -102,18 +102,7 @@ def test_units_scale_what_was_recorded() -> None:
 
 @pytest.mark.parametrize(
     "record",
-    [
-        [],
-        [0.1, 0.1],
-        [0.2, 0.1],
-        [-1e-9, 0.5],
-        [0.5, 1.0000001],
-        [0.1, math.nan],
-        [math.nan],
-        [math.inf],
-        [[0.1, 0.2]],
-        ["soon"],
-    ],
+    [[], [0.2, 0.1], [-1e-9, 0.5], [0.5, 1.0000001], [0.1, math.nan], [[0.1, 0.2]], ["soon"]],
 )
 def test_impossible_times_are_refused(record: list[Any]) -> None:
     with pytest.raises(SceneError, match=r"record.*must be increasing times from 0 to the end"):
@@ -122,19 +111,13 @@ def test_impossible_times_are_refused(record: list[Any]) -> None:
     assert wanted_times(0.25, 1.0).tolist() == [0.25]
 
 
-@pytest.mark.parametrize("count", [2, 5, np.int32(5)])
-def test_a_whole_number_is_so_many_frames_from_0_to_the_end(count: int) -> None:
-    time = wanted_times(count, 3.0)
-    assert time.size == count
-    assert (time[0], time[-1]) == (0.0, 3.0)
-    assert np.diff(time) == pytest.approx(3.0 / (count - 1), rel=1e-15)
-
-
-@pytest.mark.parametrize("count", [-1, 0, 1, MOST_FRAMES + 1])
-def test_numbers_of_frames_that_cannot_be_are_refused(count: int) -> None:
-    with pytest.raises(SceneError, match=r"record.*must be from 2 to 1,000,000 frames, or incr"):
-        wanted_times(count, 1.0)
-    assert wanted_times(MOST_FRAMES, 1.0).size == MOST_FRAMES
+def test_a_whole_number_is_so_many_frames_from_0_to_the_end() -> None:
+    for count in (2, np.int32(5), MOST_FRAMES):
+        time = wanted_times(count, 3.0)
+        np.testing.assert_allclose(time, np.linspace(0.0, 3.0, count), rtol=1e-15)
+    for count in (-1, 1, MOST_FRAMES + 1):
+        with pytest.raises(SceneError, match=r"must be from 2 to 1,000,000 frames, or incr"):
+            wanted_times(count, 1.0)
 
 
 def test_a_history_that_does_not_fit_into_memory_is_refused() -> None:
@@ -237,12 +220,9 @@ def test_force_over_time_is_that_of_the_contact(filmed: hc.Result, contact: int)
     assert at == pytest.approx(filmed.peak_time[contact - 2], abs=filmed.history.time[1])
 
 
-@pytest.mark.parametrize("contact", [-2, 0, 1, 7, 2.5, "2"])
-def test_contacts_that_are_not_there_have_no_force(filmed: hc.Result, contact: Any) -> None:
-    with pytest.raises(SceneError, match=r"contact.*must be a whole number from 2 to 6: contact 2"):
-        filmed.force_at(contact)
-
-
-def test_force_over_time_needs_a_record() -> None:
+def test_force_over_time_needs_a_contact_and_a_record(filmed: hc.Result) -> None:
+    for contact in (-2, 1, 7, 2.5, "2"):
+        with pytest.raises(SceneError, match=r"contact.*must be a whole number from 2 to 6"):
+            filmed.force_at(contact)  # type: ignore[arg-type]
     with pytest.raises(SceneError, match="run with record = a number of frames, or times"):
         hc.Native().run(SCENE).force_at(2)

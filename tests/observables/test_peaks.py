@@ -95,16 +95,6 @@ def test_error_vs_the_remainder_of_hermite_interpolation(jerk: bool, constant: f
     assert cosine_error(h, jerk) == pytest.approx(constant * h**order, rel=0.02, abs=0)
 
 
-def test_force_and_time_of_a_cosine_in_each_contact() -> None:
-    height, peak_time = np.array([1.0, 0.3, 2.5]), np.array([1.111, 2.345, 3.456])
-    time = np.arange(0.0, 5.0, 0.05)
-    watch = watched(samples_of(cosines(height, peak_time), time))
-    # The septic's remainder is 6e-18; the overlap is a difference of displacements of order 4.
-    assert watch.force == pytest.approx(height**1.5, rel=1e-14, abs=0)
-    # Coefficients are right to 1e-15, over a curvature of 0.3 h in the place within an interval.
-    assert watch.time == pytest.approx(peak_time, rel=0, abs=2e-12)
-
-
 @pytest.mark.parametrize("order", [(0, 1, 2), (2, 0, 1), (1, 2, 0)])
 def test_the_highest_of_several_bumps_wins(order: tuple[int, ...]) -> None:
     height = np.array([[0.4, 1.2], [0.9, 0.2], [0.7, 0.8]])[list(order)]
@@ -176,20 +166,6 @@ def test_a_contact_without_a_force_has_no_peak() -> None:
     watch = watched(replace(samples, contact_force=np.zeros_like(samples.contact_force)))
     assert watch.force[0] == 0
     assert np.isnan(watch.time[0])
-
-
-def test_long_double_is_kept() -> None:
-    height = np.array([1.0], np.longdouble)
-    time = np.arange(40, dtype=np.longdouble) / 16
-
-    def overlap(t: Array, k: int) -> Array:
-        x = t[:, None] - np.longdouble(1.03125 + 1 / 64)
-        return np.asarray(height * (np.cos(x), -np.sin(x), -np.cos(x), np.sin(x))[k])
-
-    watch = watched(samples_of(overlap, time))
-    assert watch.force.dtype == np.longdouble
-    # Remainder 1.5 (h/2)^8 / 8! = 3.4e-17 at h = 1/16, a tenth of a rounding in double precision.
-    assert abs(float(watch.force[0] - 1)) < 4e-17
 
 
 # largest_difference

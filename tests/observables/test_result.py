@@ -108,15 +108,6 @@ def test_contacts_that_were_never_pressed_are_null() -> None:
     assert set(document["solitary_wave"].values()) == {None}
 
 
-def test_a_run_that_ends_before_its_shock_begins() -> None:
-    table = hc.PulseTable((1e-4, 2e-4), (100.0, 100.0))
-    scene = hc.Scene(hc.Chain(3, **STEEL), table, hc.Run(5e-5))
-    document = through_json(hc.Native("rk4").run(scene))
-    assert document["rise_time_s"] is None
-    assert document["peak_force_N"] == [0.0, 0.0]
-    assert document["peak_time_s"] == [None, None]
-
-
 @pytest.mark.parametrize("dt", [0.5, 0.65])
 def test_a_few_right_digits_are_given_with_an_error_as_large(dt: float) -> None:
     scene = paper_scene("cosine-triangular", 1.0, 2.0, granules=8)
@@ -128,21 +119,10 @@ def test_a_few_right_digits_are_given_with_an_error_as_large(dt: float) -> None:
 # Short runs
 
 
-def test_p_needs_contact_p_plus_2_to_have_peaked() -> None:
-    """Twelve granules: contact 11 comes within 1 % of contact 10 before it peaks.
-
-    Wherever the run ends on the way up, it ends too early, also where it ends a rounding after
-    its last sample.
-    """
-    scene = paper_scene("cosine-triangular", 2.0, 2.0, granules=12)
-    verlet = hc.Native("velocity-verlet", dt=0.05 * scene.units.time)
-    whole = verlet.run(scene)
-    assert whole.transition_granules == 9
-    peak = whole.peak_time[11 - 2]
-    before = np.linspace(0.01, 0.12, 23) * scene.units.time
-    found = [
-        verlet.run(ending_at(scene, float(peak - early))).transition_granules for early in before
-    ]
-    assert found == [None] * 23
-    just_after = ending_at(scene, float(peak + 0.01 * scene.units.time))
-    assert verlet.run(just_after).transition_granules == 9
+def test_a_run_that_ends_before_its_shock_begins() -> None:
+    table = hc.PulseTable((1e-4, 2e-4), (100.0, 100.0))
+    scene = hc.Scene(hc.Chain(3, **STEEL), table, hc.Run(5e-5))
+    document = through_json(hc.Native("rk4").run(scene))
+    assert document["rise_time_s"] is None
+    assert document["peak_force_N"] == [0.0, 0.0]
+    assert document["peak_time_s"] == [None, None]

@@ -7,9 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import hertzchain as hc
 from hertzchain.observables.transition import SolitaryWave, solitary_wave, transition_granules
-from tests.conftest import paper_scene
 
 
 def p_of(peaks: list[float], peaked_until: int | None = None) -> int | None:
@@ -38,20 +36,12 @@ def test_p_vs_its_definition(early: list[float], steady: int, end: float, unseen
     assert p_of(peaks, granules - unseen) == expected
 
 
-def test_contacts_that_the_wave_has_not_reached_are_no_plateau() -> None:
-    assert p_of([*(100.0 * 1.02 ** np.arange(7)), *[115.0] * 4, *[0.0] * 8], 12) is None
-    assert p_of([0.0] * 19, 1) is None
-
-
 def test_changes_are_relative_to_the_later_peak() -> None:
     """From 100 to 101 is 0.0099 of the later; from 101 to 100 is 0.01, which is not below 1 %."""
     assert p_of([100.0] * 8 + [101.0] * 8) == 5
     assert p_of([101.0] * 8 + [100.0] * 8) == 10
-
-
-def test_a_change_of_exactly_1_percent_is_a_change() -> None:
-    assert p_of([99.0] * 8 + [100.0] * 8) == 10
     assert p_of([99.001] * 8 + [100.0] * 8) == 5
+    assert p_of([0.0] * 19, 1) is None
 
 
 def test_another_limit_than_1_percent() -> None:
@@ -104,30 +94,3 @@ def test_speed_is_that_between_contacts_p_plus_1_and_p_plus_11() -> None:
     time = np.cumsum(np.where((contact > 10) & (contact <= 20), 2.0, 7.0))
     peaked = contact > 0
     assert solitary_wave(100.0 + contact, time, peaked, 9, 0.5, SLOWNESS).speed == 0.25
-
-
-@pytest.fixture(scope="module")
-def short() -> hc.Result:
-    """The demo with the free end at granule 20, contact p + 11."""
-    return hc.Native("reference").run(paper_scene("cosine-triangular", 2.0, 2.0, granules=20))
-
-
-def test_far_field_force_of_a_short_chain_vs_the_same_contact_of_a_long_one(
-    short: hc.Result, demo_reference: hc.Result
-) -> None:
-    """The last contact that the free end does not touch: the last that both chains agree on."""
-    same = np.abs(short.peak_force / demo_reference.peak_force[:19] - 1) < 1e-11
-    last = int(np.nonzero(same)[0][-1])
-    assert short.contact[last] == 18
-    # Both runs are right to 1e-12.
-    far = short.solitary_wave.far_field_force
-    assert far == pytest.approx(demo_reference.peak_force[last], rel=1e-11, abs=0)
-
-
-def test_speed_in_a_short_chain_vs_a_long_one(short: hc.Result, demo_reference: hc.Result) -> None:
-    assert short.transition_granules == demo_reference.transition_granules == 9
-    speed = demo_reference.solitary_wave.speed
-    assert speed is not None
-    # One contact fewer, over which the wave still gets 3e-5 faster. The peak of contact N, early
-    # by 0.035 natural time units, would make it 3e-3.
-    assert short.solitary_wave.speed == pytest.approx(speed, rel=1e-4, abs=0)

@@ -19,16 +19,8 @@ FOLDER = ROOT / "docs" / "schema"
 
 KNOWN = {
     *("$schema", "$defs", "title", "description", "$ref", "allOf", "anyOf", "type", "enum"),
-    *(
-        "minimum",
-        "exclusiveMinimum",
-        "maximum",
-        "exclusiveMaximum",
-        "items",
-        "required",
-        "properties",
-        "additionalProperties",
-    ),
+    *("minimum", "exclusiveMinimum", "maximum", "exclusiveMaximum"),
+    *("items", "required", "properties", "additionalProperties"),
 }
 
 DESCRIBE = {"$ref", "allOf", "anyOf", "properties"}

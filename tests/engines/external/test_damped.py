@@ -1,136 +1,21 @@
-"""Damped scenes by LIGGGHTS and Yade: against native velocity Verlet, the truth, and refusals."""
+"""Damped scenes by LIGGGHTS and Yade: their accuracy, their decks, and refusals."""
 
 from __future__ import annotations
 
-import itertools
 import math
-from contextlib import suppress
 from dataclasses import replace
 
-import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 import hertzchain as hc
-from hertzchain.engines.external.backend import _Runner
 from hertzchain.engines.external.engine import ProgramEngine
 from hertzchain.engines.liggghts import contacts, deck
-from hertzchain.engines.native.methods import METHODS
 from hertzchain.errors import RunFailed
-from hertzchain.limits import Deadline
-from hertzchain.observables.error_bound import stable_step
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.verdict.run_checks import balance_checks
 from tests.conftest import STEEL
+from tests.engines.external.test_same_steps import DAMPED, DASHPOT, RESTITUTION, VISCOELASTIC
 from tests.engines.native.test_terms import SCENES
-from tests.oracles.bounds import lasting
-from validation.random_scenes import random_damped_scene
-
-Floats = NDArray[np.float64]
-
-RESTITUTION = hc.Contact("restitution", restitution=0.8)
-VISCOELASTIC = hc.Contact("viscoelastic", relaxation_time=1e-6)
-DASHPOT = hc.Contact("dashpot", coefficient=5.0, attraction=True)
-
-LAWS = {
-    "restitution": RESTITUTION,
-    "restitution, pulling": replace(RESTITUTION, attraction=True),
-    "viscoelastic": VISCOELASTIC,
-    "viscoelastic, pulling": replace(VISCOELASTIC, attraction=True),
-    "dashpot, pulling": DASHPOT,
-}
-"""All that LIGGGHTS has; Yade has the first."""
-
-STEP = 0.03
-"""Step of the runs at the same steps [natural time units of the fastest contact]."""
-
-QUICK = {
-    hc.Liggghts: {
-        "restitution": "all at once",
-        "restitution, pulling": "gaps",
-        "viscoelastic": "dimer, elastic wall",
-        "viscoelastic, pulling": "precompression",
-        "dashpot, pulling": "column",
-    },
-    hc.Yade: {"restitution": "all at once"},
-}
-"""Every law and every term is in one of them; a run of Yade takes two seconds."""
-
-
-RUNS = [
-    pytest.param(
-        engine,
-        law,
-        name,
-        marks=[getattr(pytest.mark, engine.__name__.lower())]
-        + [pytest.mark.slow] * (quick[law] != name),
-    )
-    for engine, quick in QUICK.items()
-    for law, name in itertools.product(quick, SCENES)
-]
-
-
-def largest(measured: Floats, expected: Floats, least: float = 0.0) -> float:
-    """Largest difference as a fraction of the largest value expected, or of the least scale."""
-    return float(np.max(np.abs(measured - expected)) / max(np.max(np.abs(expected)), least))
-
-
-def refuse_other_motion(engine: type[ProgramEngine], scene: hc.Scene, law: hc.Contact) -> None:
-    """Only round-off differs from native velocity Verlet, with the law, at the same steps."""
-    scene = lasting(scene)
-    # Strong dampers want shorter steps.
-    dt = min(STEP * scene.contact_time, stable_step(scene, METHODS["velocity-verlet"].interval) / 2)
-    legs = scene.schedule(dt)
-    own = engine(dt=dt)
-    runner = _Runner(scene, own._simulate(scene, Deadline(60.0)), own._steps)
-    # One run, without those that tell its error. Native looks at the same steps.
-    found = runner.simulate(legs, [runner.stride(leg, recording=False) for leg in legs])
-    native = hc.Native("velocity-verlet", dt).run(replace(scene, contact=law))
-    unit = scene.units
-    # Absolute coordinates: a softer chain is run where they would cost more than 1e-9.
-    allowed = 1e-9 + found.round_off(scene)
-    assert largest(found.displacement, native.displacement, unit.length) < allowed
-    assert largest(found.velocity, native.velocity, unit.velocity) < allowed
-    assert largest_difference(found.peaks.force, native.peak_force) < allowed
-
-
-@pytest.mark.parametrize(("engine", "law", "name"), RUNS)
-def test_native_velocity_verlet_at_the_same_steps(
-    engine: type[ProgramEngine], law: str, name: str
-) -> None:
-    """Damping takes velocities of half a step before, in all of them."""
-    refuse_other_motion(engine, replace(SCENES[name], contact=LAWS[law]), LAWS[law])
-
-
-def drawn(engine: type[ProgramEngine], number: int) -> hc.Scene:
-    """A random scene that the engine has, of 2 to 40 granules; those of Yade are shorter."""
-    most, longest_time = (20, 100.0) if engine is hc.Yade else (40, 200.0)
-    rng = np.random.default_rng([19, number])
-    while True:
-        scene = random_damped_scene(rng, most, longest_time)
-        with suppress(RunFailed):
-            engine()._refuse(scene)
-            return scene
-
-
-NUMBERS = {hc.Liggghts: range(120), hc.Yade: range(200, 240)}
-"""Seeds of random scenes; together they have every term."""
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("engine", "number"),
-    [
-        pytest.param(engine, number, marks=getattr(pytest.mark, engine.__name__.lower()))
-        for engine, numbers in NUMBERS.items()
-        for number in numbers
-    ],
-)
-def test_random_scenes_at_the_same_steps(engine: type[ProgramEngine], number: int) -> None:
-    scene = drawn(engine, number)
-    assert scene.contact is not None
-    refuse_other_motion(engine, scene, scene.contact)
-
 
 EACH = [
     pytest.param(hc.Liggghts, marks=[pytest.mark.liggghts, pytest.mark.slow]),
@@ -161,23 +46,23 @@ def test_the_wanted_error(engine: type[ProgramEngine], rtol: float, extrapolated
     ],
 )
 def test_the_method_of_liggghts_names_the_models_that_run(law: str, models: str) -> None:
-    scene = replace(SCENES["all at once"], contact=LAWS[law])
-    assert hc.Liggghts().method_of(scene) == f"velocity-verlet, gran model {models}"
+    assert hc.Liggghts().method_of(DAMPED[law]) == f"velocity-verlet, gran model {models}"
 
 
 def test_laws_that_an_engine_does_not_have() -> None:
     scene = SCENES["all at once"]
     small = hc.Contact("restitution", restitution=0.05)
-    allowed = [None, *LAWS.values(), replace(small, restitution=math.nextafter(0.05, 1))]
-    for engine, laws in ((hc.Liggghts, allowed), (hc.Yade, [None, RESTITUTION])):
-        for law in laws:
+    laws = {law: one.contact for law, one in DAMPED.items()}
+    allowed = [None, *laws.values(), replace(small, restitution=math.nextafter(0.05, 1))]
+    for engine, some in ((hc.Liggghts, allowed), (hc.Yade, [None, RESTITUTION])):
+        for law in some:
             engine()._refuse(replace(scene, contact=law))
     for engine, law, words in (
         (hc.Liggghts, replace(DASHPOT, attraction=False), "dashpots always pull in LIGGGHTS: set"),
         (hc.Liggghts, small, "restitution above 0.05, this one is 0.05: take another"),
         (hc.Yade, VISCOELASTIC, "Yade has no viscoelastic damping with Hertz's law"),
         (hc.Yade, DASHPOT, "Yade has no dashpot damping with Hertz's law"),
-        (hc.Yade, LAWS["restitution, pulling"], "never pull in Yade: leave out attraction"),
+        (hc.Yade, laws["restitution, pulling"], "never pull in Yade: leave out attraction"),
     ):
         with pytest.raises(RunFailed, match=words):
             engine()._refuse(replace(scene, contact=law))

@@ -1,66 +1,16 @@
-"""Pistons and sines by LAMMPS, LIGGGHTS and Yade: native at the same steps, comparisons, decks."""
+"""Pistons and sines by LAMMPS: comparisons, other sines, and slow ones."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
-import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.errors import HertzchainError
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
+from hertzchain.verdict.run_checks import same_steps_checks
 from tests.conftest import STEEL
-from tests.engines.native.test_pistons import SCENES as PISTONS
-from tests.engines.native.test_sines import SCENES as SINES
-from validation.random_drives import random_scene_with_piston, random_scene_with_sine
-
-SCENES = {**PISTONS, **SINES}
-
-QUICK = ("forwards and backwards", "as strong as the load")
-
-ENGINES: dict[str, Any] = {"lammps": hc.Lammps, "liggghts": hc.Liggghts, "yade": hc.Yade}
-
-RUNS = [
-    pytest.param(
-        engine,
-        name,
-        marks=[getattr(pytest.mark, engine)]
-        + [pytest.mark.slow] * (engine == "yade" or name not in QUICK),
-    )
-    for engine in ENGINES
-    for name in SCENES
-    if (engine, name) != ("yade", "gaps, wall")  # three minutes
-]
-
-
-@pytest.mark.parametrize(("engine", "name"), RUNS)
-def test_native_velocity_verlet_at_the_same_steps(engine: str, name: str) -> None:
-    scene = SCENES[name]
-    dt = 0.02 * scene.contact_time
-    result = ENGINES[engine](dt=dt, read_every=2).run(scene)
-    native = hc.Native("velocity-verlet", dt).run(scene)
-    # Round-off of absolute coordinates: a softer chain is run where it would cost more than 1e-9.
-    for found, expected in (
-        (result.displacement, native.displacement),
-        (result.velocity, native.velocity),
-    ):
-        largest = np.max(np.abs(expected))
-        assert found == pytest.approx(expected, rel=0, abs=1e-9 * largest)
-    # Native interpolates with velocities that are no slopes of its displacements: 0.05 dt^4, 8e-9.
-    assert largest_difference(result.peak_force, native.peak_force) < 2e-8
-    assert [check for check in balance_checks(result) if not check.passed] == []
-
-
-@pytest.mark.parametrize(("engine", "name"), [run for run in RUNS if run.values[1] == QUICK[0]])
-def test_damped_contacts_at_the_same_steps(engine: str, name: str) -> None:
-    """The strokes of a piston begin with forces that are computed again, and m* is that beside."""
-    scene = replace(SCENES[name], contact=hc.Contact("restitution", restitution=0.8))
-    result = ENGINES[engine](dt=0.02 * scene.contact_time).run(scene)
-    assert [check for check in same_steps_checks(result) if not check.passed] == []
-    assert [check for check in balance_checks(result) if not check.passed] == []
+from tests.engines.external.test_same_steps import DRIVES
 
 
 @pytest.mark.lammps
@@ -68,7 +18,7 @@ def test_damped_contacts_at_the_same_steps(engine: str, name: str) -> None:
     "name", [pytest.param("column", marks=pytest.mark.slow), "above the cut-off, wall"]
 )
 def test_comparisons(name: str) -> None:
-    compared = hc.compare(SCENES[name])
+    compared = hc.compare(DRIVES[name])
     assert [check for check in compared.checks if not check.passed] == []
     assert compared.verdict == "pass"
 
@@ -78,7 +28,7 @@ def test_comparisons(name: str) -> None:
     "other", [hc.Sine(10.00001, 8000.0, 3), hc.Sine(10.0, 8000.1, 3), hc.Sine(10.0, 8000.0, 4)]
 )
 def test_another_sine_is_found(other: hc.Sine) -> None:
-    scene = SCENES["as strong as the load"]
+    scene = DRIVES["as strong as the load"]
     run, load = hc.Run(scene.end_time), hc.Precompression(10.1)
     scene = hc.Scene(scene.chain, scene.shock, run, precompression=load)
     result = hc.Lammps(dt=0.02 * scene.contact_time).run(scene)
@@ -98,18 +48,3 @@ def test_a_slow_sine_has_not_diverged(law: hc.Contact | None) -> None:
     result, native = (code(rtol=1e-3).run(scene) for code in (hc.Lammps, hc.Native))
     error = largest_difference(result.peak_force, native.peak_force)
     assert error <= result.error_estimate + native.error_estimate
-
-
-@pytest.mark.lammps
-@pytest.mark.slow
-@pytest.mark.parametrize("draw", [random_scene_with_piston, random_scene_with_sine])
-@pytest.mark.parametrize("number", range(20))
-def test_random_scenes_at_the_same_steps(draw: Any, number: int) -> None:
-    scene = draw(np.random.default_rng([21, number]), 30, 300.0)
-    lammps = hc.Lammps(dt=0.01 * scene.contact_time, read_every=3)
-    try:
-        result = lammps.run(scene)
-    except HertzchainError:
-        return  # a refusal is honest
-    for check in same_steps_checks(result):
-        assert check.passed, check

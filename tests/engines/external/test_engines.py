@@ -1,4 +1,4 @@
-"""LIGGGHTS and Yade against native velocity Verlet at the same steps; their decks; what fails."""
+"""LIGGGHTS and Yade: compared with LAMMPS, their decks, the record, and what fails."""
 
 from __future__ import annotations
 
@@ -27,9 +27,8 @@ from hertzchain.errors import BackendMissing, RunFailed, StepUnstable, TooExpens
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.schedule import Leg
-from hertzchain.verdict.check import Check
-from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
-from tests.conftest import STEEL, paper_scene
+from tests.conftest import paper_scene
+from tests.engines.external.test_same_steps import PLAIN, PULSE
 from tests.scenes import NAMES
 from validation import engines
 
@@ -40,58 +39,11 @@ BOTH = [
     pytest.param(hc.Yade, marks=pytest.mark.yade),
 ]
 
-SCENES = {
-    "pulse": paper_scene("cosine-triangular", 2.0, 2.0, granules=12),
-    # Jumps at its first row, and legs of different steps.
-    "table": hc.Scene(
-        hc.Chain(6, **STEEL), hc.PulseTable((1e-5, 3e-5, 4e-5, 7e-5), (20.0, 100.0, 60.0, 0.0))
-    ),
-    # A softer chain is run instead; radius, density and Poisson's ratio are no steel's.
-    "weak": hc.Scene(
-        hc.Chain(5, 0.02, 3e9, 0.45, 1200.0), hc.Pulse("cosine", 1e-4, 3.0, momentum_ratio=0.6)
-    ),
-    # The run ends within the pulse.
-    "short": hc.Scene(
-        hc.Chain(3, **STEEL), hc.Pulse("triangular", 50.0, 2.0, rise_time=1e-4), hc.Run(1.5e-4)
-    ),
-}
-
-
-def failed(checks: list[Check]) -> set[str]:
-    return {check.name for check in checks if not check.passed}
-
-
-@pytest.mark.parametrize(
-    ("engine", "name"),
-    [
-        pytest.param(
-            *(engine.values[0], name),
-            # Both engines run the pulse in the comparison below; Yade takes seconds to start.
-            marks=[
-                *engine.marks,
-                *[pytest.mark.slow] * (name == "pulse" or engine.values[0] is hc.Yade),
-            ],
-        )
-        for engine in BOTH
-        for name in SCENES
-    ],
-)
-def test_at_the_same_steps_only_round_off_differs(engine: Engine, name: str) -> None:
-    """The tolerances, also of momentum and energy, are those of LAMMPS."""
-    scene = SCENES[name]
-    result = engine(dt=0.02 * scene.units.time).run(scene)
-    assert failed([*same_steps_checks(result), *balance_checks(result)]) == set()
-    softened = result.lost_digits.young_modulus < scene.chain.young_modulus
-    assert softened == (name == "weak")
-    own = engine.__name__.lower()
-    assert result.backend == own
-    assert any(digit.isdigit() for digit in result.versions[own])
-
 
 @pytest.fixture(scope="module")
 def compared() -> hc.Comparison:
     """The verdict on both engines at the same steps."""
-    scene = SCENES["pulse"]
+    scene = PULSE
     dt = 0.02 * scene.units.time
     return hc.compare(scene, [hc.Liggghts(dt), hc.Yade(dt)])
 
@@ -103,13 +55,15 @@ def test_three_engines_agree_with_one_another_beyond_what_reading_costs(
     compared: hc.Comparison,
 ) -> None:
     """They are read at the same steps, so not even the interpolation between readings differs."""
-    scene = SCENES["pulse"]
+    scene = PULSE
     lammps = hc.Lammps(0.02 * scene.units.time).run(scene)
     for engine in ("liggghts", "yade"):
         other = compared.results[engine]
         # Round-off of absolute coordinates, of each of the two.
         allowed = 2 * lammps.lost_digits.bound
         assert largest_difference(other.peak_force, lammps.peak_force) <= allowed
+        assert other.backend == engine
+        assert any(digit.isdigit() for digit in other.versions[engine])
     assert compared.verdict == "pass"
 
 
@@ -123,13 +77,13 @@ def test_three_engines_agree_with_one_another_beyond_what_reading_costs(
 )
 def test_a_run_that_takes_too_long_is_ended(engine: Engine, dt: float, limit: float) -> None:
     with pytest.raises(TooExpensive, match="stopped at the time limit"):
-        engine(dt=dt * SCENES["pulse"].units.time, time_limit=limit).run(SCENES["pulse"])
+        engine(dt=dt * PULSE.units.time, time_limit=limit).run(PULSE)
 
 
 @pytest.mark.parametrize("engine", [hc.Liggghts, hc.Yade])
 def test_a_program_that_is_not_here_is_one_sentence(engine: Engine) -> None:
     with pytest.raises(BackendMissing, match=r"^no-such is missing.*: install it with: apt insta"):
-        engine(program="no-such").run(SCENES["pulse"])
+        engine(program="no-such").run(PULSE)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="the program is a shell script")
@@ -145,7 +99,7 @@ def test_a_program_that_fails_or_leaves_nothing(
     program.write_text(f"#!/bin/sh\n{does}\n")
     program.chmod(0o755)
     with pytest.raises(RunFailed, match=problem or "left no"):
-        engine(program=str(program), dt=1e-6).run(SCENES["pulse"])
+        engine(program=str(program), dt=1e-6).run(PULSE)
 
 
 # Decks
@@ -237,7 +191,7 @@ def test_a_full_disk_is_one_sentence(
 ) -> None:
     monkeypatch.setattr(tempfile, "tempdir", str(full_disk))
     with pytest.raises(RunFailed, match=f"(?i){engine.__name__} needs room.*TMPDIR") as problem:
-        engine(1e-6).run(SCENES["table"])
+        engine(1e-6).run(PLAIN["table"])
     assert "\n" not in str(problem.value)
 
 
@@ -279,7 +233,7 @@ def test_the_record_agrees_with_velocity_verlet_of_today(name: str) -> None:
 
 
 def test_readings_that_are_missing_or_too_many_are_refused() -> None:
-    scene = SCENES["short"]
+    scene = PLAIN["short"]
     legs = scene.schedule(1e-6)
     strides = [10] * len(legs)
     wanted = sum(len(stops(leg, 10)) for leg in legs)
@@ -300,7 +254,7 @@ def test_granules_faster_than_all_the_impulse_in_one_have_diverged(
 
     A leg may be one step.
     """
-    scene = SCENES["pulse"]
+    scene = PULSE
     legs, stride = scene.schedule(scene.end_time / steps), 10
     diameter, granules = 2 * scene.chain.radius, scene.chain.granules
     position, one = diameter * np.arange(granules, dtype=np.float64), np.ones(granules)

@@ -197,15 +197,6 @@ def test_what_is_refused_for_its_cost_costs_that() -> None:
         assert 0 < float(least[1]) <= took
 
 
-def test_a_pulse_table_that_pushes_late_is_not_refused_before_it_runs() -> None:
-    """While it waits nothing moves, and the wait costs next to nothing."""
-    unit = paper_scene("cosine", 1.0, 2.0).units.time
-    table = hc.PulseTable((1e6 * unit, (1e6 + 1) * unit, (1e6 + 2) * unit), (0.0, 100.0, 0.0))
-    scene = hc.Scene(hc.Chain(100_000, **STEEL), table)
-    with pytest.raises(TooExpensive, match="stopped at"):
-        hc.Native("srkn-6b", scene.units.time, peaks_only=True, time_limit=0.5).run(scene)
-
-
 def test_memory_that_is_not_there_is_not_asked_for() -> None:
     refuse_memory(1e6)
     with pytest.raises(TooExpensive, match="GB of memory"):
@@ -277,32 +268,6 @@ def test_lammps_that_diverges_is_stopped(monkeypatch: pytest.MonkeyPatch) -> Non
         hc.Lammps(1.3 * scene.units.time).run(scene)
 
 
-def test_limits_of_any_size() -> None:
-    scene = paper_scene("cosine", 1.0, 2.0, granules=5)
-    assert hc.peak_forces([scene], time_limit=1e12).error_estimate[0] <= 1e-6
-    assert hc.Native(time_limit=1e300).run(scene).error_estimate <= 1e-6
-    with pytest.raises(TooExpensive, match="GB of memory"):
-        hc.similar_peak_forces("cosine", np.ones(200_000), 2.0, granules=1_000_000)
-
-
-def test_many_short_steps_obey_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With three granules a step costs more than its granules, and a stop is still seen in time."""
-    reached: list[float] = []
-
-    def late(run: Callable[[], Any], control: FloatArray, deadline: Deadline) -> Any:
-        control[0] = 10.0  # stop at the tenth look at whether time is left
-        run()
-        reached.append(float(control[1]))
-        raise deadline.passed()
-
-    monkeypatch.setattr(simulation, "stoppable", late)
-    scene = paper_scene("cosine-triangular", 1044.4449956748701, 1.001, granules=3)
-    with pytest.raises(TooExpensive, match="stopped at the time limit"):
-        hc.Native("velocity-verlet", 2e-3 * scene.units.time).run(scene)
-    # A look is taken every 38 natural units; without the cost of a step itself, every 667.
-    assert 0.0 < reached[0] < 1000.0, reached
-
-
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is bounded on Linux alone")
 def test_bounded_memory_is_half_of_what_there_is() -> None:
     """Maps are not filled, so that nothing is taken."""
@@ -323,6 +288,33 @@ def test_times_in_words() -> None:
     assert [in_words(s) for s in (0.3, 100.0, 3600.0, 1e5, 1e6, 1e9)] == [
         *("0.3 s", "100 s", "60 min", "27.8 hours", "11.6 days", "31.7 years")
     ]
+
+
+def test_a_pulse_table_that_pushes_late_is_not_refused_before_it_runs() -> None:
+    """While it waits nothing moves, and the wait costs next to nothing."""
+    unit = paper_scene("cosine", 1.0, 2.0).units.time
+    table = hc.PulseTable((1e6 * unit, (1e6 + 1) * unit, (1e6 + 2) * unit), (0.0, 100.0, 0.0))
+    scene = hc.Scene(hc.Chain(100_000, **STEEL), table)
+    with pytest.raises(TooExpensive, match="stopped at"):
+        hc.Native("srkn-6b", scene.units.time, peaks_only=True, time_limit=0.5).run(scene)
+
+
+def test_many_short_steps_obey_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With three granules a step costs more than its granules, and a stop is still seen in time."""
+    reached: list[float] = []
+
+    def late(run: Callable[[], Any], control: FloatArray, deadline: Deadline) -> Any:
+        control[0] = 10.0  # stop at the tenth look at whether time is left
+        run()
+        reached.append(float(control[1]))
+        raise deadline.passed()
+
+    monkeypatch.setattr(simulation, "stoppable", late)
+    scene = paper_scene("cosine-triangular", 1044.4449956748701, 1.001, granules=3)
+    with pytest.raises(TooExpensive, match="stopped at the time limit"):
+        hc.Native("velocity-verlet", 2e-3 * scene.units.time).run(scene)
+    # A look is taken every 38 natural units; without the cost of a step itself, every 667.
+    assert 0.0 < reached[0] < 1000.0, reached
 
 
 def test_weak_shocks_allow_longer_steps() -> None:

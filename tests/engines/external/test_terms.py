@@ -1,4 +1,4 @@
-"""Scenes with terms by LIGGGHTS and Yade: against native velocity Verlet, LAMMPS, and refusals."""
+"""Scenes with terms by LIGGGHTS and Yade: results against LAMMPS, decks, and refusals."""
 
 from __future__ import annotations
 
@@ -14,47 +14,13 @@ from hertzchain.engines.lammps import deck as lammps_deck
 from hertzchain.engines.liggghts import deck as liggghts_deck
 from hertzchain.engines.yade import deck as yade_deck
 from hertzchain.errors import RunFailed
-from hertzchain.limits import Deadline
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.verdict.run_checks import balance_checks
 from tests.conftest import STEEL
+from tests.engines.external.test_same_steps import DAMPED
 from tests.engines.lammps.test_lammps import largest
 from tests.engines.native.test_terms import PULSE, SCENES, UNIFORM
-from tests.oracles.bounds import lasting
 from tests.scenes import load
-
-STEP = 0.02
-"""Step of the runs [natural time units of the fastest contact]."""
-
-QUICK = ("all at once",)
-"""Of Yade, which takes seconds to start."""
-
-RUNS = [
-    pytest.param(
-        engine,
-        name,
-        marks=[getattr(pytest.mark, engine.__name__.lower())]
-        + [pytest.mark.slow] * (engine is hc.Yade and name not in QUICK),
-    )
-    for engine in (hc.Liggghts, hc.Yade)
-    for name in SCENES
-]
-
-
-@pytest.mark.parametrize(("engine", "name"), RUNS)
-def test_native_velocity_verlet_at_the_same_steps(engine: type[ProgramEngine], name: str) -> None:
-    scene = lasting(SCENES[name])
-    dt = STEP * scene.contact_time
-    legs = scene.schedule(dt)
-    # One run, without those that tell its error.
-    simulate = engine()._simulate(scene, Deadline(60.0))
-    found = simulate(legs, [2] * len(legs), None)
-    native = hc.Native("velocity-verlet", dt).run(scene)
-    # Round-off of absolute coordinates: a softer chain is run where it would cost more than 1e-9.
-    assert largest(found.displacement, native.displacement) < 1e-9
-    assert largest(found.velocity, native.velocity) < 1e-9
-    # Native interpolates with velocities that are no slopes of its displacements: 0.05 dt^4, 8e-9.
-    assert largest_difference(found.peaks.force, native.peak_force) < 2e-8
 
 
 @pytest.mark.lammps
@@ -84,15 +50,8 @@ def test_results_are_those_of_lammps(engine: type[ProgramEngine]) -> None:
         assert largest(of_other, of_lammps) < 2e-9
 
 
-LAWS = {
-    "restitution": hc.Contact("restitution", restitution=0.8),
-    "viscoelastic": hc.Contact("viscoelastic", relaxation_time=1e-6),
-}
-WRITTEN = {
-    **SCENES,
-    "plain": load("demo"),
-    **{law: replace(SCENES["all at once"], contact=contact) for law, contact in LAWS.items()},
-}
+COMPUTED = {law: DAMPED[law] for law in ("restitution", "viscoelastic")}
+WRITTEN = {**SCENES, **COMPUTED, "plain": load("demo")}
 
 
 @pytest.mark.parametrize("name", WRITTEN)
@@ -128,25 +87,19 @@ def test_an_engine_refuses_terms_that_it_does_not_list(name: str) -> None:
 @pytest.mark.liggghts
 def test_a_poisson_ratio_that_liggghts_does_not_know() -> None:
     auxetic = replace(UNIFORM, poisson_ratio=[0.3] * 11 + [-0.1])
-    with pytest.raises(RunFailed, match=r"no Poisson's ratio below 0, this chain has -0.1"):
-        hc.Liggghts(dt=1e-6).run(hc.Scene(auxetic, PULSE))
-    with pytest.raises(RunFailed, match=r"no Poisson's ratio below 0, this chain has -0.1"):
-        hc.Liggghts(dt=1e-6).run(hc.Scene(replace(UNIFORM, poisson_ratio=-0.1), PULSE))
-    scene = hc.Scene(UNIFORM, PULSE, wall=hc.Wall("elastic", 1e9, -0.2))
-    with pytest.raises(RunFailed, match=r"no Poisson's ratio below 0, this wall has -0.2"):
-        hc.Liggghts(dt=1e-6).run(scene)
-
-
-def materials(count: int) -> hc.Scene:
-    """A striker on granules of so many materials, all nearly steel."""
-    modulus = [193e9 * (1 + 1e-4 * k) for k in range(count)]
-    chain = hc.Chain(count, **{**STEEL, "young_modulus": modulus})
-    return hc.Scene(chain, hc.Striker(1.0), hc.Run(2e-5))
+    wall = hc.Wall("elastic", 1e9, -0.2)
+    for scene, said in (
+        (hc.Scene(auxetic, PULSE), "this chain has -0.1"),
+        (hc.Scene(UNIFORM, PULSE, wall=wall), "this wall has -0.2"),
+    ):
+        with pytest.raises(RunFailed, match=f"no Poisson's ratio below 0, {said}"):
+            hc.Liggghts(dt=1e-6).run(scene)
 
 
 def test_decks_that_would_be_too_long() -> None:
+    unlike = {**STEEL, "young_modulus": np.linspace(193e9, 194e9, 101)}
     with pytest.raises(RunFailed, match="of 101 materials, a LIGGGHTS deck has at most 100"):
-        liggghts_deck.set_up(materials(101))
+        liggghts_deck.set_up(hc.Scene(hc.Chain(101, **unlike), hc.Striker(1.0)))
     long = hc.Scene(hc.Chain(100_001, **STEEL), hc.Striker(1.0))
     with pytest.raises(RunFailed, match="LAMMPS deck of 100001 granules would be too"):
         lammps_deck.set_up(long)
@@ -154,12 +107,3 @@ def test_decks_that_would_be_too_long() -> None:
         liggghts_deck.set_up(long)
     with pytest.raises(RunFailed, match="Yade with 100001 granules would be too long"):
         yade_deck.watched(long, [], [])
-
-
-@pytest.mark.liggghts
-def test_as_many_materials_as_a_deck_may_have() -> None:
-    scene = materials(100)
-    dt = 0.1 * scene.contact_time
-    found = hc.Liggghts(dt).run(scene)
-    # Round-off, as above.
-    assert largest(found.velocity, hc.Native("velocity-verlet", dt).run(scene).velocity) < 1e-9

@@ -169,23 +169,23 @@ def test_the_number_that_tsuji_is_asked_for() -> None:
         assert tsuji(asked, root_2=False) == expected
 
 
-BEFORE, SINCE = "20240828", "20240829"
-
-
-def test_a_lammps_without_the_damping_is_refused() -> None:
-    scene = hc.Scene(TWO, hc.Striker(1.0), contact=hc.Contact("restitution", restitution=0.113))
-    with pytest.raises(RunFailed, match=r"LAMMPS of 20240828 does not .* of 29 Aug 2024 or later"):
-        set_up(scene, version=BEFORE)
-    set_up(scene, version=SINCE)
-    set_up(replace(scene, contact=hc.Contact("restitution", restitution=0.114)), version=BEFORE)
-
-
-def test_restitution_at_a_wall_of_an_old_lammps() -> None:
-    scene = ONE_EACH["restitution"]
-    with pytest.raises(RunFailed, match=r"LAMMPS of 20230801 does not .* of 2 Aug 2023 or later"):
-        set_up(scene, version="20230801")
-    set_up(scene, version="20230802")
-    set_up(replace(scene, wall=None), version="20220623")
+@pytest.mark.parametrize(
+    ("restitution", "wall", "before", "since", "named"),
+    [
+        (0.113, None, "20240828", "20240829", "29 Aug 2024"),
+        (0.8, hc.Wall("same"), "20230801", "20230802", "2 Aug 2023"),
+        (0.114, None, None, "20220623", ""),
+    ],
+)
+def test_a_lammps_without_the_damping_is_refused(
+    restitution: float, wall: hc.Wall | None, before: str | None, since: str, named: str
+) -> None:
+    law = hc.Contact("restitution", restitution=restitution)
+    scene = hc.Scene(TWO, hc.Striker(1.0), wall=wall, contact=law)
+    set_up(scene, version=since)
+    if before is not None:
+        with pytest.raises(RunFailed, match=rf"LAMMPS of {before} does not .* of {named} or later"):
+            set_up(scene, version=before)
 
 
 def test_too_many_kinds_of_granules_for_viscoelastic_damping() -> None:
@@ -207,15 +207,3 @@ def test_contacts_pull_only_where_they_may(attraction: bool) -> None:
     text = set_up(replace(ONE_EACH["restitution"], contact=law))
     assert text.count("damping velocity") == 2  # of the pair and of the wall
     assert text.count("limit_damping") == (0 if attraction else 2)
-
-
-@pytest.mark.lammps
-@pytest.mark.slow
-@pytest.mark.parametrize("number", [7, 75, 78, 109, 125, *range(200, 220)])
-def test_error_estimates_of_extrapolations_are_bounds(number: int) -> None:
-    """The first were above it when three runs told the error, or dashpots counted as smooth."""
-    scene = random_damped_scene(np.random.default_rng([91, number]), 30, 80.0)
-    reference = hc.Native(rtol=1e-8).run(scene)
-    result = hc.Lammps(dt=1e-3 * scene.contact_time, extrapolated=True).run(scene)
-    error = largest_difference(result.peak_force, reference.peak_force)
-    assert error <= result.error_estimate + reference.error_estimate

@@ -95,22 +95,56 @@ def test_same_scheme_same_steps(name: str, pair_style: str) -> None:
     assert largest_difference(result.peak_force, peak_force) < 2e-9
 
 
-def test_peaks_are_second_order(demo: hc.Scene, demo_reference: hc.Result) -> None:
-    steps = [0.08, 0.04, 0.02, 0.01, 0.005]
-    runs = [hc.Lammps(dt=step * demo.units.time).run(demo) for step in steps]
-    errors = [largest_difference(run.peak_force, demo_reference.peak_force) for run in runs]
-    assert slope(steps, errors) == pytest.approx(2.0, abs=0.02)
-    for run, error in zip(runs, errors, strict=True):
-        assert error < run.error_estimate
+@pytest.mark.parametrize(
+    ("extrapolated", "steps", "tolerance"),
+    # Readings and opening contacts are not of fourth order, but small here.
+    [(False, [0.08, 0.04, 0.02, 0.01, 0.005], 0.02), (True, [0.08, 0.04, 0.02], 0.1)],
+)
+def test_order_of_peaks(
+    demo: hc.Scene,
+    demo_reference: hc.Result,
+    extrapolated: bool,
+    steps: list[float],
+    tolerance: float,
+) -> None:
+    errors = []
+    for step in steps:
+        result = hc.Lammps(step * demo.units.time, extrapolated=extrapolated).run(demo)
+        errors.append(largest_difference(result.peak_force, demo_reference.peak_force))
+        assert errors[-1] < result.error_estimate
+    assert slope(steps, errors) == pytest.approx(4.0 if extrapolated else 2.0, abs=tolerance)
 
 
-# The third needs a second try: at the step that the trial runs ask for the estimate is 1.01e-6.
-@pytest.mark.parametrize("name", ["demo", "cosine_LM0.3_n2", "cosine-triangular_LM0.4_n2"])
-def test_the_default_step_gives_1e_6(name: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "lammps"),
+    [
+        # The last needs a second try: where the trials ask for, the estimate is 1.01e-6.
+        *(
+            (name, hc.Lammps())
+            for name in ("demo", "cosine_LM0.3_n2", "cosine-triangular_LM0.4_n2")
+        ),
+        *(
+            ("demo", hc.Lammps(rtol=rtol, extrapolated=e))
+            for rtol in (1e-3, 1e-5)
+            for e in (False, True)
+        ),
+        *(
+            pytest.param(
+                name, hc.Lammps(extrapolated=True), marks=[] if k % 2 else pytest.mark.slow
+            )
+            for k, name in enumerate(scenes.NAMES)
+        ),
+    ],
+)
+def test_the_wanted_error(name: str, lammps: hc.Lammps) -> None:
     scene = scenes.load(name)
-    result = hc.Lammps().run(scene)
+    result = lammps.run(scene)
     error = largest_difference(result.peak_force, hc.Native("reference").run(scene).peak_force)
-    assert error < result.error_estimate <= 1e-6
+    assert error < result.error_estimate <= lammps.rtol
+    # No better than asked for by more than steps of a sixteenth would be.
+    assert result.error_estimate > lammps.rtol / 300
+    if lammps.extrapolated:
+        assert result.steps < 20_000  # velocity Verlet alone takes 66,000 or more
 
 
 def test_reading_now_and_then_loses_nothing() -> None:
@@ -219,62 +253,7 @@ def test_a_reading_too_seldom_is_in_the_error_estimate() -> None:
 # The wanted error
 
 
-@pytest.mark.parametrize("extrapolated", [False, True])
-@pytest.mark.parametrize("rtol", [1e-3, 1e-5])
-def test_the_step_follows_the_wanted_error(
-    demo: hc.Scene, demo_reference: hc.Result, rtol: float, extrapolated: bool
-) -> None:
-    result = hc.Lammps(rtol=rtol, extrapolated=extrapolated).run(demo)
-    error = largest_difference(result.peak_force, demo_reference.peak_force)
-    assert error < result.error_estimate <= rtol
-    # No better than asked for by more than steps of a sixteenth would be.
-    assert result.error_estimate > rtol / 300
-
-
-def test_the_wanted_error_is_not_used_with_a_step(demo: hc.Scene) -> None:
-    dt = 0.05 * demo.units.time
-    fine, coarse = (hc.Lammps(dt, rtol=rtol).run(demo) for rtol in (1e-12, 0.5))
-    assert fine.steps == coarse.steps
-    assert np.array_equal(fine.peak_force, coarse.peak_force)
-    assert fine.error_estimate == coarse.error_estimate
-
-
 # Extrapolation
-
-
-@pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param(name, marks=[] if k % 2 else pytest.mark.slow)
-        for k, name in enumerate(scenes.NAMES)
-    ],
-)
-def test_extrapolated_peaks_are_as_good_as_they_say(name: str) -> None:
-    scene = scenes.load(name)
-    result = hc.Lammps(extrapolated=True).run(scene)
-    error = largest_difference(result.peak_force, hc.Native("reference").run(scene).peak_force)
-    assert error < result.error_estimate <= 1e-6
-    assert result.steps < 20_000  # velocity Verlet alone takes 66,000 or more
-
-
-def test_extrapolated_peaks_are_fourth_order(demo: hc.Scene, demo_reference: hc.Result) -> None:
-    steps = [0.08, 0.04, 0.02]
-    errors = []
-    for dt in steps:
-        result = hc.Lammps(dt * demo.units.time, extrapolated=True).run(demo)
-        errors.append(largest_difference(result.peak_force, demo_reference.peak_force))
-        assert errors[-1] < result.error_estimate
-    # Readings and opening contacts are not of fourth order, but small here.
-    assert slope(steps, errors) == pytest.approx(4.0, abs=0.1)
-
-
-def test_extrapolated_times_of_peaks(demo: hc.Scene, demo_reference: hc.Result) -> None:
-    dt = 0.04 * demo.units.time
-    late = [
-        np.max(np.abs(run.peak_time[:-1] / demo_reference.peak_time[:-1] - 1))
-        for run in (hc.Lammps(dt).run(demo), hc.Lammps(dt, extrapolated=True).run(demo))
-    ]
-    assert late[1] < late[0] / 100
 
 
 def test_all_but_the_peaks_is_that_of_the_finer_run() -> None:
@@ -290,16 +269,6 @@ def test_all_but_the_peaks_is_that_of_the_finer_run() -> None:
     # 1e-4 h^8 of readings at other times.
     assert largest(result.history.contact_force, finer.history.contact_force) < 1e-7
     assert abs(result.peak_force[0] - 125.0) < abs(finer.peak_force[0] - 125.0) / 100
-
-
-def test_an_extrapolation_makes_more_of_what_coordinates_cost() -> None:
-    scene = constant_force()  # one leg: its steps follow from dt
-    result = hc.Lammps(0.02 * scene.units.time, extrapolated=True).run(scene)
-    fine, coarse = (hc.Lammps(dt).run(scene).lost_digits for dt in (result.dt, 2 * result.dt))
-    # (4 fine - coarse) / 3, and either loss may have any sign. What the steps and the readings do
-    # to the peaks, 1e-4 at most, changes the bound by two thirds of that.
-    bound = (4 * fine.bound + coarse.bound) / 3
-    assert result.lost_digits.bound == pytest.approx(bound, rel=1e-4, abs=0)
 
 
 # Cost of watching

@@ -91,7 +91,7 @@ def test_roundings_of_a_flight_add_up() -> None:
 @pytest.mark.parametrize("numbers", [QUICK, SLOW])
 def test_random_scenes_have_every_term(numbers: range) -> None:
     count = Counter(term for number in numbers for term in drawn(number).terms)
-    # Pistons and damping are drawn elsewhere: test_drives.py, test_damped.py.
+    # Pistons and damping are elsewhere: external/test_same_steps.py, test_damped.py.
     others = {"piston", "damping", "moving granules", "fixed granules", "local shock", "near wall"}
     assert set(count) == set(ALL_TERMS) - others
 

@@ -189,18 +189,13 @@ def test_an_extrapolated_maximum_with_a_rival_is_told(monkeypatch: pytest.Monkey
     assert solve(scene).error_of(without.peak_force) > without.error_estimate
 
 
+@pytest.mark.parametrize(
+    "numbers",
+    [range(25), pytest.param(range(1000, 2000), marks=pytest.mark.slow)],
+    ids=["", "many"],
+)
 @pytest.mark.parametrize("kind", KINDS)
-def test_random_scenes(kind: str) -> None:
-    random_scenes_hold(kind, range(25))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", KINDS)
-def test_many_random_scenes(kind: str) -> None:
-    random_scenes_hold(kind, range(1000, 2000))
-
-
-def random_scenes_hold(kind: str, numbers: range) -> None:
+def test_random_scenes(kind: str, numbers: range) -> None:
     """Native at an accuracy, a batch, and any method with any step; refusals are no error."""
     judged = 0
     for number in numbers:

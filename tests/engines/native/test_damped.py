@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hertzchain.engines.native import damped_advance, elastic, elastic_state
+from hertzchain.engines.native import damped_advance, elastic_state
 from hertzchain.engines.native.damped_plan import accurate
 from hertzchain.engines.native.damped_runs import integrate_damped
-from hertzchain.engines.native.elastic_state import Seen, at_the_start
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.kernel_input import nothing_recorded, room_for, steps_of
-from hertzchain.engines.native.methods import SRKN_11B, Walker
+from hertzchain.engines.native.kernel_input import room_for
 from hertzchain.observables.history import Recorder
-from tests.oracles import extrapolation
-from tests.oracles.scene_in_si import numbers_of_chain
 
 Floats = NDArray[np.float64]
 
@@ -78,84 +72,6 @@ def test_order_over_a_run(exponent: float) -> None:
     above_rounding = tolerances > 2e-12
     assert np.max((errors / tolerances)[above_rounding]) < 3.0  # 1 was found
     assert errors[-1] < 1e-11
-
-
-def test_without_damping_it_is_the_other_kernel() -> None:
-    """A chain whose contacts are damped by nothing, as ``elastic.march`` integrates it."""
-    chain, rows = uniform(10, RESTITUTION, 0.0), pulse(1.5, 2.5, 20.0)
-    ours = integrate_damped(chain, rows, AT_REST, 1e-11, 0.8)
-    fine = rows.copy()
-    fine[:, 2] = np.ceil((rows[:, 1] - rows[:, 0]) / 0.02)
-    force, time = np.zeros(9), np.full(9, np.nan)
-    seen = Seen(force, time, nothing_recorded())
-    steps = steps_of(fine, Walker(SRKN_11B, 1e-9, 32, math.inf))
-    state = at_the_start(10)
-    elastic.march(steps, state, 10, np.zeros((0, 0)), None, 10, False, seen, np.zeros(3))
-    # What is left of both tolerances.
-    assert ours.peak_force == pytest.approx(force, rel=1e-9)
-    assert ours.peaks.time == pytest.approx(time, rel=0, abs=1e-4)
-
-
-def random_chain(seed: int, most: int) -> tuple[Chain, Floats, Floats]:
-    """A random damped chain with its legs and its start: at rest under a pulse, or a striker."""
-    draw = np.random.default_rng(seed)
-    granules, wall = int(draw.integers(2, most + 1)), bool(draw.random() < 0.4)
-    contacts = granules if wall else granules - 1
-    spread = 0.5 * (draw.random() < 0.5)  # of unlike granules
-    mass = np.exp(spread * draw.normal(0, 1.4, granules))
-    stiffness = np.exp(spread * draw.normal(0, 1, contacts))
-    strength = math.exp(draw.uniform(math.log(0.003), math.log(1.5)))
-    damping = strength * np.exp(spread * draw.normal(0, 0.6, contacts))
-    gap, pull = np.zeros(contacts), np.zeros(granules)
-    kind = draw.choice(["touching", "gaps", "some gaps", "pressed"], p=[0.4, 0.25, 0.15, 0.2])
-    if kind == "gaps":
-        gap[:] = draw.uniform(0.01, 1.0)
-    elif kind == "some gaps":
-        gap = np.where(draw.random(contacts) < 0.3, draw.uniform(0.01, 1.0, contacts), 0.0)
-    elif kind == "pressed":
-        force = draw.uniform(0.02, 0.5)
-        gap = -((force / stiffness) ** (2 / 3))
-        pull[0] = force / mass[0]
-        if not wall:
-            pull[-1] -= force / mass[-1]
-    exponent = float(draw.choice([DASHPOT, RESTITUTION, VISCOELASTIC]))
-    chain = Chain(stiffness, 1 / mass, gap, pull, damping, exponent, bool(draw.random() < 0.4))
-    end = float(draw.uniform(1.0, 1.8) * granules + 5)
-    if draw.random() < 0.5:
-        start = np.zeros((2, granules))
-        start[1, 0] = 1.0
-        return chain, np.array([[0.0, end, 1, 0, 0, 0, 0, 0]]), start
-    rise, fall = draw.uniform(0.5, 6.0, 2)
-    return chain, pulse(rise, fall, rise + fall + end, int(draw.integers(1, 3))), AT_REST
-
-
-def truth_of(chain: Chain, rows: Floats, start: Floats) -> extrapolation.Found:
-    numbers = numbers_of_chain(chain, longest_of(chain) / 0.8)
-    at = start if start.size else np.zeros((2, chain.inverse_mass.size))
-    # Start and end of a leg, shape, and forces there.
-    pieces = np.ascontiguousarray(rows[:, [0, 6, 1, 7, 3]])
-    return extrapolation.integrate(numbers, pieces, np.zeros((0, 2)), at, rows[-1, 1])
-
-
-def longest_of(chain: Chain) -> float:
-    """0.8 of the time unit of the fastest contact."""
-    lightest = chain.inverse_mass + np.append(chain.inverse_mass[1:], 0.0)
-    fastest = np.max(chain.stiffness * lightest[: chain.stiffness.size] / 2)
-    return float(0.8 / math.sqrt(fastest))
-
-
-@pytest.mark.parametrize(
-    "seed", [*range(30), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(30, 120))]
-)
-def test_random_chains(seed: int) -> None:
-    chain, rows, start = random_chain(seed, 12)
-    true = truth_of(chain, rows, start)
-    run = integrate_damped(chain, rows, start, 1e-11, longest_of(chain))
-    assert run.status == elastic_state.DONE
-    # A tolerance of 1e-11 a step; 1e-10 seen.
-    assert error_of(run.peak_force, true.peak_force) < 2e-10
-    assert run.velocity == pytest.approx(true.velocity, rel=0, abs=2e-10)
-    assert run.energy + run.dissipated == pytest.approx(run.work, rel=1e-9)
 
 
 def test_history() -> None:

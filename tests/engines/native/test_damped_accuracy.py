@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.errors import SceneError
 from tests.conftest import STEEL
 from tests.oracles import extrapolation
 from validation.random_drives import random_hard_scene
@@ -31,10 +30,3 @@ def test_a_bead_leaves_a_wall_with_its_restitution(own: float | None) -> None:
     collision = hc.Run(20 * scene.contact_time)  # and the flight back is far longer
     found = hc.Native(rtol=1e-8).run(replace(scene, run=collision))
     assert found.velocity[1] == pytest.approx(-(own or 0.9), rel=1e-7)
-
-
-def test_damping_of_a_wall_needs_the_law_of_contacts() -> None:
-    wall, chain = hc.Wall("rigid", restitution=0.4), hc.Chain(2, **STEEL)
-    for contact in (None, hc.Contact("dashpot", coefficient=1.0)):
-        with pytest.raises(SceneError, match=r'needs .contact. damping = "restitution"'):
-            hc.Scene(chain, hc.Striker(1.0), wall=wall, contact=contact)

@@ -45,13 +45,6 @@ def test_an_end_that_is_given_stays_and_so_do_plain_scenes() -> None:
         assert with_end(scene) is scene
 
 
-@pytest.mark.parametrize(
-    ("time", "rounded"), [(9.91, 10.0), (0.0123, 0.013), (12.0, 12.0), (132.1, 140.0)]
-)
-def test_ends_have_two_digits_rounded_up(time: float, rounded: float) -> None:
-    assert duration._rounded_up(time) == rounded
-
-
 def test_a_drive_that_goes_on_is_watched_as_long_as_ever() -> None:
     """Behind a piston that moves on no force ever falls to a half."""
     scene = hc.Scene(hc.Chain(6, **STEEL), hc.Piston(0.1), wall=hc.Wall("rigid"))
@@ -71,13 +64,6 @@ def test_every_engine_ends_as_native_does() -> None:
     assert ends == {with_end(WALLED).end_time}
 
 
-def test_similar_scenes_have_similar_ends() -> None:
-    """With a tenfold velocity all times are as velocity to the power -1/5."""
-    fast = replace(WALLED, shock=hc.Striker(10.0))
-    ratio = with_end(fast).end_time / with_end(WALLED).end_time
-    assert ratio == pytest.approx(10**-0.2, rel=1e-12)
-
-
 @pytest.mark.parametrize("contact", [None, hc.Contact("restitution", restitution=0.8)])
 def test_the_end_does_not_depend_on_how_fast_the_machine_is(
     contact: hc.Contact | None, monkeypatch: pytest.MonkeyPatch
@@ -92,3 +78,10 @@ def test_the_end_does_not_depend_on_how_fast_the_machine_is(
         assert with_end(scene, time_limit=1e8).end_time == end
     monkeypatch.setattr(duration, "_MOST_WORK", 1.0)
     assert with_end(scene).end_time == scene.end_time > end
+
+
+def test_similar_scenes_have_similar_ends() -> None:
+    """With a tenfold velocity all times are as velocity to the power -1/5."""
+    fast = replace(WALLED, shock=hc.Striker(10.0))
+    ratio = with_end(fast).end_time / with_end(WALLED).end_time
+    assert ratio == pytest.approx(10**-0.2, rel=1e-12)

@@ -13,7 +13,6 @@ from hertzchain.engines.native.equations import Chain
 from hertzchain.observables.peaks import largest_difference
 from tests.conftest import STEEL
 from tests.oracles import extrapolation
-from tests.oracles.bounds import at_three_accuracies, check_answers
 from tests.oracles.scene_in_si import numbers_of_chain
 
 FAR = hc.Scene(hc.Chain(8, **STEEL), hc.Striker(0.1), hc.Run(6.0), hc.Wall("rigid", gap=0.1))
@@ -90,14 +89,6 @@ SCENES = {
         hc.Wall("same"), hc.Precompression(gravity=9.81),
     ),
 }  # fmt: skip
-
-
-@pytest.mark.parametrize("name", SCENES)
-@pytest.mark.parametrize("law", [None, hc.Contact("dashpot", coefficient=20.0)], ids=["", "damped"])
-def test_peaks(name: str, law: hc.Contact | None) -> None:
-    scene = replace(SCENES[name], contact=law)
-    asked = at_three_accuracies()
-    assert len(check_answers(scene, asked)) == len(asked)
 
 
 @pytest.mark.parametrize("exponent", [0.0, 0.25, 0.5])

@@ -94,23 +94,6 @@ def agree(scene: hc.Scene, walker: Walker) -> None:
         assert measured == pytest.approx(expected, rel=0, abs=errors * eps)
 
 
-def test_a_run_goes_on_from_the_state_of_another() -> None:
-    scene = paper_scene("cosine-triangular", 2.0, 2.0, 20)
-    walker, (*pulse, rest) = Walker(SRKN_11B), scene.schedule(0.1 * scene.units.time)
-    whole, begun = simulate(scene, [*pulse, rest], walker), simulate(scene, pulse, walker)
-    start = np.array([begun.displacement, begun.velocity])
-    # Overlaps of granules that wait ahead of the front are below round-off.
-    ended = simulate(scene, [rest], walker, start=start, leave_behind=True)
-    assert ended.steps == whole.steps - begun.steps
-    assert ended.momentum == pytest.approx(whole.momentum, rel=1e-14, abs=0)
-    assert ended.energy == pytest.approx(whole.energy, rel=1e-13, abs=0)
-    assert ended.displacement == pytest.approx(whole.displacement, rel=0, abs=1e-11)
-    assert ended.velocity == pytest.approx(whole.velocity, rel=0, abs=1e-11)
-    later = whole.peaks.time > rest.start / scene.units.time
-    assert later.sum() > 10
-    assert ended.peaks.force[later] == pytest.approx(whole.peaks.force[later], rel=1e-12, abs=0)
-
-
 @pytest.mark.parametrize("stepper", [SRKN_11B, VELOCITY_VERLET], ids=["srkn-11b", "verlet"])
 @pytest.mark.parametrize("window", [True, False])
 def test_start_displacements_vs_numpy(demo: hc.Scene, stepper: Stepper, window: bool) -> None:

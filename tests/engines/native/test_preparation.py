@@ -56,14 +56,9 @@ def test_what_is_compiled_is_timed_and_told() -> None:
     elapsed = time.perf_counter() - begin
     assert told == ["compiling"]
     assert 0 < preparation.compile_time <= preparation.time <= elapsed
-
-
-def test_what_is_compiled_already_takes_no_time() -> None:
-    square, told = a_new_function(), []
-    square(2.0)
-    with Watched(lambda: told.append("compiling")) as preparation:
+    with Watched(lambda: told.append("compiling")) as again:
         square(3.0)
-    assert (preparation.compile_time, preparation.time, told) == (0, 0, [])
+    assert (again.compile_time, again.time, told) == (0, 0, ["compiling"])
 
 
 @pytest.mark.usefixtures("native_that_compiles")
@@ -88,16 +83,6 @@ def test_the_command_line_says_how_long_it_compiled(
     what = "compiling kernels for this kind of scene, once"
     assert re.fullmatch(rf"hertzchain: {what}: \S+ s\n", err)
     assert "compil" not in out
-
-
-def test_a_run_with_kernels_that_are_there_says_nothing_of_compiling(
-    demo: hc.Scene, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    hc.Native(peaks_only=True).run(demo)
-    monkeypatch.setattr(sys, "argv", ["hertzchain", "run", str(DEMO)])
-    with pytest.raises(SystemExit):
-        main()
-    assert capsys.readouterr().err == ""
 
 
 def prepare(seconds: float) -> None:

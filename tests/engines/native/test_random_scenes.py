@@ -67,7 +67,7 @@ class Kind:
 
 KINDS = {
     "terms": Kind(8, lambda rng, _: random_scene_with_terms(rng, 15, 600.0), (0, 5, 7, 9, 10), 300),
-    "damped": Kind(13, lambda rng, _: random_damped_scene(rng, 12, 60.0), range(50, 60), 300),
+    "damped": Kind(13, lambda rng, _: random_damped_scene(rng, 12, 60.0), range(45, 60), 300),
     "wall": Kind(39, lambda rng, _: with_wall_of_its_own(rng, random_damped_scene(rng, 12, 200.0)),
                  range(7, 12), 0),
     "piston": Kind(19, _piston, (1, 2), 200),

@@ -1,0 +1,232 @@
+"""Scenes of every kind as LAMMPS decks that judge themselves: right ones pass, mistakes fail."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import hertzchain as hc
+from hertzchain.decks.known_answer import lay_out
+from hertzchain.observables.peaks import largest_difference
+from tests.conftest import STEEL
+from tests.decks.test_standalone_deck import peaks, run, small, verdict, written
+from tests.engines.native.test_terms import DIMER, PULSE, SCENES
+from tests.oracles.sampled_maxima import sampled_maxima
+
+CHAIN = hc.Chain(8, **STEEL)
+RESTITUTION = hc.Contact("restitution", restitution=0.8)
+VISCOELASTIC = hc.Contact("viscoelastic", relaxation_time=1e-6)
+LOAD, RIGID = hc.Precompression(10.0), hc.Wall("rigid")
+
+TABLE = hc.PulseTable((0.0, 2e-5, 5e-5), (40.0, 100.0, 30.0))
+
+PLAIN = {
+    "ten granules": small(),
+    "two granules": small(2),
+    "three granules": small(3),
+    "rise time": hc.Scene(
+        hc.Chain(10, **STEEL), hc.Pulse("triangular", 100.0, 3.0, rise_time=3e-5)
+    ),
+    "weak, rise time": hc.Scene(
+        hc.Chain(10, **STEEL), hc.Pulse("triangular", 1e-9, 3.0, rise_time=1e-3), hc.Run(1e-2)
+    ),
+    "weak table": hc.Scene(
+        hc.Chain(10, **STEEL), hc.PulseTable((1e-3, 2e-3, 4e-3), (0.0, 1e-9, 0.0))
+    ),
+    "table that starts at once": hc.Scene(hc.Chain(10, **STEEL), TABLE),
+    "end in the decay": small(10, 6e-5),
+    "end in the rise": small(10, 3e-5),
+    "end in a table": hc.Scene(hc.Chain(10, **STEEL), TABLE, hc.Run(3e-5)),
+}
+
+TERMS = {
+    **SCENES,
+    "weak striker, softer granules": hc.Scene(
+        hc.Chain(12, **STEEL), hc.Striker(1e-8), wall=hc.Wall("rigid")
+    ),
+    "force, rigid wall": hc.Scene(
+        hc.Chain(3, **STEEL), PULSE, wall=hc.Wall("rigid"), precompression=hc.Precompression(5.0)
+    ),
+    "one granule and its wall count two contacts": hc.Scene(
+        hc.Chain(2, **STEEL), PULSE, wall=hc.Wall("same", gap=1e-6)
+    ),
+    "pulse table": hc.Scene(
+        replace(hc.Chain(8, **STEEL), gap=1e-6),
+        hc.PulseTable((1e-5, 3e-5, 6e-5), (40.0, 100.0, 30.0)),
+    ),
+    "end in the pulse": hc.Scene(
+        hc.Chain(8, **STEEL), PULSE, hc.Run(3e-5), precompression=hc.Precompression(20.0)
+    ),
+}
+
+DAMPED = {
+    "restitution": hc.Scene(CHAIN, PULSE, contact=RESTITUTION),
+    "restitution, wall": hc.Scene(CHAIN, hc.Striker(1.0), wall=RIGID, contact=RESTITUTION),
+    "restitution that no old LAMMPS has": hc.Scene(
+        CHAIN, PULSE, contact=hc.Contact("restitution", restitution=0.1)
+    ),
+    "attraction": hc.Scene(
+        CHAIN, PULSE, contact=hc.Contact("restitution", restitution=0.6, attraction=True)
+    ),
+    "viscoelastic": hc.Scene(
+        DIMER,
+        hc.Striker(0.5, radius=6e-3),
+        wall=hc.Wall("elastic", 70e9, 0.33),
+        precompression=hc.Precompression(3.0, 9.81),
+        contact=VISCOELASTIC,
+    ),
+    "dashpot": hc.Scene(
+        replace(CHAIN, gap=1e-6),
+        hc.Striker(1.0),
+        wall=hc.Wall("same", gap=1e-6),
+        contact=hc.Contact("dashpot", coefficient=5.0),
+    ),
+    "piston": hc.Scene(CHAIN, hc.Piston(0.1)),
+    "piston by a table": hc.Scene(
+        CHAIN, hc.Piston(None, (1e-5, 1e-4, 2e-4), (0.0, 1e-5, 5e-6)), wall=RIGID
+    ),
+    "damped piston": hc.Scene(
+        CHAIN,
+        hc.Piston(0.1),
+        wall=hc.Wall("same"),
+        precompression=hc.Precompression(5.0, 9.81),
+        contact=VISCOELASTIC,
+    ),
+    "sine": hc.Scene(CHAIN, hc.Sine(5.0, 8e3, 2), precompression=LOAD),
+    "damped sine": hc.Scene(CHAIN, hc.Sine(5.0, 8e3, 2), precompression=LOAD, contact=RESTITUTION),
+}
+
+RTOL = dict.fromkeys(PLAIN, 1e-5) | dict.fromkeys(TERMS, 1e-4) | dict.fromkeys(DAMPED, 1e-3)
+"""What the steps of a deck may cost its peaks: 1,000 to 20,000 steps."""
+
+ALL = PLAIN | TERMS | DAMPED
+
+QUICK = (
+    *PLAIN,
+    "weak striker, softer granules",
+    "gaps, wall",
+    "all at once",
+    "restitution",
+    "damped piston",
+)
+"""The others are slow: each takes LAMMPS a third of a second."""
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[pytest.mark.slow] * (name not in QUICK)) for name in ALL],
+)
+def test_every_scene_passes(name: str, tmp_path: Path) -> None:
+    scene, rtol = ALL[name], RTOL[name]
+    status, screen = run(written(scene, tmp_path, rtol), tmp_path)
+    assert (status, verdict(screen)) == (0, "PASS"), screen
+    assert "WARNING" not in screen
+    layout = lay_out(scene, rtol=rtol)
+    legs = scene.schedule(layout.step * scene.units.time)
+    assert re.findall(r"Current step  : (\d+)", screen)[-1] == str(sum(leg.steps for leg in legs))
+    expected = sampled_maxima(scene, layout.step, layout.watch_every) * scene.units.force
+    found = peaks(tmp_path)
+    assert found.size == scene.last_contact - 1
+    # Round-off of absolute coordinates over up to 20,000 steps; 2e-9 measured.
+    assert largest_difference(found, expected) < 1e-8
+
+
+HERTZ = r"hertz/material \$\{E1\} 0\.0 \$\{nu1\}"
+
+# Mistakes are larger where they move peaks by less than the steps do.
+MISTAKES = {
+    "stiffness, plain": ("ten granules", HERTZ, "hertz/material $(1.001*v_E1) 0.0 ${nu1}"),
+    "exponent, plain": ("ten granules", HERTZ, "hooke 1e7 0.0"),
+    "density before diameter": (
+        "ten granules",
+        r"(set atom 1\*10 diameter \S+\n)(set atom 1\*10 density \S+\n)",
+        r"\2\1",
+    ),
+    "damping, plain": ("ten granules", HERTZ, "hertz/material ${E1} 1e6 ${nu1}"),
+    "no decay of the force": ("ten granules", r"100\.0-100\.0\*sin\(", "100.0+0*sin("),
+    "overlap, plain": ("ten granules", r"f_known\[1\]\+x", "f_known[1]*1.00000001+x"),
+    "a true peak, plain": ("ten granules", r"\+\(id==4\)\*1\.", "+(id==4)*1.1"),
+    "stale positions, plain": (
+        "ten granules",
+        r"(fix look all ave/time) \S+ 1 \S+",
+        r"\1 100 1 100",
+    ),
+    "wall twice as stiff": ("all at once", r"(variable k_wall equal )", r"\g<1>2*"),
+    "no wall": ("striker, rigid wall", r"fix wall last wall", "fix wall empty wall"),
+    "pair mixed wrongly": ("dimer", r"(pair_coeff 1 2 hertz )\$\{k1_2\}", r"\g<1>${k1_1}"),
+    "stiffness": ("dimer", r"(variable k1_2 equal )", r"\g<1>1.01*"),
+    "exponent": ("large striker", r"(pair_coeff 1 1) hertz \S+", r"\1 hooke 1e7"),
+    "radius": ("dimer", r"(set atom 5 diameter 0\.0095)", r"\g<1>01"),
+    "density": ("dimer", r"(set atom 5 density )", r"\g<1>1"),
+    "gap lost": ("gaps", r"(create_atoms 1 single 0\.038)04", r"\g<1>03"),
+    "gravity the wrong way": ("column", r"vector 1 0 0", "vector -1 0 0"),
+    "no load": ("precompression", r"(fix press first addforce) 20.0", r"\1 0.0"),
+    "load on one end": ("precompression", r"(fix hold last addforce) -20.0", r"\1 0.0"),
+    "velocity of granule 2": ("large striker", r"velocity first", "velocity second"),
+    "velocity": ("large striker", r"(velocity first set) 1.0", r"\1 1.001"),
+    "damping": ("all at once", r"(pair_coeff 1 2 \S+ \S+) 0.0", r"\1 1e6"),
+    "step": ("all at once", r"timestep (\S+)", r"timestep $(1.5*\1:%.17g)"),
+    "pulse": ("gaps", r"(variable force equal 0\.0\+)100\.0", r"\g<1>100.1"),
+    "wall's peak": (
+        "all at once",
+        r"(variable known_true atom \"[^\"]*\(id==12\)\*2\.)7",
+        r"\g<1>8",
+    ),
+    "a true peak": (
+        "all at once",
+        r"(variable known_true atom \"[^\"]*\(id==4\)\*)\d\.",
+        r"\g<1>9.",
+    ),
+    "overlap": ("gaps", r"f_known\[1\]\+x-c_ahead", r"f_known[1]*1.0000001+x-c_ahead"),
+    "stale positions": ("gaps", r"(fix look all ave/time) \S+ 1 \S+", r"\1 100 1 100"),
+    "another e": ("restitution", r'(variable restitution string 0\.8)"', r'\g<1>001"'),
+    "another damping": ("restitution", r"coeff_restitution", "tsuji"),
+    "no damping": ("restitution", r"damping \$\{damping\}", "damping velocity"),
+    "coefficient": ("dashpot", r"(pair_coeff 1 1 hertz \S+ 5)\.0", r"\1.5"),
+    "damping that grows with masses": ("dashpot", r"(pair_coeff .*) velocity", r"\1 mass_velocity"),
+    "relaxation time": ("viscoelastic", r"(pair_coeff 1 2 \S+ \S+ \$\(1\.5\*1)e", r"\1.1e"),
+    "a wall without damping": ("viscoelastic", r"(granular hertz \S+) \S+ (tan)", r"\1 0.0 \2"),
+    "step, damped": ("restitution", r"timestep (\S+)", r"timestep $(1.5*\1:%.17g)"),
+    "wrong neighbour's velocity": ("restitution", r"(speed_ahead all global/atom v_)next", r"\1id"),
+    "no true peak": (
+        "restitution",
+        r"(variable known_true atom \"[^\"]*\(id==3\)\*0\.\d)",
+        r"\g<1>9",
+    ),
+    "velocity of the piston": ("piston", r"(move linear 0\.1)", r"\g<1>01"),
+    "stroke": ("piston by a table", r"(fix piston first move linear )-", r"\1"),
+    "amplitude": ("damped sine", r"(force equal 0\.0\+5)\.0", r"\1.05"),
+}
+
+QUICK_MISTAKES = (
+    "wall twice as stiff",
+    "pair mixed wrongly",
+    "gap lost",
+    "coefficient",
+    "step, damped",
+)
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize(
+    "mistake",
+    [
+        name
+        if scene in PLAIN or name in QUICK_MISTAKES
+        else pytest.param(name, marks=pytest.mark.slow)
+        for name, (scene, *_) in MISTAKES.items()
+    ],
+)
+def test_a_mistake_in_a_deck_fails(mistake: str, tmp_path: Path) -> None:
+    name, right, wrong = MISTAKES[mistake]
+    path = written(ALL[name], tmp_path, RTOL[name])
+    text, count = re.subn(right, wrong, path.read_text())
+    assert count >= 1
+    groups = "group second id 2\ngroup empty empty\n"
+    path.write_text(text.replace("group first id 1\n", "group first id 1\n" + groups))
+    status, screen = run(path, tmp_path)
+    assert (status, verdict(screen)) == (1, "FAIL"), screen
