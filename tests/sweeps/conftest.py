@@ -9,8 +9,7 @@ import pytest
 
 import hertzchain as hc
 from tests.sweeps.dask_processes import scheduler
-from tests.sweeps.drawn import BASE, LAMMPS, RATIO, N
-from tests.sweeps.texts import CHAIN_SECTION, SEGMENTS, SHOCK
+from tests.sweeps.made import BASE, CHAIN_SECTION, LAMMPS, RATIO, SEGMENTS, SHOCK, N
 
 
 @pytest.fixture

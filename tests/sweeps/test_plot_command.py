@@ -3,42 +3,21 @@
 from __future__ import annotations
 
 import shutil
-import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 import hertzchain as hc
-from hertzchain.cli import main
-from tests.sweeps.drawn import BASE, F_SW, LAMMPS, RATIO, P
+from tests.command_line import Command, is_refused
+from tests.sweeps.made import BASE, F_SW, LAMMPS, RATIO, P
 
 pytestmark = pytest.mark.lammps  # sweeps by native and LAMMPS
 
-# The command
 
-
-Command = Callable[..., tuple[int, str, str]]
-
-
-@pytest.fixture
-def plot(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Command:
-    """Run the command; return status, output and messages."""
-
-    def call(*arguments: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["hertzchain", "plot", *map(str, arguments)])
-        with pytest.raises(SystemExit) as caught:
-            main()
-        assert isinstance(caught.value.code, int)
-        return caught.value.code, *capfd.readouterr()
-
-    return call
-
-
-def test_the_command_writes_a_picture_beside_the_tables(plot: Command, folder: Path) -> None:
-    status, out, err = plot(folder, "--x", "momentum_ratio", "--y", F_SW)
-    assert (status, out) == (0, "")
-    assert err == (
+def test_the_command_writes_a_picture_beside_the_tables(hertzchain: Command, folder: Path) -> None:
+    done = hertzchain("plot", folder, "--x", "momentum_ratio", "--y", F_SW)
+    assert (done.status, done.out) == (0, "")
+    assert done.err == (
         "hertzchain: shock.profile varies, too: all values are lines of one colour; --colour tells"
         " them apart\n"
         f"Plot written to {folder / 'plot.png'}\n"
@@ -69,7 +48,7 @@ def test_the_command_writes_a_picture_beside_the_tables(plot: Command, folder: P
     ids=" ".join,
 )
 def test_what_cannot_be_drawn_is_refused_in_one_sentence(
-    plot: Command,
+    hertzchain: Command,
     folder: Path,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -77,21 +56,15 @@ def test_what_cannot_be_drawn_is_refused_in_one_sentence(
     words: tuple[str, ...],
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    status, out, err = plot(folder, *arguments)
-    assert (status, out, err.count("\n")) == (2, "", 1)
-    assert all(word in err for word in words), err
+    is_refused(hertzchain("plot", folder, *arguments), *words)
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_folder_without_a_sweep_is_refused(plot: Command, tmp_path: Path) -> None:
+def test_a_folder_without_a_sweep_or_its_rows_is_refused(
+    hertzchain: Command, folder: Path, tmp_path: Path
+) -> None:
+    said = "is no sweep, must be what hertzchain sweep -o wrote"
     for there in (tmp_path, tmp_path / "no"):
-        status, out, err = plot(there, "--x", RATIO, "--y", P)
-        assert (status, out) == (2, "")
-        assert err == f"hertzchain: {there}: is no sweep, must be what hertzchain sweep -o wrote\n"
-
-
-def test_a_sweep_without_rows_yet_is_refused(plot: Command, folder: Path, tmp_path: Path) -> None:
+        is_refused(hertzchain("plot", there, "--x", RATIO, "--y", P), f"{there}: {said}")
     shutil.copy(folder / "sweep.json", tmp_path)
-    status, out, err = plot(tmp_path, "--x", RATIO, "--y", P)
-    assert (status, out, err.count("\n")) == (2, "", 1)
-    assert "not measured yet" in err
+    is_refused(hertzchain("plot", tmp_path, "--x", RATIO, "--y", P), "not measured yet")

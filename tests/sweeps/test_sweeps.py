@@ -75,14 +75,6 @@ def test_rows_of_the_compiled_batch_are_those_of_single_runs() -> None:
         assert np.median(late) < 1e-3
 
 
-def test_what_a_run_of_the_batch_costs_is_counted() -> None:
-    sweep = hc.sweep(SHORT, GRID, rtol=1e-6)
-    for row in sweep.to_frame().to_dict("records"):
-        ratio, profile = row["shock.momentum_ratio"], row["shock.profile"]
-        alone = hc.similar_peak_forces(profile, ratio, 2.0, 12, rtol=1e-6)
-        assert row["force_evaluations"] == alone.force_evaluations[0]
-
-
 def filled(batch: Batch, force: float) -> tuple[pd.DataFrame, list[bool]]:
     """The row of a scene whose batch this is, and whether it was refused."""
     given = design(SHORT, {"shock.peak_force": [force]}).parameters(np.arange(1))

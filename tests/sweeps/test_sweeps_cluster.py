@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import logging
+import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
@@ -15,9 +16,11 @@ import pytest
 from pandas.testing import assert_frame_equal
 
 import hertzchain as hc
-from hertzchain.errors import RunFailed
+from hertzchain.errors import BackendMissing, HertzchainError, RunFailed
+from hertzchain.sweeps import cluster
 from tests.command_line import MAIN
 from tests.conftest import paper_scene
+from tests.processes import wait_for
 from tests.sweeps.dask_processes import await_workers, kill, scheduler, worker
 
 SCENE = paper_scene("cosine-triangular", 2.0, 2.0, granules=16)
@@ -71,21 +74,18 @@ def here() -> hc.Sweep:
 PARTS = 16
 
 
-def command(folder: Path, address: str, rtol: float = 1e-2) -> list[str]:
+@contextmanager
+def started(folder: Path, address: str) -> Iterator[subprocess.Popen[str]]:
     """A sweep by LAMMPS as a command, in 16 parts of two scenes."""
     SCENE.to_toml(folder / "chain.toml")
-    return [
+    command = [
         *(sys.executable, "-c", MAIN),
         *("sweep", "chain.toml", "--vary", "shock.momentum_ratio=0.5:4:32:log"),
-        *("--backend", "lammps", "--rtol", str(rtol), "-o", "out"),
+        *("--backend", "lammps", "--rtol", "1e-2", "-o", "out"),
         *("--scheduler", address),
     ]
-
-
-@contextmanager
-def started(folder: Path, address: str, rtol: float = 1e-2) -> Iterator[subprocess.Popen[str]]:
     with subprocess.Popen(
-        command(folder, address, rtol),
+        command,
         cwd=folder,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -96,20 +96,6 @@ def started(folder: Path, address: str, rtol: float = 1e-2) -> Iterator[subproce
             yield process
         finally:
             process.kill()
-
-
-def run(folder: Path, address: str, rtol: float = 1e-2) -> tuple[int, str]:
-    """Run such a command; return its status and standard error."""
-    with started(folder, address, rtol) as process:
-        _, said = process.communicate(timeout=PATIENCE)
-    return process.returncode, said
-
-
-def await_that(condition: Callable[[], object]) -> None:
-    until = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < until
-        time.sleep(0.05)
 
 
 def done_parts(folder: Path) -> int:
@@ -175,7 +161,7 @@ def test_ctrl_c_leaves_workers_idle_and_it_goes_on(lonely: str, tmp_path: Path) 
 
     with worker(lonely, tmp_path, "--no-nanny") as only:
         with started(tmp_path, lonely) as process:
-            await_that(lambda: done_parts(tmp_path) >= 2)
+            wait_for(lambda: done_parts(tmp_path) >= 2)
             process.send_signal(signal.SIGINT)
             _, said = process.communicate(timeout=PATIENCE)
         assert process.returncode == 130
@@ -183,11 +169,12 @@ def test_ctrl_c_leaves_workers_idle_and_it_goes_on(lonely: str, tmp_path: Path) 
         assert said.count("\n") == 2  # and where it is
         assert 2 <= done_parts(tmp_path) < PARTS
         with Client(lonely, set_as_default=False) as client:
-            await_that(lambda: not any(client.processing().values()))
-            await_that(lambda: not any(client.call_stack().values()))
-        await_that(lambda: not lammps_processes([only]))
-        status, said = run(tmp_path, lonely)
-        assert status == 0
+            wait_for(lambda: not any(client.processing().values()))
+            wait_for(lambda: not any(client.call_stack().values()))
+        wait_for(lambda: not lammps_processes([only]))
+        with started(tmp_path, lonely) as process:
+            _, said = process.communicate(timeout=PATIENCE)
+        assert process.returncode == 0
         assert said.endswith(" of 32 rows are there, resuming\n")
     assert hc.Sweep.load(tmp_path / "out").to_frame()["scene"].tolist() == list(range(32))
 
@@ -204,3 +191,76 @@ def test_a_part_that_ends_workers_is_named(tmp_path: Path, monkeypatch: pytest.M
     lost = pytest.raises(RunFailed, match="was lost with worker after worker")
     with cluster_of(tmp_path, 1, "--preload", str(deadly)) as (address, _), lost:
         sweep(address, ["native"])
+
+
+# Workers without this hertzchain
+
+WITHOUT = """
+import importlib.metadata as metadata
+import sys
+
+sys.modules["hertzchain"] = None
+find = metadata.Distribution.from_name.__func__
+
+def from_name(cls, name):
+    if name == "hertzchain":
+        raise metadata.PackageNotFoundError(name)
+    return find(cls, name)
+
+metadata.Distribution.from_name = classmethod(from_name)
+"""
+
+
+def without_hertzchain(folder: Path) -> None:
+    """Let a Python that has this folder on its path have none."""
+    (folder / "sitecustomize.py").write_text(WITHOUT, encoding="utf-8")
+
+
+def other_hertzchain(folder: Path) -> None:
+    """Let a Python that has this folder on its path have another."""
+    described = folder / "hertzchain-99.0.dist-info"
+    described.mkdir()
+    text = "Metadata-Version: 2.1\nName: hertzchain\nVersion: 99.0\n"
+    (described / "METADATA").write_text(text, encoding="utf-8")
+
+
+NONE = (without_hertzchain, BackendMissing, "pip install 'hertzchain==")
+OTHER = (other_hertzchain, RunFailed, "has hertzchain 99.0, this is ")
+
+
+@pytest.mark.parametrize(("differ", "error", "said", "late"), [(*NONE, True), (*OTHER, False)])
+def test_workers_without_this_hertzchain_are_named(
+    differ: Callable[[Path], None],
+    error: type[HertzchainError],
+    said: str,
+    late: bool,
+    lonely: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with ExitStack() as stack:
+        before = tmp_path / "before"
+        before.mkdir()
+        differ(before)
+
+        def start() -> None:
+            path = os.pathsep.join([str(before), os.environ.get("PYTHONPATH", "")])
+            with monkeypatch.context() as changed:
+                changed.setenv("PYTHONPATH", path)
+                stack.enter_context(worker(lonely, tmp_path, "--no-nanny"))
+
+        class Handler(logging.Handler):
+            def emit(self, _: logging.LogRecord) -> None:
+                start()
+
+        waiting = logging.getLogger(cluster.__name__)
+        if late:
+            waiting.addHandler(handler := Handler())
+            stack.callback(waiting.removeHandler, handler)
+        else:
+            start()
+            await_workers(lonely, 1)
+        with pytest.raises(error, match=said) as it:
+            sweep(lonely, output=tmp_path / "out")
+        assert "\n" not in str(it.value)
+        assert not (tmp_path / "out").exists()  # made where workers come late, but for nothing

@@ -14,7 +14,7 @@ import hertzchain as hc
 from hertzchain.sweeps.columns import COLUMNS, full_name
 from hertzchain.sweeps.drawing import draw
 from tests.conftest import paper_scene
-from tests.sweeps.drawn import BASE, F_SW, RATIO, N, P, drawn_lines, legend
+from tests.sweeps.made import BASE, F_SW, RATIO, N, P, drawn_lines, legend
 
 pytestmark = pytest.mark.lammps  # sweeps by native and LAMMPS
 

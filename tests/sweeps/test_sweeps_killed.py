@@ -26,17 +26,9 @@ from tests.processes import children, ended, linux, wait_for
 pytestmark = linux
 
 COMMAND = (
-    *(
-        "sweep",
-        "scene.toml",
-        "--vary",
-        "chain.granules=8,12",
-        "--vary",
-        "shock.peak_force=100,1e7",
-        "--vary",
-        "shock.momentum_ratio=0.3:3:log",
-    ),
-    *("--backend", "native", "--backend", "lammps"),
+    *("sweep", "scene.toml", "--vary", "chain.granules=8,12"),
+    *("--vary", "shock.peak_force=100,1e7", "--vary", "shock.momentum_ratio=0.3:3:log"),
+    *("--samples", "10", "--backend", "native", "--backend", "lammps"),
     *("--rtol", "1e-3", "--peaks"),
 )
 """Half of the scenes fail: the larger force presses granules into one another."""
@@ -77,7 +69,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("whole")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
-        patch.setattr(sys, "argv", ["hertzchain", *COMMAND, "--samples", "10", "-o", "whole"])
+        patch.setattr(sys, "argv", ["hertzchain", *COMMAND, "-o", "whole"])
         paper_scene("cosine", 1.0, 2.0, granules=12).to_toml("scene.toml")
         with pytest.raises(SystemExit) as end:
             main()
@@ -87,7 +79,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def begun(folder: Path) -> subprocess.Popen[str]:
     """The sweep of ``whole``, when native is done, and some of LAMMPS."""
-    running = start(*COMMAND, "--samples", "10", "-o", "out")
+    running = start(*COMMAND, "-o", "out")
     wait_for(lambda: parts(folder / "out") > 3)
     return running
 
@@ -102,7 +94,7 @@ def goes_on_to_the_same(folder: Path, whole: Path, capfd: pytest.CaptureFixture[
         for path in (folder / "out").rglob("*.parquet")
         if path.name in finished
     }
-    again = run_here(capfd, "hertzchain", *COMMAND, "--samples", "10", "-o", "out")
+    again = run_here(capfd, "hertzchain", *COMMAND, "-o", "out")
     assert again.status == 1  # some scenes fail
     assert re.search(r"hertzchain: \d+ of 80 rows are there, resuming", again.err)
     assert parts(folder / "out") > done
@@ -131,7 +123,7 @@ def test_a_sweep_that_is_killed_and_then_stopped_goes_on_and_ends_as_if_it_had_n
     wait_for(partial(are_gone, inside))
     done = parts(folder / "out")
     # The same command goes on; when it has done a part more, it is stopped.
-    running = start(*COMMAND, "--samples", "10", "-o", "out")
+    running = start(*COMMAND, "-o", "out")
     wait_for(lambda: parts(folder / "out") > done)
     inside = children(running.pid)
     running.send_signal(getattr(signal, name))

@@ -10,7 +10,7 @@ from matplotlib.colors import BoundaryNorm, LogNorm
 
 import hertzchain as hc
 from hertzchain.sweeps.drawing import cell_edges, draw
-from tests.sweeps.drawn import BASE, F_SW, LAMMPS, RATIO, N, P
+from tests.sweeps.made import BASE, F_SW, LAMMPS, RATIO, N, P
 
 # Maps
 

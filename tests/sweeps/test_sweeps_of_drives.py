@@ -42,19 +42,6 @@ def test_a_table_of_a_piston_stays_as_it_is(tmp_path: Path) -> None:
         assert found == pytest.approx(hc.Native().run(scene).peak_force[-1], rel=2e-6)
 
 
-def test_sines(tmp_path: Path) -> None:
-    vary = {"frequency": "4 kHz,9 kHz", "cycles": "1,3", "amplitude": "1,10"}
-    table = swept(SINE, vary, tmp_path / "sweep")
-    assert len(table) == 8
-    assert table["shock.cycles"].dtype.kind in "iu"
-    for row in table.to_dict("records")[::3]:
-        sine = hc.Sine(row["shock.amplitude"], row["shock.frequency"], row["shock.cycles"])
-        scene = replace(SINE, shock=sine)
-        alone = hc.Native().run(scene).peak_force[-1]
-        assert row["last_peak_force_N"] == pytest.approx(alone, rel=2e-6)
-        assert row["shock.momentum_ratio"] == pytest.approx(scene.momentum_ratio, rel=1e-14)
-
-
 def test_both_walls_have_columns_and_accuracy_is_asked_of_first_pulses(tmp_path: Path) -> None:
     """Later peaks of granules between two walls are less accurate, as in a run of one scene."""
     scene = hc.Scene.from_toml(write_starter("two-walls", tmp_path / "walls.toml")[0])

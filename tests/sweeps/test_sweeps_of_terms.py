@@ -185,9 +185,6 @@ def test_a_key_of_a_segment_has_a_label_with_its_unit() -> None:
     assert density.label == "density [kg/m³], segment 1, granule 2 of the cell"
 
 
-# Pictures
-
-
 def test_gauges_have_columns() -> None:
     scene = hc.Scene(CHAIN, hc.Striker(1.0), gauges=(hc.Gauge(granule=3), hc.Gauge(contact=2)))
     table = hc.sweep(scene, vary={"striker.velocity": [0.5, 1.0]}).to_frame()

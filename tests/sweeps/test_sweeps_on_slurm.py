@@ -33,7 +33,6 @@ print("Submitted batch job", job.pid)
 """
 SCANCEL = """#!{python}
 import os, signal, sys
-from tests.command_line import python
 os.killpg(int(sys.argv[-1]), signal.SIGTERM)
 """
 

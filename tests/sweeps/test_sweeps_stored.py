@@ -132,13 +132,8 @@ def test_another_seed_or_version_is_another_sweep(
 ) -> None:
     asked: dict[str, Any] = {"vary": {"shock.momentum_ratio": "1:2"}, "samples": 4}
     hc.sweep(SHORT, **asked, output=tmp_path)
-    others: list[tuple[dict[str, Any], str]] = [
-        ({"seed": 1}, "samples.seed is 0 there and 1 here"),
-        ({"samples": 5}, "samples.count is 4 there and 5 here"),
-    ]
-    for other, words in others:
-        with pytest.raises(OutputError, match=words):
-            hc.sweep(SHORT, **{**asked, **other}, output=tmp_path)
+    with pytest.raises(OutputError, match=r"samples\.seed is 0 there and 1 here"):
+        hc.sweep(SHORT, **asked, seed=1, output=tmp_path)
     monkeypatch.setattr("hertzchain.sweeps.sweeping.version", lambda _: "999")
     with pytest.raises(OutputError, match=r'hertzchain is "0\.1\.0" there and "999" here'):
         hc.sweep(SHORT, **asked, output=tmp_path)
