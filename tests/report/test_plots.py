@@ -4,20 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
-import pytest
 from matplotlib.axes import Axes
-from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
-from matplotlib.image import imread
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.report.formats import check_format
-from hertzchain.report.style import COLOURS
 from tests.report.test_console import plot_comparison
 
 
@@ -55,34 +49,6 @@ def test_a_plot_has_a_point_for_every_number(
     assert set(below["reference, error estimate"][1]) == {native.error_estimate}
 
 
-@pytest.mark.parametrize(("suffix", "start"), [("png", b"\x89PNG"), ("PDF", b"%PDF")])
-def test_the_suffix_says_how_to_draw(
-    native: hc.Comparison, tmp_path: Path, suffix: str, start: bytes
-) -> None:
-    path = tmp_path / f"plot.{suffix}"
-    check_format(path, "plot")
-    plot_comparison(native, path)
-    assert path.read_bytes().startswith(start)
-
-
-def picture(path: Path) -> Any:
-    """Red, green and blue of a picture that can be read to its end, shape (rows, columns, 3)."""
-    pixels = np.asarray(imread(path))
-    assert pixels.ndim == 3
-    return pixels[..., :3]
-
-
-def colours(pixels: Any) -> set[tuple[int, ...]]:
-    whole = np.rint(255 * pixels).astype(int).reshape(-1, 3)
-    # One number a pixel is sorted ten times as fast as three.
-    found = np.unique(whole @ [1 << 16, 1 << 8, 1]).tolist()
-    return {(colour >> 16, colour >> 8 & 255, colour & 255) for colour in found}
-
-
-def colour_of(name: str) -> tuple[int, ...]:
-    return tuple(round(255 * part) for part in to_rgb(COLOURS[name]))
-
-
 def test_a_plot_without_formulas_is_drawn(
     native: hc.Comparison, tmp_path: Path, drawn: list[Figure]
 ) -> None:
@@ -92,4 +58,3 @@ def test_a_plot_without_formulas_is_drawn(
     (above,) = map(lines_of, drawn[0].axes)  # there is nothing to compare
     assert next(iter(above.values()))[1].tolist() == native.native.peak_force.tolist()
     assert not {"Eq. 6", "Eq. 9"} & above.keys()
-    assert colour_of("native") in colours(picture(tmp_path / "plot.png"))
