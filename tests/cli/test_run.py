@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from importlib.metadata import version
-from pathlib import Path
 
 import pytest
 from numpy.typing import ArrayLike
@@ -14,7 +12,7 @@ from hertzchain.cli.run import MethodName
 from hertzchain.engines.native.backend import Native
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
-from tests.cli.short_chain import GET_IT, TABLE, Changes, rows_of, scene_file, table_file
+from tests.cli.short_chain import GET_IT, TABLE, Changes, scene_file, table_file
 from tests.command_line import MAIN, Command, Outcome, is_refused, process
 from tests.oracles.json_schema import problems
 from tests.places import ROOT
@@ -78,20 +76,6 @@ def test_a_run_misses_an_accuracy_that_it_misses_by_little(
     assert ("cannot reach this accuracy with damped contacts" in outcome.err) == (status == 1)
 
 
-def test_run_prints_the_transition_from_contact_2(hertzchain: Command, native: Outcome) -> None:
-    scene_file()
-    outcome = hertzchain("run", "scene.toml")
-    assert (outcome.status, outcome.err) == (0, "")
-    rows = rows_of(outcome.out)
-    assert [row[0] for row in rows] == ["2", "3", "4", "5", "6"]
-    known = native.json()
-    for row, force, when in zip(rows, known["peak_force_N"], known["peak_time_s"], strict=False):
-        assert float(row[1]) == pytest.approx(force, rel=known["error_estimate"])
-        assert float(row[2]) == pytest.approx(when, rel=1e-5)  # 6 digits
-    for words in ("transition, p", "5 granules", "F_SW", "m/s", "error of the peaks", "steps"):
-        assert words in outcome.out
-
-
 def test_dt_with_a_unit_vs_seconds(hertzchain: Command) -> None:
     scene_file({"run.end_time": '"60 us"'})
     documents = []
@@ -144,17 +128,6 @@ def test_a_short_run_is_no_crash(hertzchain: Command, command: list[str], change
     said = outcome.err.splitlines()
     assert len(said) <= (outcome.status == 1)
     assert all(line.startswith("hertzchain: wanted 1e-06, reached ") for line in said)
-
-
-def test_the_format_is_that_of_the_name(hertzchain: Command, native: Outcome) -> None:
-    scene_file()
-    assert hertzchain("run", "scene.toml", "-o", "peaks.json").status == 0
-    document, known = json.loads(Path("peaks.json").read_text()), native.json()
-    for one in (document, known):
-        assert one.pop("wall_time_s") > 0
-        assert one.pop("compile_time_s") >= 0
-    assert document == known
-    assert names() == ["peaks.json", "scene.toml"]
 
 
 def test_run_without_lammps_says_how_to_get_it() -> None:
