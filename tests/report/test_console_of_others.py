@@ -19,7 +19,7 @@ from hertzchain.report.tradeoff import print_tradeoff
 from hertzchain.verdict.tradeoff import Row, Tradeoff
 from tests.conftest import paper_scene
 from tests.report.test_console import console, line_of, rows_of, text_on
-from tests.report.test_plots import lines_of
+from tests.report.test_figures import lines_of
 
 # The tradeoff
 

@@ -186,18 +186,6 @@ def test_without_times_no_forces_are_drawn(compared: hc.Comparison) -> None:
     assert set(panels(still)) == {"peak force", "relative difference"}
 
 
-def test_peaks_on_a_static_load_have_an_axis_around_them(compared: hc.Comparison) -> None:
-    scene = replace(
-        paper_scene("cosine", 1.0, 2.0, granules=8), precompression=hc.Precompression(force=1e4)
-    )
-    loaded = panels(hc.compare(scene, ["native"]))["peak force"]
-    assert 9e3 < loaded.get_ylim()[0] < 1e4
-    assert loaded.get_ylabel() == "peak force [kN]"
-    static = lines_of(loaded)["static force"]
-    assert np.asarray(static.get_ydata()) == pytest.approx(1e4)
-    assert panels(compared)["peak force"].get_ylim()[0] == 0
-
-
 @pytest.mark.usefixtures("_no_pictures")
 def test_hostile_names_are_shown_and_not_run(compared: hc.Comparison) -> None:
     odd = replace(ODD, kind=Kind(HOSTILE), reason="</script><!-- <b>", passed=True)

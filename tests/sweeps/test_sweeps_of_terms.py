@@ -160,18 +160,6 @@ def test_runs_that_end_before_all_peaks_are_told(
 # Columns of the table
 
 
-def test_columns() -> None:
-    table = swept(STRIKER, {"striker.velocity": [1.0]}).to_frame()
-    assert list(table.columns) == [
-        *("scene", "backend", "chain.granules", "chain.radius", "chain.young_modulus"),
-        *("chain.poisson_ratio", "chain.density", "striker.velocity", "wall.kind", "run.end_time"),
-        *("largest_peak_force_N", "largest_peak_contact", "last_peak_force_N"),
-        *("wall_first_peak_force_N", "wall_arrival_time_s", "wall_peak_force_N"),
-        *("wall_peak_time_s", "contacts_cut_off", "overlap_ratio"),
-        *("error_estimate", "wanted_error", "force_evaluations", "failure"),
-    ]
-
-
 def test_plain_scenes_have_the_columns_of_before() -> None:
     found = design(PLAIN, {"chain.radius": [1.0, 2.0]})
     assert tuple(column.name for column in found.columns) == COLUMNS
