@@ -100,25 +100,6 @@ def a_scene_vs_one_of_another_material_and_force(
     assert largest_difference(two, one) <= (hard if is_hard(scene) else 1e-12)
 
 
-@holds_for(scene=any_scene, a=st.integers(-20, 20), b=st.integers(-10, 10))
-def powers_of_two_change_no_digit(scene: hc.Scene, a: int, b: int) -> None:
-    """E and F0 by 2^a leave the unit of length alone; with rho by 2^(a + 2b) time goes by 2^b."""
-    chain, shock = scene.chain, scene.shock
-    modulus, density = chain.young_modulus * 2.0**a, chain.density * 2.0 ** (a + 2 * b)
-    if isinstance(shock, hc.Pulse):
-        larger: hc.Pulse | hc.PulseTable = replace(shock, peak_force=shock.peak_force * 2.0**a)
-    else:
-        assert isinstance(shock, hc.PulseTable)
-        time = tuple(value * 2.0**b for value in shock.time)
-        larger = hc.PulseTable(time, tuple(value * 2.0**a for value in shock.force))
-    similar = hc.Scene(replace(chain, young_modulus=modulus, density=density), larger)
-    one = answer(lambda: hc.Native().run(scene), scene)
-    two = hc.Native().run(similar)
-    assert np.array_equal(two.peak_force, one.peak_force * 2.0**a)
-    assert np.array_equal(two.peak_time, one.peak_time * 2.0**b, equal_nan=True)
-    assert two.error_estimate == one.error_estimate
-
-
 # Symmetry of the free flight
 
 

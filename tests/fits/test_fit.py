@@ -297,8 +297,9 @@ def test_a_tied_key_and_a_range() -> None:
     assert isinstance(speed, hc.Striker)
     assert speed.velocity == pytest.approx(SPEED * found.parameters[0].value / E)
     assert abs(found.parameters[0].value - E) < 4 * found.parameters[0].deviation
+    softer = replace(KNOWN, chain=START.chain)
     with pytest.raises(SceneError, match="is at the end of what it can be"):
-        hc.fit(START, experiment(0.01), ["chain.young_modulus=170 GPa:185 GPa", *FREE[1:]])
+        hc.fit(softer, experiment(0.01), ["chain.young_modulus=170 GPa:185 GPa"])
     with pytest.raises(SceneError, match="must be the ends of its range"):
         hc.fit(START, experiment(0.01), ["chain.young_modulus=180 GPa"])
 

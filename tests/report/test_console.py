@@ -182,27 +182,6 @@ def test_a_contact_never_pressed_has_no_time(native: hc.Comparison) -> None:
     assert "nan" not in text
 
 
-def test_a_comparison_shows_every_oracle_and_its_difference(both: hc.Comparison) -> None:
-    text = comparison_text(both)
-    rows = rows_of(text)
-    assert [int(row[0]) for row in rows] == [2, 3, 4, 5, 6]
-    for k, row in enumerate(rows[:4]):  # Eq. 6 goes to contact p = 5
-        peak = both.native.peak_force[k]
-        # 9, 9, 6 and 6 digits are printed.
-        assert float(row[1]) == pytest.approx(peak, rel=5e-9)
-        assert float(row[2]) == pytest.approx(1.001 * peak, rel=5e-9)
-        assert float(row[3]) == pytest.approx(both.formulas.eq6[k], rel=5e-6)
-        assert float(row[4]) == pytest.approx(both.formulas.eq9[k], rel=5e-6)
-        assert row[5] == "+1.0e-03"
-        assert row[6] == f"{both.formulas.eq6[k] / peak - 1:+.2%}"
-        assert row[7] == f"{both.formulas.eq9[k] / peak - 1:+.2%}"
-    assert len(rows[4]) == 6  # contact p + 1 has no Eq. 6
-    assert line_of(text, "transition, p").split()[:3:2] == ["5", "5"]
-    assert line_of(text, "error, at most").split()[1] == "2.0e-03"
-    assert line_of(text, "steps").split()[1] == "54,321"
-    assert text.endswith("Verdict: pass\n")
-
-
 def test_a_check_that_fails_says_by_how_much_and_why(native: hc.Comparison) -> None:
     comparison = replace(native, checks=(WELL, ODD))
     text = comparison_text(comparison)

@@ -48,13 +48,6 @@ def cluster_of(folder: Path, workers: int = 2, *options: str) -> Iterator[tuple[
         yield address, started
 
 
-@pytest.fixture(scope="module")
-def two(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, Workers]]:
-    """A cluster of two workers: its address, and the workers."""
-    with cluster_of(tmp_path_factory.mktemp("two")) as both:
-        yield both
-
-
 def sweep(
     address: str | None = None, backends: Sequence[object] = (LAMMPS,), **more: object
 ) -> hc.Sweep:
@@ -117,16 +110,6 @@ def lammps_processes(workers: Sequence[subprocess.Popen[bytes]]) -> list[psutil.
 
 
 # Results
-
-
-@pytest.mark.slow
-@pytest.mark.lammps
-def test_tables_are_those_of_this_machine(two: tuple[str, Workers]) -> None:
-    """Processes for LAMMPS end with the sweep."""
-    address, workers = two
-    backends = (hc.Native(rtol=1e-4), LAMMPS)
-    assert_same(sweep(address, backends), sweep(None, backends))
-    assert not lammps_processes(workers)
 
 
 @pytest.mark.slow

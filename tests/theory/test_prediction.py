@@ -79,16 +79,6 @@ def test_other_granules_and_forces_are_alike() -> None:
         assert predicted.eq3 == pytest.approx(expected.eq3, rel=1e-12, abs=0)
 
 
-def test_a_long_chain_has_the_peaks_of_the_map() -> None:
-    long = theory.predict(paper_scene("cosine", 2.0, 2.0, granules=100_000))
-    short = theory.predict(paper_scene("cosine", 2.0, 2.0, granules=80))
-    assert long.peak_force.size == short.peak_force.size == 79
-    assert long.peak_force[:-1].tolist() == short.peak_force[:-1].tolist()
-    assert short.peak_force[-1] == pytest.approx(0.976 * long.peak_force[-1], rel=1e-4, abs=0)
-    assert long.candidates == short.candidates
-    assert long.far_field_force == short.far_field_force
-
-
 def random_scene(random: np.random.Generator, most: int) -> hc.Scene:
     """A scene of the map with a chain from the shortest that it is for."""
     profile = list(PROFILES)[random.integers(3)]

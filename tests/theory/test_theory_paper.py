@@ -110,15 +110,6 @@ def test_applied_momentum_vs_the_area_of_the_profile(profile: str, n: float) -> 
     )
 
 
-def test_wave_momentum_in_natural_units_is_1_651778333() -> None:
-    mass = 4 / 3 * math.pi * 4.75e-3**3 * 7958.0
-    hertz = 4 / 3 * 193e9 / (2 * 0.91) * math.sqrt(4.75e-3 / 2)
-    unit = math.sqrt(mass * 100.0) * (100.0 / hertz) ** (1 / 3)  # force times time
-    natural = theory.solitary_wave_momentum(CHAIN, 100.0) / unit
-    # Ten digits are given.
-    assert natural == pytest.approx(1.651778333, abs=5e-10)
-
-
 @pytest.mark.parametrize("profile", PROFILES)
 @pytest.mark.parametrize("n", [2.0, 6.0])
 def test_momentum_ratio_is_rise_time_over_unit_rise_time(profile: str, n: float) -> None:
