@@ -7,11 +7,8 @@ import resource
 from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-import hertzchain as hc
-from hertzchain.errors import OutputError
 from tests.command_line import Command
 from tests.conftest import paper_scene
 from tests.processes import linux, names
@@ -53,13 +50,3 @@ def test_a_file_that_is_cut_short_is_not_left(
     assert done.status != 0
     assert f"{path}: cannot be written (File too large)" in done.err
     assert names(tmp_path) == ["scene.toml"]
-
-
-def test_a_trajectory_that_is_cut_short_is_not_left(tmp_path: Path) -> None:
-    scene = paper_scene("cosine", 1.0, 2.0, granules=5)
-    result = hc.Native().run(scene, record=np.linspace(0, scene.end_time, 99))
-    with files_of_at_most(4000), pytest.raises(OutputError, match="File too large"):
-        hc.write_trajectory(result, tmp_path / "a.xyz")
-    assert names(tmp_path) == []
-    hc.write_trajectory(result, tmp_path / "a.xyz")
-    assert (tmp_path / "a.xyz").stat().st_size > 4000

@@ -252,7 +252,7 @@ def test_contacts_that_are_never_pressed(compared: hc.Comparison) -> None:
     scene = replace(compared.scene, run=hc.Run(2e-5))
     found = hc.compare(scene, ["native"], record=plot_times(scene))
     assert np.isnan(found.native.peak_time).any()
-    read = Reader(comparison_page(with_lammps(found)))
+    read = Reader(comparison_page(with_lammps(found, 1e-6)))
     last = read.table("Peak force of each contact")[-1]
     assert (last[0], float(last[1]), last[5]) == ("12", 0.0, "")
     assert "none ends here" in read.table("What each of them")[1]
@@ -260,7 +260,8 @@ def test_contacts_that_are_never_pressed(compared: hc.Comparison) -> None:
 
 def test_a_long_chain_shows_the_transition_first() -> None:
     scene = paper_scene("cosine", 0.5, 4.0, granules=1000)
-    page = comparison_page(with_lammps(hc.compare(scene, ["native"], record=plot_times(scene))))
+    found = hc.compare(scene, ["native"], record=plot_times(scene))
+    page = comparison_page(with_lammps(found, 1e-6))
     assert len(page.encode()) <= MOST
     read = Reader(page)
     rows = read.table("Peak force of the first 200 of 999 contacts")

@@ -30,24 +30,6 @@ PATIENCE = 120.0
 """With processes, on a machine that does other things, too [s]."""
 
 
-Workers = list[subprocess.Popen[bytes]]
-
-
-@contextmanager
-def cluster_of(folder: Path, workers: int = 2, *options: str) -> Iterator[tuple[str, Workers]]:
-    """A scheduler and workers without nannies: its address, and the workers."""
-    with ExitStack() as stack:
-        address, _ = stack.enter_context(scheduler(folder))
-        started = [
-            stack.enter_context(
-                worker(address, folder, "--no-nanny", *options, name=f"worker-{number}")
-            )
-            for number in range(workers)
-        ]
-        await_workers(address, workers)
-        yield address, started
-
-
 def sweep(
     address: str | None = None, backends: Sequence[object] = (LAMMPS,), **more: object
 ) -> hc.Sweep:
@@ -172,7 +154,8 @@ def test_a_part_that_ends_workers_is_named(tmp_path: Path, monkeypatch: pytest.M
         encoding="utf-8",
     )
     lost = pytest.raises(RunFailed, match="was lost with worker after worker")
-    with cluster_of(tmp_path, 1, "--preload", str(deadly)) as (address, _), lost:
+    preloaded = ("--no-nanny", "--preload", str(deadly))
+    with scheduler(tmp_path) as (address, _), worker(address, tmp_path, *preloaded), lost:
         sweep(address, ["native"])
 
 
@@ -207,43 +190,38 @@ def other_hertzchain(folder: Path) -> None:
     (described / "METADATA").write_text(text, encoding="utf-8")
 
 
-NONE = (without_hertzchain, BackendMissing, "pip install 'hertzchain==")
-OTHER = (other_hertzchain, RunFailed, "has hertzchain 99.0, this is ")
-
-
-@pytest.mark.parametrize(("differ", "error", "said", "late"), [(*NONE, True), (*OTHER, False)])
+@pytest.mark.parametrize(
+    ("differ", "error", "said"),
+    [
+        (without_hertzchain, BackendMissing, "pip install 'hertzchain=="),
+        (other_hertzchain, RunFailed, "has hertzchain 99.0, this is "),
+    ],
+)
 def test_workers_without_this_hertzchain_are_named(
     differ: Callable[[Path], None],
     error: type[HertzchainError],
     said: str,
-    late: bool,
     lonely: str,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    """They come when the sweep is waiting for workers."""
+    before = tmp_path / "before"
+    before.mkdir()
+    differ(before)
     with ExitStack() as stack:
-        before = tmp_path / "before"
-        before.mkdir()
-        differ(before)
-
-        def start() -> None:
-            path = os.pathsep.join([str(before), os.environ.get("PYTHONPATH", "")])
-            with monkeypatch.context() as changed:
-                changed.setenv("PYTHONPATH", path)
-                stack.enter_context(worker(lonely, tmp_path, "--no-nanny"))
 
         class Handler(logging.Handler):
             def emit(self, _: logging.LogRecord) -> None:
-                start()
+                path = os.pathsep.join([str(before), os.environ.get("PYTHONPATH", "")])
+                with monkeypatch.context() as changed:
+                    changed.setenv("PYTHONPATH", path)
+                    stack.enter_context(worker(lonely, tmp_path, "--no-nanny"))
 
         waiting = logging.getLogger(cluster.__name__)
-        if late:
-            waiting.addHandler(handler := Handler())
-            stack.callback(waiting.removeHandler, handler)
-        else:
-            start()
-            await_workers(lonely, 1)
+        waiting.addHandler(handler := Handler())
+        stack.callback(waiting.removeHandler, handler)
         with pytest.raises(error, match=said) as it:
             sweep(lonely, output=tmp_path / "out")
         assert "\n" not in str(it.value)
-        assert not (tmp_path / "out").exists()  # made where workers come late, but for nothing
+        assert not (tmp_path / "out").exists()  # made, but for nothing
