@@ -111,9 +111,6 @@ def test_a_device_is_written_to_and_not_replaced() -> None:
     assert Path("/dev/null").is_char_device()
 
 
-# Faults
-
-
 def test_a_full_disk_leaves_nothing(full_disk: Path) -> None:
     with pytest.raises(OutputError, match=r"a\.txt: cannot be written \(No space left"):
         write_text(full_disk / "a.txt", "a")

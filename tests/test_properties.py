@@ -142,9 +142,6 @@ def a_mirrored_chain_flies_mirrored(scene: hc.Scene) -> None:
     assert np.array_equal(two.velocity, -one.velocity[::-1])
 
 
-# Balance
-
-
 @holds_for(scene=any_scene)
 def momentum_and_energy_balance(scene: hc.Scene) -> None:
     balance = hc.Native("reference").run(scene).balance
@@ -158,9 +155,6 @@ def momentum_and_energy_balance(scene: hc.Scene) -> None:
     mass, granules = scene.chain.granule_mass, scene.chain.granules
     most = balance.impulse**2 / (2 * mass)
     assert most / granules * (1 - 2e-11) <= balance.energy <= most * (1 + 2e-11)
-
-
-# No tension
 
 
 @holds_for(

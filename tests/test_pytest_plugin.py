@@ -136,9 +136,6 @@ def test_what_cannot_be_used_is_one_sentence(project: pytest.Pytester) -> None:
     result.stdout.fnmatch_lines([f"E*Failed: hertzchain: {words}" for words in UNUSABLE.values()])
 
 
-# Cost for projects that do not use it
-
-
 def test_loading_it_loads_nothing_but_itself() -> None:
     code = """
 import json, sys

@@ -25,9 +25,6 @@ pytestmark = pytest.mark.usefixtures("folder")
 linux = pytest.mark.skipif(sys.platform != "linux", reason="needs files that only Linux has")
 
 
-# Bad input
-
-
 EVERY_COMMAND = [
     ("run",),
     ("run", "--backend", "lammps"),

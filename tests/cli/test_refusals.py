@@ -22,12 +22,9 @@ GRID = "--vary shock.momentum_ratio=0.5,1"
 
 REFUSED = """
 run scene.toml --rtol 1e-3 --dt '1 us' => rtol = 0.001: chooses method and step: leave out method and dt, or rtol
-run scene.toml --rtol 1e-3 --method rk4 => rtol = 0.001: chooses method and step: leave out method and dt, or rtol
 run scene.toml --backend lammps --method rk4 => --method rk4; velocity-verlet
-run scene.toml --backend lammps --method reference => --method reference; velocity-verlet
 run scene.toml --backend liggghts => liggghts is missing or not a program: install it with: apt install liggghts
 run scene.toml --backend yade => yade is missing or not a program: install it with: apt install yade
-run scene.toml --backend yade --isolate => --isolate is for --backend lammps
 run scene.toml --backend liggghts --method rk4 => has only velocity-verlet
 run scene.toml -o peaks.xls => peaks.xls; .csv; .parquet
 run scene.toml --record 20 => --record; -o, --plot, --report
@@ -46,9 +43,7 @@ compare scene.toml --ranks 2 => --ranks needs a LAMMPS binary, as the lammps mod
 compare scene.toml --ranks 0 => --ranks = 0: must be at least 1
 compare scene.toml --lmp lmp --isolate => --isolate is for the lammps module
 compare scene.toml --time-limit nan => --time-limit = 'nan': must be a finite number above
-compare scene.toml --time-limit '3 m' => --time-limit = '3 m': has the wrong
 compare scene.toml --plot plot.xyz => plot.xyz; png; svg
-compare scene.toml --plot plot => plot; png; svg
 compare scene.toml --backend native --junit scene.toml => name
 compare scene.toml --report a.html --junit a.html => name
 tradeoff scene.toml --plot plot.xyz => plot.xyz; png; svg
@@ -70,10 +65,8 @@ examine steel.toml in.steel_plain --report in.steel_plain => in.steel_plain
 examine steel.toml in.steel_plain --fix in.steel_plain => in.steel_plain
 examine steel.toml in.steel_plain --lmp /no/lmp => /no/lmp
 examine steel.toml my.py => my.py; must be a LAMMPS input script
-examine steel.toml in.none => in.none
 deck scene.toml -o scene.toml => name
 deck scene.toml -o in.chain --rtol 1e-6 --dt '1 ns' => --rtol chooses the step
-deck scene.toml -o in.chain --rtol 2 => rtol = 2; from 1e-09 to 1
 deck scene.toml -o in.chain --rtol 1e-15 => rtol = 1e-15; from 1e-09 to 1
 deck scene.toml -o in.chain --dt '-1 ns' => dt = -1e-09; above 0
 deck scene.toml -o in.chain --dt '1 m' => --dt; 1 m

@@ -72,9 +72,6 @@ def fact(shown: object, label: str) -> str:
     return str(value)
 
 
-# Text
-
-
 def test_a_scene_prints_what_it_is() -> None:
     what = "cosine-triangular pulse, n = 2, LM_ratio = 1, 100 N on 12 granules"
     assert repr(SCENE).startswith(f"Scene: {what}\n")
@@ -140,9 +137,6 @@ def test_a_sweep_prints_what_varies(sweep: hc.Sweep, tmp_path: Path) -> None:
     assert repr(many) == repr(hc.Sweep.load(tmp_path / "kept")) == kept
 
 
-# As the commands print
-
-
 def test_a_result_is_printed_as_run_does(result: hc.Result) -> None:
     assert "Peak force of each contact" not in repr(result)  # that heads a verdict's
     assert "to 12, are in to_frame())" in repr(result)
@@ -152,9 +146,6 @@ def test_a_result_is_printed_as_run_does(result: hc.Result) -> None:
 def test_an_examination_is_printed_with_the_lines_to_mend(examination: hc.DeckExamination) -> None:
     assert f"1. {examination.to_mend[0].sentence[:60]}" in repr(examination)
     assert "in to_frame()" not in repr(examination)  # which has its checks
-
-
-# Figures
 
 
 def test_a_run_of_a_backend_of_ones_own_is_drawn(result: hc.Result) -> None:

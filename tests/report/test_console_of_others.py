@@ -21,8 +21,6 @@ from tests.conftest import paper_scene
 from tests.report.test_console import console, line_of, rows_of, text_on
 from tests.report.test_figures import lines_of
 
-# The tradeoff
-
 
 def measured(
     contender: str, engine: str, step: float | None, error: float, milliseconds: float

@@ -182,16 +182,8 @@ DOCUMENTS: dict[str, tuple[str, Callable[[], dict[str, Any]]]] = {
 }
 
 STAND_ALONE = {
-    "run.json",
-    "traces.json",
-    "fit.json",
-    "optimum.json",
-    "uncertainty.json",
-    "validation.json",
-    "compare.json",
-    "judge.json",
-    "examine.json",
-    "sweep.json",
+    *("run.json", "traces.json", "fit.json", "optimum.json", "uncertainty.json"),
+    *("validation.json", "compare.json", "judge.json", "examine.json", "sweep.json"),
 }
 """Schemas of documents with their scene and the version of all definitions."""
 
@@ -209,9 +201,6 @@ def given(request: pytest.FixtureRequest) -> tuple[str, dict[str, Any]]:
     """The name of a schema, and a document that it is about."""
     schema, make = DOCUMENTS[request.param]
     return schema, through_json(make())
-
-
-# The schemas
 
 
 def test_a_document_is_what_its_schema_says(given: tuple[str, dict[str, Any]]) -> None:
@@ -249,9 +238,6 @@ def test_each_schema_is_tried_and_says_which_it_is() -> None:
     for name in tried:
         assert read(name)["$schema"] == "https://json-schema.org/draft/2020-12/schema"
         assert read(name)["title"]
-
-
-# Standing alone
 
 
 def test_a_document_says_what_its_numbers_are(given: tuple[str, dict[str, Any]]) -> None:

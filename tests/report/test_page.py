@@ -111,9 +111,6 @@ def numbers(cells: list[str]) -> list[float]:
     return [float(cell) for cell in cells]
 
 
-# Without a browser
-
-
 def test_numbers_of_the_page_are_those_of_the_json(compared: hc.Comparison, page: str) -> None:
     read = Reader(page)
     document = json.loads(json.dumps(compared.to_dict()))

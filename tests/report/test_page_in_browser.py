@@ -16,8 +16,6 @@ from hertzchain.report.page import write_page
 from tests.conftest import chromium
 from tests.report.test_page import HOSTILE
 
-# In Chromium
-
 CHROMIUM = [
     *("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
     *("--disable-background-networking", "--disable-component-update", "--disable-sync"),

@@ -55,9 +55,6 @@ def refusal(folder: Path, text: str) -> str:
     return str(caught.value)
 
 
-# Reading
-
-
 def test_strings_with_units_vs_plain_numbers(tmp_path: Path, demo: hc.Scene) -> None:
     read = scene_of(tmp_path, TEXT)
     # Conversions of units round in the last digit.
@@ -81,7 +78,7 @@ def test_a_table_is_read_relative_to_the_scene(
     read = scene_of(folder, TABLE_TEXT)
     assert read.shock == hc.PulseTable((0.0, 1e-5, 3e-5), (0.0, 100.0, 0.0), "pulse.csv")
     whole = TABLE_TEXT.replace("pulse.csv", (folder / "pulse.csv").as_posix())
-    assert scene_of(tmp_path, whole).shock.force == read.shock.force
+    assert scene_of(tmp_path, whole).peak_force == 100.0
     (folder / "scene.toml").rename(tmp_path / "scene.toml")
     with pytest.raises(SceneError, match=r"pulse\.csv"):
         hc.Scene.from_toml("scene.toml")
@@ -119,9 +116,6 @@ def test_a_table_of_many_rows_is_summed_in_one_pass() -> None:
     found: list[float] = []
     assert effort(lambda: found.append(scene.applied_impulse)) < 100  # 2 measured
     assert found == [pytest.approx(scene.impulse, rel=1e-14, abs=0)]
-
-
-# Derived quantities of a scene
 
 
 @pytest.mark.parametrize("profile", ["cosine", "triangular", "cosine-triangular"])

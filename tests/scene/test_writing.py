@@ -24,8 +24,6 @@ from validation.random_scenes import (
     with_wall_of_its_own,
 )
 
-# Writing
-
 
 def with_terms(rng: np.random.Generator, longest: int) -> hc.Scene:
     """A damped scene with terms of all kinds; granules move at the start, or any is pushed."""

@@ -19,8 +19,6 @@ from hertzchain.sweeps.design import MOST_SCENES, design
 from hertzchain.sweeps.parts import MOST_PEAKS, cut, part_size
 from tests.sweeps.made import GRID, SHORT, all_scenes
 
-# Scenes
-
 
 @pytest.mark.parametrize("log", [False, True])
 def test_a_grid_takes_both_ends_to_the_last_digit(log: bool) -> None:

@@ -25,8 +25,6 @@ from tests.command_line import MAIN, process
 from tests.conftest import paper_scene
 from tests.sweeps.made import GRID, SHORT, all_scenes
 
-# Results
-
 
 @pytest.mark.parametrize("room", [0.99, 1.01])
 def test_scenes_that_take_long_are_measured_one_by_one(

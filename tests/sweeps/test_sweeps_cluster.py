@@ -91,9 +91,6 @@ def lammps_processes(workers: Sequence[subprocess.Popen[bytes]]) -> list[psutil.
     return found
 
 
-# Results
-
-
 @pytest.mark.slow
 @pytest.mark.lammps
 @pytest.mark.parametrize("end", [kill, subprocess.Popen.terminate])

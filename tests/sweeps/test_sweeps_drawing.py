@@ -20,8 +20,6 @@ from tests.sweeps.made import BASE, F_SW, LAMMPS, RATIO, N, P, drawn_lines, lege
 
 pytestmark = pytest.mark.lammps  # sweeps by native and LAMMPS
 
-# Lines
-
 
 def test_a_line_for_each_profile_is_what_the_table_has(both: hc.Sweep) -> None:
     drawn = draw(both, RATIO, F_SW, "shock.profile", {"backend": "native"})
@@ -79,9 +77,6 @@ def test_too_many_lines_are_refused() -> None:
         draw(swept, RATIO, "largest_peak_force_N")
 
 
-# Points
-
-
 def test_a_sample_is_points(sampled: hc.Sweep) -> None:
     drawn = draw(sampled, RATIO, F_SW, "shock.profile")
     table = sampled.to_frame()
@@ -95,9 +90,6 @@ def test_a_sample_is_points(sampled: hc.Sweep) -> None:
     assert remark == (
         "shock.duration_ratio varies, too: points of all values are drawn on top of one another"
     )
-
-
-# Along the chain
 
 
 def test_peaks_of_all_contacts_are_lines_along_the_chain() -> None:
@@ -123,9 +115,6 @@ def test_peaks_of_all_contacts_are_lines_along_the_chain() -> None:
 def test_peaks_that_were_not_kept_are_not_drawn(grid: hc.Sweep) -> None:
     with pytest.raises(hc.HertzchainError, match="sweep again with --peaks"):
         draw(grid, "contact", "peak_force_N")
-
-
-# Missing values
 
 
 def test_rows_without_a_number_are_left_out_and_counted(failing: hc.Sweep) -> None:
@@ -158,9 +147,6 @@ def test_nothing_to_draw_is_refused() -> None:
     swept = hc.sweep(paper_scene("cosine", 1.0, 4.0, granules=4), {RATIO: "1,2"})
     with pytest.raises(hc.HertzchainError, match="nothing to draw: no row has transition_gran"):
         draw(swept, RATIO, P)
-
-
-# Names
 
 
 def test_the_section_may_be_left_out() -> None:

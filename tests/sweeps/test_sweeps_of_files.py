@@ -20,8 +20,6 @@ from hertzchain.errors import SceneError
 from hertzchain.sweeps.design import design
 from hertzchain.sweeps.keys import names_of
 
-# Any file
-
 
 def files() -> st.SearchStrategy[dict[str, Any]]:
     """Scene files with terms, as mappings."""

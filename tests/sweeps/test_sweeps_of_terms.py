@@ -61,9 +61,6 @@ def swept(scene: hc.Scene, vary: dict[str, Any], **more: Any) -> hc.Sweep:
     return hc.sweep(scene, vary, rtol=1e-4, peaks=True, **more)
 
 
-# Measured columns
-
-
 def test_a_striker_and_a_wall() -> None:
     """A wall that is not elastic has no modulus, though the scene has one for those that are."""
     scene = replace(STRIKER, wall=hc.Wall("elastic", 70e9, 0.33))
@@ -155,9 +152,6 @@ def test_runs_that_end_before_all_peaks_are_told(
     assert table["contacts_cut_off"][0] == len(short.cut_off) > 0
     assert pd.isna(table["contacts_cut_off"][1])
     assert hc.sweep(PLAIN, {"end_time": [5e-5]}).count().cut_off == 0
-
-
-# Columns of the table
 
 
 def test_plain_scenes_have_the_columns_of_before() -> None:

@@ -17,8 +17,6 @@ from tests.command_line import python
 from tests.places import ROOT
 from tests.sweeps.test_sweeps_cluster import SCENE
 
-# On Slurm
-
 SBATCH = """#!{python}
 import subprocess, sys
 job = subprocess.Popen(

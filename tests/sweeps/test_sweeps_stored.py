@@ -18,8 +18,6 @@ from hertzchain.sweeps import parts as parts_of_sweeps
 from hertzchain.sweeps.store import Folder
 from tests.sweeps.made import GRID, SHORT
 
-# Stored sweeps
-
 
 @pytest.mark.lammps
 def test_a_folder_has_what_memory_has_and_opens_in_pandas_polars_and_duckdb(tmp_path: Path) -> None:

@@ -17,8 +17,6 @@ from tests.sweeps.made import CHAIN_SECTION, SHOCK
 from tests.sweeps.test_sweeps_of_drives import PISTON, SINE, TABLE
 from tests.sweeps.test_sweeps_of_terms import LOADED, PLAIN, STRIKER, chain_of
 
-# Parameters that cannot vary
-
 REFUSED: list[tuple[hc.Scene, dict[str, Any], str]] = [
     (PLAIN, {"striker.velocity": "1,2"}, "the scene has no [striker]; add the section to its file"),
     (PLAIN, {"wall.kind": "rigid,same"}, "wall.kind: cannot vary: the scene has no [wall]; add"),

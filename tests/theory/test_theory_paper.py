@@ -56,9 +56,6 @@ def integral(function: Callable[[float], float], start: float, end: float) -> fl
     )
 
 
-# Eq. 1
-
-
 def test_eq1_vs_sum_of_the_forces_on_three_granules() -> None:
     hertz = 4 / 3 * 193e9 / (2 * 0.91) * math.sqrt(4.75e-3 / 2)
     mass = 4 / 3 * math.pi * 4.75e-3**3 * 7958.0
@@ -81,9 +78,6 @@ def test_only_the_applied_force_changes_the_momentum(
     assert chain.granule_mass * acceleration.sum() == pytest.approx(force, rel=1e-13, abs=1e-10)
 
 
-# Eq. 2
-
-
 @pytest.mark.parametrize("profile", PROFILES)
 @pytest.mark.parametrize("n", [1.3, 2.0, 6.0])
 def test_eq2_vs_table_1(profile: str, n: float) -> None:
@@ -94,9 +88,6 @@ def test_eq2_vs_table_1(profile: str, n: float) -> None:
     assert force == pytest.approx([100.0 * shape(t) for t in time], rel=0, abs=1e-12)
     outside = 3e-5 * n * np.array([-1.0, -1e-9, 1.000001, 9.0])
     assert not theory.applied_force(outside, pulse(profile, n), 3e-5).any()
-
-
-# Momentum
 
 
 @pytest.mark.parametrize("profile", PROFILES)
@@ -152,9 +143,6 @@ def test_speed_vs_the_formula_as_printed() -> None:
     assert theory.solitary_wave_speed(CHAIN, 100.0) == pytest.approx(printed, rel=ROUND_OFF, abs=0)
 
 
-# Eq. 3
-
-
 @pytest.mark.parametrize("n", [2.0, 10.0])
 def test_eq3_is_5_at_a_momentum_ratio_of_1_and_continuous_there(n: float) -> None:
     shock = pulse("cosine", n)
@@ -167,9 +155,6 @@ def test_eq3_is_5_at_a_momentum_ratio_of_1_and_continuous_there(n: float) -> Non
     # The slope is at most n t0_hat V / 2R = 2 * 1.65 * 0.92 = 3.04.
     assert p(1 - 1e-9) == pytest.approx(5.0, abs=4e-9)
     assert p(1 + 1e-9) == pytest.approx(5.0, abs=4e-9)
-
-
-# Delta L
 
 
 @pytest.mark.parametrize("profile", PROFILES)
@@ -185,9 +170,6 @@ def test_ejected_momentum_vs_quadrature_of_the_profile(
     ejected = theory.ejection_momentum(CHAIN, shock, momentum_ratio * unit)
     # Absolute, of the whole: the tail is the difference of two areas of order 1.
     assert ejected / (100.0 * unit) == pytest.approx(2 * tail, rel=0, abs=1e-13)
-
-
-# Eq. 4
 
 
 def test_wave_profile_vs_the_exact_wave() -> None:
@@ -224,9 +206,6 @@ def test_eq4a_has_its_peak_in_the_middle_and_is_even() -> None:
 def test_eq4b_at_the_end_of_the_transition_is_the_shift_of_the_wave(force: float) -> None:
     shift = theory.peak_shift(9, force, 9, duration_ratio=2.0, ratio=2.0)
     assert shift == pytest.approx(1.077 * force ** (-1 / 6), rel=ROUND_OFF, abs=0)
-
-
-# Eqs. 5 and 6
 
 
 @pytest.mark.parametrize(("p", "n", "ratio"), [(9, 2.0, 2.0), (7, 4.0, 1.6), (5, 6.0, 1.2)])
@@ -266,9 +245,6 @@ def test_contacts_outside_of_an_equation_are_refused(
         equation(contact, 9, 105.4, 149.6, *([2.0] if equation is theory.peak_force else []))
 
 
-# Eqs. 7 to 9
-
-
 def test_ends_of_eqs_6_to_8() -> None:
     assert theory.peak_force(9, 9, 149.6, 2.0, 2.0) == 149.6
     assert theory.normalized_contact([2, 10], 9).tolist() == [0.0, 1.0]
@@ -285,9 +261,6 @@ def test_eq9_vs_the_polynomial_as_printed() -> None:
         assert theory.peak_force_cubic(i, p, second, wave) == pytest.approx(
             printed, rel=ROUND_OFF, abs=0
         )
-
-
-# Section 5.1
 
 
 def _force_profile(x: FloatArray) -> FloatArray:
@@ -307,7 +280,6 @@ def test_granule_velocity_vs_the_force_over_one_granule() -> None:
         assert abs(float(theory.granule_velocity(far))) < 1e-12
 
 
-# Range of the paper
 @pytest.mark.parametrize(
     ("ratio", "n", "words"),
     [
