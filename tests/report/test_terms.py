@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.errors import SceneError
 from tests.command_line import Command
 
 FOLDER = Path(__file__).parents[2] / "validation" / "scenes" / "terms"
@@ -78,17 +77,6 @@ def test_a_trajectory_shows_granules_as_they_are(tmp_path: Path) -> None:
     assert first.positions[:, 0] * length == pytest.approx(granules.position, rel=1e-7, abs=1e-12)
     moved = (last.positions - first.positions)[:, 0] * length
     assert moved == pytest.approx(result.displacement, rel=0, abs=1e-7 * length)
-
-
-def test_history_of_the_force_on_a_wall() -> None:
-    scene = load("striker_on_a_wall")
-    result = hc.Native(rtol=1e-8).run(scene)
-    wall = scene.last_contact
-    recorded = hc.Native(rtol=1e-8).run(scene, record=[result.peak_time[-1]])
-    assert recorded.force_at(wall)[0] == pytest.approx(result.peak_at(wall), rel=1e-8)
-    for ask in (recorded.force_at, recorded.peak_at):
-        with pytest.raises(SceneError, match=f"from 2 to {wall}.* {wall} at the wall"):
-            ask(wall + 1)
 
 
 def test_given_peaks_are_judged_without_a_cause() -> None:

@@ -14,8 +14,7 @@ import hertzchain as hc
 from hertzchain.errors import SceneError
 from hertzchain.sweeps.design import design
 from tests.sweeps.made import CHAIN_SECTION, SHOCK
-from tests.sweeps.test_sweeps_of_drives import PISTON, SINE, TABLE
-from tests.sweeps.test_sweeps_of_terms import LOADED, PLAIN, STRIKER, chain_of
+from tests.sweeps.test_sweeps_of_terms import LOADED, PISTON, PLAIN, SINE, STRIKER, TABLE, chain_of
 
 REFUSED: list[tuple[hc.Scene, dict[str, Any], str]] = [
     (PLAIN, {"striker.velocity": "1,2"}, "the scene has no [striker]; add the section to its file"),
