@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from tests.command_line import Command, is_refused
+from tests.command_line import Command
 from tests.verdict.deck.corpus import FOLDER
 
 SCENE, DECK = FOLDER / "steel.toml", FOLDER / "in.steel_plain"
@@ -86,13 +86,6 @@ def test_a_byte_order_mark_is_no_part_of_scene_and_deck(
         file.write_text(source.read_text(encoding="utf-8"), encoding="utf-8-sig")
     assert hertzchain("examine", *files, "--json").json()["verdict"] == "pass"
     assert "units" not in hertzchain("lint", files[1]).out
-
-
-@pytest.mark.lammps
-def test_a_deck_that_stops(hertzchain: Command, tmp_path: Path) -> None:
-    deck = tmp_path / "in.stops"
-    deck.write_text("units si\natom_style sphere\npair_style no_such_style\n", encoding="utf-8")
-    is_refused(hertzchain("examine", SCENE, deck), "in.stops:3")
 
 
 @pytest.mark.lammps

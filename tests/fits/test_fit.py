@@ -126,13 +126,8 @@ def test_intervals_hold_the_truth_in_95_of_100() -> None:
     assert max(one["farthest"] for one in known) < experiments.FAR
 
 
-@pytest.mark.parametrize(
-    "kind",
-    [
-        pytest.param(kind, marks=[pytest.mark.slow] * (kind != "viscoelastic"))
-        for kind in experiments.WRONG
-    ],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", experiments.WRONG)
 def test_a_wrong_model_that_is_hidden_in_noise(kind: str) -> None:
     """The residual is as large as the noise in some of these, but lasts for half a pulse."""
     row = experiments.experiment(kind, 0 if kind == "gap" else 1)

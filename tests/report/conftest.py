@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import hertzchain as hc
+from hertzchain.arrays import FloatArray
+from hertzchain.report.comparison import of_comparison
+from hertzchain.report.figures import figure_of
 from hertzchain.report.waterfall import plot_times
 from hertzchain.verdict.check import Check, Kind
 from tests.conftest import paper_scene
@@ -63,3 +69,18 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
 def both(native: hc.Comparison) -> hc.Comparison:
     """The same, as if LAMMPS had found peaks one part in a thousand higher."""
     return replace(with_lammps(native, 1e-3), checks=(WELL,))
+
+
+def plot_comparison(comparison: hc.Comparison, path: Path) -> None:
+    figure_of(of_comparison(comparison)).write(path)
+
+
+def lines_of(axes: Axes) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """Return x and y of each labelled line; a gap is NaN."""
+    return {
+        str(line.get_label()): (
+            np.asarray(line.get_xdata(), np.float64),
+            np.asarray(line.get_ydata(), np.float64),
+        )
+        for line in axes.get_lines()
+    }

@@ -11,11 +11,9 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib import rcParams
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import hertzchain as hc
-from hertzchain.arrays import FloatArray
 from hertzchain.errors import OutputError, SceneError
 from hertzchain.report.comparison import of_comparison
 from hertzchain.report.figures import figure_of
@@ -25,20 +23,9 @@ from hertzchain.report.tables import motion_frame, write_frame
 from hertzchain.report.waterfall import drawn_contacts, plot_times
 from tests.conftest import paper_scene
 from tests.places import ROOT
-from tests.report.test_console import plot_comparison
+from tests.report.conftest import lines_of, plot_comparison
 
 # Comparisons
-
-
-def lines_of(axes: Axes) -> dict[str, tuple[FloatArray, FloatArray]]:
-    """Return x and y of each labelled line; a gap is NaN."""
-    return {
-        str(line.get_label()): (
-            np.asarray(line.get_xdata(), np.float64),
-            np.asarray(line.get_ydata(), np.float64),
-        )
-        for line in axes.get_lines()
-    }
 
 
 def test_a_plot_has_a_point_for_every_number(
