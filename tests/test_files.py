@@ -18,20 +18,6 @@ from hertzchain.files import check_writable, write_text, write_texts, write_with
 from tests.processes import linux, names
 
 
-def test_the_writer_gets_the_same_suffix_in_the_same_folder(tmp_path: Path) -> None:
-    seen: list[Path] = []
-
-    def write(part: Path) -> None:
-        seen.append(part)
-        part.write_bytes(b"x")
-
-    write_with(tmp_path / "plot.svg", write)
-    assert seen[0].suffix == ".svg"
-    assert seen[0] != tmp_path / "plot.svg"
-    assert tmp_path in seen[0].parents
-    assert names(tmp_path) == ["plot.svg"]
-
-
 def test_a_new_file_takes_the_place_of_the_old_one(tmp_path: Path) -> None:
     path = tmp_path / "a.txt"
     path.write_text("a much longer old text")

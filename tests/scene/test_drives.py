@@ -5,32 +5,15 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.errors import SceneError
 from hertzchain.scene.shock import Stroke
 from tests.conftest import STEEL
 from tests.scene.test_refused import text_of
 from tests.scene.test_scene import scene_of
-
-
-@pytest.mark.parametrize(
-    ("given", "key"),
-    [
-        ({}, "velocity or file"),
-        ({"velocity": 1.0, "time": (0, 1), "displacement": (0, 1)}, "velocity and file"),
-        ({"time": (0, 1)}, "rows of displacement_m"),
-        ({"displacement": (0, 1)}, "rows"),
-    ],
-)
-def test_a_piston_in_python_that_cannot_be(given: dict[str, Any], key: str) -> None:
-    with pytest.raises(SceneError) as caught:
-        hc.Piston(**given)
-    assert caught.value.key == key
 
 
 def test_a_velocity_and_a_table_are_read(tmp_path: Path) -> None:

@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import duckdb
 import pandas as pd
 import polars
 import pytest
@@ -20,7 +19,7 @@ from tests.sweeps.made import GRID, SHORT
 
 
 @pytest.mark.lammps
-def test_a_folder_has_what_memory_has_and_opens_in_pandas_polars_and_duckdb(tmp_path: Path) -> None:
+def test_a_folder_has_what_memory_has_and_opens_in_pandas_and_polars(tmp_path: Path) -> None:
     vary: dict[str, Any] = {**GRID, "shock.peak_force": [100.0, 1e9]}  # the second too deep
     backends = ("native", hc.Lammps(rtol=1e-3))
     out = tmp_path / "out"
@@ -35,7 +34,6 @@ def test_a_folder_has_what_memory_has_and_opens_in_pandas_polars_and_duckdb(tmp_
         opened = {
             "pandas": pd.read_parquet(out / name),
             "polars": polars.read_parquet(out / name / "*.parquet").to_pandas(),
-            "duckdb": duckdb.read_parquet(f"{out / name}/*.parquet").df(),
         }
         for who, frame in opened.items():
             assert list(frame.columns) == list(expected.columns), who
@@ -77,19 +75,11 @@ def test_what_changes_no_number_does_not_make_another_sweep(
 
 
 @pytest.mark.parametrize("is_kept", [True, False])
-@pytest.mark.parametrize(
-    ("name", "words"),
-    [("foo", ""), ("radius", ""), ("largest_peak_force", "; did you mean largest_peak_force_N?")],
-)
-def test_an_unknown_column_is_refused_with_what_there_is(
-    tmp_path: Path, name: str, words: str, is_kept: bool
-) -> None:
+def test_an_unknown_column_is_refused_with_what_there_is(tmp_path: Path, is_kept: bool) -> None:
     swept = hc.sweep(SHORT, GRID, output=tmp_path / "out" if is_kept else None)
-    with pytest.raises(SceneError) as refused:
-        swept.to_frame(["scene", name])
-    assert str(refused.value).startswith(f"{name}: is no column of this sweep, which has scene,")
-    assert str(refused.value).endswith(words)
-    assert all(str(column) in str(refused.value) for column in swept.to_frame())
+    said = r"^largest_peak_force: is no column .* has scene,.* did you mean largest_peak_force_N\?$"
+    with pytest.raises(SceneError, match=said):
+        swept.to_frame(["scene", "largest_peak_force"])
 
 
 OTHERS: dict[str, tuple[dict[str, Any], str]] = {
