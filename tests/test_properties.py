@@ -207,32 +207,6 @@ def no_granule_is_ahead_of_the_front(scene: hc.Scene) -> None:
     assert np.all((moved <= most + 1e-10 * moved.max(axis=1, keepdims=True))[forward])
 
 
-@holds_for(scene=tabled(), other=tabled(), kept=st.integers(2, 8))
-def the_past_does_not_know_the_future(scene: hc.Scene, other: hc.Scene, kept: int) -> None:
-    assert isinstance(scene.shock, hc.PulseTable)
-    assert isinstance(other.shock, hc.PulseTable)
-    time, force = scene.shock.time[:kept], list(scene.shock.force[:kept])
-    force[-1] = scene.units.force  # the same units, whatever follows
-    stretch = time[-1] / other.shock.time[-1]
-    later = tuple(time[-1] + stretch * value for value in other.shock.time if value > 0)
-    scale = scene.units.force / other.units.force
-    more = tuple(
-        min(scale * value, scene.units.force) for value in other.shock.force[-len(later) :]
-    )
-    short = hc.PulseTable(time, tuple(force))
-    long = hc.PulseTable((*time, *later), (*force, *more))
-    times = np.linspace(0.01, 1.0, 50) * time[-1]
-    end = hc.Run(2 * time[-1])
-    one, two = (
-        hc.Native("reference").run(hc.Scene(scene.chain, shock, end), record=times).history
-        for shock in (short, long)
-    )
-    # The same steps up to there.
-    assert np.array_equal(one.displacement, two.displacement)
-    assert np.array_equal(one.velocity, two.velocity)
-    assert np.array_equal(one.contact_force, two.contact_force)
-
-
 @holds_for(scene=st.one_of(pulsed(st.integers(4, 30)), tabled(st.integers(4, 30))))
 def a_longer_chain_does_not_change_the_past_of_a_shorter_one(scene: hc.Scene) -> None:
     granules, unit = scene.chain.granules, scene.units

@@ -67,7 +67,5 @@ def test_a_misspelt_key_and_unit(hertzchain: Command, tmp_path: Path) -> None:
     done = hertzchain("predict", path)
     question = "chain.radius = 2.5 m (usually 1e-06 to 0.5 m): is the unit what is meant?"
     assert (done.status, done.err) == (0, f"hertzchain: {question}\n")
-    path.write_text(text.replace("radius", "raduis"), encoding="utf-8")
-    is_refused(hertzchain("run", path), "chain.raduis", "did you mean radius?")
     path.write_text(text.replace("GPa", "Gpa"), encoding="utf-8")
     is_refused(hertzchain("run", path), "unknown unit 'Gpa'", "did you mean GPa?")

@@ -28,6 +28,8 @@ run scene.toml --backend yade => yade is missing or not a program: install it wi
 run scene.toml --backend liggghts --method rk4 => has only velocity-verlet
 run scene.toml -o peaks.xls => peaks.xls; .csv; .parquet
 run scene.toml --record 20 => --record; -o, --plot, --report
+run scene.toml --uncertainty 16 --record 5 => --record is not for --uncertainty
+run scene.toml --uncertainty 16 --ranks 5 => --ranks is not for --uncertainty
 run scene.toml --record 20 -o motion.json => motion.json; .parquet
 run scene.toml --plot run.gif => run.gif; .png
 run scene.toml --plot a.png -o a.png => a.png
@@ -49,18 +51,15 @@ compare scene.toml --report a.html --junit a.html => name
 tradeoff scene.toml --plot plot.xyz => plot.xyz; png; svg
 judge scene.toml peaks.csv --junit ./peaks.csv => name
 judge scene.toml peaks.csv --tolerance 0 => tolerance
-judge scene.toml peaks.csv --dt '1 m' => --dt
 judge scene.toml peaks.csv --dt '1 s' => unstable
 judge scene.toml peaks.csv --column F => --column F: must be NAME=VALUE
 judge scene.toml peaks.csv peaks.csv => peaks.csv; is no dump of LAMMPS
 judge scene.toml none.csv => none.csv; cannot be read
-judge none.toml peaks.csv => none.toml
 judge scene.toml peaks.csv --report report.pdf => report.pdf; .html or .htm
 judge scene.toml in.steel_plain => in.steel_plain: is a LAMMPS input
 examine steel.toml in.steel_plain --var a => --var; NAME
 examine steel.toml in.steel_plain --var a=1 --var a=2 => --var a
 examine steel.toml in.steel_plain --tolerance 2 => tolerance; below 1
-examine steel.toml in.steel_plain --plot a.txt => a.txt
 examine steel.toml in.steel_plain --report in.steel_plain => in.steel_plain
 examine steel.toml in.steel_plain --fix in.steel_plain => in.steel_plain
 examine steel.toml in.steel_plain --lmp /no/lmp => /no/lmp
@@ -68,7 +67,6 @@ examine steel.toml my.py => my.py; must be a LAMMPS input script
 deck scene.toml -o scene.toml => name
 deck scene.toml -o in.chain --rtol 1e-6 --dt '1 ns' => --rtol chooses the step
 deck scene.toml -o in.chain --rtol 1e-15 => rtol = 1e-15; from 1e-09 to 1
-deck scene.toml -o in.chain --dt '-1 ns' => dt = -1e-09; above 0
 deck scene.toml -o in.chain --dt '1 m' => --dt; 1 m
 deck scene.toml -o in.chain --dt '1 ms' => is unstable; choose a smaller dt
 deck scene.toml -o in.chain --watch-every -1 => watch_every = -1
@@ -76,7 +74,7 @@ deck scene.toml -o in.chain --dump-every -1 => dump_every = -1
 unit-test scene.toml -o scene.toml => name
 sweep scene.toml -o out --vary shock.colour=1,2 => cannot vary; what can vary
 sweep scene.toml -o out --vary shock.momentum_ratio= => must be NAME=VALUE, such as
-sweep scene.toml -o out --vary 1,2 => must be NAME=VALUE, such as
+sweep scene.toml -o out GRID --tie chain.granules => --tie chain.granules: must be NAME=VALUE
 sweep scene.toml -o out GRID --rtol 1e-30 => rtol = 1e-30: must be
 sweep scene.toml -o out GRID --time-limit '-1 s' => --time-limit = '-1 s'
 sweep scene.toml -o out GRID --backend native --backend native => must not be given twice
