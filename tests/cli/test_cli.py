@@ -22,8 +22,6 @@ from tests.cli.short_chain import scene_file
 from tests.command_line import MAIN, PATIENCE, Command, Outcome, is_refused, process
 from tests.processes import linux, names, posix
 
-pytestmark = pytest.mark.usefixtures("folder")
-
 
 @pytest.mark.parametrize(
     "command", ["run", "compare", "tradeoff", "timestep", "deck", "unit-test", "predict"]

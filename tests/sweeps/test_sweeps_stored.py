@@ -39,11 +39,9 @@ def test_a_folder_has_what_memory_has_and_opens_in_pandas_and_polars(tmp_path: P
             assert list(frame.columns) == list(expected.columns), who
             whole = frame.sort_values(list(expected.columns[:3]), ignore_index=True)
             wanted = expected.sort_values(list(expected.columns[:3]), ignore_index=True)
-            for column in expected.columns:
-                there, here = (one[column].astype(object).tolist() for one in (whole, wanted))
-                assert list(map(pd.isna, there)) == list(map(pd.isna, here)), (who, column)
-                numbers = [(a, b) for a, b in zip(there, here, strict=True) if not pd.isna(a)]
-                assert all(a == b for a, b in numbers), (who, column)
+            pd.testing.assert_frame_equal(
+                whole, wanted, check_dtype=False, check_exact=True, obj=who
+            )
 
 
 def test_a_sweep_that_is_there_is_not_measured_again(tmp_path: Path) -> None:
