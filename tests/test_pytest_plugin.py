@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 from importlib.metadata import entry_points
-from pathlib import Path
 
 import pytest
 from _pytest.assertion.rewrite import AssertionRewriter
@@ -15,15 +14,14 @@ import hertzchain as hc
 from hertzchain.report.console import print_document
 from hertzchain.report.judgement import of_judgement
 from tests.command_line import python
+from tests.docs.test_docs import blocks
+from tests.places import ROOT
 
-ROOT = Path(__file__).parent.parent
 PAGE = (ROOT / "docs" / "pytest.md").read_text(encoding="utf-8")
 SCENE = (ROOT / "validation" / "scenes" / "demo.toml").read_text(encoding="utf-8")
 OPTIONS = ("-p", "no:cacheprovider", "-W", "error")
 
-FIRST_BLOCK = re.search(r"```python\n(.*?)```", PAGE, re.DOTALL)
-assert FIRST_BLOCK is not None
-FIVE_LINES = FIRST_BLOCK.group(1)
+FIVE_LINES = next(block.text for block in blocks(PAGE) if block.language == "python")
 
 TRUE = """
     import hertzchain as hc
@@ -134,9 +132,6 @@ def test_what_cannot_be_used_is_one_sentence(project: pytest.Pytester) -> None:
     told = [line for line in result.outlines if line.startswith("E  ")]
     assert len(told) == len(UNUSABLE), told
     result.stdout.fnmatch_lines([f"E*Failed: hertzchain: {words}" for words in UNUSABLE.values()])
-
-
-# Cost for projects that do not use it
 
 
 def test_loading_it_loads_nothing_but_itself() -> None:

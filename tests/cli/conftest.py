@@ -14,7 +14,7 @@ from tests.command_line import Outcome, process
 from tests.processes import names
 
 
-@pytest.fixture
+@pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty current folder, and a plain terminal."""
     monkeypatch.chdir(tmp_path)

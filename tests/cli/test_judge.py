@@ -4,14 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import pytest
-
 from tests.cli.short_chain import CONTACTS, embedded, rows_of, scene_file
 from tests.command_line import Command, Outcome
 from tests.oracles.json_schema import problems
 from tests.processes import names
-
-pytestmark = pytest.mark.usefixtures("folder")
 
 JUDGE = ("judge", "scene.toml", "peaks.csv")
 

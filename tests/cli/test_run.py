@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from importlib.metadata import version
+from io import StringIO
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 from numpy.typing import ArrayLike
 
+from hertzchain.cli.output import say
 from hertzchain.cli.run import MethodName
 from hertzchain.engines.native.backend import Native
 from hertzchain.observables.result import Result
+from hertzchain.report.facts import describe
 from hertzchain.scene.scene import Scene
-from tests.cli.short_chain import GET_IT, TABLE, Changes, rows_of, scene_file, table_file
+from tests.cli.short_chain import GET_IT, TABLE, Changes, embedded, scene_file, table_file
 from tests.command_line import MAIN, Command, Outcome, is_refused, process
 from tests.oracles.json_schema import problems
 from tests.places import ROOT
 from tests.processes import names
-
-pytestmark = pytest.mark.usefixtures("folder")
 
 NO_LAMMPS = f"import sys; sys.path.insert(0, {str(ROOT / 'tests' / 'no_lammps')!r}); {MAIN}"
 """Hide LAMMPS: `import lammps` then raises an ImportError, also in its own process."""
@@ -78,20 +80,6 @@ def test_a_run_misses_an_accuracy_that_it_misses_by_little(
     assert ("cannot reach this accuracy with damped contacts" in outcome.err) == (status == 1)
 
 
-def test_run_prints_the_transition_from_contact_2(hertzchain: Command, native: Outcome) -> None:
-    scene_file()
-    outcome = hertzchain("run", "scene.toml")
-    assert (outcome.status, outcome.err) == (0, "")
-    rows = rows_of(outcome.out)
-    assert [row[0] for row in rows] == ["2", "3", "4", "5", "6"]
-    known = native.json()
-    for row, force, when in zip(rows, known["peak_force_N"], known["peak_time_s"], strict=False):
-        assert float(row[1]) == pytest.approx(force, rel=known["error_estimate"])
-        assert float(row[2]) == pytest.approx(when, rel=1e-5)  # 6 digits
-    for words in ("transition, p", "5 granules", "F_SW", "m/s", "error of the peaks", "steps"):
-        assert words in outcome.out
-
-
 def test_dt_with_a_unit_vs_seconds(hertzchain: Command) -> None:
     scene_file({"run.end_time": '"60 us"'})
     documents = []
@@ -146,19 +134,44 @@ def test_a_short_run_is_no_crash(hertzchain: Command, command: list[str], change
     assert all(line.startswith("hertzchain: wanted 1e-06, reached ") for line in said)
 
 
-def test_the_format_is_that_of_the_name(hertzchain: Command, native: Outcome) -> None:
-    scene_file()
-    assert hertzchain("run", "scene.toml", "-o", "peaks.json").status == 0
-    document, known = json.loads(Path("peaks.json").read_text()), native.json()
-    for one in (document, known):
-        assert one.pop("wall_time_s") > 0
-        assert one.pop("compile_time_s") >= 0
-    assert document == known
-    assert names() == ["peaks.json", "scene.toml"]
-
-
 def test_run_without_lammps_says_how_to_get_it() -> None:
     scene_file()
     outcome = process("run", "scene.toml", "--backend", "lammps", "-o", "peaks.csv", code=NO_LAMMPS)
     is_refused(outcome, "LAMMPS is not available", GET_IT)
     assert names() == ["scene.toml"]
+
+
+# Files
+
+
+SCENE = ROOT / "validation" / "scenes" / "weak_shock.toml"
+
+
+def test_all_files_of_one_run(hertzchain: Command) -> None:
+    files = ("-o", "motion.csv", "--plot", "run.svg", "--report", "run.html")
+    done = hertzchain("run", SCENE, "--json", "--record", "20", *files)
+    assert done.status == 0, done
+    for what, name in (("Motion", "motion.csv"), ("Plot", "run.svg"), ("Report", "run.html")):
+        assert f"{what} written to {name}\n" in done.err
+    assert names() == ["motion.csv", "run.html", "run.svg"]
+    frame = pd.read_csv("motion.csv")
+    assert frame["granule"].unique().tolist() == list(range(1, 61))
+    times = np.linspace(0, Scene.from_toml(SCENE).end_time, 20)
+    assert frame["time_s"].unique().tolist() == times.tolist()
+    page = Path("run.html").read_text("utf-8")
+    assert f"<title>{describe(Scene.from_toml(SCENE))}</title>" in page  # there is no verdict
+    assert page.count("<svg") == 2
+    assert embedded(page)["peak_force_N"] == done.json()["peak_force_N"]
+    assert len(page) < 500_000
+    done = hertzchain("run", SCENE, "-o", "peaks.csv")
+    assert ", are in peaks.csv)" in done.out
+    assert done.err == "Peaks written to peaks.csv\n"
+
+
+def test_lines_to_stderr_go_where_a_progress_bar_catches_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Rich puts something in the place of stderr, and prints what it gets above the bar."""
+    monkeypatch.setattr("sys.stderr", caught := StringIO())
+    say("compiled")
+    assert caught.getvalue() == "hertzchain: compiled\n"

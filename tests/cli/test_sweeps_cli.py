@@ -18,11 +18,9 @@ GRID = ("--vary", "shock.momentum_ratio=0.5:2:4:log", "--vary", "shock.profile=c
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The current folder, with a scene and nothing else."""
-    monkeypatch.chdir(tmp_path)
-    paper_scene("cosine", 1.0, 2.0, granules=12).to_toml("scene.toml")
-    return tmp_path
+def _scene(folder: Path) -> None:
+    """The current folder has a scene and nothing else."""
+    paper_scene("cosine", 1.0, 2.0, granules=12).to_toml(folder / "scene.toml")
 
 
 def test_a_sweep_says_how_many_rows_there_are_and_how_to_open_them(hertzchain: Command) -> None:

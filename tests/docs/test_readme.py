@@ -64,11 +64,6 @@ def test_make_targets_and_commands_are_found() -> None:
     assert [one for one in targets if f"\n{one}:" not in makefile] == []
 
 
-def test_nothing_is_left_to_be_filled_in() -> None:
-    for page in (ROOT / "README.md", *(ROOT / "docs").glob("*.md")):
-        assert "@@" not in page.read_text(encoding="utf-8"), page
-
-
 def test_the_scene_of_the_readme_is_the_demo_scene(tmp_path: Path) -> None:
     (text,) = (block.text for block in blocks(README) if block.language == "toml")
     file = tmp_path / "scene.toml"

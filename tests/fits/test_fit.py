@@ -126,13 +126,8 @@ def test_intervals_hold_the_truth_in_95_of_100() -> None:
     assert max(one["farthest"] for one in known) < experiments.FAR
 
 
-@pytest.mark.parametrize(
-    "kind",
-    [
-        pytest.param(kind, marks=[pytest.mark.slow] * (kind != "viscoelastic"))
-        for kind in experiments.WRONG
-    ],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", experiments.WRONG)
 def test_a_wrong_model_that_is_hidden_in_noise(kind: str) -> None:
     """The residual is as large as the noise in some of these, but lasts for half a pulse."""
     row = experiments.experiment(kind, 0 if kind == "gap" else 1)
@@ -196,11 +191,7 @@ ALIKE = [
     (TRUE, ["chain.young_modulus", "chain.density", "gain"],
      r"young_modulus by \+1 %, chain.density by \+1 %, gain by -1 % changes nothing"),
     (TRUE, ["chain.young_modulus", "striker.velocity", "gain"], ""),
-    (TRUE, ["chain.radius", "chain.density", "gain"], ""),
     (TRUE, ["chain.radius", "chain.young_modulus", "chain.density"], ""),
-    (TRUE, ["chain.radius", "chain.poisson_ratio", "chain.density"], ""),
-    (TRUE, ["chain.poisson_ratio", "chain.density", "gain"], ""),
-    (TRUE, ["chain.radius", "chain.young_modulus", "gain"], ""),
     (TRUE, [*FREE, "chain.poisson_ratio"], "chain.young_modulus"),
     (TRUE, [*FREE, "chain.density", "gain"], "changes nothing"),
     (TRUE, ["contact.restitution", "striker.velocity", "chain.density", "gain"], ""),
@@ -209,11 +200,7 @@ ALIKE = [
     (BOTH, ["chain.young_modulus", "chain.poisson_ratio", "wall.young_modulus",
             "wall.poisson_ratio"], "poisson_ratio"),
     (BOTH, ["striker.velocity", "chain.young_modulus", "chain.poisson_ratio"], "0.198"),
-    (BOTH, ["contact.restitution", "wall.young_modulus", "wall.poisson_ratio"], "known is wall"),
     (BOTH, ["striker.velocity", "wall.young_modulus", "wall.poisson_ratio"], "known is wall"),
-    (BOTH, ["gain", "wall.young_modulus", "wall.poisson_ratio"], "known is wall"),
-    (BOTH, ["chain.density", "wall.young_modulus", "wall.poisson_ratio"], "known is wall"),
-    (BOTH, ["chain.young_modulus", "wall.young_modulus", "wall.poisson_ratio"], "known is wall"),
 ]  # fmt: skip
 """Scenes, keys that cannot be told apart in them, and what is said of the known combination."""
 
@@ -305,8 +292,9 @@ def test_a_tied_key_and_a_range() -> None:
     assert isinstance(speed, hc.Striker)
     assert speed.velocity == pytest.approx(SPEED * found.parameters[0].value / E)
     assert abs(found.parameters[0].value - E) < 4 * found.parameters[0].deviation
+    softer = replace(KNOWN, chain=START.chain)
     with pytest.raises(SceneError, match="is at the end of what it can be"):
-        hc.fit(START, experiment(0.01), ["chain.young_modulus=170 GPa:185 GPa", *FREE[1:]])
+        hc.fit(softer, experiment(0.01), ["chain.young_modulus=170 GPa:185 GPa"])
     with pytest.raises(SceneError, match="must be the ends of its range"):
         hc.fit(START, experiment(0.01), ["chain.young_modulus=180 GPa"])
 

@@ -181,7 +181,7 @@ def test_what_is_no_recording(content: bytes, words: str, tmp_path: Path) -> Non
 
 
 @given(text=st.text(st.sampled_from('0123456789,.;\t \n-+eE#%abnif"'), max_size=400))
-@settings(max_examples=200)
+@settings(max_examples=100)
 def test_any_text_is_read_or_refused(text: str, tmp_path_factory: pytest.TempPathFactory) -> None:
     path = tmp_path_factory.getbasetemp() / "any.csv"
     path.write_text(text, encoding="utf-8")

@@ -9,7 +9,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError
 from hertzchain.pulses.noise import Noise, noise_before, noise_within, resolution_of
 from hertzchain.pulses.recording import Recording
-from hertzchain.pulses.signal import averaged, cut_off, no_return, pulse_of, without_negative
+from hertzchain.pulses.signal import averaged, no_return, pulse_of, without_negative
 from tests.recordings import DURATION, FORCE, GAIN, OFFSET, START, sine_squared, times, volts
 
 IMPULSE = FORCE * DURATION / 2  # [N s]
@@ -220,14 +220,6 @@ def test_a_cut_off_top_is_said(equal: int, is_said: bool) -> None:
     force = noisy().force
     found = pulse_of(recording(np.minimum(force, np.sort(force)[-equal]))).warnings
     assert [f"{equal} samples have the largest force" in one for one in found] == [True] * is_said
-
-
-@pytest.mark.parametrize(("equal", "is_said"), [(16, False), (17, True)])
-def test_a_top_of_digits_is_cut_off_where_few_samples_are_a_digit_below(
-    equal: int, is_said: bool
-) -> None:
-    digits = np.repeat(np.arange(11.0), [50, *[1] * 8, 2, equal])
-    assert (cut_off(digits, 1.0) is not None) == is_said
 
 
 @pytest.mark.parametrize("samples", [300, 1000, 3000])

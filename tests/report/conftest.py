@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import hertzchain as hc
+from hertzchain.arrays import FloatArray
+from hertzchain.report.comparison import of_comparison
+from hertzchain.report.figures import figure_of
 from hertzchain.report.waterfall import plot_times
 from hertzchain.verdict.check import Check, Kind
 from tests.conftest import paper_scene
@@ -21,19 +27,19 @@ def compared() -> hc.Comparison:
     """A chain of 12, p = 5, and as if LAMMPS had found peaks one part in a million higher."""
     scene = paper_scene("cosine-triangular", 1.0, 2.0, granules=12)
     found = hc.compare(scene, ["native"], record=plot_times(scene))
-    return with_lammps(found)
+    return with_lammps(found, 1e-6)
 
 
-def with_lammps(found: hc.Comparison) -> hc.Comparison:
+def with_lammps(found: hc.Comparison, part: float) -> hc.Comparison:
+    """As if LAMMPS had found peaks higher by a part of them."""
     native = found.native
-    assert native.history is not None
     higher = replace(
         native,
         backend="lammps",
         method="velocity-verlet, granular",
-        peak_force=native.peak_force * (1 + 1e-6),
-        error_estimate=2e-6,
-        versions={"lammps": "20250722"},
+        peak_force=native.peak_force * (1 + part),
+        error_estimate=2 * part,
+        steps=54321,
     )
     results = {**found.results, "lammps": higher}
     return replace(found, results=results, wanted=("native", "lammps"))
@@ -62,13 +68,19 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
 @pytest.fixture(scope="module")
 def both(native: hc.Comparison) -> hc.Comparison:
     """The same, as if LAMMPS had found peaks one part in a thousand higher."""
-    higher = replace(
-        native.native,
-        backend="lammps",
-        method="velocity-verlet, granular",
-        peak_force=native.native.peak_force * 1.001,
-        error_estimate=2e-3,
-        steps=54321,
-    )
-    results = {**native.results, "lammps": higher}
-    return replace(native, results=results, wanted=("native", "lammps"), checks=(WELL,))
+    return replace(with_lammps(native, 1e-3), checks=(WELL,))
+
+
+def plot_comparison(comparison: hc.Comparison, path: Path) -> None:
+    figure_of(of_comparison(comparison)).write(path)
+
+
+def lines_of(axes: Axes) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """Return x and y of each labelled line; a gap is NaN."""
+    return {
+        str(line.get_label()): (
+            np.asarray(line.get_xdata(), np.float64),
+            np.asarray(line.get_ydata(), np.float64),
+        )
+        for line in axes.get_lines()
+    }

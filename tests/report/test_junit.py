@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import csv
-import json
 import math
 import re
-import sys
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
@@ -16,9 +13,9 @@ from xml.etree import ElementTree
 import pytest
 
 import hertzchain as hc
-from hertzchain.cli import main
 from hertzchain.errors import BackendMissing
 from hertzchain.report.junit import Case, Suite, case, to_xml
+from tests.command_line import Command, is_refused
 from tests.places import ROOT
 
 BEGUN = datetime(2026, 11, 21, 14, 46, 44, tzinfo=UTC)
@@ -137,14 +134,6 @@ def test_hostile_text_goes_through() -> None:
 # The commands
 
 
-def command(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> int:
-    monkeypatch.setattr(sys, "argv", ["hertzchain", *map(str, arguments)])
-    with pytest.raises(SystemExit) as caught:
-        main()
-    assert isinstance(caught.value.code, int)
-    return caught.value.code
-
-
 def of_checks(checks: Sequence[dict[str, object]]) -> dict[object, str | None]:
     """Return the expected JUnit case of each check in the JSON."""
     return {
@@ -161,56 +150,45 @@ def problems(suite: ElementTree.Element) -> dict[object, str | None]:
 
 
 @pytest.mark.lammps
-def test_compare_writes_its_checks(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_compare_writes_its_checks(hertzchain: Command, tmp_path: Path) -> None:
     there = tmp_path / "junit.xml"
-    plot = tmp_path / "plot.svg"
-    options = ("--json", "--plot", plot, "--junit", there)
-    assert command(monkeypatch, "compare", DEMO, *options) == 0
-    found = json.loads(capsys.readouterr().out)
+    done = hertzchain("compare", DEMO, "--json", "--junit", there)
+    assert done.status == 0
     (suite,) = read(there)
     assert suite.attrib["name"] == "hertzchain.compare.demo"
-    assert problems(suite) == of_checks(found["checks"])
+    assert problems(suite) == of_checks(done.json()["checks"])
     assert len(suite) > 10
     assert float(suite.attrib["time"]) > 0
-    assert plot.exists()
 
 
 def test_missing_lammps_is_no_pass(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    hertzchain: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def missing(*_: object) -> hc.Result:
         raise BackendMissing("LAMMPS is not available: install it")
 
     monkeypatch.setattr(hc.Lammps, "run", missing)
     there = tmp_path / "junit.xml"
-    assert command(monkeypatch, "compare", DEMO, "--json", "--junit", there) == 2
-    found = json.loads(capsys.readouterr().out)
+    done = hertzchain("compare", DEMO, "--json", "--junit", there)
+    assert done.status == 2
     (suite,) = read(there)
-    assert problems(suite) == of_checks(found["checks"])
+    assert problems(suite) == of_checks(done.json()["checks"])
     assert problems(suite)["lammps: not run"] == "error"
     (error,) = suite.iter("error")
     assert error.attrib["message"] == "lammps: not run: LAMMPS is not available: install it"
 
 
 def test_a_judgement_is_a_case_with_what_is_wrong(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    demo_reference: hc.Result,
+    hertzchain: Command, tmp_path: Path, demo_reference: hc.Result
 ) -> None:
     peak = demo_reference.peak_force.tolist()
     table, there = tmp_path / "peaks.csv", tmp_path / "junit.xml"
     scene = tmp_path / "my.scene.toml"
     scene.write_text(DEMO.read_text("utf-8"), "utf-8")
     for factor, status in ((1.0, 0), (1.01, 1)):
-        with table.open("w", newline="", encoding="utf-8") as stream:
-            lines = [(2, peak[0]), (3, factor * peak[1]), (5, peak[3])]
-            csv.writer(stream).writerows([("contact", "peak_force_N"), *lines])
-        options = ("--json", "--junit", there)
-        assert command(monkeypatch, "judge", scene, table, *options) == status
-        capsys.readouterr()
+        rows = f"2,{peak[0]}\n3,{factor * peak[1]}\n5,{peak[3]}\n"
+        table.write_text("contact,peak_force_N\n" + rows, "utf-8")
+        assert hertzchain("judge", scene, table, "--json", "--junit", there).status == status
         (suite,) = read(there)
         assert suite.attrib["name"] == "hertzchain.judge.my_scene"  # dots would be folders
         assert problems(suite) == {"verdict": "failure" if status else None}
@@ -218,23 +196,19 @@ def test_a_judgement_is_a_case_with_what_is_wrong(
     assert "1 of 3 judged contacts are off by more than 1.0e-03" in failure.attrib["message"]
 
 
-def test_a_judgement_of_nothing_is_a_failure(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_judgement_of_nothing_is_a_failure(hertzchain: Command, tmp_path: Path) -> None:
     # After so short a run the last contact has not been pressed.
     scene, table, there = (tmp_path / name for name in ("short.toml", "peaks.csv", "junit.xml"))
     text = re.sub(r"\[run\][^[]*", "", DEMO.read_text("utf-8"))
     scene.write_text(text + '\n[run]\nend_time = "50 us"\n', "utf-8")
     table.write_text("contact,peak_force_N\n60,1\n", "utf-8")
-    status = command(monkeypatch, "judge", scene, table, "--junit", there)
-    capsys.readouterr()
-    assert status == 1
+    assert hertzchain("judge", scene, table, "--junit", there).status == 1
     (suite,) = read(there)
     assert problems(suite) == {"verdict": "failure"}
 
 
 def test_what_cannot_be_written_is_refused_before_the_work(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    hertzchain: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def work(*_: object) -> NoReturn:
         raise AssertionError("nothing may be computed")
@@ -242,5 +216,4 @@ def test_what_cannot_be_written_is_refused_before_the_work(
     monkeypatch.setattr(hc.Native, "run", work)
     there = tmp_path / "no" / "junit.xml"
     for arguments in (("compare", DEMO), ("judge", DEMO, "peaks.csv"), ("examine", DEMO, "in.a")):
-        assert command(monkeypatch, *arguments, "--junit", there) == 2
-        assert "does not exist, create it first" in capsys.readouterr().err
+        is_refused(hertzchain(*arguments, "--junit", there), "does not exist, create it first")

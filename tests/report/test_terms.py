@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import ase.io
@@ -10,9 +9,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.errors import SceneError
 from tests.command_line import Command
-from tests.conftest import STEEL
 
 FOLDER = Path(__file__).parents[2] / "validation" / "scenes" / "terms"
 
@@ -36,10 +33,9 @@ def test_a_run_prints_what_the_scene_has(hertzchain: Command, name: str) -> None
     assert "F_SW" not in done.out
 
 
-@pytest.mark.parametrize("name", ["striker_on_a_wall", "precompressed"])
-def test_a_page_and_a_plot(hertzchain: Command, name: str, tmp_path: Path) -> None:
+def test_a_page_and_a_plot(hertzchain: Command, tmp_path: Path) -> None:
     page, plot = tmp_path / "page.html", tmp_path / "plot.svg"
-    scene = FOLDER / f"{name}.toml"
+    scene = FOLDER / "precompressed.toml"
     done = hertzchain("compare", scene, "--backend", "native", "--report", page, "--plot", plot)
     assert done.status == 0
     assert "Eq. 6" not in done.out
@@ -83,17 +79,6 @@ def test_a_trajectory_shows_granules_as_they_are(tmp_path: Path) -> None:
     assert moved == pytest.approx(result.displacement, rel=0, abs=1e-7 * length)
 
 
-def test_history_of_the_force_on_a_wall() -> None:
-    scene = load("striker_on_a_wall")
-    result = hc.Native(rtol=1e-8).run(scene)
-    wall = scene.last_contact
-    recorded = hc.Native(rtol=1e-8).run(scene, record=[result.peak_time[-1]])
-    assert recorded.force_at(wall)[0] == pytest.approx(result.peak_at(wall), rel=1e-8)
-    for ask in (recorded.force_at, recorded.peak_at):
-        with pytest.raises(SceneError, match=f"from 2 to {wall}.* {wall} at the wall"):
-            ask(wall + 1)
-
-
 def test_given_peaks_are_judged_without_a_cause() -> None:
     scene = load("dimer")
     peaks = hc.Native().run(scene).peak_force
@@ -101,12 +86,3 @@ def test_given_peaks_are_judged_without_a_cause() -> None:
     wrong = hc.judge(scene, peaks * 1.01, tolerance=1e-4)
     assert wrong.verdict == "fail"
     assert "unlike granules" in wrong.remarks[0]
-
-
-@pytest.mark.lammps
-def test_other_engines_refuse_by_name() -> None:
-    scene = hc.Scene(hc.Chain(5, **STEEL), hc.Striker(1.0), wall=hc.Wall("same"))
-    with pytest.raises(hc.HertzchainError, match=r"gran/hertz/history has one stiffness.*striker"):
-        hc.Lammps(pair_style="gran/hertz/history", dt=1e-8).run(scene)
-    plain = replace(scene, shock=hc.Pulse("cosine", 1.0, 2.0, momentum_ratio=1.0), wall=None)
-    assert plain.is_plain

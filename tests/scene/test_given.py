@@ -1,4 +1,4 @@
-"""Functions that take a scene take the path of its file, too, and give the same answer."""
+"""Files of scenes: those to start from, and paths in the place of scenes."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ import pytest
 import hertzchain as hc
 from hertzchain.errors import SceneError
 from hertzchain.scene.given import to_scene
+from hertzchain.scene.starters import STARTERS, write_starter
+from hertzchain.scene.usual import unusual_values
 from tests.conftest import paper_scene
 
 SHORT = paper_scene("cosine", 1.0, 2.0, granules=8)
@@ -66,3 +68,42 @@ def test_a_scene_a_path_or_neither(path: Path) -> None:
     for given, start in ((None, "^scene: "), (SHORT.chain, "^scene = 'Chain': ")):
         with pytest.raises(SceneError, match=start + said):
             to_scene(given)  # type: ignore[arg-type]
+
+
+# To start from
+
+
+TERMS = {
+    "pulse": (),
+    "pulse-table": (),
+    "striker": ("striker",),
+    "wall": ("striker", "wall"),
+    "dimer": ("unlike granules",),
+    "cradle": ("moving granules",),
+    "precompressed": ("precompression",),
+    "free-striker": ("striker", "precompression"),
+    "damped": ("striker", "wall", "damping"),
+    "piston": ("piston",),
+    "sine": ("precompression",),
+    "local": ("local shock", "precompression"),
+    "clamped": ("striker", "fixed granules"),
+    "two-walls": ("moving granules", "wall", "near wall"),
+}
+
+
+def test_every_kind_is_here() -> None:
+    assert STARTERS.keys() == TERMS.keys()
+
+
+@pytest.mark.parametrize("kind", TERMS)
+def test_a_starter_runs_and_is_what_its_name_says(kind: str, tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    files = write_starter(kind, path)
+    assert sorted(tmp_path.iterdir()) == sorted(files)
+    scene = hc.Scene.from_toml(path)
+    assert scene.terms == TERMS[kind]
+    assert unusual_values(scene) == []
+    result = hc.Native(rtol=1e-4, wanted="all").run(scene)
+    assert result.error_estimate <= 1e-4
+    assert result.peak_force.min() > 0
+    assert result.warnings == ()

@@ -14,6 +14,7 @@ import hertzchain as hc
 from hertzchain.errors import SceneError
 from hertzchain.scene.keys import Key, keys_of
 from hertzchain.scene.parts import KEYS, key_named
+from hertzchain.scene.usual import unusual, unusual_values
 from tests.conftest import STEEL
 
 PULSE = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0)
@@ -125,8 +126,6 @@ def test_a_key_is_read_in_its_unit() -> None:
 
 @pytest.mark.parametrize("name", [name for name, key in KEYS.items() if key.usual])
 def test_values_beyond_the_usual_are_remarked(name: str) -> None:
-    from hertzchain.scene.usual import unusual
-
     usual = KEYS[name].usual
     assert usual is not None
     low, high = usual
@@ -137,3 +136,31 @@ def test_values_beyond_the_usual_are_remarked(name: str) -> None:
         said = unusual(name, value)
         assert said.startswith(f"{name} = ")
         assert said.endswith(f"(usually {low:g} to {high:g} {KEYS[name].unit})")
+
+
+CHAIN = hc.Chain(3, **STEEL)
+
+
+def test_every_part_is_looked_at() -> None:
+    striker = hc.Striker(velocity=2000.0)
+    wall = hc.Wall("elastic", young_modulus=70.0, poisson_ratio=0.3)
+    law = hc.Contact("viscoelastic", relaxation_time=2.0)
+    granules = replace(CHAIN, radius=(1e-3, 1e-3, 2.5))
+    found = unusual_values(hc.Scene(granules, striker, wall=wall, contact=law))
+    assert [one.partition(" = ")[0] for one in found] == [
+        *("chain.radius", "striker.velocity", "wall.young_modulus", "contact.relaxation_time")
+    ]
+    assert found[0] == "chain.radius = 2.5 m (usually 1e-06 to 0.5 m)"
+
+
+@pytest.mark.parametrize(
+    ("shock", "named"),
+    [
+        (replace(PULSE, peak_force=1e8), "shock.peak_force = 1e+08 N"),
+        (hc.PulseTable((0.0, 1e-5, 2e-5), (0.0, 1e8, 0.0)), "shock.peak_force = 1e+08 N"),
+        (hc.Piston(velocity=1e-6), "shock.velocity = 1e-06 m/s"),
+    ],
+)
+def test_a_shock_is_looked_at(shock: hc.Pulse | hc.PulseTable | hc.Piston, named: str) -> None:
+    (remark,) = unusual_values(hc.Scene(CHAIN, shock))
+    assert remark.startswith(named)

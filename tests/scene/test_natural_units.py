@@ -1,8 +1,9 @@
-"""Natural units against Hertz's law, Newton's law and LAMMPS."""
+"""Mass, stiffness and natural units against the laws of Hertz and Newton."""
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -15,10 +16,31 @@ from hertzchain.scene.natural_units import (
     force_scale,
     natural_units,
 )
-from tests.conftest import paper_scene
+from tests.conftest import STEEL, paper_scene
 
 ROUND_OFF = 1e-14
 """A few dozen roundings of 1e-16."""
+
+
+def chain_with(**changes: Any) -> hc.Chain:
+    """The paper's chain of 60 with something else about it."""
+    return hc.Chain(**{"granules": 60, **STEEL, **changes})
+
+
+def test_mass_is_volume_times_density() -> None:
+    volume = math.pi * 9.5e-3**3 / 6  # of a sphere, from its diameter
+    assert chain_with().granule_mass == pytest.approx(volume * 7958.0, rel=1e-15)  # a few roundings
+
+
+@given(poisson_ratio=st.floats(-0.9, 0.5), radius=st.floats(1e-6, 1e3))
+def test_contact_stiffness_vs_the_hertz_law_of_two_unlike_spheres(
+    poisson_ratio: float, radius: float
+) -> None:
+    """F = 4/3 E* sqrt(R*) overlap^(3/2) with 1/E* = 2 (1 - nu^2) / E and 1/R* = 2 / R."""
+    chain = chain_with(poisson_ratio=poisson_ratio, radius=radius)
+    modulus = 1 / (2 * (1 - poisson_ratio**2) / 193e9)
+    expected = 4 / 3 * modulus * math.sqrt(1 / (1 / radius + 1 / radius))
+    assert chain.contact_stiffness == pytest.approx(expected, rel=1e-15)  # a few roundings
 
 
 factor = st.floats(1e-6, 1e6)

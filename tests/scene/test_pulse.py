@@ -79,6 +79,8 @@ def test_a_table_is_linear_between_its_rows() -> None:
     time, force = np.cumsum(rng.random(50)), rng.random(50)
     table = hc.PulseTable(tuple(time.tolist()), tuple(force.tolist()))
     ramps = table.ramps()
+    assert hc.PulseTable(tuple(time), tuple(force)) == table
+    assert {type(value) for value in hc.PulseTable(tuple(time), tuple(force)).force} == {float}
     assert table.peak_force == max(force)
     assert [ramp.start for ramp in ramps] == time[:-1].tolist()
     assert [ramp.end for ramp in ramps] == time[1:].tolist()

@@ -43,7 +43,6 @@ none => [chain]: missing section
 shock => [chain]: missing section
 chain => [shock]: missing section
 none chain=[{granules=60}]; shock={} => chain =
-none chains={}; shock={} => chains =
 pulse colour=1 => colour = 1: unknown key, allowed are the sections
 pulse wal={} => did you mean wall?
 pulse chain.granules=1 => chain.granules = 1: must be an integer from 2
@@ -51,8 +50,6 @@ pulse chain.diameter="9.5 mm" => chain.diameter = '9.5 mm': unknown key: write r
 pulse chain.granule=60 => chain.granule = 60: unknown key, allowed are granules,
 pulse -chain.granules => chain.granules: missing
 pulse chain.radius="4.75 s" => chain.radius = '4.75 s': has the wrong dimension
-pulse chain.radius=true => chain.radius = True: must be a number [m]
-pulse chain.radius=[1, 2] => chain.radius = [1, 2]: must be a number [m]
 pulse chain.radius="-4.75 mm" => chain.radius = '-4.75 mm': must be a finite number above 0
 pulse run.end_tim=1 => run.end_tim = 1: unknown key, allowed are end
 pulse -shock.duration_ratio => shock.duration_ratio: missing
@@ -60,18 +57,13 @@ pulse -shock.momentum_ratio => shock.momentum_ratio or rise_time: missing
 pulse shock.rise_time=1 => both are given
 pulse -shock.profile => shock.profile: missing
 pulse shock.profile="box" => shock.profile = 'box': must be one of cosine, triang
-pulse shock.profile=["cosine"] => shock.profile = ['cosine']
 pulse shock.file="pulse.csv" => shock.file = 'pulse.csv': unknown key
 pulse chain.radius=1e300 => too large or too small
-pulse chain.radius=1e-300 => too large or too small
 pulse chain.density=1e-320 => too large or too small
-pulse shock.duration_ratio=1.7e308 => too large or too small
 pulse -shock.momentum_ratio; shock.rise_time=1e308 => too large or too small
 pulse chain.radius=1e-105; shock.peak_force=1 => too small to be represented; check the units
 pulse chain.young_modulus=1e-308; shock.peak_force=1e-300 => too small to be represented
 pulse shock.peak_force=1e-310 => too small to be represented
-pulse shock.peak_force=1e-187 => too small to be represented
-pulse chain.radius=1e-105; chain.density=1e20; shock.peak_force=1 => too small to be represented
 pulse chain.young_modulus=1e300; shock.peak_force=1e-20 => too small to be represented
 pulse chain.density=1e-290; chain.young_modulus=1e-10; shock.peak_force=1e-30 => too small to be represented
 pulse chain.density=1e-250; shock.peak_force=1e140 => too small to be represented
@@ -87,9 +79,6 @@ piston shock.velocity=1; shock.file="motion.csv" => shock.velocity = 1: not allo
 piston shock.velocity=1; shock.peak_force=1 => shock.peak_force = 1: unknown key
 piston shock.file="none.csv" => shock.file = 'none.csv': cannot be read
 pulse shock.granule=0 => shock.granule = 0: must be an integer of at least 1
-sine shock.cycles=50001 => must be an integer from 1 to 50000
-sine -shock.frequency => shock.frequency: missing
-sine shock.peak_force=3 => shock.peak_force = 3: unknown key
 sine -precompression.force => shock.amplitude = 5.0: must be at most the static load
 sine precompression.force=4.9999999 => shock.amplitude = 5.0: must be at most the static load
 sine wall.kind="rigid"; -precompression.force; precompression.gravity=1e4 => shock.amplitude = 5.0: must be at most
@@ -112,7 +101,6 @@ pulse precompression.gravity=9.81 => precompression.gravity = 9.81: needs a [wal
 pulse precompression.force=20; chain.gap=1e-6 => chain.gap: must be 0 with [precompression]
 pulse precompression.force=20; wall={kind="same", gap=1e-6} => wall.gap = 1e-06: must be 0 with [precompression]
 pulse wall={} => wall.kind: missing, must be one of rigid, same, elastic
-pulse wall={kind="elastic", poisson_ratio=0.3} => wall.young_modulus: missing
 pulse wall={kind="rigid", young_modulus=1e9} => wall.young_modulus = 1000000000.0: only a wall of kind "elastic" has it
 pulse chain.segments=[{granules=60, cell=[{}, {yield_strength=2e7}]}] => needs chain.yield_strength
 pulse wall={kind="rigid", yield_strength=3e8} => only a wall of kind
@@ -121,7 +109,6 @@ pulse gauge=[{}] => gauge.granule or contact: missing
 pulse gauge=[{granule=3, contact=3}] => gauge.granule and contact: both are given
 pulse gauge=[{granule=1}] => gauge.granule = 1: must be a granule from 2 to 60
 pulse gauge=[{contact=61}] => gauge.contact = 61: must be a contact from 2 to 60
-pulse gauge=[{granule=2.5}] => must be an integer
 pulse gauge=[{bead=3}] => unknown key, allowed are granule, contact
 pulse contact.restitution=0.9 => contact.damping: missing, must be one of restitution, viscoelastic, dashpot
 pulse contact.damping="restitution" => contact.restitution: missing
@@ -213,20 +200,15 @@ PUSH, MOVE = "time_s,force_N\n0,1\n", "time_s,displacement_m\n1e-5,0\n"
 
 TABLES: list[tuple[str, str, str]] = [
     ("table", "", "time_s,force_N"),
-    ("table", "t,f\n0,1\n1,1\n", "time_s,force_N"),
     ("table", "time_s;force_N\n0;1\n1;1\n", "time_s,force_N"),
     ("table", PUSH, "at least 2 rows"),
     ("table", PUSH + "1,one\n", "row 2 = '1,one': must be 2 numbers"),
     ("table", PUSH + "1\n", "row 2 = '1': must be 2 numbers"),
-    ("table", PUSH + "1,1,2\n", "row 2 = '1,1,2': must be 2 numbers"),
     ("table", PUSH.replace("0", "-1e-9") + "1,1\n", "time_s in row 1 = -1e-09: must be at least 0"),
     ("table", PUSH + "0,2\n", "time_s in row 2 = 0.0: must be above 0.0"),
-    ("table", PUSH + "2,1\n1,1\n", "time_s in row 3 = 1.0: must be above 2.0"),
     ("table", PUSH + "inf,1\n", "time_s in row 2 = inf: must be"),
-    ("table", PUSH + "nan,1\n", "time_s in row 2 = nan: must be"),
     ("table", PUSH + "1,-1e-9\n", "force_N in row 2 = -1e-09: must be"),
     ("table", PUSH + "1,1e999\n", "force_N in row 2 = inf: must be"),
-    ("table", PUSH + "1,nan\n", "force_N in row 2 = nan: must be"),
     ("table", PUSH.replace("1", "0") + "1,0\n", "force_N"),
     ("table", PUSH + "1,\x00\n", "row 2"),
     ("table", "\x89PNG\r\n\x1a\n\x00\udcff\xfe", "must be a CSV file"),
@@ -241,7 +223,6 @@ TABLES: list[tuple[str, str, str]] = [
     ),
     ("file", GRANULES.replace(",gap_m", "") + TWO, "first line = 'radius_m,young_modulus_Pa"),
     ("file", GRANULES + TWO + "1,2,3\n", "row 3 = '1,2,3': must be 5 numbers"),
-    ("file", GRANULES + TWO + "a,b,c,d,e\n", "row 3 = 'a,b,c,d,e': must be 5 numbers"),
     ("file", GRANULES + TWO.partition("\n")[0], "granules = 1: must be an integer from 2"),
     ("file", GRANULES + TWO.replace("0.004", "-1"), "radius of granule 2 = -1.0"),
 ]

@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 
 import hertzchain as hc
 from hertzchain.errors import OutputError, SceneError
-from tests.conftest import STEEL
 from tests.scene.test_scene import CHAIN
 from validation.random_scenes import (
     KINDS,
@@ -23,8 +22,6 @@ from validation.random_scenes import (
     thrown,
     with_wall_of_its_own,
 )
-
-# Writing
 
 
 def with_terms(rng: np.random.Generator, longest: int) -> hc.Scene:
@@ -67,29 +64,3 @@ def test_a_scene_that_cannot_be_written_is_an_error(tmp_path: Path, demo: hc.Sce
         with pytest.raises(OutputError):
             demo.to_toml(path)
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_scene_of_numpy_numbers_vs_one_of_plain_numbers(tmp_path: Path) -> None:
-    """Arrays are accepted, and texts for TOML, CSV and LAMMPS do not depend on them."""
-    from hertzchain.engines.lammps.deck import leg_commands, set_up
-
-    steel = {key: np.float64(value) for key, value in STEEL.items()}
-    row = np.array([0.0, 1e-5, 100.0])
-    for plain, numpy in (
-        (
-            hc.Scene(CHAIN, hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1e-5), hc.Run(1e-5)),
-            hc.Scene(
-                hc.Chain(60, **steel),
-                hc.Pulse("cosine", row[2], np.float64(2.0), momentum_ratio=row[1]),
-                hc.Run(row[1]),
-            ),
-        ),
-        (
-            hc.Scene(CHAIN, hc.PulseTable((0.0, 1e-5), (0.0, 100.0))),
-            hc.Scene(hc.Chain(60, **steel), hc.PulseTable(tuple(row[:2]), tuple(row[::2]))),
-        ),
-    ):
-        assert there_and_back(numpy, tmp_path).ramps == plain.ramps
-        assert set_up(numpy) == set_up(plain)
-        legs, expected = numpy.schedule(1e-7), plain.schedule(1e-7)
-        assert leg_commands(numpy, legs[0], None) == leg_commands(plain, expected[0], None)

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 import hertzchain as hc
-from tests.sweeps.dask_processes import scheduler
-from tests.sweeps.drawn import BASE, LAMMPS, RATIO, N
-from tests.sweeps.texts import CHAIN_SECTION, SEGMENTS, SHOCK
+from tests.sweeps.made import BASE, CHAIN_SECTION, LAMMPS, RATIO, SEGMENTS, SHOCK, N
 
 
 @pytest.fixture
@@ -50,10 +47,3 @@ def sampled() -> hc.Sweep:
 def failing() -> hc.Sweep:
     """The fourth of five forces presses granules into one another, and so does the fifth."""
     return hc.sweep(BASE, {"shock.peak_force": "1e12,10,100,1000,1e13"})
-
-
-@pytest.fixture(scope="module")
-def lonely(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """The address of a scheduler: tests bring workers, and take them away again."""
-    with scheduler(tmp_path_factory.mktemp("lonely")) as (address, _):
-        yield address

@@ -1,4 +1,4 @@
-"""Scenes, grids and helpers that tests of sweeps share."""
+"""Scenes, texts, grids and helpers that tests of sweeps share."""
 
 from __future__ import annotations
 
@@ -19,6 +19,37 @@ GRID: dict[str, Any] = {
     "shock.profile": ["cosine", "triangular"],
 }
 
+BASE = paper_scene("cosine", 1.0, 4.0, granules=12)
+RATIO, N, P = "shock.momentum_ratio", "shock.duration_ratio", "transition_granules"
+F_SW = "solitary_wave_force_N"
+LAMMPS = hc.Lammps(rtol=1e-3)  # sees the p and the order of the lines that native sees
+
+CHAIN_SECTION = """
+[chain]
+granules = 6
+radius = "4.75 mm"
+young_modulus = "193 GPa"
+poisson_ratio = 0.3
+density = "7958 kg/m^3"
+"""
+SEGMENTS = """
+[[chain.segments]]
+granules = 4
+cell = [{}, { young_modulus = "1.46 GPa", poisson_ratio = 0.46, density = "2.2 g/cm^3" }]
+[[chain.segments]]
+granules = 2
+radius = "4 mm"
+radius_ratio = 0.9
+gap = "1 um"
+"""
+SHOCK = """
+[shock]
+profile = "cosine"
+peak_force = "100 N"
+duration_ratio = 2
+momentum_ratio = 1.0
+"""
+
 
 def all_scenes(found: Design) -> list[hc.Scene]:
     numbers = np.arange(found.scenes)
@@ -36,3 +67,11 @@ def has_numbers(row: Mapping[Any, Any], numbers: Mapping[str, Any]) -> None:
     for name in filter(is_result, row):
         found, wanted = None if pd.isna(row[name]) else row[name], numbers.get(name)
         assert found == (wanted or None if name in COUNTS else wanted), name
+
+
+def drawn_lines(figure: Any) -> list[tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]]:
+    return [line.get_data() for line in figure.axes[0].lines]
+
+
+def legend(figure: Any) -> list[str]:
+    return [text.get_text() for text in figure.legends[0].get_texts()]

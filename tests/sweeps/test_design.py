@@ -19,8 +19,6 @@ from hertzchain.sweeps.design import MOST_SCENES, design
 from hertzchain.sweeps.parts import MOST_PEAKS, cut, part_size
 from tests.sweeps.made import GRID, SHORT, all_scenes
 
-# Scenes
-
 
 @pytest.mark.parametrize("log", [False, True])
 def test_a_grid_takes_both_ends_to_the_last_digit(log: bool) -> None:
@@ -104,14 +102,12 @@ def test_samples_fill_their_ranges_evenly_and_meet_every_combination() -> None:
     assert np.abs(np.corrcoef([np.log(ratio), n, granules])[np.triu_indices(3, 1)]).max() < 0.02
 
 
-def test_a_sample_follows_from_its_number_and_the_seed() -> None:
+def test_another_seed_draws_other_samples() -> None:
     vary: dict[str, Any] = {"shock.momentum_ratio": "0.1:10:log", "shock.duration_ratio": "1.5:6"}
-    whole = design(SHORT, vary, samples=500).parameters(np.arange(500))
-    some = design(SHORT, vary, samples=500).parameters(np.arange(123, 130))
-    other = design(SHORT, vary, samples=500, seed=1).parameters(np.arange(500))
-    for name in vary:
-        assert some[name].tolist() == whole[name][123:130].tolist()
-        assert not set(other[name]) & set(whole[name])
+    one, other = (
+        design(SHORT, vary, samples=500, seed=seed).parameters(np.arange(500)) for seed in (0, 1)
+    )
+    assert not any(set(one[name]) & set(other[name]) for name in vary)
 
 
 @settings(deadline=None, max_examples=50)
@@ -139,18 +135,14 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"vary": {"radius": "1,2", "chain.radius": "1,2"}}, "chain.radius: given twice"),
     ({"vary": {"chain.granules": "8,1000001"}}, "must be at most 1,000,000 in a sweep"),
     ({"vary": {"chain.radius": "1:2:2.5"}}, "must have at least 2 values"),
-    ({"vary": {"shock.momentum_ratio": "2:1:5"}}, "is empty: the first end must be below"),
     ({"vary": {"shock.momentum_ratio": "1:1:5"}}, "is empty: the first end must be below"),
-    ({"vary": {"shock.momentum_ratio": "1:2:0"}}, "must have at least 2 values"),
     ({"vary": {"shock.momentum_ratio": "1:2:1"}}, "must have at least 2 values"),
     ({"vary": {"shock.momentum_ratio": "1:2:x"}}, "must have at least 2 values"),
     ({"vary": {"shock.momentum_ratio": "1:2:3:4"}}, "must be A,B,C or LOW:HIGH:COUNT"),
-    ({"vary": {"shock.momentum_ratio": "1:2:3:4:log"}}, "must be A,B,C or LOW:HIGH:COUNT"),
     ({"vary": {"shock.momentum_ratio": "1:log"}}, "must be a number"),
     ({"vary": {"chain.gap": "0:2:5:log"}}, "above 0 at both ends to be logarithmic"),
     ({"vary": {"shock.momentum_ratio": "0:2:5"}}, "shock.momentum_ratio = 0.0: must be a finite"),
     ({"vary": {"shock.momentum_ratio": "nan:2:5"}}, "= nan: must be a finite number"),
-    ({"vary": {"shock.momentum_ratio": "1:inf:5"}}, "= inf: must be a finite number"),
     ({"vary": {"shock.momentum_ratio": ""}}, "must be a number"),
     ({"vary": {"shock.momentum_ratio": []}}, "must take 1 to 100,000 values"),
     ({"vary": {"shock.momentum_ratio": [1, 1.0]}}, "must not have a value twice"),
@@ -180,11 +172,8 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"vary": [("shock.momentum_ratio", "1,2")]}, "vary: must be a mapping"),
     ({"vary": {3: "1,2"}}, "cannot vary; what can vary: "),
     ({"vary": {"shock.momentum_ratio": 1.0}}, "must be a list of values, or text"),
-    ({"vary": {"shock.momentum_ratio": np.float64(1)}}, "must be a list of values, or text"),
-    ({"vary": {"shock.momentum_ratio": np.array(1.0)}}, "must be a list of values, or text"),
     ({"vary": {"shock.momentum_ratio": np.ones((2, 2))}}, "must be a list of values, or text"),
     ({"vary": {"shock.momentum_ratio": b"12"}}, "must be a list of values, or text"),
-    ({"vary": {"shock.momentum_ratio": {1.0: 2.0}}}, "must be a list of values, or text"),
     ({"vary": {"shock.profile": [["cosine"]]}}, "must be the name of a profile"),
 ]
 

@@ -17,15 +17,13 @@ from hertzchain.errors import HertzchainError, SceneError
 from hertzchain.scene.pulse import PROFILES
 from hertzchain.sweeps import measuring
 from hertzchain.sweeps import parts as parts_of_sweeps
-from hertzchain.sweeps.columns import ALL, COLUMNS, is_result, numbers_of
+from hertzchain.sweeps.columns import ALL, COLUMNS, is_result
 from hertzchain.sweeps.design import design
-from hertzchain.sweeps.parts import Part, is_short
+from hertzchain.sweeps.parts import Part, is_batched, is_short
 from hertzchain.sweeps.table import Rows
 from tests.command_line import MAIN, process
 from tests.conftest import paper_scene
-from tests.sweeps.made import GRID, SHORT, all_scenes, has_numbers, rows_of
-
-# Results
+from tests.sweeps.made import GRID, SHORT, all_scenes
 
 
 @pytest.mark.parametrize("room", [0.99, 1.01])
@@ -75,14 +73,6 @@ def test_rows_of_the_compiled_batch_are_those_of_single_runs() -> None:
         assert np.median(late) < 1e-3
 
 
-def test_what_a_run_of_the_batch_costs_is_counted() -> None:
-    sweep = hc.sweep(SHORT, GRID, rtol=1e-6)
-    for row in sweep.to_frame().to_dict("records"):
-        ratio, profile = row["shock.momentum_ratio"], row["shock.profile"]
-        alone = hc.similar_peak_forces(profile, ratio, 2.0, 12, rtol=1e-6)
-        assert row["force_evaluations"] == alone.force_evaluations[0]
-
-
 def filled(batch: Batch, force: float) -> tuple[pd.DataFrame, list[bool]]:
     """The row of a scene whose batch this is, and whether it was refused."""
     given = design(SHORT, {"shock.peak_force": [force]}).parameters(np.arange(1))
@@ -115,23 +105,6 @@ def test_a_batch_without_a_sure_digit_fills_in_nothing(error: float) -> None:
     found = [column.name for column in ALL if is_result(column.name)]
     assert table.loc[0, [*found, "failure"]].isna().all()
     assert filled(batch, 1e9)[1] == [True]  # too deep
-
-
-def test_what_the_batch_does_not_take_is_run_scene_by_scene() -> None:
-    cases: list[tuple[hc.Scene, dict[str, Any]]] = [
-        (SHORT, {"run.end_time": "0.1 ms,0.3 ms"}),
-        (replace(SHORT, run=hc.Run(1e-4)), {"shock.momentum_ratio": "0.5,1"}),
-    ]
-    for scene, vary in cases:
-        sweep = hc.sweep(scene, vary, peaks=True)
-        scenes = all_scenes(design(scene, vary))
-        for k, (row, one) in enumerate(zip(*rows_of(sweep), scenes, strict=True)):
-            result = hc.Native(rtol=1e-6, peaks_only=True).run(one)
-            own = sweep.peaks_to_frame().query(f"scene == {k}")
-            assert own["peak_force_N"].tolist() == result.peak_force.tolist()
-            assert own["peak_time_s"].dropna().tolist() == [t for t in result.peak_time if t == t]  # noqa: PLR0124
-            assert row["shock.momentum_ratio"] == one.momentum_ratio
-            has_numbers(row, numbers_of(result))
 
 
 def test_a_scene_that_fails_is_a_row_with_the_reason_a_single_run_has() -> None:
@@ -180,7 +153,6 @@ def test_accuracy_that_is_missed_is_counted(monkeypatch: pytest.MonkeyPatch) -> 
     ("backends", "words"),
     [
         ((), "must be at least one"),
-        (("gromacs",), "backends = 'gromacs': must be one of native, lammps"),
         ("gromacs", "backends = 'gromacs': must be one of native, lammps"),
         (None, "must be Native, Lammps or the name"),
         (("native", hc.Native(rtol=1e-4)), "must not be given twice"),
@@ -206,6 +178,17 @@ def test_backends_that_cannot_be_are_refused(backends: Iterable[Any], words: str
 def test_few_scenes_start_no_process(backend: Any, scenes: int, short: bool) -> None:
     found = design(SHORT, {"shock.momentum_ratio": f"0.5:2:{scenes}"})
     assert is_short(found, backend) == short
+
+
+@pytest.mark.parametrize(
+    ("scene", "vary"),
+    [
+        (SHORT, {"run.end_time": "0.1 ms,0.3 ms"}),
+        (replace(SHORT, run=hc.Run(1e-4)), {"shock.momentum_ratio": "0.5,1"}),
+    ],
+)
+def test_runs_with_an_end_of_their_own_are_no_batch(scene: hc.Scene, vary: dict[str, str]) -> None:
+    assert not is_batched(design(scene, vary), hc.Native())
 
 
 def test_where_scenes_are_measured_changes_no_value(monkeypatch: pytest.MonkeyPatch) -> None:

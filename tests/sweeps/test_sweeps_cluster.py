@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import logging
+import os
 import signal
 import subprocess
 import sys
@@ -15,10 +18,76 @@ import pytest
 from pandas.testing import assert_frame_equal
 
 import hertzchain as hc
-from hertzchain.errors import RunFailed
+from hertzchain.errors import BackendMissing, HertzchainError, RunFailed
+from hertzchain.sweeps import cluster
 from tests.command_line import MAIN
 from tests.conftest import paper_scene
-from tests.sweeps.dask_processes import await_workers, kill, scheduler, worker
+from tests.processes import wait_for
+
+_MOMENT = 0.05  # time between two checks of starting processes [s]
+_PATIENCE = 60.0  # waiting time for starting processes [s]
+
+
+@contextmanager
+def running(command: list[str], log: Path) -> Iterator[subprocess.Popen[bytes]]:
+    """A module of Python as a process, with all processes it starts; killed in the end."""
+    with log.open("ab") as stream:
+        process = subprocess.Popen(
+            [sys.executable, "-m", *command], cwd=log.parent, start_new_session=True,
+            stdin=subprocess.DEVNULL, stdout=stream, stderr=stream,
+        )  # fmt: skip
+    try:
+        yield process
+    finally:
+        kill(process)
+
+
+def kill(process: subprocess.Popen[bytes]) -> None:
+    """Kill a process and those that it has started, but for those with a session of their own."""
+    with suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+
+
+@contextmanager
+def scheduler(folder: Path, port: int = 0) -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
+    """A Dask scheduler on loopback, on a free port or on this one: its address, and itself."""
+    described = folder / "scheduler.json"
+    described.unlink(missing_ok=True)
+    command = ["distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", str(port)]
+    command += ["--no-dashboard", "--dashboard-address", "127.0.0.1:0"]
+    command += ["--scheduler-file", str(described)]
+    with running(command, log := folder / "scheduler.log") as process:
+        until = time.monotonic() + _PATIENCE
+        while True:
+            try:
+                address: str = json.loads(described.read_text(encoding="utf-8"))["address"]
+                break
+            except (FileNotFoundError, ValueError):  # not started yet, or not complete
+                if process.poll() is not None or time.monotonic() > until:
+                    raise RuntimeError(log.read_text(encoding="utf-8")) from None
+                time.sleep(_MOMENT)
+        yield address, process
+
+
+@contextmanager
+def worker(
+    address: str, folder: Path, *options: str, name: str = "worker"
+) -> Iterator[subprocess.Popen[bytes]]:
+    """Start a Dask worker of one thread; it is there a second or so later."""
+    command = ["distributed.cli.dask_worker", address, "--nthreads", "1", "--no-dashboard"]
+    command += ["--name", name, "--local-directory", str(folder), *options]
+    with running(command, folder / f"{name}.log") as process:
+        yield process
+
+
+def await_workers(address: str, count: int) -> None:
+    """Wait until a scheduler has so many workers."""
+    from distributed import Client
+
+    with Client(address, set_as_default=False) as client:
+        client.wait_for_workers(count, timeout=_PATIENCE)
+
 
 SCENE = paper_scene("cosine-triangular", 2.0, 2.0, granules=16)
 RATIOS = {"shock.momentum_ratio": "0.5:4:16:log"}
@@ -27,29 +96,11 @@ PATIENCE = 120.0
 """With processes, on a machine that does other things, too [s]."""
 
 
-Workers = list[subprocess.Popen[bytes]]
-
-
-@contextmanager
-def cluster_of(folder: Path, workers: int = 2, *options: str) -> Iterator[tuple[str, Workers]]:
-    """A scheduler and workers without nannies: its address, and the workers."""
-    with ExitStack() as stack:
-        address, _ = stack.enter_context(scheduler(folder))
-        started = [
-            stack.enter_context(
-                worker(address, folder, "--no-nanny", *options, name=f"worker-{number}")
-            )
-            for number in range(workers)
-        ]
-        await_workers(address, workers)
-        yield address, started
-
-
 @pytest.fixture(scope="module")
-def two(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, Workers]]:
-    """A cluster of two workers: its address, and the workers."""
-    with cluster_of(tmp_path_factory.mktemp("two")) as both:
-        yield both
+def lonely(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """The address of a scheduler: tests bring workers, and take them away again."""
+    with scheduler(tmp_path_factory.mktemp("lonely")) as (address, _):
+        yield address
 
 
 def sweep(
@@ -71,21 +122,18 @@ def here() -> hc.Sweep:
 PARTS = 16
 
 
-def command(folder: Path, address: str, rtol: float = 1e-2) -> list[str]:
+@contextmanager
+def started(folder: Path, address: str) -> Iterator[subprocess.Popen[str]]:
     """A sweep by LAMMPS as a command, in 16 parts of two scenes."""
     SCENE.to_toml(folder / "chain.toml")
-    return [
+    command = [
         *(sys.executable, "-c", MAIN),
         *("sweep", "chain.toml", "--vary", "shock.momentum_ratio=0.5:4:32:log"),
-        *("--backend", "lammps", "--rtol", str(rtol), "-o", "out"),
+        *("--backend", "lammps", "--rtol", "1e-2", "-o", "out"),
         *("--scheduler", address),
     ]
-
-
-@contextmanager
-def started(folder: Path, address: str, rtol: float = 1e-2) -> Iterator[subprocess.Popen[str]]:
     with subprocess.Popen(
-        command(folder, address, rtol),
+        command,
         cwd=folder,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -96,20 +144,6 @@ def started(folder: Path, address: str, rtol: float = 1e-2) -> Iterator[subproce
             yield process
         finally:
             process.kill()
-
-
-def run(folder: Path, address: str, rtol: float = 1e-2) -> tuple[int, str]:
-    """Run such a command; return its status and standard error."""
-    with started(folder, address, rtol) as process:
-        _, said = process.communicate(timeout=PATIENCE)
-    return process.returncode, said
-
-
-def await_that(condition: Callable[[], object]) -> None:
-    until = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < until
-        time.sleep(0.05)
 
 
 def done_parts(folder: Path) -> int:
@@ -128,19 +162,6 @@ def lammps_processes(workers: Sequence[subprocess.Popen[bytes]]) -> list[psutil.
                 if "hertzchain.engines.lammps.isolation" in " ".join(one.cmdline())
             ]
     return found
-
-
-# Results
-
-
-@pytest.mark.slow
-@pytest.mark.lammps
-def test_tables_are_those_of_this_machine(two: tuple[str, Workers]) -> None:
-    """Processes for LAMMPS end with the sweep."""
-    address, workers = two
-    backends = (hc.Native(rtol=1e-4), LAMMPS)
-    assert_same(sweep(address, backends), sweep(None, backends))
-    assert not lammps_processes(workers)
 
 
 @pytest.mark.slow
@@ -175,7 +196,7 @@ def test_ctrl_c_leaves_workers_idle_and_it_goes_on(lonely: str, tmp_path: Path) 
 
     with worker(lonely, tmp_path, "--no-nanny") as only:
         with started(tmp_path, lonely) as process:
-            await_that(lambda: done_parts(tmp_path) >= 2)
+            wait_for(lambda: done_parts(tmp_path) >= 2)
             process.send_signal(signal.SIGINT)
             _, said = process.communicate(timeout=PATIENCE)
         assert process.returncode == 130
@@ -183,11 +204,12 @@ def test_ctrl_c_leaves_workers_idle_and_it_goes_on(lonely: str, tmp_path: Path) 
         assert said.count("\n") == 2  # and where it is
         assert 2 <= done_parts(tmp_path) < PARTS
         with Client(lonely, set_as_default=False) as client:
-            await_that(lambda: not any(client.processing().values()))
-            await_that(lambda: not any(client.call_stack().values()))
-        await_that(lambda: not lammps_processes([only]))
-        status, said = run(tmp_path, lonely)
-        assert status == 0
+            wait_for(lambda: not any(client.processing().values()))
+            wait_for(lambda: not any(client.call_stack().values()))
+        wait_for(lambda: not lammps_processes([only]))
+        with started(tmp_path, lonely) as process:
+            _, said = process.communicate(timeout=PATIENCE)
+        assert process.returncode == 0
         assert said.endswith(" of 32 rows are there, resuming\n")
     assert hc.Sweep.load(tmp_path / "out").to_frame()["scene"].tolist() == list(range(32))
 
@@ -202,5 +224,74 @@ def test_a_part_that_ends_workers_is_named(tmp_path: Path, monkeypatch: pytest.M
         encoding="utf-8",
     )
     lost = pytest.raises(RunFailed, match="was lost with worker after worker")
-    with cluster_of(tmp_path, 1, "--preload", str(deadly)) as (address, _), lost:
+    preloaded = ("--no-nanny", "--preload", str(deadly))
+    with scheduler(tmp_path) as (address, _), worker(address, tmp_path, *preloaded), lost:
         sweep(address, ["native"])
+
+
+# Workers without this hertzchain
+
+WITHOUT = """
+import importlib.metadata as metadata
+import sys
+
+sys.modules["hertzchain"] = None
+find = metadata.Distribution.from_name.__func__
+
+def from_name(cls, name):
+    if name == "hertzchain":
+        raise metadata.PackageNotFoundError(name)
+    return find(cls, name)
+
+metadata.Distribution.from_name = classmethod(from_name)
+"""
+
+
+def without_hertzchain(folder: Path) -> None:
+    """Let a Python that has this folder on its path have none."""
+    (folder / "sitecustomize.py").write_text(WITHOUT, encoding="utf-8")
+
+
+def other_hertzchain(folder: Path) -> None:
+    """Let a Python that has this folder on its path have another."""
+    described = folder / "hertzchain-99.0.dist-info"
+    described.mkdir()
+    text = "Metadata-Version: 2.1\nName: hertzchain\nVersion: 99.0\n"
+    (described / "METADATA").write_text(text, encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("differ", "error", "said"),
+    [
+        (without_hertzchain, BackendMissing, "pip install 'hertzchain=="),
+        (other_hertzchain, RunFailed, "has hertzchain 99.0, this is "),
+    ],
+)
+def test_workers_without_this_hertzchain_are_named(
+    differ: Callable[[Path], None],
+    error: type[HertzchainError],
+    said: str,
+    lonely: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """They come when the sweep is waiting for workers."""
+    before = tmp_path / "before"
+    before.mkdir()
+    differ(before)
+    with ExitStack() as stack:
+
+        class Handler(logging.Handler):
+            def emit(self, _: logging.LogRecord) -> None:
+                path = os.pathsep.join([str(before), os.environ.get("PYTHONPATH", "")])
+                with monkeypatch.context() as changed:
+                    changed.setenv("PYTHONPATH", path)
+                    stack.enter_context(worker(lonely, tmp_path, "--no-nanny"))
+
+        waiting = logging.getLogger(cluster.__name__)
+        waiting.addHandler(handler := Handler())
+        stack.callback(waiting.removeHandler, handler)
+        with pytest.raises(error, match=said) as it:
+            sweep(lonely, output=tmp_path / "out")
+        assert "\n" not in str(it.value)
+        assert not (tmp_path / "out").exists()  # made, but for nothing

@@ -1,4 +1,4 @@
-"""Pictures of sweeps: they show the values of the tables, and report what they omit."""
+"""Pictures of sweeps show the values of the tables, and report what they omit."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.colors import BoundaryNorm, LogNorm
 
 import hertzchain as hc
 from hertzchain.sweeps.columns import COLUMNS, full_name
-from hertzchain.sweeps.drawing import draw
+from hertzchain.sweeps.drawing import cell_edges, draw
+from tests.command_line import Command, is_refused
 from tests.conftest import paper_scene
-from tests.sweeps.drawn import BASE, F_SW, RATIO, N, P, drawn_lines, legend
+from tests.sweeps.made import BASE, F_SW, LAMMPS, RATIO, N, P, drawn_lines, legend
 
 pytestmark = pytest.mark.lammps  # sweeps by native and LAMMPS
-
-# Lines
 
 
 def test_a_line_for_each_profile_is_what_the_table_has(both: hc.Sweep) -> None:
@@ -51,15 +51,6 @@ def test_backends_are_told_apart_where_nothing_is_asked_for(both: hc.Sweep) -> N
     assert drawn.remarks[0] in drawn.figure.get_supxlabel().replace("\n", " ")
 
 
-def test_one_line_where_nothing_else_varies(both: hc.Sweep) -> None:
-    where = {"backend": "native", "profile": "triangular"}
-    drawn = draw(both, RATIO, F_SW, where=where)
-    assert len(drawn_lines(drawn.figure)) == 1
-    assert drawn.figure.legends == []
-    assert drawn.figure.axes[0].get_title() == "backend native, profile triangular"
-    assert drawn.remarks == ()
-
-
 def test_many_values_have_a_colour_bar() -> None:
     swept = hc.sweep(BASE, {RATIO: "0.1:2:3:log", N: "2:300:12:log"})
     figure = swept.plot(RATIO, "overlap_ratio", N)
@@ -86,9 +77,6 @@ def test_too_many_lines_are_refused() -> None:
         draw(swept, RATIO, "largest_peak_force_N")
 
 
-# Points
-
-
 def test_a_sample_is_points(sampled: hc.Sweep) -> None:
     drawn = draw(sampled, RATIO, F_SW, "shock.profile")
     table = sampled.to_frame()
@@ -102,17 +90,6 @@ def test_a_sample_is_points(sampled: hc.Sweep) -> None:
     assert remark == (
         "shock.duration_ratio varies, too: points of all values are drawn on top of one another"
     )
-
-
-def test_a_result_over_a_result_is_points(grid: hc.Sweep) -> None:
-    figure = grid.plot(F_SW, "speed_m_s", P)
-    table = grid.to_frame()
-    shown = np.concatenate([line.get_ydata() for line in figure.axes[0].lines])
-    np.testing.assert_array_equal(np.sort(shown), np.sort(table["speed_m_s"].dropna()))
-    assert all(line.get_linestyle() == "None" for line in figure.axes[0].lines)
-
-
-# Along the chain
 
 
 def test_peaks_of_all_contacts_are_lines_along_the_chain() -> None:
@@ -138,9 +115,6 @@ def test_peaks_of_all_contacts_are_lines_along_the_chain() -> None:
 def test_peaks_that_were_not_kept_are_not_drawn(grid: hc.Sweep) -> None:
     with pytest.raises(hc.HertzchainError, match="sweep again with --peaks"):
         draw(grid, "contact", "peak_force_N")
-
-
-# Missing values
 
 
 def test_rows_without_a_number_are_left_out_and_counted(failing: hc.Sweep) -> None:
@@ -173,9 +147,6 @@ def test_nothing_to_draw_is_refused() -> None:
     swept = hc.sweep(paper_scene("cosine", 1.0, 4.0, granules=4), {RATIO: "1,2"})
     with pytest.raises(hc.HertzchainError, match="nothing to draw: no row has transition_gran"):
         draw(swept, RATIO, P)
-
-
-# Names
 
 
 def test_the_section_may_be_left_out() -> None:
@@ -223,3 +194,147 @@ def test_a_value_need_not_have_all_its_digits(both: hc.Sweep) -> None:
     drawn = draw(both, "overlap_ratio", F_SW, "shock.profile", {RATIO: f"{value:.4g}"})
     assert f"LM_ratio = {value:.4g}" in drawn.figure.axes[0].get_title()
     assert sum(x.size for x, _ in drawn_lines(drawn.figure)) == 6
+
+
+# Maps
+
+
+def test_the_cells_of_a_map_are_what_the_table_has(grid: hc.Sweep) -> None:
+    drawn = draw(grid, RATIO, N, F_SW)
+    axes, bar = drawn.figure.axes
+    mesh: Any = axes.collections[0]
+    cells = np.asarray(mesh.get_array()).reshape(3, 5)
+    wanted = grid.to_frame().pivot_table(index=N, columns=RATIO, values=F_SW)
+    np.testing.assert_array_equal(cells, wanted)
+    x, y = mesh.get_coordinates()[0, :, 0], mesh.get_coordinates()[:, 0, 1]
+    ratio = wanted.columns.to_numpy()
+    np.testing.assert_allclose(x[1:-1], np.sqrt(ratio[1:] * ratio[:-1]), rtol=1e-14)
+    np.testing.assert_array_equal(y, [1, 3, 6.5, 11.5])
+    assert (axes.get_xscale(), axes.get_yscale()) == ("log", "linear")
+    assert (axes.get_xlabel(), axes.get_ylabel(), bar.get_ylabel()) == ("LM_ratio", "n", "F_SW [N]")
+    assert axes.get_legend() is None
+    assert drawn.remarks == ()
+
+
+def test_whole_numbers_have_a_colour_each(grid: hc.Sweep) -> None:
+    (mesh,) = grid.plot(RATIO, N, P).axes[0].collections
+    p = grid.to_frame()[P]
+    assert isinstance(mesh.norm, BoundaryNorm)
+    assert list(mesh.norm.boundaries) == list(np.arange(p.min() - 0.5, p.max() + 1))
+
+
+def test_a_map_of_a_sample_is_points(sampled: hc.Sweep) -> None:
+    drawn = draw(sampled, RATIO, N, "overlap_ratio", {"shock.profile": "cosine"})
+    axes, _ = drawn.figure.axes
+    (points,) = axes.collections
+    table = sampled.to_frame()
+    table = table[table["shock.profile"] == "cosine"]
+    np.testing.assert_array_equal(points.get_offsets(), table[[RATIO, N]])
+    np.testing.assert_array_equal(points.get_array(), table["overlap_ratio"])
+    assert not isinstance(points.norm, LogNorm)
+    assert axes.get_xscale() == "log"
+    assert drawn.remarks == ()
+
+
+@pytest.mark.lammps
+def test_several_values_in_one_place_of_a_map_are_refused(
+    both: hc.Sweep, grid: hc.Sweep, sampled: hc.Sweep
+) -> None:
+    with pytest.raises(hc.HertzchainError, match=r"one place .*--where shock.profile="):
+        draw(sampled, RATIO, N, F_SW)
+    vary = {RATIO: "0.1,2", N: "4,2", "chain.radius": "1 mm,5 mm"}
+    swept = hc.sweep(BASE, vary, backends=["native", LAMMPS])
+    with pytest.raises(hc.HertzchainError, match=r"chain.radius and backend vary, too, .* place"):
+        draw(swept, RATIO, N, "speed_m_s")
+    where = {"chain.radius": "1 mm", "backend": "native"}
+    (mesh,) = draw(swept, RATIO, N, "speed_m_s", where).figure.axes[0].collections
+    cells = np.asarray(mesh.get_array())
+    table = swept.to_frame()
+    own = table[(table["backend"] == "native") & (table["chain.radius"] == 1e-3)]
+    np.testing.assert_array_equal(np.sort(np.ravel(cells)), np.sort(own["speed_m_s"]))
+    with pytest.raises(hc.HertzchainError, match="varies, which makes a map: name the column"):
+        draw(grid, RATIO, N)
+    with pytest.raises(hc.HertzchainError, match="name the column of numbers"):
+        draw(both, F_SW, RATIO, "backend")
+
+
+def test_a_sample_met_by_a_grid_is_no_map() -> None:
+    vary = {RATIO: "0.1:2:log", N: "2,3", "chain.radius": "1 mm,5 mm"}
+    swept = hc.sweep(BASE, vary, samples=3)
+    with pytest.raises(hc.HertzchainError, match=f"take {RATIO} as --x or --y"):
+        draw(swept, N, "chain.radius", F_SW)
+
+
+@pytest.mark.parametrize(
+    ("values", "log", "edges"),
+    [
+        ([1, 10, 100], True, [10**-0.5, 10**0.5, 10**1.5, 10**2.5]),
+        ([1, 2, 4], False, [0.5, 1.5, 3, 5]),
+        ([1, 5], False, [0, 3, 7]),  # nothing is below 0
+        ([-1, 0, 1], False, [-1.5, -0.5, 0.5, 1.5]),
+    ],
+)
+def test_edges_are_half_way(values: list[float], log: bool, edges: list[float]) -> None:
+    np.testing.assert_allclose(cell_edges(np.array(values, float), log), edges, rtol=1e-14)
+
+
+# The command
+
+
+pytestmark = pytest.mark.lammps  # sweeps by native and LAMMPS
+
+
+def test_the_command_writes_a_picture_beside_the_tables(hertzchain: Command, folder: Path) -> None:
+    done = hertzchain("plot", folder, "--x", "momentum_ratio", "--y", F_SW)
+    assert (done.status, done.out) == (0, "")
+    assert done.err == (
+        "hertzchain: shock.profile varies, too: all values are lines of one colour; --colour tells"
+        " them apart\n"
+        f"Plot written to {folder / 'plot.png'}\n"
+    )
+    assert (folder / "plot.png").read_bytes().startswith(b"\x89PNG")
+    # The folder is as good as before: the same sweep goes on in it.
+    vary = {"shock.profile": "cosine,triangular,cosine-triangular", RATIO: "0.1:2:7:log"}
+    assert hc.sweep(BASE, vary, backends=("native", LAMMPS), output=folder).count().done == 42
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--x", "lm", "--y", P), ("lm: is no column", "scene, backend, chain.granules")),
+        (("--x", RATIO, "--y", "profile"), ("shock.profile: is text", "--colour")),
+        (("--x", "backend", "--y", P), ("backend: is text",)),
+        (("--x", RATIO, "--y", P, "--colour", "failure"), ("cannot be a colour",)),
+        (("--x", RATIO, "--y", RATIO), (f"{RATIO}: given twice",)),
+        (("--x", RATIO, "--y", P, "--colour", P), (f"{P}: given twice",)),
+        (("--x", RATIO, "--y", P, "-o", "plot.gif"), ("plot.gif", "png", "svg")),
+        (("--x", RATIO, "--y", P, "-o", "no/plot.png"), ("no/plot.png", "does not exist")),
+        (("--x", RATIO, "--y", P, "--where", "profile"), ("--where profile", "NAME=VALUE")),
+        (
+            ("--x", RATIO, "--y", P, "--where", "backend=native", "--where", "backend=lammps"),
+            ("--where backend", "twice"),
+        ),
+    ],
+    ids=" ".join,
+)
+def test_what_cannot_be_drawn_is_refused_in_one_sentence(
+    hertzchain: Command,
+    folder: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    arguments: tuple[str, ...],
+    words: tuple[str, ...],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    is_refused(hertzchain("plot", folder, *arguments), *words)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_without_a_sweep_or_its_rows_is_refused(
+    hertzchain: Command, folder: Path, tmp_path: Path
+) -> None:
+    said = "is no sweep, must be what hertzchain sweep -o wrote"
+    for there in (tmp_path, tmp_path / "no"):
+        is_refused(hertzchain("plot", there, "--x", RATIO, "--y", P), f"{there}: {said}")
+    shutil.copy(folder / "sweep.json", tmp_path)
+    is_refused(hertzchain("plot", tmp_path, "--x", RATIO, "--y", P), "not measured yet")

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import re
 import signal
-import subprocess
-import sys
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,29 +12,19 @@ import pandas as pd
 import pytest
 
 import hertzchain as hc
-from hertzchain.cli import main
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.errors import RunFailed
-from hertzchain.sweeps import Sweep
 from tests import processes
-from tests.command_line import run_here
+from tests.command_line import Command
 from tests.conftest import paper_scene
 from tests.processes import children, ended, linux, wait_for
 
 pytestmark = linux
 
 COMMAND = (
-    *(
-        "sweep",
-        "scene.toml",
-        "--vary",
-        "chain.granules=8,12",
-        "--vary",
-        "shock.peak_force=100,1e7",
-        "--vary",
-        "shock.momentum_ratio=0.3:3:log",
-    ),
-    *("--backend", "native", "--backend", "lammps"),
+    *("sweep", "scene.toml", "--vary", "chain.granules=8,12"),
+    *("--vary", "shock.peak_force=100,1e7", "--vary", "shock.momentum_ratio=0.3:3:log"),
+    *("--samples", "10", "--backend", "native", "--backend", "lammps"),
     *("--rtol", "1e-3", "--peaks"),
 )
 """Half of the scenes fail: the larger force presses granules into one another."""
@@ -59,57 +47,21 @@ def are_gone(pids: list[int]) -> bool:
     return not any(Path(f"/proc/{pid}").exists() for pid in pids)
 
 
-def equal(one: Path, other: Path) -> None:
-    """Return whether two sweeps have the same tables, value for value."""
-    for table in ("to_frame", "peaks_to_frame"):
-        here, there = (getattr(Sweep.load(folder), table)() for folder in (one, other))
-        pd.testing.assert_frame_equal(here, there, check_exact=True)
-
-
 def parts(folder: Path) -> int:
     """Return the number of parts that are done."""
     return len(list((folder / "scenes").glob("*.parquet")))
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A sweep of 40 scenes by ``COMMAND`` that nothing has stopped."""
-    folder = tmp_path_factory.mktemp("whole")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(folder)
-        patch.setattr(sys, "argv", ["hertzchain", *COMMAND, "--samples", "10", "-o", "whole"])
-        paper_scene("cosine", 1.0, 2.0, granules=12).to_toml("scene.toml")
-        with pytest.raises(SystemExit) as end:
-            main()
-        assert end.value.code == 1  # some scenes fail
-    return folder / "whole"
-
-
-def begun(folder: Path) -> subprocess.Popen[str]:
-    """The sweep of ``whole``, when native is done, and some of LAMMPS."""
-    running = start(*COMMAND, "--samples", "10", "-o", "out")
-    wait_for(lambda: parts(folder / "out") > 3)
-    return running
-
-
-def goes_on_to_the_same(folder: Path, whole: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """Give the command again: done parts are not measured twice, and nothing is missing."""
-    done = parts(folder / "out")
-    # A part is done when it is in scenes; the one that was stopped may have left its peaks alone.
-    finished = {path.name for path in (folder / "out" / "scenes").glob("*.parquet")}
-    written = {
-        path: path.stat().st_mtime_ns
-        for path in (folder / "out").rglob("*.parquet")
-        if path.name in finished
-    }
-    again = run_here(capfd, "hertzchain", *COMMAND, "--samples", "10", "-o", "out")
-    assert again.status == 1  # some scenes fail
-    assert re.search(r"hertzchain: \d+ of 80 rows are there, resuming", again.err)
-    assert parts(folder / "out") > done
-    for path, when in written.items():
-        assert path.stat().st_mtime_ns == when, "a part was measured twice"
-    equal(whole, folder / "out")
-    assert not list(folder.rglob(".hertzchain-*")), "something half-written is left"
+def whole() -> hc.Sweep:
+    """The sweep of ``COMMAND``, which nothing has stopped."""
+    vary: dict[str, Any] = {
+        "chain.granules": [8, 12], "shock.peak_force": [100.0, 1e7],
+        "shock.momentum_ratio": "0.3:3:log",
+    }  # fmt: skip
+    scene = paper_scene("cosine", 1.0, 2.0, granules=12)
+    backends = ("native", "lammps")
+    return hc.sweep(scene, vary, backends=backends, samples=10, rtol=1e-3, peaks=True)
 
 
 @linux
@@ -122,16 +74,17 @@ def test_a_killed_process_has_the_name_of_who_was_at_work() -> None:
 @pytest.mark.lammps
 @pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143)])
 def test_a_sweep_that_is_killed_and_then_stopped_goes_on_and_ends_as_if_it_had_not_been(
-    folder: Path, whole: Path, capfd: pytest.CaptureFixture[str], name: str, status: int
+    folder: Path, whole: hc.Sweep, hertzchain: Command, name: str, status: int
 ) -> None:
-    running = begun(folder)
+    running = start(*COMMAND, "-o", "out")
+    wait_for(lambda: parts(folder / "out") > 3)  # native is done, and some of LAMMPS
     inside = children(running.pid)
     running.kill()
     ended(running)
     wait_for(partial(are_gone, inside))
     done = parts(folder / "out")
     # The same command goes on; when it has done a part more, it is stopped.
-    running = start(*COMMAND, "--samples", "10", "-o", "out")
+    running = start(*COMMAND, "-o", "out")
     wait_for(lambda: parts(folder / "out") > done)
     inside = children(running.pid)
     running.send_signal(getattr(signal, name))
@@ -144,7 +97,27 @@ def test_a_sweep_that_is_killed_and_then_stopped_goes_on_and_ends_as_if_it_had_n
     )
     assert len(said) == 2
     assert are_gone(inside)
-    goes_on_to_the_same(folder, whole, capfd)
+    # Done parts are not measured twice, and nothing is missing. A part is done when it is in
+    # scenes; the one that was stopped may have left its peaks alone.
+    finished = {path.name for path in (folder / "out" / "scenes").glob("*.parquet")}
+    written = {
+        path: path.stat().st_mtime_ns
+        for path in (folder / "out").rglob("*.parquet")
+        if path.name in finished
+    }
+    again = hertzchain(*COMMAND, "-o", "out")
+    assert again.status == 1  # some scenes fail
+    assert parts(folder / "out") > len(finished)
+    for path, when in written.items():
+        assert path.stat().st_mtime_ns == when, "a part was measured twice"
+    found_sweep = hc.Sweep.load(folder / "out")
+    order = ["backend", "scene"]
+    table = whole.to_frame().sort_values(order, ignore_index=True)
+    pd.testing.assert_frame_equal(found_sweep.to_frame(), table, check_exact=True)
+    pd.testing.assert_frame_equal(
+        found_sweep.peaks_to_frame(), whole.peaks_to_frame(), check_exact=True
+    )
+    assert not list(folder.rglob(".hertzchain-*")), "something half-written is left"
 
 
 # An engine that crashes

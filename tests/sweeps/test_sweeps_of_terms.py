@@ -13,6 +13,7 @@ import pandas as pd
 import pytest
 
 import hertzchain as hc
+from hertzchain.scene.starters import write_starter
 from hertzchain.sweeps.columns import COLUMNS, column_named, columns_of, numbers_of
 from hertzchain.sweeps.design import design
 from tests.command_line import Command
@@ -59,9 +60,6 @@ def are_rows_of(
 
 def swept(scene: hc.Scene, vary: dict[str, Any], **more: Any) -> hc.Sweep:
     return hc.sweep(scene, vary, rtol=1e-4, peaks=True, **more)
-
-
-# Measured columns
 
 
 def test_a_striker_and_a_wall() -> None:
@@ -157,21 +155,6 @@ def test_runs_that_end_before_all_peaks_are_told(
     assert hc.sweep(PLAIN, {"end_time": [5e-5]}).count().cut_off == 0
 
 
-# Columns of the table
-
-
-def test_columns() -> None:
-    table = swept(STRIKER, {"striker.velocity": [1.0]}).to_frame()
-    assert list(table.columns) == [
-        *("scene", "backend", "chain.granules", "chain.radius", "chain.young_modulus"),
-        *("chain.poisson_ratio", "chain.density", "striker.velocity", "wall.kind", "run.end_time"),
-        *("largest_peak_force_N", "largest_peak_contact", "last_peak_force_N"),
-        *("wall_first_peak_force_N", "wall_arrival_time_s", "wall_peak_force_N"),
-        *("wall_peak_time_s", "contacts_cut_off", "overlap_ratio"),
-        *("error_estimate", "wanted_error", "force_evaluations", "failure"),
-    ]
-
-
 def test_plain_scenes_have_the_columns_of_before() -> None:
     found = design(PLAIN, {"chain.radius": [1.0, 2.0]})
     assert tuple(column.name for column in found.columns) == COLUMNS
@@ -183,9 +166,6 @@ def test_a_key_of_a_segment_has_a_label_with_its_unit() -> None:
     assert column_named("chain.segments.2.granules").label == "granules, segment 2"
     density = column_named("chain.segments.1.cell.2.density")
     assert density.label == "density [kg/m³], segment 1, granule 2 of the cell"
-
-
-# Pictures
 
 
 def test_gauges_have_columns() -> None:
@@ -212,3 +192,59 @@ def test_a_row_whose_granules_meet_nothing_has_the_reason() -> None:
         "velocities at the start", "[shock]", ""
     ]  # fmt: skip
     assert table["wall_peak_force_N"].notna().tolist() == [False, False, True]
+
+
+# Pistons, walls and moving granules
+
+
+PISTON = hc.Scene(CHAIN, hc.Piston(0.1))
+TABLE = replace(PISTON, shock=hc.Piston(None, (0.0, 1e-5), (0.0, 1e-6)))
+SINE = hc.Scene(CHAIN, hc.Sine(5.0, 8000.0, 2), precompression=hc.Precompression(10.0))
+
+
+def test_peaks_of_pistons_go_as_the_velocity_to_the_power_of_6_over_5() -> None:
+    table = hc.sweep(PISTON, {"velocity": "0.01:1:3:log"}).to_frame()
+    velocity = table["shock.velocity"].to_numpy()
+    ratio = table["last_peak_force_N"].to_numpy() / velocity**1.2
+    # Similarity is exact; peaks are right to 1e-6.
+    assert ratio == pytest.approx(np.full(3, ratio[0]), rel=2e-6)
+    assert set(table["shock.profile"]) == {"piston"}
+    alone = hc.Native().run(replace(PISTON, shock=hc.Piston(1.0))).peak_force[-1]
+    assert table["last_peak_force_N"].iloc[-1] == pytest.approx(alone, rel=2e-6)
+
+
+def test_a_table_of_a_piston_stays_as_it_is() -> None:
+    table = hc.sweep(TABLE, {"chain.density": "1000,2000"}).to_frame()
+    for density, found in zip((1000.0, 2000.0), table["last_peak_force_N"], strict=True):
+        scene = replace(TABLE, chain=replace(CHAIN, density=density))
+        assert found == pytest.approx(hc.Native().run(scene).peak_force[-1], rel=2e-6)
+
+
+def test_both_walls_have_columns_and_accuracy_is_asked_of_first_pulses(tmp_path: Path) -> None:
+    """Later peaks of granules between two walls are less accurate, as in a run of one scene."""
+    scene = hc.Scene.from_toml(write_starter("two-walls", tmp_path / "walls.toml")[0])
+    sweep = hc.sweep(scene, {"chain.density": [7000.0, 8000.0]})
+    counts, row = sweep.count(), sweep.to_frame().iloc[0]
+    assert (counts.done, counts.failed, counts.missed) == (2, 0, 0)
+    assert row["wanted_error"] <= 1e-6 < row["error_estimate"]
+    run = hc.Native(peaks_only=True).run(hc.Scene.from_toml(_with_density(tmp_path / "walls.toml")))
+    for wall, k in (("near_wall", 0), ("wall", -1)):
+        assert row[f"{wall}_first_peak_force_N"] == run.first_columns["first_peak_force_N"][k]
+        assert row[f"{wall}_arrival_time_s"] == run.first_columns["arrival_time_s"][k]
+        assert row[f"{wall}_peak_force_N"] == run.peak_force[k]
+        assert row[f"{wall}_peak_time_s"] == run.peak_time[k]
+
+
+def _with_density(path: Path) -> Path:
+    text = path.read_text(encoding="utf-8").replace("7958 kg/m^3", "7000 kg/m^3")
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_peaks_of_moving_granules_go_as_their_velocity_to_the_power_of_6_over_5(
+    tmp_path: Path,
+) -> None:
+    scene = hc.Scene.from_toml(write_starter("cradle", tmp_path / "cradle.toml")[0])
+    table = hc.sweep(scene, {"chain.segments.1.velocity": [0.5, 2.0]}).to_frame()
+    peaks = table[table["backend"] == "native"]["largest_peak_force_N"].tolist()
+    assert peaks[1] / peaks[0] == pytest.approx(4**1.2, rel=2e-6)  # both right to 1e-6

@@ -17,8 +17,6 @@ from tests.command_line import python
 from tests.places import ROOT
 from tests.sweeps.test_sweeps_cluster import SCENE
 
-# On Slurm
-
 SBATCH = """#!{python}
 import subprocess, sys
 job = subprocess.Popen(
@@ -33,7 +31,6 @@ print("Submitted batch job", job.pid)
 """
 SCANCEL = """#!{python}
 import os, signal, sys
-from tests.command_line import python
 os.killpg(int(sys.argv[-1]), signal.SIGTERM)
 """
 

@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import duckdb
 import pandas as pd
 import polars
 import pytest
@@ -18,11 +17,9 @@ from hertzchain.sweeps import parts as parts_of_sweeps
 from hertzchain.sweeps.store import Folder
 from tests.sweeps.made import GRID, SHORT
 
-# Stored sweeps
-
 
 @pytest.mark.lammps
-def test_a_folder_has_what_memory_has_and_opens_in_pandas_polars_and_duckdb(tmp_path: Path) -> None:
+def test_a_folder_has_what_memory_has_and_opens_in_pandas_and_polars(tmp_path: Path) -> None:
     vary: dict[str, Any] = {**GRID, "shock.peak_force": [100.0, 1e9]}  # the second too deep
     backends = ("native", hc.Lammps(rtol=1e-3))
     out = tmp_path / "out"
@@ -37,17 +34,14 @@ def test_a_folder_has_what_memory_has_and_opens_in_pandas_polars_and_duckdb(tmp_
         opened = {
             "pandas": pd.read_parquet(out / name),
             "polars": polars.read_parquet(out / name / "*.parquet").to_pandas(),
-            "duckdb": duckdb.read_parquet(f"{out / name}/*.parquet").df(),
         }
         for who, frame in opened.items():
             assert list(frame.columns) == list(expected.columns), who
             whole = frame.sort_values(list(expected.columns[:3]), ignore_index=True)
             wanted = expected.sort_values(list(expected.columns[:3]), ignore_index=True)
-            for column in expected.columns:
-                there, here = (one[column].astype(object).tolist() for one in (whole, wanted))
-                assert list(map(pd.isna, there)) == list(map(pd.isna, here)), (who, column)
-                numbers = [(a, b) for a, b in zip(there, here, strict=True) if not pd.isna(a)]
-                assert all(a == b for a, b in numbers), (who, column)
+            pd.testing.assert_frame_equal(
+                whole, wanted, check_dtype=False, check_exact=True, obj=who
+            )
 
 
 def test_a_sweep_that_is_there_is_not_measured_again(tmp_path: Path) -> None:
@@ -79,19 +73,11 @@ def test_what_changes_no_number_does_not_make_another_sweep(
 
 
 @pytest.mark.parametrize("is_kept", [True, False])
-@pytest.mark.parametrize(
-    ("name", "words"),
-    [("foo", ""), ("radius", ""), ("largest_peak_force", "; did you mean largest_peak_force_N?")],
-)
-def test_an_unknown_column_is_refused_with_what_there_is(
-    tmp_path: Path, name: str, words: str, is_kept: bool
-) -> None:
+def test_an_unknown_column_is_refused_with_what_there_is(tmp_path: Path, is_kept: bool) -> None:
     swept = hc.sweep(SHORT, GRID, output=tmp_path / "out" if is_kept else None)
-    with pytest.raises(SceneError) as refused:
-        swept.to_frame(["scene", name])
-    assert str(refused.value).startswith(f"{name}: is no column of this sweep, which has scene,")
-    assert str(refused.value).endswith(words)
-    assert all(str(column) in str(refused.value) for column in swept.to_frame())
+    said = r"^largest_peak_force: is no column .* has scene,.* did you mean largest_peak_force_N\?$"
+    with pytest.raises(SceneError, match=said):
+        swept.to_frame(["scene", "largest_peak_force"])
 
 
 OTHERS: dict[str, tuple[dict[str, Any], str]] = {
@@ -132,13 +118,8 @@ def test_another_seed_or_version_is_another_sweep(
 ) -> None:
     asked: dict[str, Any] = {"vary": {"shock.momentum_ratio": "1:2"}, "samples": 4}
     hc.sweep(SHORT, **asked, output=tmp_path)
-    others: list[tuple[dict[str, Any], str]] = [
-        ({"seed": 1}, "samples.seed is 0 there and 1 here"),
-        ({"samples": 5}, "samples.count is 4 there and 5 here"),
-    ]
-    for other, words in others:
-        with pytest.raises(OutputError, match=words):
-            hc.sweep(SHORT, **{**asked, **other}, output=tmp_path)
+    with pytest.raises(OutputError, match=r"samples\.seed is 0 there and 1 here"):
+        hc.sweep(SHORT, **asked, seed=1, output=tmp_path)
     monkeypatch.setattr("hertzchain.sweeps.sweeping.version", lambda _: "999")
     with pytest.raises(OutputError, match=r'hertzchain is "0\.1\.0" there and "999" here'):
         hc.sweep(SHORT, **asked, output=tmp_path)

@@ -43,12 +43,6 @@ def test_a_tie_over_a_tie_and_a_value_that_no_scene_has() -> None:
     assert "density" in table["failure"][3]
 
 
-def test_a_value_that_is_impossible_by_itself_is_a_row_too() -> None:
-    ties = {"chain.density": "4e6 * (chain.radius - 0.005)"}
-    table = sweep(SCENE, {"chain.radius": "4 mm, 5 mm, 7 mm"}, ties=ties).to_frame()
-    assert table["failure"].isna().tolist() == [False, False, True]
-
-
 def test_arithmetic() -> None:
     tie = Tie("chain.radius", "-chain.gap**2 + sqrt(chain.density) / 2 * pi - 1e0")
     values = {"chain.gap": np.array([1.0, 3.0]), "chain.density": 16.0}
@@ -61,12 +55,8 @@ def test_arithmetic() -> None:
         ({"chain.radius": "__import__('os').getpid()"}, "must be + - * / **"),
         ({"chain.radius": "chain.gap.__class__"}, "cannot vary"),
         ({"chain.radius": "sqrt.real"}, "cannot vary"),
-        ({"chain.radius": "(1.5).hex()"}, "must be + - * / **"),
-        ({"chain.radius": "[1][0]"}, "must be + - * / **"),
-        ({"chain.radius": "1 if 1 else 2"}, "must be + - * / **"),
         ({"chain.radius": "1 +"}, "must be + - * / **"),
         ({"chain.radius": "sqrt2*1e-3"}, "must be + - * / **"),
-        ({"chain.radius": "_()"}, "must be + - * / **"),
         ({"chain.radius": "(" * 900}, "must be + - * / **"),
         ({"chain.radius": "-" * 200_000 + "1"}, "must be + - * / **"),
         ({"chain.radius": "2 * chain.radius"}, "tied to itself"),
@@ -94,19 +84,10 @@ def test_two_measures_of_one_pulse_are_not_both_given() -> None:
 
 def test_the_command(tmp_path: Path, hertzchain: Command) -> None:
     SCENE.to_toml(tmp_path / "scene.toml")
-    vary = (
-        "--vary",
-        "chain.radius=5 mm:10 mm:2",
-        "--tie",
-        f"chain.granules={LENGTH['chain.granules']}",
-    )
-    out = ("-o", tmp_path / "out")
-    done = hertzchain("sweep", tmp_path / "scene.toml", *vary, *out)
+    tie = f"chain.granules={LENGTH['chain.granules']}"
+    vary = ("--vary", "chain.radius=5 mm:10 mm:2", "--tie", tie)
+    done = hertzchain("sweep", tmp_path / "scene.toml", *vary, "-o", tmp_path / "out")
     assert done.status == 0, done.err
     found = hc.Sweep.load(tmp_path / "out")
     assert found.to_frame()["chain.granules"].tolist() == [20, 10]
     assert found.manifest["ties"] == LENGTH
-    other = hertzchain("sweep", tmp_path / "scene.toml", *vary[:3], "chain.granules=7", *out)
-    assert other.status == 2
-    refused = hertzchain("sweep", tmp_path / "scene.toml", *vary[:3], "chain.granules", *out)
-    assert "--tie chain.granules: must be NAME=VALUE" in refused.err

@@ -13,22 +13,17 @@ import pytest
 import hertzchain as hc
 from hertzchain.errors import SceneError
 from hertzchain.sweeps.design import design
-from tests.sweeps.test_sweeps_of_drives import PISTON, SINE, TABLE
-from tests.sweeps.test_sweeps_of_terms import LOADED, PLAIN, STRIKER, chain_of
-from tests.sweeps.texts import CHAIN_SECTION, SHOCK
-
-# Parameters that cannot vary
+from tests.sweeps.made import CHAIN_SECTION, SHOCK
+from tests.sweeps.test_sweeps_of_terms import LOADED, PISTON, PLAIN, SINE, STRIKER, TABLE, chain_of
 
 REFUSED: list[tuple[hc.Scene, dict[str, Any], str]] = [
     (PLAIN, {"striker.velocity": "1,2"}, "the scene has no [striker]; add the section to its file"),
     (PLAIN, {"wall.kind": "rigid,same"}, "wall.kind: cannot vary: the scene has no [wall]; add"),
     (PLAIN, {"velocity": "1,2"}, "velocity: cannot vary; what can vary: chain.granules, chain.rad"),
     (STRIKER, {"shock.colour": "1,2"}, "cannot vary: the scene has no [shock]; add the section"),
-    (STRIKER, {"wall.colour": "1,2"}, "what can vary: chain.granules, chain.radius, chain.y"),
     (STRIKER, {"radius": "1,2"}, "is in several sections: name one of chain.radius, striker.rad"),
     (STRIKER, {"striker.velocty": "1,2"}, "cannot vary; did you mean striker.velocity? What can"),
     (STRIKER, {"wall.kind": "rigid,soft"}, "wall.kind = 'soft': must be one of rigid, same, elas"),
-    (STRIKER, {"wall.kind": "rigid:same:2"}, "has no range: name its values, rigid,same"),
     (STRIKER, {"wall.kind": [1, 2]}, "wall.kind = 1: must be the name of a wall"),
     (
         replace(STRIKER, wall=hc.Wall("elastic", 1e9, 0.3)),
@@ -37,18 +32,12 @@ REFUSED: list[tuple[hc.Scene, dict[str, Any], str]] = [
     ),
     (STRIKER, {"wall.young_modulus": "1,2"}, 'cannot vary: only a wall of kind "elastic" has it'),
     (STRIKER, {"striker.velocity": "0,1"}, "striker.velocity = 0.0: must be a finite number above"),
-    (STRIKER, {"striker.velocity": "1 m,2 m"}, "has the wrong dimension"),
-    (STRIKER, {"striker.poisson_ratio": "0.1:0.6:3"}, "striker.poisson_ratio = 0.6: must be"),
-    (STRIKER, {"chain.granules": "4,1000001"}, "must be at most 1,000,000 in a sweep"),
     (SINE, {"duration_ratio": "2,3"}, "duration_ratio: cannot vary; "),
-    (SINE, {"shock.velocity": "2,3"}, "shock.velocity: cannot vary; "),
     (TABLE, {"shock.velocity": "2,3"}, "shock.velocity: cannot vary; what can"),
-    (PISTON, {"frequency": "2,3"}, "frequency: cannot vary; "),
     (PISTON, {"velocity": "0,1"}, "shock.velocity = 0"),
     (SINE, {"cycles": "0,1"}, "shock.cycles = 0: must be an integer"),
     (SINE, {"amplitude": "11,12"}, "shock.amplitude = 11.0: must be at most the static load"),
     (LOADED, {"chain.gap": [1e-6, 2e-6]}, "chain.gap: must be 0 with [precompression]"),
-    (STRIKER, {"chain.velocity": "1,2"}, "cannot vary; did you mean striker.velocity?"),
     (PLAIN, {"peek_force": "1,2"}, "cannot vary; did you mean peak_force?"),
     (replace(PLAIN, chain=chain_of()), {"chain.radius": "1,2"}, "chain.radius: cannot vary; "),
 ]

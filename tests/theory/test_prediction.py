@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -77,16 +76,6 @@ def test_other_granules_and_forces_are_alike() -> None:
         )
         assert predicted.candidates == expected.candidates
         assert predicted.eq3 == pytest.approx(expected.eq3, rel=1e-12, abs=0)
-
-
-def test_a_long_chain_has_the_peaks_of_the_map() -> None:
-    long = theory.predict(paper_scene("cosine", 2.0, 2.0, granules=100_000))
-    short = theory.predict(paper_scene("cosine", 2.0, 2.0, granules=80))
-    assert long.peak_force.size == short.peak_force.size == 79
-    assert long.peak_force[:-1].tolist() == short.peak_force[:-1].tolist()
-    assert short.peak_force[-1] == pytest.approx(0.976 * long.peak_force[-1], rel=1e-4, abs=0)
-    assert long.candidates == short.candidates
-    assert long.far_field_force == short.far_field_force
 
 
 def random_scene(random: np.random.Generator, most: int) -> hc.Scene:
@@ -208,9 +197,8 @@ def test_outside_of_the_map_nothing_is_said(ratio: float, n: float, covered: str
     assert np.isnan(predicted.peak_force).all()
     assert predicted.candidates == ()
     assert predicted.transition_granules is predicted.far_field_force is None
-    document = json.loads(json.dumps(predicted.to_dict(), allow_nan=False))
-    for row in document["rows"]:
-        assert row["map_N"] is row["eq6_N"] is row["eq9_N"] is None
+    document = predicted.to_dict()
+    assert {row["map_N"] for row in document["rows"]} == {None}
     assert document["eq3_transition_granules"] is document["speed_m_s"] is None
     # Between the paper's range and the map's.
     predicted = theory.predict(paper_scene("cosine", 5.0, 4.0))

@@ -261,6 +261,3 @@ def test_the_command(hertzchain: Command, tmp_path: Path) -> None:
     header = (tmp_path / "spread.csv").read_text(encoding="utf-8").partition("\n")[0]
     assert header.startswith("result,at,nominal,mean,deviation,low_5,high_95,share chain")
     assert (tmp_path / "spread.png").stat().st_size > 10_000
-    for option in ("record", "ranks"):
-        refused = hertzchain(*run, f"--{option}", "5")
-        assert (refused.status, f"--{option} is not for --uncertainty" in refused.err) == (2, True)

@@ -1,36 +1,19 @@
-"""Pistons in scene files and in Python: allowed and refused values, and their motion."""
+"""Pistons and sines: allowed and refused values, their motion and force."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.errors import SceneError
 from hertzchain.scene.shock import Stroke
 from tests.conftest import STEEL
 from tests.scene.test_refused import text_of
 from tests.scene.test_scene import scene_of
-
-
-@pytest.mark.parametrize(
-    ("given", "key"),
-    [
-        ({}, "velocity or file"),
-        ({"velocity": 1.0, "time": (0, 1), "displacement": (0, 1)}, "velocity and file"),
-        ({"time": (0, 1)}, "rows of displacement_m"),
-        ({"displacement": (0, 1)}, "rows"),
-    ],
-)
-def test_a_piston_in_python_that_cannot_be(given: dict[str, Any], key: str) -> None:
-    with pytest.raises(SceneError) as caught:
-        hc.Piston(**given)
-    assert caught.value.key == key
 
 
 def test_a_velocity_and_a_table_are_read(tmp_path: Path) -> None:
@@ -119,14 +102,43 @@ def test_a_chain_between_piston_and_wall_has_the_scale_of_its_rest() -> None:
     assert half.units.force == pytest.approx(scene.units.force / 2**1.5, rel=1e-12)
 
 
-def test_numbers_that_floating_point_cannot_hold_are_refused() -> None:
-    with pytest.raises(SceneError, match="too large or too small to be represented"):
-        hc.Scene(hc.Chain(6, **STEEL), hc.Piston(1e-300))
-
-
 def test_the_default_end_counts_from_the_last_row() -> None:
     chain = hc.Chain(10, **STEEL)
     early, late = (
         hc.Scene(chain, hc.Piston(None, (t, t + 1e-5), (0.0, 1e-6))).end_time for t in (0.0, 1e-3)
     )
     assert late - early == pytest.approx(1e-3, rel=1e-12)
+
+
+# Sines
+
+
+def test_the_force_is_a_sine() -> None:
+    shock = hc.Sine(5.0, 8000.0, 3)
+    scene = hc.Scene(hc.Chain(5, **STEEL), shock, precompression=hc.Precompression(5.0))
+    time = np.linspace(-1e-4, 5e-4, 1201)
+    within = (time >= 0) & (time < 3 / 8000)
+    expected = np.where(within, 5 * np.sin(2 * np.pi * 8000 * time), 0.0)
+    # The force changes by 1e-14 N while the time changes by its last digit.
+    assert scene.applied_force(time) == pytest.approx(expected, rel=0, abs=3e-14)
+    # Whole cycles leave nothing; half of one is what LM_ratio is measured by.
+    assert scene.impulse == pytest.approx(0.0, abs=1e-15 * shock.compared_impulse)
+    half = hc.Scene(scene.chain, shock, hc.Run(0.5 / 8000), precompression=scene.precompression)
+    assert half.applied_impulse == pytest.approx(shock.compared_impulse, rel=1e-14)
+    assert half.momentum_ratio > 0
+    assert [ramp.start for ramp in scene.ramps] == [k / 32000 for k in range(12)]
+
+
+def test_waves_of_short_cycles_are_as_fast_as_those_of_long_ones() -> None:
+    chain, load = hc.Chain(20, **STEEL), hc.Precompression(10.0)
+
+    def watched(frequency: float, wall: hc.Wall | None) -> float:
+        """Return the default time between the ends of sine and run."""
+        sine = hc.Sine(5.0, frequency, 4)
+        scene = hc.Scene(chain, sine, wall=wall, precompression=load)
+        return scene.end_time - 4 / frequency
+
+    for wall in (None, hc.Wall("rigid")):
+        # LM_ratio is 1 at 7.9 kHz.
+        assert watched(1e12, wall) == pytest.approx(watched(8e3, wall), rel=0.02)
+        assert watched(1e30, wall) == pytest.approx(watched(1e12, wall), rel=1e-9)
