@@ -44,9 +44,6 @@ PLAIN = {
 
 TERMS = {
     **SCENES,
-    "weak striker, softer granules": hc.Scene(
-        hc.Chain(12, **STEEL), hc.Striker(1e-8), wall=hc.Wall("rigid")
-    ),
     "force, rigid wall": hc.Scene(
         hc.Chain(3, **STEEL), PULSE, wall=hc.Wall("rigid"), precompression=hc.Precompression(5.0)
     ),
@@ -106,7 +103,6 @@ ALL = PLAIN | TERMS | DAMPED
 
 QUICK = (
     *PLAIN,
-    "weak striker, softer granules",
     "gaps, wall",
     "all at once",
     "restitution",

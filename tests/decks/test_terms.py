@@ -15,7 +15,7 @@ from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
 from hertzchain.errors import TooExpensive, Unpredictable
 from hertzchain.observables.peaks import largest_difference
 from tests.decks.test_scenes import ALL, CHAIN, RESTITUTION
-from tests.decks.test_standalone_deck import run, verdict, written
+from tests.decks.test_standalone_deck import peaks, run, verdict, written
 from tests.engines.native.test_terms import PULSE
 from tests.oracles.sampled_maxima import sampled_maxima
 
@@ -119,3 +119,15 @@ def test_a_deck_that_would_take_too_many_steps_is_refused(monkeypatch: pytest.Mo
     with pytest.raises(TooExpensive, match=r"1e\+03 steps, more than 1e\+03: ask for a larger dt"):
         deck_step(EVERY_TERM, EVERY_TERM.end_time / 1001)
     assert deck_step(EVERY_TERM, EVERY_TERM.end_time / 999) > 0
+
+
+@pytest.mark.lammps
+def test_a_weak_shock_passes_on_softer_granules(tmp_path: Path) -> None:
+    weak = hc.Scene(replace(CHAIN, granules=12), hc.Striker(1e-8), wall=hc.Wall("rigid"))
+    path = written(weak, tmp_path, 1e-4)
+    assert "E / 8^14" in path.read_text()
+    status, screen = run(path, tmp_path)
+    assert (status, verdict(screen)) == (0, "PASS"), screen
+    expected = hc.Native(rtol=1e-7).run(weak).peak_force
+    # Steps for an error of 1e-4.
+    assert largest_difference(peaks(tmp_path), expected) < 1e-4

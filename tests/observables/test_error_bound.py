@@ -92,12 +92,6 @@ def test_steps_of_the_second_run(
     assert found.factor == pytest.approx(factor, rel=1e-15, abs=0)
 
 
-def test_coarser_run_keeps_times_and_force() -> None:
-    legs = paper_scene("cosine", 0.5, 2.0).schedule(1e-6)
-    for leg, twin in zip(legs, coarser_run(legs, math.inf).legs, strict=True):
-        assert (leg.start, leg.end, leg.ramp) == (twin.start, twin.end, twin.ramp)
-
-
 @given(st.lists(st.tuples(st.integers(1, 1000), st.floats(1e-3, 1.0)), min_size=1, max_size=6))
 def test_factor_bounds_the_error_of_many_legs(legs: list[tuple[int, float]]) -> None:
     """Whichever leg makes it, as long as the legs do not cancel each other."""

@@ -15,6 +15,7 @@ import hertzchain as hc
 from hertzchain.engines.external.step_error import usual_accuracy
 from hertzchain.errors import Unpredictable
 from hertzchain.observables.peaks import largest_difference
+from hertzchain.verdict.comparison import compare
 from tests.conftest import STEEL
 from tests.oracles.bounds import lasting
 from validation.random_drives import random_hard_scene
@@ -114,3 +115,10 @@ def test_a_scene_without_terms_states_what_it_did() -> None:
     dt = 0.05 * scene.contact_time
     plain, other = (hc.Lammps(dt).run(each).error_estimate for each in (scene, with_gap))
     assert 1.9 < other / plain < 2.1
+
+
+def test_a_right_deck_with_dashpots_passes() -> None:
+    comparison = compare(GAPS, [hc.Lammps(rtol=1e-3)])
+    assert comparison.verdict == "pass", [
+        check.name for check in comparison.checks if not check.passed
+    ]

@@ -80,18 +80,6 @@ def test_walls_with_damping_of_their_own(number: int) -> None:
     assert not all(check.passed for check in same_steps_checks(mistaken))
 
 
-@pytest.mark.lammps
-@pytest.mark.slow
-@pytest.mark.parametrize("number", AMPLIFIED)
-def test_collisions_that_leave_peaks_no_digit_are_said(number: int) -> None:
-    """First pulses are right all the same, so that there is a result."""
-    scene = drawn(number)
-    result = hc.Lammps(dt=STEP * scene.contact_time).run(scene)
-    assert result.error_estimate > 1
-    (warning,) = result.warnings
-    assert "repeated collisions amplify errors, but not those of first pulses" in warning
-
-
 def test_random_scenes_have_every_term_and_law() -> None:
     for numbers in (QUICK, SLOW):
         scenes = [drawn(number) for number in numbers]

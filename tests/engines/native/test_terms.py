@@ -17,6 +17,7 @@ import hertzchain as hc
 from hertzchain.engines.native.methods import METHODS
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.observables.peaks import judged_contacts
+from hertzchain.scene.validity import refuse_hopeless_overlap
 from tests.conftest import STEEL
 
 Floats = NDArray[np.float64]
@@ -162,3 +163,9 @@ def test_a_run_that_ends_too_early_says_so() -> None:
     early = replace(scene, run=hc.Run(0.999 * float(result.peak_time[-1])))
     (warning,) = hc.Native().run(early).warnings
     assert "the wall" in warning
+
+
+def test_a_load_that_presses_too_deep_is_refused_before_a_run() -> None:
+    scene = hc.Scene(UNIFORM, PULSE, precompression=hc.Precompression(1e9))
+    with pytest.raises(hc.HertzchainError, match="radii, above 1"):
+        refuse_hopeless_overlap(scene)

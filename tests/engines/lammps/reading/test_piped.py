@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.engines.lammps.reading.found import FoundDeck
 from tests.engines.lammps.reading.chains import BESIDE_PYTHON, SCENE, Deck, read_deck
 
@@ -96,20 +95,3 @@ def test_numbers_of_a_deck_that_stops(lmp: str | None, tmp_path: Path) -> None:
     assert found.velocity[0, 0] == 1e3
     assert [run.steps for run in found.runs] == [20]
     assert np.all(np.isnan(found.peak_force))
-
-
-@slow
-@pytest.mark.parametrize("lmp", [None, BESIDE_PYTHON])  # others cannot read a file of the module
-def test_a_restart_file_says_units_and_boundary(
-    lmp: str | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    made, run = Deck("cgs", "y").text().split("group hit")
-    with engine() as lammps:
-        command(lammps, f"{made}\nwrite_restart chain.restart\n")
-    path = tmp_path / "in.mine"
-    path.write_text(f"read_restart chain.restart\ngroup hit{run}")
-    found = read_deck(path, SCENE, lmp=lmp)
-    assert (found.units, found.image_gap) == ("cgs", None)
-    np.testing.assert_allclose(found.radius, 4e-3, rtol=1e-12)
-    assert found.peak_force[0] > 20.0

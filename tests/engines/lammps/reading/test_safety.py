@@ -120,26 +120,6 @@ def test_what_goes_wrong_is_one_sentence(what: str, tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["in.mine"]
 
 
-@slow
-@pytest.mark.parametrize("units", ["real", "metal", "electron"])
-def test_units_of_atoms_are_refused(units: str, tmp_path: Path) -> None:
-    path = tmp_path / "in.mine"
-    path.write_text(Deck().text().replace("units si", f"units {units}"))
-    with pytest.raises(RunFailed, match=f"units {units} are those of atoms"):
-        read_deck(path, SCENE)
-
-
 def test_a_deck_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(HertzchainError, match=r"in\.none: cannot be read"):
         read_deck(tmp_path / "in.none", SCENE)
-
-
-@slow
-def test_points_are_no_granules(tmp_path: Path) -> None:
-    path = tmp_path / "in.mine"
-    path.write_text(
-        "units si\nregion b block -1 1 -1 1 -1 1\ncreate_box 1 b\ncreate_atoms 1 single 0 0 0\n"
-        "mass 1 1\npair_style zero 0.1\npair_coeff * *\nfix 1 all nve\nrun 10\n"
-    )
-    with pytest.raises(RunFailed, match=r"atom property that isn't allocated"):
-        read_deck(path, SCENE)
