@@ -324,7 +324,7 @@ def test_the_pages_have_every_command_and_option(built: Path) -> None:
 
 
 NOTEBOOKS = sorted(notebooks.FOLDER.glob("*.ipynb"))
-LONG_NOTEBOOKS = {"figures", "first_scene", "measured_pulse"}
+SLOW = {"figures", "first_scene", "measured_pulse"}
 
 
 def texts(outputs: list[dict[str, Any]]) -> str:
@@ -341,10 +341,7 @@ def kinds(outputs: list[dict[str, Any]]) -> list[set[str]]:
 @pytest.mark.lammps
 @pytest.mark.parametrize(
     "path",
-    [
-        pytest.param(path, marks=[pytest.mark.slow] * (path.stem in LONG_NOTEBOOKS))
-        for path in NOTEBOOKS
-    ],
+    [pytest.param(path, marks=[pytest.mark.slow] * (path.stem in SLOW)) for path in NOTEBOOKS],
     ids=lambda path: path.stem,
 )
 def test_a_notebook_prints_and_draws_what_it_keeps(path: Any) -> None:
@@ -357,12 +354,7 @@ def test_a_notebook_prints_and_draws_what_it_keeps(path: Any) -> None:
 
 
 def test_the_notebooks_are_there() -> None:
-    assert [path.stem for path in NOTEBOOKS] == [
-        "figures",
-        "first_scene",
-        "measured_pulse",
-        "sweep",
-    ]
+    assert [path.stem for path in NOTEBOOKS] == sorted([*SLOW, "sweep"])
     for path in NOTEBOOKS:
         notebook = notebooks.read(path)
         assert (notebook["nbformat"], notebook["nbformat_minor"]) == (4, 5)

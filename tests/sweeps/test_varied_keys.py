@@ -19,7 +19,7 @@ from hertzchain.sweeps.ties import Tie, ties_of
 from tests.command_line import Command
 from tests.conftest import STEEL
 from tests.sweeps.made import CHAIN_SECTION, SHOCK
-from tests.sweeps.test_sweeps_of_terms import LOADED, PISTON, PLAIN, SINE, STRIKER, TABLE, chain_of
+from tests.sweeps.test_sweeps_of_files import LOADED, PISTON, PLAIN, SINE, STRIKER, TABLE, chain_of
 
 REFUSED: list[tuple[hc.Scene, dict[str, Any], str]] = [
     (PLAIN, {"striker.velocity": "1,2"}, "the scene has no [striker]; add the section to its file"),
