@@ -14,9 +14,6 @@ from hertzchain.engines.native.simulation import simulate
 from hertzchain.observables.error_bound import amplifies_errors
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.validity import refuse_hopeless_overlap
-from hertzchain.sweeps.axes import Listed
-from hertzchain.sweeps.design import Design
-from hertzchain.sweeps.parts import is_batched
 from hertzchain.verdict.formulas import formulas
 from tests.conftest import paper_scene
 
@@ -69,10 +66,3 @@ def test_overlaps_are_not_known_before_a_run(monkeypatch: pytest.MonkeyPatch) ->
         refuse_hopeless_overlap(deep)
     monkeypatch.setattr(hc.Scene, "is_plain", False)
     refuse_hopeless_overlap(deep)
-
-
-def test_a_sweep_measures_scene_by_scene(scene: hc.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    design = Design(scene, (Listed("shock.momentum_ratio", (1.0, 2.0)),))
-    assert not is_batched(design, hc.Native())
-    monkeypatch.undo()
-    assert is_batched(design, hc.Native())

@@ -15,8 +15,10 @@ from importlib.metadata import entry_points, version
 from pathlib import Path
 
 import pytest
+from typer.main import get_command
 
 from hertzchain.cli import main
+from hertzchain.cli.commands import app
 from hertzchain.scene.scene import Scene
 from tests.cli.short_chain import scene_file
 from tests.command_line import MAIN, PATIENCE, Command, Outcome, is_refused, process
@@ -194,13 +196,7 @@ def test_the_command_is_installed() -> None:
     assert command.load() is main
 
 
-@pytest.mark.parametrize(
-    "command",
-    [
-        *("run", "compare", "judge", "examine", "tradeoff", "sweep", "plot"),
-        *("predict", "deck", "lint", "unit-test", "doctor"),
-    ],
-)
+@pytest.mark.parametrize("command", get_command(app).commands)  # type: ignore[attr-defined]
 def test_every_command_has_help(hertzchain: Command, command: str) -> None:
     outcome = hertzchain(command, "--help")
     assert (outcome.status, outcome.err) == (0, "")

@@ -69,19 +69,6 @@ def test_codes_are_compared_at_a_wanted_accuracy(hertzchain: Command) -> None:
     assert steps[1] > steps[0]
 
 
-@pytest.mark.lammps
-def test_the_order_and_number_of_backends_do_not_matter(hertzchain: Command) -> None:
-    scene_file({"chain.granules": "4", "run.end_time": '"60 us"'})
-    wanted = ["--backend", "lammps", "--backend", "native", "--backend", "lammps"]
-    documents = [
-        hertzchain("compare", "scene.toml", "--json", *arguments).json()
-        for arguments in ([], ["--backend", "lammps"], wanted)
-    ]
-    assert problems(documents[0], "compare.json") == []
-    assert list(documents[0]["results"]) == ["native", "lammps"]
-    assert documents[0]["rows"] == documents[1]["rows"] == documents[2]["rows"]
-
-
 def test_out_of_tolerance_is_status_1(hertzchain: Command, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(run_checks, "MOMENTUM_ERROR", -1.0)  # no difference is that small
     scene_file()

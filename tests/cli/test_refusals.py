@@ -35,12 +35,10 @@ run scene.toml --plot run.gif => run.gif; .png
 run scene.toml --plot a.png -o a.png => a.png
 run scene.toml --size 3x2 => --size goes with --plot
 run scene.toml --plot a.png --size 1x9 => --size 1x9: must be width and height
-run scene.toml --report a.pdf => a.pdf; .html
 run scene.toml --isolate => --isolate is for --backend lammps: add that
 run scene.toml --lmp lmp => --lmp is for --backend lammps: add that, or leave --lmp out
 run scene.toml --ranks 2 => --ranks is for --backend lammps: add that, or leave --ranks
 run scene.toml --backend lammps --lmp /no/lmp => /no/lmp is missing or not a program
-compare scene.toml --backend native --lmp lmp => --lmp is for --backend lammps: add that
 compare scene.toml --ranks 2 => --ranks needs a LAMMPS binary, as the lammps module runs
 compare scene.toml --ranks 0 => --ranks = 0: must be at least 1
 compare scene.toml --lmp lmp --isolate => --isolate is for the lammps module
@@ -49,7 +47,6 @@ compare scene.toml --plot plot.xyz => plot.xyz; png; svg
 compare scene.toml --backend native --junit scene.toml => name
 compare scene.toml --report a.html --junit a.html => name
 tradeoff scene.toml --plot plot.xyz => plot.xyz; png; svg
-judge scene.toml peaks.csv --junit ./peaks.csv => name
 judge scene.toml peaks.csv --tolerance 0 => tolerance
 judge scene.toml peaks.csv --dt '1 s' => unstable
 judge scene.toml peaks.csv --column F => --column F: must be NAME=VALUE

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from importlib.metadata import version
-from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,6 @@ import pandas as pd
 import pytest
 from numpy.typing import ArrayLike
 
-from hertzchain.cli.output import say
 from hertzchain.cli.run import MethodName
 from hertzchain.engines.native.backend import Native
 from hertzchain.observables.result import Result
@@ -166,12 +164,3 @@ def test_all_files_of_one_run(hertzchain: Command) -> None:
     done = hertzchain("run", SCENE, "-o", "peaks.csv")
     assert ", are in peaks.csv)" in done.out
     assert done.err == "Peaks written to peaks.csv\n"
-
-
-def test_lines_to_stderr_go_where_a_progress_bar_catches_them(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Rich puts something in the place of stderr, and prints what it gets above the bar."""
-    monkeypatch.setattr("sys.stderr", caught := StringIO())
-    say("compiled")
-    assert caught.getvalue() == "hertzchain: compiled\n"

@@ -1,4 +1,4 @@
-"""All blocks of the pages in docs/ are run; the pages build, and their links work."""
+"""All blocks of the pages in docs/ are run, and its notebooks; the pages build, and links work."""
 
 from __future__ import annotations
 
@@ -7,11 +7,13 @@ import shlex
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 from typer.main import get_command
 
 import hertzchain as hc
+from docs import run_notebooks as notebooks
 from hertzchain import errors, lammps, theory
 from hertzchain.cli.commands import app
 from tests.command_line import python, run_here, run_program
@@ -316,3 +318,57 @@ def test_the_pages_have_every_command_and_option(built: Path) -> None:
         for parameter in command.params:
             if parameter.param_type_name == "option":
                 assert (parameter.opts[-1] in section) != parameter.hidden, name
+
+
+# Notebooks run as they stand, and print what is kept in them
+
+
+NOTEBOOKS = sorted(notebooks.FOLDER.glob("*.ipynb"))
+SLOW = {"figures", "first_scene", "measured_pulse"}
+
+
+def texts(outputs: list[dict[str, Any]]) -> str:
+    """What a cell printed and gave back as text."""
+    lines = [output.get("text") or output["data"]["text/plain"] for output in outputs]
+    return "".join("".join(part) for part in lines)
+
+
+def kinds(outputs: list[dict[str, Any]]) -> list[set[str]]:
+    """The forms that each output has: text, picture, page."""
+    return [set(output.get("data", {"stream": ""})) for output in outputs]
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(path, marks=[pytest.mark.slow] * (path.stem in SLOW)) for path in NOTEBOOKS],
+    ids=lambda path: path.stem,
+)
+def test_a_notebook_prints_and_draws_what_it_keeps(path: Any) -> None:
+    notebook = notebooks.read(path)
+    found = notebooks.run(notebook)
+    for cell, outputs in zip(notebooks.code_cells(notebook), found, strict=True):
+        shown, printed = texts(cell["outputs"]), texts(outputs)
+        assert agrees(shown, printed), f"kept:\n{shown}\nprinted:\n{printed}"
+        assert kinds(cell["outputs"]) == kinds(outputs)
+
+
+def test_the_notebooks_are_there() -> None:
+    assert [path.stem for path in NOTEBOOKS] == sorted([*SLOW, "sweep"])
+    for path in NOTEBOOKS:
+        notebook = notebooks.read(path)
+        assert (notebook["nbformat"], notebook["nbformat_minor"]) == (4, 5)
+        assert any("image/png" in kind for cell in notebooks.code_cells(notebook)
+                   for kind in kinds(cell["outputs"]))  # fmt: skip
+        assert [cell["execution_count"] for cell in notebooks.code_cells(notebook)] == list(
+            range(1, len(notebooks.code_cells(notebook)) + 1)
+        )
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_links_of_a_notebook_lead_somewhere(path: Any) -> None:
+    cells = notebooks.read(path)["cells"]
+    text = "\n".join(map(notebooks.source_of, cells))
+    links = re.findall(r"\]\(([^)#\s]+)", text)
+    assert links
+    assert [link for link in links if not (path.parent / link).exists()] == []

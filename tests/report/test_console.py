@@ -97,9 +97,7 @@ def test_lines_end_between_words_and_never_within_a_command() -> None:
     ("remark", "shown"),
     [
         ("peaks are from samples", "Peaks are from samples."),
-        ("contact-free granules", "Contact-free granules."),
         ("in.chain:34: left out", "in.chain:34: left out."),
-        ("deck:3: left out", "deck:3: left out."),
         ("a/chain.data:3: left out", "a/chain.data:3: left out."),
     ],
 )

@@ -22,9 +22,6 @@ FUNCTIONS: dict[str, Callable[[Any], Any]] = {
     "run": lambda scene: hc.Native().run(scene).peak_force,
     "compare": lambda scene: hc.compare(scene, ["native"]).native.peak_force,
     "judge": lambda scene: hc.judge(scene, {2: 100.0}).reference.peak_force,
-    "judge a table": lambda scene: (
-        hc.judge(scene, hc.Native().run(SHORT).to_frame()).reference.peak_force
-    ),
     "peak_forces": lambda scene: hc.peak_forces([scene, scene]).peak_force,
     "predict": lambda scene: hc.theory.predict(scene).peak_force,
     "sweep": lambda scene: hc.sweep(scene, {"shock.duration_ratio": [2.0]}).to_frame(

@@ -28,9 +28,7 @@ pulse precompression.force="20 N" => precompression
 pulse wall.kind="same"; precompression.gravity=9.81 => wall, gravity
 pulse chain.segments=[{granules=60, radius_ratio=0.99}] => unlike granules
 pulse chain.segments=[{granules=60, gap="1 um"}] => gaps
-pulse chain.gap="1 um" => gaps
 pulse contact={damping="restitution", restitution=0.9} => damping
-pulse contact={damping="dashpot", coefficient="2 g/s"} => damping
 pulse wall.kind="same"; contact={damping="viscoelastic", relaxation_time="1 us"} => wall, damping
 piston shock.velocity="20 cm/s" => piston
 sine => precompression

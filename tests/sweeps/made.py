@@ -57,11 +57,6 @@ def all_scenes(found: Design) -> list[hc.Scene]:
     return [found.scene(parameters, k) for k in numbers.tolist()]
 
 
-def rows_of(sweep: hc.Sweep) -> tuple[list[dict[str, Any]]]:
-    """The rows of a table, in the form that ``zip(*...)`` takes."""
-    return (sweep.to_frame().to_dict("records"),)  # type: ignore[return-value]
-
-
 def has_numbers(row: Mapping[Any, Any], numbers: Mapping[str, Any]) -> None:
     """Assert that a row has all these numbers, as far as it has their columns, and no others."""
     for name in filter(is_result, row):

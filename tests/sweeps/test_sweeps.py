@@ -185,9 +185,10 @@ def test_few_scenes_start_no_process(backend: Any, scenes: int, short: bool) -> 
     [
         (SHORT, {"run.end_time": "0.1 ms,0.3 ms"}),
         (replace(SHORT, run=hc.Run(1e-4)), {"shock.momentum_ratio": "0.5,1"}),
+        (replace(SHORT, wall=hc.Wall("rigid")), {"shock.momentum_ratio": "0.5,1"}),
     ],
 )
-def test_runs_with_an_end_of_their_own_are_no_batch(scene: hc.Scene, vary: dict[str, str]) -> None:
+def test_scenes_with_terms_or_an_end_are_no_batch(scene: hc.Scene, vary: dict[str, str]) -> None:
     assert not is_batched(design(scene, vary), hc.Native())
 
 

@@ -278,9 +278,6 @@ def test_edges_are_half_way(values: list[float], log: bool, edges: list[float]) 
     np.testing.assert_allclose(cell_edges(np.array(values, float), log), edges, rtol=1e-14)
 
 
-# The command
-
-
 pytestmark = pytest.mark.lammps  # sweeps by native and LAMMPS
 
 

@@ -59,7 +59,6 @@ def test_a_sweep_that_is_there_is_not_measured_again(tmp_path: Path) -> None:
     ("one", "other", "same"),
     [
         (hc.Lammps(), hc.Lammps(isolated=True), True),
-        (hc.Lammps(), hc.Lammps(time_limit=7.0), True),
         (hc.Native(), hc.Native(peaks_only=True), True),
         (hc.Lammps(), hc.Lammps(extrapolated=True), False),
         (hc.Native(), hc.Native("rk4"), False),
