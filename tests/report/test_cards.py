@@ -13,6 +13,9 @@ import pytest
 from matplotlib.image import imread
 
 import hertzchain as hc
+from hertzchain.report.console import plain_text, print_document
+from hertzchain.report.document import Finding
+from hertzchain.report.examination import of_examination
 from hertzchain.verdict.check import NOT_RUN, Check, Kind, unmeasured
 from tests.conftest import paper_scene
 from tests.verdict.deck.corpus import scene_of
@@ -185,3 +188,45 @@ def test_a_notebook_shows_a_figure_without_pyplot(result: hc.Result, sweep: hc.S
         width, height = (figure.get_size_inches() * figure.dpi).astype(int)
         assert pixels.shape[:2] == (height, width)
         assert pixels.min() < 0.5 < pixels.max()  # something is drawn
+
+
+# What is to mend in a deck
+
+
+def test_the_sentence_of_an_examination(examination: hc.DeckExamination) -> None:
+    peaks = replace(examination.checks[-1], passed=False, effect=None)
+    right = tuple(replace(one, passed=True) for one in examination.checks)
+    others = {
+        "3 things are to mend in the deck.": examination,
+        "One thing is to mend in the deck.": replace(
+            examination, checks=(*right[:3], examination.to_mend[0], right[-1]), findings=()
+        ),
+        f"The deck is the scene: all {len(right)} checks passed.": replace(
+            examination, checks=right
+        ),
+    }
+    for sentence, one in others.items():
+        off = " Its peaks are off by 7.0e-05 at most, 0.001 is allowed."
+        assert of_examination(one).verdict.sentence == sentence + off
+    off_only = of_examination(replace(examination, checks=(*right[:-1], peaks), findings=()))
+    assert off_only.verdict.sentence == (
+        "No number of the deck alone is to blame, but its peaks are off: small differences add up."
+        " None of its peaks can be judged."
+    )
+    assert [one.name for one in off_only.verdict.failures] == [peaks.name]
+
+
+def test_what_is_to_mend_is_printed_line_by_line(examination: hc.DeckExamination) -> None:
+    findings = [
+        Finding(["A is 1.", "B is 2."], False, "a:3", "old", [("a:3", "old", ("new", "more"))]),
+        Finding(["C is 3."], False, "a:4", "one", [("a:5", "two", ())], "this follows from 1"),
+        Finding(["D is 4."], True, "", ""),
+    ]
+    document = replace(of_examination(examination), findings=findings, remarks=())
+    text = plain_text(lambda console: print_document(console, document))
+    begin, end = text.index("1. "), text.index("\nVerdict: fail")
+    assert text[begin:end].split("\n") == [
+        *("1. A is 1.", "   B is 2.", "   a:3: old", "   right: new", "   right: more", ""),
+        *("2. C is 3.", "   a:4: one", "   a:5: two", "   this follows from 1", ""),
+        *("   small: D is 4.", ""),
+    ]

@@ -305,3 +305,10 @@ def test_contacts_that_are_weak_are_not_those_that_are_not_given() -> None:
     assert found["contacts"] == f"{judged} judged, 0 failed, 0 not given, {weak}"
     found = dict(of_judgement(hc.judge(scene, np.where(strong, truth, np.nan))).facts)
     assert found["contacts"] == f"{judged} judged, 0 failed, {others} not given"
+
+
+def test_a_verdict_is_green_or_red(native: hc.Comparison) -> None:
+    for checks, shown in (((WELL,), "\x1b[1;32mpass\x1b"), ((ODD,), "\x1b[1;31mfail\x1b")):
+        screen = Console(file=io.StringIO(), force_terminal=True, color_system="standard")
+        print_document(screen, of_comparison(replace(native, checks=checks)))
+        assert shown in text_on(screen)
