@@ -86,6 +86,11 @@ def test_a_batch_prints_on_few_lines(batch: hc.Batch) -> None:
     assert 4 <= len(text.split("\n")) <= MOST_LINES
     assert text.startswith("Batch")
     assert not re.search(r"array\(|nan|None| object at ", text)
+    assert "not peaked" not in text
+    passed = batch.peak_passed.copy()
+    passed[1, :3] = False
+    left = fact(replace(batch, peak_passed=passed), "not peaked yet")
+    assert left == "3 contacts where the run ended"
 
 
 def test_a_scene_prints_what_it_is() -> None:

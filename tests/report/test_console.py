@@ -305,6 +305,12 @@ def test_contacts_that_are_weak_are_not_those_that_are_not_given() -> None:
     assert found["contacts"] == f"{judged} judged, 0 failed, 0 not given, {weak}"
     found = dict(of_judgement(hc.judge(scene, np.where(strong, truth, np.nan))).facts)
     assert found["contacts"] == f"{judged} judged, 0 failed, {others} not given"
+    assert "error of sampling, at most" not in found
+    sampling = np.where(np.arange(truth.size) == 1, 0.02, 5e-4)  # of 1e-3
+    found = dict(of_judgement(replace(hc.judge(scene, truth), sampling=sampling)).facts)
+    rare = f"{judged - 1} judged, 0 failed, 0 not given, {weak}, 1 sampled too rarely, not judged"
+    assert found["contacts"] == rare
+    assert found["error of sampling, at most"] == "5.0e-04, which adds to the tolerance"
 
 
 def test_a_verdict_is_green_or_red(native: hc.Comparison) -> None:

@@ -17,7 +17,9 @@ from matplotlib.image import imread
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.report.formats import check_format
+from hertzchain.report.picture import in_units
 from hertzchain.report.style import COLOURS
+from hertzchain.report.waterfall import while_moving
 from tests.report.test_console import plot_comparison
 
 
@@ -93,3 +95,31 @@ def test_a_plot_without_formulas_is_drawn(
     assert next(iter(above.values()))[1].tolist() == native.native.peak_force.tolist()
     assert not {"Eq. 6", "Eq. 9"} & above.keys()
     assert colour_of("native") in colours(picture(tmp_path / "plot.png"))
+
+
+@pytest.mark.parametrize(
+    ("ends", "label", "shown"),
+    [
+        ((1e-6, 5e-5), "time [µs]", ["1", "10", "", ""]),
+        ((1e-12, 1e-3), "time [ns]", ["$10^{3}$", "$10^{4}$"]),
+        ((2e-6, 9e-6), "time [µs]", ["1", "10", "2", "3"]),
+    ],
+)
+def test_a_logarithmic_axis_has_its_unit(
+    ends: tuple[float, float], label: str, shown: list[str]
+) -> None:
+    axis = Figure().subplots().xaxis
+    axis.axes.set(xscale="log", xlim=ends)
+    in_units(axis, "time [s]")
+    assert axis.get_label_text() == label
+    major, minor = axis.get_major_formatter(), axis.get_minor_formatter()
+    texts = [*map(major, (1e-6, 1e-5)), *map(minor, (2e-6, 3e-6))]
+    assert texts[: len(shown)] == shown
+
+
+def test_forces_that_never_change_are_drawn_over_all_times() -> None:
+    time = np.linspace(1.0, 3.0, 21)
+    assert while_moving(time, np.zeros(21)) == (1.0, 3.0)
+    off = np.where(np.abs(time - 2.0) < 0.25, 1.0, 0.0099)
+    # One sample further, and 3 % of that.
+    assert while_moving(time, off) == pytest.approx((1.7 - 0.03 * 0.6, 2.3 + 0.03 * 0.6))

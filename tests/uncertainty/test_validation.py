@@ -75,6 +75,7 @@ def test_what_two_uncertainties_allow() -> None:
     assert one(13.0).uncertainty == pytest.approx(13.0)
     assert one(13.0).largest == "measured"
     assert one(-26.0).ratio == pytest.approx(2.0)
+    assert one(-26.0).allowed == pytest.approx(26.0)
     assert one(0.0).seen_from == pytest.approx(0.13 * (2 + 1.645))
 
 
