@@ -14,7 +14,7 @@ from hertzchain.cli.run import MethodName
 from hertzchain.engines.native.backend import Native
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
-from tests.cli.short_chain import GET_IT, TABLE, Changes, rows_of, scene_file, table_file
+from tests.cli.short_chain import CONTACTS, GET_IT, TABLE, Changes, rows_of, scene_file, table_file
 from tests.command_line import MAIN, Command, Outcome, is_refused, process
 from tests.oracles.json_schema import problems
 from tests.places import ROOT
@@ -162,3 +162,11 @@ def test_run_without_lammps_says_how_to_get_it() -> None:
     outcome = process("run", "scene.toml", "--backend", "lammps", "-o", "peaks.csv", code=NO_LAMMPS)
     is_refused(outcome, "LAMMPS is not available", GET_IT)
     assert names() == ["scene.toml"]
+
+
+@pytest.mark.usefixtures("folder")
+def test_first_pulses_are_wanted(hertzchain: Command) -> None:
+    scene_file()
+    asked = ("run", "scene.toml", "--rtol", "1e-3", "--json")
+    assert hertzchain(*asked).json().get("first_peak_force_N") is None
+    assert len(hertzchain(*asked, "--wanted", "first").json()["first_peak_force_N"]) == CONTACTS

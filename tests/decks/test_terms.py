@@ -147,3 +147,17 @@ def test_a_deck_that_would_take_too_many_steps_is_refused(monkeypatch: pytest.Mo
     with pytest.raises(TooExpensive, match=r"1e\+03 steps, more than 1e\+03: ask for a larger dt"):
         deck_step(ALL, ALL.end_time / 1001)
     assert deck_step(ALL, ALL.end_time / 999) > 0
+
+
+def test_the_head_says_which_contacts_are_the_walls(tmp_path: Path) -> None:
+    ends = {"wall": hc.Wall("rigid"), "near_wall": hc.Wall("rigid")}
+    pulse = replace(PULSE, granule=2)
+    said = {
+        "wall": "Contact 7, on the screen, is the wall's.",
+        "near_wall": "Contact 1 is the near",
+    }
+    for kept in ((), ("wall",), ("near_wall",), ("wall", "near_wall")):
+        walls = {name: ends[name] for name in kept}
+        scene = hc.Scene(hc.Chain(6, **STEEL), pulse, hc.Run(5e-5), **walls)
+        text = " ".join(written(scene, tmp_path).read_text().replace("#", "").split())
+        assert {name for name, words in said.items() if words in text} == set(kept)

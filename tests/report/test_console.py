@@ -226,12 +226,13 @@ def test_a_comparison_shows_every_oracle_and_its_difference(both: hc.Comparison)
 
 
 def test_a_check_that_fails_says_by_how_much_and_why(native: hc.Comparison) -> None:
-    comparison = replace(native, checks=(WELL, ODD))
+    comparison = replace(native, checks=(replace(WELL, remark="by little"), ODD))
     text = comparison_text(comparison)
-    assert line_of(text, "native: all is well").split() == ["0.0e+00", "1.0e-09", "0", "pass"]
+    assert line_of(text, "native: all is well  ").split() == ["0.0e+00", "1.0e-09", "0", "pass"]
     odd = line_of(text, "native: one thing is odd  ").split()
     assert odd[-4:] == ["5.0e-01", "2.5e-01", "2", "FAIL"]
     assert "native: one thing is odd: out of tolerance (it should be 1)\n" in text
+    assert "\nnative: all is well: by little.\n" in text
     assert "why not" not in text
     assert text.endswith("Verdict: fail\n")
 

@@ -212,3 +212,12 @@ def test_a_row_whose_granules_meet_nothing_has_the_reason() -> None:
         "velocities at the start", "[shock]", ""
     ]  # fmt: skip
     assert table["wall_peak_force_N"].notna().tolist() == [False, False, True]
+
+
+def test_a_scene_without_memory_is_a_row_with_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+    def run(*_: object) -> hc.Result:
+        raise MemoryError
+
+    monkeypatch.setattr(hc.Native, "run", run)
+    rows = hc.sweep(STRIKER, {"striker.velocity": "0.5,1"}).to_frame()
+    assert rows["failure"].tolist() == ["there is not enough memory for this scene"] * 2

@@ -11,9 +11,11 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.errors import SceneError
+from hertzchain.report.console import plain_text
 from hertzchain.scene.uncertain import Uncertain
 from hertzchain.uncertainty.realisations import Realisations
 from hertzchain.uncertainty.shares import first_order
+from hertzchain.uncertainty.shown import print_spread
 from tests.command_line import Command
 from tests.conftest import STEEL
 
@@ -49,7 +51,12 @@ def test_every_result_goes_with_powers_of_modulus_and_speed() -> None:
     assert [int(np.sum(values < low)), int(np.sum(values > high))] == [4, 4]
     without = found.values.copy()
     without[:3, k] = np.nan
-    assert "1 results have no spread: 3 of 64" in replace(found, values=without).remarks[0]
+    partly = replace(found, values=without)
+    assert "1 results have no spread: 3 of 64" in partly.remarks[0]
+    for one, said in ((found, 0), (partly, 1)):
+        text = plain_text(lambda console, one=one: print_spread(console, one, every=True))
+        assert text.count("cut off") == said
+        assert text.count(" none") == 0
     assert found.deviation[k] / nominal == pytest.approx(np.hypot(0.02, 0.0277), rel=0.1)
     assert "contact 5" in repr(found)
     assert len(found.plot().axes) == 2
