@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 import hertzchain as hc
+from hertzchain.report import progress
 from hertzchain.report.progress import shown_progress
+from tests.command_line import Command
 from tests.conftest import paper_scene
+from tests.recordings import write_scope
 
 SHORT = paper_scene("cosine", 1.0, 2.0, granules=8)
 
@@ -75,3 +80,34 @@ def test_a_function_is_called_with_lines(name: str) -> None:
     call, said = CALLS[name]
     call(lines.append)
     assert said in lines
+
+
+COMMANDS: dict[str, list[str]] = {
+    "run scene.toml --plot a.svg": ["native: running", "writing a.svg"],
+    "timestep scene.toml": ["trying steps"],
+    "deck scene.toml -o in.chain": ["native: the step, and what the deck has to find"],
+    "unit-test scene.toml": ["native: looking for the wave"],
+    "pulse scope.csv --scale 25": ["looking for few rows that keep the pulse"],
+    "sweep scene.toml --vary duration_ratio=2,3 -o a": ["0 of 2 rows", "2 of 2 rows"],
+    "plot a --x duration_ratio --y peak_force": ["drawing a", "writing a/plot.png"],
+}
+
+
+def test_commands_say_what_they_do(
+    hertzchain: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lines: list[str] = []
+
+    @contextmanager
+    def kept() -> Iterator[Callable[[str], None]]:
+        yield lines.append
+
+    monkeypatch.setattr(progress, "shown_progress", kept)
+    monkeypatch.chdir(tmp_path)
+    write_scope(tmp_path / "scope.csv", 1000)
+    SHORT.to_toml(tmp_path / "scene.toml")
+    for command, said in COMMANDS.items():
+        lines.clear()
+        done = hertzchain(*command.split())
+        assert done.status == 0, done.err
+        assert [line for line in lines if not line.startswith("compiling")] == said, command
