@@ -150,7 +150,7 @@ def test_a_deck_that_would_take_too_many_steps_is_refused(monkeypatch: pytest.Mo
 
 
 def test_the_head_says_which_contacts_are_the_walls(tmp_path: Path) -> None:
-    ends = {"wall": hc.Wall("rigid"), "near_wall": hc.Wall("rigid")}
+    ends: dict[str, Any] = dict.fromkeys(("wall", "near_wall"), hc.Wall("rigid"))
     pulse = replace(PULSE, granule=2)
     said = {
         "wall": "Contact 7, on the screen, is the wall's.",
@@ -158,6 +158,6 @@ def test_the_head_says_which_contacts_are_the_walls(tmp_path: Path) -> None:
     }
     for kept in ((), ("wall",), ("near_wall",), ("wall", "near_wall")):
         walls = {name: ends[name] for name in kept}
-        scene = hc.Scene(hc.Chain(6, **STEEL), pulse, hc.Run(5e-5), **walls)
+        scene = replace(hc.Scene(hc.Chain(6, **STEEL), pulse, hc.Run(5e-5)), **walls)
         text = " ".join(written(scene, tmp_path).read_text().replace("#", "").split())
         assert {name for name, words in said.items() if words in text} == set(kept)

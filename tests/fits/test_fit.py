@@ -12,6 +12,7 @@ import pandas as pd
 import pytest
 
 import hertzchain as hc
+from hertzchain.engines.native import motion
 from hertzchain.errors import HertzchainError, SceneError
 from hertzchain.fits import model
 from tests.command_line import Command
@@ -370,11 +371,10 @@ def test_values_that_stand_at_an_end_are_refused() -> None:
 def test_values_near_an_end_have_an_interval_within_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """E = 0.998 in noise: 1 and more is no restitution."""
     runs: list[object] = []
-    motion_at = model.motion_at
 
     def counted(*how: Any) -> Any:
         runs.append(how)
-        return motion_at(*how)
+        return motion.motion_at(*how)
 
     monkeypatch.setattr(model, "motion_at", counted)
     true = replace(TRUE, contact=hc.Contact("restitution", restitution=0.998))

@@ -133,12 +133,12 @@ def test_what_is_printed_and_drawn_of_a_pulse() -> None:
     assert above.get_xlim() == pytest.approx((-0.3 * 6e-5, 1.3 * 6e-5))
     recording, baseline, rows = above.lines
     np.testing.assert_array_equal(recording.get_ydata(), found.recording.force)
-    assert set(baseline.get_ydata()) == {signal.baseline}
+    assert set(np.asarray(baseline.get_ydata())) == {signal.baseline}
     assert rows.get_ydata() == pytest.approx(signal.baseline + np.array(table.force))
     off, *levels = below.lines
     assert off.get_ydata()[0] == signal.force[0]
     assert [line.get_ydata()[0] / signal.noise.deviation for line in levels] == [-1, 1]
-    assert [line.get_label().startswith("noise") for line in levels] == [False, True]
+    assert [str(line.get_label()).startswith("noise") for line in levels] == [False, True]
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -54,7 +55,7 @@ def test_every_result_goes_with_powers_of_modulus_and_speed() -> None:
     partly = replace(found, values=without)
     assert "1 results have no spread: 3 of 64" in partly.remarks[0]
     for one, said in ((found, 0), (partly, 1)):
-        text = plain_text(lambda console, one=one: print_spread(console, one, every=True))
+        text = plain_text(partial(print_spread, spread=one, every=True))
         assert text.count("cut off") == said
         assert text.count(" none") == 0
     assert found.deviation[k] / nominal == pytest.approx(np.hypot(0.02, 0.0277), rel=0.1)
