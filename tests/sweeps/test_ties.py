@@ -110,3 +110,8 @@ def test_the_command(tmp_path: Path, hertzchain: Command) -> None:
     assert other.status == 2
     refused = hertzchain("sweep", tmp_path / "scene.toml", *vary[:3], "chain.granules", *out)
     assert "--tie chain.granules: must be NAME=VALUE" in refused.err
+
+
+def test_a_formula_has_full_names(segmented: hc.Scene) -> None:
+    with pytest.raises(SceneError, match=r"stands in a formula by its full name, chain\.segments"):
+        ties_of(segmented, {"chain.segments.1.radius": "2 * segments.2.radius"}, [])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import pytest
 from scipy.integrate import solve_ivp
@@ -143,3 +144,9 @@ def test_what_cannot_be_is_refused() -> None:
     pulse = hc.Pulse("cosine", 1.0, 2.0, rise_time=1e-5)
     with pytest.raises(SceneError, match="striker: needs a scene with a"):
         collision_of(hc.Scene(hc.Chain(2, **STEEL), pulse))
+
+
+@pytest.mark.parametrize("wrong", [0.0, -0.1, 1.001, math.nan, "1"])
+def test_a_restitution_that_cannot_be(wrong: Any) -> None:
+    with pytest.raises(SceneError, match="must be a number above 0, at most 1"):
+        restitution.damping_ratio(wrong)

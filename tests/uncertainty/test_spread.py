@@ -244,6 +244,13 @@ velocity = 1
     assert radius.std(axis=0) == pytest.approx([5e-5] * 3 + [8e-5 / 3**0.5] * 3, rel=0.1)
 
 
+def test_too_many_values_that_scatter() -> None:
+    each = (Uncertain("chain.radius", 1e-6, each=True),)
+    scene = replace(STRIKER, chain=hc.Chain(21_202, **STEEL), uncertain=each)
+    with pytest.raises(SceneError, match="uncertain values = 21202: must be at most 21201"):
+        hc.spread(scene, 16)
+
+
 def test_few_realisations_have_no_shares() -> None:
     found = hc.spread(SCENE, 32)
     assert np.isnan(found.shares).all()
