@@ -11,7 +11,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import require
 from hertzchain.observables.result import Result
 from hertzchain.report import style
-from hertzchain.report.waterfall import drawn_contacts, recorded, while_moving, with_peak
+from hertzchain.report.waterfall import drawn_contacts, while_moving, with_peak
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -58,9 +58,6 @@ def plot(
     each = [one for group in groups.values() for one in group]
     are_results = all(groups.values()) and all(isinstance(one, Result) for one in each)
     require(are_results, "results", None, "must have a result, or a list of them, for each name")
-    if draw != "peaks":
-        for one in each:
-            recorded(one)  # refuses a result without a history
     if draw == "forces":
         most = min(one.scene.last_contact for one in each)
         shortest = min(each, key=lambda one: one.scene.last_contact)

@@ -54,8 +54,7 @@ def drawn_contacts(result: Result, most: int) -> list[int]:
 
 def with_peak(result: Result, contact: int) -> tuple[FloatArray, FloatArray]:
     """Times [s] and contact forces [N] of a contact, with its peak if it lies between them."""
-    assert result.history is not None
-    time, force = result.history.time, result.force_at(contact)
+    time, force = recorded(result).time, result.force_at(contact)
     peak_time = result.peak_time[result.scene.contacts.index(contact)]
     if not time[0] < peak_time < time[-1] or peak_time in time:
         return time, force

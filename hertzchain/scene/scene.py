@@ -306,8 +306,8 @@ class Scene(Numbered, Shown):
     def _shock_momentum(self) -> float:
         """Momentum of the shock in LM_ratio [N s]."""
         shock = self.shock
-        if shock.is_driven:
-            return self.first_contact[1] * (shock.impact_velocity or 0.0)
+        if self.piston is not None:
+            return self.first_contact[1] * self.piston.impact_velocity
         if shock.start_velocity > 0:  # a striker
             return self.pushed_mass * shock.start_velocity
         if isinstance(shock, Moving):

@@ -56,8 +56,6 @@ class Collision:
         m* = m1 m2 / (m1 + m2) [kg].
     stiffness
         k = 4/3 E* sqrt(R*) [N m^(-3/2)].
-    radius
-        R* = R1 R2 / (R1 + R2) [m].
     velocity
         Relative velocity of the impact [m/s].
 
@@ -69,11 +67,10 @@ class Collision:
 
     mass: float
     stiffness: float
-    radius: float
     velocity: float
 
     def __post_init__(self) -> None:
-        for key in ("mass", "stiffness", "radius", "velocity"):
+        for key in ("mass", "stiffness", "velocity"):
             value = getattr(self, key)
             require(is_positive(value), key, value, POSITIVE)
 
@@ -93,11 +90,9 @@ def collision_of(scene: Scene) -> Collision:
     allowed = "needs a scene with a [striker]: it is the velocity of the impact"
     require(striker is not None, "striker", None, allowed)
     granules = scene.granules
-    one, other = granules.radius[:2].tolist()
     return Collision(
         mass=float(granules.contact_mass[0]),
         stiffness=float(granules.stiffness[0]),
-        radius=one * other / (one + other),
         velocity=float(scene.shock.start_velocity),
     )
 

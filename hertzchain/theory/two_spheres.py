@@ -59,7 +59,7 @@ def parting(scene: Scene) -> Parting | None:
         length, time = length_and_time(stiffness, mass, scene.peak_force)
         speed = float(wave_velocity() * length / time)
         whose = f"a granule's in a wave of {scene.peak_force:.3g} N"
-    spheres = restitution.Collision(mass / 2, stiffness, radius / 2, speed)
+    spheres = restitution.Collision(mass / 2, stiffness, speed)
     viscous = law.damping == "viscoelastic"
     to_restitution = restitution.viscoelastic if viscous else restitution.dashpot
     found = to_restitution(law.parameter, spheres, law.attraction)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from hertzchain.scene.starters import write_starter
 from tests.command_line import Command
-from tests.recordings import DURATION, FORCE, START, write_scope
+from tests.recordings import DURATION, FORCE, START, sine_squared, times, write_scope
 
 
 @pytest.fixture
@@ -76,3 +77,13 @@ def test_options_reach_the_pulse(hertzchain: Command, scope: Path) -> None:
     assert found["duration_s"] == pytest.approx(50e-9, abs=0.4e-9)
     assert found["baseline_N"] == pytest.approx(200)
     assert found["peak_force_N"]["value"] == pytest.approx(2000 * (4.012 - 0.1), rel=0.02)
+
+
+def test_what_makes_the_pulse_wrong_is_said(hertzchain: Command, tmp_path: Path) -> None:
+    time = times(1000)
+    cut = np.minimum(sine_squared(time), 60.0)
+    rows = "".join(f"{t!r},{f!r}\n" for t, f in zip(time.tolist(), cut.tolist(), strict=True))
+    (tmp_path / "cut.csv").write_text(f"time_s,force_N\n{rows}", encoding="utf-8")
+    done = hertzchain("pulse", tmp_path / "cut.csv")
+    assert done.status == 0
+    assert "largest force" in " ".join(done.err.split())

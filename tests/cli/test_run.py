@@ -16,7 +16,15 @@ from hertzchain.engines.native.backend import Native
 from hertzchain.observables.result import Result
 from hertzchain.report.facts import describe
 from hertzchain.scene.scene import Scene
-from tests.cli.short_chain import GET_IT, TABLE, Changes, embedded, scene_file, table_file
+from tests.cli.short_chain import (
+    CONTACTS,
+    GET_IT,
+    TABLE,
+    Changes,
+    embedded,
+    scene_file,
+    table_file,
+)
 from tests.command_line import MAIN, Command, Outcome, is_refused, process
 from tests.oracles.json_schema import problems
 from tests.places import ROOT
@@ -164,3 +172,11 @@ def test_all_files_of_one_run(hertzchain: Command) -> None:
     done = hertzchain("run", SCENE, "-o", "peaks.csv")
     assert ", are in peaks.csv)" in done.out
     assert done.err == "Peaks written to peaks.csv\n"
+
+
+@pytest.mark.usefixtures("folder")
+def test_first_pulses_are_wanted(hertzchain: Command) -> None:
+    scene_file()
+    asked = ("run", "scene.toml", "--rtol", "1e-3", "--json")
+    assert hertzchain(*asked).json().get("first_peak_force_N") is None
+    assert len(hertzchain(*asked, "--wanted", "first").json()["first_peak_force_N"]) == CONTACTS

@@ -5,13 +5,16 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 
 import hertzchain as hc
+from hertzchain.engines.native import motion
 from hertzchain.errors import HertzchainError, SceneError
+from hertzchain.fits import model
 from tests.command_line import Command
 from tests.conftest import STEEL
 from validation import experiments
@@ -349,15 +352,25 @@ def test_values_that_stand_at_an_end_are_refused() -> None:
         hc.fit(START, experiment(0.01, scene=lossless), FREE)
     with pytest.raises(SceneError, match="must be within 1 and 2, to begin with"):
         hc.fit(START, experiment(0.01), ["striker.velocity=1:2"])
+    with pytest.raises(SceneError, match="traces: must be at least one file or table"):
+        hc.fit(START, [], FREE)
 
 
-def test_values_near_an_end_have_an_interval_within_it() -> None:
+def test_values_near_an_end_have_an_interval_within_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """E = 0.998 in noise: 1 and more is no restitution."""
+    runs: list[object] = []
+
+    def counted(*how: Any) -> Any:
+        runs.append(how)
+        return motion.motion_at(*how)
+
+    monkeypatch.setattr(model, "motion_at", counted)
     true = replace(TRUE, contact=hc.Contact("restitution", restitution=0.998))
     fit = hc.fit(replace(true, gauges=()), experiment(0.03, 2, true), ["contact.restitution"])
     low, high = fit.parameters[0].interval_95
     assert low < 0.998
     assert high == 0.9999
+    assert fit.runs == len(runs)
 
 
 def test_the_command(tmp_path: Path, hertzchain: Command) -> None:

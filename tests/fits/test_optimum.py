@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +34,12 @@ def test_an_optimum_within_the_range() -> None:
     assert found.value >= heights.max() * (1 - 1e-5)
     assert found.values[key] == pytest.approx(densities[np.argmax(heights)], rel=0.1)
     assert not found.remarks
+    shown = replace(found, value=1.5, before=0.5, values={key: 2e3}, runs=1234, remarks=("so",))
+    assert [line.split("  ")[-1].strip() for line in repr(shown).splitlines()[-4:]] == [
+        *("1.5, before 0.5", "2000 kg/m³, before 2000"),
+        *("1,234", "so"),
+    ]
+    assert ", not in the scene before" in repr(replace(found, start={key: None}))
     assert isinstance(found.scene.shock, hc.Striker)
     assert found.scene.shock.velocity == pytest.approx(20 / np.sqrt(found.values[key]))
 

@@ -12,6 +12,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.errors import SceneError
+from hertzchain.observables import gauges
 from tests.command_line import Command
 from tests.conftest import STEEL, paper_scene
 from tests.observables.test_first_pulse import ORACLE
@@ -151,3 +152,17 @@ def test_traces_are_written(tmp_path: Path, hertzchain: Command) -> None:
     refused = hertzchain("run", tmp_path / "plain.toml", "--traces", written)
     assert refused.status == 2
     assert "the scene needs a [[gauge]]" in refused.err
+
+
+@pytest.mark.parametrize("without", range(4))
+def test_a_gauge_without_a_whole_pulse_reads_nothing(
+    without: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The mean, its coarser samples and the forces on both sides have one each."""
+    calls, pulse = iter(range(4)), gauges._pulse
+    monkeypatch.setattr(
+        gauges, "_pulse", lambda curve: None if next(calls) == without else pulse(curve)
+    )
+    scene = replace(SCENES["plain"], gauges=(hc.Gauge(granule=4),))
+    (found,) = hc.Native(rtol=1e-4).run(scene).gauges
+    assert np.isnan([found.force, found.arrival, found.width, found.force_error]).all()

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import hertzchain as hc
+from hertzchain.observables.pressure import yield_warning
 from tests.conftest import STEEL
 
 STRIKER = hc.Striker(1.0)
@@ -67,3 +69,24 @@ def test_the_weaker_body_yields(name: str, part: float, yields: bool) -> None:
         scene = replace(scene, chain=replace(scene.chain, yield_strength=[strong, weak]))
     warnings = hc.Native().run(scene).warnings
     assert any("yield_strength" in one for one in warnings) == yields
+
+
+@pytest.mark.parametrize(
+    ("shock", "yields"),
+    [(hc.Striker(1.0, radius=4e-3), True), (hc.Striker(1.0, density=7e3), False)],
+)
+def test_a_striker_of_another_material_has_no_known_strength(
+    shock: hc.Striker, yields: bool
+) -> None:
+    chain = replace(LIKE, yield_strength=[1e6, 1e12])
+    assert (yield_warning(hc.Scene(chain, shock), np.array([100.0])) is not None) is yields
+
+
+@pytest.mark.parametrize(("strength", "yields"), [(1e6, True), (1e12, False), (None, False)])
+def test_a_near_wall_yields(strength: float | None, yields: bool) -> None:
+    pulse = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0, granule=2)
+    wall = replace(ON_WALL, yield_strength=strength)
+    scene = hc.Scene(LIKE, pulse, wall=replace(ON_WALL, yield_strength=1e12), near_wall=wall)
+    warning = yield_warning(scene, np.full(3, 100.0))
+    assert (warning is not None) is yields
+    assert warning is None or warning.startswith("1 of 3 contacts yield, the near wall most")

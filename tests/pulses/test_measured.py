@@ -12,10 +12,12 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError, SceneError
 from hertzchain.pulses.corners import corners_of, heights
-from hertzchain.pulses.measured import MeasuredPulse, measured_pulse
+from hertzchain.pulses.measured import MeasuredPulse, Value, measured_pulse
 from hertzchain.pulses.noise import Noise
 from hertzchain.pulses.recording import Recording
 from hertzchain.pulses.signal import pulse_of
+from hertzchain.report.console import plain_text
+from hertzchain.report.pulse import _with_deviation, plot_pulse, print_pulse
 from hertzchain.scene.pulse import PulseTable, profile_named
 from hertzchain.scene.starters import write_starter
 from tests.conftest import STEEL
@@ -202,3 +204,52 @@ def test_noise_is_not_followed() -> None:
         followed.append(corners_of(time, noisy, 0.1, noise).size)
     assert followed[0] > 250
     assert followed[1] < 40
+
+
+def test_what_is_printed_and_drawn_of_a_pulse() -> None:
+    found = found_in(2000, 0.01, 11)
+    table = PulseTable((0.0, 1e-5, 5e-5, 6e-5), (0.0, 50.0, 100.0, 0.0))
+    left = 0.01 * 3.75e-3, 0.001 * 3.75e-3
+    signal = replace(found.signal, start=-0.0, left_out=left, remarks=(("baseline", "0.3 N"),))
+    shown = replace(found, table=table, signal=signal, bend=0.5)
+    assert plain_text(lambda console: print_pulse(console, shown)).splitlines() == [
+        " baseline                 0.3 N",
+        " pulse                    from 0 s to 6e-05 s of the file; its start is now 0",
+        " impulse left out         1.00% before the pulse, 0.10% after it",
+        (
+            " rows                     728 before, 4 now; "
+            "but for noise the force is off by 0.5 N at most"
+        ),
+        " F0                       100.00 ± 0.21 N",
+        " impulse                  0.0037500 ± 5.8e-06 N s",
+        " rise time, 10 % to 90 %  4e-05 s",
+        "± is one standard deviation, of noise, baseline and the lines between rows.",
+    ]
+    assert shown.to_dict()["duration_s"] == 6e-5
+    above, below = plot_pulse(shown).axes
+    assert above.get_xlim() == pytest.approx((-0.3 * 6e-5, 1.3 * 6e-5))
+    recording, baseline, rows = above.lines
+    np.testing.assert_array_equal(recording.get_ydata(), found.recording.force)
+    assert set(np.asarray(baseline.get_ydata())) == {signal.baseline}
+    assert rows.get_ydata() == pytest.approx(signal.baseline + np.array(table.force))
+    off, *levels = below.lines
+    assert off.get_ydata()[0] == signal.force[0]
+    assert [line.get_ydata()[0] / signal.noise.deviation for line in levels] == [-1, 1]
+    assert [str(line.get_label()).startswith("noise") for line in levels] == [False, True]
+
+
+@pytest.mark.parametrize(
+    ("value", "deviation", "shown"),
+    [
+        (100.0, 0.0, "100 N"),
+        (1.0, 1.0, "1 ± 1 N"),
+        (123.4, 5.6, "123.4 ± 5.6 N"),
+        (99.96, 1e-9, "99.9600000 ± 1.0e-09 N"),
+        (-12.34, 0.0123, "-12.340 ± 0.012 N"),
+        (250.0, 120.0, "2.5e+02 ± 1.2e+02 N"),
+    ],
+)
+def test_digits_up_to_the_second_of_the_deviation(
+    value: float, deviation: float, shown: str
+) -> None:
+    assert _with_deviation(Value(value, deviation), "N") == shown

@@ -94,6 +94,8 @@ def test_units_and_scale_of_options(tmp_path: Path) -> None:
     assert_read(read_recording(path, scale=-2e3), 1e-3, -2e3)
     with pytest.raises(HertzchainError, match=r"^--time-unit = .*wrong dimension"):
         read_recording(path, time_unit="N")
+    with pytest.raises(HertzchainError, match=r"^--time-unit = .*must be a unit such as s"):
+        read_recording(path, time_unit="qs^12/s^11")  # 1e-360
     for scale, span in ((1e100, r"2.25e\+100"), (1.5e308, "inf")):
         with pytest.raises(HertzchainError, match=f"forces: span {span}, must be from 1e-60 to 1e"):
             read_recording(path, scale=scale)

@@ -9,7 +9,13 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError
 from hertzchain.pulses.noise import Noise, noise_before, noise_within, resolution_of
 from hertzchain.pulses.recording import Recording
-from hertzchain.pulses.signal import averaged, no_return, pulse_of, without_negative
+from hertzchain.pulses.signal import (
+    _foot,
+    averaged,
+    no_return,
+    pulse_of,
+    without_negative,
+)
 from tests.recordings import DURATION, FORCE, GAIN, OFFSET, START, sine_squared, times, volts
 
 IMPULSE = FORCE * DURATION / 2  # [N s]
@@ -277,3 +283,12 @@ def test_a_recording_that_begins_near_its_crest_is_no_pull(after: float) -> None
 def test_a_recording_that_ends_away_from_a_given_baseline() -> None:
     (warning,) = pulse_of(begun_late(0.15), baseline=0.0).warnings
     assert warning.startswith("the recording ends +4.")
+
+
+@pytest.mark.parametrize("slower", [1, 2])
+def test_the_time_before_half_height_that_is_not_certain(slower: int) -> None:
+    """Twice that from a quarter to three quarters, here of a straight rise, slower above half."""
+    rise = np.arange(100.0)
+    rise = np.concatenate([rise[:50], 50 + (np.arange(50.0 * slower) + 1) / slower])
+    force = np.concatenate([np.zeros(300), rise])
+    assert _foot(3.0 + force, 3.0, force.size - 1) == 300 - 50 * slower

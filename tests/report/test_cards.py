@@ -14,6 +14,9 @@ import pytest
 from matplotlib.image import imread
 
 import hertzchain as hc
+from hertzchain.report.console import plain_text, print_document
+from hertzchain.report.document import Finding
+from hertzchain.report.examination import of_examination
 from hertzchain.report.progress import shown_progress
 from hertzchain.verdict.check import Check, Kind
 from tests.conftest import paper_scene
@@ -74,6 +77,9 @@ def fact(shown: object, label: str) -> str:
     return str(value)
 
 
+# Text
+
+
 def test_a_scene_prints_what_it_is() -> None:
     what = "cosine-triangular pulse, n = 2, LM_ratio = 1, 100 N on 12 granules"
     assert repr(SCENE).startswith(f"Scene: {what}\n")
@@ -127,6 +133,11 @@ def test_a_batch_prints_its_range(batch: hc.Batch) -> None:
     found_range = [float(low), float(high)]
     assert found_range == pytest.approx([largest.min(), largest.max()], rel=1e-6)
     assert fact(batch, "scenes") == "20, of 10 granules each"
+    assert "not peaked" not in repr(batch)
+    passed = batch.peak_passed.copy()
+    passed[1, :3] = False
+    left = fact(replace(batch, peak_passed=passed), "not peaked yet")
+    assert left == "3 contacts where the run ended"
     assert fact(batch, "errors, at most") == f"{batch.error_estimate.max():.1e}"
 
 
@@ -228,3 +239,45 @@ def test_a_function_is_called_with_lines(name: str) -> None:
     call, said = CALLS[name]
     call(lines.append)
     assert said in lines
+
+
+# What is to mend in a deck
+
+
+def test_the_sentence_of_an_examination(examination: hc.DeckExamination) -> None:
+    peaks = replace(examination.checks[-1], passed=False, effect=None)
+    right = tuple(replace(one, passed=True) for one in examination.checks)
+    others = {
+        "3 things are to mend in the deck.": examination,
+        "One thing is to mend in the deck.": replace(
+            examination, checks=(*right[:3], examination.to_mend[0], right[-1]), findings=()
+        ),
+        f"The deck is the scene: all {len(right)} checks passed.": replace(
+            examination, checks=right
+        ),
+    }
+    for sentence, one in others.items():
+        off = " Its peaks are off by 7.0e-05 at most, 0.001 is allowed."
+        assert of_examination(one).verdict.sentence == sentence + off
+    off_only = of_examination(replace(examination, checks=(*right[:-1], peaks), findings=()))
+    assert off_only.verdict.sentence == (
+        "No number of the deck alone is to blame, but its peaks are off: small differences add up."
+        " None of its peaks can be judged."
+    )
+    assert [one.name for one in off_only.verdict.failures] == [peaks.name]
+
+
+def test_what_is_to_mend_is_printed_line_by_line(examination: hc.DeckExamination) -> None:
+    findings = [
+        Finding(["A is 1.", "B is 2."], False, "a:3", "old", [("a:3", "old", ("new", "more"))]),
+        Finding(["C is 3."], False, "a:4", "one", [("a:5", "two", ())], "this follows from 1"),
+        Finding(["D is 4."], True, "", ""),
+    ]
+    document = replace(of_examination(examination), findings=findings, remarks=())
+    text = plain_text(lambda console: print_document(console, document))
+    begin, end = text.index("1. "), text.index("\nVerdict: fail")
+    assert text[begin:end].split("\n") == [
+        *("1. A is 1.", "   B is 2.", "   a:3: old", "   right: new", "   right: more", ""),
+        *("2. C is 3.", "   a:4: one", "   a:5: two", "   this follows from 1", ""),
+        *("   small: D is 4.", ""),
+    ]

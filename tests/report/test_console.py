@@ -182,12 +182,13 @@ def test_a_contact_never_pressed_has_no_time(native: hc.Comparison) -> None:
 
 
 def test_a_check_that_fails_says_by_how_much_and_why(native: hc.Comparison) -> None:
-    comparison = replace(native, checks=(WELL, ODD))
+    comparison = replace(native, checks=(replace(WELL, remark="by little"), ODD))
     text = comparison_text(comparison)
-    assert line_of(text, "native: all is well").split() == ["0.0e+00", "1.0e-09", "0", "pass"]
+    assert line_of(text, "native: all is well  ").split() == ["0.0e+00", "1.0e-09", "0", "pass"]
     odd = line_of(text, "native: one thing is odd  ").split()
     assert odd[-4:] == ["5.0e-01", "2.5e-01", "2", "FAIL"]
     assert "native: one thing is odd: out of tolerance (it should be 1)\n" in text
+    assert "\nnative: all is well: by little.\n" in text
     assert "why not" not in text
     assert text.endswith("Verdict: fail\n")
 
@@ -243,6 +244,12 @@ def test_contacts_that_are_weak_are_not_those_that_are_not_given() -> None:
     assert found["contacts"] == f"{judged} judged, 0 failed, 0 not given, {weak}"
     found = dict(of_judgement(hc.judge(scene, np.where(strong, truth, np.nan))).facts)
     assert found["contacts"] == f"{judged} judged, 0 failed, {others} not given"
+    assert "error of sampling, at most" not in found
+    sampling = np.where(np.arange(truth.size) == 1, 0.02, 5e-4)  # of 1e-3
+    found = dict(of_judgement(replace(hc.judge(scene, truth), sampling=sampling)).facts)
+    rare = f"{judged - 1} judged, 0 failed, 0 not given, {weak}, 1 sampled too rarely, not judged"
+    assert found["contacts"] == rare
+    assert found["error of sampling, at most"] == "5.0e-04, which adds to the tolerance"
 
 
 # Trade-offs and predictions
@@ -350,3 +357,10 @@ def test_a_prediction_of_nothing_shows_why(demo: hc.Scene) -> None:
         "",
         "The shock is a pulse table: Eqs. 3 to 9 and the map are about Table 1's profiles.",
     ]
+
+
+def test_a_verdict_is_green_or_red(native: hc.Comparison) -> None:
+    for checks, shown in (((WELL,), "\x1b[1;32mpass\x1b"), ((ODD,), "\x1b[1;31mfail\x1b")):
+        screen = Console(file=io.StringIO(), force_terminal=True, color_system="standard")
+        print_document(screen, of_comparison(replace(native, checks=checks)))
+        assert shown in text_on(screen)

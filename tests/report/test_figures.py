@@ -18,9 +18,10 @@ from hertzchain.errors import OutputError, SceneError
 from hertzchain.report.comparison import of_comparison
 from hertzchain.report.figures import figure_of
 from hertzchain.report.formats import check_format
+from hertzchain.report.picture import in_units
 from hertzchain.report.run import of_result
 from hertzchain.report.tables import motion_frame, write_frame
-from hertzchain.report.waterfall import drawn_contacts, plot_times
+from hertzchain.report.waterfall import drawn_contacts, plot_times, while_moving
 from tests.conftest import paper_scene
 from tests.places import ROOT
 from tests.report.conftest import lines_of, plot_comparison
@@ -302,7 +303,7 @@ def test_what_cannot_be_drawn_is_refused(runs: list[hc.Result]) -> None:
     with pytest.raises(hc.HertzchainError, match="must be one of peaks, forces, gauges"):
         axes_of({"a": runs[0]}, "speed")
     with pytest.raises(hc.HertzchainError, match="record"):
-        axes_of({"a": replace(runs[0], history=None)}, "forces")
+        axes_of({"a": runs[0], "b": replace(runs[0], history=None)}, "forces")
     with pytest.raises(hc.HertzchainError, match="must be results by name"):
         axes_of(runs[0])
     with pytest.raises(hc.HertzchainError, match="a result, or a list of them, for each name"):
@@ -331,3 +332,31 @@ def test_a_gauge_without_a_first_pulse_is_drawn_without_a_band(runs: list[hc.Res
     none = hc.Native(rtol=1e-4).run(early, record=300)
     (axes,) = axes_of({"early": none, "whole": runs[0]}, "gauges")
     assert len(axes.lines) == 2
+
+
+@pytest.mark.parametrize(
+    ("ends", "label", "shown"),
+    [
+        ((1e-6, 5e-5), "time [µs]", ["1", "10", "", ""]),
+        ((1e-12, 1e-3), "time [ns]", ["$10^{3}$", "$10^{4}$"]),
+        ((2e-6, 9e-6), "time [µs]", ["1", "10", "2", "3"]),
+    ],
+)
+def test_a_logarithmic_axis_has_its_unit(
+    ends: tuple[float, float], label: str, shown: list[str]
+) -> None:
+    axis = Figure().subplots().xaxis
+    axis.axes.set(xscale="log", xlim=ends)
+    in_units(axis, "time [s]")
+    assert axis.get_label_text() == label
+    major, minor = axis.get_major_formatter(), axis.get_minor_formatter()
+    texts = [*map(major, (1e-6, 1e-5)), *map(minor, (2e-6, 3e-6))]
+    assert texts[: len(shown)] == shown
+
+
+def test_forces_that_never_change_are_drawn_over_all_times() -> None:
+    time = np.linspace(1.0, 3.0, 21)
+    assert while_moving(time, np.zeros(21)) == (1.0, 3.0)
+    off = np.where(np.abs(time - 2.0) < 0.25, 1.0, 0.0099)
+    # One sample further, and 3 % of that.
+    assert while_moving(time, off) == pytest.approx((1.7 - 0.03 * 0.6, 2.3 + 0.03 * 0.6))

@@ -55,6 +55,12 @@ pulse -shock.momentum_ratio => shock.momentum_ratio or rise_time: missing
 pulse shock.rise_time=1 => both are given
 pulse -shock.profile => shock.profile: missing
 pulse shock.file="pulse.csv" => shock.file = 'pulse.csv': unknown key
+pulse shock.granule=61 => shock.granule = 61: must be at most 60, the granules of the chain
+pulse chain.segments=3 => chain.segments = 3: must be one or more tables, [[chain.segments]]
+pulse chain.segments=[] => chain.segments = []: must be one or more tables
+pulse chain.segments=[1] => chain.segments.1 = 1: must be one or more tables
+pulse chain.granules=1000001; chain.segments=[{granules=9}] => chain.granules = 1000001: must be at most
+file chain.file=3 => chain.file = 3: must be the name of a CSV file
 pulse chain.radius=1e300 => too large or too small
 pulse chain.density=1e-320 => too large or too small
 pulse -shock.momentum_ratio; shock.rise_time=1e308 => too large or too small

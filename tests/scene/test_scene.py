@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,6 +18,7 @@ from scipy.integrate import quad
 import hertzchain as hc
 from hertzchain.errors import SceneError
 from hertzchain.scene.natural_units import PAPER_MOMENTUM
+from hertzchain.scene.uncertain import Uncertain
 from tests.conftest import STEEL, paper_scene
 from tests.effort import effort
 
@@ -176,3 +179,21 @@ def test_default_end_time_vs_its_formula(momentum_ratio: float) -> None:
     natural = 1.2 * (60 + 5) / (0.9055 * slowed)
     expected = 3 * scene.rise_time + natural * scene.units.time
     assert scene.end_time == pytest.approx(expected, rel=1e-15)  # roundings
+
+
+def test_what_only_python_can_give_wrong(tmp_path: Path) -> None:
+    scene: Any = paper_scene("cosine", 1.0, 2.0)
+    table = replace(scene, shock=hc.PulseTable((0.0, 1e-5), (0.0, 1.0)))
+    name: Any = 3
+    refused: dict[str, Callable[[], object]] = {
+        "must be a tuple of Gauges": lambda: replace(scene, gauges=[hc.Gauge(granule=2)]),
+        "must be a tuple of Uncertain": lambda: replace(scene, uncertain=[1]),
+        "must be a key of the scene file": lambda: Uncertain(name, 1.0),
+        "number of values of radius = 2: must be a number, or 3 numbers": lambda: replace(
+            CHAIN, granules=3, radius=[1.0, 2.0]
+        ),
+        "must not end in .csv": lambda: table.to_toml(tmp_path / "a.csv"),
+    }
+    for words, wrong in refused.items():
+        with pytest.raises(SceneError, match=re.escape(words)):
+            wrong()

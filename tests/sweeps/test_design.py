@@ -134,6 +134,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"vary": {"shock.radius": "1,2"}}, "did you mean chain.radius? What can vary: chain."),
     ({"vary": {"radius": "1,2", "chain.radius": "1,2"}}, "chain.radius: given twice"),
     ({"vary": {"chain.granules": "8,1000001"}}, "must be at most 1,000,000 in a sweep"),
+    ({"vary": {"chain.granules": "2:9:100001"}}, "must take at most 100,000 values"),
     ({"vary": {"chain.radius": "1:2:2.5"}}, "must have at least 2 values"),
     ({"vary": {"shock.momentum_ratio": "1:1:5"}}, "is empty: the first end must be below"),
     ({"vary": {"shock.momentum_ratio": "1:2:1"}}, "must have at least 2 values"),

@@ -12,6 +12,7 @@ import pytest
 from matplotlib.colors import BoundaryNorm, LogNorm
 
 import hertzchain as hc
+from hertzchain.sweeps import drawing
 from hertzchain.sweeps.columns import COLUMNS, full_name
 from hertzchain.sweeps.drawing import cell_edges, draw
 from tests.command_line import Command, is_refused
@@ -92,7 +93,7 @@ def test_a_sample_is_points(sampled: hc.Sweep) -> None:
     )
 
 
-def test_peaks_of_all_contacts_are_lines_along_the_chain() -> None:
+def test_peaks_of_all_contacts_are_lines_along_the_chain(monkeypatch: pytest.MonkeyPatch) -> None:
     swept = hc.sweep(BASE, {"chain.young_modulus": "1e11,1.46e11", N: "2,4"}, peaks=True)
     drawn = draw(swept, "contact", "peak_force_N", N, {"young_modulus": "146 GPa"})
     axes = drawn.figure.axes[0]
@@ -110,6 +111,11 @@ def test_peaks_of_all_contacts_are_lines_along_the_chain() -> None:
     assert drawn.remarks == (f"{N} varies, too: lines of all values are drawn",)
     with pytest.raises(hc.HertzchainError, match="must be one of peak_force_N, peak_time_s"):
         draw(swept, "contact", F_SW)
+    monkeypatch.setattr(drawing, "_MOST_LINES", 4)
+    assert len(draw(swept, "contact", "peak_force_N").figure.axes[0].lines) == 4
+    monkeypatch.setattr(drawing, "_MOST_LINES", 3)
+    with pytest.raises(hc.HertzchainError, match="must leave 1,000 lines at most"):
+        draw(swept, "contact", "peak_force_N")
 
 
 def test_peaks_that_were_not_kept_are_not_drawn(grid: hc.Sweep) -> None:

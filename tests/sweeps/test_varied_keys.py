@@ -196,3 +196,17 @@ def test_the_command(tmp_path: Path, hertzchain: Command) -> None:
     found = hc.Sweep.load(tmp_path / "out")
     assert found.to_frame()["chain.granules"].tolist() == [20, 10]
     assert found.manifest["ties"] == LENGTH
+
+
+def test_a_scene_without_memory_is_a_row_with_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+    def run(*_: object) -> hc.Result:
+        raise MemoryError
+
+    monkeypatch.setattr(hc.Native, "run", run)
+    rows = hc.sweep(STRIKER, {"striker.velocity": "0.5,1"}).to_frame()
+    assert rows["failure"].tolist() == ["there is not enough memory for this scene"] * 2
+
+
+def test_a_formula_has_full_names(segmented: hc.Scene) -> None:
+    with pytest.raises(SceneError, match=r"stands in a formula by its full name, chain\.segments"):
+        ties_of(segmented, {"chain.segments.1.radius": "2 * segments.2.radius"}, [])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -76,7 +77,7 @@ def test_critical_damping_is_no_corner() -> None:
 )
 def test_kuwabara_and_kono(relaxation: float, parted: float, pulled: float) -> None:
     """The spheres part at a lower speed where the contact pulls as it opens."""
-    one = Collision(mass=1.0, stiffness=1.0, radius=1.0, velocity=1.0)
+    one = Collision(mass=1.0, stiffness=1.0, velocity=1.0)
     # Half a unit of the last digit that is known.
     assert restitution.viscoelastic(relaxation, one, False) == pytest.approx(parted, abs=5e-9)
     assert restitution.viscoelastic(relaxation, one, True) == pytest.approx(pulled, abs=5e-9)
@@ -123,7 +124,6 @@ def test_units_of_a_collision() -> None:
     collision = collision_of(scene)
     one, other = scene.granules.mass
     assert collision.mass == pytest.approx(one * other / (one + other), rel=1e-14)  # round-off
-    assert collision.radius == pytest.approx(1 / (1 / 4.75e-3 + 1 / 6e-3), rel=1e-14)
     assert collision.velocity == 2.0
     # x = 3/2 A (k/m)^(2/5) v^(1/5) and g (m^3 k^2 v)^(-1/5), formulas of dimensions
     m, k, v = collision.mass, collision.stiffness, 2.0
@@ -143,7 +143,7 @@ def test_what_cannot_be_is_refused() -> None:
     with pytest.raises(SceneError, match="exponent"):
         of_natural(0.1, 0.25, True)
     with pytest.raises(SceneError, match="velocity"):
-        Collision(1.0, 1.0, 1.0, 0.0)
+        Collision(1.0, 1.0, 0.0)
     pulse = hc.Pulse("cosine", 1.0, 2.0, rise_time=1e-5)
     with pytest.raises(SceneError, match="striker: needs a scene with a"):
         collision_of(hc.Scene(hc.Chain(2, **STEEL), pulse))
@@ -219,3 +219,9 @@ def test_a_document_of_a_damped_run_has_it() -> None:
         expected = {"restitution": found.restitution, "speed_m_s": found.speed}
         assert document["two_spheres"] == expected, name
     assert "two_spheres" not in run_document(hc.Native().run(hc.Scene(short, PULSE)))
+
+
+@pytest.mark.parametrize("wrong", [0.0, -0.1, 1.001, math.nan, "1"])
+def test_a_restitution_that_cannot_be(wrong: Any) -> None:
+    with pytest.raises(SceneError, match="must be a number above 0, at most 1"):
+        restitution.damping_ratio(wrong)

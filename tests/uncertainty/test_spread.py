@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +12,11 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.errors import SceneError
+from hertzchain.report.console import plain_text
 from hertzchain.scene.uncertain import Uncertain
 from hertzchain.uncertainty.realisations import Realisations
 from hertzchain.uncertainty.shares import first_order
+from hertzchain.uncertainty.shown import print_spread
 from tests.command_line import Command
 from tests.conftest import STEEL
 
@@ -49,7 +52,12 @@ def test_every_result_goes_with_powers_of_modulus_and_speed() -> None:
     assert [int(np.sum(values < low)), int(np.sum(values > high))] == [4, 4]
     without = found.values.copy()
     without[:3, k] = np.nan
-    assert "1 results have no spread: 3 of 64" in replace(found, values=without).remarks[0]
+    partly = replace(found, values=without)
+    assert "1 results have no spread: 3 of 64" in partly.remarks[0]
+    for one, said in ((found, 0), (partly, 1)):
+        text = plain_text(partial(print_spread, spread=one, every=True))
+        assert text.count("cut off") == said
+        assert text.count(" none") == 0
     assert found.deviation[k] / nominal == pytest.approx(np.hypot(0.02, 0.0277), rel=0.1)
     assert "contact 5" in repr(found)
     assert len(found.plot().axes) == 2
@@ -234,6 +242,13 @@ velocity = 1
     radius = np.array([scene.granules.radius for scene in scenes])
     assert radius.mean(axis=0) == pytest.approx([5e-3] * 3 + [4e-3] * 3, rel=2e-3)
     assert radius.std(axis=0) == pytest.approx([5e-5] * 3 + [8e-5 / 3**0.5] * 3, rel=0.1)
+
+
+def test_too_many_values_that_scatter() -> None:
+    each = (Uncertain("chain.radius", 1e-6, each=True),)
+    scene = replace(STRIKER, chain=hc.Chain(21_202, **STEEL), uncertain=each)
+    with pytest.raises(SceneError, match="uncertain values = 21202: must be at most 21201"):
+        hc.spread(scene, 16)
 
 
 def test_few_realisations_have_no_shares() -> None:

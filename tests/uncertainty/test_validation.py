@@ -11,6 +11,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.scene.uncertain import Uncertain
+from hertzchain.uncertainty.document import of_validation
 from hertzchain.uncertainty.validation import Compared
 from hertzchain.verdict.traces.judging import PEAK, Number
 from tests.command_line import Command
@@ -62,6 +63,10 @@ def test_three_verdicts(modulus: float, known_to: float, tolerance: float, verdi
     found = hc.validate(believed(modulus, known_to), traces(), tolerance=tolerance, realisations=32)
     assert found.verdict == verdict
     assert bool(found) == (verdict == "pass")
+    words = {"pass": "All ", "fail": f"{len(found.differing)} of ", "undecided": "Nothing could"}
+    said = of_validation(found).verdict
+    assert said.sentence.startswith(words[verdict])
+    assert said.passed == {"pass": True, "fail": False, "undecided": None}[verdict]
 
 
 def test_what_two_uncertainties_allow() -> None:
@@ -75,6 +80,7 @@ def test_what_two_uncertainties_allow() -> None:
     assert one(13.0).uncertainty == pytest.approx(13.0)
     assert one(13.0).largest == "measured"
     assert one(-26.0).ratio == pytest.approx(2.0)
+    assert one(-26.0).allowed == pytest.approx(26.0)
     assert one(0.0).seen_from == pytest.approx(0.13 * (2 + 1.645))
 
 

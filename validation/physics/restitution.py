@@ -81,7 +81,7 @@ def _naturals(option: Option) -> tuple[float, dict[float, float]]:
     one = {
         "velocity": 1.0,
         "mass_velocity": spheres.mass,
-        "viscoelastic": spheres.mass * spheres.radius**0.5,
+        "viscoelastic": spheres.mass * float(SCENE.granules.contact_radius[0]) ** 0.5,
     }[option.words.split()[1]] / spheres.unit(exponent)
     return exponent, {number: number * one for number in COEFFICIENTS[option.words]}
 

@@ -173,7 +173,7 @@ def _loss(scene: Scene, reach: float, overlap: float, steps: int) -> float:
 
 
 # Estimates for a scene before its run, in natural units. The factors were measured on random scenes
-# (LM_ratio 1e-4 to 1e4, n 1.001 to 1e4, N 2 to 500).
+# (LM_ratio 1e-4 to 1e4, n 1.001 to 1e4, N 2 to 500) in test_rescaling.py.
 
 
 def _overlap(peak_force: float) -> float:

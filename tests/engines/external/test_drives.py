@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
+import numpy as np
 import pytest
 
 import hertzchain as hc
+from hertzchain.errors import HertzchainError
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.verdict.run_checks import same_steps_checks
 from tests.conftest import STEEL
 from tests.engines.external.test_same_steps import DRIVES
+from validation.random_drives import random_scene_with_piston, random_scene_with_sine
 
 
 @pytest.mark.lammps
@@ -48,3 +52,18 @@ def test_a_slow_sine_has_not_diverged(law: hc.Contact | None) -> None:
     result, native = (code(rtol=1e-3).run(scene) for code in (hc.Lammps, hc.Native))
     error = largest_difference(result.peak_force, native.peak_force)
     assert error <= result.error_estimate + native.error_estimate
+
+
+@pytest.mark.lammps
+@pytest.mark.slow
+@pytest.mark.parametrize("draw", [random_scene_with_piston, random_scene_with_sine])
+@pytest.mark.parametrize("number", range(20))
+def test_random_scenes_at_the_same_steps(draw: Any, number: int) -> None:
+    scene = draw(np.random.default_rng([21, number]), 30, 300.0)
+    lammps = hc.Lammps(dt=0.01 * scene.contact_time, read_every=3)
+    try:
+        result = lammps.run(scene)
+    except HertzchainError:
+        return  # a refusal is honest
+    for check in same_steps_checks(result):
+        assert check.passed, check

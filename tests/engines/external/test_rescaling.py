@@ -21,7 +21,7 @@ from hertzchain.engines.external.rescaling import (
 )
 from hertzchain.engines.native.methods import METHODS
 from hertzchain.engines.native.simulation import simulate
-from hertzchain.errors import OverlapTooLarge
+from hertzchain.errors import OverlapTooLarge, RunFailed, Unpredictable
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.pulse import profile_named
 from hertzchain.verdict.check import Check
@@ -30,6 +30,7 @@ from tests.conftest import STEEL
 from tests.engines.lammps.test_lammps import largest
 
 VERLET = METHODS["velocity-verlet"].walker
+PROFILES = ("cosine", "triangular", "cosine-triangular")
 
 
 def scene_of(
@@ -105,6 +106,20 @@ def test_overlaps_become_as_deep_as_they_may(
         assert made == NONE
     # A stiffer chain has smaller overlaps; where the chain flies far that costs a little.
     assert after <= before * (8 if made.power < 0 else 1.0)
+
+
+def test_overlaps_under_a_long_pulse_are_no_deeper_than_expected() -> None:
+    """Granules that were thrown ahead meet again, and press one another by more than F0."""
+    scene = scene_of(1e-9, 60, 30.0, 70.0, "cosine")
+    peaks = hc.Native(peaks_only=True).run(scene).peak_force
+    highest = float(np.max(peaks)) / scene.units.force
+    assert highest > 2
+    # Lengths grow in powers of 4: one of these comes near what is allowed.
+    for depth in np.geomspace(1e-9, 4e-9, 30):
+        scene = scene_of(float(depth), 60, 30.0, 70.0, "cosine")
+        made = softening(scene, steps_of(scene, 0.01))
+        # In radii: where two overlaps add up to 2, granules touch the next but one.
+        assert depth * made.length * highest ** (2 / 3) < 0.8
 
 
 @pytest.mark.lammps
@@ -254,3 +269,72 @@ def test_granules_that_touch_the_next_but_one_are_refused(
     scene = scene_of(depth, 5)
     with pytest.raises(OverlapTooLarge, match="through one another"):
         hc.Lammps(0.02 * scene.units.time).run(scene)
+
+
+# Whatever the scene
+
+
+def random_scene(rng: np.random.Generator, most: float) -> hc.Scene:
+    """LM_ratio 1e-4 to 1e4, n 1.001 to 1e4, N 2 to 500, where so much is done in seconds."""
+    while True:
+        granules = round(_spread(rng, 2, 500))
+        chain = hc.Chain(
+            granules,
+            radius=_spread(rng, 1e-9, 1e2),
+            young_modulus=_spread(rng, 1e3, 1e13),
+            poisson_ratio=float(rng.uniform(-0.9, 0.5)),
+            density=_spread(rng, 10, 1e5),
+        )
+        force = chain.contact_stiffness * (_spread(rng, 1e-16, 1) * chain.radius) ** 1.5
+        n = 1 + _spread(rng, 1e-3, 1e4)
+        pulse = hc.Pulse(
+            profile_named(str(rng.choice(PROFILES))),
+            force,
+            n,
+            momentum_ratio=_spread(rng, 1e-4, 1e4),
+        )
+        scene = hc.Scene(chain, pulse)
+        work = steps_of(scene, own_step(scene)) * (40 + granules)
+        if 1e-15 <= force <= 1e15 and work < most:
+            return scene
+
+
+def _spread(rng: np.random.Generator, low: float, high: float) -> float:
+    return float(10 ** rng.uniform(math.log10(low), math.log10(high)))
+
+
+def own_step(scene: hc.Scene) -> float:
+    """A tenth of the time unit of the wave that the pulse makes, natural units."""
+    impulse = scene.impulse / scene.units.momentum
+    return 0.1 * math.pow(min(1.0, 0.64 * impulse**1.2), -1 / 6)
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize(
+    ("first", "number", "most"), [(0, 12, 5e5), pytest.param(100, 300, 1e7, marks=pytest.mark.slow)]
+)
+def test_random_scenes_run_and_are_as_good_as_they_say(
+    first: int, number: int, most: float
+) -> None:
+    wrong: list[object] = []
+    for seed in range(first, first + number):
+        scene = random_scene(np.random.default_rng(seed), most)
+        try:
+            native = hc.Native(rtol=1e-4).run(scene)
+        except RunFailed:
+            native = None  # contacts open and close and multiply small errors
+        try:
+            result = hc.Lammps(own_step(scene) * scene.units.time).run(scene)
+        except (OverlapTooLarge, Unpredictable) as problem:
+            # The expected message for peaks without a right digit.
+            if native is not None and native.error_estimate < 0.1:
+                wrong.append((seed, str(problem)))
+            continue
+        wrong += [(seed, *check) for check in failed(same_steps_checks(result))]
+        wrong += [(seed, *check) for check in failed(balance_checks(result))]
+        if native is None:
+            continue
+        difference = largest_difference(result.peak_force, native.peak_force)
+        if not difference <= result.error_estimate + native.error_estimate:
+            wrong.append((seed, difference, result.error_estimate, native.error_estimate))
+    assert wrong == []

@@ -195,3 +195,27 @@ def test_contacts_pull_only_where_they_may(attraction: bool) -> None:
     text = set_up(replace(ONE_EACH["restitution"], contact=law))
     assert text.count("damping velocity") == 2  # of the pair and of the wall
     assert text.count("limit_damping") == (0 if attraction else 2)
+
+
+@pytest.mark.lammps
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [7, 75, 78, 109, 125, *range(200, 220)])
+def test_error_estimates_of_extrapolations_are_bounds(number: int) -> None:
+    """The first were above it when three runs told the error, or dashpots counted as smooth."""
+    scene = random_damped_scene(np.random.default_rng([91, number]), 30, 80.0)
+    reference = hc.Native(rtol=1e-8).run(scene)
+    result = hc.Lammps(dt=1e-3 * scene.contact_time, extrapolated=True).run(scene)
+    error = largest_difference(result.peak_force, reference.peak_force)
+    assert error <= result.error_estimate + reference.error_estimate
+
+
+@pytest.mark.lammps
+@pytest.mark.slow
+@pytest.mark.parametrize("number", AMPLIFIED)
+def test_collisions_that_leave_peaks_no_digit_are_said(number: int) -> None:
+    """First pulses are right all the same, so that there is a result."""
+    scene = drawn(number)
+    result = hc.Lammps(dt=STEP * scene.contact_time).run(scene)
+    assert result.error_estimate > 1
+    (warning,) = result.warnings
+    assert "repeated collisions amplify errors, but not those of first pulses" in warning

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from hertzchain.engines.native import damped_advance, elastic_state
-from hertzchain.engines.native.damped_plan import accurate
+from hertzchain.engines.native.damped_plan import accurate, first_tolerance
 from hertzchain.engines.native.damped_runs import integrate_damped
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.kernel_input import room_for
@@ -143,3 +143,8 @@ def test_runs_that_agree_by_chance_state_an_error() -> None:
     chain, rows = uniform(4, RESTITUTION, 0.2), pulse(1.5, 2.5, 10.0)
     same = integrate_damped(chain, rows, AT_REST, 1e-12, 0.8)
     assert accurate(lambda *_: same, 1e-10)[1].wanted > 1.5e-11
+
+
+@pytest.mark.parametrize(("rtol", "tolerance"), [(1e-3, 1e-7), (1e-6, 2e-8), (1e-12, 1e-12)])
+def test_the_first_tolerance_is_a_part_of_what_is_wanted(rtol: float, tolerance: float) -> None:
+    assert first_tolerance(rtol) == pytest.approx(tolerance)

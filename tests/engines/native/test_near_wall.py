@@ -109,3 +109,8 @@ def test_refused(kind: str) -> None:
     make, words = REFUSED[kind]
     with pytest.raises(HertzchainError, match=words):
         make()
+
+
+def test_a_fixed_granule_takes_the_load_of_the_near_wall() -> None:
+    made = scene(SAME, PULSE, precompression=LOAD, chain={"fixed": [False, True] + [False] * 4})
+    assert made.granules.static_force.tolist() == [20.0, 20.0, 0.0, 0.0, 0.0, 0.0]

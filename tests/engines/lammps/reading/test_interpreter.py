@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from hertzchain.engines.lammps.engine import engine
+from hertzchain.engines.lammps.reading.hooks import Hooks
 from hertzchain.engines.lammps.reading.interpreter import Interpreter
 from hertzchain.engines.lammps.reading.session import Module, Stage
-from hertzchain.engines.lammps.reading.watching import Playing
+from hertzchain.engines.lammps.reading.watching import Playing, Watched
 from hertzchain.errors import RunFailed
 
 pytestmark = pytest.mark.lammps
@@ -243,3 +244,71 @@ def test_variables_of_the_command_line_go_before_those_of_the_deck(tmp_path: Pat
     with engine() as lammps:
         Interpreter("in.mine", deck, {"a": "40"}, player(lammps, tmp_path)).play()
         assert lammps.extract_variable("c") == 42
+
+
+class Silent(Hooks):
+    """Hooks that read nothing."""
+
+    def run(self, *_: object) -> None:
+        """Take no steps."""
+
+
+class Listener:
+    """Takes note of the commands that a session would give to LAMMPS."""
+
+    def __init__(self) -> None:
+        self.said: list[str] = []
+        self.give = self.said.append
+
+    def hooks(self) -> Silent:
+        """Hooks, of which there are none yet."""
+        return Silent(self.give, "none")
+
+
+def test_a_hook_stands_after_each_fix_that_exerts_forces() -> None:
+    session: Any = Listener()
+    stage = Stage(session)
+    stage.ready()
+    stage.ready()
+    assert stage.hooks.sources == [None]
+    stage.forget()
+    for index, (text, sources) in enumerate((
+        ("fix 1 all nve", [None]),
+        ("fix 2 all addforce 1 0 0", [None, 1]),
+        ("fix 3 all gravity 1", [None, 1, 2]),
+        ("fix 2 all setforce 1 0 0", [None, 3, 2]),
+        ("unfix 2", [None, 2]),
+        ("unfix 9", [None, 2]),
+        ("fix 1 all addforce 1 0 0", [None, 2, 6]),
+        ("mass 1 1", [None, 2, 6]),
+    )):  # fmt: skip
+        stage.give(text, text.split(), index)
+        assert stage.hooks.sources == sources, text
+    assert {name: fix.command for name, fix in stage.alive.items()} == {"1": 6, "3": 2}
+    assert list(stage.fixes) == [0, 1, 2, 3, 6]
+    assert stage.fixes[3].values == ("1", "0", "0")
+    hooks = [text for text in session.said if "hertzchain" in text]
+    assert [text.split()[:2] for text in hooks] == [
+        *(["fix", f"hertzchain{k}"] for k in (0, 0, 1, 2)),
+        *(["unfix", "hertzchain1"], ["fix", "hertzchain3"]),
+    ]
+    before = stage.hooks
+    stage.forget()
+    assert session.said[-1] == "clear"
+    assert stage.hooks is not before
+    assert (stage.fixes, stage.alive, stage.hooks.sources) == ({}, {}, [])
+
+
+def test_runs_of_one_command_and_step_are_one() -> None:
+    seen = Watched(2)
+    assert seen.first_run == -1
+    for steps, dt, command in ((3, 0.5, 7), (4, 0.5, 7), (2, 0.25, 7), (2, 0.25, 8)):
+        seen.ran(steps, dt, command)
+    assert [(run.start, run.dt, run.steps, run.command) for run in seen.runs] == [
+        (0.0, 0.5, 7, 7), (3.5, 0.25, 2, 7), (4.0, 0.25, 2, 8),
+    ]  # fmt: skip
+    assert (seen.first_run, seen.time) == (7, 4.5)
+    for time in ([0.0, 1.0], [2.0]):
+        seen.lead(np.array(time), np.outer(time, [1.0, 2.0]))
+    assert seen.driven_time.tolist() == [0.0, 1.0, 2.0]
+    assert seen.driven_ends.tolist() == [[0.0, 0.0], [1.0, 2.0], [2.0, 4.0]]

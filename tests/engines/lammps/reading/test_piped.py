@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import os
 import re
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import hertzchain as hc
+from hertzchain.engines.lammps.binary import look
 from hertzchain.engines.lammps.reading.found import FoundDeck
+from hertzchain.limits import Deadline
 from tests.engines.lammps.reading.chains import BESIDE_PYTHON, SCENE, Deck, read_deck
 
 pytestmark = pytest.mark.lammps
@@ -95,3 +98,29 @@ def test_numbers_of_a_deck_that_stops(lmp: str | None, tmp_path: Path) -> None:
     assert found.velocity[0, 0] == 1e3
     assert [run.steps for run in found.runs] == [20]
     assert np.all(np.isnan(found.peak_force))
+
+
+WALL = (
+    "fix wall all wall/gran granular hertz/material 70000000000.0 0 0.25"
+    " tangential linear_nohistory 0 0 xplane NULL 0.044"
+)
+
+
+@slow
+@pytest.mark.parametrize("lmp", [BESIDE_PYTHON, *OTHERS])
+def test_a_wall_of_hertz_material_is_wrong_on_lammps_before_2023(lmp: str, tmp_path: Path) -> None:
+    """It takes E/(2(1-nu)) there in place of E/(2(1-nu^2)): 1 + nu times the stiffness."""
+    scene = replace(SCENE, wall=hc.Wall("same"), run=hc.Run(end_time=2e-4))
+    path = Deck(more=WALL, steps=2000).write(tmp_path)
+    version = look(lmp, Deadline(60)).version
+    of_2022 = version < "2023"
+    examined = hc.examine(scene, path, lmp=lmp)
+    assert examined.verdict == ("fail" if of_2022 else "pass")
+    failed = {check.name: check for check in examined.checks if not check.passed}
+    assert set(failed) == ({"stiffness of the wall", "peaks"} if of_2022 else set())
+    if of_2022:
+        check = failed["stiffness of the wall"]
+        told = f"(1.25 times: LAMMPS of {version[:4]} takes E/(2(1-nu)) for a wall"
+        assert told in check.sentence
+        path.write_text(path.read_text().replace(WALL, check.command))
+        assert hc.examine(scene, path, lmp=lmp).verdict == "pass"

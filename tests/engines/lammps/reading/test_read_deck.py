@@ -5,12 +5,16 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 import hertzchain as hc
+from hertzchain.engines.lammps.reading import assembling
 from hertzchain.engines.lammps.reading.found import FoundDeck
+from hertzchain.engines.lammps.reading.watching import Watched
 from tests.engines.lammps.reading.chains import BESIDE_PYTHON, SCENE, STEP, Deck, read_deck
 from tests.engines.lammps.test_lammps_deck import whole_deck
 
@@ -291,3 +295,48 @@ def test_random_forces_are_no_shock_of_a_striker(tmp_path: Path) -> None:
     heat = "fix heat all langevin 300 300 1e-3 9\n"
     text = f"{wall}velocity hit set 0.3 0 0\n{heat}"
     assert not read_deck(Deck(more=text, steps=20).write(tmp_path), struck).reversed
+
+
+def test_the_gap_between_the_ends_through_a_periodic_boundary() -> None:
+    granules: Any = SimpleNamespace(
+        periodic=[True, False, False],
+        low=np.array([-1.0, 0.0, 0.0]),
+        high=np.array([2.0, 7.0, 7.0]),
+        position=np.array([[0.3, 5.0, 6.0], [0.6, 5.0, 6.0], [0.9, 5.0, 6.0]]),
+        radius=np.array([0.1, 0.3, 0.2]),
+    )
+    probes: Any = SimpleNamespace(granules=granules)
+    assert assembling._image_gap(probes) == pytest.approx(3.0 - 0.6 - 0.3)
+    granules.periodic = [False, True, True]
+    assert assembling._image_gap(probes) is None
+
+
+def test_where_a_shock_acts() -> None:
+    """Where forces do, as they begin; else where fixes lead, else where granules move."""
+    velocity = np.array([[0.0, 9.0, 9.0], [-2.0, 9.0, 9.0], [1.5, 9.0, 9.0]])
+    probes: Any = SimpleNamespace(granules=SimpleNamespace(velocity=velocity))
+    force = np.array([[0.0, 0.0, 1e-6], [0.0, -4.0, 0.0], [0.0, 9.0, 0.0]])
+    forces: Any = SimpleNamespace(time=np.array([0.0, 1.0, 3.0]), force=force)
+    none: Any = SimpleNamespace(time=np.zeros(0), force=np.zeros((0, 3)))
+    ends, time = np.array([[1.0, 7.0], [2.0, 5.0]]), np.array([0.0, 1.0])
+    driven = np.array([False, False, True])
+    lead: Any = SimpleNamespace(driven=driven, driven_time=time, driven_ends=ends)
+    free: Any = SimpleNamespace(driven=~driven & driven, driven_time=np.zeros(0))
+    where, way = assembling._shocked(probes, free, forces, True)
+    assert (where.tolist(), way) == ([0.0, 4.0 + 2 * 13.0, 1e-6], -4.0)
+    for forced in (forces, none):  # granules move, and the scene does not push them
+        where, way = assembling._shocked(probes, free, forced, False)
+        assert (where.tolist(), way) == ([0.0, 2.0, 1.5], -0.5)
+    where, way = assembling._shocked(probes, lead, none, True)
+    assert (where.tolist(), way) == ([0.0, 0.0, 1.0], -1.0)
+    lead.driven = driven[::-1]
+    assert assembling._shocked(probes, lead, none, True)[1] == 0.5
+
+
+def test_what_is_remarked_of_a_reading() -> None:
+    seen, probes = Watched(2), SimpleNamespace(why_not=None)
+    assert assembling._remarks(seen, cast(Any, probes)) == ()
+    seen.cleared, probes.why_not = True, "they are too many"
+    remarks = assembling._remarks(seen, cast(Any, probes))
+    assert remarks[0] == "the contacts of the granules were not asked: they are too many"
+    assert remarks[1].startswith("what follows the clear after the first chain")

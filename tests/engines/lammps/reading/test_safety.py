@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from hertzchain.engines.lammps.reading.allowed import Rules
+from hertzchain.engines.lammps.reading.text import quoted, words_of
 from hertzchain.errors import HertzchainError, RunFailed, TooExpensive
 from tests.engines.lammps.reading.chains import SCENE, Deck, read_deck
 from tests.processes import children
@@ -123,3 +125,65 @@ def test_what_goes_wrong_is_one_sentence(what: str, tmp_path: Path) -> None:
 def test_a_deck_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(HertzchainError, match=r"in\.none: cannot be read"):
         read_deck(tmp_path / "in.none", SCENE)
+
+
+GIVEN = """
+print 'a' file x screen no => print 'a' screen no
+print 'a' append x => print 'a'
+print file x => print file x
+print 'file' => print 'file'
+print 'a' file => print 'a' file
+fix 1 all ave/time 1 1 1 c_x file y mode vector => fix 1 all ave/time 1 1 1 c_x mode vector
+fix 1 all nve => fix 1 all nve
+fix 1 all => fix 1 all
+fix 1 all print 1 'x' =>
+fix 1 all external pf/callback 1 1 => refused
+compute 1 all pressure thermo_temp => compute 1 all pressure thermo_temp
+compute 1 all => compute 1 all
+compute 1 all mliap => refused
+timer timeout 1 =>
+timer full => timer full
+variable a python f =>
+variable a getenv HOME =>
+variable a equal 1 => variable a equal 1
+variable a => variable a
+variable a shell ls => refused
+variable a file there => variable a file {there}
+variable a file lost => variable a file lost
+read_data there => read_data {there}
+pair_style granular => pair_style granular
+pair_style => pair_style
+pair_style hybrid/overlay granular kim => refused
+pair_style python 1 => refused
+unfix 9 => unfix 9
+shell ls =>
+tad 1 2 => refused
+"""
+"""Commands, and what LAMMPS is given in their place."""
+
+
+@pytest.mark.parametrize("line", GIVEN.strip().splitlines())
+def test_what_lammps_is_given(line: str, tmp_path: Path) -> None:
+    (tmp_path / "there").write_text("1")
+    command, _, given = line.replace("{there}", quoted(str(tmp_path / "there"))).partition(" =>")
+    rules = Rules((tmp_path / "nowhere", tmp_path))
+    if given == " refused":
+        with pytest.raises(RunFailed, match="carried out here"):
+            rules.decide(words_of(command), command)
+        return
+    found, why = rules.decide(words_of(command), command)
+    assert (found or "") == given.strip()
+    assert found is None or (why is None) == (command == found or "there" in command)
+
+
+def test_a_fix_that_was_left_out_is_not_changed() -> None:
+    rules = Rules(())
+    for command, is_given in (
+        ("fix p all print 1 x", False),
+        ("fix_modify p energy yes", False),
+        ("unfix p", False),
+        ("fix p all nve", True),
+        ("unfix p", True),
+    ):
+        found, why = rules.decide(words_of(command), command)
+        assert (found == command, why is None) == (is_given, is_given)
