@@ -141,6 +141,8 @@ def test_the_module_is_right_in_every_row(whole: tuple[hc.Certificate, Path]) ->
     assert grades == {
         name: UNTESTED if case.needs_ranks else ROUND_OFF for name, case in CASES.items()
     }
+    of_lammps = {name for name, case in CASES.items() if case.of_lammps}
+    assert of_lammps == {"gran/hertz/history", "granules over ranks", "restart in the middle"}
     assert (found.status, len(list(decks.glob("in.*")))) == (0, len(CASES) - 1)
     for case in CASES.values():
         assert hc.Scene.from_toml(decks / f"{case.file}.toml") == case.scene

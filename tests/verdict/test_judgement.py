@@ -11,7 +11,6 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError
 from hertzchain.scene.schedule import Leg
-from hertzchain.verdict.mistakes import FAMILIES
 from tests.conftest import STEEL, paper_scene
 
 # Verdict
@@ -35,7 +34,10 @@ def test_each_family_of_mistakes_is_said(demo_reference: hc.Result) -> None:
     said: list[str] = []
     found = hc.judge(demo_reference.scene, 1.1 * demo_reference.peak_force, progress=said.append)
     assert found.cause is not None
-    names = [family.name for family in FAMILIES if not family.is_costly]
+    names = [  # those that take seconds are left out, as another mistake explains everything
+        "stiffness, mass or duration", "applied force", "units and numbers of the contacts",
+        "number of granules", "the pulse", "steps too long",
+    ]  # fmt: skip
     assert said[2:] == [f"looking for the cause: {name}" for name in names]
 
 

@@ -269,7 +269,7 @@ def _driven(case: Case) -> Difference:
     right = "granule 1 alone" if wanted else "no granule"
     return Difference(
         led.size, wanted, effect=math.inf,
-        room=0.0 if np.array_equal(led, np.arange(wanted)) else -1.0,
+        room=0.0 if np.array_equal(led, np.arange(wanted)) else -math.inf,
         sentence=f"a fix leads {who}, whatever presses them; the scene leads {right}",
         at=_leading(case) if led.size else None, command=WITHOUT if led.size else "",
     )  # fmt: skip

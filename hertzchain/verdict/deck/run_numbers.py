@@ -74,7 +74,7 @@ def _end(case: Case) -> Difference:
     one = Difference(
         end, wanted, relative=None if late else 0.0, reason=_SEEN,
         sentence=f"the deck ends {ends[0]} s after the shock begins, the scene {ends[1]} s{which}",
-        room=-1.0 if end < wanted * (1 - 1e-9) else math.inf,  # a step may miss it by rounding
+        room=-math.inf if end < wanted * (1 - 1e-9) else math.inf,  # a step may miss it by rounding
     )  # fmt: skip
     if not found.runs:
         return one

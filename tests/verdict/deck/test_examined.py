@@ -230,10 +230,13 @@ def test_damping_that_pulls(scene: hc.Scene, right: FoundDeck) -> None:
 
 
 def test_variables_that_use_themselves() -> None:
-    """As in a loop that adds to one: each definition is looked at once."""
-    texts = ("variable a equal 1", "variable b equal ${a}+v_b", "set group all density ${b}")
+    """As in a loop that adds to one: each definition is looked at once, the last one alone."""
+    texts = (
+        "variable a equal 0", "variable a equal 1", "variable b equal ${a}+v_b",
+        "set group all density ${b}",
+    )  # fmt: skip
     commands = [Executed(text, "in.made", k, text) for k, text in enumerate(texts)]
-    assert variables_of(commands, 2) == [1, 0]
+    assert variables_of(commands, 3) == [2, 1]
 
 
 def test_the_line_that_makes_a_number(right: FoundDeck) -> None:
