@@ -284,15 +284,13 @@ def _leading(case: Case) -> int | None:
 
 def _piston(case: Case) -> Difference | list[Difference]:
     found, piston = case.found, case.scene.piston
-    if piston is None or _driven(case).differs:
+    if piston is None or not found.driven_time.size or _driven(case).differs:
         return []
     time = found.driven_time - case.start
     expected = displacement(piston, time)
     off = np.abs(found.driven_displacement - expected)
     way = piston.distance(case.scene.end_time)
-    k = int(np.argmax(off)) if off.size else 0
-    if off.size == 0:
-        return same(way, way, 0.0)
+    k = int(np.argmax(off))
     measured, should, unit = found.driven_displacement[k], expected[k], case.units.velocity
     # A piston by fix setforce has its velocity from another command.
     moves = any(fix.style == "move" for fix in found.fixes)

@@ -396,3 +396,6 @@ def test_a_piston_that_goes_astray_for_a_moment() -> None:
     check = by_name(examined(scene, deck), "displacement of the piston")
     assert check.sentence.startswith("the displacement of granule 1 at 0.00012 s is 2.6e-05 m")
     assert not check.passed
+    none = np.zeros(0)
+    still = changed(deck, stopped="no step", driven_time=none, driven_displacement=none)
+    assert not any("piston" in one.name for one in examined(scene, still).checks)

@@ -20,7 +20,16 @@ from hertzchain.verdict.deck.examining import case_of, numbers_of
 from hertzchain.verdict.deck.number import differences
 from tests.verdict.deck.corpus import scene_of
 from tests.verdict.deck.decks import DECKS, deck_of
-from tests.verdict.deck.made import Change, both, changed, examined, in_texts, plus, times
+from tests.verdict.deck.made import (
+    Change,
+    both,
+    changed,
+    examined,
+    first_guess,
+    in_texts,
+    plus,
+    times,
+)
 from tests.verdict.deck.texts import assert_alike
 
 EXPECTED: dict[str, dict[str, dict[str, Any]]] = tomllib.loads(
@@ -291,6 +300,14 @@ def test_a_deck_with_a_wrong_number(name: str) -> None:
     deck, change = OF_NUMBERS[name]
     scene = scene_of(deck)
     is_as_expected(name, examined(scene, change(deck_of(deck, scene))))
+
+
+def test_a_wrong_poisson_ratio_is_corrected_in_its_line() -> None:
+    """The number that alone makes the stiffness."""
+    scene = scene_of("piston")
+    other = replace(scene, chain=replace(scene.chain, poisson_ratio=0.2))
+    (check,) = examined(scene, deck_of("piston", other, " 0.3 ", " 0.2 ")).to_mend
+    assert first_guess(check)[0].startswith("pair_coeff * * hertz/material 1.93e11 0.0 0.3 ")
 
 
 @pytest.mark.parametrize(

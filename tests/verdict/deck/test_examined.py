@@ -87,6 +87,7 @@ def test_rows(sideways: FloatArray, kind: str, scene: hc.Scene, right: FoundDeck
     assert not done.judged.any()
     assert done.judged.size == 19
     assert done.verdict == "fail"
+    assert not done.checks[-1].passed
 
 
 @pytest.mark.parametrize("more", [-1, 1])
@@ -221,12 +222,13 @@ def test_a_clock_that_does_not_begin_at_0(scene: hc.Scene, right: FoundDeck) -> 
 
 
 def test_damping_that_pulls(scene: hc.Scene, right: FoundDeck) -> None:
-    """A try in which granules part faster than the contact pushes."""
-    damped = right.damped_force + 3.0 * right.closing * (right.closing < -0.5)
-    done = examined(scene, changed(right, damped_force=damped))
-    check = by_name(done, "damping")
-    assert not check.passed
-    assert "granules part with" in check.sentence
+    """A try in which granules part faster than the contact pushes; else those of approach tell."""
+    parts = right.closing < -0.5
+    for factor, how in ((parts, "part"), (1 + parts, "approach")):
+        damped = right.damped_force + 3.0 * right.closing * factor
+        check = by_name(examined(scene, changed(right, damped_force=damped)), "damping")
+        assert not check.passed
+        assert f"granules {how} with" in check.sentence
 
 
 def test_variables_that_use_themselves() -> None:
