@@ -11,6 +11,7 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError
 from hertzchain.scene.schedule import Leg
+from hertzchain.verdict import judgement
 from tests.conftest import STEEL, paper_scene
 
 # Verdict
@@ -172,6 +173,10 @@ def test_a_spread_ten_times_smaller_tells_what_was_given(share: float, what: str
     given = np.full(walled.last_contact - 1, np.nan)
     given[some] = 1.5 * first[some] * np.exp(noise)
     assert hc.judge(walled, given).compared_with == what
+    given[-1] = 1.5 * run.peak_force[-1]  # a contact without a clear pulse does not count
+    unclear = np.where(np.arange(first.size) < first.size - 1, first, np.nan)
+    seen = replace(run, first_pulses=replace(run.first_pulses, force=unclear))
+    assert judgement._truth(seen, given, 1e-3)[1] == (what == "first pulses")
 
 
 def test_a_mistake_is_found_by_first_pulses() -> None:

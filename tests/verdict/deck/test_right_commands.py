@@ -150,13 +150,24 @@ def test_places_begin_at_granule_1() -> None:
 def test_words_of_damping(
     contact: hc.Contact, version: str, number: str, words: str, of_wall: bool
 ) -> None:
-    """In cgs: a dashpot of 1 kg/s is one of 1000 g/s. A wall may have another number."""
+    """In cgs: a dashpot of 1 kg/s is one of 1000 g/s, and of 1e9 pg/us. A wall may have another."""
     made = case("wall", "cgs")
     wall = hc.Wall("rigid", **{f"{contact.damping}".replace("dashpot", "coefficient"): 0.5})
     scene = replace(made.scene, contact=contact, wall=wall)
     number = {"0.9": "0.5", "250": "500"}[number] if of_wall else number
     k = scene.granules.mass.size - 1 if of_wall else 3
-    assert right.damping_words(replace(made, scene=scene), k, version) == (number, words)
+    made = replace(made, scene=scene)
+    assert right.damping_words(made, k, version) == (number, words)
+    small, _ = right.damping_words(replace(made, units=UNITS["micro"]), k, version)
+    assert float(small) == float(number) * (1 if contact.restitution else 1e6)
+
+
+def test_damping_of_viscoelastic_granules_goes_as_length_and_time() -> None:
+    si, micro = (
+        float(right.damping_words(case("viscoelastic", units), 2, "20250722")[0])
+        for units in ("si", "micro")
+    )
+    assert micro == pytest.approx(1e-12 * si, rel=1e-9, abs=0)
 
 
 def test_pairs_of_types() -> None:
