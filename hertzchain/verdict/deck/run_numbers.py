@@ -253,7 +253,6 @@ def _found_twin(case: Case) -> tuple[Twin, tuple[Stretch, ...]]:
         np.array(numbers) for numbers in (twin.stiffness, twin.exponent, twin.opening)
     )
     held = found.integrated == 0
-    held[0] |= found.driven[0]
     for k, law in enumerate(case.laws):
         stiffness[k], exponent[k] = law.stiffness, law.exponent
     # Where contacts begin: radii may differ from the scene's, and contacts then do, too.

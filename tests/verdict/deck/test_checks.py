@@ -205,11 +205,14 @@ def test_a_wall_that_is_never_reached(scene: hc.Scene, right: FoundDeck) -> None
 
 
 def test_a_wall_that_was_not_met_where_it_should_be(scene: hc.Scene, right: FoundDeck) -> None:
-    """Its place is that of its command; the scene's is a gap behind the last granule."""
+    """Its place is that of its command; the scene's is a gap behind the last granule.
+
+    The plane on the other side is further from there, though not from the last granule.
+    """
     gap = hc.Wall("rigid", gap=1e-3)
     size, radius = scene.chain.granules, 4.75e-3
-    far = (2 * size - 1) * radius + 0.02
-    text = f"fix w all wall/gran granular hertz/material 2e11 0 0.3 xplane NULL {far}"
+    far, other = (2 * size - 1) * radius + 0.02, (2 * size - 3) * radius - 0.018
+    text = f"fix w all wall/gran granular hertz/material 2e11 0 0.3 xplane {other} {far}"
     commands = (*right.commands[:-1], replace(right.commands[-1], text=text), right.commands[-1])
     runs = (replace(right.runs[0], command=len(commands) - 1),)
     deck = changed(right, commands=commands, runs=runs, first_run=len(commands) - 1)

@@ -170,12 +170,36 @@ def test_damping_of_viscoelastic_granules_goes_as_length_and_time() -> None:
     assert micro == pytest.approx(1e-12 * si, rel=1e-9, abs=0)
 
 
+PULSE = hc.Pulse("cosine", 100.0, 2.0, rise_time=3e-5)
+
+
+@pytest.mark.parametrize(("count", "lines"), [(64, 65), (65, 1)])
+def test_both_sides_of_the_most_lines(count: int, lines: int) -> None:
+    """One line for each diameter, and one for all densities."""
+    radius = np.linspace(4e-3, 5e-3, count).tolist()
+    chain = hc.Chain(count, radius, young_modulus=70e9, poisson_ratio=0.3, density=7800.0)
+    made = case("wall", ids=np.arange(count) + 1, types=np.ones(count, np.int64))
+    made = replace(made, scene=hc.Scene(chain, PULSE))
+    assert len(right.granule_commands(made)) == lines
+    assert (right.place_commands(made) is None) == (count > 64)
+
+
+@pytest.mark.parametrize("rows", [40, 41])
+def test_both_sides_of_a_table_that_is_a_formula(rows: int) -> None:
+    """Of at most 39 pieces, one between two rows each."""
+    force = np.where(np.arange(rows) % 2, 100.0, 50.0)
+    table = hc.PulseTable(tuple(np.linspace(0.0, 1e-4, rows)), tuple(force))
+    made = case("piston")
+    made = replace(made, scene=replace(made.scene, shock=table))
+    assert (right.shock_commands(made) is None) == (rows > 40)
+
+
 def test_pairs_of_types() -> None:
     """Types that never touch have coefficients, too; one pair has one law."""
     scene = hc.Scene(
         hc.Chain(4, radius=5e-3, young_modulus=[70e9, 70e9, 200e9, 200e9], poisson_ratio=0.3,
                  density=7800.0),
-        hc.Pulse("cosine", 100.0, 2.0, rise_time=3e-5),
+        PULSE,
     )  # fmt: skip
     laws = [f"{4 / 3 * young:.10g}" for young in (
         modulus(70e9, 0.3), 1 / (1 / (2 * modulus(70e9, 0.3)) + 1 / (2 * modulus(200e9, 0.3))),
