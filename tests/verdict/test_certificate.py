@@ -215,7 +215,9 @@ def test_what_cannot_be(how: dict[str, object], word: str) -> None:
 
 
 def test_a_program_that_is_missing_or_crashes(tmp_path: Path) -> None:
-    missing = certify("no-such-lmp", only=["striker"])
+    said: list[str] = []
+    missing = certify("no-such-lmp", only=["striker"], progress=said.append)
+    assert said == ["striker"]
     assert (missing.rows[0].grade, missing.rows[0].failed, missing.status) == (UNTESTED, True, 2)
     crashing = fake(tmp_path, [], "if text: os.kill(os.getpid(), 11)")
     found = certify(crashing, only=["striker"])

@@ -214,6 +214,12 @@ def test_a_mistake_is_named(key: tuple[str, float, float, int], name: str) -> No
     assert words in (found.cause or ""), found.hint
 
 
+def test_a_table_has_no_rise_time() -> None:
+    table = hc.PulseTable((0.0, 1e-5, 2e-5), (0.0, 10.0, 0.0))
+    scene = replace(paper_scene(*QUICK[0]), shock=table)
+    assert with_rise_time(scene) is scene
+
+
 def test_what_ends_a_cause() -> None:
     """A run that ends before its slow wave; nothing pressed at all; a step that is known."""
     at = planting(QUICK[0])

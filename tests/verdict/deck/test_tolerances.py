@@ -107,6 +107,13 @@ def test_both_sides_of_what_is_allowed(name: str, scene: hc.Scene, right: FoundD
     assert both_sides(name, *most_that_passes(scene)[name], scene, right).corrections
 
 
+def test_both_sides_of_a_force_across_the_box(scene: hc.Scene, right: FoundDeck) -> None:
+    def change(force: float) -> Change:
+        return lambda deck: changed(deck, image_gap=1e-4, image_force=force)
+
+    both_sides("contacts across", change, 1e-7 * scene.units.force, scene, right)
+
+
 def test_a_granule_is_moved_once(scene: hc.Scene, right: FoundDeck) -> None:
     check = by_name(examined(scene, plus("integrated", 3, 1)(right)), "integrators")
     assert not check.passed
