@@ -14,7 +14,8 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.found import Executed, FoundDeck, FoundRun
 from hertzchain.engines.lammps.reading.text import Edits
 from hertzchain.errors import RunFailed, SceneError
-from hertzchain.verdict.deck import DeckCheck, examining, places
+from hertzchain.limits import Deadline
+from hertzchain.verdict.deck import DeckCheck, examining, number, places
 from hertzchain.verdict.deck.examined import in_order
 from hertzchain.verdict.deck.places import variables_of
 from tests.places import ROOT
@@ -154,6 +155,26 @@ def test_how_long_a_deck_settles(scene: hc.Scene, right: FoundDeck) -> None:
     commands = (*right.commands[:-1], before, right.commands[-1])
     late = examined(scene, changed(right, before=2e-5, commands=commands, first_run=13))
     assert any("the shock begins 2e-05 s after" in one for one in late.remarks)
+
+
+@pytest.mark.parametrize(("ends", "judged"), [(0.5, 0.5), (30.0, 30.0), (300.0, 100.0)])
+def test_a_deck_is_judged_up_to_a_hundred_times_the_scene(
+    ends: float, judged: float, scene: hc.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(hc.Native, "run", lambda _, watched: watched)
+    watched: Any = examining._truth(scene, ends * scene.end_time, Deadline(60.0))
+    assert watched.end_time == pytest.approx(judged * scene.end_time)
+
+
+def test_six_corrections_of_a_check_are_tried(
+    scene: hc.Scene, right: FoundDeck, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """None twice, and none that changes nothing."""
+    many = [{("in.made", k // 2, "a"): ("b",)} for k in range(16)]
+    same = {("in.made", 1, "a"): ("a",)}
+    monkeypatch.setattr(number, "corrections", lambda *_: iter([{}, same, *many]))
+    check = by_name(examined(scene, times("mass", 0.5)(right)), "mass")
+    assert check.corrections == tuple(many[:12:2])
 
 
 def test_a_deck_without_steps(scene: hc.Scene, right: FoundDeck) -> None:
