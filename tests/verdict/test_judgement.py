@@ -167,6 +167,7 @@ def test_a_spread_ten_times_smaller_tells_what_was_given(share: float, what: str
     """Peaks of another force, none of which agrees with either."""
     walled = hc.Scene(hc.Chain(31, **STEEL), hc.Striker(1.0), hc.Run(1e-3), wall=hc.Wall("rigid"))
     run = hc.Native("reference").run(walled)
+    assert run.first_pulses is not None
     first, some = run.first_pulses.force, slice(1, 9)
     spread = float(np.std(np.log(first[some] / run.peak_force[some])))
     noise = share * 0.1 * spread * np.array([1, -1, -1, 1, 1, -1, -1, 1])
