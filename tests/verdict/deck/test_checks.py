@@ -30,6 +30,7 @@ def test_the_scene_itself_passes(scene: hc.Scene, right: FoundDeck) -> None:
     done = examined(scene, right)
     assert [check.sentence for check in done.checks if not check.passed or check.differs] == []
     assert done.verdict == "pass"
+    assert "applied force across the chain" not in [check.name for check in done.checks]
     assert done.checks[-1].name == "peaks"
     assert done.checks[-1].effect == pytest.approx(7e-5, rel=0.05)  # its steps alone
 
@@ -135,6 +136,17 @@ def test_a_force_across_that_moves_all_alike(scene: hc.Scene, right: FoundDeck) 
         done = examined(scene, changed(right, constant_force=force, peak_force=peaks))
         assert by_name(done, "constant force across").effect == pytest.approx(effect, rel=0.01)
         assert any(check.name.startswith("motion") for check in done.to_mend) == moved
+
+
+def test_a_force_across_is_of_the_fix_that_pushes_across() -> None:
+    scene = scene_of("column")
+    deck = plus("constant_force", (..., 2), 1e-3)(deck_of("column", scene))
+    across = np.outer(np.ones(deck.mass.size), [0.0, 1e-3])
+    fixes = tuple(
+        replace(fix, largest=fix.largest + across * (fix.style == "gravity")) for fix in deck.fixes
+    )
+    check = by_name(examined(scene, changed(deck, fixes=fixes)), "constant force across")
+    assert check.place.written.startswith("fix g all gravity")
 
 
 def test_a_shift_of_all_granules_is_seen(scene: hc.Scene, right: FoundDeck) -> None:

@@ -251,6 +251,17 @@ def test_numbers_that_are_off_by_the_same_are_one_finding(
     assert sorted(names) == ["mass of granule 5", "mass of granule 6", "mass of granules 2 to 4"]
 
 
+def test_of_contacts_that_are_off_alike_the_worst_one_is_shown(
+    scene: hc.Scene, right: FoundDeck
+) -> None:
+    softer = both(*(
+        times(force, factor, (..., k))
+        for force in ("contact_force", "damped_force") for k, factor in ((4, 0.9), (7, 0.9005))
+    ))  # fmt: skip
+    check = by_name(examined(scene, softer(right)), "stiffness")
+    assert check.measured == pytest.approx(0.9 * check.expected, rel=1e-6)
+
+
 @pytest.mark.parametrize(("share", "name"), [(1 / 3, "force of contact 6"), (3.0, "stiffness of")])
 def test_both_sides_of_a_contact_without_force(
     share: float, name: str, scene: hc.Scene, right: FoundDeck
