@@ -59,7 +59,7 @@ class Case:
     dt: float | None  # their step [s], if known
     tolerance: float  # largest relative difference that passes
     deadline: Deadline  # time limit of the search
-    of_first_pulses: bool = False  # whether the peaks are those of first pulses
+    of_first_pulses: bool  # whether the peaks are those of first pulses
 
     @property
     def differences(self) -> FloatArray:

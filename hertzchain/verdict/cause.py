@@ -66,8 +66,8 @@ def likely_cause(case: Case, progress: Callable[[str], object] | None = None) ->
         except TooExpensive:
             remark = f"not everything was tried for the cause, it takes too long: {family.name}"
             break
-        except RunFailed:  # this mistake is impossible in this scene
-            continue
+        except RunFailed:
+            pass  # this mistake is impossible in this scene
     found.sort(key=lambda one: one[0].left)
     least = found[0][0].left if found else math.inf
     if least > EXPLAINED * size or (least > _allowed(case) and not found[0][0].leaves_noise):

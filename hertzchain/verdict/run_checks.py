@@ -215,7 +215,7 @@ def _grown(
     return float(found[0]), float(found[1]), float(found[2])
 
 
-def _largest(measured: Array, expected: Array, least: float = 0.0) -> float:
+def _largest(measured: Array, expected: Array, least: float) -> float:
     """Return the largest difference over the largest expected value, or over ``least``."""
     largest = max(float(np.max(np.abs(expected))), least)
     difference = float(np.max(np.abs(measured - expected)))

@@ -27,7 +27,7 @@ FAR = f"{NOTHING}, and none leaves less than 7 % of the differences"
 
 def case_of(truth: hc.Result, given: FloatArray, tolerance: float = 1e-3) -> Case:
     judged = judgement.judged_peaks(truth.peak_force, given)
-    return Case(truth.scene, truth, given, judged, None, tolerance, Deadline(60.0))
+    return Case(truth.scene, truth, given, judged, None, tolerance, Deadline(60.0), False)
 
 
 def signs(count: int = 59) -> Array:

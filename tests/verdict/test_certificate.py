@@ -141,6 +141,8 @@ def test_the_module_is_right_in_every_row(whole: tuple[hc.Certificate, Path]) ->
     assert grades == {
         name: UNTESTED if case.needs_ranks else ROUND_OFF for name, case in CASES.items()
     }
+    of_lammps = {name for name, case in CASES.items() if case.of_lammps}
+    assert of_lammps == {"gran/hertz/history", "granules over ranks", "restart in the middle"}
     assert (found.status, len(list(decks.glob("in.*")))) == (0, len(CASES) - 1)
     for case in CASES.values():
         assert hc.Scene.from_toml(decks / f"{case.file}.toml") == case.scene
@@ -213,7 +215,9 @@ def test_what_cannot_be(how: dict[str, object], word: str) -> None:
 
 
 def test_a_program_that_is_missing_or_crashes(tmp_path: Path) -> None:
-    missing = certify("no-such-lmp", only=["striker"])
+    said: list[str] = []
+    missing = certify("no-such-lmp", only=["striker"], progress=said.append)
+    assert said == ["striker"]
     assert (missing.rows[0].grade, missing.rows[0].failed, missing.status) == (UNTESTED, True, 2)
     crashing = fake(tmp_path, [], "if text: os.kill(os.getpid(), 11)")
     found = certify(crashing, only=["striker"])

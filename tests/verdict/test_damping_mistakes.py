@@ -13,8 +13,10 @@ import pytest
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.damping import tsuji
+from hertzchain.limits import Deadline
 from hertzchain.theory.restitution import damping_ratio, of_ratio
-from hertzchain.verdict.damping_mistakes import contact_of, in_words
+from hertzchain.verdict.case import Case, Mistake
+from hertzchain.verdict.damping_mistakes import contact_of, damping, in_words
 from hertzchain.verdict.mistakes import families_for
 from tests.conftest import STEEL, paper_scene
 
@@ -129,6 +131,16 @@ def test_noise_does_not_look_like_weak_damping_or_pulling() -> None:
         cause = hc.judge(replace(ELASTIC, contact=asked), peaks).cause or ""
         assert cause.startswith("no damping; leaves" if asked else "damping by dashpots of 3 kg/s")
         assert "contacts that pull" not in cause
+
+
+def test_damping_is_named_where_it_leaves_a_third_of_what_none_does() -> None:
+    truth = hc.Native("reference").run(ELASTIC)
+    given, judged = truth.peak_force * np.linspace(0.9, 1.0, 15), np.ones(15, bool)
+    case = Case(ELASTIC, truth, given, judged, None, 1e-3, Deadline(60.0), False)
+    assert [one.most for one in damping(case)] == pytest.approx([case.size / 3] * 3)
+    fitted = Mistake(lambda _: "", lambda _: truth.peak_force, most=case.size * 1.01)
+    assert fitted.tried(case).left == case.size
+    assert replace(fitted, most=case.size * 0.99).tried(case).left == math.inf
 
 
 def test_with_other_terms_damping_is_tried() -> None:

@@ -13,6 +13,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.scene.pulse import PROFILES, profile_named
+from hertzchain.verdict import step_mistakes
 from hertzchain.verdict.mistakes import with_rise_time
 from tests.conftest import paper_scene
 
@@ -212,6 +213,22 @@ def test_a_mistake_is_named(key: tuple[str, float, float, int], name: str) -> No
     assert found.verdict == "fail"
     assert found.remarks == ()
     assert words in (found.cause or ""), found.hint
+
+
+def test_steps_past_the_corners_of_a_pulse() -> None:
+    """One leg each in the pulse, and one for all behind it; none for more than 100,000 of them."""
+    scene = paper_scene(*QUICK[0])
+    last = scene.ramps[-1].end
+    legs = step_mistakes._past_corners(scene, last / 9.5) or []
+    assert [leg.steps for leg in legs] == [*[1] * 10, math.ceil(scene.end_time / last * 9.5) - 10]
+    assert legs[-1].end == pytest.approx(sum(leg.steps for leg in legs) * last / 9.5)
+    assert step_mistakes._past_corners(scene, last / 100_000.5) is None
+
+
+def test_a_table_has_no_rise_time() -> None:
+    table = hc.PulseTable((0.0, 1e-5, 2e-5), (0.0, 10.0, 0.0))
+    scene = replace(paper_scene(*QUICK[0]), shock=table)
+    assert with_rise_time(scene) is scene
 
 
 def test_what_ends_a_cause() -> None:

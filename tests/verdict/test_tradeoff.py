@@ -254,6 +254,8 @@ def test_a_typical_setting_has_the_range_of_its_errors(scene: hc.Scene) -> None:
     (found,) = typical(each)
     assert (found.row.wall_time, found.row.error) == (2, 2e-3)
     assert (found.lowest, found.highest) == (1e-3, 6e-3)
+    (alone,) = typical(each[:1])
+    assert alone.row == each[0].rows[0]
 
 
 @given(ROWS)

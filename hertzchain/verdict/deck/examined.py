@@ -245,7 +245,7 @@ def in_order(checks: Sequence[DeckCheck]) -> list[DeckCheck]:
 
     def rank(check: DeckCheck) -> tuple[int, float]:
         group = 0 if not check.passed else 1 if check.differs else 2
-        effect = -1.0 if check.effect is None else check.effect
+        effect = -math.inf if check.effect is None else check.effect
         return group, -effect if group < 2 else 0.0
 
     return sorted(checks, key=rank)

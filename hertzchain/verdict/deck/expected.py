@@ -52,12 +52,11 @@ def _weight(scene: Scene) -> FloatArray:
 
 
 def constant_force(scene: Scene) -> FloatArray:
-    """Weight and static loads on each granule [N], shape (granules,)."""
+    """Weight and static loads on each granule [N], shape (granules,); fixed ones bear any."""
     load = _weight(scene)
     if scene.precompression is not None:
         load[scene.shock.loaded_granule] += scene.precompression.force
         load[-1] -= scene.held_load
-    load[scene.granules.fixed] = 0.0
     return load
 
 

@@ -269,7 +269,7 @@ def _driven(case: Case) -> Difference:
     right = "granule 1 alone" if wanted else "no granule"
     return Difference(
         led.size, wanted, effect=math.inf,
-        room=0.0 if np.array_equal(led, np.arange(wanted)) else -1.0,
+        room=0.0 if np.array_equal(led, np.arange(wanted)) else -math.inf,
         sentence=f"a fix leads {who}, whatever presses them; the scene leads {right}",
         at=_leading(case) if led.size else None, command=WITHOUT if led.size else "",
     )  # fmt: skip
@@ -284,15 +284,13 @@ def _leading(case: Case) -> int | None:
 
 def _piston(case: Case) -> Difference | list[Difference]:
     found, piston = case.found, case.scene.piston
-    if piston is None or _driven(case).differs:
+    if piston is None or not found.driven_time.size or _driven(case).differs:
         return []
     time = found.driven_time - case.start
     expected = displacement(piston, time)
     off = np.abs(found.driven_displacement - expected)
     way = piston.distance(case.scene.end_time)
-    k = int(np.argmax(off)) if off.size else 0
-    if off.size == 0:
-        return same(way, way, 0.0)
+    k = int(np.argmax(off))
     measured, should, unit = found.driven_displacement[k], expected[k], case.units.velocity
     # A piston by fix setforce has its velocity from another command.
     moves = any(fix.style == "move" for fix in found.fixes)

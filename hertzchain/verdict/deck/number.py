@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -62,7 +63,7 @@ class Difference:
     role: str = ""
     at: int | None = None
     command: str = ""
-    room: float = -1.0
+    room: float = -math.inf
 
     @property
     def differs(self) -> bool:

@@ -74,7 +74,7 @@ def _end(case: Case) -> Difference:
     one = Difference(
         end, wanted, relative=None if late else 0.0, reason=_SEEN,
         sentence=f"the deck ends {ends[0]} s after the shock begins, the scene {ends[1]} s{which}",
-        room=-1.0 if end < wanted * (1 - 1e-9) else math.inf,  # a step may miss it by rounding
+        room=-math.inf if end < wanted * (1 - 1e-9) else math.inf,  # a step may miss it by rounding
     )  # fmt: skip
     if not found.runs:
         return one
@@ -253,7 +253,6 @@ def _found_twin(case: Case) -> tuple[Twin, tuple[Stretch, ...]]:
         np.array(numbers) for numbers in (twin.stiffness, twin.exponent, twin.opening)
     )
     held = found.integrated == 0
-    held[0] |= found.driven[0]
     for k, law in enumerate(case.laws):
         stiffness[k], exponent[k] = law.stiffness, law.exponent
     # Where contacts begin: radii may differ from the scene's, and contacts then do, too.

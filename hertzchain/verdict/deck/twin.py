@@ -113,8 +113,8 @@ def run_twin(twin: Twin, stretches: Iterable[Stretch], deadline: Deadline) -> Tw
         run = states_of(walk, one.dt, steps, force_at, deadline, led=one.driven, block=_BLOCK)
         for _, states in run:
             if not np.all(np.isfinite(states[:, -1])):
-                force[:] = np.nan
-                return TwinRun(force, backwards, forwards, walk.u[:-1], walk.v[:-1])
+                none = np.full(contacts, np.nan)
+                return TwinRun(none, backwards, forwards, walk.u[:-1], walk.v[:-1])
             seen = np.concatenate([before, states[3, :, :contacts]])
             force, before = np.maximum(force, _highest(seen)), seen[-2:-1]
             backwards = max(backwards, float(-np.min(states[0, :, 0])))

@@ -166,7 +166,7 @@ def _of_table(scene: Scene, table: pandas.DataFrame, file: str) -> Sampled:
             key = f"{name} in row {int(wrong[0]) + 1}"
             raise SceneError(key, word, "must be a finite number", file=file)
         values.append(numbers)
-    if not values[0].size:
+    if table.empty:
         raise SceneError("", None, "has no row of numbers", file=file)
     peaks = by_contact(values[0], values[1], scene, file)
     return Sampled(peaks, np.zeros_like(peaks))

@@ -30,6 +30,7 @@ def test_the_scene_itself_passes(scene: hc.Scene, right: FoundDeck) -> None:
     done = examined(scene, right)
     assert [check.sentence for check in done.checks if not check.passed or check.differs] == []
     assert done.verdict == "pass"
+    assert "applied force across the chain" not in [check.name for check in done.checks]
     assert done.checks[-1].name == "peaks"
     assert done.checks[-1].effect == pytest.approx(7e-5, rel=0.05)  # its steps alone
 
@@ -137,6 +138,17 @@ def test_a_force_across_that_moves_all_alike(scene: hc.Scene, right: FoundDeck) 
         assert any(check.name.startswith("motion") for check in done.to_mend) == moved
 
 
+def test_a_force_across_is_of_the_fix_that_pushes_across() -> None:
+    scene = scene_of("column")
+    deck = plus("constant_force", (..., 2), 1e-3)(deck_of("column", scene))
+    across = np.outer(np.ones(deck.mass.size), [0.0, 1e-3])
+    fixes = tuple(
+        replace(fix, largest=fix.largest + across * (fix.style == "gravity")) for fix in deck.fixes
+    )
+    check = by_name(examined(scene, changed(deck, fixes=fixes)), "constant force across")
+    assert check.place.written.startswith("fix g all gravity")
+
+
 def test_a_shift_of_all_granules_is_seen(scene: hc.Scene, right: FoundDeck) -> None:
     """No peak tells a chain that is stopped as a whole, or moved."""
     for change in (plus("final_velocity", ..., -0.05), plus("final_position", ..., 1e-5)):
@@ -205,11 +217,14 @@ def test_a_wall_that_is_never_reached(scene: hc.Scene, right: FoundDeck) -> None
 
 
 def test_a_wall_that_was_not_met_where_it_should_be(scene: hc.Scene, right: FoundDeck) -> None:
-    """Its place is that of its command; the scene's is a gap behind the last granule."""
+    """Its place is that of its command; the scene's is a gap behind the last granule.
+
+    The plane on the other side is further from there, though not from the last granule.
+    """
     gap = hc.Wall("rigid", gap=1e-3)
     size, radius = scene.chain.granules, 4.75e-3
-    far = (2 * size - 1) * radius + 0.02
-    text = f"fix w all wall/gran granular hertz/material 2e11 0 0.3 xplane NULL {far}"
+    far, other = (2 * size - 1) * radius + 0.02, (2 * size - 3) * radius - 0.018
+    text = f"fix w all wall/gran granular hertz/material 2e11 0 0.3 xplane {other} {far}"
     commands = (*right.commands[:-1], replace(right.commands[-1], text=text), right.commands[-1])
     runs = (replace(right.runs[0], command=len(commands) - 1),)
     deck = changed(right, commands=commands, runs=runs, first_run=len(commands) - 1)
@@ -357,7 +372,9 @@ def test_a_crest_between_readings_is_no_smaller_peak(scene: hc.Scene, right: Fou
     """The scene itself is as high at these readings; a peak that is off has digits that tell."""
     thin = changed(right, applied_time=right.applied_time[::7],
                    applied_force=right.applied_force[::7])  # fmt: skip
-    assert by_name(examined(scene, thin), "applied force").passed
+    found = by_name(examined(scene, thin), "applied force")
+    assert found.passed
+    assert found.measured == np.max(thin.applied_force) > 99.0
     check = by_name(examined(scene, times("applied_force", 1 + 1e-5)(thin)), "peak of the applied")
     assert check.sentence.startswith("the largest applied force is 100.00")
     assert check.measured == pytest.approx(100.001, rel=1e-6)
@@ -396,3 +413,6 @@ def test_a_piston_that_goes_astray_for_a_moment() -> None:
     check = by_name(examined(scene, deck), "displacement of the piston")
     assert check.sentence.startswith("the displacement of granule 1 at 0.00012 s is 2.6e-05 m")
     assert not check.passed
+    none = np.zeros(0)
+    still = changed(deck, stopped="no step", driven_time=none, driven_displacement=none)
+    assert not any("piston" in one.name for one in examined(scene, still).checks)

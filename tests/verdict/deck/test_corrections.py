@@ -18,9 +18,19 @@ from hertzchain.engines.lammps.reading.units import Units
 from hertzchain.limits import Deadline
 from hertzchain.verdict.deck.examining import case_of, numbers_of
 from hertzchain.verdict.deck.number import differences
+from hertzchain.verdict.deck.pulse import pulse
 from tests.verdict.deck.corpus import scene_of
 from tests.verdict.deck.decks import DECKS, deck_of
-from tests.verdict.deck.made import Change, both, changed, examined, in_texts, plus, times
+from tests.verdict.deck.made import (
+    Change,
+    both,
+    changed,
+    examined,
+    first_guess,
+    in_texts,
+    plus,
+    times,
+)
 from tests.verdict.deck.texts import assert_alike
 
 EXPECTED: dict[str, dict[str, dict[str, Any]]] = tomllib.loads(
@@ -291,6 +301,31 @@ def test_a_deck_with_a_wrong_number(name: str) -> None:
     deck, change = OF_NUMBERS[name]
     scene = scene_of(deck)
     is_as_expected(name, examined(scene, change(deck_of(deck, scene))))
+
+
+def test_a_wrong_poisson_ratio_is_corrected_in_its_line() -> None:
+    """The number that alone makes the stiffness."""
+    scene = scene_of("piston")
+    other = replace(scene, chain=replace(scene.chain, poisson_ratio=0.2))
+    (check,) = examined(scene, deck_of("piston", other, " 0.3 ", " 0.2 ")).to_mend
+    assert first_guess(check)[0].startswith("pair_coeff * * hertz/material 1.93e11 0.0 0.3 ")
+
+
+def test_digits_of_a_pulse_are_those_of_its_impulse() -> None:
+    scene = scene_of("precompressed")
+    deck = times("applied_force", 1.02)(deck_of("precompressed", scene))
+    case, _ = case_of(scene, deck, 1e-3, Deadline(60.0), {})
+    (one,) = pulse(case)
+    assert one.relative == pytest.approx(0.02, rel=1e-6)
+
+
+@pytest.mark.parametrize(("more", "stands"), [(1, [(13, 12)]), (2, [(14, 12), (13, 11)])])
+def test_a_count_may_stand_as_that_of_contacts(more: int, stands: list[tuple[int, int]]) -> None:
+    """Unless that number is the right count of granules."""
+    scene = scene_of("piston")
+    other = replace(scene, chain=replace(scene.chain, granules=12 + more))
+    case, _ = case_of(scene, deck_of("piston", other), 1e-3, Deadline(60.0), {})
+    assert differences(case, numbers_of(case)[0])[0].stands == stands
 
 
 @pytest.mark.parametrize(

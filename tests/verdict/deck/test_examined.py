@@ -14,7 +14,8 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.found import Executed, FoundDeck, FoundRun
 from hertzchain.engines.lammps.reading.text import Edits
 from hertzchain.errors import RunFailed, SceneError
-from hertzchain.verdict.deck import DeckCheck, examining, places
+from hertzchain.limits import Deadline
+from hertzchain.verdict.deck import DeckCheck, examining, number, places
 from hertzchain.verdict.deck.examined import in_order
 from hertzchain.verdict.deck.places import variables_of
 from tests.places import ROOT
@@ -87,6 +88,7 @@ def test_rows(sideways: FloatArray, kind: str, scene: hc.Scene, right: FoundDeck
     assert not done.judged.any()
     assert done.judged.size == 19
     assert done.verdict == "fail"
+    assert not done.checks[-1].passed
 
 
 @pytest.mark.parametrize("more", [-1, 1])
@@ -155,6 +157,26 @@ def test_how_long_a_deck_settles(scene: hc.Scene, right: FoundDeck) -> None:
     assert any("the shock begins 2e-05 s after" in one for one in late.remarks)
 
 
+@pytest.mark.parametrize(("ends", "judged"), [(0.5, 0.5), (30.0, 30.0), (300.0, 100.0)])
+def test_a_deck_is_judged_up_to_a_hundred_times_the_scene(
+    ends: float, judged: float, scene: hc.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(hc.Native, "run", lambda _, watched: watched)
+    watched: Any = examining._truth(scene, ends * scene.end_time, Deadline(60.0))
+    assert watched.end_time == pytest.approx(judged * scene.end_time)
+
+
+def test_six_corrections_of_a_check_are_tried(
+    scene: hc.Scene, right: FoundDeck, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """None twice, and none that changes nothing."""
+    many = [{("in.made", k // 2, "a"): ("b",)} for k in range(16)]
+    same = {("in.made", 1, "a"): ("a",)}
+    monkeypatch.setattr(number, "corrections", lambda *_: iter([{}, same, *many]))
+    check = by_name(examined(scene, times("mass", 0.5)(right)), "mass")
+    assert check.corrections == tuple(many[:12:2])
+
+
 def test_a_deck_without_steps(scene: hc.Scene, right: FoundDeck) -> None:
     nothing = changed(right, runs=(), end_time=0.0, applied_time=np.zeros(0),
                       applied_force=np.zeros((0, 20)))  # fmt: skip
@@ -221,19 +243,23 @@ def test_a_clock_that_does_not_begin_at_0(scene: hc.Scene, right: FoundDeck) -> 
 
 
 def test_damping_that_pulls(scene: hc.Scene, right: FoundDeck) -> None:
-    """A try in which granules part faster than the contact pushes."""
-    damped = right.damped_force + 3.0 * right.closing * (right.closing < -0.5)
-    done = examined(scene, changed(right, damped_force=damped))
-    check = by_name(done, "damping")
-    assert not check.passed
-    assert "granules part with" in check.sentence
+    """A try in which granules part faster than the contact pushes; else those of approach tell."""
+    parts = right.closing < -0.5
+    for factor, how in ((parts, "part"), (1 + parts, "approach")):
+        damped = right.damped_force + 3.0 * right.closing * factor
+        check = by_name(examined(scene, changed(right, damped_force=damped)), "damping")
+        assert not check.passed
+        assert f"granules {how} with" in check.sentence
 
 
 def test_variables_that_use_themselves() -> None:
-    """As in a loop that adds to one: each definition is looked at once."""
-    texts = ("variable a equal 1", "variable b equal ${a}+v_b", "set group all density ${b}")
+    """As in a loop that adds to one: each definition is looked at once, the last one alone."""
+    texts = (
+        "variable a equal 0", "variable a equal 1", "variable b equal ${a}+v_b",
+        "set group all density ${b}",
+    )  # fmt: skip
     commands = [Executed(text, "in.made", k, text) for k, text in enumerate(texts)]
-    assert variables_of(commands, 2) == [1, 0]
+    assert variables_of(commands, 3) == [2, 1]
 
 
 def test_the_line_that_makes_a_number(right: FoundDeck) -> None:

@@ -10,7 +10,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.engines.lammps.reading.found import Executed, FoundDeck, FoundRun
 from hertzchain.errors import RunFailed
-from hertzchain.verdict.deck import measured
+from hertzchain.verdict.deck import damping_numbers, measured
 from hertzchain.verdict.deck.measured import law_of
 from tests.verdict.deck.corpus import scene_of
 from tests.verdict.deck.decks import deck_of
@@ -227,6 +227,20 @@ def test_a_wall_begins_where_its_force_does() -> None:
         assert found.position - wall.position == pytest.approx(-by, rel=1e-3, abs=1e-17)
         assert found.overlap - wall.overlap == pytest.approx(by, rel=1e-3)
         assert found.damped_overlap - wall.damped_overlap == pytest.approx(by, rel=1e-3)
+
+
+@pytest.mark.parametrize("power", [0.25, 1.5])
+def test_the_power_of_a_damping_is_that_of_two_overlaps(power: float) -> None:
+    """Of granules that approach; half where there are no two overlaps, or no two signs alike."""
+    overlap, closing = np.array([1e-6, 4e-6, 3e-6]), np.array([0.5, 1.0, -1.0])
+    added = 3.0 * overlap**power * closing
+    one = measured.Damper(added, 0 * added, 1 + 0 * added, closing, overlap)
+    assert damping_numbers._power_of([one]) == power
+    for other in (
+        replace(one, overlap=np.full(3, 1e-6)), replace(one, added=added * [1, 0, 1]),
+        replace(one, added=added * [1, -1, 1]),
+    ):  # fmt: skip
+        assert damping_numbers._power_of([other]) == 0.5
 
 
 def test_a_piston_of_a_table() -> None:

@@ -150,13 +150,48 @@ def test_places_begin_at_granule_1() -> None:
 def test_words_of_damping(
     contact: hc.Contact, version: str, number: str, words: str, of_wall: bool
 ) -> None:
-    """In cgs: a dashpot of 1 kg/s is one of 1000 g/s. A wall may have another number."""
+    """In cgs: a dashpot of 1 kg/s is one of 1000 g/s, and of 1e9 pg/us. A wall may have another."""
     made = case("wall", "cgs")
     wall = hc.Wall("rigid", **{f"{contact.damping}".replace("dashpot", "coefficient"): 0.5})
     scene = replace(made.scene, contact=contact, wall=wall)
     number = {"0.9": "0.5", "250": "500"}[number] if of_wall else number
     k = scene.granules.mass.size - 1 if of_wall else 3
-    assert right.damping_words(replace(made, scene=scene), k, version) == (number, words)
+    made = replace(made, scene=scene)
+    assert right.damping_words(made, k, version) == (number, words)
+    small, _ = right.damping_words(replace(made, units=UNITS["micro"]), k, version)
+    assert float(small) == float(number) * (1 if contact.restitution else 1e6)
+
+
+def test_damping_of_viscoelastic_granules_goes_as_length_and_time() -> None:
+    si, micro = (
+        float(right.damping_words(case("viscoelastic", units), 2, "20250722")[0])
+        for units in ("si", "micro")
+    )
+    assert micro == pytest.approx(1e-12 * si, rel=1e-9, abs=0)
+
+
+PULSE = hc.Pulse("cosine", 100.0, 2.0, rise_time=3e-5)
+
+
+@pytest.mark.parametrize(("count", "lines"), [(64, 65), (65, 1)])
+def test_both_sides_of_the_most_lines(count: int, lines: int) -> None:
+    """One line for each diameter, and one for all densities."""
+    radius = np.linspace(4e-3, 5e-3, count).tolist()
+    chain = hc.Chain(count, radius, young_modulus=70e9, poisson_ratio=0.3, density=7800.0)
+    made = case("wall", ids=np.arange(count) + 1, types=np.ones(count, np.int64))
+    made = replace(made, scene=hc.Scene(chain, PULSE))
+    assert len(right.granule_commands(made)) == lines
+    assert (right.place_commands(made) is None) == (count > 64)
+
+
+@pytest.mark.parametrize("rows", [40, 41])
+def test_both_sides_of_a_table_that_is_a_formula(rows: int) -> None:
+    """Of at most 39 pieces, one between two rows each."""
+    force = np.where(np.arange(rows) % 2, 100.0, 50.0)
+    table = hc.PulseTable(tuple(np.linspace(0.0, 1e-4, rows)), tuple(force))
+    made = case("piston")
+    made = replace(made, scene=replace(made.scene, shock=table))
+    assert (right.shock_commands(made) is None) == (rows > 40)
 
 
 def test_pairs_of_types() -> None:
@@ -164,7 +199,7 @@ def test_pairs_of_types() -> None:
     scene = hc.Scene(
         hc.Chain(4, radius=5e-3, young_modulus=[70e9, 70e9, 200e9, 200e9], poisson_ratio=0.3,
                  density=7800.0),
-        hc.Pulse("cosine", 100.0, 2.0, rise_time=3e-5),
+        PULSE,
     )  # fmt: skip
     laws = [f"{4 / 3 * young:.10g}" for young in (
         modulus(70e9, 0.3), 1 / (1 / (2 * modulus(70e9, 0.3)) + 1 / (2 * modulus(200e9, 0.3))),

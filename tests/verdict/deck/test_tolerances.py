@@ -107,6 +107,13 @@ def test_both_sides_of_what_is_allowed(name: str, scene: hc.Scene, right: FoundD
     assert both_sides(name, *most_that_passes(scene)[name], scene, right).corrections
 
 
+def test_both_sides_of_a_force_across_the_box(scene: hc.Scene, right: FoundDeck) -> None:
+    def change(force: float) -> Change:
+        return lambda deck: changed(deck, image_gap=1e-4, image_force=force)
+
+    both_sides("contacts across", change, 1e-7 * scene.units.force, scene, right)
+
+
 def test_a_granule_is_moved_once(scene: hc.Scene, right: FoundDeck) -> None:
     check = by_name(examined(scene, plus("integrated", 3, 1)(right)), "integrators")
     assert not check.passed
@@ -242,6 +249,17 @@ def test_numbers_that_are_off_by_the_same_are_one_finding(
     many = both(*(times("mass", 1 + 0.1 * k, k) for k in range(1, 6)))
     names = [one.name for one in examined(scene, many(right)).checks if one.name[:4] == "mass"]
     assert sorted(names) == ["mass of granule 5", "mass of granule 6", "mass of granules 2 to 4"]
+
+
+def test_of_contacts_that_are_off_alike_the_worst_one_is_shown(
+    scene: hc.Scene, right: FoundDeck
+) -> None:
+    softer = both(*(
+        times(force, factor, (..., k))
+        for force in ("contact_force", "damped_force") for k, factor in ((4, 0.9), (7, 0.9005))
+    ))  # fmt: skip
+    check = by_name(examined(scene, softer(right)), "stiffness")
+    assert check.measured == pytest.approx(0.9 * check.expected, rel=1e-6)
 
 
 @pytest.mark.parametrize(("share", "name"), [(1 / 3, "force of contact 6"), (3.0, "stiffness of")])

@@ -282,6 +282,12 @@ def test_comments_may_be_in_another_encoding(tmp_path: Path) -> None:
     assert lint_file(file) == []
 
 
+def test_an_elastic_plastic_law_has_no_damping_among_its_numbers() -> None:
+    assert {one.rule for one in of_text(CLEAN.replace(MODEL, "mdr 5e6 0.4 1.9e5 2.0 0.5 0.5"))} == {
+        "not-hertz"
+    }
+
+
 def test_text_that_is_no_deck_is_named() -> None:
     assert [one.rule for one in bad(lint("Dear all,\nplease find attached.\n"))] == ["no-deck"]
 
