@@ -90,15 +90,16 @@ def test_a_similar_scene_has_the_same_peaks(scene: hc.Scene) -> None:
 
 
 @pytest.mark.lammps
-def test_compare_and_its_figure(scene: hc.Scene, tmp_path: Path, hertzchain: Command) -> None:
+def test_compare_and_its_page(scene: hc.Scene, tmp_path: Path, hertzchain: Command) -> None:
     """Native, LAMMPS and Eq. 1 as written agree; momentum, energy and generated deck are right."""
     scene.to_toml(tmp_path / "own.toml")
-    done = hertzchain("compare", tmp_path / "own.toml", "--json", "--plot", tmp_path / "own.png")
+    page = tmp_path / "own.html"
+    done = hertzchain("compare", tmp_path / "own.toml", "--json", "--report", page)
     document = done.json()
     assert done.status == 0, [check for check in document["checks"] if not check["passed"]]
     assert any("Eq. 1 as written" in check["name"] for check in document["checks"])
     assert problems(document, "compare.json") == []
-    assert (tmp_path / "own.png").exists()
+    assert "<svg" in page.read_text(encoding="utf-8")
 
 
 def test_other_engines_have_its_force(scene: hc.Scene) -> None:
