@@ -393,26 +393,3 @@ def test_granules_that_settle_elsewhere_than_the_scene_has_them(
     assert " after the runs before the shock is " in check.sentence
     assert str(check.place) == "in.made:13"
     assert ("run 100",) not in check.corrections[0].values()
-
-
-def test_the_damping_of_one_contact() -> None:
-    scene = scene_of("viscoelastic")
-    deck = deck_of("viscoelastic", scene)
-    elastic = scene.granules.stiffness[6] * deck.damped_overlap[:, 6] ** 1.5
-    more = 0.1 * (deck.damped_force[:, 6] - elastic)
-    done = examined(scene, plus("damped_force", (slice(None), 6), more)(deck))
-    check = by_name(done, "damping of contact")
-    assert check.name == "damping of contact 8"
-    assert check.measured == pytest.approx(1.1 * (check.expected or 0.0), rel=1e-9)
-
-
-def test_a_piston_that_goes_astray_for_a_moment() -> None:
-    """The displacement where it is off the most, not the largest one, is shown."""
-    scene = scene_of("piston")
-    deck = plus("driven_displacement", 600, 2e-6)(deck_of("piston", scene))
-    check = by_name(examined(scene, deck), "displacement of the piston")
-    assert check.sentence.startswith("the displacement of granule 1 at 0.00012 s is 2.6e-05 m")
-    assert not check.passed
-    none = np.zeros(0)
-    still = changed(deck, stopped="no step", driven_time=none, driven_displacement=none)
-    assert not any("piston" in one.name for one in examined(scene, still).checks)
