@@ -174,6 +174,34 @@ def long_chains() -> Iterator[Measured]:
     yield Measured("C", "memory of the process so far", memory, "MB")
 
 
+def batch_over_single_runs() -> Iterator[Measured]:
+    """Processor time of a scene of 60 granules in a batch over that of a run of its own."""
+    generator, chain = np.random.default_rng(1), load("demo").chain
+    ratio, n = 10 ** generator.uniform(-1, 1, 5_000), generator.uniform(1.5, 6.0, 5_000)
+    pulses = [
+        hc.Pulse("cosine", 100.0, length, momentum_ratio=strength)
+        for strength, length in zip(ratio[:500].tolist(), n[:500].tolist(), strict=True)
+    ]
+    scenes = [hc.Scene(chain, pulse) for pulse in pulses]
+
+    def one_by_one(rtol: float) -> None:
+        backend = hc.Native(rtol=rtol, peaks_only=True)
+        for scene in scenes:
+            backend.run(scene)
+
+    def spent(work: Callable[[], object]) -> float:
+        work()
+        begin = time.process_time()
+        work()
+        return time.process_time() - begin
+
+    for rtol in (1e-4, 1e-6):
+        batch = spent(functools.partial(hc.similar_peak_forces, "cosine", ratio, n, 60, rtol))
+        alone = spent(functools.partial(one_by_one, rtol))
+        what = f"a single run over a scene in a batch, peaks to {rtol:.0e}"
+        yield Measured("D", what, alone / len(scenes) / (batch / ratio.size))
+
+
 def fresh_processes() -> Iterator[Measured]:
     """The first call of a process, beyond importing NumPy."""
     binary = str(Path(sys.executable).parent / "hertzchain")
@@ -235,8 +263,8 @@ def main() -> None:
     argparse.ArgumentParser(description=__doc__.split("\n")[0]).parse_args()
     measured: list[Measured] = []
     for group in (
-        lammps_over_native, scipy_over_native, long_chains, fresh_processes,
-        sweep_over_bare_batch, scenes_with_terms,
+        lammps_over_native, scipy_over_native, long_chains, batch_over_single_runs,
+        fresh_processes, sweep_over_bare_batch, scenes_with_terms,
     ):  # fmt: skip
         for one in group():
             print(f"{one.group:3}{one.figure:60}{one.value:>12,.4g} {one.unit}", flush=True)

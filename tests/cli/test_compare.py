@@ -162,3 +162,16 @@ def test_the_step_of_a_wanted_accuracy(hertzchain: Command, rtol: float) -> None
     right = hc.Native(rtol=1e-9, wanted="all").run("scene.toml").peak_force
     found = hc.Native("velocity-verlet", dt, wanted="all").run("scene.toml").peak_force
     assert rtol / 50 < largest_difference(found, right) < rtol
+
+
+@pytest.mark.lammps
+def test_the_order_and_number_of_backends_do_not_matter(hertzchain: Command) -> None:
+    scene_file({"chain.granules": "4", "run.end_time": '"60 us"'})
+    wanted = ["--backend", "lammps", "--backend", "native", "--backend", "lammps"]
+    documents = [
+        hertzchain("compare", "scene.toml", "--json", *arguments).json()
+        for arguments in ([], ["--backend", "lammps"], wanted)
+    ]
+    assert problems(documents[0], "compare.json") == []
+    assert list(documents[0]["results"]) == ["native", "lammps"]
+    assert documents[0]["rows"] == documents[1]["rows"] == documents[2]["rows"]

@@ -166,3 +166,8 @@ def test_a_gauge_without_a_whole_pulse_reads_nothing(
     scene = replace(SCENES["plain"], gauges=(hc.Gauge(granule=4),))
     (found,) = hc.Native(rtol=1e-4).run(scene).gauges
     assert np.isnan([found.force, found.arrival, found.width, found.force_error]).all()
+
+
+def test_a_part_of_the_error_is_seen() -> None:
+    """The bounds are not so wide that anything is within them: velocity Verlet is off by 1e-3."""
+    assert max(shares(SCENES["taper"], hc.Native("velocity-verlet", 1e-6), 5)) > 1e-3

@@ -228,6 +228,8 @@ def test_a_small_wave_on_a_static_load_fills_the_panels() -> None:
     scene = hc.Scene(chain, pulse, precompression=hc.Precompression(force=20.0))
     result = hc.Native(rtol=1e-4).run(scene, 200)
     peaks, forces, *_ = figure_of(of_result(result)).axes
+    (static,) = (line for line in peaks.lines if line.get_label() == "static force")
+    assert np.asarray(static.get_ydata()) == pytest.approx(20.0)
     for axes in (peaks, forces):
         low, high = axes.get_ylim()
         drawn = np.concatenate([np.asarray(line.get_ydata(), float) for line in axes.lines])

@@ -104,7 +104,9 @@ def lonely(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
 
 def sweep(
-    address: str | None = None, backends: Sequence[object] = (LAMMPS,), **more: object
+    address: str | None = None,
+    backends: Sequence[object] = (hc.Native(rtol=1e-4), LAMMPS),
+    **more: object,
 ) -> hc.Sweep:
     return hc.sweep(SCENE, RATIOS, backends=backends, peaks=True, scheduler=address, **more)  # type: ignore[arg-type]
 

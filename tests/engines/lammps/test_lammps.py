@@ -299,3 +299,13 @@ def test_a_record_changes_nothing(extrapolated: bool) -> None:
     for name in ("peak_force", "peak_time", "displacement", "velocity"):
         assert np.array_equal(getattr(alone, name), getattr(recorded, name)), name
     assert (alone.error_estimate, alone.steps) == (recorded.error_estimate, recorded.steps)
+
+
+def test_an_extrapolation_makes_more_of_what_coordinates_cost() -> None:
+    scene = constant_force()  # one leg: its steps follow from dt
+    result = hc.Lammps(0.02 * scene.units.time, extrapolated=True).run(scene)
+    fine, coarse = (hc.Lammps(dt).run(scene).lost_digits for dt in (result.dt, 2 * result.dt))
+    # (4 fine - coarse) / 3, and either loss may have any sign. What the steps and the readings do
+    # to the peaks, 1e-4 at most, changes the bound by two thirds of that.
+    bound = (4 * fine.bound + coarse.bound) / 3
+    assert result.lost_digits.bound == pytest.approx(bound, rel=1e-4, abs=0)

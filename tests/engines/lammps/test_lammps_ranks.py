@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import signal
 from dataclasses import replace
@@ -206,3 +207,21 @@ def test_a_module_that_is_missing_is_no_harm_where_a_binary_is_named(
     (module,) = [one for one in findings if one.name == "LAMMPS"]
     assert (module.works, module.needed) == (False, False)
     assert all(one.works for one in findings if one.needed)
+
+
+@linux
+@pytest.mark.lammps
+@every_lmp
+@pytest.mark.slow
+def test_a_rank_that_is_killed_is_one_sentence(tmp_path: Path, temporary: Path, lmp: str) -> None:
+    LONG.to_toml(tmp_path / "scene.toml")
+    arguments = ("run", "scene.toml", "--backend", "lammps", "--dt", "1e-9", "--lmp", lmp)
+    running = start(*arguments, "--ranks", 2, cwd=tmp_path)
+    pids = wait_for(lambda: running_lmp(temporary, 2))
+    wait_for(lambda: list(temporary.glob("*/*.dump")))
+    os.kill(pids[0], signal.SIGKILL)
+    status, out, err = ended(running)
+    assert (status, out) == (2, "")
+    assert err.startswith("hertzchain: LAMMPS was killed (SIGKILL), perhaps because memory")
+    assert err.count("\n") == 1
+    wait_for(lambda: not of_lammps(temporary))

@@ -77,3 +77,17 @@ def test_history_follows_the_table() -> None:
         history = hc.Native().run(replace(scene, contact=law), record=time).history
         expected = np.interp(time, TABLE.time or (), TABLE.displacement or ())
         assert history.displacement[:, 0] == pytest.approx(expected, rel=0, abs=1e-18)
+
+
+def test_a_piston_that_turns_round_makes_a_peak() -> None:
+    """The contact is pressed hardest at the instant at which the piston turns."""
+    turn, law = 1e-5, hc.Contact("restitution", restitution=0.9)
+    chain = hc.Chain(4, **STEEL)
+    for contact in (None, law):
+        back = hc.Piston(None, (0.0, turn, 2 * turn), (0.0, 2e-6, -2e-6))
+        scene = hc.Scene(chain, back, contact=contact)
+        result = hc.Native(rtol=1e-9).run(scene)
+        assert result.peak_time[0] == pytest.approx(turn, rel=1e-12)
+        until = hc.Scene(chain, hc.Piston(0.2), hc.Run(turn), contact=contact)
+        at_turn = hc.Native(rtol=1e-9).run(until).peak_force[0]
+        assert result.peak_force[0] == pytest.approx(at_turn, rel=1e-8)

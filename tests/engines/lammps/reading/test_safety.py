@@ -10,6 +10,7 @@ import pytest
 
 from hertzchain.engines.lammps.reading.allowed import Rules
 from hertzchain.engines.lammps.reading.text import quoted, words_of
+from hertzchain.engines.lammps.reading.units import units_of
 from hertzchain.errors import HertzchainError, RunFailed, TooExpensive
 from tests.engines.lammps.reading.chains import SCENE, Deck, read_deck
 from tests.processes import children
@@ -187,3 +188,9 @@ def test_a_fix_that_was_left_out_is_not_changed() -> None:
     ):
         found, why = rules.decide(words_of(command), command)
         assert (found == command, why is None) == (is_given, is_given)
+
+
+@pytest.mark.parametrize("units", ["real", "metal", "electron"])
+def test_units_of_atoms_are_refused(units: str) -> None:
+    with pytest.raises(RunFailed, match=f"units {units} are those of atoms"):
+        units_of(units)
