@@ -11,7 +11,6 @@ import numpy as np
 import hertzchain as hc
 from hertzchain.engines.native.methods import METHODS
 from hertzchain.observables.peaks import judged_contacts, largest_difference
-from hertzchain.verdict.run_checks import balance_checks
 from tests.oracles import extrapolation
 from tests.oracles.eighth_order import Truth
 
@@ -32,7 +31,7 @@ def by_methods(scene: hc.Scene, methods: Iterable[str] = METHODS) -> list[tuple[
 
 
 def check_answers(scene: hc.Scene, asked: Iterable[tuple[hc.Native, float]]) -> list[hc.Result]:
-    """Assert that answers are as accurate as wanted, within their bounds and balances, or refused.
+    """Assert that each answer has the wanted accuracy and is within its own bound, or is refused.
 
     ``asked`` is how, and to which accuracy; the answers are returned. Raises ArithmeticError where
     granules collide over and over, so that no solver knows the answer.
@@ -48,8 +47,6 @@ def check_answers(scene: hc.Scene, asked: Iterable[tuple[hc.Native, float]]) -> 
         assert result.error_estimate <= rtol or truth.error > rtol, native
         error = largest_difference(result.peak_force, truth.force)
         assert error <= result.error_estimate + truth.error, native
-        if rtol <= 1e-9:  # at others momentum has the errors of the run
-            assert [check for check in balance_checks(result) if not check.passed] == [], native
         found.append(result)
         with suppress(hc.HertzchainError):  # a refusal is honest
             check_contacts(replace(native, wanted="first").run(scene), truth)

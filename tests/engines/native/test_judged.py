@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
+from hertzchain.verdict.run_checks import balance_checks
 from tests.conftest import STEEL
 from tests.engines.native.test_damped_scenes import LAWS, scene_with
 from tests.engines.native.test_fixed import SCENES as FIXED
@@ -71,3 +72,6 @@ def test_peaks_and_velocities(kind: str, name: str) -> None:
     # After many collisions; 3e-9 seen.
     largest = np.max(np.abs(true))
     assert found[2].velocity == pytest.approx(true, rel=0, abs=1e-8 * largest)
+    # Those that a comparison has: the velocities of other runs have errors of their own.
+    balances = balance_checks(hc.Native("reference").run(scene))
+    assert [check for check in balances if not check.passed] == []
