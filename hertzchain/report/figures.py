@@ -116,7 +116,7 @@ def plot_tradeoff(
     in_units(axes.xaxis, "wall time [s]")
     axes.grid(alpha=0.25)
     if (width := figure.get_figwidth()) < SMALL:
-        labels = [str(line.get_label()) for line in axes.get_lines()]
+        _, labels = axes.get_legend_handles_labels()
         figure.legend(loc="outside upper left", **legend_look(labels, width, is_small=True))
     else:
         figure.legend(loc="outside right center", fontsize="x-small", frameon=False)

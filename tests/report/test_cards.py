@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,6 @@ import hertzchain as hc
 from hertzchain.report.console import plain_text, print_document
 from hertzchain.report.document import Finding
 from hertzchain.report.examination import of_examination
-from hertzchain.report.progress import shown_progress
 from hertzchain.verdict.check import Check, Kind
 from tests.conftest import paper_scene
 from tests.verdict.deck.corpus import scene_of
@@ -181,64 +179,6 @@ def test_a_notebook_shows_a_figure_without_pyplot(result: hc.Result, sweep: hc.S
         width, height = (figure.get_size_inches() * figure.dpi).astype(int)
         assert pixels.shape[:2] == (height, width)
         assert pixels.min() < 0.5 < pixels.max()  # something is drawn
-
-
-# Progress: a line on stderr in a terminal, none in a pipe
-
-
-SHORT = paper_scene("cosine", 1.0, 2.0, granules=8)
-
-CALLS: dict[str, tuple[Callable[[Any], Any], str]] = {
-    "compare": (
-        lambda how: hc.compare(SHORT, ["native"], progress=how),
-        "native: the reference method",
-    ),
-    "judge": (
-        lambda how: hc.judge(SHORT, {2: 100.0}, progress=how),
-        "native: the reference method",
-    ),
-    "sweep": (
-        lambda how: hc.sweep(SHORT, {"duration_ratio": [2.0, 3.0]}, progress=how),
-        "sweep: 2 of 2 rows",
-    ),
-}
-
-
-@pytest.mark.parametrize("name", CALLS)
-def test_a_terminal_shows_a_line_on_stderr(
-    name: str, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setenv("FORCE_COLOR", "1")  # Rich takes stderr for a terminal then
-    call, said = CALLS[name]
-    call(True)
-    out, err = capfd.readouterr()
-    # Rich draws ten times a second, so that of quick work only the last line is sure to be seen.
-    assert (said if name != "compare" else "native: Eq. 1 as it is written") in err
-    assert err.endswith("\x1b[1A\x1b[2K")  # up a line, and erase it
-    assert out == ""
-
-
-def test_brackets_in_the_name_of_a_file_are_shown(
-    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setenv("FORCE_COLOR", "1")
-    with shown_progress() as report_progress:
-        report_progress("writing runs[/new].png")
-    assert "writing runs[/new].png" in capfd.readouterr().err
-
-
-@pytest.mark.parametrize("name", CALLS)
-def test_a_pipe_shows_nothing(name: str, capfd: pytest.CaptureFixture[str]) -> None:
-    CALLS[name][0](True)
-    assert capfd.readouterr() == ("", "")
-
-
-@pytest.mark.parametrize("name", ["compare", "judge"])
-def test_a_function_is_called_with_lines(name: str) -> None:
-    lines: list[str] = []
-    call, said = CALLS[name]
-    call(lines.append)
-    assert said in lines
 
 
 # What is to mend in a deck

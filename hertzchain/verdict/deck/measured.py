@@ -303,7 +303,7 @@ def stretches_of(
 
 def _led(scene: Scene, time: FloatArray) -> FloatArray:
     """Displacement of the scene's piston [m]; of shape (0,) without one."""
-    return np.array([]) if scene.piston is None else displacement(scene.piston, time)
+    return np.zeros(0) if scene.piston is None else displacement(scene.piston, time)
 
 
 def displacement(piston: Piston, time: FloatArray) -> FloatArray:

@@ -203,7 +203,7 @@ def step_length(deck: Deck) -> Found:
     if not pressing:
         return
     spring = hertz.slope_of(stiffness, pressing)
-    both = np.pad(spring, (0, 1)) + np.pad(spring, (1, 0))
+    both = np.append(spring, 0) + np.append(0, spring)
     squares = eigvalsh_tridiagonal(
         both / mass, -spring / np.sqrt(mass[1:] * mass[:-1]),
         select="i", select_range=(len(mass) - 1, len(mass) - 1),
