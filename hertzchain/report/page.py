@@ -36,9 +36,12 @@ def mark(passed: bool) -> str:
 
 
 def _check_row(check: Check) -> list[str]:
-    """Return a check's measured and expected number, difference, tolerance and their ratio."""
+    """Return a check's measured and expected number, difference, tolerance and their ratio.
+
+    The numbers have all digits that tell them apart only where they should be equal and are not.
+    """
     numbers = ["" if x is None else f"{x:.9g}" for x in (check.measured, check.expected)]
-    if check.measured is not None and check.expected is not None:
+    if not check.passed and check.measured is not None and check.expected is not None:
         numbers = list(apart(check.measured, check.expected, 9))
     off = ["0" if text == "0.0e+00" else text for text in difference(check)]
     return [mark(check.passed), f"{check.name}\n{check.reason}", *numbers, *off]
