@@ -44,11 +44,14 @@ class ShownRun:
 
         return document_of(self)
 
-    def plot(self) -> Figure:
-        """Draw peak forces, of a verdict with differences, and force over time if recorded."""
+    def plot(self, size: tuple[float, float] | None = None) -> Figure:
+        """Draw peak forces, of a verdict with differences, and force over time if recorded.
+
+        A picture of a ``size`` [inches] has as many panels as have room.
+        """
         from hertzchain.report.figures import figure_of
 
-        return figure_of(self._document)
+        return figure_of(self._document, size)
 
 
 class ShownVerdict(ShownRun, ABC):

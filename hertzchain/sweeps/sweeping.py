@@ -91,12 +91,17 @@ class Sweep:
         return _joined(self._store.frames("peaks"))
 
     def plot(
-        self, x: str, y: str, colour: str | None = None, where: Mapping[str, Any] | None = None
+        self,
+        x: str,
+        y: str,
+        colour: str | None = None,
+        where: Mapping[str, Any] | None = None,
+        size: tuple[float, float] | None = None,
     ) -> Figure:
         """Draw a column over another, or a map; see ``hertzchain.sweeps.drawing.draw``."""
-        from hertzchain.sweeps.drawing import draw
+        from hertzchain.sweeps.drawing import SIZE, draw
 
-        return draw(self, x, y, colour, where).figure
+        return draw(self, x, y, colour, where, size or SIZE).figure
 
     def count(self) -> Counts:
         """Count the scenes that are done, failed or inaccurate; reads one part at a time."""

@@ -25,6 +25,8 @@ MOST_LINES = 15  # of the issue
 
 SCENE = paper_scene("cosine-triangular", 1.0, 2.0, granules=12)
 
+SIZE = (3.4, 2.6)  # inches
+
 
 @pytest.fixture(scope="module")
 def result() -> hc.Result:
@@ -174,7 +176,9 @@ def test_a_verdict_is_drawn(name: str, request: pytest.FixtureRequest) -> None:
 
 
 def test_a_notebook_shows_a_figure_without_pyplot(result: hc.Result, sweep: hc.Sweep) -> None:
-    for figure in (replace(result, history=None).plot(), sweep.plot("momentum_ratio", "speed_m_s")):
+    drawn = sweep.plot("momentum_ratio", "speed_m_s", size=SIZE)
+    for figure in (replace(result, history=None).plot(SIZE), drawn):
+        assert tuple(figure.get_size_inches()) == SIZE
         pixels = imread(io.BytesIO(figure._repr_png_()))  # type: ignore[attr-defined]
         width, height = (figure.get_size_inches() * figure.dpi).astype(int)
         assert pixels.shape[:2] == (height, width)
