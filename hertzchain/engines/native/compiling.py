@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-from numba.extending import register_jitable
+from numba.extending import intrinsic, register_jitable
 
 from hertzchain.engines.native.keeping import UNCOUNTED, kept
 
@@ -68,3 +68,25 @@ def _stamps(file: Path) -> tuple[tuple[str, float, int], ...]:
 
 
 _IMPORTED = re.compile(r"^from hertzchain\.engines\.native\.(\w+) import", re.MULTILINE)
+
+
+def compiled_without_nan(function: Any) -> Any:
+    """As ``compiled``; with ``larger`` the compiler takes vector instructions for maxima."""
+    how = {**_HOW, "fastmath": {"contract", "nnan", "nsz"}}
+    return njit(**how, **UNCOUNTED, no_cpython_wrapper=True)(function)
+
+
+def _larger_of_two(_: Any, a: Any, b: Any) -> Any:
+    """The larger of two numbers of one type, neither NaN.
+
+    Of ``max`` LLVM makes no vector instructions: runs of 400 granules take 1.5 times as long.
+    """
+
+    def lowered(_: Any, builder: Any, __: Any, numbers: Any) -> Any:
+        sure = {"flags": ("nnan", "nsz")}
+        return builder.select(builder.fcmp_ordered(">", *numbers, **sure), *numbers, **sure)
+
+    return (a(a, a), lowered) if a == b else None
+
+
+larger: Any = intrinsic(_larger_of_two)

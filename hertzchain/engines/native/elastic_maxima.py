@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.engines.native.compiling import ONE, compiled, part
+from hertzchain.engines.native.compiling import ONE, compiled_without_nan, larger, part
 from hertzchain.engines.native.elastic_chain import motion_of_contact, overlap_of, with_stiffness
 from hertzchain.engines.native.interpolant import hermite, hertz_force, highest_place, value_at
 
@@ -14,7 +14,7 @@ DIP = 0.75
 """Over the step: see ``scan``. A half would do if overlap rates were parabolas."""
 
 
-@compiled
+@compiled_without_nan
 def scan(
     u0: Any, v0: Any, a: Any, u: Any, v: Any, g: Any, h: float, starting: bool, lo: int, hi: int,
     chain: Any,
@@ -47,8 +47,8 @@ def scan(
         turns_round = ((w0 > 0.0) != (w1 > 0.0)) | starting
         near = (min(abs(r0), abs(r1)) < rate * h) & turns_round
         crosses = ((r0 > 0.0) != (r1 > 0.0)) | near
-        fastest = max(fastest, rate if crosses else 0.0)
-        speed = max(speed, abs(v[i]))
+        fastest = larger(fastest, rate if crosses else 0.0)
+        speed = larger(speed, abs(v[i]))
     return turns, dips > 0, fastest, speed
 
 
