@@ -31,7 +31,6 @@ CLEAN, HEAP, PLANTED = (
     for name in ("in.clean", "in.heap", "traps.toml")
 )
 MODEL = "hertz/material 193e9 0.0 0.3 &\n    tangential linear_nohistory 0.0 0.0"
-STYLE = f"pair_style granular\npair_coeff * * {MODEL}"
 ROOM = "$(-2*v_R) $(2*v_R) $(-2*v_R) $(2*v_R)"
 DIAMETER, DENSITY = "set group all diameter $(2*v_R)\n", "set group all density 7958\n"
 

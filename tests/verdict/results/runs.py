@@ -15,7 +15,6 @@ from tests.conftest import STEEL
 N = 12
 SCENE = hc.Scene(hc.Chain(N, **STEEL), hc.Pulse("cosine", 100.0, 2.0, rise_time=5e-5), hc.Run(4e-4))
 DT = 1e-7
-EVERY = 20  # steps between two samples: 0.14 natural time units
 
 
 @dataclass(frozen=True, eq=False)
