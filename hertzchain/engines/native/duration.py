@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from hertzchain.errors import HertzchainError
 from hertzchain.limits import Deadline
+from hertzchain.observables.error_bound import refuse_strong_dampers
 from hertzchain.observables.first_pulse import FirstPulses, reflects
 from hertzchain.scene.scene import Scene
 
@@ -86,6 +87,7 @@ def _first_pulses(scene: Scene, deadline: Deadline) -> FirstPulses:
     from hertzchain.engines.native.simulation import Prepared, work_of
 
     if scene.contact is not None:
+        refuse_strong_dampers(scene)
         run = damped_runs.simulate_damped(
             scene, _ROUGHLY, deadline, most_work=_MOST_WORK, first=True
         )

@@ -102,3 +102,15 @@ def test_the_damper_that_is_too_strong_is_named() -> None:
     assert limit("contact", 1.1 * light, 0.9 * heavy) == light
     assert limit("wall", 0.9 * light, 1.1 * heavy) == heavy
     refuse_strong_dampers(damped(0.9 * light, 0.9 * heavy))
+
+
+def test_no_run_for_the_end_of_a_scene_that_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Waves of unlike granules are reflected: quick runs tell when all pulses are over."""
+
+    def run(*_: object, **__: object) -> None:
+        pytest.fail("a run that nothing can follow")
+
+    monkeypatch.setattr("hertzchain.engines.native.damped_runs.simulate_damped", run)
+    scene = scene_with(hc.Contact("dashpot", coefficient=1e300))
+    with pytest.raises(SceneError, match="beyond what can be computed"):
+        hc.Lammps().run(scene)
