@@ -18,6 +18,7 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import TextPath
 from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
+from hertzchain.errors import is_positive, require
 from hertzchain.files import write_with
 from hertzchain.report.facts import MULTIPLES, prefixed
 
@@ -47,6 +48,9 @@ class Picture(Figure):
 
     def __init__(self, size: tuple[float, float], title: str = "") -> None:
         """An empty figure of a size [inches], with a title where there is room."""
+        allowed = "must be a width and a height above 0 [inches], such as (3.4, 2.6)"
+        are_two = np.shape(size) == (2,) and all(map(is_positive, size))
+        require(are_two, "size", size, allowed)
         super().__init__(figsize=size, layout="constrained", dpi=150)
         if title and size[0] >= SMALL:
             self.suptitle(title, fontsize=10)
