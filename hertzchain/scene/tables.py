@@ -79,6 +79,9 @@ def read_columns(
         raise SceneError(key, name, allowed, None if name else path) from None
     allowed = f"must be {','.join(one for one in names if one not in optional)}"
     allowed += f", and perhaps {', '.join(optional)}" if optional else ""
+    unknown = next((one for one in header if one not in names), None)
+    if unknown is not None:
+        raise SceneError("column", unknown, f"is unknown: the first line {allowed}", path)
     if sorted(header) != sorted(one for one in names if one in header or one not in optional):
         raise SceneError("first line", ",".join(header), allowed, path)
     values = []

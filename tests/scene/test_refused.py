@@ -223,6 +223,7 @@ TABLES: list[tuple[str, str, str]] = [
         "displacement_m in row 2: is reached in",
     ),
     ("file", GRANULES.replace(",gap_m", "") + TWO, "first line = 'radius_m,young_modulus_Pa"),
+    ("file", GRANULES.replace("gap_m", "gap_mm") + TWO, "column = 'gap_mm': is unknown: the first"),
     ("file", GRANULES + TWO + "1,2,3\n", "row 3 = '1,2,3': must be 5 numbers"),
     ("file", GRANULES + TWO.partition("\n")[0], "granules = 1: must be an integer from 2"),
     ("file", GRANULES + TWO.replace("0.004", "-1"), "radius of granule 2 = -1.0"),
