@@ -141,7 +141,16 @@ class Design:
 
     def scene(self, parameters: Mapping[str, NDArray[Any]], k: int) -> Scene:
         """Return the k-th scene of these parameters."""
-        return changed(self.base, {name: parameters[name][k].item() for name in self.names})
+        try:
+            return changed(self.base, {name: parameters[name][k].item() for name in self.names})
+        except SceneError as problem:
+            tie = next((one for one in self.ties if one.key == problem.key), None)
+            if tie is None:
+                raise
+            values = {name: parameters[name][k] for name in tie.uses}
+            given = (f", {name} = {value:.6g}" for name, value in values.items())
+            allowed = f"{problem.allowed}; it is tied by {tie.formula}{''.join(given)}"
+            raise SceneError(problem.key, tie.number(values), allowed) from None
 
     def to_dict(self) -> dict[str, Any]:
         """Return all that identifies this design, as a JSON object."""

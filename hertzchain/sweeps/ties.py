@@ -37,10 +37,19 @@ class Tie:
         return tuple(dict.fromkeys(_KEY.findall(self.formula)))
 
     def value(self, values: Mapping[str, Any]) -> Any:
-        """Return the value, also of arrays; it is rounded to a whole number where that is meant.
+        """Return the number of the formula, rounded to a whole one where that is meant.
 
-        It need not be possible: a scene of it says so. ``values`` has those of the keys, numbers or
-        arrays of shape (scenes,).
+        It need not be possible: a scene of it says so.
+        """
+        value = self.number(values)
+        if is_whole(self.key):  # no scene has the number that stands for what is not finite
+            return np.nan_to_num(np.round(value), nan=-1, posinf=-1, neginf=-1).astype(np.int64)
+        return value
+
+    def number(self, values: Mapping[str, Any]) -> Any:
+        """Return the number of the formula; it need not be finite.
+
+        ``values`` has those of the keys, numbers or arrays of shape (scenes,).
         """
         text, said = _VALUE.sub("_()", self.formula).strip(), f"{self.key}={self.formula[:40]}"
         is_short = len(self.formula) <= _LONGEST and "_(" not in self.formula
@@ -49,12 +58,9 @@ class Tie:
         names = {"_": lambda: np.float64(known.get(one := next(found), one)), "sqrt": np.sqrt}
         try:
             with np.errstate(all="ignore"):
-                value = eval(text, names) + 0.0  # noqa: S307 - arithmetic and nothing else
+                return eval(text, names) + 0.0  # noqa: S307 - arithmetic and nothing else
         except (SyntaxError, TypeError, RecursionError, MemoryError):
             raise SceneError("tie", said, _ALLOWED) from None
-        if is_whole(self.key):  # no scene has the number that stands for what is not finite
-            return np.nan_to_num(np.round(value), nan=-1, posinf=-1, neginf=-1).astype(np.int64)
-        return value
 
 
 def ties_of(scene: Scene, given: Mapping[str, str], free: Iterable[str]) -> tuple[Tie, ...]:

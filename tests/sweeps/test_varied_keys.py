@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -146,6 +147,14 @@ def test_a_tie_over_a_tie_and_a_value_that_no_scene_has() -> None:
     assert table["chain.density"].tolist() == pytest.approx([5200, 1200, 3200, -800])
     assert table["failure"].isna().tolist() == [True, True, True, False]
     assert "density" in table["failure"][3]
+
+
+def test_a_division_by_zero_in_a_tie_is_said_in_its_row() -> None:
+    formula = "1 / (striker.velocity - 0.5)"
+    table = sweep(SCENE, {"velocity": "0.5, 0.75"}, ties={"chain.granules": formula}).to_frame()
+    assert table["failure"].isna().tolist() == [False, True]
+    said = re.escape(f"; it is tied by {formula}, striker.velocity = 0.5")
+    assert re.fullmatch(f"chain.granules = inf: must be an integer .*{said}", table["failure"][0])
 
 
 def test_arithmetic() -> None:
