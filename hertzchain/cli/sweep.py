@@ -121,6 +121,7 @@ def sweep(
                 "missed_accuracy": counts.missed,
                 "first_failure": counts.reason,
                 **({"cut_off": counts.cut_off} if counts.cut_off else {}),
+                **({"doubtful_overlap": counts.doubtful} if counts.doubtful else {}),
                 "wall_time_s": time.perf_counter() - begin,
             }
         )
@@ -165,6 +166,14 @@ def _warn(counts: Counts, rtol: float) -> None:
         say(
             f"in {counts.cut_off:,} of {counts.done:,} rows the run may have ended"
             " before the last peaks: see the column contacts_cut_off, and set end_time in [run]"
+        )
+    if counts.doubtful:
+        from hertzchain.scene.validity import DOUBTFUL_OVERLAP
+
+        say(
+            f"in {counts.doubtful:,} of {counts.done:,} rows the largest overlap is above"
+            f" {DOUBTFUL_OVERLAP:g} radii, where Hertz's law is an extrapolation: see the column"
+            " overlap_ratio"
         )
 
 

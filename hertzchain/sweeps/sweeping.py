@@ -15,6 +15,7 @@ from hertzchain.errors import OutputError, did_you_mean, require
 from hertzchain.limits import RTOL
 from hertzchain.observables.definitions import DEFINITIONS
 from hertzchain.scene.given import SceneLike
+from hertzchain.scene.validity import DOUBTFUL_OVERLAP
 from hertzchain.showing import telling
 from hertzchain.sweeps import parts
 from hertzchain.sweeps.axes import Value
@@ -105,13 +106,14 @@ class Sweep:
 
     def count(self) -> Counts:
         """Count the scenes that are done, failed or inaccurate; reads one part at a time."""
-        done = failed = missed = cut_off = 0
+        done = failed = missed = cut_off = doubtful = 0
         known = [column.name for column in columns_in(self.manifest)]
         late = [name for name in known if name == "contacts_cut_off"]
         error = "wanted_error" if "wanted_error" in known else "error_estimate"
         reason = None
         aims = {each["name"]: _aim(each) for each in self.manifest["backends"]}
-        for frame in self._store.frames("scenes", ["backend", error, "failure", *late]):
+        read = ["backend", error, "overlap_ratio", "failure", *late]
+        for frame in self._store.frames("scenes", read):
             failures = frame["failure"].dropna()
             done, failed = done + len(frame), failed + len(failures)
             if reason is None and len(failures):
@@ -119,7 +121,8 @@ class Sweep:
             aim = frame["backend"].map(aims).astype(float)
             missed += int((frame[error] > aim).sum())
             cut_off += int(frame[late].notna().to_numpy().sum())
-        return Counts(done, failed, missed, reason, error, cut_off)
+            doubtful += int((frame["overlap_ratio"] > DOUBTFUL_OVERLAP).sum())
+        return Counts(done, failed, missed, reason, error, cut_off, doubtful)
 
 
 @dataclass(frozen=True)
@@ -140,6 +143,8 @@ class Counts:
         Column with the error that counts.
     cut_off
         Rows of scenes with terms whose run may have ended before all contacts had their peak.
+    doubtful
+        Rows whose largest overlap is above the valid range of Hertz's law, 0.01 radii.
     """
 
     done: int
@@ -148,6 +153,7 @@ class Counts:
     reason: str | None
     error: str
     cut_off: int = 0
+    doubtful: int = 0
 
 
 def sweep(

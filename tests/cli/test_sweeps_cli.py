@@ -61,6 +61,17 @@ def test_accuracy_that_is_missed_is_said_and_makes_the_status_1(
     )
 
 
+def test_overlaps_beyond_the_valid_range_are_counted(hertzchain: Command) -> None:
+    forces = ("--vary", "shock.peak_force=100,1e5,1e6")
+    done = hertzchain("sweep", "scene.toml", *forces, "-o", "out")
+    above = pd.read_parquet("out/scenes")["overlap_ratio"] > 0.01
+    assert above.tolist() == [False, True, True]
+    assert done.status == 0
+    assert done.err.startswith("hertzchain: in 2 of 3 rows the largest overlap is above 0.01 radii")
+    again = hertzchain("sweep", "scene.toml", *forces, "-o", "out", "--json")
+    assert again.json()["doubtful_overlap"] == 2
+
+
 @pytest.mark.parametrize(
     ("varied", "said"),
     [
