@@ -8,6 +8,7 @@ of variables, and says which conditions hold.
 from __future__ import annotations
 
 import functools
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -32,6 +33,7 @@ from hertzchain.files import read_bytes
 _MOST_BYTES = 10_000_000  # of a deck or include; chosen, far above any deck written by hand
 _MOST_COMMANDS = 200_000  # carried out; chosen: a deck that makes more seems to have no end
 _LONGEST = 200  # characters of a command in messages
+_VARIABLE = re.compile(r"ERROR: Variable (\w+):")  # in what LAMMPS says of a formula it cannot take
 _DEEPEST = 15  # files that include one another, as in LAMMPS itself
 
 
@@ -111,8 +113,16 @@ class Interpreter:
         except HertzchainError as problem:
             if self.here is None or str(problem).startswith(f"{self.here.file}:"):
                 raise
-            place = f"{self.here.file}:{self.here.line}"
+            to_blame = self._variable_in(str(problem)) or self.here
+            place = f"{to_blame.file}:{to_blame.line}"
             raise type(problem)(f"{place}: {problem}") from None
+
+    def _variable_in(self, said: str) -> Executed | None:
+        """The last command that made the variable that LAMMPS names in its error, if it does."""
+        named = _VARIABLE.search(said)
+        words = ["variable", named[1]] if named else []
+        made = (one for one in reversed(self.commands) if one.text.split()[:2] == words)
+        return next(made, None)
 
     def _read(self, name: str) -> None:
         """Carry out the commands of a file."""

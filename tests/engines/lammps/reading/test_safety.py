@@ -84,6 +84,9 @@ WRONG: dict[str, tuple[str, str | None, str]] = {
     "fewer granules": (
         "", "run 10\ngroup last id 4\ndelete_atoms group last\nrun 10", "makes or deletes granules",
     ),
+    "no number": (
+        "variable skin equal foo\nneighbor ${skin} bin", None, "in.mine:25: LAMMPS stopped: ERROR",
+    ),
     "crashes": (
         f"variable a equal {'-' * 200_000}1\nvariable b equal $(v_a)", None,
         "in.mine:26: variable b equal $(v_a)",
