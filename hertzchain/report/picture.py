@@ -6,6 +6,7 @@ Nothing here changes Matplotlib's settings for others.
 from __future__ import annotations
 
 import re
+import textwrap
 from collections.abc import Collection, Sequence
 from io import BytesIO, StringIO
 from pathlib import Path
@@ -39,6 +40,8 @@ _POINTS = 72  # in an inch
 _LINE, _SPACE, _GAP, _EDGES = 2.2, 0.8, 1.0, 0.8
 """Widths in a legend, in sizes of its font: line, space before its text, gap between columns, and
 both edges."""
+
+_LETTERS = 11  # letters of a label in an inch of a figure; chosen: 13 fill it
 
 _PLAIN = (1e-3, 1e4)  # between these values a logarithmic axis has plain numbers, not powers of ten
 
@@ -108,7 +111,8 @@ class _Scaled(ScalarFormatter):
 def in_units(axis: Any, label: str) -> None:
     """Label an axis or colour bar, whose limits are final, in a multiple of its unit that reads.
 
-    The label has the unit in brackets. Data stay in SI units.
+    The label has the unit in brackets, and more than one line where the figure has no room for it.
+    Data stay in SI units.
     """
     before, unit, after = parts_of(label)
     low, high = sorted(abs(end) for end in axis.get_view_interval())
@@ -116,7 +120,9 @@ def in_units(axis: Any, label: str) -> None:
     name, scale = prefixed(float(np.sqrt(low * high)) if is_log else high, unit)
     if is_log and unit not in MULTIPLES:
         name, scale = unit, 1.0
-    axis.set_label_text(f"{before}{f' [{name}]' if name else ''}{after}")
+    length = axis.axes.figure.get_size_inches()["xy".index(axis.axis_name)]
+    text = f"{before}{f' [{name}]' if name else ''}{after}"
+    axis.set_label_text(textwrap.fill(text, max(1, int(_LETTERS * length))))
     if not is_log:
         axis.set_major_formatter(_Scaled(scale))
     elif low / scale >= _PLAIN[0] and high / scale <= _PLAIN[1]:

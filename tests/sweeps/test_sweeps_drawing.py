@@ -222,6 +222,17 @@ def test_the_cells_of_a_map_are_what_the_table_has(grid: hc.Sweep) -> None:
     assert drawn.remarks == ()
 
 
+@pytest.mark.parametrize("size", [(3.4, 2.6), (7.0, 5.0)])
+def test_long_labels_of_a_map_are_inside_its_figure(
+    grid: hc.Sweep, size: tuple[float, float]
+) -> None:
+    figure = draw(grid, RATIO, N, "speed_error", size=size).figure
+    figure.draw_without_rendering()
+    box = figure.axes[1].yaxis.label.get_window_extent()
+    assert figure.bbox.y0 <= box.y0 < box.y1 <= figure.bbox.y1
+    assert figure.axes[1].bbox.x1 < box.x0 < box.x1 <= figure.bbox.x1
+
+
 def test_whole_numbers_have_a_colour_each(grid: hc.Sweep) -> None:
     (mesh,) = grid.plot(RATIO, N, P).axes[0].collections
     p = grid.to_frame()[P]
