@@ -29,15 +29,23 @@ def work_folder(code: str) -> Iterator[Path]:
     """Temporary folder for a run; a full disk is reported in one sentence."""
     try:
         with tempfile.TemporaryDirectory(prefix="hertzchain-") as folder:
-            if shutil.disk_usage(folder).free < _LEAST:
-                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), folder)  # noqa: TRY301
-            yield Path(folder)
+            _refuse_full(folder)
+            try:
+                yield Path(folder)
+            except RunFailed:
+                _refuse_full(folder)
+                raise
     except OSError as problem:
         where = problem.filename or tempfile.gettempdir()
         raise RunFailed(
             f"{code} needs room for temporary files ({where}: {problem.strerror}): free some, or"
             " name another folder in the environment variable TMPDIR"
         ) from None
+
+
+def _refuse_full(folder: str) -> None:
+    if shutil.disk_usage(folder).free < _LEAST:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), folder)
 
 
 def find_program(name: str, what_to_do: str) -> str:

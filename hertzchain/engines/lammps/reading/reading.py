@@ -90,8 +90,8 @@ class Reader:
         )
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self._open.close()
+    def __exit__(self, *problem: Any) -> None:
+        self._open.__exit__(*problem)
 
     def _call(self, function: Callable[..., Any], *arguments: Any) -> Any:
         left = min(self._deadline.left, self._until.left)

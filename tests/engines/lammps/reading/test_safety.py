@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -124,6 +125,17 @@ def test_what_goes_wrong_is_one_sentence(what: str, tmp_path: Path) -> None:
     assert time.monotonic() - started < 60
     assert children(os.getpid()) == before
     assert [path.name for path in tmp_path.iterdir()] == ["in.mine"]
+
+
+def test_a_disk_that_gets_full_is_the_reason(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """LAMMPS names files of ours, or says something else, where it cannot write."""
+    free = iter((1e9, 0.0))
+    monkeypatch.setattr("shutil.disk_usage", lambda _: SimpleNamespace(free=next(free)))
+    deck = Deck(more="units real").write(tmp_path)
+    with pytest.raises(RunFailed, match=r"needs room .*No space left.*TMPDIR"):
+        read_deck(deck, SCENE)
 
 
 def test_a_deck_that_is_not_there(tmp_path: Path) -> None:
