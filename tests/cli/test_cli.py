@@ -76,7 +76,14 @@ def test_an_output_that_cannot_be_written_is_refused(
     assert names() == ["folder.png", "scene.toml"]
 
 
+@pytest.fixture
+def buffered(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Python keeps what could not be written, and tries again when it ends."""
+    monkeypatch.delenv("PYTHONUNBUFFERED", raising=False)
+
+
 @linux
+@pytest.mark.usefixtures("buffered")
 def test_a_full_standard_output_is_refused() -> None:
     scene_file({"chain.granules": "6"})
     with Path("/dev/full").open("w") as full:
@@ -172,6 +179,7 @@ def test_an_interrupt_after_all_is_done_is_too_late() -> None:
 
 
 @posix
+@pytest.mark.usefixtures("buffered")
 def test_a_reader_that_has_left_ends_a_command_quietly() -> None:
     """With the status of a closed pipe in shells: 1 would be a check that failed."""
     scene_file({"chain.granules": "6"})
