@@ -8,7 +8,7 @@ import signal
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from hertzchain.errors import HertzchainError
@@ -84,17 +84,11 @@ def main() -> None:
         # Typer gives it the status 1, which says here that a check failed.
         if not isinstance(end.__context__, BrokenPipeError):
             raise
-        _drop_output()
         sys.exit(_CLOSED_PIPE)
     except OSError as problem:  # standard output is full
-        _drop_output()
-        _refuse(problem)
-
-
-def _drop_output() -> None:
-    """Let the rest of standard output's buffer not fail again when Python ends."""
-    with suppress(OSError):
+        # The rest of its buffer must not fail again when Python ends.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _refuse(problem)
 
 
 def _say(what: object) -> None:

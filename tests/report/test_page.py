@@ -166,6 +166,13 @@ def values_of(line: Line2D) -> tuple[FloatArray, FloatArray]:
     return np.asarray(x, np.float64), np.asarray(y, np.float64)
 
 
+def test_texts_of_tables_are_not_aligned_as_numbers(page: str) -> None:
+    found = re.findall(r'<table class="(.*)">\s*<caption><span>(.*)</span>', page)
+    assert [(look, caption.split()[0]) for look, caption in found] == [
+        ("text0", "Peak"), ("text2", "Each"), ("text1", "What"), ("text2 facts", "What"),
+    ]  # fmt: skip
+
+
 def test_forces_of_all_engines_have_their_exact_peaks(compared: hc.Comparison) -> None:
     axes = panels(compared)["contact force"]
     contacts = drawn_contacts(compared.native, 6)

@@ -118,6 +118,13 @@ def test_known_scenes_are_those_that_random_scenes_are_drawn_from() -> None:
     assert not plans.is_known(1.0, 2.0, GRANULES + 1)
 
 
+def test_steps_are_as_short_as_the_accuracy_needs() -> None:
+    """From 1e-4 on a batch need not follow contacts that open; a checked run always does."""
+    walkers = [plans.cheapest(rtol, checked=False).walker for rtol in (1e-4, 0.99e-4)]
+    assert [walker.tolerance > 0 for walker in walkers] == [False, True]
+    assert plans.cheapest(1e-2).walker.tolerance > 0
+
+
 def test_a_batch_checks_what_was_not_measured() -> None:
     # Beyond the longest pulse measured the error is estimated from a second run, and by chance
     # alone it would be the one that measured scenes are said to have.

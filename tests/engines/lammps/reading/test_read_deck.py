@@ -14,6 +14,8 @@ import pytest
 import hertzchain as hc
 from hertzchain.engines.lammps.reading import assembling
 from hertzchain.engines.lammps.reading.found import FoundDeck
+from hertzchain.engines.lammps.reading.prober import Sizes
+from hertzchain.engines.lammps.reading.units import UNITS
 from hertzchain.engines.lammps.reading.watching import Watched
 from tests.engines.lammps.reading.chains import BESIDE_PYTHON, SCENE, STEP, Deck, read_deck
 from tests.engines.lammps.test_lammps_deck import whole_deck
@@ -340,3 +342,10 @@ def test_what_is_remarked_of_a_reading() -> None:
     remarks = assembling._remarks(seen, cast(Any, probes))
     assert remarks[0] == "the contacts of the granules were not asked: they are too many"
     assert remarks[1].startswith("what follows the clear after the first chain")
+
+
+def test_without_a_scene_forces_are_read_over_twenty_contact_times() -> None:
+    """As far apart as those of a shock that lasts so long: 2000 readings."""
+    alone = Sizes().between(UNITS["si"], 1e-5)
+    told = Sizes(contact_time=1e-5, shock_time=20e-5).between(UNITS["si"], 1e-5)
+    assert alone == pytest.approx(told, rel=1e-15)
