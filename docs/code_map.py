@@ -73,7 +73,8 @@ def draw() -> str:
         shapes.append(f'<rect {box} rx="4" fill="{fill}" stroke="#444"/>')
         middle = f'x="{x + _WIDTH // 2}" y="{y + 21}" text-anchor="middle"'
         shapes.append(f"<text {middle}>{room}, {round(lines[room], -2) or 100:,}</text>")
-    box = f'viewBox="0 0 {5 * (_WIDTH + 8)} {len(PLACES) * _ROW}"'
+    columns = max(len(row.split(" ")) for row in PLACES)
+    box = f'viewBox="0 0 {columns * (_WIDTH + 8)} {len(PLACES) * _ROW}"'
     font = 'font-size="13" font-family="sans-serif"'
     return f'<svg xmlns="http://www.w3.org/2000/svg" {box} {font}>{"".join(shapes)}</svg>'
 

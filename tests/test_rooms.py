@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import functools
+import re
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -145,6 +146,15 @@ def test_every_room_is_on_the_map() -> None:
 def place_of(name: str) -> str:
     """The room of a module on the map of the code."""
     return code_map.room_of(name.removeprefix("hertzchain."))
+
+
+def test_every_room_is_in_the_table() -> None:
+    text = (PACKAGE.parent / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    table = re.findall(r"^\| (`.+?) \|", text, re.MULTILINE)
+    named = {
+        name.strip("/").replace("/", ".") for row in table for name in re.findall("`(.+?)`", row)
+    }
+    assert {room for level in LEVELS for room in level} <= named
 
 
 def test_what_shows_objects_loads_nothing_before_they_are_shown() -> None:
