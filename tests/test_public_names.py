@@ -33,6 +33,13 @@ def test_every_public_name_can_be_had(name: str) -> None:
     assert value.__doc__
 
 
+def test_every_public_name_is_on_the_page_of_the_api() -> None:
+    page = Path("docs/api/hertzchain.rst").read_text(encoding="utf-8").split()
+    assert set(hc.__all__) - {"HertzchainError", "theory"} <= {
+        *page
+    }  # these have pages of their own
+
+
 def test_the_public_names_are_those_of_the_contract() -> None:
     expected = """
     Batch Certificate Chain Comparison Contact DeckCheck DeckExamination Fit Gauge HertzchainError

@@ -32,6 +32,7 @@ def test_every_engine_is_public_on_a_page_and_in_the_schema(engine: Engine) -> N
     assert getattr(hc, engine.factory) is engine.load()
     assert engine.label in page("codes.md")
     assert f'"{engine.name}"' in page("schema/parts.json")
+    assert f'"{engine.name}_N"' in page("schema/compare.json")
     assert engine.program is None or engine.load().INSTALL
 
 

@@ -18,13 +18,14 @@ from hertzchain.engines.native import (
     damped_kernel,
     damped_verlet_kernel,
     elastic,
+    elastic_chain,
     elastic_maxima,
     interpolant,
     simulation,
 )
 from hertzchain.engines.native.elastic_state import Seen
 from hertzchain.engines.native.in_numpy import simulate_in_numpy
-from hertzchain.engines.native.kernel_input import nothing_recorded
+from hertzchain.engines.native.kernel_input import leg_rows, nothing_recorded
 from hertzchain.engines.native.methods import (
     SRKN_6B,
     SRKN_11B,
@@ -38,8 +39,25 @@ from hertzchain.engines.native.simulation import simulate, stoppable
 from hertzchain.limits import Deadline
 from hertzchain.observables import hermite
 from hertzchain.observables.history import Recorder
+from hertzchain.scene.ramp import SHAPES, Ramp
+from hertzchain.scene.schedule import Leg
 from tests.conftest import STEEL, paper_scene
 from tests.engines.native.test_native import slope
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_a_ramp_of_a_leg_is_that_of_the_scene(shape: str) -> None:
+    """In force and rate, within rounding of the ends of the ramp."""
+    ramp, units = Ramp(1e-5, 4e-5, 20.0, 80.0, shape), paper_scene("cosine", 1.0, 2.0, 5).units
+    (leg,) = leg_rows([Leg(1e-5, 4e-5, 1, ramp)], units)
+    time = np.linspace(1e-5, 4e-5, 41)
+    force = [elastic_chain.applied_force(leg, at) for at in time / units.time]
+    rate = [elastic_chain.applied_force_rate(leg, at) for at in time / units.time]
+    assert units.force * np.array(force) == pytest.approx(ramp.force(time), rel=1e-14)
+    # A rate can be 0; the largest is at most 2 of the mean.
+    mean = 60.0 / 3e-5
+    expected = ramp.force_rate(time)
+    assert units.force / units.time * np.array(rate) == pytest.approx(expected, abs=1e-14 * mean)
 
 
 def pulse_table() -> hc.Scene:
