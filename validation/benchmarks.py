@@ -247,7 +247,12 @@ def scenes_with_terms() -> Iterator[Measured]:
     """Native, LAMMPS and, where it is here, LIGGGHTS on scenes with terms."""
     codes: list[tuple[str, str, hc.Native | hc.Lammps | hc.Liggghts, int]] = [
         ("native", "1e-6", hc.Native(rtol=1e-6, peaks_only=True), 100),
-        ("native, largest forces alone", "1e-6", hc.Native(rtol=1e-6, wanted="all"), 100),
+        (
+            "native, largest forces alone",
+            "1e-6",
+            hc.Native(rtol=1e-6, peaks_only=True, wanted="all"),
+            100,
+        ),
         ("LAMMPS", "1e-4", hc.Lammps(rtol=1e-4), 3),
     ]
     if shutil.which("liggghts"):

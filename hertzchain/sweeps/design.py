@@ -148,9 +148,12 @@ class Design:
             if tie is None:
                 raise
             values = {name: parameters[name][k] for name in tie.uses}
-            given = (f", {name} = {value:.6g}" for name, value in values.items())
+            # A key that another replaced is NaN by now.
+            given = (f", {name} = {x:.6g}" for name, x in values.items() if not np.isnan(x))
             allowed = f"{problem.allowed}; it is tied by {tie.formula}{''.join(given)}"
-            raise SceneError(problem.key, tie.number(values), allowed) from None
+            number = tie.number(values)
+            value = problem.value if np.isfinite(number) else number
+            raise SceneError(problem.key, value, allowed) from None
 
     def to_dict(self) -> dict[str, Any]:
         """Return all that identifies this design, as a JSON object."""

@@ -102,7 +102,7 @@ class Sweep:
         """Draw a column over another, or a map; see ``hertzchain.sweeps.drawing.draw``."""
         from hertzchain.sweeps.drawing import SIZE, draw
 
-        return draw(self, x, y, colour, where, size or SIZE).figure
+        return draw(self, x, y, colour, where, SIZE if size is None else size).figure
 
     def count(self) -> Counts:
         """Count the scenes that are done, failed or inaccurate; reads one part at a time."""

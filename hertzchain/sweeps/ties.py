@@ -59,7 +59,7 @@ class Tie:
         try:
             with np.errstate(all="ignore"):
                 return eval(text, names) + 0.0  # noqa: S307 - arithmetic and nothing else
-        except (SyntaxError, TypeError, RecursionError, MemoryError):
+        except (SyntaxError, TypeError, ValueError, RecursionError, MemoryError):
             raise SceneError("tie", said, _ALLOWED) from None
 
 

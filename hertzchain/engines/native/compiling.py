@@ -15,7 +15,7 @@ from hertzchain.engines.native.keeping import UNCOUNTED, kept
 
 ONE = np.uint64(1)
 
-# Multiplication and addition may become one instruction; nothing else is reordered.
+# Multiplication and addition may become one instruction; no sum is reordered.
 _HOW: dict[str, Any] = {
     "nogil": True,
     "error_model": "numpy",
@@ -71,7 +71,10 @@ _IMPORTED = re.compile(r"^from hertzchain\.engines\.native\.(\w+) import", re.MU
 
 
 def compiled_without_nan(function: Any) -> Any:
-    """As ``compiled``; with ``larger`` the compiler takes vector instructions for maxima."""
+    """As ``compiled``; with ``larger`` the compiler takes vector instructions for maxima.
+
+    A maximum with NaN can be any number: of a motion that diverged, which its energy tells.
+    """
     how = {**_HOW, "fastmath": {"contract", "nnan", "nsz"}}
     return njit(**how, **UNCOUNTED, no_cpython_wrapper=True)(function)
 

@@ -52,12 +52,17 @@ granules ahead of the wave rest within errors of this size."""
 
 
 def integrate(
-    scene: Scene, chain: Chain, tolerance: float, longest: float, counted: list[int]
+    scene: Scene,
+    chain: Chain,
+    tolerance: float,
+    longest: float,
+    counted: list[int],
+    samples: int = _SAMPLES_IN_A_STEP,
 ) -> Iterator[tuple[Leg, Samples]]:
     """Integrate a scene; yield each leg with successive samples, of which the first is known.
 
-    ``tolerance`` is in natural units, ``longest`` the longest step; force evaluations are appended
-    to ``counted``. RunFailed where SciPy fails.
+    ``tolerance`` is in natural units, ``longest`` the longest step, in which there are so many
+    ``samples``; force evaluations are appended to ``counted``. RunFailed where SciPy fails.
     """
     units, granules = scene.units, scene.bodies
     u, v = state_at_start(scene)
@@ -86,7 +91,7 @@ def integrate(
             if not found.success or found.sol is None or not found.t[-1] > time:
                 raise RunFailed(f"SciPy: {found.message}")
             begin, time = time, float(found.t[-1])
-            count = max(1, math.ceil((time - begin) / longest * _SAMPLES_IN_A_STEP))
+            count = max(1, math.ceil((time - begin) / longest * samples))
             seen = np.union1d(np.linspace(begin, time, count + 1), found.t)
             states = found.sol(seen).T
             u, v = np.split(found.y[:, -1], 2)
@@ -124,14 +129,15 @@ def simulate_in_scipy(
     recorder: Recorder | None = None,
     longer: float = 1.0,
     first: bool = False,
+    samples: int = _SAMPLES_IN_A_STEP,
 ) -> Simulation:
     """Integrate a scene once, with a tolerance; steps may be longer by a factor.
 
-    ``first``: first pulses are wanted.
+    ``first``: first pulses are wanted. ``samples``: of the longest step.
     """
     chain, counted = Chain.of(scene), list[int]()
     longest = longer * longest_step(scene) / scene.units.time
-    blocks = integrate(scene, chain, tolerance, longest, counted)
+    blocks = integrate(scene, chain, tolerance, longest, counted, samples)
     contacts = Contacts.of(scene).in_units(scene.units) if first else None
     run = simulation_of(
         scene, chain, state_at_start(scene), blocks, deadline, recorder, contacts=contacts
