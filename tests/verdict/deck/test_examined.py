@@ -85,6 +85,8 @@ def test_rows(sideways: FloatArray, kind: str, scene: hc.Scene, right: FoundDeck
     (check,) = done.to_mend
     assert check.sentence == f"the deck is no chain: its 20 granules {kind}"
     assert done.findings[0].checks == (check,)
+    assert done.to_dict()["findings"][0]["correction"] is None
+    assert done.small == ()
     assert not done.judged.any()
     assert done.judged.size == 19
     assert done.verdict == "fail"
