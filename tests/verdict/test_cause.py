@@ -217,6 +217,7 @@ def test_differences_look_like_noise(
         (lambda force: round(force, 1), "to 1 decimals"),
         (lambda force: round(force, -1), "to 10 N"),
         (lambda force: float(f"{force:.1g}"), None),
+        (lambda force: max(round(force, -2), 100), None),
         (lambda force: float(f"{1.02 * force:.3g}"), None),
         (math.floor, None),
     ],

@@ -12,8 +12,10 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import Array, FloatArray
+from hertzchain.limits import Deadline
 from hertzchain.scene.pulse import PROFILES, profile_named
 from hertzchain.verdict import step_mistakes
+from hertzchain.verdict.case import Case
 from hertzchain.verdict.mistakes import with_rise_time
 from tests.conftest import paper_scene
 
@@ -223,6 +225,19 @@ def test_steps_past_the_corners_of_a_pulse() -> None:
     assert [leg.steps for leg in legs] == [*[1] * 10, math.ceil(scene.end_time / last * 9.5) - 10]
     assert legs[-1].end == pytest.approx(sum(leg.steps for leg in legs) * last / 9.5)
     assert step_mistakes._past_corners(scene, last / 100_000.5) is None
+
+
+def test_usual_steps_are_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Up to the longest stable step: five mistakes of each."""
+    monkeypatch.setattr(step_mistakes, "_ROUND", (5.0,))
+    at = planting(QUICK[0])
+    truth = hc.Native("reference").run(at.scene)
+    case = Case(at.scene, truth, at.truth, np.ones(29, bool), None, 5e-4, Deadline(60.0), False)
+    named = [one.words(0.0) for one in step_mistakes.steps_and_samples(case)]
+    for step in ("5e-07 s", "5e-06 s"):
+        assert sum(f"velocity Verlet with steps of {step}" in name for name in named) == 4
+        assert sum(f"samples in place of maxima, {step} apart" in name for name in named) == 1
+    assert len(named) == 10
 
 
 def test_a_table_has_no_rise_time() -> None:

@@ -181,9 +181,9 @@ def elsewhere(case: Case) -> list[Difference]:
         return []
     for k, law in enumerate(case.laws):
         ratios, room = law.ratios, case.rounding(k, law.overlap) if case.exact else _BENT
-        off = np.abs(ratios / (1.0 if case.exact else law.ratio) - 1)
-        at = int(np.argmax(off / room))
-        if not np.all(off <= room):
+        times_allowed = np.abs(ratios / (1.0 if case.exact else law.ratio) - 1) / room
+        at = int(np.argmax(times_allowed))
+        if not times_allowed[at] <= 1:
             alike = np.array([k])
             who = case.contact_name(alike)
             return [

@@ -134,14 +134,13 @@ class Finding:
 
 Found = Iterator[tuple[Command | None, Severity, str]]  # where (None: line 1), how bad, sentence
 
-_STYLE = {"fix": 3, "dimension": 1, "bond_style": 1, "pair_style": 1, "atom_style": 1}
+_STYLE = {"fix": 3, "dimension": 1, "bond_style": 1, "atom_style": 1}
 """Which word of a command is its style."""
 
 _NO_CHAIN = (
     ("fix", "(pour|deposit|insert)(/.*)?", "granules are poured"),
     ("fix", "rigid.*|multisphere.*|poems", "granules are rigid bodies of several spheres"),
     ("bond_style", "(?!none).+", "granules are bonded"),
-    ("pair_style", "bpm/.*", "granules are bonded"),
     ("atom_style", "bpm/.*|bond|molecular|full", "granules are bonded"),
     ("atom_style", "(?!sphere|granular|hybrid|.*[$]).+", "its atoms are no spheres"),
 )
@@ -184,6 +183,10 @@ class Deck:
         """The commands of these names."""
         return [command for command in self.commands if command.name in names]
 
+    def _last(self, name: str) -> Command | None:
+        """The last command of this name that has a word."""
+        return next((c for c in self.named(name)[::-1] if c.word(1)), None)
+
     def fixes(self, *styles: str) -> list[Command]:
         """The fixes of these styles, or all."""
         found = [fix for fix in self.named("fix") if len(fix.words) > 3]
@@ -210,12 +213,13 @@ class Deck:
     @cached_property
     def units(self) -> str:
         """The units that it uses."""
-        return next((c.words[1] for c in self.named("units")[::-1] if c.word(1)), "lj")
+        last = self._last("units")
+        return "lj" if last is None else last.words[1]
 
     @cached_property
     def pair_style(self) -> Command | None:
         """The last pair style."""
-        return next((c for c in self.named("pair_style")[::-1] if c.word(1)), None)
+        return self._last("pair_style")
 
     @cached_property
     def contact_style(self) -> tuple[str, ...]:

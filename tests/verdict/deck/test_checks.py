@@ -342,6 +342,8 @@ def test_the_document(scene: hc.Scene, right: FoundDeck) -> None:
     done = examined(scene, changed(times("mass", 0.5)(right), commands=tuple(commands)))
     numbers = done.to_dict()
     assert numbers["verdict"] == "fail"
+    assert numbers["peak_force_N"] == right.peak_force.tolist()
+    assert numbers["peak_reading_error"] == 0
     first = next(one for one in numbers["checks"] if one["name"].startswith("mass"))
     assert first["line"] == 2  # the variable that the density is
     assert first_guess(done.to_mend[0]) == ("variable rho equal 7958",)

@@ -16,7 +16,7 @@ from hertzchain.engines.lammps.reading.text import Edits
 from hertzchain.errors import RunFailed, SceneError
 from hertzchain.limits import Deadline
 from hertzchain.verdict.deck import DeckCheck, examining, number, places
-from hertzchain.verdict.deck.examined import in_order
+from hertzchain.verdict.deck.examined import Finding, in_order
 from hertzchain.verdict.deck.places import variables_of
 from tests.places import ROOT
 from tests.verdict.deck.corpus import scene_of
@@ -55,6 +55,9 @@ def test_corrections_are_in_the_order_of_their_lines(scene: hc.Scene, right: Fou
         (1, "units si", ()), (2, "", ("c",)), (3, right.commands[2].written, ("a", "b")),
     ]  # fmt: skip
     assert lines[2].to_dict() == {"file": "in.made", "line": 3, "commands": ["a", "b"]}
+    made = replace(done, findings=(Finding(done.checks[:1], lines), Finding(done.checks[1:2])))
+    corrections = [one["correction"] for one in made.to_dict()["findings"]]
+    assert corrections == [[line.to_dict() for line in lines], None]
 
 
 def test_checks_are_in_the_order_of_their_effect() -> None:

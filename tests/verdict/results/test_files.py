@@ -78,10 +78,10 @@ def test_a_run_of_lammps_is_judged(files: Path, hertzchain: Command) -> None:
 def test_a_dump_may_be_packed_have_other_units_or_any_name(
     run: Samples, truth: FloatArray, tmp_path: Path
 ) -> None:
-    cgs = Samples(run.time, 100 * run.position, 1e5 * run.net_force)
+    micro = Samples(1e6 * run.time, 1e6 * run.position, 1e9 * run.net_force)
     (tmp_path / "dump.gz").write_bytes(gzip.compress("".join(dump_of(run)).encode()))
-    (tmp_path / "dump.xyz").write_text("".join(dump_of(cgs)), encoding="utf-8")
-    for name, units in (("dump.gz", "si"), ("dump.xyz", "cgs")):
+    (tmp_path / "dump.xyz").write_text("".join(dump_of(micro)), encoding="utf-8")
+    for name, units in (("dump.gz", "si"), ("dump.xyz", "micro")):
         found = read(SCENE, [tmp_path / name], units, None)
         assert np.all(off(found.peak_force, truth) <= found.error), name
 

@@ -34,7 +34,7 @@ BROKEN: dict[str, tuple[bytes, str]] = {
         r"peak_force_N in row 1 = '101,5': must be a finite number",
     ),
     "commas of thousands": (
-        b"contact;peak_force_N\n2;1,015\n3;985\n",
+        b"contact; peak_force_N\n2; 1,015\n3; 985\n",
         r"peak_force_N = '1,015': may have a comma of thousands",
     ),
     "a point among commas": (

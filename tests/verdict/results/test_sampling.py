@@ -114,6 +114,7 @@ def test_digits_of_numbers_are_counted(digits: int, run: Samples, truth: FloatAr
     grain = last_digit(force)
     size = np.floor(np.log10(np.abs(run.net_force).max()))
     assert grain == pytest.approx(10.0 ** (size - digits + 1), rel=1e-9, abs=0)
+    assert last_digit(0 * force) == 0
     found = peaks_of(SCENE, Motion(run.time, True, force, grain), "file")
     assert np.all(off(found.peak_force, truth) <= found.error)
     known = peaks_of(SCENE, Motion(run.time, True, force), "file")
