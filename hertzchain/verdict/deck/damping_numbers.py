@@ -52,13 +52,11 @@ def _worst(
     """The contact and the try that is off the most, and by how many times what it may."""
     worst, at, most = 0, 0, 0.0
     for k, one in enumerate(found):
-        if one.added.size == 0:
-            continue
         off, room = np.abs(one.added - one.expected), rooms[k]
         off = np.divide(off, room, out=np.where(off > 0, np.inf, 0.0), where=room > 0)
         if approaching:
             off = np.where(one.closing > 0, off, 0.0)
-        if not np.max(off) <= most:
+        if not np.max(off, initial=0.0) <= most:
             worst, at, most = k, int(np.argmax(off)), float(np.max(off))
     return worst, at, most
 

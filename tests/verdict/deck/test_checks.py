@@ -324,6 +324,11 @@ def test_damping_of_a_contact_without_an_elastic_force_comes_first(
     assert check in done.to_mend
 
 
+def test_a_contact_whose_damping_could_not_be_tried(scene: hc.Scene, right: FoundDeck) -> None:
+    done = examined(scene, times("damped_overlap", np.nan, (slice(None), 3))(right))
+    assert by_name(done, "damping").passed
+
+
 def test_an_effect_without_bounds_is_null_in_json(scene: hc.Scene, right: FoundDeck) -> None:
     done = examined(scene, plus("missed_overlap", 3, 1e-6)(right))
     assert by_name(done, "neighbours").effect == np.inf

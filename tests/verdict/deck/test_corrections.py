@@ -16,11 +16,13 @@ from hertzchain.engines.lammps.reading.found import FoundDeck, FoundWall
 from hertzchain.engines.lammps.reading.prober import DAMPED, DEPTHS
 from hertzchain.engines.lammps.reading.units import Units
 from hertzchain.limits import Deadline
+from hertzchain.verdict.deck.contact_numbers import _wall
 from hertzchain.verdict.deck.deck_check import ACTS, Case
 from hertzchain.verdict.deck.examining import case_of, numbers_of
 from hertzchain.verdict.deck.force_numbers import _constant_across
 from hertzchain.verdict.deck.number import Difference, differences
 from hertzchain.verdict.deck.pulse import of_shock, pulse
+from hertzchain.verdict.deck.right_commands import wall_plane
 from hertzchain.verdict.deck.run_numbers import _found_twin
 from tests.verdict.deck.corpus import scene_of
 from tests.verdict.deck.decks import DECKS, deck_of
@@ -319,6 +321,8 @@ def test_digits_of_a_pulse_are_those_of_its_impulse() -> None:
     scene = scene_of("precompressed")
     (one,) = pulse(given(scene, times("applied_force", 1.02)(deck_of("precompressed", scene))))
     assert one.relative == pytest.approx(0.02, rel=1e-6)
+    (held,) = pulse(given(scene, held_for_fifty_steps(deck_of("precompressed", scene))))
+    assert held.relative == 0
 
 
 def given(scene: hc.Scene, deck: FoundDeck) -> Case:
@@ -327,11 +331,11 @@ def given(scene: hc.Scene, deck: FoundDeck) -> Case:
 
 
 def test_a_force_at_a_jump_is_that_of_either_side() -> None:
-    """The pulse ends at the reading 200, up to round-off."""
+    """The pulse ends at the reading 200, up to less than a millionth of a step."""
     table = hc.PulseTable((0.0, 2e-5, 4e-5), (100.0, 80.0, 100.0))
     scene = replace(scene_of("steel"), shock=table)
     deck = found(scene)
-    for late in (-1e-20, 1e-20):
+    for late in (-1e-14, 1e-14):
         for more in (0.0, -100.0):
             change = both(plus("applied_time", 200, late), plus("applied_force", (200, 0), more))
             (one,) = pulse(given(scene, change(deck)))
@@ -362,6 +366,22 @@ def test_a_deck_without_its_wall_moves_without_one() -> None:
     deck = OF_NUMBERS["no wall at all"][1](deck_of("wall", scene))
     stiffness = _found_twin(given(scene, deck))[0].stiffness
     assert stiffness[-1] == 0 < stiffness[-2]
+
+
+def test_a_wall_that_misses_the_chain_is_found_on_either_side_of_its_fix() -> None:
+    scene = scene_of("wall")
+    deck = OF_NUMBERS["a wall for granule 1"][1](deck_of("wall", scene))
+    turned = in_texts("NULL 0.095", "0.095 NULL")(deck)
+    places = [_wall(given(scene, one)).at for one in (deck, turned)]
+    assert places[0] == places[1] is not None
+
+
+def test_a_wall_stands_behind_the_last_of_unlike_granules() -> None:
+    scene = scene_of("wall")
+    chain = replace(scene.chain, radius=[*[4.75e-3] * 9, 2e-3])
+    unlike = replace(scene, chain=chain)
+    end = unlike.granules.position[-1] + 2e-3
+    assert wall_plane(given(unlike, deck_of("wall", unlike))) == pytest.approx(end, rel=1e-12)
 
 
 def test_rounding_of_a_force_grows_as_an_overlap_falls() -> None:

@@ -154,6 +154,7 @@ def test_how_long_a_deck_settles(scene: hc.Scene, right: FoundDeck) -> None:
     later = examined(scene, settled(right, 0.0, 7e-5))
     assert later.reference.scene.end_time == pytest.approx(5e-4)
     assert later.to_mend == ()
+    assert not by_name(later, "applied force").differs
     micro = changed(deck, units="micro")
     assert examining._settles(micro, scene) == pytest.approx(70.0)
     before = Executed("run 100", "in.made", 12, "run 100")
