@@ -194,6 +194,13 @@ jump SELF more
     assert {f.rule for f in lint(text.replace("boundary f f f", ""))} == {"periodic"}
 
 
+def test_a_small_ratio_is_a_damping() -> None:
+    """On either side of a hundredth: E, damping and Poisson's ratio in another order."""
+    for poisson, rules in (("0.003", {"poisson-ratio"}), ("0.03", set())):
+        found = lint(CLEAN.replace("193e9 0.0 0.3", f"193e9 0.3 {poisson}"))
+        assert {one.rule for one in found} & {"poisson-ratio"} == rules
+
+
 def test_later_commands_count() -> None:
     assert lint(CLEAN.replace("run 1000", DIAMETER + DENSITY + "run 1000")) == []
     text = CLEAN.replace(DIAMETER + DENSITY, DENSITY + DIAMETER + DENSITY)
