@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import hertzchain as hc
@@ -232,6 +233,10 @@ def test_no_worse(scene: hc.Scene, right: FoundDeck) -> None:
     assert not proving.is_no_worse(both, of("law", stopped="lost atoms"))
     assert not proving.is_no_worse(both, of("law", error=0.2))
     assert proving.is_no_worse(both, of("law", error=0.2), peaks=False)
+    judged, late = np.arange(19) < 18, of("law")
+    peaks = np.where(judged, 1.0, 2.0) * late.found.peak_force
+    late = replace(late, found=changed(late.found, peak_force=peaks), judged=judged)
+    assert proving.is_no_worse(both, late)  # one judges the last contact, the other does not
     assert proving.is_no_worse(dead, of("law", error=0.2))
     assert proving.is_no_worse(dead, of("law", stopped="lost atoms"))
 
