@@ -96,11 +96,13 @@ def with_findings(prover: Prover) -> DeckExamination:
             more = {} if proof is None else proof[0]
             if not more.keys() & whole.keys():
                 whole = {**whole, **more}
-    corrections = []
+    corrections, known = [], {check.kind for check in first.to_mend}
     for checks, proof, cause in zip(groups, proofs, causes, strict=True):
-        kinds = {check.kind for check in checks}
-        edits = [proof[0]] if proof else [one for named, one in steps if named & kinds]
-        corrections.append(first.corrections_of(edits[0]) if edits and cause is None else ())
+        # What fails only then was part of the same number, such as the stiffness of the wall.
+        left = {check.kind for check in (proof[1].to_mend if proof else checks)}
+        later = [one for named, one in steps if named & (left - known if proof else left)]
+        edits = {**(proof[0] if proof else {}), **(later[0] if later else {})}
+        corrections.append(first.corrections_of(edits) if edits and cause is None else ())
     right = {
         id(check): _with_correction(first, check, corrections[k])
         for k, checks in enumerate(groups)

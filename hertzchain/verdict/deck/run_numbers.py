@@ -65,11 +65,8 @@ def _end(case: Case) -> Difference:
     found = case.found
     end, wanted = found.end_time - case.start, case.scene.end_time
     late = int(np.count_nonzero(~case.judged))
-    which = (
-        f": {late} contacts have not passed their peaks by then"
-        if late
-        else ", after the last peak"
-    )
+    have = "contact has" if late == 1 else "contacts have"
+    which = f": {late} {have} not passed the peak by then" if late else ", after the last peak"
     ends = apart(end, wanted)
     one = Difference(
         end, wanted, relative=None if late else 0.0, reason=_SEEN,
