@@ -35,13 +35,14 @@ def figure_of(document: Document, size: tuple[float, float] | None = None) -> Pi
     A picture of a ``size`` [inches] has as many panels as have room.
     """
     from hertzchain.report import panels
-    from hertzchain.report.picture import Picture
+    from hertzchain.report.picture import Picture, check_size
 
     shown = panels_of(document)
     if size is not None:
+        check_size(size)
         shown = shown[: max(1, int(size[1] / _LEAST))]
     heights = [panels.PANELS[name][0] for name in shown]
-    figure = Picture(size or (_WIDE, sum(heights) + 0.6), _title(document))
+    figure = Picture((_WIDE, sum(heights) + 0.6) if size is None else size, _title(document))
     drawn = figure.subplots(len(shown), 1, squeeze=False, height_ratios=heights)[:, 0]
     axes = dict(zip(shown, drawn, strict=True))
     shared = [pair for pair in _SHARED if {*pair} <= axes.keys()]

@@ -46,14 +46,19 @@ _LETTERS = 11  # letters of a label in an inch of a figure; chosen: 13 fill it
 _PLAIN = (1e-3, 1e4)  # between these values a logarithmic axis has plain numbers, not powers of ten
 
 
+def check_size(size: Any) -> None:
+    """Raise a SceneError for a size of a picture that is no width and height [inches]."""
+    allowed = "must be a width and a height above 0 [inches], such as (3.4, 2.6)"
+    are_two = np.shape(size) == (2,) and all(map(is_positive, size))
+    require(are_two, "size", size, allowed)
+
+
 class Picture(Figure):
     """A figure that belongs to no window; a notebook shows it as the last value of a cell."""
 
     def __init__(self, size: tuple[float, float], title: str = "") -> None:
         """An empty figure of a size [inches], with a title where there is room."""
-        allowed = "must be a width and a height above 0 [inches], such as (3.4, 2.6)"
-        are_two = np.shape(size) == (2,) and all(map(is_positive, size))
-        require(are_two, "size", size, allowed)
+        check_size(size)
         super().__init__(figsize=size, layout="constrained", dpi=150)
         if title and size[0] >= SMALL:
             self.suptitle(title, fontsize=10)

@@ -315,6 +315,8 @@ def test_what_cannot_be_drawn_is_refused(runs: list[hc.Result]) -> None:
     for size in (3, (3.4, 0.0), (1.0, 2.0, 3.0)):
         with pytest.raises(hc.HertzchainError, match="must be a width and a height"):
             axes_of({"a": runs[0]}, "peaks", None, size)
+        with pytest.raises(hc.HertzchainError, match="must be a width and a height"):
+            runs[0].plot(size)  # type: ignore[arg-type]
 
 
 def test_results_of_other_chains_and_ends(runs: list[hc.Result]) -> None:

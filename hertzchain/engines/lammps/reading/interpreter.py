@@ -33,7 +33,9 @@ from hertzchain.files import read_bytes
 _MOST_BYTES = 10_000_000  # of a deck or include; chosen, far above any deck written by hand
 _MOST_COMMANDS = 200_000  # carried out; chosen: a deck that makes more seems to have no end
 _LONGEST = 200  # characters of a command in messages
-_VARIABLE = re.compile(r"ERROR: Variable (\w+):")  # in what LAMMPS says of a formula it cannot take
+_VARIABLE = re.compile(r"ERROR: Variable (\w+):(?!.* before simulation box)")
+"""In what LAMMPS says of a formula that it cannot take; one that comes too early is right."""
+
 _DEEPEST = 15  # files that include one another, as in LAMMPS itself
 
 
