@@ -43,7 +43,7 @@ _PART, _LEAST = 0.01, 3e-14
 with displacements of granules that fly off: a part of 1 lost 1.4e-6 of the demo's energy at 2e-8,
 this one 7e-9; and the least relative tolerance that SciPy takes."""
 
-_SAMPLES_IN_A_STEP = 4
+SAMPLES = 4
 """Samples of the dense output in the longest step (chosen): peaks between them are interpolated."""
 
 _TOUCH = 10.0
@@ -57,7 +57,7 @@ def integrate(
     tolerance: float,
     longest: float,
     counted: list[int],
-    samples: int = _SAMPLES_IN_A_STEP,
+    samples: int = SAMPLES,
 ) -> Iterator[tuple[Leg, Samples]]:
     """Integrate a scene; yield each leg with successive samples, of which the first is known.
 
@@ -129,7 +129,7 @@ def simulate_in_scipy(
     recorder: Recorder | None = None,
     longer: float = 1.0,
     first: bool = False,
-    samples: int = _SAMPLES_IN_A_STEP,
+    samples: int = SAMPLES,
 ) -> Simulation:
     """Integrate a scene once, with a tolerance; steps may be longer by a factor.
 
