@@ -11,7 +11,6 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.lammps.reading.found import FoundDeck, FoundWall
-from hertzchain.verdict.deck import deck_check
 from tests.verdict.deck.corpus import scene_of
 from tests.verdict.deck.decks import deck_of
 from tests.verdict.deck.made import (
@@ -43,14 +42,6 @@ def test_a_small_difference_is_not_one_times(
     factor: float, words: str, scene: hc.Scene, right: FoundDeck
 ) -> None:
     assert words in by_name(examined(scene, stiffer(factor)(right)), "stiffness").sentence
-
-
-def test_granules_in_words() -> None:
-    words = {"granule 4": [3], "granules 4 to 6": [3, 4, 5], "granules 4, 8": [3, 7],
-             "all granules": range(20), "no granule": [],
-             "granules 1, 3, 5, 7 and 2 more": [0, 2, 4, 6, 8, 10]}  # fmt: skip
-    for name, granules in words.items():
-        assert deck_check.names(np.array(granules, np.intp), 20, "granule", 1) == name
 
 
 def test_a_formula_keeps_the_names_of_the_deck(scene: hc.Scene, right: FoundDeck) -> None:
