@@ -59,7 +59,7 @@ class StepUnstable(RunFailed):
 
 
 class Unpredictable(RunFailed):
-    """Peaks whose error is as large as they are, however short the steps.
+    """Peaks whose error is as large as the peaks, even with the shortest steps.
 
     Small errors grow to the size of the peaks, or coordinates do not resolve the overlaps.
     """

@@ -66,9 +66,9 @@ def refuse_memory(needed: float) -> None:
 
 
 def bound_memory() -> None:
-    """Let this process take no more than half of the memory there is besides what it has.
+    """Limit what this process may add to its memory to half of the machine's memory.
 
-    On Linux alone; elsewhere nothing is bounded.
+    This works on Linux only; elsewhere memory is not limited.
     """
     if sys.platform != "linux":
         return

@@ -1,7 +1,7 @@
 """How objects show themselves: as text, as a picture, as a page.
 
-All of that is made in ``report``, which stands above the rooms of these objects and is loaded when
-an object is shown. This module is the only one that looks upwards.
+Texts, pictures and pages come from ``report``, which stands above the rooms of these objects and is
+loaded when an object is shown. This module is the only one that looks upwards.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class ShownRun:
         return document_of(self)
 
     def plot(self, size: tuple[float, float] | None = None) -> Figure:
-        """Draw peak forces, of a verdict with differences, and force over time if recorded.
+        """Draw peak forces (for a verdict also differences), and force over time if recorded.
 
         A picture of a ``size`` [inches] has as many panels as have room.
         """
@@ -76,7 +76,7 @@ class ShownVerdict(ShownRun, ABC):
         Raises
         ------
         OutputError
-            If the name is no page's, or the file cannot be written.
+            If the name does not end in .html, or the file cannot be written.
         """
         from hertzchain.report.page import write_page
 
@@ -84,7 +84,7 @@ class ShownVerdict(ShownRun, ABC):
 
 
 def telling(progress: ShowProgress) -> AbstractContextManager[Callable[[str], object]]:
-    """Return a context with a function that takes a line of text on what is being done."""
+    """Return a context with a function that reports progress: it takes a line of text."""
     if progress is True:
         from hertzchain.report.progress import shown_progress
 

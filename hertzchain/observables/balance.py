@@ -35,7 +35,7 @@ class Balance:
 
 @dataclass(frozen=True)
 class LostDigits:
-    """Digits that absolute coordinates cost a code, and the Young's modulus used to limit the loss.
+    """Digits that a code loses to absolute coordinates, and the modulus used to limit the loss.
 
     Parameters
     ----------

@@ -1,7 +1,8 @@
 """Errors of each contact: how far its peak and its first pulse may be off, from runs that differ.
 
-A difference of one contact may be small by chance. What happens in a chain depends on what happened
-before, so each contact takes the largest difference of all whose peak or pulse came no later.
+A difference of one contact may be small by chance. An error at one contact acts on all later events
+in the chain, so each contact takes the largest difference of all contacts whose peak or pulse came
+no later.
 """
 
 from __future__ import annotations
@@ -29,14 +30,15 @@ class ContactErrors:
     ----------
     peak
         Relative, of peak forces; NaN where a peak is too low to be judged. Without first pulses it
-        is one number, for all of them.
+        is one number for all contacts.
     first
         Relative, of the forces of first pulses; NaN where there is none, infinite where another run
         has another pulse. None where first pulses were not wanted.
     arrival, width
         Of their arrivals and widths, in the unit of the times.
     dynamic
-        Dynamic over total force of first pulses: an error of the total force counts over this.
+        Dynamic over total force of first pulses: a relative error of the total force is divided by
+        this.
     """
 
     peak: FloatArray
@@ -68,14 +70,14 @@ class ContactErrors:
 
     @property
     def wanted(self) -> float:
-        """The largest error of what was wanted: of first pulses, of peaks where there are none."""
+        """The largest error of the wanted forces: first pulses, or peaks where there are none."""
         if self.first is None or not np.isfinite(self.first).any():
             return self.largest
         return _largest(self.first[np.isfinite(self.first)])
 
     @property
     def share(self) -> float:
-        """The smallest part that a first pulse is of its total force; 1 without first pulses."""
+        """The smallest ratio of a first pulse to its total force; 1 without first pulses."""
         if self.dynamic is None:
             return 1.0
         return float(np.min(self.dynamic[~np.isnan(self.dynamic)], initial=1.0))
@@ -84,8 +86,8 @@ class ContactErrors:
     def least(self) -> float:
         """The error that decides whether a run is of any use.
 
-        It is the smallest of all first pulses and peaks: with these, errors are told contact by
-        contact. Without first pulses it is the largest of all peaks.
+        With first pulses it is the smallest error of all first pulses and peaks, as each contact
+        has its own error. Without first pulses it is the largest error of all peaks.
         """
         if self.first is None:
             return self.largest
@@ -94,10 +96,11 @@ class ContactErrors:
 
 
 def bounds(bound: Callable[..., FloatArray], *differences: ContactErrors) -> ContactErrors:
-    """Bounds of errors, from those of one number and its differences in one or several runs.
+    """Return bounds of the errors of each contact, from one bound and the differences of runs.
 
-    A bound is of total forces, so what a small pulse on a large static force is off by is more. In
-    natural time units arrivals are off by about the part of a unit that forces are of themselves.
+    The bound is one of total forces, so a small pulse on a large static force has a larger relative
+    error. In natural time units arrivals are off by about the part of a unit that forces are of
+    themselves.
     """
     peak, dynamic = bound(*(found.peak for found in differences)), differences[0].dynamic
     if dynamic is None:
@@ -138,13 +141,13 @@ class Peaks:
 
     @property
     def wanted(self) -> FloatArray:
-        """Wanted forces: of first pulses, 0 for a contact without one, or else of peaks."""
+        """Wanted forces: of first pulses (0 for a contact without one), or else peak forces."""
         if self.first is None or not np.isfinite(self.first.force).any():
             return np.asarray(self.force)
         return np.nan_to_num(self.first.force)
 
     def differences(self, other: Peaks) -> ContactErrors:
-        """Differences to another run, each at least those of the contacts before."""
+        """Differences from another run, each at least those of all contacts that peaked before."""
         mine, its = self.first, other.first
         if mine is None or its is None:
             return ContactErrors(np.asarray(largest_difference(other.force, self.force, ESTIMATED)))
@@ -174,7 +177,7 @@ def columns(first: FirstPulses | None, errors: ContactErrors | None) -> dict[str
     They are first_peak_force_N (dynamic: without the static force), first_peak_time_s,
     arrival_time_s, first_width_s, kind (pulse, front, unended, or None), clear, peak_error,
     first_peak_error, arrival_error_s and first_width_error_s. NaN stands where a contact has no
-    first pulse, no end of it was seen or it is known to no digit, or a peak is too low to be
+    first pulse, where its end did not come or has no right digit, or where a peak is too low to be
     judged. See ``first_pulse``.
     """
     if first is None or errors is None:

@@ -1,8 +1,8 @@
-"""Forces of contacts within intervals between samples: where they are highest, or cross a level.
+"""Forces of contacts between samples: where they are highest, or cross a level.
 
-The overlap is the polynomial that meets all that is known of it at both ends; the force that of the
-law times a ratio: force over law at the end where it is larger. So a wrong stiffness or damping in
-a backend still shows in its peaks.
+The overlap is the polynomial that matches all known derivatives at both ends. The force is that of
+the law times a ratio: the backend's force over that of the law, at the end with the larger force.
+So a wrong stiffness or damping in a backend still shows in its peaks.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _SHORTEST = 1e-9
 """Shortest time of contact in an interval, over the interval (chosen): lengths divide rates."""
 
 _PLACES = np.linspace(0, 1, 9)[:, np.newaxis]
-"""Where in an interval the rate of the force is looked at: maxima lie between two of them."""
+"""Places in an interval at which the rate of the force is computed, to find maxima between."""
 
 _HALVINGS = 60
 """Bisections of a place in an interval, to the last digit of any precision."""
@@ -38,7 +38,7 @@ _NODES, _WEIGHTS = (_GAUSS[0][:, np.newaxis] + 1) / 2, _GAUSS[1][:, np.newaxis] 
 
 @dataclass(frozen=True, eq=False)
 class Curves:
-    """The forces of contacts within n intervals; make them with ``of`` or ``within``."""
+    """The forces of contacts within n intervals; ``of`` and ``within`` construct them."""
 
     begin: Array  # time, shape (n,)
     h: Array
@@ -53,7 +53,7 @@ class Curves:
         ends: tuple[Array, Array], contact: NDArray[np.intp], law: DampedLaw,
         otherwise: Array | float = 1.0,
     ) -> Curves:  # fmt: skip
-        """Return those that meet overlaps and their derivatives, and forces, at both ends.
+        """Return the curves with given overlaps, their derivatives, and forces at both ends.
 
         Of four derivatives the last may be NaN, where it is not known. ``otherwise`` is the scale
         where no end is pressed.
@@ -73,7 +73,7 @@ class Curves:
         cls, samples: Samples, interval: NDArray[np.intp], contact: NDArray[np.intp],
         law: DampedLaw,
     ) -> Curves:  # fmt: skip
-        """Return those of contacts within intervals between samples."""
+        """Return the curves of contacts within intervals between samples."""
         start, end = (
             [values[interval + k, contact] for values in samples.overlap_derivatives]
             for k in range(2)
@@ -152,7 +152,7 @@ class Curves:
     def crossing(
         self, level: Array, since: Array, until: Array, rises: NDArray[np.bool_]
     ) -> FloatArray:
-        """When forces cross a level upwards (``rises``) or downwards, between two times each."""
+        """Times at which forces cross a level upwards (``rises``) or downwards, within brackets."""
         low, high = (np.clip((time - self.begin) / self.h, 0.0, 1.0) for time in (since, until))
         s = low
         sign = np.where(rises, 1.0, -1.0)
@@ -167,7 +167,7 @@ class Curves:
             s = np.where(is_found, s, new)
             found = sign * (self.force(s) - level)
             beyond = found >= 0
-            # Of an end that stays twice in a row the value counts half.
+            # If the same end stays twice in a row, its value is halved.
             stays = np.where(beyond == was_beyond, 0.5, 1.0)
             at_low = np.where(beyond, stays * at_low, found)
             at_high = np.where(beyond, found, stays * at_high)
@@ -199,7 +199,7 @@ def openings(curve: Any, crossing: Any, later: Any) -> Any:
 def first_touch(
     before: Sequence[Array], after: Array, h: Array
 ) -> tuple[Array, Array, Array, Array]:
-    """When and how fast a contact closes that is open before an interval and pressed after it.
+    """Return when and how fast contacts close that are open at the start and pressed at the end.
 
     Parameters
     ----------
@@ -235,8 +235,8 @@ def begin_at_touch(
 
     ``start``, ``begin`` and ``h`` are changed in place, shape (n,) each. ``force`` is that at the
     end, ``inverse_mass`` that of each granule, shape (granules,), ``late`` the delay of velocities.
-    Returns where that is so, also for spheres that touch at the start, and a bound of the error of
-    the closing speed there.
+    Returns which intervals these are (also those of spheres that touch at the start), and a bound
+    of the error of the closing speed there.
     """
     jumps, doubt = (start[0] <= 0) & (end[0] > 0), np.zeros(h.size)
     if law.exponent != 0 or not jumps.any():

@@ -16,7 +16,7 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
 _NOTHING = 1e-60
-"""Overlap in any units below which the force of a damper that begins is not looked at."""
+"""Overlap in any units below which the force of a damper that begins is ignored (chosen)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +91,7 @@ class DampedLaw:
     def growth(
         self, overlap: Array, rate: Array, bend: Array, contacts: Any = slice(None)
     ) -> Array:
-        """How fast forces grow while nothing limits them, from two derivatives of the overlap.
+        """Rate of the forces, where they are not limited to 0, from two derivatives of the overlap.
 
         Where a contact is open it has the sign of the rate.
         """

@@ -23,7 +23,7 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.sections import sections_of
 
 DEFINITIONS = 2
-"""Raised where a number that is right comes to mean another thing; not where digits improve."""
+"""Raised when the definition of a number changes; not when its digits improve."""
 
 
 def provenance(versions: Mapping[str, str]) -> dict[str, str]:
@@ -37,7 +37,7 @@ def provenance(versions: Mapping[str, str]) -> dict[str, str]:
 
 
 def context_of(scene: Scene) -> dict[str, Any]:
-    """Return the scene, contacts and versions that a JSON document has next to its numbers."""
+    """Return the scene, contacts and versions that a JSON document contains besides its numbers."""
     return {
         "scene": sections_of(scene),
         "contacts": list(scene.contacts),

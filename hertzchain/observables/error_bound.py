@@ -64,12 +64,12 @@ class SecondRun:
 
 
 def coarser_run(legs: Sequence[Leg], stable: float, order: int = 2) -> SecondRun:
-    """Return the cheapest second run with another step in every leg: 2/3 as many steps, or thrice.
+    """Return the cheapest second run with other steps in every leg: 2/3 as many, or three times.
 
-    Two thirds, not half: a method that halves steps could end on the same ones. They are thrice as
-    many where a leg has fewer than three steps, and where coarser ones come near ``stable`` [s].
-    The factor takes the leg whose step changes least, for errors that go as the step to the power
-    ``order``.
+    Two thirds, not half: a method that halves steps could end on the same ones. There are three
+    times as many where a leg has fewer than three steps, and where coarser steps come near
+    ``stable`` [s]. The factor takes the leg whose step changes least, for errors that go as the
+    step to the power ``order``.
     """
     longest = max(leg.dt for leg in legs)
     if min(leg.steps for leg in legs) < 3 or 1.5 * longest > _SURELY_STABLE * stable:
@@ -109,7 +109,7 @@ def first_order_safety(scene: Scene, rising: bool) -> float:
 
 
 def fly_at_others(scene: Scene) -> bool:
-    """Return whether granules fly towards others: those of a striker, or with gaps."""
+    """Return whether granules fly towards others: a striker does, and granules before gaps."""
     flies = scene.striker is not None or scene.moves
     return flies or bool(np.any(scene.granules.gap > 0))
 
@@ -155,7 +155,7 @@ def highest_rate(scene: Scene) -> float:
 
 
 _NEXT_TO_NOTHING = 1e-100
-"""Parameter of dampers whose rate is to be left out."""
+"""Parameter of dampers that makes their rate negligible."""
 
 
 def refuse_strong_dampers(scene: Scene) -> None:
@@ -168,7 +168,7 @@ def refuse_strong_dampers(scene: Scene) -> None:
     if contact is None or contact.damping == "restitution":
         return
     key, walls = DAMPING[contact.damping], {"wall": scene.wall, "near_wall": scene.near_wall}
-    # In units of each: rates of impossible dampers are no longer numbers.
+    # In units of the limit: rates of impossible dampers overflow.
     unit, nearly_none = contact.with_parameter(1.0), contact.with_parameter(_NEXT_TO_NOTHING)
     own_law = {name: wall for name, wall in walls.items() if wall and wall.own_damping}
     without: Any = {name: wall.damped(nearly_none) for name, wall in own_law.items()}

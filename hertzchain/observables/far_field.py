@@ -1,4 +1,4 @@
-"""Bound of how much a wave may still change where its chain ends."""
+"""Bound of the change that a wave would still undergo beyond the end of its chain."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def unsettled(
     """Upper bound of the relative change of the peak force beyond a contact, shape (scenes,).
 
     It is the sum of two parts. One is the growth per contact, measured over the last four, times
-    the number of contacts from the shock: a peak that approaches its limit as 1/k has that much
-    left. The other is six times the relative difference between the speed there and that of a
+    the number of contacts from the shock: a peak that approaches its limit as 1/k still changes by
+    that much. The other is six times the relative difference between the speed there and that of a
     settled wave of this height. Each part alone is sometimes too small: under long pulses peaks
     stay near F0 over many contacts, and a wave that still changes may have the speed of a settled
     one.

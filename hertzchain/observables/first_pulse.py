@@ -6,7 +6,7 @@ largest dynamic force of the run. Where the drive still acts at the end of the r
 where f exceeds an M that has stood for ten time units of its contact by more than 1 %: a front.
 
 A run notes those intervals in which a contact is pressed harder than ever before, or falls through
-a level of ``FALLS``: see ``notes``. What the first pulse is follows from them, for every engine.
+a level of ``FALLS``: see ``notes``. The first pulses follow from these notes, for every engine.
 """
 
 from __future__ import annotations
@@ -30,19 +30,19 @@ FALLS = (0.6, 0.5, 0.4)
 others give the same force."""
 
 FLOOR, _FLOORS = 0.01, (0.003, 0.03)
-"""Least force of a first pulse over the largest of the run, and what it is compared with."""
+"""Least force of a first pulse over the largest of the run, and two other choices to compare."""
 
 _SAME = 0.01
 """Difference of forces up to which two choices give the same pulse."""
 
 _STEADY = 2.0
 """How long a steady fall from the first of ``FALLS`` to the last takes at most, over what it would
-take at its steepest slope (exponential: 1.2). Else a force may dip to a half and rise again, and
-the end is known to no digit.
+take at its steepest slope (exponential: 1.2). Otherwise the force may dip to a half and rise again,
+and the end has no right digit.
 """
 
 _STANDS, _EXCEEDS = 10.0, 1.01
-"""A front: how long its force has stood, time units of the contact, and what exceeds it."""
+"""A front: time without a larger force [time units of the contact], and the ratio that ends it."""
 
 LEAST = 1e-9
 """Dynamic forces that are not noted, over the natural unit plus the static force: no pulse that
@@ -55,7 +55,7 @@ derivatives at the start and at the end (the third NaN where it is not known), f
 largest force so far and its time, those within the interval included."""
 
 WANTED = ("first", "all")
-"""Forces whose accuracy is wanted: first pulses, or the largest forces of a run."""
+"""Choices of the forces for which the accuracy holds: first pulses, or the largest of a run."""
 
 _Mask = NDArray[np.bool_]
 _Places = NDArray[np.intp]
@@ -77,7 +77,7 @@ class FirstPulses:
         Force of the contacts before it.
     is_front, is_clear
         Whether the pulse ends as a front does; whether it has ended, and is the same for other
-        choices of the levels at which it ends and from which it counts.
+        levels at which it ends and from which it counts.
     is_steady
         Whether the force falls steadily at the end, so that the width is well defined.
     """
@@ -133,7 +133,7 @@ def is_driven_to_the_end(scene: Scene) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Contacts:
-    """Data of the contacts of a scene that first pulses need, in the units of a run."""
+    """Data of the contacts that are needed to find first pulses, in the units of a run."""
 
     law: DampedLaw
     static: FloatArray  # force at the start, (contacts,)
@@ -141,7 +141,7 @@ class Contacts:
 
     @classmethod
     def of(cls, scene: Scene) -> Contacts:
-        """Return those of a scene in SI units."""
+        """Return the data of a scene's contacts in SI units."""
         granules = scene.granules
         time = hertz.slowness(granules.stiffness, granules.contact_mass)
         acts = is_driven_to_the_end(scene)
@@ -191,7 +191,7 @@ def first_pulses(notes: FloatArray, contacts: Contacts, largest: Array) -> First
     last_of[here[last[:-1]]] = last[:-1]
 
     def force_at(end: _Places) -> Array:
-        """The force of each pulse that ends in these notes, or in the last, or as a front."""
+        """The force of each pulse that ends in these notes, with the last note, or as a front."""
         return np.where(fronts < end, stood[0], top[np.where(end < here.size, end, last_of)])
 
     counts &= last_of >= 0
@@ -251,7 +251,7 @@ def _first(chosen: _Mask, here: _Places, count: int) -> _Places:
 def _fronts(
     notes: FloatArray, here: _Places, contacts: Contacts, of_run: Array
 ) -> tuple[_Places, tuple[Array, Array]]:
-    """The first note of each contact that exceeds what has stood; and that force, and its time."""
+    """Each contact's first note that exceeds a steady front; the front's force and its time."""
     count, static = of_run.size, contacts.static[here]
     if contacts.slowness is None:
         never = np.full(count, np.nan)
@@ -274,7 +274,7 @@ def _fronts(
 
 
 def _first_felt(notes: FloatArray, here: _Places, level: Array, time: Array) -> _Places:
-    """The first note of each contact in which its force reaches a level, or its pulse its height.
+    """The first note of each contact in which the force reaches a level, or the pulse its height.
 
     It is the number of notes where there is no pulse.
     """
@@ -302,8 +302,8 @@ def check_wanted(wanted: str | None) -> None:
 def usually_wanted(scene: Scene) -> str:
     """Return the default of ``wanted`` for a scene.
 
-    First pulses where waves are reflected within the chain, and for gauges; elsewhere the largest
-    forces.
+    It is first pulses where waves are reflected within the chain, and for gauges; elsewhere it is
+    the largest forces.
     """
     return "first" if reflects(scene) or scene.gauges else "all"
 

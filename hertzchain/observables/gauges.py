@@ -1,8 +1,8 @@
 """Gauges: the first pulse of a contact, or of the mean force on the two sides of a granule.
 
 A sensor in the middle of a granule reads the mean of its two contacts, which is a pulse of its own:
-lower than those of the contacts, and longer. A second run records both forces while they last, and
-their splines are looked at as first pulses are.
+lower than those of the contacts, and longer. A second run records both forces during the pulse; the
+gauge's pulse is found from their splines as first pulses are.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from scipy.interpolate import BSpline
 
 _SAMPLES, _LOOKS = 500, 8
-"""Recorded times for each granule, and how many times more often their spline is looked at."""
+"""Recorded times for each granule, and samples of their spline per recorded time."""
 
 _DEGREE = 5
 
@@ -54,7 +54,8 @@ class Reading:
         Bounds: relative, [s] and [s].
     speed, speed_error
         From the gauge before it in the scene [m/s], by their places at rest and arrivals, and its
-        relative bound; NaN for the first, and where the wave does not go from there to here.
+        relative bound; NaN for the first gauge, and where the wave does not go from one to the
+        other.
     """
 
     gauge: Gauge
@@ -158,7 +159,7 @@ def _of_contact(gauge: Gauge, known: dict[str, NDArray[Any]], place: int) -> Rea
 
 
 def _contacts(scene: Scene, gauge: Gauge) -> list[int]:
-    """Place of its contact, or of those on the sides of a granule: one before a free end."""
+    """Place of a gauge's contact, or of both contacts of its granule (one at a free end)."""
     numbers = (gauge.number, *([] if gauge.granule is None else [gauge.number + 1]))
     return [scene.contacts.index(number) for number in numbers if number in scene.contacts]
 
@@ -202,7 +203,7 @@ def _of_granule(
         off += steepest * late_here
         late += late_here
         wide += float(known["first_width_error_s"][place]) + abs(one[3] - width)
-    # The slope of the mean is at its crossings a part of the steepest of the contacts'.
+    # At the crossings the slope of the mean is below the steepest slope of the contacts.
     half = _SAFETY * off / 2
     slope = found[0] / found[3]
     return Reading(

@@ -1,4 +1,4 @@
-"""Two-point Hermite interpolation: the polynomial that meets value and derivatives at both ends."""
+"""Two-point Hermite interpolation: the polynomial with given value and derivatives at both ends."""
 
 from __future__ import annotations
 

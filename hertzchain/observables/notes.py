@@ -1,4 +1,4 @@
-"""Notes that first pulses are made of, from the samples of a run: see ``first_pulse``."""
+"""Notes from which first pulses are computed: see ``first_pulse``."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from hertzchain.observables.first_pulse import (
 from hertzchain.observables.samples import Samples
 
 _NEAR = 0.98
-"""Fraction of the largest force so far: below it no maximum is looked for between samples."""
+"""Fraction of the largest force so far below which no maximum between samples is searched."""
 
 _Places = NDArray[np.intp]
 
@@ -58,7 +58,7 @@ class NoteTaker:
         top = np.maximum(np.maximum.accumulate(force, axis=0), self._largest)
         harder = np.maximum(force[1:], force[:-1])
         static = self._static
-        # Only where something may be noted: most contacts are at rest, or their pulse is over.
+        # Only contacts that may have a note: most are at rest, or their pulse is over.
         near = harder >= _NEAR * top[1:]
         for fall in FALLS:
             level = static + fall * (top[1:] - static)

@@ -1,10 +1,10 @@
 """Peaks: the true maximum of each contact force, between the samples too.
 
 Between two samples the overlap is interpolated, and the force is the backend's own at the end where
-it is larger, times the ratio of forces that the scene's law gives: see ``curves``. A wrong
-stiffness or damping in a backend still shows in its peaks. The energy lost in dampers is computed
-by the scene's law, so that another law in a backend shows in the balance of energy. A contact that
-is open at every sample gets no peak.
+it is larger, scaled between the samples by the scene's law: see ``curves``. A wrong stiffness or
+damping in a backend still shows in its peaks. The energy lost in dampers is computed by the scene's
+law, so that another law in a backend shows in the balance of energy. A contact that is open at
+every sample gets no peak.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ class PeakWatch:
 
     @property
     def reading_error(self) -> float:
-        """Bound of the relative error of the judged peaks by the samples next to first touches."""
+        """Bound of the relative error of judged peaks from the samples next to first touches."""
         judged = judged_contacts(self.force, ESTIMATED)
         force = self.force[judged]
         error = np.maximum(self._at_most[judged] - force, force - self._at_least[judged]) / force
@@ -96,7 +96,7 @@ class PeakWatch:
 
     @property
     def any_rising(self) -> bool:
-        """True if a contact that counts has its largest force at the end."""
+        """True if a judged contact has its largest force at the end."""
         return any_rising(self.force, self.passed)
 
     def update(self, samples: Samples, late: float = 0.0) -> None:
@@ -123,7 +123,7 @@ class PeakWatch:
             self._add(samples, interval, contact, late)
 
     def _keep_samples(self, samples: Samples, overlap: Array, rate: Array) -> None:
-        """Keep the largest samples, and what their forces are over those of the law."""
+        """Keep the largest samples, and the ratio of their forces to those of the law."""
         largest, columns = np.argmax(samples.contact_force, axis=0), np.arange(self.force.size)
         force, time = samples.contact_force[largest, columns], samples.time[largest]
         larger = force > self.force
@@ -196,7 +196,7 @@ class PeakWatch:
         self._keep(contact, force, time)
 
     def _keep(self, contacts: NDArray[np.intp], force: Array, time: Array) -> None:
-        """Replace earlier forces that are not larger by later ones, contact by contact."""
+        """Replace kept forces by later ones that are as large or larger, contact by contact."""
         order = np.argsort(force, kind="stable")  # if a contact has several, the largest is last
         contacts, force, time = contacts[order], force[order], time[order]
         larger = force > self.force[contacts]
@@ -211,12 +211,12 @@ def judged_contacts(peak_force: Array, significant: float = SIGNIFICANT) -> NDAr
 
 
 def any_rising(force: Array, passed: NDArray[np.bool_]) -> bool:
-    """Return whether a contact that counts was pressed hardest at the end; both (contacts,)."""
+    """Return whether a judged contact was pressed hardest at the end; arguments (contacts,)."""
     return not passed.all() and bool(np.any(judged_contacts(force, ESTIMATED) & ~passed))
 
 
 def times_of_peaks(peak_force: FloatArray, peak_time: FloatArray) -> FloatArray:
-    """Times of peaks, NaN where the force of a front far ahead of the wave is 0 in its unit."""
+    """Times of peaks; NaN where a force far ahead of the wave underflows to 0."""
     time = peak_time.copy()
     time[peak_force <= 0] = np.nan
     return time

@@ -49,7 +49,7 @@ class Result(ShownRun):
     scene
         The scene.
     backend, method
-        Who computed it and how.
+        Names of the backend and of its method.
     dt
         The largest step [s].
     steps, force_evaluations
@@ -80,12 +80,12 @@ class Result(ShownRun):
     compile_time
         Time spent compiling kernels [s]; 0 where an earlier run has kept them.
     first_pulses
-        First pulse of each contact [N, s]; None where they were not asked for.
+        First pulse of each contact [N, s]; None where first pulses were not wanted.
     errors
         Bounds of the errors of each contact, those of arrivals [s]; None if there is only
         ``error_estimate``.
     gauges
-        What the gauges of the scene read.
+        Readings of the scene's gauges.
     """
 
     scene: Scene
@@ -209,7 +209,7 @@ class Result(ShownRun):
 
     @property
     def is_reached(self) -> NDArray[np.bool_]:
-        """Whether no fixed granule keeps all motion from each contact, shape (contacts,)."""
+        """False for contacts that fixed granules keep from any motion, shape (contacts,)."""
         if not self.scene.holds:  # without a list of all granules, which may be many
             return np.ones(self.peak_force.size, bool)
         each, shock = self.scene.granules, self.scene.shock
@@ -235,9 +235,9 @@ class Result(ShownRun):
     def force_at(self, contact: int) -> FloatArray:
         """Force over time in one contact [N], shape (times,), at the times ``history.time``.
 
-        That is F(t), as it was recorded, without an error bound. Its maximum is below
-        ``peak_force``, the largest force over the whole run, where the peak lies between two
-        recorded times: often by some per cent with ``record`` = 500, and less with more.
+        This is F(t) as recorded, without an error bound. Where the peak lies between two recorded
+        times, the maximum of F(t) is below ``peak_force``, the largest force of the whole run:
+        often by some per cent with ``record`` = 500, and less with more.
 
         Parameters
         ----------
@@ -260,7 +260,7 @@ class Result(ShownRun):
         return self.history
 
     def to_traces(self) -> pandas.DataFrame:
-        """Return what the gauges of the scene read over time, without static forces.
+        """Return the readings of the scene's gauges over time, without static forces.
 
         Its columns are time_s and one for each gauge, as gauge_16_N of granule 16, contact_10_N, or
         wall_N or near_wall_N for contacts with walls. SceneError without gauges, or without
@@ -309,14 +309,14 @@ class Result(ShownRun):
     def peak_errors(self) -> FloatArray:
         """Bounds of the relative errors of peaks, shape (contacts,).
 
-        ``error_estimate`` stands where nothing is known of the contact itself.
+        Contacts without an error of their own have ``error_estimate``.
         """
         known = self.first_columns.get("peak_error", np.full(self.peak_force.size, np.nan))
         return np.where(np.isnan(known), self.error_estimate, known)
 
     @property
     def wanted_error(self) -> float:
-        """The largest error of that which accuracy was asked of, first pulses or all peaks."""
+        """The largest error of the forces for which the wanted accuracy holds: see ``wanted``."""
         known = self.first_pulses is not None and self.errors is not None
         return self.errors.wanted if known else self.error_estimate  # type: ignore[union-attr]
 
@@ -324,8 +324,8 @@ class Result(ShownRun):
     def first_columns(self) -> dict[str, NDArray[Any]]:
         """Columns of first pulses and errors, as ``contact_errors.columns`` has them, and near_end.
 
-        That is true of the last contacts, where incident and reflected wave are one hump: two, or
-        seven if contacts are damped or loaded.
+        ``near_end`` is true for the last contacts, where incident and reflected wave are one hump:
+        two, or seven if contacts are damped or loaded.
         """
         known = columns(self.first_pulses, self.errors)
         return {**known, "near_end": is_near_end(self.scene)} if known else {}
@@ -344,7 +344,7 @@ class Result(ShownRun):
         return {**self.numbers(), **context_of(self.scene)}
 
     def numbers(self) -> dict[str, Any]:
-        """Return what ``to_dict`` has, without the scene, its contacts and the versions."""
+        """Return the object of ``to_dict`` without the scene, its contacts and the versions."""
         wave, static = self.solitary_wave, self.static_force
         scene, history, gauges = self.scene, self.history, self.gauges
         return {

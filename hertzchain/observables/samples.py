@@ -41,8 +41,8 @@ class Samples:
 def closing(values: Array, contacts: int) -> Array:
     """Return the changes of overlaps from the motions of granules, shape (samples, contacts).
 
-    The motions have the shape (samples, granules). With as many contacts as granules the last
-    contact is that with a wall, which does not move.
+    The motions have the shape (samples, granules). If there are as many contacts as granules, the
+    last contact is that with a wall, which does not move.
     """
     between = values[:, :-1] - values[:, 1:]
     if contacts == between.shape[1]:

@@ -65,7 +65,7 @@ class SolitaryWave:
 
     @property
     def reason(self) -> str | None:
-        """Reason why there is no far-field force, or no error of it; None where there are both."""
+        """Reason why the far-field force or its error is missing; None where both are known."""
         if self.far_field_force is not None:
             return None if self.far_field_error is not None else _OF_TABLES
         if self.far_field_error is None:
@@ -83,8 +83,8 @@ def transition_granules(
 
     The smallest i >= 5 from which every change abs(F_{k+1} - F_k) / F_{k+1}, k = i ... N - 2, is
     below 1 %, or below another threshold, one for all or shape (N - 3,). Contact N at the free end
-    never counts. The paper leaves its criterion open; this one gives all its numerical p (Tables 2
-    to 4). F_2 ... F_N [N] have the shape (N - 1,), as has whether each peak was passed before the
+    never counts. The paper does not state its criterion; this one gives all its numerical p (Tables
+    2 to 4). F_2 ... F_N [N] have the shape (N - 1,), as has whether each peak was passed before the
     run ended.
     """
     return int(transitions(peak_force[None], has_peaked[None], threshold)[0]) or None

@@ -1,4 +1,4 @@
-"""All that is seen of a run by its samples: peaks, first pulses, a history, and work."""
+"""All that is measured in a run, from its samples: peaks, first pulses, a history, and work."""
 
 from __future__ import annotations
 

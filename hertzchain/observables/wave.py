@@ -33,7 +33,7 @@ class Wave:
     width, width_error
         How long that force is above its half [s]; NaN where that is not known.
     width_granules
-        How many granules of the last contact that is: width times speed over their mean diameter.
+        The width in granules: width times speed over the mean diameter at the last contact.
     """
 
     first: int
@@ -83,7 +83,7 @@ def places(scene: Scene) -> FloatArray:
 def is_near_end(scene: Scene) -> NDArray[np.bool_]:
     """Whether contacts are so near the last that two waves are one hump there, (contacts,).
 
-    The last is that of a fixed granule, if one stands ahead of the shock: no wave passes it.
+    If a fixed granule stands ahead of the shock, its contact counts as the last: no wave passes it.
     """
     is_slow = scene.contact is not None or scene.precompression is not None
     count = len(scene.contacts)
@@ -108,7 +108,7 @@ def wave_between(scene: Scene, known: Mapping[str, NDArray[Any]], first: int, la
         allowed = "must have clear first pulses that have ended, the later contact a later one"
         raise SceneError("contacts", (first, last), allowed)
     speed, off = apart / time, (error[i] + error[j]) / time
-    # A front lasts until something else comes: that is no width.
+    # A front lasts until another wave comes, so it has no width.
     width = np.nan if known["kind"][j] == "front" else known["first_width_s"][j]
     radius = scene.granules.radius
     diameter = radius[j] + radius[min(j + 1, radius.size - 1)]

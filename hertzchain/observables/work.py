@@ -1,4 +1,4 @@
-"""Work done on the chain by the applied force, from samples, and contacts of what is held."""
+"""Work of the applied force, from samples; contacts of walls and fixed granules."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ def work_done(samples: Samples, ramp: Ramp, pushed: int = 0) -> Any:
 
 
 def times_on_held(contacts: int, has_wall: bool, fixed: Any) -> FloatArray:
-    """Return how often the force of each contact counts in that on all that is held, (contacts,).
+    """Return how often each contact force counts in the force on all held bodies, (contacts,).
 
-    Held are a wall, and ``fixed`` granules, counted from 0.
+    Held bodies are a wall, and the ``fixed`` granules, counted from 0.
     """
     times = np.zeros(contacts)
     times[-1] += has_wall

@@ -65,8 +65,8 @@ class Chain:
     yield_strength
         Yield strength Y in tension [Pa], for a warning; None where it is unknown.
     velocity
-        Velocity at the start [m/s], negative towards granule 1; not of a striker or piston, which
-        has its own.
+        Velocity at the start [m/s], negative towards granule 1; a striker or piston has its own
+        velocity instead.
     fixed
         Whether a granule never moves; its contacts are pressed all the same.
 
@@ -137,7 +137,7 @@ class Chain:
 
 
 def _for_each(name: str, values: Any, granules: int, key: Key) -> Any:
-    """Return one checked number for each granule, or the number itself where all are the same."""
+    """Return checked numbers, one for each granule, or a single number where all are the same."""
     values = list(values)
     allowed = f"must be a number, or {granules} numbers, one for each granule"
     require(len(values) == granules, f"number of values of {name}", len(values), allowed)
@@ -157,6 +157,6 @@ def granule_mass(radius: Any, density: Any) -> Any:
 
 
 def short_repr(part: Any) -> str:
-    """The repr of a frozen object, in which of long tuples only the first six values stand."""
+    """The repr of a frozen object, with only the first six values of long tuples."""
     values = (f"{one.name}={reprlib.repr(getattr(part, one.name))}" for one in fields(part))
     return f"{type(part).__name__}({', '.join(values)})"

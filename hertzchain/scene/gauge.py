@@ -19,13 +19,13 @@ class Gauge:
     granule
         A sensor in the middle of this granule reads the mean of the forces on its two sides.
     contact
-        Number of a contact, between granules ``contact - 1`` and ``contact``; one more than the
-        granules is the wall's, 1 a near wall's.
+        Number of a contact, between granules ``contact - 1`` and ``contact``; N + 1 is the contact
+        of the wall, 1 that of a near wall.
 
     Raises
     ------
     SceneError
-        If none or both are given, or what is given is no whole number.
+        If none or both are given, or if the given number is not whole.
     """
 
     granule: int | None = field(default=None, metadata=key(kind="int"))
@@ -42,11 +42,11 @@ class Gauge:
 
     @property
     def place(self) -> str:
-        """Where it is, such as ``granule 16``."""
+        """The place of the gauge, such as ``granule 16``."""
         return f"{self.key} {self.number}"
 
     def name(self, wall: int | None) -> str:
-        """Name of a column of its forces [N]; ``wall`` is the number of the wall's contact."""
+        """Name of the column of its forces [N]; ``wall`` is the number of the wall's contact."""
         if self.contact is not None and self.contact == wall:
             return "wall_N"
         if self.contact == 1:

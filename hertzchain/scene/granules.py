@@ -90,7 +90,7 @@ class Granules:
 
     @property
     def as_if_free(self) -> Granules:
-        """The same with fixed granules that have the mass of their radius."""
+        """Return the same granules with finite masses of fixed ones, as if these were free."""
         mass = granule_mass(self.radius, self.density)
         return replace(self, mass=np.where(self.is_fixed, mass, self.mass))
 
@@ -109,7 +109,7 @@ class Granules:
         return _contact_mass(self.mass, self.stiffness.size)
 
     def reached_from(self, sources: Any) -> NDArray[np.bool_]:
-        """Contacts without a fixed granule between them and one of some granules, (contacts,).
+        """Tell which contacts no fixed granule separates from all of some granules, (contacts,).
 
         ``sources`` tells which granules these are, shape (granules,).
         """
@@ -125,13 +125,13 @@ class Granules:
         return radius
 
     def ahead_of(self, place: int) -> tuple[float, float]:
-        """A [N m^(-3/2)] and 2 m* [kg] of the contact ahead of a granule; behind the last one."""
+        """A [N m^(-3/2)] and 2 m* [kg] of the contact ahead of a granule; the last: behind it."""
         k = min(place, self.stiffness.size - 1)
         return float(self.stiffness[k]), 2 * float(self.contact_mass[k])
 
 
 def like_granules(chain: Chain) -> Granules:
-    """Return the granules of a uniform free chain, to the last digit those of its properties."""
+    """Return the granules of a uniform free chain, whose numbers are exactly the chain's own."""
     count = chain.granules
     values: Any = {key: np.full(count, getattr(chain, key)) for key in MATERIAL}
     stiffness, none = np.full(count - 1, chain.contact_stiffness), np.zeros(count)
@@ -219,7 +219,7 @@ def _static_forces(
     static = np.zeros(weight.size)
     for begin, end in zip([loaded, *(stops + 1)], [*stops, weight.size], strict=True):
         static[begin:end] += load + np.cumsum(weight[begin:end])
-        load = 0.0  # what holds a granule takes all that presses it
+        load = 0.0  # a fixed granule takes the whole load
     return static
 
 

@@ -63,7 +63,7 @@ class Key:
 
     @property
     def allowed(self) -> str:
-        """What is allowed, as the end of a sentence."""
+        """The allowed values, as the end of a sentence."""
         if self.choices:
             return self.is_one_of
         if self.kind == "bool":

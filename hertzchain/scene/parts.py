@@ -1,4 +1,4 @@
-"""All parts of a scene, by the sections of its file, and all keys: read by whatever lists them."""
+"""All parts of a scene, by the sections of its file, and all keys: the only lists of them."""
 
 from __future__ import annotations
 
@@ -58,9 +58,9 @@ SEGMENT = re.compile(r"(?:chain\.)?segments\.(\d+)\.(?:cell\.(\d+)\.)?(\w+)")
 
 
 def full_names(name: object, known: Iterable[str], preferred: Collection[str] = ()) -> list[str]:
-    """Return the full name that is meant by one with or without its section; none if unknown.
+    """Return the full name of a key that is given with or without its section; none if unknown.
 
-    Of several sections that have it, a preferred one is meant, else a SceneError lists them.
+    If several sections have the key, a preferred one is taken, else a SceneError lists them.
     """
     found = [one for one in known if name in (one, one.partition(".")[2] or one)]
     if len(found) > 1:

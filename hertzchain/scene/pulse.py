@@ -113,8 +113,8 @@ class PulseTable(Shock):
     force
         As many forces [N], finite, none negative, at least one positive.
     file
-        The name of the CSV file it came from, relative to the scene file, if any; two tables are
-        equal without regard to it.
+        The name of the CSV file it came from, relative to the scene file, if any; ignored when two
+        tables are compared.
     granule
         Number of the granule on which it acts, from 1.
 
@@ -175,5 +175,5 @@ class PulseTable(Shock):
 
 
 def of_force(peak_force: float, granules: int, momentum_ratio: float) -> str:
-    """Words for what every pulse has."""
+    """Return words for LM_ratio, largest force and number of granules."""
     return f"LM_ratio = {momentum_ratio:.6g}, {peak_force:.6g} N on {granules} granules"

@@ -31,7 +31,7 @@ class Shape:
     code
         Number of the formula in compiled loops, 1 linear and 2 cosine; None where they have none.
     part
-        Start and end of the part of that formula's ramp that this shape is.
+        Where this shape starts and ends on the ramp of that formula.
     """
 
     growth: Callable[[Any], Any]

@@ -89,7 +89,7 @@ def _load(path: Path) -> dict[str, Any]:
 
 
 _GIVEN_TWICE = ("overwrite a value", "Duplicate", "twice")
-"""In what tomllib says of a key or a section that is given twice; its errors have no code."""
+"""Part of tomllib's message on a key or a section that is given twice; its errors have no code."""
 
 
 def _parts(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:

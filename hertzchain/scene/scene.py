@@ -64,7 +64,7 @@ class Scene(Numbered, Shown):
     contact, gauges
         Damping in the contacts, None for elastic ones; sensors, which change nothing.
     uncertain
-        Values that are not known exactly, and scatter; they change no single run.
+        Values that are not known exactly, and scatter; they change nothing in a single run.
 
     Raises
     ------
@@ -166,7 +166,7 @@ class Scene(Numbered, Shown):
 
     @property
     def pulse(self) -> Pulse | None:
-        """The pulse, or None for a shock that is none of the paper's three."""
+        """The pulse; None for a shock other than the paper's three pulses."""
         return self.shock if isinstance(self.shock, Pulse) else None
 
     @property
@@ -209,7 +209,7 @@ class Scene(Numbered, Shown):
 
     @functools.cached_property
     def _shock_units(self) -> NaturalUnits:
-        """The natural units of the contact ahead of the pushed granule under the shock alone."""
+        """Natural units of the contact ahead of the pushed granule, by the shock alone."""
         pushed = self.pushed
         stiffness, mass = self.granules.ahead_of(pushed) if pushed else self.first_contact
         return NaturalUnits(self.peak_force, *length_and_time(stiffness, mass, self.peak_force))
@@ -226,7 +226,7 @@ class Scene(Numbered, Shown):
         """Largest applied force [N]; for a striker or piston the peak of its first contact alone.
 
         For a piston this is the peak if it hits granule 2 with its largest speed; where only
-        granules of the chain move, it is that of the hardest of their collisions.
+        granules of the chain move, it is the largest peak force of their collisions.
         """
         shock: Any = self.shock
         if isinstance(shock, Moving):
@@ -283,8 +283,9 @@ class Scene(Numbered, Shown):
 
         In a scene with terms L_SW is computed for a uniform chain of the contact ahead of the
         pushed granule, and F0 is the ``peak_force``. The impulse of a sine is that of half a cycle;
-        the impulse of a piston is what granule 2 takes from its fastest stroke in a collision;
-        where only granules of the chain move, it is the sum of their momenta, all as positive.
+        the impulse of a piston is the momentum that a collision at its largest velocity gives
+        granule 2; where only granules of the chain move, it is the sum of their momenta, all as
+        positive.
         """
         if (pulse := self.pulse) is None:
             return self._shock_momentum / self._unit_momentum
@@ -340,7 +341,7 @@ class Scene(Numbered, Shown):
 
     @functools.cached_property
     def applied_impulse(self) -> float:
-        """Integral of the applied force up to the end of the run [N s]."""
+        """Integral of the applied force over time, up to the end of the run [N s]."""
         return impulse_until(self.ramps, self.end_time)
 
     @property
@@ -362,14 +363,14 @@ class Scene(Numbered, Shown):
 
     @property
     def given_impulse(self) -> float:
-        """Momentum at the start and all impulses but those of wall and piston [N s]."""
+        """Momentum at the start and all impulses except those of wall and piston [N s]."""
         moved = 0.0 if self.is_plain else float(np.sum(self.granules.moved))
         constant = float(np.sum(self._constant_force))
         return self.applied_impulse + moved + constant * self.end_time
 
     @functools.cached_property
     def end_time(self) -> float:
-        """End of the run [s], as given, or the latest by default, when the wave has passed all."""
+        """End of the run [s]: as given, or else the latest end that a run has by default."""
         if self.run.end_time is not None:
             return self.run.end_time
         if self.is_plain:

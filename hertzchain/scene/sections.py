@@ -14,10 +14,10 @@ from hertzchain.scene.uncertain import sections_of_uncertain
 def sections_of(scene: Any, defaults: bool = True) -> dict[str, Any]:
     """A scene as its file has it, in SI: a JSON object for each section, each a key for a value.
 
-    What is not given is left out. Tables stand in it by their columns: those of a pulse or a piston
-    as ``time_s`` and ``force_N`` or ``displacement_m``, those of unlike granules as lists with one
-    number for each, or as the segments of the scene file. Without ``defaults`` these are left out,
-    and segments, too.
+    Values that are not given are left out. Tables stand in the sections by their columns: those of
+    a pulse or a piston as ``time_s`` and ``force_N`` or ``displacement_m``, those of unlike
+    granules as lists with one number for each, or as the segments of the scene file. Without
+    ``defaults`` these are left out, and segments, too.
     """
     chain, shock = scene.chain, scene.shock
     sections: dict[str, Any] = {
@@ -53,7 +53,7 @@ def _of_shock(shock: Shock, defaults: bool) -> dict[str, Any]:
 
 
 def _given(part: Any, defaults: bool) -> dict[str, Any]:
-    """The fields of a frozen object that are given; none of None, or that is a default."""
+    """The fields of a frozen object that are given, without None and perhaps without defaults."""
     known = () if part is None else fields(part)
     values = {one.name: (getattr(part, one.name), one.default) for one in known}
     return {

@@ -40,7 +40,7 @@ Quantities = Callable[..., dict[str, Any]]
 
 
 def expand(defaults: Chain, segments: Any, quantities: Quantities) -> Chain:
-    """Return a chain whose segments state what differs from its defaults, granule by granule."""
+    """Return a chain, granule by granule, from its defaults and what each segment changes."""
     allowed = "must be one or more tables, [[chain.segments]]"
     is_list = isinstance(segments, list) and segments
     require(bool(is_list), "chain.segments", segments, allowed)

@@ -1,7 +1,7 @@
 """What all shocks have in common: a force on a granule, or granule 1 as striker or piston.
 
-A shock is a frozen dataclass, derived from ``Shock``, and an entry in ``parts.SHOCKS``. Nothing
-else asks which one it is, except for what holds for one alone (see ``Scene.pulse``).
+A shock is a frozen dataclass, derived from ``Shock``, and an entry in ``parts.SHOCKS``. No other
+code depends on the kind of shock, except for what holds for one kind alone (see ``Scene.pulse``).
 """
 
 from __future__ import annotations
@@ -48,14 +48,14 @@ class Stroke:
 class Shock(ABC):
     """A shock: an applied force, or a motion of granule 1.
 
-    A force has its largest value as ``peak_force`` [N]. What is stated here is a force without a
-    table that leaves granule 1 at rest at the start; a shock overrides what differs.
+    A force has its largest value as ``peak_force`` [N]. The defaults here are those of a force
+    without a table, with granule 1 at rest at the start; a shock overrides what differs.
     """
 
     profiles: ClassVar[tuple[str, ...]]
     """Names in ``profile`` of a scene file; the first is the class's own."""
     noun: ClassVar[str]
-    """Words for it in a sentence."""
+    """Words for the shock in a sentence."""
     section: ClassVar[str] = "shock"
     """Section in a scene file."""
     column: ClassVar[tuple[str, str] | None] = None
@@ -121,12 +121,12 @@ class Shock(ABC):
         return force
 
     def by_formula(self, time: FloatArray) -> FloatArray:
-        """The force at any times from 0 on [N], by a formula that shares nothing with the ramps."""
+        """The force at any times from 0 on [N], by a formula that is independent of the ramps."""
         return np.zeros_like(time, np.float64)
 
     @property
     def compared_impulse(self) -> float | None:
-        """The impulse in its LM_ratio [N s]; None for all that it gives."""
+        """The impulse in its LM_ratio [N s]; None for the whole impulse."""
         return None
 
     def check_load(self, load: float) -> None:  # noqa: B027 - for most shocks any load will do
@@ -140,7 +140,7 @@ class Shock(ABC):
         """
 
     def stronger(self, factor: float) -> Self:
-        """The shock with another force; asked in scenes without loads alone."""
+        """The shock with another force; called only in scenes without loads."""
         own: Any = self
         stronger: Self = replace(own, peak_force=factor * own.peak_force)
         return stronger

@@ -51,7 +51,7 @@ class Sine(Shock):
 
     profiles = ("sine",)
     noun = "sine"
-    # The load is at least the amplitude: whatever the cycles, waves have its speed.
+    # The load is at least the amplitude, so for any number of cycles it sets the speed of waves.
     least_ratio = 1.0
 
     amplitude: float = field(

@@ -28,7 +28,7 @@ momentum_ratio = 1.0         # LM_ratio: 1 gives the momentum of one solitary wa
                              # or rise_time = "30 us" instead
 """
 
-_SOFT = _COSINE.replace("100 N", "20 N")  # 100 N press PTFE farther than Hertz's law goes
+_SOFT = _COSINE.replace("100 N", "20 N")  # 100 N: too deep for Hertz's law
 
 _STRIKER = """
 [striker]                    # instead of [shock]: granule 1 flies into the others
@@ -83,7 +83,7 @@ class Starter:
     Parameters
     ----------
     title
-        What it describes, as its first line.
+        What the file describes, its first line.
     text
         The other lines.
     granules
@@ -91,7 +91,7 @@ class Starter:
     more
         The end of the section chain.
     table
-        The pulse table that it needs, if any.
+        The pulse table that the file needs, if any.
     """
 
     title: str

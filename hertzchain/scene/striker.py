@@ -24,8 +24,8 @@ class Striker(Shock):
     radius, young_modulus, poisson_ratio, density
         Properties of granule 1 that differ from the chain's, as in ``Chain``; None for equal ones.
     loaded
-        True for a striker that the load pushes and presses as any first granule: contact 1 then
-        has the static force, and the velocity comes on top.
+        True for a striker that the load pushes like any first granule: its contact then has the
+        static force from the start, and the striker also has its velocity.
 
     Raises
     ------

@@ -55,7 +55,7 @@ def columns_of(shock: Shock) -> dict[str, Sequence[float]]:
 
 
 def text_of(columns: Mapping[str, Sequence[float]]) -> str:
-    """Return the text of a CSV file with these columns; truth stands in it as 0 or 1."""
+    """Return the text of a CSV file with these columns; truth values are written as 0 or 1."""
     rows = (",".join(repr(+value) for value in row) for row in zip(*columns.values(), strict=True))
     return "\n".join([",".join(columns), *rows]) + "\n"
 

@@ -114,7 +114,7 @@ class Wall:
         return {"young_modulus": young_modulus, "poisson_ratio": poisson_ratio}
 
     def damped(self, own: Contact | None) -> Wall:
-        """Return the wall with the parameter of a law as its own, or with none."""
+        """Return the wall with its own parameter of a law, or without one."""
         names: Any = dict.fromkeys(DAMPING.values())
         if own is not None:
             names[DAMPING[own.damping]] = own.parameter
@@ -122,7 +122,7 @@ class Wall:
 
     @property
     def own_damping(self) -> dict[str, float]:
-        """Its parameters of damping, by name; none where it has that of all contacts."""
+        """The wall's own damping parameters, by name; none where all contacts have the same."""
         values = {name: getattr(self, name) for name in DAMPING.values()}
         return {name: value for name, value in values.items() if value is not None}
 
@@ -138,7 +138,8 @@ class Precompression:
         far end [N]; a near wall presses granule 1 with it. Without a wall an equal force holds the
         last granule.
     gravity
-        Acceleration along the chain, towards the far end [m/s^2]; needs a wall.
+        Acceleration along the chain, towards the far end [m/s^2]; needs a wall or a fixed last
+        granule.
 
     Raises
     ------
@@ -207,7 +208,7 @@ class Contact:
 
     @property
     def parameter(self) -> float:
-        """What the law takes as its parameter, e, a time [s] or a coefficient [kg/s]."""
+        """The parameter of the law: e, a time [s] or a coefficient [kg/s]."""
         return float(getattr(self, DAMPING[self.damping]))
 
     def at(self, wall: Wall | None) -> Contact:

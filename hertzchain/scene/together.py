@@ -26,8 +26,9 @@ from hertzchain.scene.uncertain import Uncertain
 def refuse_impossible(scene: Any) -> None:
     """Raise a SceneError for parts of a wrong type, or parts that exclude one another.
 
-    Gravity needs a wall at the far end, a static load needs closed contacts, a sine needs a static
-    load of at least its amplitude, and a near wall leaves no room for a striker or piston.
+    Gravity needs a wall or a fixed granule at the far end, a static load needs closed contacts, a
+    sine needs a static load of at least its amplitude, and a near wall leaves no room for a striker
+    or piston.
     """
     *others, last = (f"a {kind.__name__}" for kind in SHOCKS)
     parts: tuple[tuple[str, Any, str], ...] = (
@@ -116,7 +117,7 @@ def _refuse_fixed(
 def _refuse_no_meeting(
     chain: Chain, shock: Moving | Striker, walls: dict[str, Wall | None]
 ) -> None:
-    """Raise a SceneError for granules that meet nothing by their velocities at the start.
+    """Raise a SceneError if no granules collide because of their velocities at the start.
 
     A load that would make them meet later is not enough: the first collision is the unit of force.
     """

@@ -32,7 +32,7 @@ class Uncertain:
     size
         Standard deviation of a normal distribution, or half the width of a uniform one; SI units.
     relative
-        Whether ``size`` is over the value of the scene.
+        Whether ``size`` is a fraction of the value of the scene.
     uniform
         Whether the distribution is uniform.
     each
@@ -41,7 +41,7 @@ class Uncertain:
     Raises
     ------
     SceneError
-        If ``size`` is no finite number above 0.
+        If ``size`` is not a finite number above 0.
     """
 
     key: str
@@ -58,12 +58,12 @@ class Uncertain:
 
     @property
     def name(self) -> str:
-        """Its key, with a word for scatter."""
+        """The key, with a word for scatter."""
         return f"scatter of {self.key}" if self.each else self.key
 
     @property
     def written(self) -> Any:
-        """What stands for it in a scene file."""
+        """The text of it in a scene file."""
         size = f"{100 * self.size:.15g} %" if self.relative else self.size
         return {"half_width": size} if self.uniform else size
 

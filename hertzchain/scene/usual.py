@@ -1,4 +1,4 @@
-"""Values of a scene a thousand times off the usual ones, perhaps from a wrong unit."""
+"""Values of a scene that are a thousand times off the usual ones, perhaps by a wrong unit."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hertzchain.scene.scene import Scene
 def unusual_values(scene: Scene) -> list[str]:
     """Return values that may have a wrong unit, each with its key and the usual range.
 
-    Zero is never one of them.
+    Zero is never returned.
     """
     parts: dict[str, Any] = {"chain": scene.chain, scene.shock.section: scene.shock}
     parts |= {name: getattr(scene, name) for name in OTHERS}
@@ -40,7 +40,7 @@ def unusual(name: str, values: Any) -> str | None:
         return None
     low, high = key.usual
     given = np.atleast_1d(np.asarray(values, np.float64))
-    size = np.abs(given[given != 0])  # NaN, for None, is outside of no range
+    size = np.abs(given[given != 0])  # None becomes NaN, which no range excludes
     outside = size[(size < low) | (size > high)]
     if not outside.size:
         return None

@@ -20,7 +20,7 @@ below R (Johnson, Contact Mechanics, 1985, section 4.2). With a^2 = R overlap / 
 and corrections to the law are of the order of the overlap over the radius."""
 
 IMPOSSIBLE_OVERLAP = 1.0
-"""Overlap over radius above which results mean nothing."""
+"""Overlap over radius above which results are meaningless."""
 
 _SURE_FORCE = 0.43
 """Fraction of the force scale that every largest peak exceeds. The smallest one measured is 0.454,

@@ -48,8 +48,8 @@ def watched_with_terms(
     """Return the default time between the ends of shock and run, for scenes with terms [s].
 
     The wave crosses each contact in its own time, and each gap with the velocity that collisions
-    pass on. A wall has to stop a mass, that of granule 1 or of all that move, through
-    all contacts in series; a piston's is infinite.
+    pass on. A wall has to stop a mass through all contacts in series: that of granule 1, or of all
+    granules that move. A piston's mass is infinite.
     """
     weak = min(1.0, momentum_ratio)
     slowness = hertz.slowness(granules.stiffness, granules.contact_mass)
@@ -77,7 +77,7 @@ def watched_with_terms(
 def weakest_start(
     granules: Granules, stiffness: float, mass: float, force: float
 ) -> tuple[NaturalUnits, float, float, float]:
-    """Return units, LM_ratio, momentum and mass of the start, as if the weakest granule hit alone.
+    """Return units, LM_ratio, momentum and mass of the start, as if only the weakest granule hit.
 
     ``stiffness``, ``mass`` and ``force`` make the units. The mass returned is that of all granules
     that move.

@@ -14,11 +14,11 @@ Eqs. 7a, 7b, 8, 9       normalized_contact, normalized_peak_force, peak_force_fi
 section 5.1             granule_velocity
 ======================= ==========================================================================
 
-outside_range tells where the paper's own formulas do not hold. Beyond the paper:
+outside_range says why the paper's own formulas do not hold for a scene. Beyond the paper:
 hertzchain.theory.solitary_wave has the exact solitary wave, hertzchain.theory.peak_map peaks
 without a simulation, hertzchain.theory.restitution coefficients of restitution of damped contacts,
 hertzchain.theory.two_spheres that of a scene;
-predict returns all that theory says of a scene.
+predict returns all of these results for a scene.
 """
 
 from hertzchain.theory import peak_map, restitution, solitary_wave, two_spheres

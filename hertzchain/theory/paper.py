@@ -164,7 +164,7 @@ def wave_profile(x: ArrayLike) -> FloatArray:
 
 
 def contact_force(time: ArrayLike, peak_force: float, shift: float) -> FloatArray:
-    """Eq. 4a: force in a contact over time, F_max S(t / T)^(3/2).
+    """Eq. 4a: force in a contact as a function of time, F_max S(t / T)^(3/2).
 
     Parameters
     ----------
@@ -286,7 +286,7 @@ def peak_force_cubic(
 
 
 def granule_velocity(x: ArrayLike, wave_force: float = 1.0) -> FloatArray:
-    """Velocity of the granules over space once the wave has formed (section 5.1).
+    """Velocity of the granules as a function of position, once the wave has formed (section 5.1).
 
     The integral of F_SW (S(x)^(3/2) - S(x - 1)^(3/2)) from far behind the wave, as printed. The
     factor T = 1.077 F_SW^(-1/6), the time that the wave takes for one granule, is missing there;

@@ -144,9 +144,9 @@ def _stencil(position: float, nodes: int) -> tuple[int, FloatArray]:
 
 @functools.cache
 def table(profile: str) -> NDArray[np.float32]:
-    """ln(F / F0) on the whole grid, shape (385, 97, 80): contacts 2 to 80, then the far field.
+    """ln(F / F0) on the whole grid, shape (385, 97, 80): contacts 2 to 80, last the far field.
 
-    Read when it is first used, in about 0.2 s for a profile.
+    The file is read when a profile is first used, in about 0.2 s.
     """
     with np.load(FILE) as file:
         values = decode(file[profile])

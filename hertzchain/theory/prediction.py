@@ -89,8 +89,8 @@ class Estimate:
 class Prediction:
     """Prediction for a scene without a simulation; None and NaN stand for unknown values.
 
-    It holds for a chain that is watched until every contact has peaked: ``run.end_time`` of a scene
-    has no effect.
+    It holds for a run that lasts until every contact has peaked: ``run.end_time`` of a scene has no
+    effect.
 
     Parameters
     ----------
@@ -195,7 +195,7 @@ class Prediction:
 
     @property
     def constants(self) -> tuple[Constant, ...]:
-        """The paper's constants next to the exact ones, if they are about this scene's chain."""
+        """The paper's constants with the exact ones, if they apply to this scene's chain."""
         return constants() if self.scene.is_plain else ()
 
     def to_dict(self) -> dict[str, Any]:
@@ -228,7 +228,7 @@ class Prediction:
 
 
 def not_about(scene: Scene, what: str) -> str | None:
-    """Return why formulas are not about a scene, a sentence; None for the paper's own scenes."""
+    """Return why formulas do not apply to a scene, a sentence; None for the paper's own scenes."""
     if not scene.is_plain:
         return f"{what} are about uniform free chains, this one has {', '.join(scene.terms)}"
     if scene.pulse is None:
@@ -245,13 +245,13 @@ def predict(scene: SceneLike) -> Prediction:
     Parameters
     ----------
     scene
-        Any scene, or the path of its file; with terms, with a pulse table and outside of the map
-        numbers are missing.
+        Any scene, or the path of its file. Numbers are missing with terms, with a pulse table and
+        outside of the map.
 
     Raises
     ------
     SceneError
-        For what is no scene.
+        If the argument is not a scene.
     OverlapTooLarge
         If granules would be pressed into one another by more than a radius.
     """

@@ -35,7 +35,7 @@ _ACCURACY = 1e-13
 """Relative error of a step of the integration; e is then right to 1e-10 (measured)."""
 
 _WEAKEST = 1e-12
-"""Damping in natural units below which e is 1 to 2e-12 (derived: 1 - e is at most 1.8 c)."""
+"""Damping in natural units below which e is 1 within 2e-12 (derived: 1 - e is at most 1.8 c)."""
 
 _STRONGEST = 1e10
 """Damping in natural units above which e is below 1e-16, and counts as 0 (measured)."""
@@ -114,10 +114,10 @@ def damping_ratio(restitution: float) -> float:
 def of_ratio(ratio: float, pulls: bool) -> float:
     """Return e of eta = alpha sqrt(m* k) d^(1/4), where ``ratio`` is z = alpha / sqrt(5).
 
-    d^(5/4) is the displacement of a damped linear oscillator in a time of its own, and z is its
+    d^(5/4) is the displacement of a damped linear oscillator in a transformed time, and z is its
     damping ratio. Where contacts pull, e = exp(-pi z / sqrt(1 - z^2)), and 0 from z = 1 on: the
-    spheres stay together. Where they do not, e = exp(-2 z arccos(z) / sqrt(1 - z^2)), exp(-2) at
-    z = 1 and exp(-2 z arcosh(z) / sqrt(z^2 - 1)) above.
+    spheres stay together. Where they do not, e = exp(-2 z arccos(z) / sqrt(1 - z^2)), exp(-2) at z
+    = 1 and exp(-2 z arcosh(z) / sqrt(z^2 - 1)) above.
     """
     require(is_finite(ratio) and ratio >= 0, "damping ratio", ratio, NOT_NEGATIVE)
     other = math.sqrt(abs(1 - ratio)) * math.sqrt(1 + ratio)
@@ -173,7 +173,7 @@ def of_natural(damping: float, exponent: float, pulls: bool) -> float:
 
 
 def _parted(damping: float, exponent: float) -> float:
-    """Return the speed at which the force is 0, as u^3 + c u^(2q) v divided by u^(2q).
+    """Return the speed at which the force is 0, where (u^3 + c u^(2q) v) / u^(2q) is 0.
 
     The quotient is odd in u: where c is small, one step goes from above 0 to below and passes all
     values near 0.
@@ -208,7 +208,7 @@ Event = Callable[[float, FloatArray], float]
 
 
 def _speed(damping: float, exponent: float, end: Event, *others: Event) -> float:
-    """Return the speed -v where ``end`` falls to 0; 0.0 if one of ``others`` falls to 0 before.
+    """Return the speed -v where ``end`` falls to 0; 0.0 if one of ``others`` falls to 0 first.
 
     With d = u^2 and dt = 2 u dtau the motion is u' = v, v' = -2 u^4 - 2 c u^(1 + 2q) v: a
     polynomial, also where the contact begins and ends.
