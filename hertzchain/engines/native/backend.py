@@ -53,7 +53,7 @@ AS_WRITTEN = ("numpy", "scipy")
 """Methods that integrate Eq. 1 as ``equations`` writes it."""
 
 _CLOSER = 1e-3
-"""Accuracy of the second accurate run that tells an error, over that of the first (chosen)."""
+"""Accuracy of the second accurate run, which gives the error, over that of the first (chosen)."""
 
 _REFINED = 5.0
 """Work of refined steps, over that of equal ones, where all granules fly at others (measured: 4
@@ -62,7 +62,8 @@ to 7)."""
 _EXPENSIVE, _SHARE = 1e7, 0.1
 """Work of a run, in force evaluations of a granule, above which adaptive steps are tried first:
 about 10 ms (chosen). Their first run may take this share of the work: its evaluations cost four
-times as much (measured), and where they do not suffice, a run usually takes a tenth longer."""
+times as much (measured). Where the first run is given up, the whole usually takes a tenth
+longer."""
 
 _CLEAR = 10.0
 """Least ratio of a difference to the error of the accurate run (chosen)."""
@@ -95,11 +96,11 @@ class Native:
     time_limit
         Time limit of a run [s], without compiling.
     wanted
-        What ``rtol`` is asked of: ``all`` for the largest force of each contact in the whole run,
-        ``first`` for its first pulse, before anything is reflected. With ``first`` the result has
-        ``first_pulses``, and ``errors`` contact by contact; it is refused only if no contact has a
-        right digit. The default is ``first`` for scenes with a striker, a wall, unlike granules or
-        gauges.
+        The forces for which ``rtol`` holds: ``all`` for the largest force of each contact in the
+        whole run, ``first`` for its first pulse, before anything is reflected. With ``first`` the
+        result has ``first_pulses``, and ``errors`` contact by contact; it is refused only if no
+        contact has a right digit. The default is ``first`` for scenes with a striker, a wall,
+        unlike granules or gauges.
 
     Raises
     ------
@@ -176,7 +177,7 @@ class Native:
             return self._run(scene, record, preparation)
 
     def _run(self, scene: Scene, record: ArrayLike | None, preparation: Watched) -> Result:
-        """As ``run``, while the preparation of kernels is watched."""
+        """As ``run``; the time to prepare kernels is measured in ``preparation``."""
         begin = time.perf_counter()
         deadline = Deadline(self.time_limit, lambda: preparation.time)
         scene = with_end(scene, record, self.time_limit)
@@ -246,7 +247,7 @@ class Native:
     def _as_asked(
         self, scene: Scene, recorder: Recorder | None, deadline: Deadline
     ) -> tuple[str, float, Simulation, ContactErrors]:
-        """Return method, longest step [s], run and its error, with the given method and step."""
+        """Return method, longest step [s], run and its error, for the given method and step."""
         name = self.method if self.method in METHODS else "reference"
         method, is_damped = METHODS[name], scene.contact is not None
         dt = self.dt if self.dt is not None else method.step * scene.contact_time
@@ -269,7 +270,7 @@ class Native:
         return name, longest, run, errors
 
     def _prepared(self, scene: Scene, deadline: Deadline, walker: Walker) -> Prepared | InNumpy:
-        """Return what integrates a scene with elastic contacts: compiled, or as it is written."""
+        """Return the integrator of a scene with elastic contacts: compiled, or as it is written."""
         is_symplectic = isinstance(walker.stepper, SymplecticNystrom)
         if self.method != "numpy" and is_symplectic:
             return Prepared.of(scene, deadline, first=self._first)
@@ -283,9 +284,10 @@ class Native:
         return self.wanted == "first"
 
     def _true_errors(self, scene: Scene, run: Simulation, deadline: Deadline) -> ContactErrors:
-        """Return bounds of the errors of a run: by an accurate one, and the errors of that.
+        """Return bounds of the errors of a run, from an accurate run and the errors of that.
 
-        Runs with other steps could share an error, as where a later blow is the hardest one.
+        Runs with other steps could have the same error, for example where a later blow is the
+        hardest.
         """
         for rtol in (RTOL, _CLOSER * RTOL):
             *_, accurate, errors = self.accurate_enough(scene, None, deadline, rtol)
@@ -312,7 +314,7 @@ class Native:
     def accurate_enough(
         self, scene: Scene, recorder: Recorder | None, deadline: Deadline, rtol: float
     ) -> tuple[str, float, Simulation, ContactErrors]:
-        """Return method, longest step [s], run and its error, by what is cheapest for ``rtol``."""
+        """Return method, longest step [s], run and its error, by the cheapest way to ``rtol``."""
         first = self._first
         if self.method == "scipy":
             from hertzchain.engines.native.in_scipy import accurate_in_scipy, longest_step

@@ -49,8 +49,8 @@ if TYPE_CHECKING:
 
 _ANY = {"radius": 1.0, "young_modulus": 1e9, "poisson_ratio": 0.0, "density": 1000.0}
 _WEAK = 1e-6
-"""Material [SI units] and peak force [N] of scenes that are given by numbers alone: any would do,
-as results are in natural units, that press granules into one another by little."""
+"""Material [SI units] and peak force [N] of scenes that are given by numbers alone: any values with
+small overlaps will do, as results are in natural units."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -123,9 +123,9 @@ def peak_forces(
     time_limit
         Time limit of all scenes together [s].
     wanted
-        What ``rtol`` is asked of, as for ``Native``; by default ``first`` if that is the default of
-        any of the scenes. First pulses of plain scenes, whose largest forces are the same in all
-        but the last contacts, take as long as single runs.
+        The forces for which ``rtol`` holds, as for ``Native``; by default ``first`` if that is the
+        default of any of the scenes. First pulses of plain scenes, whose largest forces are the
+        same in all but the last contacts, take as long as single runs.
 
     Returns
     -------
@@ -135,7 +135,7 @@ def peak_forces(
     Raises
     ------
     SceneError
-        For no scenes, chains of different lengths, or an impossible accuracy.
+        If there is no scene, if chains have different lengths, or for an impossible accuracy.
     OverlapTooLarge
         If granules of a scene would be pressed into one another by more than a radius.
     TooExpensive
@@ -304,8 +304,8 @@ def _accurate_enough(
 ) -> Batch:
     """Compute the peaks of all plain scenes in natural units.
 
-    Those whose largest error is known run once, with ``rows``, their legs, shape (calibrated, legs,
-    8); the others as single runs do, which estimate their error.
+    Scenes whose largest error is known (``calibrated``) run once, with ``rows``, their legs, shape
+    (calibrated, legs, 8). The others run as single scenes do, with an estimate of the error.
     """
     import hertzchain.engines.native.elastic  # noqa: F401 - loaded before any clock starts
     from hertzchain.engines.native.preparation import Watched

@@ -25,24 +25,24 @@ _HOW: dict[str, Any] = {
 
 
 def compiled(function: Any) -> Any:
-    """A function that kernels call, compiled; it makes no arrays, and Python cannot call it."""
+    """Compile a function that kernels call; it makes no arrays, and Python cannot call it."""
     return njit(**_HOW, **UNCOUNTED, no_cpython_wrapper=True)(function)
 
 
 def part(function: Any) -> Any:
     """A function that is compiled only in the kernels that call it; elsewhere it is plain Python.
 
-    All kernels compile in two thirds of the time that they take with ``compiled``. Not for the
-    loops of a step: LLVM made them slower, by a tenth with velocity Verlet.
+    All kernels compile in two thirds of the time that they take with ``compiled``. It is not used
+    for the loops of a step: LLVM made them slower, by a tenth with velocity Verlet.
     """
     return register_jitable(**_HOW, **UNCOUNTED)(function)
 
 
 def compiled_and_kept(**how: Any) -> Callable[[Any], Any]:
-    """A kernel, called from Python: compiled once, and kept on disk with all that it calls.
+    """Compile a kernel, which Python calls, once, and keep it on disk with all that it calls.
 
-    It is compiled again when its file changes, or one here that it imports, however indirectly:
-    Numba itself sees changes in the kernel's own file alone.
+    It is compiled again when its file changes, or a file of this package that it imports, directly
+    or not: Numba itself detects changes only in the kernel's own file.
     """
 
     def keep(function: Any) -> Any:
@@ -54,7 +54,7 @@ def compiled_and_kept(**how: Any) -> Callable[[Any], Any]:
 
 
 def _stamps(file: Path) -> tuple[tuple[str, float, int], ...]:
-    """Name, time of change and size of a file and of all here that it imports."""
+    """Name, time of change and size of a file and of all files here that it imports."""
     found: dict[Path, tuple[str, float, int]] = {}
     waiting = [file]
     while waiting:
@@ -71,9 +71,10 @@ _IMPORTED = re.compile(r"^from hertzchain\.engines\.native\.(\w+) import", re.MU
 
 
 def compiled_without_nan(function: Any) -> Any:
-    """As ``compiled``; with ``larger`` the compiler takes vector instructions for maxima.
+    """As ``compiled``; with ``larger`` the compiler uses vector instructions for maxima.
 
-    A maximum with NaN can be any number: of a motion that diverged, which its energy tells.
+    A maximum with NaN can be any number. NaN occurs only if the motion diverged, which its energy
+    shows.
     """
     how = {**_HOW, "fastmath": {"contract", "nnan", "nsz"}}
     return njit(**how, **UNCOUNTED, no_cpython_wrapper=True)(function)
@@ -82,7 +83,7 @@ def compiled_without_nan(function: Any) -> Any:
 def _larger_of_two(_: Any, a: Any, b: Any) -> Any:
     """The larger of two numbers of one type, neither NaN.
 
-    Of ``max`` LLVM makes no vector instructions: runs of 400 granules take 1.5 times as long.
+    LLVM makes no vector instructions of ``max``: runs of 400 granules take 1.5 times as long.
     """
 
     def lowered(_: Any, builder: Any, __: Any, numbers: Any) -> Any:

@@ -1,10 +1,10 @@
 """Chains of damped contacts, integrated by an explicit Runge-Kutta method with adaptive steps.
 
-A step is taken with the mode of each contact kept (see ``damped_contacts``). If a contact ought to
-have changed its mode meanwhile, and that matters, the step is repeated up to there. The force of a
-contact that begins with a closing speed grows as t^q: the first step after that is taken in
-tau = t^(1/m), in which the motion is smooth, and the free flight is left out of what is integrated:
-then the overlap, w tau^m and less, has all its digits in every stage.
+A step is taken with the mode of each contact kept (see ``damped_contacts``). If a contact should
+have changed its mode within the step, and that matters, the step is repeated up to that time. The
+force of a contact that begins with a closing speed grows as t^q: the first step after that is taken
+in tau = t^(1/m), in which the motion is smooth, and the free flight is not integrated: then the
+overlap, at most w tau^m, has all its digits in every stage.
 """
 
 from __future__ import annotations
@@ -50,17 +50,17 @@ from hertzchain.engines.native.elastic_state import (
 from hertzchain.engines.native.notes import note_damped
 
 _MANY, _HARDLY = 5000, 1e-7
-"""Number of steps after which a run has to have advanced, each by this part of the longest step
+"""Number of steps after which a run must have advanced, on average by this part of the longest step
 (chosen): within a second even in long chains."""
 
 _LOOK = 1_000_000
-"""Work between two looks at whether the run is to be stopped: about 4 ms."""
+"""Work between two checks whether the run is to be stopped: about 4 ms."""
 
 STEP = 500.0
 """Additional work of a step, in force evaluations of a granule (measured)."""
 
 _FRESH, _STRICTER = 0.25, 0.001
-"""The longest first step of a contact over that of others, and what error it may have: estimates
+"""The longest first step of a contact over that of others, and its tolerance over theirs: estimates
 in tau can be small by chance, and with a tenth errors reach 64 tolerances."""
 
 _RELOCATED = 8
@@ -68,18 +68,18 @@ _RELOCATED = 8
 
 STABLE = 4.0
 """Longest step times the rate at which dampers stop motions. At 5 the method leaves 0.06 of such a
-motion, at 6 half, and above 6.4 it makes it grow (derived from its coefficients). With longer
-steps errors grow to what is allowed, and modes change to and fro with them."""
+motion, at 6 half, and above 6.4 it makes it grow (derived from its coefficients). With longer steps
+errors grow to the tolerance, and modes change to and fro."""
 
 _STRONG = 4.0
 """The rate, natural units, above which errors of forces are larger than those of velocities: that
 of a damper of 1 between granules of mass 1."""
 
 _FINEST = 1e-13
-"""Error of a step over the largest speed, at least: less is rounding (chosen)."""
+"""Smallest tolerance of a step over the largest speed: below it is round-off (chosen)."""
 
 _SHORTEST = 1e-14
-"""Shortest step over the time."""
+"""Shortest step over the time reached."""
 
 _GRAIN = 1e-15
 """Overlaps that displacements do not resolve, over the largest displacement: 4 units of its last
@@ -104,7 +104,7 @@ class Method(NamedTuple):
 
 @compiled
 def grain(u: Any, hi: int) -> float:
-    """Overlap below which displacements do not tell whether a contact is open."""
+    """Overlap below which displacements cannot show whether a contact is open."""
     farthest = 0.0
     for i in range(hi):
         farthest = max(farthest, abs(u[i]))
@@ -113,7 +113,7 @@ def grain(u: Any, hi: int) -> float:
 
 @compiled
 def change_mode(at: Any, on: Any, i: int, run: Any, c: Any) -> None:
-    """Change the mode of a contact; what it still holds counts as dissipated while it is off."""
+    """Change the mode of a contact; its elastic energy counts as dissipated while it is off."""
     run.dissipated += held(at.u, i, c) * (2.0 * on[i] - 1.0)
     on[i] = 1.0 - on[i]
 
@@ -134,7 +134,7 @@ def advance(
     root = 4 if c.exponent == 1 else 2
     evaluate(start, on, leg, run.time, run.hi, c)
     keep_ends(seen, start.f, run.time, run.hi)
-    # Steps that runs with other tolerances have, too: their differences do not tell its errors.
+    # Runs with other tolerances have the same steps, so their differences do not show these errors.
     changed, is_shared = False, True
     while run.status == DONE and run.time < until and not (changed and until_change):
         time, fresh = run.time, run.fresh
@@ -185,7 +185,7 @@ def advance(
                     keep_ends(seen, start.f, time, hi)
                     if until_change and run.changes < _RELOCATED:
                         run.changes += 1
-                        break  # before the step: other granules are concerned, too
+                        break  # before the step: it concerns other granules, too
                     continue
             if fresh and h > shortest and hidden_maximum(start, end, seen, h, hi):
                 h /= 4
@@ -229,7 +229,7 @@ def advance(
                 ending = on[i] > 0.0
                 late = lateness(d, w, end.a[i] - end.a[i + 1], i, c)
                 wrong = cost(d, w, (d, w), late, ending, i, c) <= EVENT * allowed
-                wrong = wrong or abs(d) <= least  # no shorter step comes nearer
+                wrong = wrong or abs(d) <= least  # a shorter step comes no nearer
             if wrong:
                 changed = True
                 change_mode(end, on, i, run, c)

@@ -19,14 +19,13 @@ from hertzchain.engines.native.compiling import ONE, compiled
 from hertzchain.engines.native.interpolant import curvature_at, hermite, slope_at, value_at
 
 PARTS = 8
-"""Parts of a step in which a beginning, an end, or a maximum is looked for."""
+"""Parts of a step in which a beginning, an end, or a maximum is searched."""
 
 _SUMMIT = 1e-12
-"""How fast a force grows where it is highest, over how fast it does nearby; and how near in a step
-the place is."""
+"""Rate of a force at its maximum over the rate nearby; and the accuracy of its place in a step."""
 
 
-# Loops over all granules take arrays alone: a whole chain costs more than a short loop.
+# Loops over all granules take single arrays: passing a whole chain costs more than a short loop.
 
 
 @compiled
@@ -36,7 +35,7 @@ def forces(
 ) -> None:  # fmt: skip
     """Fill in the force of each contact and the power that it dissipates.
 
-    What a contact that overlaps without a force still holds counts as dissipated already.
+    The elastic energy of a contact that overlaps without a force counts as dissipated already.
     """
     for i in range(np.uint64(0), np.uint64(hi)):
         d = u[i] - u[i + ONE] - gap[i]
@@ -62,7 +61,7 @@ def force_rates(
     u: Any, v: Any, a: Any, on: Any, rate: Any, stiffness: Any, damping: Any, gap: Any,
     exponent: float, hi: int,
 ) -> None:  # fmt: skip
-    """Fill in how fast the force of each contact grows."""
+    """Fill in the rate of the force of each contact."""
     for i in range(np.uint64(0), np.uint64(hi)):
         d = u[i] - u[i + ONE] - gap[i]
         w = v[i] - v[i + ONE]
@@ -99,7 +98,7 @@ def law(d: float, w: float, i: int, c: Any) -> float:
 
 @compiled
 def law_rate(d: float, w: float, bend: float, i: int, c: Any) -> float:
-    """How fast that force grows; ``bend`` is the second derivative of the overlap."""
+    """Rate of the force of ``law``; ``bend`` is the second derivative of the overlap."""
     if d <= 0.0:
         return 0.0
     grown = c.exponent * w * w / d + bend
@@ -155,7 +154,7 @@ def overlap_curve(start: Any, end: Any, gap: Any, i: int, h: float) -> Any:
 
 @compiled
 def first_change(curve: Any, h: float, i: int, pressing: bool, c: Any) -> float:
-    """When in a step, from 0 to 1, contact i first ends (``pressing``) or begins; 2 for never."""
+    """Place in a step, from 0 to 1, where contact i first ends (``pressing``) or begins, or 2."""
     sign = -1.0 if pressing else 1.0
     left, at_left = 0.0, sign * margin(curve[0], curve[1] / h, i, pressing, c)
     for part in range(1, PARTS + 1):
@@ -196,9 +195,9 @@ def _narrowed(
     left: float, right: float, at_left: float, at_right: float, s: float, value: float,
     is_beyond: bool, side: int,
 ) -> Any:  # fmt: skip
-    """What is left of a bracket of a root once s is known to be before or beyond it: Illinois.
+    """Narrow the bracket of a root, with s before or beyond it, by the method of Illinois.
 
-    Of an end that stays twice in a row the value counts half. ``side`` is which end came last.
+    If the same end stays twice in a row, its value is halved. ``side`` is the end that moved last.
     """
     if is_beyond:
         return left, s, at_left / 2 if side == 1 else at_left, value, 1
@@ -227,7 +226,7 @@ def highest(start: Any, end: Any, i: int, h: float, c: Any) -> Any:
 
 @compiled
 def _growth(curve: Any, s: float, h: float, i: int, c: Any) -> float:
-    """How fast the force of contact i grows at a place of a step."""
+    """Rate of the force of contact i at a place of a step."""
     w = slope_at(curve, s) / h
     return float(law_rate(value_at(curve, s), w, curvature_at(curve, s) / (h * h), i, c))
 
@@ -236,7 +235,7 @@ def _growth(curve: Any, s: float, h: float, i: int, c: Any) -> float:
 def _summit(
     curve: Any, h: float, i: int, low: float, high: float, at_low: float, at_high: float, c: Any
 ) -> float:
-    """Where the force of contact i stops to grow, between low and high, by the method of Illinois.
+    """Place where the force of contact i is highest, between low and high, by Illinois.
 
     At low it grows, at high it does not.
     """

@@ -20,22 +20,22 @@ from hertzchain.engines.native.damped_contacts import (
 from hertzchain.engines.native.interpolant import slope_at, value_at
 
 EVENT = 0.1
-"""What a mode that changes late may cost in velocity, over the tolerance of a step."""
+"""Error of velocity that a late change of mode may cause, over the tolerance of a step."""
 
 NEAR = 0.02
 """Part of a step at its ends (chosen) in which a maximum has no error by interpolation: it is that
 of the middle times (4 s (1 - s))^4, 4e-5."""
 
 IDLE = 1e-3
-"""Forces and overlaps that change no mode, over the tolerance of a step."""
+"""Forces and overlaps too small to change a mode, over the tolerance of a step."""
 
 
 @compiled
 def in_wrong_mode(at: Any, on: Any, i: int, idle: float, c: Any) -> bool:
-    """Whether contact i is in a mode that it ought not to have.
+    """Whether contact i is in a mode that it should not have.
 
-    A strong damper lets its contact open endlessly, with a force of almost 0 that would keep steps
-    short: such a force is left out.
+    Under a strong damper a contact opens endlessly, with a force of almost 0 that would keep steps
+    short: such a force is ignored.
     """
     d, w = at.u[i] - at.u[i + 1] - c.gap[i], at.v[i] - at.v[i + 1]
     if on[i] > 0.0:
@@ -51,7 +51,7 @@ def in_wrong_mode(at: Any, on: Any, i: int, idle: float, c: Any) -> bool:
 
 @compiled
 def cost(d: float, w: float, at_change: Any, late: float, ending: bool, i: int, c: Any) -> float:
-    """What it costs in velocity that contact i keeps its mode for a time ``late`` too long.
+    """Error of velocity if contact i keeps its mode for a time ``late`` too long.
 
     ``at_change`` is overlap and closing speed when it should have changed; d and w are those now.
     """
@@ -94,10 +94,10 @@ def begins(d: float, w: float, i: int, h: float, allowed: float, c: Any) -> bool
 
 @compiled
 def _dips(start: Any, end: Any, h: float, i: int, allowed: float, c: Any) -> bool:
-    """Whether contact i may end and begin again within a step, so that it matters.
+    """Whether contact i may end and begin again within a step with a noticeable effect.
 
-    Start and end are value and rate of its force, with attraction of its overlap. The lowest that
-    it can be, if it is convex, is where the tangents meet.
+    Start and end are value and rate of its force, with attraction of its overlap. If the force is
+    convex, it is not below the point where the tangents meet.
     """
     fall, rise = start[1], end[1]
     if not fall < 0.0 < rise:
@@ -112,7 +112,7 @@ def _dips(start: Any, end: Any, h: float, i: int, allowed: float, c: Any) -> boo
 def earliest(
     start: Any, end: Any, on: Any, hi: int, h: float, allowed: float, idle: float, c: Any
 ) -> Any:
-    """When in a step, from 0 to 1, a mode first changes so that it matters, and whose; or 2."""
+    """Place in a step of the first change of mode that matters, from 0 to 1 or 2; its contact."""
     u0, v0, u1, v1 = start.u, start.v, end.u, end.v
     first, which = 2.0, -1
     for i in range(hi):

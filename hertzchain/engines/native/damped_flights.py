@@ -1,7 +1,7 @@
-"""Granules in free flight, compiled: which granules collide now, and when others touch.
+"""Granules in free flight, compiled: which contacts act now, and when others touch.
 
-Granules that no force acts on are left as they are until they matter: ``since`` has the time at
-which each granule was where ``u`` tells, shape (granules,).
+Granules without forces are not updated until they are needed: ``since`` has the time at which each
+granule was at its ``u``, shape (granules,).
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def any_moving(u: Any, v: Any, on: Any, c: Any) -> bool:
 
 @compiled
 def clusters(u: Any, v: Any, on: Any, is_pushed: bool, c: Any, inside: Any) -> bool:
-    """Find the contacts to compute: those that act, and one on either side; tell whether any does.
+    """Find the contacts to compute, those that act and one on either side; return if any acts.
 
     ``inside`` is filled in, shape (granules,). With ``is_pushed`` granule 1 is among them.
     """
@@ -62,7 +62,7 @@ def clusters(u: Any, v: Any, on: Any, is_pushed: bool, c: Any, inside: Any) -> b
 
 @compiled
 def _wait(d: float, w: float, bend: float) -> float:
-    """How long until an overlap d, growing at w with the acceleration ``bend``, reaches 0 again."""
+    """Time until an overlap d, growing at w with the acceleration ``bend``, reaches 0 again."""
     d = min(d, 0.0)
     square = w * w - 2.0 * bend * d
     if square < 0.0:

@@ -1,4 +1,4 @@
-"""A run of a chain of damped contacts, compiled: which granules are computed, from when to when."""
+"""A run of a chain of damped contacts, compiled: which granules are computed, and when."""
 
 from __future__ import annotations
 
@@ -66,8 +66,8 @@ def march(
     Parameters
     ----------
     legs
-        The applied force, shape (legs, 8): see ``elastic_chain.START`` and what follows. Steps
-        end where legs do; how many steps a leg is cut into does not matter.
+        The applied force, shape (legs, 8): see ``elastic_chain.START`` and what follows. Steps end
+        where legs do; the number of steps in a leg has no effect.
     method, c
         Coefficients, and the chain with an entry for the free end.
     start
@@ -100,7 +100,7 @@ def march(
     run.time, run.following, run.hi = legs[0, START], longest / 64, min(moving, granules)
     run.allowed = tolerance * max(np.max(np.abs(v)), _SLOW)
     run.status = STOPPED if is_stopped(control) else DONE
-    # Only a part of the chain is computed where granules fly, but not where loads move them all.
+    # Where granules fly, only a part of the chain is computed; loads, however, move them all.
     parted = np.any(c.gap > 0.0) and not np.any(c.constant) and record.time.size == 0
     parted = parted and c.pushed == 0 and c.fixed.size == 0
     since = np.full(granules, run.time)

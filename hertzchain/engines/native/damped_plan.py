@@ -1,4 +1,4 @@
-"""Which tolerance gives peaks of damped contacts to a wanted accuracy, and how far off they may be.
+"""The tolerance for a wanted accuracy of damped contacts, and bounds of their errors.
 
 Errors were measured on 25,000 random chains of 2 to 20 granules, each with four tolerances: like
 and unlike, all exponents, weak and strong damping, with and without attraction, walls, gaps, static
@@ -26,7 +26,7 @@ _FIRST = 0.02
 """The first tolerance over the wanted accuracy: in 19 of 20 random chains no second is needed."""
 
 _MUCH_COARSER, _COARSER = (30.0, 1.5), (4.0, 1.2)
-"""Tolerance and longest step of two runs that tell the error, over those of the run itself: one
+"""Tolerance and longest step of the two runs that give the error, over those of the run itself: one
 difference may be small by chance, but seldom both."""
 
 _KNOWN, _SAFETY, _SAFETY_MUCH = 2.0, 6.0, 0.8
@@ -38,23 +38,23 @@ _FLOOR = 2e-11
 """Error that no difference shows: one was 1.5e-11 with the tightest tolerance."""
 
 _TRIES = 5
-"""Tolerances until one is small enough."""
+"""Most tolerances that are tried."""
 
 
 Integrate = Callable[[float, float, bool], Simulation]
 
 
 def first_tolerance(rtol: float) -> float:
-    """Tolerance that a wanted accuracy of the peaks is tried with."""
+    """Tolerance that is tried first for a wanted accuracy of the peaks."""
     return max(min(_FIRST * rtol, LOOSEST), TIGHTEST)
 
 
 def accurate(integrate: Integrate, rtol: float) -> tuple[Simulation, ContactErrors]:
     """Return a run whose bounds of errors are at most ``rtol``, in a few tries, and these bounds.
 
-    ``integrate`` makes a run with a tolerance and steps that may be longer by a factor, and is told
-    whether it may be the last, or only tells the error of another. The bound of what is returned
-    may be larger: collisions can multiply rounding errors.
+    ``integrate`` makes a run from a tolerance, a factor for the longest step, and whether this run
+    may be the result or only gives the error of another. The bound of the returned run may be
+    larger: collisions can multiply rounding errors.
     """
     tolerance = first_tolerance(rtol)
     for left in reversed(range(_TRIES)):

@@ -41,11 +41,11 @@ _ARRAYS = 51
 
 
 _ROUNDED = 1e-14
-"""Limit below which products of coefficients are 0 up to rounding; all others are far above."""
+"""Limit below which products of coefficients are 0 up to round-off; all others are far above."""
 
 
 class TooMuchWork(RunFailed):
-    """A run takes more work than it may, or its steps do not advance."""
+    """A run takes more work than allowed, or its steps do not advance."""
 
 
 def longest_step(scene: Scene) -> float:
@@ -131,7 +131,7 @@ def simulate_damped(
 ) -> Simulation:
     """Integrate a scene once; ``first``: first pulses are wanted.
 
-    ``legs`` [s, N] tell the applied force, by default that of the scene; with ``longer`` steps may
+    ``legs`` [s, N] have the applied force, by default that of the scene; with ``longer`` steps may
     be longer by that factor. Raises StepUnstable if the motion diverges, TooExpensive if the run
     has taken too long, TooMuchWork after ``most_work`` force evaluations of a granule.
     """
@@ -185,9 +185,9 @@ def accurate_enough(
     most_work: float = math.inf,
     first: bool = False,
 ) -> tuple[Simulation, ContactErrors]:
-    """A run of the wanted accuracy, if any has, and the bounds of its errors.
+    """Return a run of the wanted accuracy, if it can be reached, and the bounds of its errors.
 
-    What the recorder keeps is of that run, which is always the last. Raises TooMuchWork if the
+    The recorder has the history of that run, which is always the last. Raises TooMuchWork if the
     first and coarsest run takes more than ``most_work`` force evaluations of a granule, or another
     one more than five times as many.
     """

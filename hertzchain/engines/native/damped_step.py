@@ -23,7 +23,7 @@ _LEAST = 1e-60
 """A force below which a granule ahead of the front stays at rest."""
 
 _NO_ERROR = 1e-60
-"""Square of an error that is none."""
+"""Square of an error that counts as 0."""
 
 
 @compiled
@@ -110,7 +110,7 @@ def take_step(
 ) -> int:  # fmt: skip
     """Take one step in t^(1/m); returns where the window ends.
 
-    ``room.gained`` gets the work of the applied force or the piston, what was dissipated, and the
+    ``room.gained`` gets the work of the applied force or the piston, the dissipated energy, and the
     impulses of wall and piston.
     """
     f, power, k, gained = room.f, room.power, room.k, room.gained
@@ -185,7 +185,7 @@ def largest_error(v0: Any, v1: Any, k: Any, fifth: Any, third: Any, size: float,
 
 @compiled
 def evaluate(at: Any, on: Any, leg: Any, time: float, hi: int, c: Any) -> None:
-    """Forces, how fast they grow, and accelerations of a state."""
+    """Forces, their rates, and accelerations of a state."""
     place = place_of_push(at.f, c)
     at.f[place], at.r[place] = applied_force(leg, time), applied_force_rate(leg, time)
     forces(at.u, at.v, on, at.f, at.power, c.stiffness, c.damping, c.gap, c.exponent, hi)

@@ -1,4 +1,4 @@
-"""Velocity Verlet of any chain at the steps that are asked for, and scenes with damped contacts."""
+"""Velocity Verlet of any chain at given steps, and of scenes with damped contacts."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ if TYPE_CHECKING:
     from hertzchain.engines.native.damped_verlet_kernel import Walk
 
 _SAMPLES_PER_RAMP = 8
-"""At least, if there are so many steps: the work of a short pulse needs them (chosen)."""
+"""Least number of samples, if there are so many steps, for the work of short pulses (chosen)."""
 
 _BLOCK = 256
-"""Samples looked at together: with 60 granules they fit into a cache of 1 MB."""
+"""Samples that are processed together: with 60 granules they fit into a cache of 1 MB."""
 
 _NOT_LED = np.zeros(0)
 
@@ -71,9 +71,9 @@ def samples_of(
 ) -> Iterator[tuple[Leg, Samples]]:
     """The samples of a run, block by block, each with its leg, in natural units.
 
-    The first sample of a block is the last of the block before. They are ``every`` so many steps
-    and at the ends of legs; by default as readings of other codes. Forces are by the velocities of
-    the samples. Otherwise as ``simulate_damped_verlet``.
+    The first sample of a block is the last of the block before. They are ``every`` steps apart, and
+    at the ends of legs; by default as in readings of other codes. Forces are computed with the
+    velocities of the samples. The other arguments are those of ``simulate_damped_verlet``.
     """
     from hertzchain.engines.native.damped_verlet_kernel import Walk
 
@@ -113,13 +113,13 @@ def states_of(
     led: FloatArray = _NOT_LED,
     block: int = _BLOCK,
 ) -> Iterator[tuple[NDArray[np.intp], FloatArray]]:
-    """Take equal steps; which steps are kept, and their states, (4, kept, granules), in blocks.
+    """Take equal steps; yield the kept steps and their states, (4, kept, granules), in blocks.
 
     The first of a block is the last of the block before. States are displacement, velocity,
     acceleration and force of the contact ahead of each granule, all in the units of ``walk``.
     ``applied`` gives the forces on the pushed granules after some steps, (steps, pushed);
-    ``led`` is the displacement of a piston before the first step and after each, if the velocity of
-    granule 1 does not tell it. Raises TooExpensive.
+    ``led`` is the displacement of a piston before the first step and after each, unless it follows
+    from the velocity of granule 1. Raises TooExpensive.
     """
     from hertzchain.engines.native.damped_verlet_kernel import take_steps
 
@@ -134,7 +134,7 @@ def states_of(
 
 
 def stride_of(scene: Scene, leg: Leg) -> int:
-    """Steps between two samples on a leg, where other codes with this step are read too."""
+    """Steps between two samples on a leg, as other codes with this step are read."""
     interval = damped_interval_at(scene, leg.dt)
     stride = int(min(interval / leg.dt, leg.steps))
     if leg.ramp is not None:

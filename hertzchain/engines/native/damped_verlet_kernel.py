@@ -16,7 +16,7 @@ from hertzchain.engines.native.compiling import ONE, compiled, compiled_and_kept
 from hertzchain.engines.native.equations import Chain
 
 _ROOTS = 0.0, 0.25, 0.5
-"""Exponents of dampers that scenes have: no power need be computed."""
+"""Exponents of the dampers of scenes, for which no power has to be computed."""
 
 
 class Walk(NamedTuple):

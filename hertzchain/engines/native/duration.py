@@ -1,4 +1,4 @@
-"""The default end of scenes in which waves are reflected: when the first pulses are over."""
+"""The default end of runs in which waves are reflected, from when the first pulses are over."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ _PARTS = (4, 1)
 """Parts of the longest end after which first pulses may be over: one run each."""
 
 _LONGER, _PARTING = 2.0, 3.0
-"""Factor of the time at which the last first pulse is over: a first reflection is seen, too; and
-natural time units after that, in which two spheres part."""
+"""Factor on the time at which the last first pulse is over, so that the run has a first reflection,
+too; and natural time units after that, in which two spheres part."""
 
 _ROUGHLY, _MOST_WORK = 1e-3, 1e9
 """Accuracy of these runs, which have no bound of their error, and their largest work, in force
@@ -32,7 +32,7 @@ def with_end(scene: Scene, record: ArrayLike | None = None, time_limit: float = 
 
     An end that is given stays. By default, scenes with a striker, a wall or unlike granules end at
     twice the time at which the first pulse of every contact is over, as quick runs tell, and three
-    natural time units; at latest at ``Scene.end_time``, as all others.
+    natural time units; at latest at ``Scene.end_time``, where all other scenes end.
 
     Parameters
     ----------
@@ -42,8 +42,8 @@ def with_end(scene: Scene, record: ArrayLike | None = None, time_limit: float = 
         Times at which the motion is recorded [s], if any: the end is not before them, but at latest
         at ``Scene.end_time``.
     time_limit
-        Of the quick runs [s], without compiling; past it, or with too much work, the end is the
-        latest.
+        Time limit of the quick runs [s], without compiling; beyond it, or with too much work, the
+        end is ``Scene.end_time``.
     """
     if scene.run.end_time is not None or not reflects(scene):
         return scene
@@ -56,7 +56,7 @@ def with_end(scene: Scene, record: ArrayLike | None = None, time_limit: float = 
 
 
 def _end_of(scene: Scene, time_limit: float) -> float:
-    """The end by quick runs, each longer than the one before; the longest if pulses go on."""
+    """The end from quick runs, each longer than the one before; the longest if pulses go on."""
     from hertzchain.engines.native.preparation import Watched
 
     longest = scene.end_time
@@ -69,7 +69,7 @@ def _tried(scene: Scene, longest: float, deadline: Deadline) -> float:
         tried = replace(scene, run=replace(scene.run, end_time=longest / part))
         try:
             first = _first_pulses(tried, deadline)
-        except HertzchainError:  # the run that is asked for says why
+        except HertzchainError:  # the wanted run itself reports the reason
             return longest
         is_there = ~np.isnan(first.force)
         if not (first.is_ended[is_there].all() and (part == 1 or is_there.all())):

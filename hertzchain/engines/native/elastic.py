@@ -1,13 +1,13 @@
 """The loop over time for elastic contacts, compiled: Eq. 1 in natural units by symplectic methods.
 
-What is computed is that of ``in_numpy`` and ``peaks``, which read like the formulas; tests hold the
-two equal to round-off. Two things are done here only, because they only save time:
+Results are those of ``in_numpy`` and ``peaks``, which read like the formulas; tests check that both
+are equal to round-off. Two things are done only here, to save time:
 
 - Granules ahead of the front are not touched. They rest until a force of more than the square root
   of the smallest number reaches them; as the front falls off double-exponentially, the omitted
   values are below round-off.
-- Granules that cannot matter any more are left behind, where that is asked for: see
-  ``elastic_window``.
+- Granules that cannot change any peak are left behind, where that is wanted: see
+``elastic_window``.
 
 Granules lo ... hi - 1 move, the window of the chain that is computed.
 """
@@ -54,13 +54,13 @@ from hertzchain.engines.native.keeping import UNCOUNTED
 from hertzchain.engines.native.notes import note_elastic
 
 _CHECK = 4.0
-"""Natural time units between two looks at whether to go on and what to leave behind."""
+"""Natural time units between two checks whether to go on and what to leave behind."""
 
 _LOOK = 1_000_000
-"""Granules times steps between two looks at whether the run is to be stopped: about 10 ms."""
+"""Granules times steps between two checks whether the run is to be stopped: about 10 ms."""
 
 _STEP_IN_GRANULES = 50
-"""What a step costs besides its granules, in granules."""
+"""Fixed cost of a step, expressed as a number of granules."""
 
 
 _LEG_DONE, _SETTLED, _DIVERGED, _STOPPED = range(4)
@@ -93,18 +93,18 @@ def march(
         Displacement and velocity at the start, shape (2, N), not with ``leave_behind``; shape
         (0, 0) for a chain at rest.
     chain
-        What the scene has beyond a plain chain; or None.
+        The chain of a scene with terms; None for a plain chain.
     moving
         Granules that may move at the start; N for a run without a front.
     leave_behind
-        Whether granules that cannot matter to any peak are left behind, and the run ended when
-        none can change. There is no final state then. Only in a plain chain.
+        Whether granules that cannot change any peak are left behind, and the run ends when no peak
+        can change. There is no final state then. Only in a plain chain.
     seen
         Filled in; nothing is recorded with ``leave_behind``.
     control
-        Set to -1 at [0] from outside, it stops the run; a number there is that of looks at this
-        array, one every million steps of a granule, until it stops by itself. At [1] the time
-        reached is found, at [2] the number of looks so far.
+        If [0] is set to -1 from outside, the run stops; a positive number there is the number of
+        checks, one every million steps of a granule, after which the run stops by itself. [1] has
+        the time reached, [2] the number of checks so far.
 
     Returns
     -------
@@ -134,7 +134,8 @@ def march(
             reached = hi
             hi = symplectic_step(u, v, g, run, steps, leg, begin, h, lo, hi, granules, chain)
             if hi > reached:
-                # New granules were at rest before the step; what lies beyond the chain stays there.
+                # New granules were at rest before the step; the entry beyond the free end stays as
+                # it is.
                 for i in range(reached + 1, hi + 1):
                     u0[i] = u[i] if i == granules else 0.0
                     v0[i] = a[i] = 0.0
@@ -249,7 +250,7 @@ def march_each(
 ) -> None:
     """Integrate plain chains under a pulse one after the other, as ``march`` does one of them.
 
-    Granules that cannot matter to any peak are left behind.
+    Granules that cannot change any peak are left behind.
 
     Parameters
     ----------
@@ -258,13 +259,13 @@ def march_each(
     steps
         As for ``march``, with any legs.
     state, blank
-        Room for any of them, with N + 1 columns, and the same as it is at the start.
+        A state with N + 1 columns that all scenes use, and a copy of it as it is at the start.
     granules, start, moving, control
         As for ``march``: they are at rest.
     force, time
         Filled in with peaks, shape (scenes, N - 1).
     record
-        One in which nothing is recorded.
+        A record in which nothing is kept.
     end, evaluations
         Filled in with the time reached by each and its force evaluations, NaN where the motion
         diverged, shape (scenes,).

@@ -1,8 +1,8 @@
 """Motion, forces and balances of a chain of elastic contacts, compiled: the formulas of Eq. 1.
 
 ``chain`` is an ``equations.Chain`` with an entry for the free end, or None for a plain scene, where
-mass and contact stiffness are 1 and stand in no formula: the compiler drops what asks for them.
-A leg is a row of ``kernel_input.leg_rows``.
+mass and contact stiffness are 1: the compiler drops all expressions with them. A leg is a row of
+``kernel_input.leg_rows``.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ the last two are its displacement at the start of the leg, and its velocity: see
 PLACE, VELOCITY = FORCE_START, FORCE_END
 
 FREE_END = 1e30
-"""Where the granule beyond the free end lies: never reached, never pressed; see ``end_chain``."""
+"""Place of the granule beyond the free end: never reached, never pressed; see ``end_chain``."""
 
 _OUTER, _INNER = 0.8611363115940526, 0.3399810435848563
 
@@ -124,8 +124,8 @@ def motion_of_granule(
 ) -> Any:  # fmt: skip
     """Displacement of a granule, its rate, acceleration and jerk.
 
-    The velocities of velocity Verlet are central differences of its displacements; the rates are
-    ``off`` times the jerk less: h^2/6, and 0 for other methods.
+    The velocities of velocity Verlet are central differences of its displacements. The rate is the
+    velocity less ``off`` times the jerk; ``off`` is h^2/6, and 0 for other methods.
     """
     net, jerk = _net(u, v, i, lo, leg, time, chain)
     return float(u[i]), float(v[i]) - off * jerk, net, jerk
@@ -232,7 +232,7 @@ def momentum_of(v: Any, lo: int, hi: int, chain: Any) -> float:
 
 @part
 def energy_of(u: Any, v: Any, lo: int, hi: int, chain: Any) -> float:
-    """Of granules lo ... hi - 1, of the contact ahead of each, and in constant forces."""
+    """Energy of granules lo ... hi - 1, of the contact ahead of each, and in constant forces."""
     total = 0.0
     for i in range(lo, hi):
         r = overlap_of(u, i, chain)

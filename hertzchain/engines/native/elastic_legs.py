@@ -20,16 +20,16 @@ from hertzchain.engines.native.elastic_step import accelerate_pushed
 from hertzchain.engines.native.interpolant import hertz_force
 
 DIVERGED_ENERGY = 10.0
-"""Energy over the work done by the applied force in a run that has diverged. Where steps are
-stable, but so long that the work of a short pulse is wrong, 2 was seen."""
+"""Energy over the work done by the applied force in a run that has diverged. Stable steps that are
+too long for the work of a short pulse gave up to 2 (measured)."""
 
 
 @part
 def is_diverged(energy: float, given: float, work: float, moved: float, chain: Any) -> bool:
     """Whether the chain has far more energy than it was given, at the start and by work.
 
-    A piston that goes back under a load takes more than it gave: constant forces do work then.
-    ``moved`` is the work that it did and took, both counted as positive.
+    A piston that goes back under a load takes more energy than it gave, as constant forces do work.
+    ``moved`` is the work of the piston, with both signs counted as positive.
     """
     if has_piston(chain):
         return not abs(energy) <= DIVERGED_ENERGY * (moved + abs(given))
@@ -40,7 +40,7 @@ def is_diverged(energy: float, given: float, work: float, moved: float, chain: A
 def begin_run(
     u: Any, v: Any, g: Any, start: Any, granules: int, seen: Any, run: Any, chain: Any
 ) -> None:
-    """Accelerations, energy and forces of contacts at the start; one that is pushed comes later."""
+    """Accelerations, energy and contact forces at the start, without the applied force."""
     for i in range(start.shape[1]):
         u[i], v[i] = start[0, i], start[1, i]
     run.given = energy_of(u, v, 0, granules, chain)
@@ -67,7 +67,7 @@ def start_leg(leg: Any, u: Any, v: Any, g: Any, seen: Any, run: Any, lo: int, ch
     run.push = applied_force(leg, leg[START])
     if has_piston(chain):
         u[0], v[0] = leg[PLACE], leg[VELOCITY]
-        # A piston that turns round makes a maximum, which lies in neither of the steps.
+        # A piston that turns round causes a maximum between two steps.
         force = with_stiffness(hertz_force(overlap_of(u, 0, chain)), 0, chain)
         if force > seen.force[0]:
             seen.force[0], seen.time[0] = force, leg[START]
@@ -76,7 +76,7 @@ def start_leg(leg: Any, u: Any, v: Any, g: Any, seen: Any, run: Any, lo: int, ch
 
 @part
 def pushed_legs(legs: Any) -> int:
-    """How many legs there are up to the last with a force."""
+    """Number of legs up to the last one with a force."""
     found = 0
     for k in range(legs.shape[0]):
         if legs[k, SHAPE] != 0:

@@ -11,7 +11,7 @@ from hertzchain.engines.native.elastic_chain import motion_of_contact, overlap_o
 from hertzchain.engines.native.interpolant import hermite, hertz_force, highest_place, value_at
 
 DIP = 0.75
-"""Over the step: see ``scan``. A half would do if overlap rates were parabolas."""
+"""Factor on the step: see ``scan``. A half would suffice if overlap rates were parabolas."""
 
 
 @compiled_without_nan
@@ -19,17 +19,15 @@ def scan(
     u0: Any, v0: Any, a: Any, u: Any, v: Any, g: Any, h: float, starting: bool, lo: int, hi: int,
     chain: Any,
 ) -> Any:  # fmt: skip
-    """What a step met: contacts with a maximum, the fastest to open or close, the largest speed.
+    """Scan a step: contacts with a maximum, the fastest to open or close, the largest speed.
 
-    A contact has had a maximum if its overlap rate w changes its sign. It may have had one where w
-    may do so twice, which is told, too: it keeps its sign at the ends, bends towards 0 at the start
-    and back at the end, and bends enough. A parabola c (t - t')^2 - d, d >= 0, that reaches 0
+    A contact has had a maximum if its overlap rate w changes its sign. It may also have had one
+    where w may change its sign twice: w has the same sign at both ends, bends towards 0 at the
+    start and back at the end, and bends enough. A parabola c (t - t')^2 - d, d >= 0, that reaches 0
     within a step of length h has w0 + w1 <= h (w1' - w0') / 2; ``DIP`` is the half and a margin.
-    Rates that change their sign three times in a step are not looked at. Which contacts open or
-    close is said in ``methods.Walker``.
-
-    The contact ahead of the last granule is looked at too, though it is never pressed: a whole
-    number of vectors is quicker than one contact less.
+    Rates that change their sign three times in a step are not considered. ``methods.Walker``
+    defines which contacts open or close. The contact ahead of the last granule is included, though
+    it is never pressed: a whole number of vectors is quicker than one contact less.
     """
     turns, dips, fastest, speed, dip = 0, 0, 0.0, 0.0, DIP * h
     for i in range(np.uint64(lo), np.uint64(hi)):
@@ -61,8 +59,8 @@ def keep_peaks(
     """The maxima of contact forces within a step, of the contacts that ``scan`` finds.
 
     ``time`` is that of the end of the step, to the last digit. ``slack`` is 0, and h for velocity
-    Verlet: its rates are off by h^2 / 6 times the jerk, so those count that are nearly 0, by six
-    times that while the jerk stays the same.
+    Verlet: its rates are off by h^2 / 6 times the jerk, so rates count as 0 up to six times that,
+    if the jerk stays the same.
     """
     peak_force, peak_time, dip = seen.force, seen.time, DIP * h
     for i in range(lo, hi - 1):
@@ -77,11 +75,11 @@ def keep_peaks(
         if not turns and not dips_here:
             continue
         r0, r1 = overlap_of(u0, i, chain), overlap_of(u, i, chain)
-        # As far as it can get, even if its rate changes by all that both ends say.
+        # The largest overlap possible, with the largest change of rate that both ends allow.
         reach = max(r0, r1) + h * (abs(w0) + abs(w1) + h * (abs(g0) + abs(g1)))
         if with_stiffness(hertz_force(reach), i, chain) <= peak_force[i]:
             continue
-        # The ends too: where the maximum is at one of them, rounding may hide it.
+        # The ends count, too: rounding may hide a maximum at one of them.
         ends = with_stiffness(hertz_force(max(r0, r1)), i, chain)
         if ends > peak_force[i]:
             peak_force[i] = ends
@@ -100,7 +98,7 @@ def keep_peaks(
 
 @part
 def keep_ends(seen: Any, u: Any, lo: int, hi: int, time: float, chain: Any) -> None:
-    """Keep forces of contacts that are still pressed harder at the end of a run."""
+    """Keep forces of contacts that are pressed hardest at the end of a run."""
     for i in range(lo, hi - 1):
         force = with_stiffness(hertz_force(overlap_of(u, i, chain)), i, chain)
         if force > seen.force[i]:

@@ -11,18 +11,19 @@ from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.native.compiling import part
 
 DONE, DIVERGED, STOPPED, TOO_MUCH, STUCK = range(5)
-"""How a run ended. The last two are of adaptive steps: more work than allowed, and steps that do
-not advance."""
+"""How a run ended. The last two occur with adaptive steps: more work than allowed, and steps that
+do not advance."""
 
 DEEPEST = 60
-"""Halvings of a step; below that time does not move."""
+"""Most halvings of a step; with more, time would not advance."""
 
 AHEAD = 8
 """Granules that the window grows by; a whole number of vectors."""
 
 LEAST = math.sqrt(float(np.finfo(np.float64).tiny))
-"""The least overlap that is one. Kernels that ask NumPy for it, or for ``np.all``, load Numba's
-arraymath and SciPy's linear algebra with it, a fifth of the time that a short command takes."""
+"""The least overlap, the smallest normal number. Kernels that take it from NumPy, or use
+``np.all``, also load Numba's arraymath and SciPy's linear algebra: a fifth of the time of a short
+command."""
 
 PROGRESS = np.dtype(
     [
@@ -55,7 +56,7 @@ class Steps(NamedTuple):
     verlet
         Whether velocities are those of velocity Verlet: see ``elastic_chain.motion_of_granule``.
     tolerance, starting
-        Of ``methods.Walker``; 0 for steps as asked.
+        As in ``methods.Walker``; 0 for steps as given.
     """
 
     legs: FloatArray
@@ -78,7 +79,8 @@ class Record(NamedTuple):
     notes
         See ``observables.first_pulse``; shape (0, columns) where none are wanted.
     noted
-        How many there are, shape (1,); a number above their room says how much room they take.
+        Number of notes, shape (1,); if it is above the room for them, it is the room that they
+        need.
     static
         Force of each contact at the start, shape (contacts,).
     fallen
@@ -96,7 +98,7 @@ class Record(NamedTuple):
 
 
 class Seen(NamedTuple):
-    """What a run finds of the contacts; all filled in.
+    """Results of a run for the contacts; the run fills them in.
 
     Peak forces and times are zero and NaN at the start, shape (N - 1,), or (N,) with a wall, which
     is last. The times of the record increase; the rest of it is zero at the start.
@@ -108,7 +110,7 @@ class Seen(NamedTuple):
 
 
 class State(NamedTuple):
-    """All that a run changes; made and held outside of the kernels, which then need no memory.
+    """All that a run changes; allocated outside of the kernels, which then need no memory.
 
     Parameters
     ----------
@@ -127,15 +129,15 @@ class State(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What a run found besides its peaks.
+    """Results of a run besides its peaks.
 
     Parameters
     ----------
     status
         DONE or one of the next constants.
     steps, evaluations
-        Steps taken, and force evaluations of the chain, those of refused steps too; of adaptive
-        steps those of granules.
+        Steps taken, and force evaluations of the whole chain, also those of refused steps; with
+        adaptive steps those of single granules.
     granule_evaluations
         Force evaluations counted granule by granule.
     end

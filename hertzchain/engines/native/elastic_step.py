@@ -1,8 +1,8 @@
 """Steps of a symplectic method for elastic contacts, compiled.
 
-Force, kick and drift of a stage are one loop, so that one square root per granule is what a stage
-costs. The force of an overlap r is r sqrt(r), written out in the loops (a function would round
-elsewhere). Only a window of the chain is computed: see ``elastic``.
+Force, kick and drift of a stage are one loop, so that a stage costs one square root per granule.
+The force of an overlap r is r sqrt(r), written out in the loops (a function would round
+differently). Only a window of the chain is computed: see ``elastic``.
 """
 
 from __future__ import annotations

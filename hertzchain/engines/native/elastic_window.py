@@ -1,6 +1,6 @@
-"""Granules that cannot matter any more, compiled: when they are left behind, and a run ends early.
+"""Granules that cannot change a peak any more: when they are left behind, and a run ends early.
 
-``left_behind`` says when.
+``left_behind`` has the conditions. Compiled.
 """
 
 from __future__ import annotations
@@ -46,10 +46,10 @@ two contacts are pressed alike."""
 
 @part
 def _strength(force: float, velocity: float) -> float:
-    """How hard contacts can come to be pressed, after one pulse, by what has these largest values.
+    """Largest force that a part of the chain with these largest values can cause after one pulse.
 
-    Not proved; in 6,787 scenes with one pulse, N 2 to 41, LM_ratio 0.1 to 100, n 1.001 to 101, no
-    peak was missed for it.
+    This is not proved. In 6,787 scenes with one pulse, N 2 to 41, LM_ratio 0.1 to 100, n 1.001 to
+    101, no peak was missed because of it.
     """
     return max(force, _IMPACT * max(velocity, 0.0) ** 1.2)
 
@@ -62,10 +62,10 @@ def _fastest(v: Any, i: Any) -> float:
 
 @part
 def _height(momentum: float, energy: float, hardest: float) -> float:
-    """Height of the solitary wave that has this momentum and energy; 0 where they are not of one.
+    """Height of the solitary wave with this momentum and energy; 0 if they are not those of one.
 
-    All three numbers have to fit: of a given momentum, one wave has another energy than two, or
-    than granules that fly.
+    All three numbers have to fit: for the same momentum one wave has another energy than two waves,
+    or than flying granules.
     """
     if momentum <= 0 or energy <= 0:
         return 0.0
@@ -79,7 +79,7 @@ def _height(momentum: float, energy: float, hardest: float) -> float:
 
 @part
 def left_behind(u: Any, v: Any, peak_force: Any, lo: int, hi: int) -> int:
-    """How far the window can be closed from behind once the pulse is over.
+    """Return where the window can begin, once the pulse is over.
 
     The shock has to be one pulse, in a plain chain: after a second push a broad packet can break
     up into waves stronger than any before, and unlike granules, gaps and walls reflect waves. A cut
@@ -87,23 +87,23 @@ def left_behind(u: Any, v: Any, peak_force: Any, lo: int, hi: int) -> int:
 
     - Ahead of it lies a quiet stretch: ``_QUIET_GRANULES`` granules whose overlaps and velocities
       are below ``_QUIET`` of those of the leading wave. Contacts that are hardly pressed are hardly
-      stiff, k = 3/2 overlap^(1/2), and what crosses d contacts of stiffness k in a time t is
-      smaller than what entered by (k t^2)^d / (2d)!. The waves ahead go on at their own speed
-      meanwhile, about a granule in a unit of time, so that the stretch only grows: with d = 8 + t
-      that factor is below 1e-24 for all t. Nothing passes but waves.
+      stiff, k = 3/2 overlap^(1/2), and a signal that crosses d contacts of stiffness k in a time t
+      is reduced by the factor (k t^2)^d / (2d)!. Meanwhile the waves ahead move on at about one
+      granule in a unit of time, so that the stretch only grows: with d = 8 + t that factor is below
+      1e-24 for all t. Only waves can pass.
     - What lies behind, up to the quiet stretch before, is either weak, or one solitary wave. It is
-      weak where it presses nothing as hard as any contact from there back has been pressed, nor as
-      the leading wave does (``_strength``, with a margin). After a single pulse, which leaves its
+    weak if it cannot reach the peak of any contact from there back, nor the force of the leading
+    wave (``_strength``, with a margin). After a single pulse, which leaves its
       strongest waves ahead, no contact is pressed harder later than the hardest now, or than the
-      fastest granule can press by running into one at rest. (After several pulses that is not so: a
+      fastest granule can press by running into one at rest. (After several pulses it can be: a
       broad packet can break up into stronger waves.)
-    - One solitary wave, told by momentum, energy and its hardest contact (``_height``), goes on as
-      it is. It only meets contacts that lie ahead of it, which waves as strong as the leading one
-      have passed: their peaks are compared with it, not those behind. While granules wait ahead it
-      presses none harder than its height. At the free end it does: the leading wave throws off the
-      last granules; a later wave finds the end loosened, throws granules against those that are
-      slower, and presses contacts up to 1.17 times its height. It has to stay below all peaks ahead
-      even so.
+    - One solitary wave, recognised by momentum, energy and its hardest contact (``_height``), does
+    not change. It only meets contacts that lie ahead of it, which waves as strong as the leading
+    one
+      have passed: their peaks are compared with it, not those behind. While granules ahead are at
+      rest it presses no contact harder than its height. At the free end it can: the leading wave
+      throws off the last granules, and a later wave throws granules against these slower ones, with
+      forces of up to 1.17 times its height. Even these forces have to be below all peaks ahead.
     """
     crest = hi - 1
     while crest > lo and max(u[crest - 1] - u[crest], 0) >= u[crest] - u[crest + 1]:
@@ -153,8 +153,8 @@ def left_behind(u: Any, v: Any, peak_force: Any, lo: int, hi: int) -> int:
 def is_settled(u: Any, v: Any, peak_force: Any, lo: int, hi: int) -> bool:
     """Whether no peak can change any more, once the pulse is over and all granules were reached.
 
-    Granules that fly off at the free end never come back; of the others none can press a contact
-    as hard as every contact has been pressed already.
+    Granules that fly off at the free end never come back, and the others cannot press any contact
+    as hard as the least of all peaks so far.
     """
     end = hi
     while end - 1 > lo and u[end - 2] < u[end - 1] and v[end - 2] < v[end - 1]:
@@ -173,9 +173,9 @@ def is_settled(u: Any, v: Any, peak_force: Any, lo: int, hi: int) -> bool:
 
 @part
 def leave_behind_in(u: Any, v: Any, g: Any, peak_force: Any, lo: int, hi: int, run: Any) -> int:
-    """Let go of granules that cannot matter any more; returns where the window begins now.
+    """Leave behind granules that cannot change a peak; returns where the window begins now.
 
-    What is let go keeps its momentum and energy, which are counted.
+    The momentum and the energy of the granules left behind are added to ``run``.
     """
     cut = left_behind(u, v, peak_force, lo, hi)
     if cut > lo:

@@ -11,9 +11,9 @@ rests; a near wall is one more granule, in front, that rests. In natural units
     if it acts on another granule, F(t) is added there
 
 Without attraction F_i is never below 0. Gravity and precompression are the constants. A striker is
-granule 1 with a velocity at the start, which any other may have, too. A piston is granule 1 with
-1/m = 0: it moves by its strokes.
-The paper's chain has k = m = 1, no gap, no damping and no constants.
+granule 1 with a velocity at the start; any other granule may have one, too. A piston is granule 1
+with 1/m = 0: it moves by its strokes. The paper's chain has k = m = 1, no gap, no damping and no
+constants.
 
 ``in_numpy`` and ``in_scipy`` integrate these lines; the compiled kernels are compared with them.
 """

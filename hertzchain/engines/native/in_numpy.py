@@ -36,7 +36,7 @@ AppliedForce = Callable[[Any], Any]
 """Function that gives the force on the first granule at a time, in the precision of that time."""
 
 _BLOCK = 256
-"""Samples passed on at a time (chosen): NumPy's cost per call is small, and so is the memory."""
+"""Samples passed on together (chosen): enough for NumPy's cost per call, and little memory."""
 
 
 _ARRAYS = 20
@@ -128,9 +128,9 @@ def integrate(
 ) -> Iterator[tuple[Leg, Samples]]:
     """Integrate a chain; yield each leg with successive samples, of which the first is known.
 
-    ``motion``, displacement and velocity at the start, shape (2, granules), sets the precision and
-    is that at the end of the samples from then on. Legs are in natural units. Raises StepUnstable
-    if the motion diverges.
+    ``motion``, displacement and velocity at the start, shape (2, granules), sets the precision;
+    after each yield it is the motion at the end of the samples. Legs are in natural units. Raises
+    StepUnstable if the motion diverges.
     """
     dtype = motion.dtype.type
     state = State(motion[0].copy(), motion[1].copy(), np.zeros_like(motion[0]))

@@ -39,9 +39,9 @@ LONGEST = 0.2
 another does not pass through its contact within a step."""
 
 _PART, _LEAST = 0.01, 3e-14
-"""Tolerances of SciPy over the wanted one, as it takes the mean over granules that rest and scales
-with displacements of granules that fly off: a part of 1 lost 1.4e-6 of the demo's energy at 2e-8,
-this one 7e-9; and the least relative tolerance that SciPy takes."""
+"""Tolerance of SciPy over the wanted one; and the least relative tolerance that SciPy takes.
+SciPy's error is a mean that includes resting granules, and scales with displacements of granules
+that fly off: a part of 1 lost 1.4e-6 of the demo's energy at 2e-8, this one 7e-9."""
 
 SAMPLES = 4
 """Samples of the dense output in the longest step (chosen): peaks between them are interpolated."""

@@ -1,4 +1,4 @@
-"""The polynomial of a step that meets value and three derivatives at its ends, and its maxima.
+"""The polynomial of a step with given value and three derivatives at both ends; its maxima.
 
 Compiled; ``observables.hermite`` is the same in NumPy.
 """
@@ -35,7 +35,7 @@ def hertz_force_rate(r: float, rate: float) -> float:
 def hermite(start: Any, end: Any, h: float) -> Any:
     """Coefficients in s = (t - t_start) / h of the polynomial of degree 7 that meets both ends."""
     x, p, q, c = np.float64(start[0]), start[1] * h, start[2] * h * h / 2, start[3] * h**3 / 6
-    # What the cubic from the start misses at the end, in value and three derivatives.
+    # Differences at the end from the cubic of the start, in value and three derivatives.
     d = end[0] - x - p - q - c
     d1 = end[1] * h - p - 2 * q - 3 * c
     d2 = end[2] * h * h - 2 * q - 6 * c
@@ -116,8 +116,8 @@ def highest_place(c: Any, known: float, b: Any) -> float:
     """Where in [0, 1] a polynomial of degree 7 is highest between its ends; -1 where nowhere.
 
     The slope has no more zeros in an interval than its Bernstein coefficients have changes of sign
-    there (Descartes). Where they have more than one the interval is halved, and left out where they
-    say that no force is above ``known``.
+    there (Descartes). If there is more than one change, the interval is halved, unless the
+    coefficients show that no force is above ``known``.
 
     Parameters
     ----------

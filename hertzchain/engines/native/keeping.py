@@ -1,6 +1,6 @@
-"""Compiled code on disk, by parts of Numba without a public name.
+"""Compiled code on disk, by parts of Numba that have no public name.
 
-Numba lets through: full disks, cut indices, another version by a process at the same moment.
+Numba does not handle full disks, truncated indices, or another process that writes another version.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from numba.core.runtime.nrt import rtsys
 from hertzchain.engines.native.preparation import begins, ends
 
 UNCOUNTED = {"_nrt": False} if hasattr(DefaultOptions, "_nrt") else {}
-"""What makes no arrays need not count references to them: counting costs a quarter of a run."""
+"""Code without arrays need not count references to them: counting costs a quarter of a run."""
 
 
 class _Telling:
-    """Tells the runs that are watched when a kernel is loaded or compiled."""
+    """Reports to ``preparation`` when a kernel is loaded or compiled."""
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         begins()
@@ -37,7 +37,7 @@ class _Telling:
 
 
 class Kept(_Telling, FunctionCache):
-    """A folder keeps compiled code; whatever is wrong with that, it is compiled again."""
+    """Compiled code in a folder; if anything there fails, the code is compiled again."""
 
     def _found(self, sig: Any, target_context: Any) -> Any:
         with suppress(Exception):  # what was damaged can raise anything
@@ -46,13 +46,13 @@ class Kept(_Telling, FunctionCache):
                 found = self._load_overload(sig, target_context)  # type: ignore[no-untyped-call]
             if found is None or tuple(found.signature.args) == tuple(sig):
                 return found
-        with suppress(Exception):  # what cannot be read could not be replaced either
+        with suppress(Exception):  # an entry that cannot be read could not be replaced either
             self.flush()  # type: ignore[no-untyped-call]
         return None
 
 
 def kept(function: Any, stamp: Any) -> Any:
-    """What keeps the code of a function while its source has a stamp."""
+    """Return the store of a function's code, valid while its source has a stamp."""
     with suppress(RuntimeError, OSError):  # no folder can be written
         cache = Kept(function)  # type: ignore[no-untyped-call]
         cache._cache_file._source_stamp = stamp

@@ -65,8 +65,8 @@ def code_of(shape: str) -> int:
 def leg_rows(legs: Sequence[Leg], units: NaturalUnits) -> FloatArray:
     """Return legs [s, N] for the kernels, in natural units, shape (legs, 8).
 
-    A quarter of a sine is half of a cosine ramp, whose other half no leg reaches; half of the
-    growth is in that half.
+    A quarter of a sine is one half of a cosine ramp; no leg reaches the other half, which has half
+    of the growth.
     """
     rows = []
     for leg in legs:
@@ -140,7 +140,7 @@ def room_for(
 def noted_pulses(
     record: Record, contacts: Contacts | None, largest: FloatArray
 ) -> FirstPulses | None:
-    """Return the first pulses that a run took notes of; TooExpensive if they take too much room."""
+    """Return the first pulses from the notes of a run; TooExpensive if these need too much room."""
     if contacts is None:
         return None
     count = record.noted[0]

@@ -1,6 +1,6 @@
-"""Integration methods: tables of coefficients, how steps are halved, and those asked for by name.
+"""Integration methods: tables of coefficients, how steps are halved, and methods by name.
 
-``in_numpy.step`` takes them for u'' = f(t, u).
+``in_numpy.step`` applies them to u'' = f(t, u).
 Adaptive steps take SciPy's DOP853 (``damped_runs``).
 """
 
@@ -52,9 +52,9 @@ class Walker:
     peaks of the paper's scenes. With a tolerance of 0 steps are taken as given.
 
     The front of a wave closes contacts too, but so smoothly that short steps everywhere are cheaper
-    than halved steps there. Steps near every contact that hardly overlaps are halved only for the
-    time ``starting`` from the start [natural time units], when the first granules begin to move as
-    a power of time, or where only accuracy counts.
+    than halved steps there. So steps near every contact that hardly overlaps are halved only during
+    the time ``starting`` from the start [natural time units], when the first granules begin to move
+    as a power of time, or where only accuracy counts.
 
     ``cosine_steps`` is the least number of steps on a cosine ramp: the steps integrate its impulse,
     on which the motion after a short pulse depends, right to 1e-14 with 32 steps; one step, halved

@@ -1,4 +1,4 @@
-"""The motion of a scene at given times by a single run, for many scenes that differ by little."""
+"""The motion of a scene at given times by a single run, for many scenes with small differences."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from hertzchain.scene.scene import Scene
 def motion_at(scene: Scene, time: FloatArray, rtol: float, deadline: Deadline) -> History:
     """Return the motion at some times [s] within the scene's run.
 
-    Of damped scenes it is the first run that ``Native`` tries for ``rtol``, without those by which
-    it bounds the error: two thirds of the work. Nothing is refused.
+    For damped scenes it is the first run that ``Native`` tries for ``rtol``, without the runs that
+    bound the error, which are two thirds of the work. Nothing is refused.
     """
     if scene.contact is None:
         native = Native(rtol=rtol, time_limit=max(deadline.left, 1e-3), wanted="first")

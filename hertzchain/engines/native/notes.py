@@ -76,7 +76,7 @@ def note_damped(
     seen: Any, start: Any, end: Any, begin: float, h: float, fresh: bool, hi: int, c: Any,
     chosen: Any,
 ) -> None:  # fmt: skip
-    """The same of damped contacts; a step that is ``fresh`` has no jerk at its start."""
+    """The same for damped contacts; a step that is ``fresh`` has no jerk at its start."""
     record = seen.record
     for i in range(min(hi, seen.force.size)):
         largest, when, contact = seen.force[i], seen.time[i], chosen[i]

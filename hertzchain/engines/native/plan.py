@@ -20,7 +20,7 @@ from hertzchain.observables.error_bound import is_short
 from hertzchain.scene.scene import Scene
 
 TIGHTEST, LOOSEST = 1e-10, 0.01
-"""Range of accuracies that can be asked for; below it round-off and opening contacts decide."""
+"""Range of accuracies that can be wanted; below it round-off and opening contacts dominate."""
 
 _LONGEST_STEP = 0.8
 """Longest step [natural time units]; at 1.0 the methods begin to fail."""
@@ -52,7 +52,7 @@ where shorter steps help, they usually halve the error.
 """
 
 _CHEAP = 1e8
-"""Granules times force evaluations, a few tenths of a second: below it all plans are tried."""
+"""Granules times force evaluations (a few tenths of a second) below which all plans are tried."""
 
 _LOOSE, _LOOSE_CHECKED = 1e-3, 3e-5
 """Accuracies from which on SRKN_6^b is cheaper than SRKN_11^b, without and with a second run."""
@@ -64,7 +64,7 @@ wanted accuracy.
 
 _CLOSER_AT_ONCE, _CLOSER_WITH_TERMS = 1e-3, 1e-5
 """Least ratio of a further plan's accuracy to that of the plan before. With terms errors fall in
-proportion down to it: eight long runs of dimers needed a third fewer plans.
+proportion to it: eight long runs of dimers needed a third fewer plans.
 """
 
 _UNREFINED = 1e-4
@@ -151,7 +151,7 @@ def cheapest(rtol: float, checked: bool = True, hard: bool = False) -> Plan:
     refinement tolerance.
     """
     tight = max(0.0, -math.log10(rtol) - 6)
-    aim = rtol / 2.4  # the rest cannot be estimated
+    aim = rtol / 2.4  # the rest of the error has no estimate
     if hard:
         aim = min(aim / _HARDER, _HARD_RTOL)
     cosine_steps = 8 if rtol > 1e-8 else 16

@@ -1,4 +1,4 @@
-"""The time that kernels take before they can run: compiling them, or loading what is kept."""
+"""The time to prepare kernels: compiling them, or loading compiled code from disk."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from contextvars import ContextVar, Token
 import numpy.ma  # noqa: F401 - Numba asks for it at the first array
 
 _RUNS: ContextVar[tuple[Watched, ...]] = ContextVar("runs", default=())
-"""The runs that are watched here. Threads of a run work in copies of its context."""
+"""The runs that are timed here. Threads of a run work in copies of its context."""
 
 
 def begins(compiles: bool = False) -> None:
@@ -20,7 +20,7 @@ def begins(compiles: bool = False) -> None:
 
 
 def ends(compiles: bool = False) -> None:
-    """What began in this thread has ended."""
+    """The preparation that began in this thread has ended."""
     for run in _RUNS.get():
         run.ends(compiles)
 
@@ -56,12 +56,12 @@ class Watched:
             self._on_compiling()
 
     def ends(self, compiles: bool) -> None:
-        """It has ended."""
+        """The preparation of a kernel has ended."""
         (self._compiled if compiles else self._prepared).stop()
 
     @property
     def compile_time(self) -> float:
-        """Time spent on compiling [s]; 0 where all that was needed is kept on disk."""
+        """Time spent on compiling [s]; 0 where all needed kernels are on disk."""
         return self._compiled.duration
 
     @property
@@ -71,7 +71,7 @@ class Watched:
 
 
 class _Clock:
-    """Adds up the time in which any thread of a run is at something."""
+    """Adds up the time in which any thread of a run does a certain work."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -80,7 +80,7 @@ class _Clock:
 
     @property
     def duration(self) -> float:
-        """The time so far [s], including what has not ended yet."""
+        """The time so far [s], including work that has not ended yet."""
         with self._lock:
             return self._done + (time.perf_counter() - self._begin if self._busy else 0.0)
 

@@ -1,4 +1,4 @@
-"""A run in plain NumPy as its samples tell it: peaks, history, momentum and energy."""
+"""Results of a run in plain NumPy, from its samples: peaks, history, momentum and energy."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def state_at_start(scene: Scene, dtype: Any = np.float64, added: Array | None = 
 
 
 def on_stroke(leg: Leg, displacement: Array, velocity: Array) -> dict[str, Array]:
-    """Return displacement and velocity of all granules, the piston's as its stroke begins."""
+    """Return the motion of all granules when a stroke begins, with that of the piston set."""
     assert leg.stroke is not None
     displacement, velocity = displacement.copy(), velocity.copy()
     displacement[0], velocity[0] = leg.stroke.displacement_at(leg.start), leg.stroke.velocity
@@ -70,14 +70,14 @@ def simulation_of(
     motion: Array | None = None,
     contacts: Contacts | None = None,
 ) -> Simulation:
-    """Return what blocks of samples tell of a run; all is in natural units.
+    """Return the results of a run from blocks of samples; all is in natural units.
 
     The first sample of a block is the last of the block before. ``start`` is displacement and
-    velocity, shape (2, granules). With ``is_verlet`` damping feels velocities of half a step
-    before, as LAMMPS forms it. ``motion`` holds displacement and velocity at the end after the last
-    block, where they are not those of its last sample. With ``contacts`` there are first pulses.
-    Raises StepUnstable if the chain has far
-    more energy than it was given, TooExpensive if the run has taken longer than the deadline.
+    velocity, shape (2, granules). With ``is_verlet`` damping is computed with the velocities half a
+    step before, as in LAMMPS. ``motion`` holds displacement and velocity at the end after the last
+    block, where they are not those of its last sample. With ``contacts`` the results include first
+    pulses. Raises StepUnstable if the chain has far more energy than it was given, TooExpensive if
+    the run has taken longer than the deadline.
     """
     watch = Watch(scene, law_of(chain), chain.inverse_mass, contacts, recorder)
     given, steps = start.dtype.type(chain.energy(*start)), 0
@@ -110,5 +110,5 @@ def simulation_of(
 
 
 def law_of(chain: Chain) -> DampedLaw:
-    """Return the law of the contacts of a chain, for what watches it."""
+    """Return the law of the contacts of a chain, for its ``Watch``."""
     return DampedLaw(chain.stiffness, chain.damping, chain.exponent, chain.attraction)

@@ -45,7 +45,7 @@ _STEP_IN_EVALUATIONS = 500
 """Additional cost of a step, in force evaluations of a granule."""
 
 _LOOKS = 10.0
-"""Steps times granules after which a run counts as long, in millions: 0.1 s."""
+"""Number of checks, each after a million steps times granules, after which a run is long: 0.1 s."""
 
 _PEAKS_ALONE = "; peaks alone take less: Native(peaks_only=True), or hertzchain run"
 
@@ -166,7 +166,7 @@ class Prepared:
         outcome, displacement, velocity = found
         if leave_behind:
             displacement = velocity = np.full(granules, np.nan)
-        else:  # without all that else was changed by the run
+        else:  # copies, so that the memory of the run is freed
             displacement, velocity = displacement.copy(), velocity.copy()
         return Simulation.of(outcome, displacement, velocity, peaks)
 
@@ -239,7 +239,7 @@ class Prepared:
         if not is_long:
             control[0] = _LOOKS
             found = run()
-            # Steps may be halved so often that a short run becomes long.
+            # With many halved steps a short run becomes long.
             is_long = found[0].status == elastic_state.STOPPED
         if is_long:
             control[:], force[:], time[:], record.noted[:] = 0.0, 0.0, np.nan, 0
@@ -265,7 +265,7 @@ def _least_time(scene: Scene, rows: FloatArray, stages: int, leave_behind: bool)
 
     While the force acts no granule is dropped, and the front moves along the chain with at least
     half the speed of a wave as strong as the shock (measured). Under a pulse table, which may push
-    late and little, only the first granule is certain to move. With terms but without constant
+    late and weakly, only the first granule is certain to move. With terms but without constant
     forces steps cost nothing while all granules fly.
     """
     granules = scene.bodies
