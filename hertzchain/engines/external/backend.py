@@ -174,7 +174,8 @@ class _Runner:
     def extrapolated(self) -> bool:
         """True if peaks are extrapolated: on request, or for damped contacts with high accuracy.
 
-        Errors of dashpots that close at a speed are no power of the step, and remain.
+        Errors of dashpots that close at a speed are not proportional to a power of the step, and
+        remain.
         """
         steps = self.steps
         needed = self.order == 1 and steps.dt is None and steps.rtol < _PLAIN_IF_DAMPED
@@ -189,7 +190,7 @@ class _Runner:
     def _has_rivals(self) -> bool:
         """True if a later blow, with an error of its own, may be the hardest one.
 
-        Damping makes later blows softer; of these only maxima near the highest are known.
+        Damping weakens later blows, of which only maxima near the highest one are kept.
         """
         return self.scene.contact is None and not self.scene.is_plain
 
@@ -279,7 +280,7 @@ class _Runner:
     def _errors_of_extrapolated(
         self, found: Sequence[Peaks], legs: Sequence[Leg], peaks: PeakWatch
     ) -> ContactErrors:
-        """Bounds of the errors by the steps of what was last extrapolated, on legs."""
+        """Bounds of the errors from the steps, for the last extrapolation, on legs."""
         gain, unit = step_error.least_gain(self.scene), self.scene.contact_time
 
         def bound(*differences: FloatArray) -> Any:

@@ -115,7 +115,8 @@ class ExternalEngine(ABC):
         Raises
         ------
         SceneError
-            For what is no scene, a file that is none, or impossible times.
+            If the argument is neither a scene nor the path of a scene file, or for impossible
+            times.
         BackendMissing
             If the code is not installed.
         StepUnstable

@@ -30,8 +30,8 @@ from hertzchain.scene.schedule import Leg
 class Observation:
     """Observes a run of the scene that a code was given, in the units of the true scene.
 
-    Scene and legs are the true ones; ``made`` describes how those given to the code differ;
-    ``times`` are those of a history [s], if one is wanted; ``code`` is the name in messages;
+    Scene and legs are the true ones; ``made`` relates them to the similar ones that the code was
+    given; ``times`` are those of a history [s], if one is wanted; ``code`` is the name in messages;
     ``first``: first pulses are wanted.
     """
 
@@ -165,7 +165,7 @@ def _fastest(scene: Scene) -> float:
         energy = 2 * float(np.sum(moved)) * scene.piston.impact_velocity**2 + static
         energy += moved.size * scene.units.energy
     else:
-        # The halves of a sine cancel in the impulse, but not in the velocities.
+        # The two halves of a cycle of a sine cancel in the impulse, but not in the velocities.
         pushed = math.fsum(abs(ramp.impulse) for ramp in scene.ramps)
         momentum = pushed + abs(float(scene.granules.moved[0]))
         energy = momentum**2 / (2 * scene.pushed_mass) + static

@@ -1,9 +1,10 @@
 """A similar scene with a softer chain, which loses fewer digits to absolute coordinates.
 
 Codes compute overlaps from coordinates as large as 2 R N plus the flight of the chain, in which
-small overlaps keep few digits. If E is replaced by s E, all else and all forces unchanged, overlaps
-and displacements grow by s^(-2/3) and times by s^(-1/3): with s = 8^(-k) by 4^k and 2^k, without
-rounding. Neither contact stiffness nor mass is used, so that a mistake in either still shows.
+small overlaps keep few digits. If E is replaced by s E, with all forces and everything else
+unchanged, overlaps and displacements grow by s^(-2/3) and times by s^(-1/3): with s = 8^(-k) by 4^k
+and 2^k, without rounding. Neither contact stiffness nor mass is used, so that a mistake in either
+remains visible.
 """
 
 from __future__ import annotations
@@ -122,8 +123,8 @@ NONE = Softening(0)  # the true scene
 def softening(scene: Scene, steps: int) -> Softening:
     """Return the relation to the scene to compute, which is the true one where that loses little.
 
-    Otherwise overlaps become as deep as allowed and useful: where the chain flies farther than its
-    length, coordinates grow with the overlaps.
+    Otherwise overlaps become as deep as is allowed and useful: where the chain flies farther than
+    its own length, coordinates grow with the overlaps, and deeper ones gain nothing.
     """
     length, smallest = scene.units.length, float(np.min(scene.granules.radius))
     overlap, _, flight = _expected(scene)
@@ -190,7 +191,7 @@ def _expected(scene: Scene) -> tuple[float, float, float]:
     if scene.is_plain:
         return _overlap(_highest_peak(scene)), _overlap(_lowest_peak(scene)), _flight(scene)
     stiffness, first = scene.granules.stiffness, scene.first_granule
-    # All the time as fast as a granule that the shock throws ahead, or that moves at the start.
+    # At all times as fast as a granule that the shock throws ahead, or that moves at the start.
     thrown = float(np.max(np.abs(scene.granules.velocity[1:]))) / scene.units.velocity
     flight = max(2.0 * min(1.0, scene.momentum_ratio), thrown) * scene.end_time / scene.units.time
     return (

@@ -27,7 +27,7 @@ DAMPED_READINGS = 0.2
 # bound of the error by a reading before a dashpot closes, over (interval times rate)^2; measured
 TOUCH = 0.1
 DASHPOT = 0.6  # relative error over dt times the rate of the dampers: see ``touch_error``
-# the same of extrapolated peaks over that of the finer run: twice its error, and that of the other
+# the same for extrapolated peaks over that of the finer run: twice its error, plus the other's
 _OF_EXTRAPOLATED = 4.0
 # steps of a leg in the finest of three runs: with fewer, errors are no power of dt yet
 _FEW_STEPS = 16
@@ -116,7 +116,7 @@ def touches_at_a_speed(scene: Scene) -> bool:
 
 
 def usual_accuracy(scene: Scene) -> float:
-    """Return the accuracy that is compared by default: 1e-6, or 1e-4 where dashpots close at speed.
+    """Return the default accuracy of ``compare``: 1e-6, or 1e-4 where dashpots close at a speed.
 
     Errors are of first order there: 1e-4 takes 5 s for 5 granules, 1e-6 minutes.
     """
@@ -137,8 +137,8 @@ def rival_errors(
         between maxima: one that is lower in every run may be the highest.
     other, factor
         Peaks of a run with other steps: so many times the difference of the second maxima bounds
-        the error of the second maximum. In a chain with a wall a later blow, ten times less
-        accurate than the highest maximum, was the highest in truth and in neither run.
+        the error of the second maximum. In one chain with a wall a later blow was the highest in
+        the exact solution, but in neither run, because its error was ten times that of the first.
     """
     judged, rival = judged_contacts(highest, ESTIMATED), peaks.rival
     reached = 2 * np.abs(peaks.force - highest)
@@ -171,8 +171,8 @@ def _interpolation_error_of_damped(rate: float, dt: float, h: float) -> float:
     All numbers are in natural units. In 80 random scenes readings 0.2, 0.1 and 0.05 natural time
     units apart cost up to 2.6e-5, 7e-7 and 4e-7 of the peaks, the last as much as readings at each
     step of 0.002: 0.1 dt^2. Strong dampers let a force decay within 1 / rate of the closing of a
-    contact: see ``DAMPED_ONSET``. What readings before a jump of the force leave is known after the
-    run: see ``PeakWatch.reading_error``.
+    contact: see ``DAMPED_ONSET``. The error from readings before a jump of the force is known after
+    the run: see ``PeakWatch.reading_error``.
     """
     by_steps = DAMPED_READINGS * (dt * max(1.0, rate)) ** 2
     return DAMPED_INTERPOLATION * h**5 + DAMPED_ONSET * (h * rate) ** 3 + by_steps

@@ -72,8 +72,8 @@ class Lammps(ExternalEngine):
         MPI ranks of the binary, started by the ``mpiexec`` in its folder or else on the search
         path.
     wanted
-        What ``rtol`` is asked of, ``all`` for the largest forces or ``first`` for first pulses: see
-        ``Native``, whose default it has.
+        The forces for which ``rtol`` holds: ``all`` for the largest forces, or ``first`` for first
+        pulses. The default is that of ``Native``.
 
     Raises
     ------
@@ -118,7 +118,7 @@ class Lammps(ExternalEngine):
             return run_in(child, self, scene, record)
 
     def examine(self, scene: Scene) -> FoundDeck:
-        """Read from LAMMPS the numbers that it has for the deck of a scene; see ``reading.own``.
+        """Read the numbers of a scene's deck from LAMMPS; see ``reading.own``.
 
         Raises
         ------
@@ -128,7 +128,7 @@ class Lammps(ExternalEngine):
             If LAMMPS stops with an error or, in its own process, crashes.
         """
         deadline, program = Deadline(self.time_limit), None
-        # The folder is this process's: one of a process that is ended would stay.
+        # This process makes the folder: one of a killed process would not be removed.
         with work_folder("LAMMPS") as folder, Child() as child:
 
             def ask(function: Callable[..., Any], *arguments: Any) -> Any:
@@ -138,7 +138,7 @@ class Lammps(ExternalEngine):
 
             if self.lmp is None:
                 version = ask(look)[0]
-            else:  # a binary is asked on one process
+            else:  # a binary is probed on one process
                 found = Program.find(str(self.lmp), self.ranks, deadline)
                 version = found.build.version
                 program = replace(found, command=found.command[-1:])

@@ -50,7 +50,7 @@ _HOW_TO_GET_IT = f"name one that is there, or install it with: {dialect.INSTALL}
 
 
 def look(lmp: str, deadline: Deadline) -> dialect.Build:
-    """Version and MPI of a LAMMPS binary, asked once in a process unless the file changes."""
+    """Return version and MPI of a LAMMPS binary; read once in a process unless the file changes."""
     program = find_program(lmp, _HOW_TO_GET_IT)
     file = Path(program).stat()
     key = (program, file.st_dev, file.st_ino, file.st_size, file.st_mtime_ns)
@@ -59,7 +59,7 @@ def look(lmp: str, deadline: Deadline) -> dialect.Build:
     return _SEEN[key]
 
 
-# cached by path and file; asking takes 0.13 s
+# cached by path and file; reading them takes 0.13 s
 _SEEN: dict[tuple[str, int, int, int, int], dialect.Build] = {}
 
 
@@ -229,7 +229,7 @@ class Binary:
 def _leg(
     scene: Scene, number: int, before: Leg | None, leg: Leg, stride: int, columns: tuple[str, ...]
 ) -> list[str]:
-    """Return the commands of a leg, cut as for the module, so that times add up identically."""
+    """Return the commands of a leg, cut as for the module, so that times are the same sums."""
     write = dialect.write_dump(f"{number}.dump", columns, append=True)
     go = f'{dialect.go_on(leg.steps)} every {stride} "{write}"'
     return [*deck.leg_commands(scene, leg, before), dialect.NO_STEP, write, go]

@@ -45,7 +45,7 @@ def tsuji(restitution: float, root_2: bool) -> float:
 
 
 def asked_of_tsuji(restitution: float) -> float | None:
-    """Return the number with which ``damping tsuji`` damps as ``coeff_restitution``; None for none.
+    """Return the number with which ``tsuji`` damps as ``coeff_restitution``; None if there is none.
 
     For ``restitution`` alpha has to be sqrt(5) beta. The polynomial falls from 1.2728 at 0, and
     LAMMPS takes no number below 0: a restitution below 0.113 has no such number.

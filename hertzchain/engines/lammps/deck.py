@@ -60,7 +60,7 @@ def set_up(scene: Scene, pair_style: str = "granular", version: str | None = Non
 
 
 def chain(scene: Scene, pair_style: str) -> list[str]:
-    """Return the commands after ``START``: granules, contacts, motion and what holds the chain.
+    """Return the commands after ``START``: granules, contacts, motion, and supports and loads.
 
     RunFailed if LAMMPS, or this pair style, does not support the scene.
     """
@@ -142,7 +142,8 @@ class _Kind:
 def _kinds(scene: Scene) -> tuple[list[_Kind], list[int]]:
     """Return the types of granules in their order along the chain, and each granule's, from 1.
 
-    A near wall's has a type of its own, as only its contact has the stiffness of a plane.
+    The fixed granule of a near wall has its own type, as only its contact has the stiffness of a
+    plane.
     """
     kinds, numbers = _alike(scene)
     if scene.near_wall is not None and numbers[0] in numbers[1:]:

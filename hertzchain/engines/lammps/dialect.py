@@ -102,7 +102,7 @@ NO_STEP = "run 0 post no"  # command that computes forces and takes no step
 
 
 def go_on(steps: int) -> str:
-    """Command for steps that continue the run before, with its neighbours, at least cost."""
+    """Command for steps that continue the run before, with its neighbours, at the least cost."""
     return f"run {steps} pre no post no"
 
 

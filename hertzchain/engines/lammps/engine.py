@@ -114,6 +114,6 @@ def _search_path_kept() -> Iterator[None]:
 
 
 def forget_shared_memory(pid: int) -> None:
-    """Remove the name of the memory that a process shares by MPICH; who has it keeps it."""
+    """Remove the name of a process's shared memory of MPICH; processes that use it keep it."""
     with suppress(OSError):
         Path(f"/dev/shm/mpich_shm_{pid:x}_0").unlink()  # noqa: S108

@@ -58,7 +58,7 @@ class Child:
     ) -> Any:
         """Call a function in the process, within a time limit [s]; return or raise its outcome.
 
-        ``who`` is at work there, in the words of an error if the process ends.
+        ``who`` names in an error, if the process ends, the code that runs there.
         """
         request = pickle.dumps(pickle.dumps((function, arguments)))
         deadline = Deadline(time_limit)
@@ -67,7 +67,7 @@ class Child:
             process = self._process = _Process()
         try:
             answer = process.ask(request, deadline)
-        # time limit, Ctrl-C: a late answer must not be taken for that of the next call
+        # time limit, Ctrl-C: a late answer must not be taken for the answer to the next call
         except BaseException:
             self.end()
             raise
@@ -183,7 +183,7 @@ def _failure(status: int, said: str, who: str) -> RunFailed:
 
 
 def serve() -> None:
-    """Answer requests from standard input until the process that asks is gone."""
+    """Answer requests from standard input until the parent process is gone."""
     requests, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     # Output of LAMMPS and MPI must not mix with the answers.
     os.dup2(2, 1)
@@ -212,5 +212,5 @@ def _answer(request: bytes) -> bytes:
         return pickle.dumps((False, problem))
     except MemoryError:
         return pickle.dumps((False, not_enough_memory("this chain")))
-    except Exception:  # a bug, raised again in the process that asked
+    except Exception:  # a bug, raised again in the parent process
         return pickle.dumps((False, RuntimeError(traceback.format_exc())))

@@ -48,8 +48,8 @@ class Liggghts(ProgramEngine):
     time_limit
         Time limit of a run [s], including the search for its step and its error.
     wanted
-        What ``rtol`` is asked of, ``all`` for the largest forces or ``first`` for first pulses: see
-        ``Native``, whose default it has.
+        The forces for which ``rtol`` holds: ``all`` for the largest forces, or ``first`` for first
+        pulses. The default is that of ``Native``.
 
     Raises
     ------

@@ -23,9 +23,9 @@ class Yade(ProgramEngine):
     """A generated script, run by the program ``yade``.
 
     Each run starts Yade, which takes 1.4 s. A step of 60 granules takes 5e-5 s, about half of it
-    for a Python function that applies the force and reads the state at each step. Of the laws of
-    damping Yade has the one with a restitution, in contacts that do not pull. While it runs, Yade
-    listens on a port of this machine, protected by a password; no option turns this off.
+    for a Python function that applies the force and reads the state at each step. Yade has one law
+    of damping, that with a restitution, in contacts that do not pull. While it runs, Yade listens
+    on a port of this machine, protected by a password; no option turns this off.
 
     Parameters
     ----------
@@ -44,8 +44,8 @@ class Yade(ProgramEngine):
     time_limit
         Time limit of a run [s], including the search for its step and its error.
     wanted
-        What ``rtol`` is asked of, ``all`` for the largest forces or ``first`` for first pulses: see
-        ``Native``, whose default it has.
+        The forces for which ``rtol`` holds: ``all`` for the largest forces, or ``first`` for first
+        pulses. The default is that of ``Native``.
 
     Raises
     ------

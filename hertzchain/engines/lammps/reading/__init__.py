@@ -1,1 +1,1 @@
-"""Somebody's own deck: LAMMPS reads it, is asked for every number, runs it and is watched."""
+"""A user's deck: LAMMPS reads it, is queried for every number, and runs it under observation."""

@@ -1,7 +1,7 @@
-"""Which commands of somebody's deck LAMMPS is given: nothing is written, nothing else is run.
+"""The commands of a user's deck that LAMMPS is given: no files are written, no programs run.
 
-What is on no list here is refused: a command that might change the motion must not be left out, and
-one that might write must not be carried out.
+A command that is on no list here is refused: one that might change the motion must not be left out,
+and one that might write must not be carried out.
 """
 
 from __future__ import annotations
@@ -53,10 +53,10 @@ MOVES = frozenset(
 """Fixes that move granules."""
 
 LEADS = "move"
-"""The one of them that leads granules, whatever the forces."""
+"""The one of them that prescribes the motion of granules, whatever the forces."""
 
 IGNORES_FORCES = "nve/noforce"
-"""The one of them by which granules keep their velocities."""
+"""The one of them that keeps the velocities of granules."""
 
 _FORCES = frozenset(
     ("addforce", "addtorque", "aveforce", "setforce", "freeze", "gravity", "viscous",
@@ -80,7 +80,7 @@ _TAKES_NOTE = frozenset(
      "ave/correlate", "ave/correlate/long", "ave/histo", "ave/histo/weight", "ave/time",
      "ave/moments", "controller", "pair")
 )  # fmt: skip
-"""Fixes that only take note."""
+"""Fixes that only record."""
 
 _FIXES = MOVES | _FORCES | OF_MOTION | _CHANGES | _TAKES_NOTE
 
@@ -91,7 +91,7 @@ _RUNS_CODE = frozenset(("python", "mliap", "kim"))
 """Pair styles and computes that may run code from files."""
 
 _PAIRS = ("gran", "hybrid", "none", "zero", "lj/", "soft", "morse", "colloid", "tracker")
-"""How pair styles begin that run no other program and write nothing."""
+"""Beginnings of pair styles that run no other program and write nothing."""
 
 QUIET = MOVES | OF_MOTION | _TAKES_NOTE
 """Fixes that exert no force."""
@@ -105,24 +105,24 @@ _FROM_OUTSIDE = {"python": _OUTSIDE, "getenv": "the environment is not the deck'
 """Variables that are left out."""
 
 _FILE_KEYWORDS = ("file", "append")
-"""Keywords of ``print`` and of fixes that take note after which a file is named."""
+"""Keywords before the name of a file, of ``print`` and of fixes that only record."""
 
 _WORDS_OF_FIX = 4  # fix, id, group, style
 
 
 @dataclass
 class Rules:
-    """Decides what LAMMPS is given; remembers which fixes it was not given.
+    """Decides which commands LAMMPS is given; remembers which fixes were left out.
 
-    Files to be read are looked for in folders, one after another: LAMMPS knows the working folder
-    alone, people also mean that of the deck.
+    Files to be read are searched in several folders, in order: LAMMPS itself only knows the working
+    folder, but users also mean that of the deck.
     """
 
     folders: tuple[Path, ...]
     missing: set[str] = field(default_factory=set)
 
     def decide(self, words: Sequence[Word], text: str) -> tuple[str | None, str | None]:
-        """The command to be given, None for none, and why it is another; RunFailed to refuse."""
+        """Return the command to give (or None), and why it was changed; RunFailed to refuse it."""
         name = words[0].value
         if name in _LEFT_OUT:
             return None, _LEFT_OUT[name]
@@ -146,8 +146,8 @@ class Rules:
         return special[name](words, text) if name in special else (text, None)
 
     def path(self, name: str) -> Path:
-        """Where a file is that the deck names."""
-        # Without an error for a link that leads to itself, or a user who is not there.
+        """Return the path of a file that the deck names."""
+        # No error for a link that leads to itself, or for an unknown user.
         user = os.path.expanduser(name)  # noqa: PTH111
         paths = [Path(os.path.realpath(folder / user)) for folder in self.folders]
         return next((path for path in paths if path.is_file()), paths[-1])
@@ -182,7 +182,7 @@ class Rules:
         return self._with_paths(words, text) if style in ("file", "atomfile") else (text, None)
 
     def _with_paths(self, words: Sequence[Word], _: str) -> tuple[str, None]:
-        """With the whole path of each file that is there, and other words as they are."""
+        """Return the words, with the whole path of each file that exists."""
         named = [
             Word(str(path), quoted(str(path)))
             if (path := self.path(word.value)).is_file()
@@ -238,12 +238,12 @@ def _joined(words: Sequence[Word]) -> str:
 
 
 def shown(text: str) -> str:
-    """A command on one line."""
+    """Return a command on one line."""
     return " ".join(text.split())
 
 
 def steps_of(value: str) -> int:
-    """A number of steps as a deck gives it; RunFailed for what is none."""
+    """Return a number of steps as a deck gives it; RunFailed for other text."""
     try:
         number = float(value)
     except ValueError:

@@ -1,4 +1,4 @@
-"""Puts together what LAMMPS answered, in SI units and in the order from the shock."""
+"""Combines the answers of LAMMPS into a ``FoundDeck``, in SI units, in the order from the shock."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ def found_of(
     scene: Scene | None = None,
     backwards: bool | None = None,
 ) -> FoundDeck:
-    """What was found, from what was answered, seen of the deck as it is, and applied.
+    """Return the ``FoundDeck`` from probes, the watched run, and applied forces.
 
-    Whether granule 1 lies at the largest coordinate follows from that, unless it is known; a scene
-    tells which way its granules lie.
+    Whether granule 1 lies at the largest coordinate follows from these, unless it is given; a scene
+    shows the order of its granules.
     """
     granules = probes.granules
     if backwards is None:
@@ -110,15 +110,15 @@ def found_of(
 
 
 def _axis(direction: FloatArray) -> str:
-    """An axis by its name."""
+    """Return the name of an axis."""
     first = int(np.argmax(np.abs(direction)))
     return "xyz"[first] if abs(direction[first]) == 1 else "a diagonal"
 
 
 def _is_reversed(probes: Probes, seen: Watched, applied: Applied, scene: Scene | None) -> bool:
-    """Whether granule 1 lies at the largest coordinate, as most signs of a shock and its end say.
+    """Whether granule 1 lies at the largest coordinate, by most signs of the shocked end.
 
-    A deck may have one of them wrong. Where they disagree, granule 1 has the lowest id.
+    A deck may have one of the signs wrong. In a tie, granule 1 has the lowest id.
     """
     granules = probes.granules
     is_pushed = scene is None or bool(scene.ramps)
@@ -140,9 +140,9 @@ def _is_reversed(probes: Probes, seen: Watched, applied: Applied, scene: Scene |
 def _shocked(
     probes: Probes, seen: Watched, applied: Applied, is_pushed: bool
 ) -> tuple[FloatArray, float]:
-    """How much the shock acts on each granule, shape (granules,), and its sign along the axis.
+    """Return the weight of the shock on each granule, shape (granules,), and its sign.
 
-    A chain that is not pushed by a force in its scene has its shock where granules move, if any do.
+    If no force pushes the chain in its scene, the shock is where granules move, if any do.
     """
     acts, velocity = np.abs(applied.force), probes.granules.velocity[:, 0]
     if np.any(acts) and applied.time.size > 1 and (is_pushed or not np.any(velocity)):
@@ -155,11 +155,11 @@ def _shocked(
     return np.abs(velocity), float(np.sum(velocity))
 
 
-_BEGUN = 1e-3  # of the largest force: one that is above round-off (chosen)
+_BEGUN = 1e-3  # fraction of the largest force that is above round-off (chosen)
 
 
 def _middle(weight: FloatArray) -> float:
-    """On which side of the middle of the chain most of it is: below 0 near the start."""
+    """Return on which side of the chain's middle most of a weight is: below 0 near the start."""
     place = np.linspace(-1, 1, weight.size) if weight.size > 1 else np.zeros(1)
     middle = float(np.sum(weight * place))
     return middle if abs(middle) > _EVEN * float(np.sum(np.abs(weight))) else 0.0
@@ -169,7 +169,7 @@ _EVEN = 1e-6  # of all weight: a middle within round-off and equal granules (cho
 
 
 def _misfit(granules: Granules, scene: Scene, step: int) -> float:
-    """How unlike a scene's granules are, as shares of a median, from the lowest or highest on."""
+    """Misfit of the deck's granules with the scene's, relative to a median, from either end on."""
     if granules.count != scene.chain.granules:
         return 0.0
     return sum(

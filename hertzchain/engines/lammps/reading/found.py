@@ -1,4 +1,4 @@
-"""What LAMMPS made of somebody's deck: its commands, its granules, its forces, its peaks."""
+"""What LAMMPS found in a user's deck: its commands, its granules, its forces, its peaks."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Spins = Annotated[FloatArray, "spin"]
 Force = Annotated[float, "force"]
 Forces = Annotated[FloatArray, "force"]
 Drags = Annotated[FloatArray, "drag"]
-"""Numbers, with the unit of a deck that they are in (``Units``)."""
+"""Numbers, with the name of their unit in ``Units``."""
 
 _Found = TypeVar("_Found", "FoundDeck", "FoundFix", "FoundRun", "FoundWall")
 
@@ -33,11 +33,11 @@ class Executed:
     """One command of a deck, as often as it was carried out."""
 
     text: str  # on one line, after LAMMPS has put in the values of variables
-    file: str  # in which it stands, as the user or an ``include`` names it
+    file: str  # file of the command, as the user or an ``include`` names it
     line: int  # where, from 1
-    written: str  # as it stands there
+    written: str  # the command as it stands there
     carried_out: bool = True
-    why_not: str | None = None  # why it, or the file that it would write, was left out
+    why_not: str | None = None  # why the command, or the file that it would write, was left out
 
 
 @dataclass(frozen=True)
@@ -55,9 +55,9 @@ class FoundFix:
     """One ``fix`` of a deck that acts on granules.
 
     The largest forces that it exerted on each granule, along and off the axis [N], shape (granules,
-    2), are 0 for what moves granules. They are over the whole deck with granules that stay where
-    they are, and at the readings while the deck ran as it is: where only one of them is 0, the
-    force depends on places or velocities.
+    2), are known twice: over the whole deck with all granules at rest, and at the readings of the
+    deck's own run. If only one of the two is 0, the force depends on places or velocities. Both are
+    0 for fixes that move granules.
     """
 
     style: str
@@ -85,11 +85,11 @@ class FoundWall:
 
 @dataclass(frozen=True, eq=False)
 class FoundDeck:
-    """What LAMMPS made of a deck, in SI units unless ``units`` is lj.
+    """What LAMMPS found in a deck, in SI units unless ``units`` is lj.
 
     Granules stand in their order along the chain, granule 1 where the shock acts, and the chain
-    extends to larger coordinates. Contacts lie between granules; a wall's is none of them, but for
-    peaks. NaN stands for what was not tried.
+    extends to larger coordinates. Contacts lie between granules; only peaks include that of a wall.
+    NaN stands for values that were not measured.
     """
 
     version: str  # of LAMMPS, year month day
@@ -163,7 +163,7 @@ class FoundDeck:
 
 
 def scaled(found: _Found, units: Units) -> _Found:
-    """What was found, of which every number is multiplied by its unit."""
+    """Return a found object with every number multiplied by its unit."""
     changed: dict[str, Any] = {}
     for name, kind in get_type_hints(type(found), include_extras=True).items():
         value = getattr(found, name)

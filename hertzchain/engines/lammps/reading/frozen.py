@@ -1,7 +1,7 @@
-"""The forces that a deck applies over its whole time, all granules staying where they are.
+"""The forces that a deck applies over its whole time, with all granules kept at rest.
 
-What LAMMPS was given while the deck was watched is given to a second instance, but for the fixes
-that move granules: conditions and variables of the motion have their values from there.
+A second instance gets the commands of the watched run, except the fixes that move granules:
+conditions and variables that depend on the motion keep their values of that run.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from hertzchain.engines.lammps.reading.session import DeckFix, Stage
 from hertzchain.engines.lammps.reading.watching import Playing, sizes
 
 _LEAST_READINGS = 400
-"""Readings of a run at least, however long no force has changed: chosen."""
+"""Least number of readings of a run, even if no force changes (chosen)."""
 
-_UNCHANGED = 1e-12  # of the largest force: what formulas of other times round to
+_UNCHANGED = 1e-12  # fraction of the largest force: rounding of formulas at other times
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +43,7 @@ class Applied:
 
 @dataclass
 class _Exerted:
-    """What one fix has exerted so far, by increasing coordinate, shape (granules, 3) each."""
+    """Forces of one fix so far, by increasing coordinate, shape (granules, 3) each."""
 
     lowest: FloatArray
     highest: FloatArray
@@ -52,7 +52,7 @@ class _Exerted:
 
     @classmethod
     def nothing(cls, granules: int) -> _Exerted:
-        """Before the first readings."""
+        """Return the forces before the first readings: none."""
         most = np.full((granules, 3), np.inf)
         return cls(most, -most, np.zeros((granules, 2)))
 
@@ -64,7 +64,7 @@ class _Exerted:
         self.readings += len(force)
 
     def constant(self, readings: int) -> FloatArray:
-        """What it has exerted at all of the readings, 0 where that has changed."""
+        """Return the force that was the same at all readings; 0 where it has changed."""
         if self.readings < readings:
             return np.zeros_like(self.lowest)
         most = float(np.max(self.largest, initial=0.0))
@@ -72,7 +72,7 @@ class _Exerted:
 
 
 class Replay(Playing):
-    """Plays a deck without its motion; with ``leads`` granules that a fix leads are moved."""
+    """Plays a deck without its motion; with ``leads``, granules that a fix leads are moved."""
 
     def __init__(
         self,
@@ -87,7 +87,7 @@ class Replay(Playing):
         self._left_out: set[str] = set()
         self._time: list[FloatArray] = []
         self._force: list[FloatArray] = []  # of all fixes but walls, along the chain
-        self._sideways = 0.0  # largest change of what is off the axis
+        self._sideways = 0.0  # largest change of forces off the axis
         self._first_sideways: FloatArray | None = None
         self._exerted: dict[int, _Exerted] = {}  # by command
         self._masks: dict[int, tuple[DeckFix, NDArray[np.bool_]]] = {}
@@ -168,7 +168,7 @@ class Replay(Playing):
         hooks.stride = min(10 * hooks.stride, self._longest) if still else self._stride
 
     def applied(self) -> Applied:
-        """The forces that fixes but walls have exerted."""
+        """Return the forces of all fixes except walls."""
         granules = self._granules
         if not self._time:
             return nothing_applied(granules)
@@ -196,13 +196,13 @@ class Replay(Playing):
 
 
 def nothing_applied(granules: Granules) -> Applied:
-    """No forces, of a deck that takes no step."""
+    """Return no forces, for a deck that takes no step."""
     constant = np.zeros((granules.count, 3))
     return Applied(np.zeros(0), np.zeros((0, granules.count)), 0.0, constant, ())
 
 
 def _needed(force: FloatArray) -> NDArray[np.bool_]:
-    """Which readings are not within a stretch of one force, shape (readings,)."""
+    """Tell which readings are not within a stretch of equal force, shape (readings,)."""
     changes = np.any(np.diff(force, axis=0) != 0, axis=1)
     kept = np.ones(len(force), bool)
     kept[1:-1] = changes[:-1] | changes[1:]

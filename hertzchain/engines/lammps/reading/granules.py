@@ -1,4 +1,4 @@
-"""The granules of somebody's deck as LAMMPS has them, along whichever axis they lie."""
+"""The granules of a user's deck as LAMMPS has them, along any axis."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from hertzchain.errors import RunFailed
 class Granules:
     """Granules by increasing coordinate along the chain, in the deck's units.
 
-    ``order`` takes what stands in the order of ids into this order. Vectors have the component
+    ``order`` sorts arrays from the order of ids into this order. Vectors have the component
     along the chain first, shape (granules, 3): ``frame`` has the directions of the components as
     its rows.
     """
@@ -66,7 +66,7 @@ class Granules:
 
     @property
     def is_chain(self) -> bool:
-        """Whether at most a quarter of the granules lie off one axis: others are misplaced."""
+        """Whether at most a quarter of the granules lie off one axis; these count as misplaced."""
         return 4 * int(np.count_nonzero(self.off_axis > self.radius)) <= self.count
 
     def moved_from(self, place: FloatArray) -> FloatArray:
@@ -79,7 +79,7 @@ class Granules:
 
 
 def granules_of(lammps: Session) -> Granules:
-    """The granules that LAMMPS has now; RunFailed where it has none, or points."""
+    """Return the granules that LAMMPS has now; RunFailed if it has none, or points."""
     name, sides = lammps.system()
     units = units_of(name)
     if lammps.count() == 0:
@@ -116,12 +116,12 @@ def granules_of(lammps: Session) -> Granules:
         diagonal,
         low=np.append(inside[0], low[:2]),
         high=np.append(inside[1], high[:2]),
-        periodic=[False] * 3,  # images of a diagonal are no neighbours of it
+        periodic=[False] * 3,  # images of a diagonal are not its neighbours
     )
 
 
 _PARALLEL = 1e-9  # component of a direction that is round-off (chosen)
-_FEWEST = 3  # granules on a diagonal; two that are apart in two directions may be misplaced
+_FEWEST = 3  # least number of granules on a diagonal: two granules may also be misplaced
 
 
 def _turned(made: Granules, frame: FloatArray) -> Granules:
@@ -134,7 +134,7 @@ def _turned(made: Granules, frame: FloatArray) -> Granules:
 
 
 def _along(place: FloatArray) -> FloatArray:
-    """Directions whose first is that in which places extend, its largest component positive."""
+    """Return directions; the places extend along the first, its largest component is positive."""
     frame = np.linalg.svd(place - np.mean(place, axis=0), full_matrices=False)[2]
     frame[0] *= np.sign(frame[0, int(np.argmax(np.abs(frame[0])))])
     return np.asarray(frame)

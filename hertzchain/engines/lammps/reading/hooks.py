@@ -1,7 +1,7 @@
 """Forces before and after each fix of a deck, read while LAMMPS runs.
 
-A fix of ours that stands before all fixes of the deck has the forces of contacts alone, one after
-each fix what that has added.
+A fix of ours before all fixes of the deck reads the forces of contacts alone; one after each fix
+reads the force that this fix has added.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.engine import command
 from hertzchain.errors import RunFailed
 
-BLOCK = 256  # readings handed on at a time
-_NEVER = 1_000_000_000  # steps between two additions of what the fix itself would add: nothing
+BLOCK = 256  # readings passed on together
+_NEVER = 1_000_000_000  # steps between two additions of the fix's own force, which is none
 _NOWHERE = 2**63  # above any step
 _DOUBLES = ctypes.POINTER(ctypes.POINTER(ctypes.c_double))
 
 
 @dataclass(frozen=True, eq=False)
 class Readings:
-    """What was read in some steps, granules in the order of their ids, in the deck's units.
+    """Readings of some steps, granules in the order of their ids, in the deck's units.
 
     ``ids`` is of shape (readings, granules), ``position``, ``velocity`` and ``torque`` (readings,
-    granules, 3), ``force`` (readings, hooks, granules, 3): the force so far where each hook is.
-    Where ``half``, velocities are those of the half step before.
+    granules, 3), ``force`` (readings, hooks, granules, 3): the sum of forces up to each hook. With
+    ``half``, velocities are those of the half step before.
     """
 
     step: NDArray[np.int64]
@@ -54,7 +54,7 @@ class Readings:
 
     @property
     def of_fixes(self) -> FloatArray:
-        """What each fix adds, shape (readings, fixes, granules, 3)."""
+        """Force of each fix, shape (readings, fixes, granules, 3)."""
         return np.diff(self.force, axis=1)
 
 
@@ -62,8 +62,8 @@ class Hooks(ABC):
     """Fixes of ours in a LAMMPS, between those of a deck.
 
     ``sources`` has the index of the deck's command before each hook, None for the first.
-    ``stride`` is the number of steps between two readings; what takes readings may change it. With
-    ``twice`` a force that comes and goes in step with the readings shows.
+    ``stride`` is the number of steps between two readings; the function that takes readings may
+    change it. ``twice`` also detects a force that comes and goes in step with the readings.
     """
 
     def __init__(self, give: Callable[[str], None], style: str) -> None:
@@ -74,7 +74,7 @@ class Hooks(ABC):
         self.stride, self.twice = 1, False
 
     def add(self, source: int | None) -> str:
-        """Read forces after the fixes that there are; the name of the hook."""
+        """Read forces after the present fixes; return the name of the hook."""
         name = f"hertzchain{self._made}"
         self._made += 1
         self._give(f"fix {name} all {self._style}")
@@ -83,7 +83,7 @@ class Hooks(ABC):
         return name
 
     def remove(self, source: int) -> None:
-        """Read no forces after that command's fix any more, if there is a hook."""
+        """Stop reading forces after the fix of that command, if there is a hook."""
         if source in self.sources:
             place = self.sources.index(source)
             self.sources.pop(place)
@@ -95,9 +95,9 @@ class Hooks(ABC):
 
 
 class Callbacks(Hooks):
-    """Functions that ``fix external`` of the Python module calls where forces are added up.
+    """Functions that ``fix external`` of the Python module calls where forces are summed.
 
-    The deck's own ``run`` is left as it is, so that all it says about times and steps holds. With
+    The deck's own ``run`` is unchanged, so that all its times and steps hold. With
     ``twice`` the step after each reading is read, too.
     """
 
@@ -108,12 +108,12 @@ class Callbacks(Hooks):
         self._extract = lammps.lib["lammps_extract_atom"]  # a function of its own: types stay
         self._extract.argtypes, self._extract.restype = [ctypes.c_void_p, ctypes.c_char_p], _DOUBLES
         self._problem: BaseException | None = None
-        self._next, self._stop = _NOWHERE, 0  # nothing is read where nobody asks
+        self._next, self._stop = _NOWHERE, 0  # nothing is read outside of ``run``
         self._reading = self._again = False
         self._take: Callable[[Readings], None] = lambda _: None
 
     def add(self, source: int | None) -> str:
-        """Have a function called after the fixes that there are."""
+        """Have a function called after the present fixes."""
         name = super().add(source)
 
         def call(_: Any, step: int, granules: int, ids: Any, place: Any, added: Any) -> None:
@@ -136,7 +136,7 @@ class Callbacks(Hooks):
         self._arrays, self._rows = np.zeros((rows, arrays, granules, 3)), 0
         self._first = self._next = int(self._lammps.extract_global("ntimestep"))
         self._stop, self.stride, self._take = self._first + steps, stride, take
-        if "pre no" in text:  # no forces are added up at its start
+        if "pre no" in text:  # no forces are computed at its start
             self._next = min(self._first + stride, self._stop)
         self._reading, self._again, self._problem = False, False, None
         try:
@@ -156,7 +156,7 @@ class Callbacks(Hooks):
     def _call(
         self, number: int, step: int, granules: int, ids: Any, place: Any, added: Any
     ) -> None:
-        """Called by LAMMPS: no error may get out."""
+        """Called by LAMMPS: no exception may leave it."""
         if step % _NEVER == 0 and granules:
             ctypes.memset(added[0], 0, 24 * granules)
         if (step < self._next if number == 0 else not self._reading) or self._problem is not None:
@@ -194,7 +194,7 @@ class Callbacks(Hooks):
         return self._extract(self._lammps.lmp, name)[0]
 
     def _hand_on(self) -> None:
-        """Hand on what has been read, in the order of ids."""
+        """Pass on the readings, in the order of ids."""
         rows, self._rows = self._rows, 0
         if not rows:
             return

@@ -1,8 +1,8 @@
-"""Reads somebody's deck as LAMMPS does and gives it one command after another.
+"""Reads a user's deck as LAMMPS does, and gives LAMMPS one command after another.
 
-Conditions, loops, jumps and includes are taken apart here, so that it is known of each command
-where it stands, and none that writes or runs anything else gets through. LAMMPS puts in the values
-of variables, and says which conditions hold.
+Conditions, loops, jumps and includes are carried out here, so that the place of each command is
+known, and no command that writes files or runs programs gets through. LAMMPS inserts the values of
+variables, and evaluates conditions.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ from hertzchain.errors import HertzchainError, RunFailed
 from hertzchain.files import read_bytes
 
 _MOST_BYTES = 10_000_000  # of a deck or include; chosen, far above any deck written by hand
-_MOST_COMMANDS = 200_000  # carried out; chosen: a deck that makes more seems to have no end
+_MOST_COMMANDS = 200_000  # carried out; chosen: a deck with more seems to be endless
 _LONGEST = 200  # characters of a command in messages
 _VARIABLE = re.compile(r"ERROR: Variable (\w+):(?!.* before simulation box)")
-"""In what LAMMPS says of a formula that it cannot take; one that comes too early is right."""
+"""Part of LAMMPS's message on a formula with a variable that it cannot evaluate yet."""
 
 _DEEPEST = 15  # files that include one another, as in LAMMPS itself
 
 
 class Ended(Exception):
-    """The deck is over, or no more of it is wanted."""
+    """The deck is over, or the rest of it is not wanted."""
 
 
 @dataclass
@@ -54,7 +54,7 @@ class _Open:
 
     @functools.cached_property
     def labels(self) -> dict[str, int]:
-        """Where each label stands, the first of that name."""
+        """Line of each label, the first one of that name."""
         found: dict[str, int] = {}
         for k, line in enumerate(self.lines):
             words = words_of(without_comment(line.text))
@@ -64,7 +64,7 @@ class _Open:
 
 
 class Interpreter:
-    """Carries out a deck; ``commands`` grows as it goes on.
+    """Carries out a deck; ``commands`` grows with it.
 
     Parameters
     ----------
@@ -105,7 +105,8 @@ class Interpreter:
     def play(self) -> None:
         """Carry out the deck, up to its end."""
         for name, value in self._variables.items():
-            # None of the deck's: a variable of this name and style in the deck is skipped then.
+            # These are not the deck's: LAMMPS then skips a variable of this name and style in the
+            # deck.
             words = ["variable", name, "index", *map(quoted, value.split())]
             self._player.give(" ".join(words), words, 0)
         try:
@@ -120,7 +121,7 @@ class Interpreter:
             raise type(problem)(f"{place}: {problem}") from None
 
     def _variable_in(self, said: str) -> Executed | None:
-        """The last command that made the variable that LAMMPS names in its error, if it does."""
+        """Return the last command that set the variable that LAMMPS names in its error, if any."""
         named = _VARIABLE.search(said)
         words = ["variable", named[1]] if named else []
         made = (one for one in reversed(self.commands) if one.text.split()[:2] == words)
@@ -151,7 +152,7 @@ class Interpreter:
         return _Open(name, path, edited(in_ascii(text), name, self._edits))
 
     def _one(self, text: str, where: Executed) -> None:
-        """Carry out one command, which may be in quotes in the one that stands there."""
+        """Carry out one command, which may stand in quotes within another one."""
         text = without_comment(text)
         if not text:
             return
@@ -165,7 +166,7 @@ class Interpreter:
             text = in_ascii(self._lammps.expanded(text)).strip()
         words = words_of(text)
         if any("$" in word.raw and word.raw[0] not in "\"'" for word in words):
-            # LAMMPS would put in values once more than in the deck itself.
+            # LAMMPS would insert values once more than in the deck itself.
             raise RunFailed(
                 "the value of a variable has a $: give the value itself, without another variable"
             )
@@ -184,18 +185,18 @@ class Interpreter:
             self._player.give(given, [word.value for word in words_of(given)], index)
 
     def _note(self, done: Executed) -> int:
-        """Take note of a command; its index."""
+        """Record a command; return its index."""
         self.commands.append(done)
         return len(self.commands) - 1
 
-    # ---- What is carried out here: values are the words after the command's name.
+    # ---- Commands that are carried out here: values are the words after the command's name.
 
     def _include(self, values: list[str], *_: Any) -> None:
         _need(values, 1, "include")
         self._read(values[0])
 
     def _label(self, *_: Any) -> None:
-        """Nothing: a jump looks for it in the file."""
+        """Do nothing: a jump searches the file for its label."""
 
     def _jump(self, values: list[str], *_: Any) -> None:
         _need(values, 1, "jump")
@@ -224,7 +225,7 @@ class Interpreter:
         if len(values) < 3 or values[1] != "then":
             raise RunFailed("if needs a condition in quotes, then, and commands in quotes")
         body: list[str] = []
-        k, commands = 0, 2  # "then" stands after the first condition alone
+        k, commands = 0, 2  # "then" stands only after the first condition
         while k < len(values):
             is_else = k > 0 and values[k - 1] == "else"
             chosen = is_else or self._lammps.holds(values[k])
@@ -292,7 +293,7 @@ class Interpreter:
 
 
 def read_text(path: Path) -> str:
-    """The text of a deck; a mark of its byte order is no part of it. Raises OSError, ValueError."""
+    """Return the text of a deck without a byte-order mark. Raises OSError, ValueError."""
     text = read_bytes(path, _MOST_BYTES).decode("utf-8-sig", errors="replace")
     return text.replace("\r\n", "\n")
 

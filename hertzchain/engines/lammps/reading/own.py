@@ -1,6 +1,6 @@
-"""Reads the deck that this project generates for a scene: the same questions, and no motion.
+"""Reads the deck that this project generates for a scene: the same probes, but without motion.
 
-It is short, as only the corners of the shock and some steps between them are looked at.
+This is quick, as only the corners of the shock and some steps between them are examined.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _STEPS_PER_LEG = 4  # readings of the applied force on a leg, besides its start
 
 
 def examine_deck(folder: Path, scene: Scene, text: str, program: Program | None) -> FoundDeck:
-    """What LAMMPS makes of the deck of a scene, in a folder that outlives the process."""
+    """Return what LAMMPS finds in the deck of a scene; the folder outlives the process."""
     path = folder / "in.generated"
     path.write_text(text)
     start, source = Start(folder, program, alone=False), Source("generated", path, folder)
@@ -38,7 +38,7 @@ def examine_deck(folder: Path, scene: Scene, text: str, program: Program | None)
 
 
 def own_deck(scene: Scene, pair_style: str, version: str) -> str:
-    """The generated deck, with a few steps on each leg of the shock."""
+    """Return the generated deck, with a few steps on each leg of the shock."""
     legs = [
         leg.in_steps(_STEPS_PER_LEG) for leg in scene.schedule(_SCHEDULED_STEP * scene.units.time)
     ]

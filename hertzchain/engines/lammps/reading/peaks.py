@@ -1,4 +1,4 @@
-"""Peaks of contacts and walls from readings of a deck's run, damped by the law that probes show."""
+"""Peaks of contacts and walls from readings of a deck's run, with the law that probes showed."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.samples import Samples
 
-_SURE = 1e3  # roundings of a coordinate, above which an overlap is one
+_SURE = 1e3  # rounding errors of a coordinate above which an overlap counts
 
-_DAMPS = 1e-9  # of a force: above what is lost in the difference of two
+_DAMPS = 1e-9  # fraction of a force that is above the rounding of a difference
 _EXPONENTS = (0.0, 0.25, 0.5)
 _NEAR = 1e-3  # by which an exponent found is one of these: rounding, and Hooke's contacts
 
 _END = {"first": (0, -1.0), "last": (-1, 1.0)}
-"""Which granule is at an end of the chain, and the direction out of it."""
+"""Place of the granule at an end of the chain, and the direction outwards."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class PeaksSeen:
 
     @classmethod
     def unknown(cls, contacts: int) -> PeaksSeen:
-        """Peaks of a deck that does not run."""
+        """Return the peaks of a deck that does not run: NaN."""
         nothing = np.full(contacts, np.nan)
         return cls(nothing, np.zeros(contacts), np.nan)
 
@@ -65,11 +65,11 @@ class ContactWatch:
         self._before: Samples | None = None
 
     def _padded(self, values: FloatArray) -> FloatArray:
-        """Values of granules, shape (..., granules), with those of walls: 0."""
+        """Return values of granules, shape (..., granules), with 0 for walls."""
         return np.pad(values, (*[(0, 0)] * (values.ndim - 1), self._ends))
 
     def begin(self, free: NDArray[np.bool_]) -> None:
-        """A run begins: it may not continue what was before, and its forces move these granules."""
+        """Begin a run, which may not continue the one before; its forces move ``free`` granules."""
         self._before = None
         for watch in (self._all, self._halved):
             watch.inverse_mass = self._padded(np.where(free, 1 / self._mass, 0.0))
@@ -78,7 +78,7 @@ class ContactWatch:
         self, time: FloatArray, late: FloatArray, place: FloatArray, velocity: FloatArray,
         acceleration: FloatArray, pairs: FloatArray, by_walls: FloatArray,
     ) -> float:  # fmt: skip
-        """Take note of readings; the largest force in contacts that are open.
+        """Add readings; return the largest force in open contacts.
 
         ``late`` is how long before it were the velocities that damped contacts then. Places have
         three components, all others that along the chain. A force of a wall at the first granule
@@ -124,7 +124,7 @@ class ContactWatch:
         return float(np.max(open_force, initial=0.0))
 
     def seen(self, backwards: bool) -> PeaksSeen:
-        """The peaks of a chain that begins at either end, a wall's at its other end the last."""
+        """Return peaks for a chain that begins at either end; a wall's at the far end is last."""
         first, last = self._ends
         every = np.arange(self._missed.size)
         which = every[: every.size - last][::-1] if backwards else every[first:]
@@ -138,10 +138,10 @@ class ContactWatch:
 
 
 def law_of(probes: Probes, contacts: int) -> DampedLaw:
-    """The law of all contacts and walls in the deck's units; of stiffness 1 if they are elastic."""
+    """Return the law of all contacts and walls in the deck's units; stiffness 1 if elastic."""
     elastic_law = DampedLaw.of_elastic(np.ones(contacts))
     at, walls = DEPTHS.index(1.0), probes.walls
-    on_wall = at - 1  # no gap is tried there
+    on_wall = at - 1  # no gap is probed there
     overlap = _columns(walls, probes.overlap[[at]], lambda wall: wall.overlap[[on_wall]])[0]
     elastic = _columns(walls, probes.contact_force[[at]], lambda wall: wall.force[[on_wall]])[0]
     closing = _columns(walls, probes.closing, lambda wall: wall.closing)
@@ -151,7 +151,7 @@ def law_of(probes: Probes, contacts: int) -> DampedLaw:
         return elastic_law
     with np.errstate(divide="ignore", invalid="ignore"):
         stiffness = np.nan_to_num(elastic / overlap**1.5)
-        # Approaching with one speed, at the larger and at the smaller overlap.
+        # Approach at the same speed, with the larger and with the smaller overlap.
         added = [force[k] - stiffness * deep[k] ** 1.5 for k in (0, 2)]
         is_damped = added[0] > _DAMPS * elastic
         if not np.any(is_damped):
@@ -173,7 +173,7 @@ def _columns(
     of_contacts: FloatArray,
     of_wall: Callable[[FoundWall], FloatArray],
 ) -> FloatArray:
-    """Values of contacts, shape (n, contacts), between those of walls, (n,), at either end."""
+    """Return values of contacts, (n, contacts), between those of walls, (n,), at either end."""
     first, last = ([of_wall(wall) for wall in walls if wall.end == end] for end in _END)
     return np.column_stack([*first, of_contacts, *last])
 

@@ -59,7 +59,7 @@ class Piped(Session):
         self._lines = os.fdopen(terminal, errors="replace")
 
     def close(self) -> None:
-        """Kill it."""
+        """Kill the program."""
         self._process.kill()
         self._process.wait()
         forget_shared_memory(self._process.pid)
@@ -73,10 +73,10 @@ class Piped(Session):
         process = self._process
         assert process.stdin is not None
         said = ""
-        with suppress(OSError):  # it has ended: what it said says why
+        with suppress(OSError):  # it has ended: its output has the reason
             process.stdin.write(f'{text}\nprint "{_DONE}"\n')
             process.stdin.flush()
-        with suppress(OSError):  # how a terminal says that nobody is there any more
+        with suppress(OSError):  # a terminal reports in this way that the program is gone
             for line in self._lines:
                 if line.rstrip() == _DONE:
                     return
@@ -99,15 +99,15 @@ class Piped(Session):
         self.give("\n".join(lines))
 
     def hooks(self) -> Hooks:
-        """Hooks, of which there are none yet."""
+        """Return hooks, without any sources yet."""
         return StoredForces(self)
 
 
-_KEPT = 4096  # characters of what it says that are kept
+_KEPT = 4096  # characters of its output that are kept
 
 
 def _failure(said: str, status: int) -> RunFailed:
-    """Why LAMMPS has ended, from what it said last."""
+    """Return why LAMMPS has ended, from its last output."""
     if is_out_of_memory(said):
         return not_enough_memory()
     lines = [line.strip() for line in said.splitlines() if line.strip()]
@@ -119,8 +119,8 @@ def _failure(said: str, status: int) -> RunFailed:
 class StoredForces(Hooks):
     """Forces that ``fix store/force`` keeps, in a dump that is written during the deck's own runs.
 
-    With ``twice`` readings are a prime number of steps apart: the period of a force that comes and
-    goes is a round one.
+    With ``twice`` readings are a prime number of steps apart, as the period of an intermittent
+    force is usually a round number.
     """
 
     def __init__(self, lammps: Piped) -> None:
@@ -138,7 +138,7 @@ class StoredForces(Hooks):
         lammps.give(f"variable {_NEXT} equal stride({first},{first + steps},{stride})")
         lammps.give(f"dump {_NEXT} all custom 1 {path.name} id {' '.join(columns)}")
         lammps.give(f"dump_modify {_NEXT} every v_{_NEXT} first yes sort id format float %.17g")
-        lammps.give(text.replace(" pre no", ""))  # a dump is made ready before a run
+        lammps.give(text.replace(" pre no", ""))  # a dump is set up before a run
         lammps.give(f"undump {_NEXT}")
         if (lammps.step() - first) % stride:
             lammps.give(write_dump(path.name, columns, append=True))

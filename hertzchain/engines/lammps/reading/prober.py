@@ -1,4 +1,4 @@
-"""Puts granules somewhere and reads what acts on them; where, by the sizes of the chain."""
+"""Moves granules and reads the forces on them; the places follow from the sizes of the chain."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ _READINGS = 2000
 """Readings of the applied force while the shock lasts: a force that is held over more of them is
 detected, and a line between two is right to 1e-6 of a pulse."""
 
-_CONTACT_STEPS = 50  # of a deck's time steps in a contact time where neither is known (chosen)
-_SHOCK = 20.0  # contact times that a shock lasts where no scene says how long (chosen)
+_CONTACT_STEPS = 50  # time steps of a deck in a contact time, where that is unknown (chosen)
+_SHOCK = 20.0  # duration of a shock in contact times, without a scene (chosen)
 
 DEPTHS = (-0.1, 0.01, 0.1, 0.3, 1.0, 3.0)
 """Overlaps that are tried, over that of the scene's natural unit of length.
@@ -34,17 +34,17 @@ DAMPED = (
 )  # fmt: skip
 """Overlaps, as above, and closing speeds over the scene's natural unit of velocity.
 
-In the last, granules part so fast that any damping pulls, unless it is limited."""
+In the last, granules part so fast that any damping pulls unless it is limited."""
 
 SPIN_STEP = 0.05
-"""Step with which friction gets a memory, over the contact time: chosen, short."""
+"""Time step over the contact time, to build up history-dependent friction: chosen, short."""
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """Sizes that are expected of a chain; they say where it is probed, and judge nothing.
+    """Expected sizes of a chain, which set where it is probed; they are not used to judge it.
 
-    Without a scene they are those of a deck's own contacts: Hertz's law has no size of its own.
+    Without a scene they follow from the deck's own contacts, as Hertz's law has no length scale.
     """
 
     overlap: float = 1e-3  # of contacts [smallest radius]; of steel in centimetres under 100 N
@@ -63,7 +63,7 @@ class Sizes:
         )
 
     def without_contacts(self, units: Units, dt: float) -> float:
-        """The contact time, in the deck's unit, where no contact of the deck tells it."""
+        """The contact time, in the deck's unit, where no contact of the deck gives it."""
         return _CONTACT_STEPS * dt if self.contact_time is None else self.contact_time / units.time
 
     def between(self, units: Units, contact_time: float) -> float:
@@ -76,7 +76,7 @@ class Sizes:
 
 
 class Prober:
-    """Puts granules somewhere and reads what acts on them then."""
+    """Moves granules to given places and reads the forces on them there."""
 
     def __init__(self, stage: Stage) -> None:
         self.stage, self.lammps = stage, stage.lammps
@@ -85,9 +85,10 @@ class Prober:
     def ask(
         self, place: FloatArray, velocity: FloatArray, spin: FloatArray, steps: int = 0
     ) -> tuple[Readings, FloatArray]:
-        """Forces on granules at places, with velocities and spins, shape (granules, 3) each.
+        """Return forces on granules at places, with velocities and spins, shape (granules, 3) each.
 
-        All in the order and along the axes of the chain. Also the places as LAMMPS has them.
+        All are in the order and along the axes of the chain. Also returns the places as LAMMPS has
+        them.
         """
         self.lammps.put(
             {
@@ -106,7 +107,7 @@ class Prober:
         return self.granules.along(seen.of_pairs[-1])
 
     def of_fixes(self, seen: Readings, walls: bool) -> FloatArray:
-        """Forces of all fixes that are walls, or of all others, shape (granules, 3)."""
+        """Forces of all fixes that are walls, or of all other fixes, shape (granules, 3)."""
         total = np.zeros((self.granules.count, 3))
         for fix, force in by_fix(self.stage, seen, self.granules):
             if fix.is_wall == walls:
@@ -117,7 +118,7 @@ class Prober:
 def by_fix(
     stage: Stage, seen: Readings, granules: Granules
 ) -> Iterator[tuple[DeckFix, FloatArray]]:
-    """What each fix adds in the order and along the axes of the chain, (readings, granules, 3)."""
+    """Force of each fix, in the order and along the axes of the chain, (readings, granules, 3)."""
     forces = np.moveaxis(seen.of_fixes, 1, 0)
     for source, force in zip(stage.hooks.sources[1:], forces, strict=True):
         assert source is not None
@@ -125,5 +126,5 @@ def by_fix(
 
 
 def members(lammps: Session, group: str, granules: Granules) -> NDArray[np.bool_]:
-    """Which granules are in a group now, by increasing coordinate, shape (granules,)."""
+    """Tell which granules are in a group now, by increasing coordinate, shape (granules,)."""
     return np.asarray(lammps.members(group)[granules.order])

@@ -1,7 +1,7 @@
-"""Asks LAMMPS for every number of a chain that somebody's deck has made, before it runs.
+"""Queries LAMMPS for every number of the chain that a user's deck has made, before it runs.
 
-Granules are put where the answer is that of one contact, one wall or one fix, and forces are read
-without a step. Nothing is put back: the instance is not used afterwards.
+Granules are moved so that a single contact, wall or fix acts, and forces are read without a step.
+Granules are not moved back: the instance is not used afterwards.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ NO_ROOM = "the box has no room for a row in which they touch"
 
 @dataclass(frozen=True, eq=False)
 class Probes:
-    """What LAMMPS answered, in the deck's units and by increasing coordinate; see ``FoundDeck``."""
+    """The answers of LAMMPS, in the deck's units, by increasing coordinate: see ``FoundDeck``."""
 
     granules: Granules
-    contact_time: float  # of the fastest contact, at the overlap that is expected
+    contact_time: float  # of the fastest contact, at the expected overlap
     overlap: FloatArray
     contact_force: FloatArray
     closing: FloatArray
@@ -45,11 +45,11 @@ class Probes:
     drag: FloatArray
     walls: tuple[FoundWall, ...]
     integrated: IntArray
-    why_not: str | None = None  # why nothing but the granules was asked
+    why_not: str | None = None  # why only the granules were read
 
 
 def probe(stage: Stage, sizes: Sizes) -> Probes:
-    """Ask LAMMPS for all numbers of the chain that it has now, at overlaps of about these sizes."""
+    """Query all numbers of the chain that LAMMPS has now, at overlaps of about these sizes."""
     stage.ready()
     prober = Prober(stage)
     granules = prober.granules
@@ -80,12 +80,12 @@ def probe(stage: Stage, sizes: Sizes) -> Probes:
         return nothing
     try:
         return _asked(prober, sizes, unit, nothing)
-    except RunFailed as problem:  # such as neighbours without number, where radii are wrong
+    except RunFailed as problem:  # for example too many neighbours, where radii are wrong
         return replace(nothing, why_not=str(problem))
 
 
 def _asked(prober: Prober, sizes: Sizes, unit: float, nothing: Probes) -> Probes:
-    """What LAMMPS answers where granules are put at overlaps of a ``unit``."""
+    """Return the answers of LAMMPS with granules at overlaps of about a ``unit``."""
     granules = prober.granules
     turns = [turn for turn in (0, 1) if granules.count > 1 + turn]
     overlap, force = nothing.overlap.copy(), nothing.contact_force.copy()
@@ -119,7 +119,7 @@ def _asked(prober: Prober, sizes: Sizes, unit: float, nothing: Probes) -> Probes
 
 
 def _why_not(granules: Granules, unit: float) -> str | None:
-    """Why contacts cannot be asked at overlaps of a unit; None where they can."""
+    """Return why contacts cannot be probed at overlaps of a unit; None if they can."""
     if np.any(granules.off_axis > granules.radius):
         return NOT_IN_A_ROW
     first = int(np.argmax(np.abs(granules.frame[0])))
@@ -133,7 +133,7 @@ def _why_not(granules: Granules, unit: float) -> str | None:
 
 
 def _integrated(stage: Stage, granules: Granules) -> IntArray:
-    """How many fixes move each granule, shape (granules,)."""
+    """Return how many fixes move each granule, shape (granules,)."""
     count = np.zeros(granules.count, np.int64)
     for fix in stage.alive.values():
         if fix.moves:
@@ -142,7 +142,7 @@ def _integrated(stage: Stage, granules: Granules) -> IntArray:
 
 
 def _row(granules: Granules, turn: int, depth: float) -> FloatArray:
-    """Places on the axis where every other contact has a depth, and the others are as far apart."""
+    """Return places on the axis: every other contact has this overlap, the others this gap."""
     opened = np.full(granules.count - 1, -abs(depth))
     opened[turn::2] = depth
     place = np.zeros((granules.count, 3))
@@ -163,7 +163,7 @@ def _pressed(
     rest = np.zeros_like(velocity)
     seen, where = prober.ask(_row(granules, turn, depth), velocity, rest)
     overlap = granules.reach - np.diff(where[:, 0])
-    # Of the granule behind each contact, which touches nothing else.
+    # The force on the granule behind each contact, which has no other contact.
     return overlap[turn::2], prober.of_pairs(seen)[turn + 1 :: 2, 0]
 
 
@@ -186,7 +186,7 @@ def _friction(prober: Prober, turn: int, depth: float, time: float) -> FloatArra
     """Force off the axis, or torque over radius, with spins and sideways velocities."""
     granules = prober.granules
     number = np.arange(granules.count)
-    # Neither alike nor opposite from one granule to the next, about any axis.
+    # About any axis neighbours have neither equal nor opposite spins.
     speed = depth / time * np.array([1 + 0.5 * np.cos(number + k) for k in range(3)]).T
     sideways = speed * np.array([0.0, 1.0, 1.0])
     prober.lammps.give(f"timestep {SPIN_STEP * time!r}")
@@ -198,7 +198,7 @@ def _friction(prober: Prober, turn: int, depth: float, time: float) -> FloatArra
 
 
 def _drag(prober: Prober, speed: float) -> FloatArray:
-    """Force of fixes but walls against a motion along the chain, over its velocity."""
+    """Force of all fixes except walls against a motion along the chain, over its velocity."""
     granules = prober.granules
     rest = np.zeros((granules.count, 3))
     moving = np.zeros_like(rest)

@@ -1,4 +1,4 @@
-"""Reads somebody's deck: asks LAMMPS for its numbers, watches it run, replays it without motion."""
+"""Reads a user's deck: queries its numbers, watches it run, replays it without motion."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ _READ_EVERY = 0.2
 _MOST_GRANULES = 2000  # of a chain whose runs are played without a scene (chosen)
 
 _SURE, _DENSER, _TRIES = 1e-5, 0.1, 3
-"""Error of the peaks by the distance of readings above which the deck is run again with readings
-that are so much denser, and how often at most: where the contacts are stiffer, or pressed harder,
-than the scene's."""
+"""Error of the peaks by the interval of readings above which the deck is run again; how much denser
+readings are then; and most repetitions. This occurs where contacts are stiffer, or pressed harder,
+than those of the scene."""
 
 
 class Reader:
@@ -53,16 +53,16 @@ class Reader:
     path
         The deck.
     scene
-        The scene that the deck should be: it says at which overlaps, speeds and times LAMMPS is
-        probed, and which way its granules lie. Without one they follow from the deck's own.
+        The scene that the deck should compute: it sets the overlaps, speeds and times at which
+        LAMMPS is probed, and the order of the granules. Without a scene these follow from the deck.
     variables
         Values of variables by name, as ``-var`` gives them.
     deadline
-        When all of it must be over.
+        Time limit of all readings together.
     lmp
-        A LAMMPS binary to be asked instead of the Python module, by path or name.
+        A LAMMPS binary, by path or name, that is used instead of the Python module.
     say
-        Is told what is being done.
+        Function that takes a line of text about progress.
     """
 
     def __init__(
@@ -100,10 +100,10 @@ class Reader:
     def read(
         self, edits: Edits | None = None, limit: float = math.inf, begin: float = 0.0
     ) -> FoundDeck:
-        """Have LAMMPS read the deck with some edits, ask it for every number, run and watch it.
+        """Have LAMMPS read the deck with some edits; query every number, run the deck and watch it.
 
-        ``limit`` is for this reading alone [s]. Of a deck that settles first all is read as it
-        stands at the start of a run, ``begin`` after its first step, in the deck's unit of time.
+        ``limit`` is for this reading alone [s]. A deck that settles first is read as it is at the
+        start of the run that begins ``begin`` after its first step, in the deck's unit of time.
 
         Raises
         ------
@@ -111,7 +111,7 @@ class Reader:
             If the LAMMPS module is not there or too old.
         RunFailed
             If the deck cannot be read, stops with an error before its first run, crashes LAMMPS,
-            needs what is not carried out here, or is not over in time.
+            has a command that is not supported here, or is not over in time.
         """
         self._until = Deadline(limit)
         source = replace(self._source, edits=dict(edits or {}))
@@ -129,8 +129,8 @@ class Reader:
         probes, seen = self._call(probed, source, self._sizes, begin)
         if not probes.granules.is_chain:
             return found_of(probes, seen, nothing_applied(probes.granules))
-        # Pair style granular leaves memory undefined where it comes from a restart file (seen in
-        # 2025): in a process that has run LAMMPS before, the deck often stops.
+        # Pair style granular leaves memory undefined after a restart file (observed in 2025): in a
+        # process that has run LAMMPS before, the deck often stops.
         restarts = any(done.text.startswith("read_restart") for done in seen.commands)
         self._say("running the deck")
         between = _READ_EVERY * probes.contact_time
@@ -158,13 +158,13 @@ class Reader:
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """What LAMMPS makes of a deck: of a chain all of it, of others what stands before a run."""
+    """What LAMMPS finds in a deck: all of it for a chain, otherwise what stands before a run."""
 
-    commands: tuple[Executed, ...]  # as they were carried out
-    stopped: str  # why LAMMPS stopped behind them; empty where it did not
+    commands: tuple[Executed, ...]  # in the order in which they were carried out
+    stopped: str  # why LAMMPS stopped after them; empty where it did not
     probes: Probes | None = None  # before the first run; None where there is none
     runs: tuple[FoundRun, ...] = ()
-    applied: Applied | None = None  # forces during these runs; None where it is no chain
+    applied: Applied | None = None  # forces during these runs; None if it is not a chain
 
     @property
     def is_whole(self) -> bool:
@@ -189,7 +189,7 @@ class Look:
 
 
 def look(path: Path, variables: Mapping[str, str], time_limit: float) -> Look:
-    """What LAMMPS makes of a deck without motion, in a process of its own; no scene is needed.
+    """Return what LAMMPS finds in a deck without motion, in a separate process; needs no scene.
 
     Raises BackendMissing without a LAMMPS module, RunFailed if it crashes, TooExpensive if it is
     not done in time [s].
@@ -208,8 +208,8 @@ def look(path: Path, variables: Mapping[str, str], time_limit: float) -> Look:
 class Source:
     """A deck: its name, where it is, the working folder, values of variables, and edits.
 
-    Where it ``tells``, standard error has each place in it, as the last words of a process that
-    crashes.
+    If it ``tells``, each place in the deck is written to standard error, where it remains if the
+    process crashes.
     """
 
     name: str
@@ -220,7 +220,7 @@ class Source:
     tells: bool = False
 
     def played_by(self, player: Playing) -> Interpreter:
-        """What carries out the deck."""
+        """Return the interpreter that carries out the deck."""
         return Interpreter(
             self.name, self.path, self.variables, player,
             folder=self.folder, edits=self.edits, tell=_tell if self.tells else lambda _: None,
@@ -229,15 +229,15 @@ class Source:
 
 @dataclass(frozen=True)
 class Start:
-    """How LAMMPS is started, in a folder of its own: the Python module, or a binary."""
+    """How LAMMPS is started in a separate folder: the Python module, or a binary."""
 
     folder: Path
     program: Program | None
-    alone: bool = True  # whether this process is for LAMMPS alone
+    alone: bool = True  # whether this process serves LAMMPS only
 
     @contextmanager
     def stage(self) -> Iterator[Stage]:
-        """A LAMMPS without a box."""
+        """Return a LAMMPS without a box."""
         if self.alone:
             os.chdir(self.folder)
             bound_memory()  # a lattice a hundred times too fine makes a million times the granules
@@ -251,12 +251,12 @@ class Start:
 
 
 def _tell(place: str) -> None:
-    """Say on standard error where the deck is."""
+    """Write to standard error which line of the deck is carried out."""
     os.write(2, f"{place}\n".encode())
 
 
 class First(Playing):
-    """Plays a deck up to its first run that counts, and asks there."""
+    """Plays a deck up to its first run that counts, and probes there."""
 
     def __init__(self, stage: Stage, sizes: Sizes, begin: float = 0.0) -> None:
         super().__init__(stage, begin=begin)
@@ -264,7 +264,7 @@ class First(Playing):
         self.probes: Probes | None = None
 
     def run(self, steps: int, keywords: str, index: int) -> None:
-        """Ask for all numbers, where steps are taken."""
+        """Query all numbers, instead of taking steps."""
         self.stage.ready()
         self.stage.velocities_of_ghosts()
         if steps == 0:
@@ -277,7 +277,7 @@ class First(Playing):
 def probed(
     start: Start, source: Source, sizes: Sizes, begin: float = 0.0
 ) -> tuple[Probes, Watched]:
-    """What LAMMPS makes of the deck before a run, its first, and the commands up to there."""
+    """Return the answers of LAMMPS before the deck's first run, and the commands up to there."""
     with start.stage() as stage:
         first = First(stage, sizes, begin)
         seen = _played(source, first)
@@ -295,7 +295,7 @@ def _watch(start: Start, source: Source, probes: Probes, between: float, begin: 
 
 
 def _played(source: Source, player: Playing, *ends: type[HertzchainError]) -> Watched:
-    """What is seen while a deck is played to its end, or to an error of these kinds."""
+    """Return what is observed while a deck is played to its end, or to an error of these kinds."""
     script, seen = source.played_by(player), player.seen
     try:
         script.play()
@@ -306,7 +306,7 @@ def _played(source: Source, player: Playing, *ends: type[HertzchainError]) -> Wa
 
 
 def _freeze(start: Start, seen: Watched, probes: Probes, between: float, begin: float) -> Applied:
-    """The forces of a deck without its motion: what is computed on the way is as it was seen."""
+    """Return the forces of a deck without its motion; variables have their values of the run."""
     with start.stage() as stage:
         replay = Replay(stage, probes.granules, between, begin)
         for index, give in seen.given:
@@ -326,7 +326,7 @@ def without_motion(
     driven: NDArray[np.bool_],
     begin: float = 0.0,
 ) -> tuple[Watched, Applied]:
-    """The forces of a deck, and its runs, as it plays without its motion.
+    """Return the forces of a deck, and its runs, played without its motion.
 
     ``driven`` are granules that are known to be driven, apart from those that a fix leads.
     """
@@ -352,7 +352,7 @@ def without_motion(
 
 
 def looked(start: Start, path: Path, folder: Path, variables: Mapping[str, str]) -> Look:
-    """The same in this process."""
+    """As ``look``, in this process."""
     source = Source(str(path), folder / path, folder, variables)
     with start.stage() as stage:
         first = First(stage, Sizes())

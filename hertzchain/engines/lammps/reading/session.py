@@ -1,6 +1,6 @@
 """A LAMMPS that gets the commands of a deck one by one, with hooks between its fixes.
 
-It is the Python module, or a binary (``piped``), and is asked in between.
+It is the Python module, or a binary (``piped``), and is queried between commands.
 """
 
 from __future__ import annotations
@@ -47,8 +47,8 @@ class Granular(NamedTuple):
 class Session(ABC):
     """A LAMMPS that is queried while it reads a deck; arrays are in the order of ids.
 
-    What it prints has the values of variables and formulas: most of what is asked is such a text.
-    It answers in files of a folder.
+    LAMMPS prints the values of variables and formulas: most queries read such a text. The answers
+    are files in a folder.
     """
 
     def __init__(self, folder: Path, version: str) -> None:
@@ -64,10 +64,10 @@ class Session(ABC):
 
     @abstractmethod
     def hooks(self) -> Hooks:
-        """Hooks, of which there are none yet."""
+        """Return hooks, without any sources yet."""
 
     def printed(self, text: str) -> str:
-        """How it prints a text."""
+        """Return a text as LAMMPS prints it."""
         said = self.folder / "hertzchain.said"
         self.give(f"print {quoted(text)} file {quoted(str(said))}")
         return said.read_text(errors="replace").rstrip("\n")
@@ -91,7 +91,7 @@ class Session(ABC):
         return list(read_frames(path, columns)[1][0])
 
     def atoms(self) -> Granular:
-        """The granules that there are."""
+        """Return the present granules."""
         numbers, types, *found, radius, mass = self.dumped(*_STATE)
         place, velocity, spin = (np.column_stack(found[k : k + 3]) for k in (0, 3, 6))
         return Granular(
@@ -99,12 +99,12 @@ class Session(ABC):
         )
 
     def members(self, group: str) -> NDArray[np.bool_]:
-        """Which granules are in a group."""
+        """Tell which granules are in a group."""
         self.give(f"variable {_INSIDE} atom gmask({group})")
         return np.asarray(self.dumped(f"v_{_INSIDE}")[0] != 0)
 
     def expanded(self, text: str) -> str:
-        """A command with the values of variables outside quotes."""
+        """Return a command with the values of variables outside quotes."""
         found, k = "", 0
         while k < len(text):
             match, end = _VALUE.match(text, k), k + 1
@@ -169,7 +169,7 @@ class Module(Session):
             extract(name)[order] = values
 
     def hooks(self) -> Hooks:
-        """Hooks, of which there are none yet."""
+        """Return hooks, without any sources yet."""
         return Callbacks(self.lammps)
 
 
@@ -181,7 +181,7 @@ class DeckFix:
     group: str
     style: str
     command: int
-    values: tuple[str, ...] = ()  # what stands behind its style
+    values: tuple[str, ...] = ()  # words after its style
 
     @property
     def moves(self) -> bool:
@@ -223,7 +223,7 @@ class Stage:
                 return
             if again is None or again.style in QUIET:
                 self.hooks.add(index)
-            else:  # it stands where the one before stood
+            else:  # it takes the place of the earlier one
                 place = self.hooks.sources.index(again.command)
                 self.hooks.sources[place] = index
         elif name == "unfix" and len(words) > 1:
@@ -232,16 +232,16 @@ class Stage:
                 self.hooks.remove(gone.command)
 
     def ready(self) -> None:
-        """Have a hook at least."""
+        """Make a hook, unless there is one."""
         if not self.hooks.sources:
             self.hooks.add(None)
 
     def velocities_of_ghosts(self) -> None:
-        """Have forces that need them, even where the deck leaves that out and LAMMPS would stop."""
+        """Switch on velocities of ghosts, which damping needs: without them LAMMPS would stop."""
         self.lammps.give("comm_modify vel yes")
 
     def forget(self) -> None:
-        """All that ``clear`` takes away."""
+        """Forget all that ``clear`` deletes."""
         self.lammps.give("clear")
         self.hooks = self.lammps.hooks()
         self.fixes.clear()

@@ -1,4 +1,4 @@
-"""A LAMMPS input file as text: its commands, their words, as LAMMPS takes them apart."""
+"""A LAMMPS input file as text: its commands and their words, split as LAMMPS does."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _ALIKE = {
     **dict.fromkeys("\u02d7\u2010\u2011\u2012\u2013\u2014\u2212", "-"),
     "\u02d6": "+", "\u2044": "/", "\u2215": "/", "\u2217": "*",
 }  # fmt: skip
-"""Characters that LAMMPS reads as one of ASCII."""
+"""Characters that LAMMPS reads as an ASCII character."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Line:
 
 
 Edits = Mapping[tuple[str, int], tuple[str, ...]]
-"""Commands in place of the one at a line of a file, as the deck names it; none takes it away."""
+"""Commands that replace the one at a line of a file, as the deck names it; none removes it."""
 
 
 @dataclass(frozen=True)
@@ -75,8 +75,8 @@ def edited(text: str, name: str, edits: Edits) -> list[Line]:
 def in_ascii(text: str) -> str:
     """The text in ASCII: quotes, dashes and blanks as LAMMPS takes them, ``?`` for all others.
 
-    LAMMPS changes or drops other characters before it looks for words: what it is given must have
-    the words that were seen here.
+    LAMMPS changes or drops other characters before it splits words: the text that it is given must
+    have the same words as here.
     """
     return "".join(_plain(character) for character in text)
 
@@ -90,7 +90,7 @@ def _plain(character: str) -> str:
 
 
 def without_comment(text: str) -> str:
-    """A command without what follows the first ``#`` outside quotes."""
+    """Return a command without the text from the first ``#`` outside quotes on."""
     if "#" not in text:
         return text.strip()
     k = 0
@@ -130,14 +130,14 @@ def quoted(text: str) -> str:
 
 
 def after_quotes(text: str, k: int) -> int:
-    """Where a quoted text that starts at k is over; the end where it is not closed."""
+    """Return the place after a quoted text that starts at k; the end if it is not closed."""
     mark = _TRIPLE if text.startswith(_TRIPLE, k) else text[k]
     end = text.find(mark, k + len(mark))
     return len(text) if end < 0 else end + len(mark)
 
 
 def closed(text: str, k: int) -> int | None:
-    """The place behind the bracket that closes the one at k; None if it stays open."""
+    """Return the place after the bracket that closes the one at k; None if it stays open."""
     depth = 0
     for end in range(k, len(text)):
         depth += (text[end] == "(") - (text[end] == ")")

@@ -1,4 +1,4 @@
-"""Units of LAMMPS decks in SI, and those of lj decks as they are."""
+"""Units of LAMMPS decks in SI; those of lj decks are 1."""
 
 from __future__ import annotations
 
@@ -58,7 +58,8 @@ UNITS = {
     "micro": Units("micro", 1e-6, 1e-15, 1e-6),
     "nano": Units("nano", 1e-9, 1e-21, 1e-9),
 }
-"""LAMMPS's styles of units with a scale; ``lj`` takes any, those of atoms have factors."""
+"""LAMMPS's styles of units with a scale; ``lj`` can have any scale, styles for atoms have further
+factors."""
 
 
 def units_of(name: str) -> Units:

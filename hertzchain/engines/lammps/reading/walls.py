@@ -1,4 +1,4 @@
-"""The walls across a chain that somebody's deck has made, by pushing the granules at its ends."""
+"""The walls across the chain of a user's deck, found by pushing the granules at its ends."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hertzchain.engines.lammps.reading.prober import DAMPED, DEPTHS, SPIN_STEP, 
 def walls_of(prober: Prober, gap: float, unit: float, time: float) -> tuple[FoundWall, ...]:
     """The walls across the chain in the deck's units, by pushing the granule at each end outwards.
 
-    They are expected behind a ``gap`` [m], and looked for up to twice that.
+    They are expected behind a ``gap`` [m], and searched up to twice that.
     """
     stage = prober.stage
     if not any(fix.is_wall for fix in stage.alive.values()):
@@ -48,7 +48,7 @@ class _Wall:
         return float(placed[self._number, 0]), float(-self._sign * force[0]), force, seen
 
     def _limit(self, gap: float) -> float:
-        """How far outwards the granule may go [length]: twice the gap and a radius."""
+        """Largest displacement of the granule outwards [length]: twice the gap, plus a radius."""
         granules = self._prober.granules
         farthest = self._radius + 2 * gap
         first = int(np.argmax(np.abs(granules.frame[0])))
@@ -88,7 +88,7 @@ class _Wall:
     def _onset(self, limit: float, ahead: float) -> float | None:
         """Place of the granule at which the wall begins to push it.
 
-        That is sought from the start on, or from ``ahead`` of it where no wall is before.
+        The search begins at the start, or at ``ahead`` of it if there is no wall before.
         """
         outer: float | None = None
         inner = self._start
@@ -125,7 +125,7 @@ class _Wall:
         return self._ask(place)[1] > 0
 
     def _command(self, place: float) -> int:
-        """The command of the fix that pushes there most."""
+        """Return the command of the fix with the largest force there."""
         seen, prober = self._ask(place)[3], self._prober
         pushes = {
             fix.command: abs(force[-1, self._number, 0])

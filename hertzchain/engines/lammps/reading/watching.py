@@ -1,4 +1,4 @@
-"""Runs somebody's deck as it is and watches the contacts."""
+"""Runs a user's deck unchanged and watches the contacts."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from hertzchain.engines.lammps.reading.session import Stage
 from hertzchain.engines.lammps.reading.text import number
 from hertzchain.errors import RunFailed
 
-_ROUNDED = 1e-9  # of the time at which a run starts, a sum of steps; runs are longer (chosen)
+_ROUNDED = 1e-9  # relative rounding of the start of a run, a sum of steps; runs are longer (chosen)
 
 
 def sizes(force: FloatArray) -> FloatArray:
@@ -30,12 +30,12 @@ def sizes(force: FloatArray) -> FloatArray:
 
 
 class Stopped(RunFailed):
-    """A run that did not come to its end; what is known of the deck before it stays true."""
+    """A run that did not end; results from before this run remain valid."""
 
 
 @dataclass(eq=False)
 class Watched:
-    """What was observed of a deck while it was played, in its units and by increasing coordinate.
+    """Observations of a deck while it was played, in its units and by increasing coordinate.
 
     It grows as the deck is played; without motion there are no peaks (NaN).
     """
@@ -67,7 +67,7 @@ class Watched:
         return self.runs[0].command if self.runs else -1
 
     def ran(self, steps: int, dt: float, command: int) -> None:
-        """Take note of steps that were taken."""
+        """Record steps that were taken."""
         last = self.runs[-1] if self.runs else None
         if last is not None and last.command == command and last.dt == dt:  # run every
             self.runs[-1] = replace(last, steps=last.steps + steps)
@@ -76,16 +76,16 @@ class Watched:
         self.time += steps * dt
 
     def lead(self, time: FloatArray, ends: FloatArray) -> None:
-        """Take note of where the ends of the chain are while fixes lead them."""
+        """Record the places of the chain's ends while fixes lead them."""
         self.driven_time = np.concatenate([self.driven_time, time])
         self.driven_ends = np.concatenate([self.driven_ends, ends])
 
 
 class Playing(ABC):
-    """Gives LAMMPS the commands of a deck, by their index; ``seen`` is what was observed.
+    """Gives LAMMPS the commands of a deck, by their index; ``seen`` has the observations.
 
-    Of a deck that settles first the runs before ``begin`` are taken, and no more: the first that
-    counts is the one that starts then, in the deck's time from its first step.
+    In a deck that settles first, the runs before ``begin`` are only carried out: the first run that
+    counts starts at that time, counted from the deck's first step.
     """
 
     def __init__(self, stage: Stage, count: int = 1, begin: float = 0.0) -> None:
@@ -136,7 +136,7 @@ class Watcher(Playing):
 
     def give(self, text: str, words: list[str], index: int) -> None:
         """Give LAMMPS a command."""
-        # One of the same id takes the place of that before.
+        # A fix replaces an earlier one with the same id.
         is_new = words[0] == "fix" and words[1:2] and words[1] not in self.stage.alive
         self._changed |= bool(is_new) or words[0] == "unfix"
         super().give(text, words, index)
@@ -186,11 +186,11 @@ class Watcher(Playing):
 
     @property
     def peaks(self) -> tuple[PeaksSeen, PeaksSeen]:
-        """Peaks seen from either end of the chain."""
+        """Peaks with contacts counted from either end of the chain."""
         return self._contacts.seen(backwards=False), self._contacts.seen(backwards=True)
 
     def _moved(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Which granules fixes move by their forces, and which they lead, shape (granules,)."""
+        """Tell which granules fixes move by forces, and which they lead, shape (granules,)."""
         granules = self.probes.granules
         free, led, unpressed = np.zeros((3, granules.count), bool)
         for fix in self.stage.alive.values():
@@ -204,14 +204,14 @@ class Watcher(Playing):
         without = (self._takes_all_forces() | unpressed) & free & ~led
         moving = granules.along(self.stage.lammps.atoms().velocity)[:, 0] != 0
         self.seen.held = without & ~moving & (self.seen.held | (not self.seen.runs))
-        led |= without & moving  # they fly as they do
+        led |= without & moving  # they keep their velocities
         self.seen.driven |= led
         return free & ~led, led
 
     def _takes_all_forces(self) -> NDArray[np.bool_]:
         """Granules that no force can move, shape (granules,): pistons, as some write, or held ones.
 
-        No fix that exerts forces acts on them after ``setforce`` or ``freeze``.
+        These are granules on which no fix exerts forces after ``setforce`` or ``freeze``.
         """
         granules, lammps = self.probes.granules, self.stage.lammps
         taken = np.zeros(granules.count, bool)
@@ -227,7 +227,7 @@ class Watcher(Playing):
         return taken
 
     def _take(self, readings: Readings, done: NDArray[np.int64], dt: float) -> None:
-        """Take note of readings after so many steps of the run."""
+        """Add readings; ``done`` has the number of steps of the run before each."""
         granules, time = self.probes.granules, np.asarray(self.seen.time + done * dt)
         if not np.array_equal(readings.ids[-1], granules.ids):
             raise GranulesChanged
