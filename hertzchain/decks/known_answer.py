@@ -86,7 +86,7 @@ def deck_step(scene: Scene, dt: float | None = None, rtol: float | None = None) 
 
 
 def _refuse_many(steps: float, other: str) -> None:
-    """Raise TooExpensive for more steps than a deck may take; ``other`` is what to ask for."""
+    """Raise TooExpensive for more steps than a deck may take; ``other`` says what to do."""
     if steps > _MOST_STEPS:
         raise TooExpensive(
             f"this deck would take velocity Verlet {steps:.0e} steps, more than {_MOST_STEPS:.0e}:"
@@ -142,7 +142,7 @@ def known_answer(scene: Scene, layout: Layout) -> KnownAnswer | None:
     """
     if layout.watch_every == 0:
         return None
-    whole = replace(scene, run=Run(scene.end_time))  # as the deck runs, which nothing ends early
+    whole = replace(scene, run=Run(scene.end_time))  # as the deck runs: to the latest default end
     truth = Native("reference", peaks_only=True, wanted="all").run(whole)
     if not np.any(truth.peak_force):
         allowed = "must be later: no contact is pressed before it"
@@ -165,7 +165,7 @@ def known_answer(scene: Scene, layout: Layout) -> KnownAnswer | None:
 
 
 def looked_at(scene: Scene, step: float, watch_every: int) -> tuple[FloatArray, FloatArray]:
-    """Return peaks of velocity Verlet over F0, and the least that sampling may find of them.
+    """Return peaks of velocity Verlet over F0, and the least values that samples may give.
 
     Both have the shape (contacts,), a wall's contact the last; the step is in natural time units.
     The least force lies half an interval off a peak, or a whole interval before a peak at the end.
@@ -248,7 +248,7 @@ def _verlet_peaks(scene: Scene, legs: Sequence[Leg], start: FloatArray | None = 
 def lammps_deck(scene: Scene, dt: float | None, rtol: float | None, title: str, **how: Any) -> str:
     """Return a deck for LAMMPS that finds the peaks of a scene and compares them with true ones.
 
-    ``how`` has the samples and the keywords of ``Layout``.
+    ``how`` has the sampling interval and the keywords of ``Layout``.
     """
     scene = with_end(scene)
     layout = lay_out(scene, dt, rtol, title=title, **how)

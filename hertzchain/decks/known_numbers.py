@@ -1,4 +1,4 @@
-"""The numbers of each granule that a deck knows: none of them is from LAMMPS."""
+"""Known numbers of each granule in a deck; none of them is from LAMMPS."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def comment(text: str) -> list[str]:
 def _by_granule(name: str, values: list[float]) -> list[str]:
     """Return a variable with a value in each granule.
 
-    A ``set`` for each would print three lines for each, which bury the verdict.
+    A ``set`` for each granule would print three lines each, and hide the verdict among them.
     """
     runs: list[tuple[int, int, float]] = []  # of neighbours with the same value
     for number, value in enumerate(values, start=1):

@@ -1,4 +1,4 @@
-"""Parameters of a deck that stands alone: its answer, its layout and its steps."""
+"""Parameters of a standalone deck: its answer, its layout and its steps."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from hertzchain.observables.peaks import judged_contacts
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
-WANTED = 1e-6  # relative error by absolute coordinates up to which a deck has the true scene
+WANTED = 1e-6  # relative error by absolute coordinates up to which a deck has the true chain
 ROOM = 1.1  # tolerance over the measured error: other intervals shift the samples
 ROUNDING = 3  # factor on the estimate of round-off, which is no bound; measured in the gallery: 0.2
 UNCLEAR = 1e-3  # error of a contact above which it is not judged, if others have less
@@ -37,7 +37,7 @@ class KnownAnswer:
 
     @property
     def judged(self) -> NDArray[np.bool_]:
-        """Contacts that are judged: pressed enough, and not spoilt by a sudden end of the run."""
+        """Contacts that are judged: pressed enough, and not affected by the end of the run."""
         pressed = judged_contacts(self.force_ratio)
         most = max(UNCLEAR, 10 * float(np.median(self.error[pressed])))
         return np.logical_and(pressed, self.error <= most)
@@ -79,7 +79,7 @@ def similar(scene: Scene, step: float) -> tuple[list[Leg], Softening]:
 
 
 def what_is_softer(made: Softening) -> str:
-    """Return how the chain of a deck differs from that of its scene, in words."""
+    """Return the difference of a deck's chain from that of its scene, in words."""
     return (
         "Coordinates of whole granules leave few digits to overlaps as small as those of this"
         f" scene. The deck has E / 8^{made.power}: overlaps and displacements are 4^{made.power}"

@@ -1,7 +1,7 @@
 """A scene as one LAMMPS deck that runs, and judges itself, without Python: pure text.
 
-It is the deck of the LAMMPS engine and what is added to it: known numbers, samples of the contact
-forces, and a verdict. Where coordinates would lose digits, the deck has a softer, similar chain.
+It is the deck of the LAMMPS engine with additions: known numbers, samples of the contact forces,
+and a verdict. Where coordinates would lose digits, the deck has a softer, similar chain.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ def _header(
 
 
 def _expected(scene: Scene, known: KnownAnswer | None) -> str:
-    """Return what the deck finds, in words."""
+    """Return the results of the deck, in words."""
     if known is None:
         return (
             "Peak forces are not watched. The final state goes to chain.final: id, x [m], vx [m/s],"

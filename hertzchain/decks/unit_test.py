@@ -29,15 +29,15 @@ WEAKEST = 1e-3  # fraction of the strongest contact: weaker contacts lose all di
 MOST_GRANULES = 200  # most granules (chosen): people read the test, and it has to be quick
 ROOM = 30  # tolerance over the error by rounding measured here; LAMMPS had 6 in 75 scenes
 _RISE = 2.0  # natural time units before the peak of an impact, in which it rises to half; chosen
-LARGEST_EPSILON = 1e-6  # a test with a larger tolerance means nothing
+LARGEST_EPSILON = 1e-6  # a test with a larger tolerance has no value
 
 
 def known_motion(scene: Scene) -> KnownMotion:
     """Return the motion of the granules in the wave, released on their own when the pulse ends.
 
-    Under a long pulse they are released when the wave is strongest in the middle of the chain, at a
-    wall or from a striker when its contact has half its largest force. The motion starts from the
-    overlaps of the positions as written in the test.
+    Under a long pulse they are released when the wave is strongest in the middle of the chain; at a
+    wall or behind a striker, when its contact has half its largest force. The motion starts from
+    the overlaps of the positions as written in the test.
     """
     _refuse(scene)
     native = Native(rtol=RTOL, wanted="all")
@@ -75,7 +75,7 @@ def known_motion(scene: Scene) -> KnownMotion:
 
 
 def _refuse(scene: Scene) -> None:
-    """Refuse terms that a few granules on their own do not have; walls have no damping here."""
+    """Refuse terms that a few separate granules cannot have; walls have no damping here."""
     known = ("striker", "wall" if scene.contact is None else "damping")
     refuse_terms(scene, "a unit test for LAMMPS", known)
     if scene.striker is not None and scene.striker != Striker(scene.striker.velocity):
@@ -104,7 +104,7 @@ def let_go(
     units = scene.units
     dt = STEP * units.time
     diameter = 2 * scene.chain.radius
-    # The wall is one more place in line: half a diameter beyond the last granule that touches it.
+    # The wall is one more place: half a diameter beyond the last granule when that touches it.
     far = position[-1] + diameter if wall is None else wall + diameter / 2
     exact, beyond = np.split(_displacement(np.append(position, far), diameter), [-1])
     stiffness = 0.0 if wall is None else float(scene.granules.stiffness[-1])

@@ -32,7 +32,7 @@ class Moment:
 
 @dataclass(frozen=True, eq=False)
 class KnownMotion:
-    """A few granules that are released, and their motion by Hertz's law."""
+    """A few granules that are released, and their motion under Hertz's law."""
 
     chain: Chain
     dt: float  # step of velocity Verlet [s]
@@ -45,7 +45,7 @@ class KnownMotion:
 
 
 def unit_test(motion: KnownMotion, title: str, date: str) -> str:
-    """Return the YAML file of a test; the title says in a few words where it comes from."""
+    """Return the YAML file of a test; the title names its source in a few words."""
     chain, start = motion.chain, motion.start
     granules = start.position.size
     room = 4 * chain.radius

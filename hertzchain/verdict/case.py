@@ -21,7 +21,7 @@ _RTOL = 1e-8  # wanted accuracy of trial runs; smaller differences get no cause
 
 _TOLERANCE = 1e-8  # tolerance of a step, damped contacts: peaks are right to 2e-8 (measured)
 # Mean square jump over mean square residual: 2 for noise, 0.3 off for 59 contacts; 0.1 for waves,
-# and 1 where the last contact alone is off, as in chains of another length (derived).
+# and 1 where only the last contact is off, as in chains of another length (derived).
 _NOISE = 1.2
 _LOWEST = 1e-9  # peaks below this fraction of the reference count as zero
 
@@ -79,7 +79,7 @@ class Case:
     def left(self, peak_force: FloatArray) -> FloatArray:
         """Return the residual of each judged contact, without one that may be unknown at an end.
 
-        Nothing is left of peaks that are unknown in more contacts: the mistake is impossible.
+        If peaks are unknown in more contacts, nothing is returned: the mistake is impossible.
         """
         lowest = _LOWEST * self.reference.peak_force[self.judged]
         ratio = np.maximum(self.given[self.judged], lowest) / np.maximum(
@@ -143,9 +143,9 @@ class Case:
 
 @dataclass(frozen=True)
 class Mistake:
-    """A known mistake: its words, how it is made, and how it is tried."""
+    """A known mistake: its words, how its peaks are computed, and how its parameter is fitted."""
 
-    words: Callable[[Any], str]  # what it is called, from its parameter
+    words: Callable[[Any], str]  # its words, from its parameter
     made: Callable[[Any], FloatArray]  # peaks [N], (N - 1,), or NaN
     trials: Sequence[float] = (0.0,)  # parameters to begin with, increasing; one if none is fitted
     most: float = math.inf  # residual from which on it is not named

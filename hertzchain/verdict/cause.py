@@ -1,4 +1,4 @@
-"""The likely cause of wrong peaks: what the table of known mistakes says of them."""
+"""The likely cause of wrong peaks, from the table of known mistakes."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _OUTLIER = 4.0  # largest difference of noise over its root mean square: once in
 _BIAS = 3.0  # largest mean of noise, in its standard errors (chosen): samples are all too low
 _MOST_NOISE = 0.1  # root mean square: peaks with more noise are not called the scene's (chosen)
 _MOST_ROUNDED = 0.1  # largest difference by rounding; with more, peaks are not the scene's (chosen)
-_DIGITS, _DECIMALS = range(2, 8), range(-2, 7)  # roundings that are looked for (chosen)
+_DIGITS, _DECIMALS = range(2, 8), range(-2, 7)  # roundings that are tried (chosen)
 _HALF = 0.5 + 1e-6  # of the last digit; the rest is the rounding of binary numbers
 
 
@@ -58,7 +58,7 @@ def likely_cause(case: Case, progress: Callable[[str], object] | None = None) ->
     remark = None
     for family in families_for(case.scene):
         if family.is_costly and any(one.left <= _CERTAIN * size for one, _ in found):
-            continue  # no other mistake could leave as little
+            continue  # no other mistake can leave as little
         if progress is not None:
             progress(f"looking for the cause: {family.name}")
         try:
@@ -67,7 +67,7 @@ def likely_cause(case: Case, progress: Callable[[str], object] | None = None) ->
             remark = f"not everything was tried for the cause, it takes too long: {family.name}"
             break
         except RunFailed:
-            pass  # this mistake is impossible in this scene
+            pass  # the mistake is impossible in this scene
     found.sort(key=lambda one: one[0].left)
     least = found[0][0].left if found else math.inf
     if least > EXPLAINED * size or (least > _allowed(case) and not found[0][0].leaves_noise):
@@ -78,7 +78,7 @@ def likely_cause(case: Case, progress: Callable[[str], object] | None = None) ->
 
 
 def _allowed(case: Case) -> float:
-    """Most that a cause may leave, root mean square: what leaves more is a part of the mistake."""
+    """Largest residual of a cause, root mean square; with more, it explains only a part."""
     return max(case.tolerance, _KNOWN_TO * case.size)
 
 

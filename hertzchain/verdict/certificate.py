@@ -1,4 +1,4 @@
-"""A certificate of a LAMMPS, LIGGGHTS or Yade: short scenes, held against native at its steps."""
+"""A certificate of a LAMMPS, LIGGGHTS or Yade: short scenes, compared with native at its steps."""
 
 from __future__ import annotations
 
@@ -59,12 +59,12 @@ _UNKNOWN = re.compile(
 """Words of a code that lacks a style, an option of one, or a package."""
 
 _BROKEN = re.compile(r"crashed|ended by SIG|do not trust")
-"""Words of errors that no right program makes."""
+"""Words of errors that a right program never prints."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """What one scene says of a program.
+    """The result of one scene for a program.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ class Row:
 
     @property
     def words(self) -> str:
-        """The grade; of a wrong row by how much."""
+        """The grade; for a wrong row with the size of the difference."""
         known = self.grade == WRONG and self.difference is not None
         return f"wrong by {self.difference:.1e}" if known else self.grade
 
@@ -153,7 +153,7 @@ class Certificate:
 
 @dataclass(frozen=True)
 class _Watched(Program):
-    """A LAMMPS that runs edited decks, and keeps what was said of styles."""
+    """A LAMMPS that runs edited decks, and keeps the list of styles that it prints."""
 
     edit: Callable[[str], str] = str
     styles: list[str] = field(default_factory=list)
@@ -175,7 +175,7 @@ def certify(
     time_limit: float = TIME_LIMIT,
     progress: Callable[[str], object] = lambda _: None,
 ) -> Certificate:
-    """Hold a LAMMPS, LIGGGHTS or Yade against native, scene by scene at the same steps.
+    """Compare a LAMMPS, LIGGGHTS or Yade with native, scene by scene, at the same steps.
 
     Parameters
     ----------

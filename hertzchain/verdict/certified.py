@@ -1,6 +1,7 @@
 """The scenes of a certificate: one for each thing that can be wrong in a build of LAMMPS.
 
-Most are driven by a moving first granule, so that a wrong force over time shows in its own rows.
+Most are driven by a moving first granule, so that a wrong force over time shows only in the rows
+that test it.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from hertzchain.scene.striker import Striker
 from hertzchain.scene.terms import Contact, Precompression, Wall
 
 STEP = 0.02  # steps of all runs [natural time units]; chosen
-_UNITS_AFTER = 24.0  # end of a run [natural time units], when 12 granules have been passed twice
+_UNITS_AFTER = 24.0  # end of a run [natural time units], when the wave has passed 12 granules twice
 _STEEL: dict[str, float] = {
     "radius": 4.75e-3, "young_modulus": 193e9, "poisson_ratio": 0.3, "density": 7958.0,
 }  # fmt: skip
@@ -41,9 +42,9 @@ class Case:
     Parameters
     ----------
     name, tests
-        Name of the row, and what is wrong where it is.
+        Name of the row, and what is wrong if it fails.
     scene
-        What is simulated; in cgs its numbers are those of cgs.
+        What is simulated; in the row of cgs its numbers are in cgs units.
     style
         Style that the row tests; where a suffix was asked for, it must have run with it.
     pair_style
@@ -53,7 +54,7 @@ class Case:
     needs_ranks
         Whether the row tests nothing on one rank.
     of_lammps
-        Whether the row is of LAMMPS alone: LIGGGHTS and Yade have nothing like it.
+        Whether the row applies to LAMMPS only: LIGGGHTS and Yade have no such feature.
     """
 
     name: str
@@ -78,7 +79,7 @@ class Case:
 
 @functools.cache
 def expected(name: str) -> Result:
-    """Return what native finds of a case by velocity Verlet at the steps of the deck."""
+    """Return the result of native velocity Verlet for a case, at the steps of the deck."""
     case = CASES[name]
     return Native("velocity-verlet", case.dt, wanted="all").run(case.scene)
 
@@ -112,8 +113,8 @@ def _damped(damping: Any, **law: Any) -> Scene:
 def _restarted(text: str, ranks: int) -> str:
     """Return a deck that stops after the pulse and goes on from a restart file.
 
-    The pair style stands there again: LAMMPS of 2022 to 2025 restores granular with a cutoff of 0,
-    so that ranks would see no granules of one another.
+    The pair style is stated again: LAMMPS of 2022 to 2025 restores granular with a cutoff of 0, so
+    that no rank would have granules of its neighbours.
     """
     law = text[text.index("pair_style") : text.index("# Wide enough")]
     again = [

@@ -77,7 +77,7 @@ class Check:
 
 
 def apart(measured: float, expected: float, least: int = 4) -> tuple[str, str]:
-    """Return two numbers with at least so many digits, and with all that tell them apart."""
+    """Return two numbers with ``least`` digits or more, until they differ."""
     off, largest = abs(measured - expected), max(abs(measured), abs(expected))
     digits = least
     if 0 < off < largest:

@@ -147,8 +147,8 @@ def compare(
         [s] within the run, or a whole number of frames, equally spaced from 0 to the end; by
         default none.
     as_written
-        Whether the reference is compared with Eq. 1 as ``engines/native/equations.py`` writes it
-        also where this takes longer than a second or two.
+        Whether the reference is always compared with Eq. 1 as ``engines/native/equations.py``
+        writes it, even if this takes longer than a second or two.
     progress
         True for a line in the terminal on what is being done, or a function that is
         called with each such line.

@@ -93,8 +93,8 @@ _STEPS = {
 _LONGER, _SAMPLES_OF_DAMPERS = 10.0, 40
 """Longest step of SciPy over that of ``Native("scipy")``, and samples of it for damped contacts.
 
-With 1 in place of 10 the demo costs at 1e-4 what it does at 1e-8; with 10 no shipped scene with
-terms misses a collision. Damped forces between fewer samples are off by 2e-7 at 1e-8 (measured).
+With 1 in place of 10 the demo costs as much at 1e-4 as at 1e-8; with 10 no shipped scene with terms
+misses a collision. Damped forces between fewer samples are off by 2e-7 at 1e-8 (measured).
 """
 
 

@@ -101,7 +101,7 @@ def _described(contact: Contact) -> str:
 
 
 def _value(contact: Contact) -> str:
-    """Return the coefficient of a law with three digits, as peaks with some noise tell it."""
+    """Return the coefficient of a law with three digits, as many as noisy peaks determine."""
     if contact.restitution is not None:
         return f"{contact.restitution:.3g}"
     return f"{contact.parameter:.3g} {keys_of(Contact)[DAMPING[contact.damping]].unit}"

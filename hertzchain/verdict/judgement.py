@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     import pandas
 
 _NONE, _CLEARLY, _SEVERAL = 1e-9, 0.1, 3
-"""Ratios of given to true peaks below this count as it; of two spreads, from which on the smaller
-one tells what was given; and the fewest contacts for that."""
+"""Least ratio of given to true peaks, in place of smaller ones; ratio of two
+spreads from which on the smaller one decides what was given; and the fewest contacts for that."""
 PATIENCE = 60.0  # time limit of the search for the cause [s]; 60 granules take about 1 s
 
 
@@ -61,11 +61,11 @@ class Judgement(ShownVerdict):
     reference
         Result of the native reference method.
     truth
-        What is judged against [N], shape (contacts,): largest forces, or first pulses; NaN where
-        the reference does not know it well enough.
+        The true peaks [N], shape (contacts,): largest forces, or first pulses; NaN where the
+        reference is not accurate enough.
     of_first_pulses
-        Whether that are first pulses: more of the given peaks agree with them than with the largest
-        forces.
+        Whether these are first pulses, because more of the given peaks agree with them than with
+        the largest forces.
     given
         The given peaks [N], shape (contacts,); NaN where none was given.
     tolerance
@@ -74,16 +74,16 @@ class Judgement(ShownVerdict):
         Likely cause of failed contacts, a sentence; None where none failed, or no known mistake
         explains the differences.
     hint
-        Nearest known mistake, and what it leaves, or how large the noise is, if contacts failed
-        without a known cause, a sentence; None without a search.
+        If contacts failed without a known cause, a sentence on the nearest known mistake and its
+        residual, or on the size of the noise; None without a search.
     remarks
         Sentences on parts that could not be done; usually empty.
     expected
         Error of velocity Verlet at the given step; None without a step.
     sampling
-        Relative error of the given peaks by the distance of the samples that they come from, shape
-        (contacts,): it adds to the tolerance, and contacts where it is larger are not judged. None
-        for peaks that are not from samples.
+        Relative error of the given peaks by the interval of the samples that they come from, shape
+        (contacts,). It is added to the tolerance; contacts whose error is larger than the tolerance
+        are not judged. None for peaks that are not from samples.
     """
 
     reference: Result
@@ -123,7 +123,7 @@ class Judgement(ShownVerdict):
 
     @property
     def sampled_too_rarely(self) -> int:
-        """Number of contacts that are not judged for the distance of their samples alone."""
+        """Number of contacts that are not judged only because their samples are too far apart."""
         rare = judged_peaks(self.truth, self.given) & ~self.judged
         return int(np.count_nonzero(rare))
 
@@ -249,7 +249,7 @@ def judged(
         sampling,
     )  # fmt: skip
     if np.array_equal(found.passed, judged):
-        return found  # nothing is wrong by this tolerance
+        return found  # nothing is wrong within this tolerance
     if terms := ", ".join(scene.terms):
         tried = [one.name for one in families_for(scene)]
         remarks.append(f"causes that were tried in a scene with {terms}: {'; '.join(tried)}")
@@ -270,9 +270,9 @@ def judged_peaks(truth: FloatArray, given: FloatArray) -> NDArray[np.bool_]:
 def _truth(reference: Result, given: FloatArray, tolerance: float) -> tuple[FloatArray, bool]:
     """Return the forces to judge against [N], and whether they are first pulses.
 
-    The largest forces, or the first pulses if more of the given peaks agree with these, or their
-    ratios to these vary ten times less: the unit may be wrong. NaN stands where the error is more
-    than a tenth of the tolerance; if it is everywhere, a SceneError.
+    They are the largest forces, or the first pulses if more of the given peaks agree with these, or
+    if the ratios to these vary ten times less (the unit may be wrong). NaN stands where the error
+    is more than a tenth of the tolerance; if it is everywhere, a SceneError.
     """
     known = [(reference.peak_force, reference.peak_errors)]
     first, errors = reference.first_pulses, reference.errors

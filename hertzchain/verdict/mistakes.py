@@ -1,4 +1,4 @@
-"""The table of known mistakes: families of them, how each is made, how it is tried, its words.
+"""The table of known mistakes in families: their peaks, how they are tried, their words.
 
 Mistakes with the same peaks are named together: a stiffer chain, a lighter one and a longer pulse
 are similar.
@@ -89,7 +89,7 @@ def _force(case: Case) -> Iterator[Mistake]:
 
 
 def _written(case: Case) -> Iterator[Mistake]:
-    """Yield right peaks in another unit, or with other numbers of their contacts."""
+    """Yield right peaks in another unit, or with other contact numbers."""
     expected, unknown = case.reference.peak_force, [np.nan]
     # The least squares of relative residuals.
     factor = float(np.mean(case.given[case.judged] / expected[case.judged]))
@@ -142,9 +142,9 @@ def _pulse(case: Case) -> Iterator[Mistake]:
 class Family:
     """Mistakes in one thing."""
 
-    name: str  # what they are mistakes in
+    name: str  # the quantity that is wrong
     mistakes: Callable[[Case], Iterator[Mistake]]  # raises TooExpensive at the case's deadline
-    terms: tuple[str, ...] | None = ()  # that a scene may have; None for any
+    terms: tuple[str, ...] | None = ()  # terms that a scene may have; None for any
     is_costly: bool = False  # takes seconds: left out where another mistake explains everything
 
 

@@ -33,8 +33,8 @@ AS_WRITTEN = Kind(
 )
 _QUICKLY_WRITTEN, _BY_SCIPY, _LONG_CHAIN = 250_000.0, 10.0, 1000.0
 """Force evaluations of the reference up to which Eq. 1 as written is integrated by default: one to
-two seconds in NumPy; how many an evaluation counts with damped contacts, which SciPy integrates
-three times; granules that double the time of one (all measured)."""
+two seconds in NumPy; the cost of an evaluation with damped contacts, which SciPy integrates three
+times; and the number of granules that doubles the time of an evaluation (all measured)."""
 
 _KNOWN = 0.1
 """Sum of two errors from which on a contact is not compared: one has hardly a right digit."""
@@ -47,7 +47,7 @@ def reference_checks(result: Result, reference: Result) -> list[Check]:
     """Check a run against the reference, within the sum of both error estimates of each contact.
 
     First pulses and their arrivals are checked where both runs have them, and peaks of those
-    contacts of which both know a digit.
+    contacts for which both have a right digit.
     """
     reason = "its own error estimate plus that of the reference"
     off = _differences(result.peak_force, reference.peak_force)
@@ -65,7 +65,7 @@ def reference_checks(result: Result, reference: Result) -> list[Check]:
         return [peaks, *_gauge_checks(result, reference, reason)]
     off = np.where(both, np.abs(mine.force / true.force - 1.0), np.nan)
     allowed = errors.first + its.first
-    # A run without a pulse has no error of it, either; one without a digit of it has one.
+    # A run without a pulse has no error; a run whose pulse has no right digit has one.
     none = np.isnan(mine.force) & np.isnan(errors.first)
     lacks = both & none & (true.force > _SURELY_A_PULSE * np.max(true.force[both], initial=0.0))
     off, allowed = np.where(lacks, 1.0, off), np.where(lacks, its.first, allowed)
@@ -80,7 +80,7 @@ def reference_checks(result: Result, reference: Result) -> list[Check]:
 
 
 def _gauge_checks(result: Result, reference: Result, reason: str) -> list[Check]:
-    """Check the force of the gauge that is nearest to what is allowed; nothing without gauges."""
+    """Check the force of the gauge that is nearest to its tolerance; nothing without gauges."""
     pairs = [
         (abs(here.force / true.force - 1.0), here.force_error + true.force_error, here.gauge)
         for here, true in zip(result.gauges, reference.gauges, strict=True)
@@ -96,7 +96,7 @@ def _gauge_checks(result: Result, reference: Result, reason: str) -> list[Check]
 def _differences(peak_force: Array, expected: Array) -> FloatArray:
     """Relative differences of judged peaks, shape (contacts,); NaN where one is not judged."""
     judged = judged_contacts(expected)
-    if not judged.any():  # then any force is all wrong
+    if not judged.any():  # then any force is entirely wrong
         return np.where(peak_force > 0, 1.0, 0.0)
     relative = np.abs(peak_force / np.where(judged, expected, np.nan) - 1.0)
     return np.asarray(np.where(judged, relative, np.nan), np.float64)
@@ -106,7 +106,7 @@ def _at_worst(
     kind: Kind, result: Result, off: Array, allowed: Array, reason: str,
     known: float = _KNOWN,
 ) -> Check:  # fmt: skip
-    """Return the check of the contact that is nearest to what is allowed, or farthest beyond it."""
+    """Return the check of the contact nearest to its tolerance, or farthest beyond it."""
     with np.errstate(invalid="ignore", divide="ignore"):
         share = np.where(allowed < known, np.where(off == 0, 0.0, off / allowed), np.nan)
     if np.isnan(share).all():

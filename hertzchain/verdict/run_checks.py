@@ -56,7 +56,7 @@ SAME_STEPS = tuple(
 SAME_STEPS_REFUSED = Kind("same steps")
 _MANY_STEPS = 300_000
 """Steps from which on rounding errors of damped granules add up to more, as a random walk does:
-up to 1.5 times what is allowed below was seen after a million steps of granules with dashpots."""
+after a million steps of granules with dashpots 1.5 times the tolerance below was measured."""
 
 MOMENTUM = Kind(
     "momentum [N s]",
@@ -173,7 +173,7 @@ def _twin_peaks(
 def _verlet(
     scene: Scene, legs: Sequence[Leg], deadline: Deadline, start: FloatArray | None = None
 ) -> Simulation:
-    """Run native velocity Verlet; a start other than rest moves all granules."""
+    """Run native velocity Verlet; with ``start`` all granules move from the first step on."""
     if scene.contact is not None:
         return simulate_damped_verlet(scene, legs, deadline, start=start)
     return simulate(

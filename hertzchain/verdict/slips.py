@@ -5,7 +5,7 @@ from __future__ import annotations
 from hertzchain.scene.scene import Scene
 
 NEAR = 0.003  # largest relative distance of a fitted factor from a known one that is named
-_CLEAR = 3.0  # times the distance of the nearest factor: one that is farther is none (chosen)
+_CLEAR = 3.0  # times the distance of the nearest factor: factors beyond it are not named (chosen)
 _FITTED = 1e-4  # relative error of a fitted factor (measured with velocity Verlet)
 
 KILOGRAM_FORCE, POUND_FORCE = 9.80665, 4.4482216  # N
@@ -24,7 +24,7 @@ def stretch_in_words(scene: Scene, stretch: float) -> str:
 def near(known: dict[str, float], factor: float) -> list[str]:
     """Return the names of the known factors near a fitted one, if they are not near 1, too.
 
-    One that is farther from it than the nearest is left out where that is clear.
+    A factor that is clearly farther away than the nearest one is left out.
     """
     far = {name: abs(factor / q - 1) for name, q in known.items() if abs(q - 1) > NEAR}
     least = _CLEAR * max(min(far.values(), default=0.0), _FITTED)

@@ -62,7 +62,7 @@ class Tradeoff:
 
     scene: Scene
     rows: tuple[Row, ...]  # by contender, from cheap to expensive; none for a setting that fails
-    truth_error: float  # smaller errors are only known to be smaller
+    truth_error: float  # smaller errors have no known value
     missing: bool  # whether a backend is missing
     remarks: tuple[str, ...]  # sentences on contenders without rows
 
@@ -73,7 +73,7 @@ class Tradeoff:
 
     @functools.cached_property
     def frontier(self) -> tuple[Row, ...]:
-        """Rows that no other beats, from the cheapest to the most accurate."""
+        """Rows for which no other is both cheaper and as accurate, from the cheapest on."""
         return frontier(self.rows, self.truth_error)
 
     def to_dict(self) -> dict[str, Any]:
@@ -202,7 +202,7 @@ def timed(run: Callable[[], Outcome], enough: float = _ENOUGH) -> tuple[Outcome,
 
 
 def frontier(rows: Sequence[Row], truth_error: float) -> tuple[Row, ...]:
-    """Return rows that no other beats, cheapest first; errors below ``truth_error`` are equal."""
+    """Return the rows of ``Tradeoff.frontier``; errors below ``truth_error`` count as equal."""
     found: list[Row] = []
     for row in sorted(rows, key=lambda row: (row.wall_time, max(row.error, truth_error))):
         error = max(row.error, truth_error)

@@ -1,4 +1,4 @@
-"""Somebody's own LAMMPS deck against a scene: what differs, what it costs, which line makes it."""
+"""A user's LAMMPS deck against a scene: differences, their effects on peaks, their lines."""
 
 from hertzchain.verdict.deck.deck_check import DeckCheck
 from hertzchain.verdict.deck.examined import DeckExamination

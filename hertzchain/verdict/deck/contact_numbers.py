@@ -17,7 +17,7 @@ from hertzchain.verdict.deck.places import NUMBER, WITHOUT, Pairs
 from hertzchain.verdict.slips import near, slips_of_stiffness
 
 _BENT = 0.01  # of the force at other overlaps than the largest expected (chosen)
-_MIXED = "2023"  # before, LAMMPS mixes E and nu of a wall with themselves (measured: 2022)
+_MIXED = "2023"  # older versions mix E and nu of a wall with themselves (measured: 2022)
 QUIET = 1e-7  # of a contact force: forces below are round-off (chosen)
 
 
@@ -26,7 +26,7 @@ def _expected(case: Case) -> FloatArray:
 
 
 def is_tried(case: Case) -> bool:
-    """Whether any contact of a deck was tried."""
+    """Whether any contact of a deck was probed."""
     found = case.found
     if case.exact:
         tried = np.isfinite([*found.contact_force, *found.damped_force])
@@ -35,7 +35,7 @@ def is_tried(case: Case) -> bool:
 
 
 def role_of(case: Case, alike: Indices) -> str:
-    """Which commands make the force of some contacts: a key of ``ROLES``."""
+    """Return the kind of commands that set the force of some contacts: a key of ``ROLES``."""
     return "wall" if case.is_wall(alike) else "contacts"
 
 
@@ -88,7 +88,7 @@ def _exponent(case: Case) -> list[Difference]:
 
 
 def _rounding(case: Case, k: int) -> float:
-    """What rounding makes of the force of a contact at the overlap that matters."""
+    """Rounding error of the force of a contact at the overlap that matters."""
     return float(case.rounding(k, case.near[k]))
 
 
@@ -118,7 +118,7 @@ def _stiffness(case: Case) -> list[Difference]:
 def _words(case: Case, k: int, ratio: float) -> Pairs:
     """Numbers that alone make a contact so many times too stiff: its own, moduli, Poisson ratios.
 
-    Those of one granule, or of all that are alike.
+    They are those of one granule, or of all like granules.
     """
     granules, unit = case.scene.granules, case.units.pressure
     softness = 1 / case.reduced_modulus(k)
@@ -136,7 +136,7 @@ def _words(case: Case, k: int, ratio: float) -> Pairs:
 
 
 def _by_radius(case: Case) -> FloatArray:
-    """What makes up for wrong radii in stiffnesses: they have checks of their own."""
+    """Factors that remove wrong radii from stiffnesses, as radii have checks of their own."""
 
     def effective(radius: FloatArray) -> FloatArray:
         return np.asarray(radius[:-1] * radius[1:] / (radius[:-1] + radius[1:]))
@@ -151,14 +151,14 @@ def _by_radius(case: Case) -> FloatArray:
 
 
 def _times(ratio: float) -> str:
-    """A ratio in a sentence; its difference from 1 where four digits would not show it."""
+    """A ratio in words; its difference from 1 if four digits do not show it."""
     if f"{ratio:.4g}" != "1":
         return f"{ratio:.4g} times"
     return f"{abs(ratio - 1):.1e} {'less' if ratio < 1 else 'more'}"
 
 
 def _slip(case: Case, who: str, ratio: float) -> str:
-    """The usual slip that makes a stiffness so many times too large, in words."""
+    """The usual slip that makes a stiffness too large by a ratio, in words."""
     slips = slips_of_stiffness(case.scene)
     if who == "the wall" and case.found.version < _MIXED:
         text = "for a wall of hertz/material: give hertz and 4/3 of its effective modulus"
@@ -169,7 +169,7 @@ def _slip(case: Case, who: str, ratio: float) -> str:
 
 
 def elsewhere(case: Case) -> list[Difference]:
-    """Forces that are Hertz's at the largest overlap, but not at all others."""
+    """Forces that follow Hertz's law at the largest overlap, but not at all others."""
     factor = _by_radius(case)
     if any(
         law.is_missing
@@ -198,13 +198,13 @@ def elsewhere(case: Case) -> list[Difference]:
     return []
 
 
-# ---- What stands at the ends
+# ---- The ends of the chain
 
 
 def _image(case: Case) -> Difference | list[Difference]:
     """Granules at the ends that touch through a periodic boundary."""
     force = case.found.image_force
-    if case.found.image_gap is None:  # of an image that is not near the motion tells
+    if case.found.image_gap is None:  # the motion shows the effect of an image that is not near
         return []
     return Difference(
         force, 0.0, effect=math.inf, sentence="granules at the two ends push one another by"
@@ -217,7 +217,7 @@ _PLANE = re.compile(r"fix\s+\S+\s+\S+\s+wall/.*\s([xyz])plane\s+(\S+)\s+(\S+)")
 
 
 def _wall(case: Case) -> Difference | list[Difference]:
-    """A wall that is missing; one that the last granule does not meet where it is pushed."""
+    """A wall that is missing, or that the last granule does not meet when it is pushed."""
     scene, found = case.scene, case.found
     if scene.wall is None or far_wall(found) is not None:
         return same(1, 1, 0.0) if scene.wall is not None else []
@@ -260,7 +260,7 @@ def _no_wall(case: Case) -> Difference:
 
 
 def _extra_walls(case: Case) -> list[Difference]:
-    """Walls that the scene has not: they matter where a granule reaches them."""
+    """Walls that the scene does not have: they count if a granule reaches them."""
     return [
         _extra_wall(case, wall)
         for wall in case.found.walls
@@ -308,4 +308,4 @@ CONTACTS = (
 
 UNTRIED = Number("contacts", "", "granules", _untried, "its granules are in no row",
                  explains=True)  # fmt: skip
-"""In place of all others where no contact was tried."""
+"""The number in place of all others if no contact was probed."""

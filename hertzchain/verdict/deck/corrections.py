@@ -1,6 +1,6 @@
-"""Corrections that may make a number of a deck the scene's, best guesses first; none is proven.
+"""Candidates for corrections of a deck's number, best guesses first; none is proven.
 
-A correction is a set of edits: what stands in place of some lines, one command each.
+A correction is a set of edits: commands that replace some lines, one command each.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def _at(place: Place | Executed) -> tuple[str, int, str]:
 
 
 def _without(case: Case, indices: Sequence[int]) -> Changes:
-    """A deck without some commands, and without what names the fixes that they make."""
+    """Return changes that remove some commands, and the commands that name their fixes."""
     commands = case.found.commands
     fixes = {commands[k].text.split()[1] for k in indices if commands[k].text.startswith("fix ")}
     users = [[word, name] for word in ("unfix", "fix_modify") for name in fixes]
@@ -51,9 +51,9 @@ def _without(case: Case, indices: Sequence[int]) -> Changes:
 
 
 def _whole(case: Case, lines: Sequence[str], old: Sequence[int]) -> Iterator[Changes]:
-    """Commands in place of the first of some of the deck, or of all these before its first run.
+    """Yield changes that put lines in place of old commands, or before the deck's first run.
 
-    Fixes keep the names of those in whose place they stand.
+    New fixes keep the names of those that they replace.
     """
     commands, lines = case.found.commands, list(lines)
     while old and lines and commands[old[0]].text.split() == lines[0].split():
@@ -72,16 +72,16 @@ def _whole(case: Case, lines: Sequence[str], old: Sequence[int]) -> Iterator[Cha
 
 
 def _kept(case: Case, check: DeckCheck, where: Place) -> tuple[str, ...]:
-    """The run that is blamed for a missing command, which stands before it once there is one."""
+    """Return the run that is named for a missing command, which it then follows."""
     is_run = is_of(case.found, where.index, "run") and not check.command.startswith("run")
     return (where.written,) if is_run else ()
 
 
-# ---- Lines that change in a way of their own
+# ---- Changes of single lines
 
 
 def _formula(case: Case, check: DeckCheck) -> Iterator[Changes]:
-    """A clock that begins at 0, or the formula of the shock in place of the deck's."""
+    """Set the clock to 0, or replace the formula of the shock."""
     early = case.found.commands[: case.found.first_run]
     for one in [one for one in early if one.text.startswith("reset_timestep")][-1:]:
         yield {_at(one): ("reset_timestep 0",)}
@@ -91,7 +91,7 @@ def _formula(case: Case, check: DeckCheck) -> Iterator[Changes]:
 
 
 def _as_many_steps(case: Case, check: DeckCheck) -> Iterator[Changes]:
-    """A shorter time step, with as many more steps in each run."""
+    """Shorten the time step, with more steps in each run accordingly."""
     found, where = case.found, check.place
     if where is None or check.expected is None or not found.runs:
         return
@@ -109,7 +109,7 @@ def _as_many_steps(case: Case, check: DeckCheck) -> Iterator[Changes]:
     yield {blamed: (check.command, *runs.pop(blamed, kept)), **runs}
 
 
-# ---- What a number is set by
+# ---- Commands that set a number
 
 
 def _nothing(_: Case, __: DeckCheck) -> list[int]:
@@ -122,7 +122,7 @@ def _all_of(role: str) -> Callable[[Case, DeckCheck], list[int]]:
 
 
 def _its_own(name: str) -> Callable[[Case, DeckCheck], list[int]]:
-    """The command that is blamed, if it begins so."""
+    """The command that is named, if it has this name."""
 
     def blamed(_: Case, check: DeckCheck) -> list[int]:
         place = check.place
@@ -132,7 +132,7 @@ def _its_own(name: str) -> Callable[[Case, DeckCheck], list[int]]:
 
 
 def _wall(case: Case, check: DeckCheck) -> list[int]:
-    """The wall at the far end; the command that is blamed where it meets no granule."""
+    """The wall at the far end; the command that is named if the wall meets no granule."""
     wall = far_wall(case.found)
     return _its_own("fix")(case, check) if wall is None else [wall.command]
 
@@ -157,7 +157,7 @@ def _shocks(case: Case, _: DeckCheck) -> list[int]:
 
 
 def _movers(case: Case, _: DeckCheck) -> list[int]:
-    """Fixes that let granules move by their forces."""
+    """Fixes that integrate the motion of granules."""
     return [fix.command for fix in case.found.fixes if fix.moves and fix.style != "move"]
 
 
@@ -181,17 +181,17 @@ _SETTINGS = {
     "pushed": (shock_commands, _shocks),
     "motion": (motion_commands, _movers),
 }
-"""By the role of a number: the scene's commands that set it, and those of the deck that go.
+"""By the role of a number: the scene's commands that set it, and the commands to remove.
 
-The former are None where commands cannot say it.
+The former are None where no command can set it.
 """
 
 
 def corrections(case: Case, check: DeckCheck, role: str) -> Iterator[Changes]:
-    """The line of a check as its own number says, then changes by its role."""
+    """Return the line of a check with its own number corrected, then changes by its role."""
     where = check.place
     if where is not None and check.command == WITHOUT:
-        if not is_of(case.found, where.index, "run"):  # else no command is known that makes it
+        if not is_of(case.found, where.index, "run"):  # otherwise no command is known that sets it
             yield _without(case, [where.index])
     elif where is not None and check.command:
         yield {_at(where): (*check.command.split("\n"), *_kept(case, check, where))}

@@ -14,17 +14,17 @@ from hertzchain.verdict.deck.deck_check import Case, values
 from hertzchain.verdict.deck.measured import Damper, dampers
 from hertzchain.verdict.deck.number import Difference, Number, same
 
-_CLEAR = 1e4  # times what rounding explains: damping that is off by more is wrong (chosen)
+_CLEAR = 1e4  # times the rounding error, above which damping is wrong (chosen)
 
 
 def _damping(case: Case) -> list[Difference]:
-    """Damping by approaching and parting granules: what is added to a law of one power."""
+    """Damping of approaching and parting granules: the force added to a law of one power."""
     found = dampers(case.found, case.scene)
     if elsewhere(case) or not any(one.added.size for one in found):
         return []
     rooms = [_room(case, k, one) for k, one in enumerate(found)]
     k, at, most = _worst(found, rooms, approaching=True)
-    if most <= _CLEAR:  # granules that part tell of limits, too
+    if most <= _CLEAR:  # parting granules also show limits
         k, at, most = _worst(found, rooms, approaching=False)
     one, alike, wanted = found[k], np.array([k]), case.scene.contact is not None
     added, expected, room = (float(each[at]) for each in (one.added, one.expected, rooms[k]))
@@ -41,7 +41,7 @@ def _damping(case: Case) -> list[Difference]:
 
 
 def _room(case: Case, k: int, one: Damper) -> FloatArray:
-    """What rounding explains at each try [N], of the force or of damping, if that is larger."""
+    """Rounding error at each try [N], of the force or, if that is larger, of damping."""
     share = 2 * case.rounding(k, one.overlap) if case.exact else QUIET
     return np.asarray(share * np.maximum(one.elastic, np.abs(one.expected)))
 
@@ -49,7 +49,7 @@ def _room(case: Case, k: int, one: Damper) -> FloatArray:
 def _worst(
     found: list[Damper], rooms: list[FloatArray], approaching: bool
 ) -> tuple[int, int, float]:
-    """The contact and the try that is off the most, and by how many times what it may."""
+    """The contact and the try with the largest difference, and its ratio to the rounding error."""
     worst, at, most = 0, 0, 0.0
     for k, one in enumerate(found):
         off, room = np.abs(one.added - one.expected), rooms[k]
@@ -62,7 +62,7 @@ def _worst(
 
 
 def _sentence(one: Damper, at: int, who: str) -> str:
-    """What damping does in one try, in words."""
+    """The force of damping in one try, in words."""
     added, expected, elastic = float(one.added[at]), float(one.expected[at]), one.elastic[at]
     how = "approach" if one.closing[at] > 0 else "part"
     when = f"granules {how} with {abs(one.closing[at]):.3g} m/s"
@@ -76,12 +76,12 @@ def _sentence(one: Damper, at: int, who: str) -> str:
 
 
 def damping_of_twin(case: Case) -> dict[str, Any]:
-    """Numbers of a twin that is damped as the deck is."""
+    """Numbers of a twin that has the damping of the deck."""
     return _damped(case, dampers(case.found, case.scene))
 
 
 def _damped(case: Case, found: list[Damper]) -> dict[str, Any]:
-    """Numbers of a twin that is damped as the deck is: c overlap^q d' by the largest tries."""
+    """Numbers of a twin with the damping of the deck: c overlap^q d' from the largest tries."""
     # Round-off has no exponent.
     found = [
         replace(one, added=np.where(np.abs(one.added) > QUIET * one.elastic, one.added, 0.0))
@@ -100,7 +100,7 @@ def _damped(case: Case, found: list[Damper]) -> dict[str, Any]:
 
 
 def _power_of(found: list[Damper]) -> float:
-    """The q of a damping that the scene has not: by the smallest and the largest overlap tried."""
+    """Exponent q of damping that the scene lacks, from the smallest and the largest overlap."""
     for one in found:
         closing = (one.closing > 0) & (np.abs(one.added) > 0)
         if np.count_nonzero(closing) >= 2:

@@ -1,4 +1,4 @@
-"""A number of a deck against the scene: what differs, what it costs, and which line makes it."""
+"""A number of a deck against the scene: its difference, the effect on peaks, and its line."""
 
 from __future__ import annotations
 
@@ -26,24 +26,24 @@ from hertzchain.verdict.deck.twin import Stretch, Twin, TwinRun, change_of_peaks
 Indices = NDArray[np.intp]
 
 EXAMINED = 1e-12
-"""Relative: what LAMMPS may make of numbers of our own decks. Measured 3e-15, R 1e-8 to 1e3 m, N to
-1e4."""
+"""Relative rounding error of LAMMPS's numbers in generated decks. Measured 3e-15, R 1e-8 to 1e3 m,
+N to 1e4."""
 
-ROUND_OFF = 1e-9  # relative: decks of 17 digits have less; none of it is worth a remark (chosen)
-PLACES = 1e-7  # of an overlap: gaps below are rounded coordinates (chosen)
-ACTS = 1e-6  # of the largest force: granules with less are not pushed (chosen)
+ROUND_OFF = 1e-9  # relative: decks with 17 digits have less; not worth a remark (chosen)
+PLACES = 1e-7  # fraction of an overlap: smaller gaps are rounded coordinates (chosen)
+ACTS = 1e-6  # fraction of the largest force: granules with less are not pushed (chosen)
 _WHICH = re.compile(r"(?: of| on| at)? (?:all |the )?(?:granules?|contacts?)\b.*| \d+.*")
 
 _EPS = float(np.finfo(np.float64).eps)
-_ROUNDED = 6 * _EPS  # of a coordinate: two of them and their difference, half as much again
+_ROUNDED = 6 * _EPS  # relative to a coordinate: two of them and their difference, times 1.5
 
-_MOST_GROUPS = 3  # numbers that are wrong alike, each with a remark of its own (chosen)
-DIGITS = 10.0  # times the tolerance: what carried digits can make of one number (chosen)
+_MOST_GROUPS = 3  # most groups of equally wrong numbers with a remark each (chosen)
+DIGITS = 10.0  # times the tolerance: largest difference of a number by its digits (chosen)
 
 
 @dataclass(frozen=True)
 class DeckCheck:
-    """One number of a deck against what the scene has.
+    """One number of a deck against that of the scene.
 
     Parameters
     ----------
@@ -52,21 +52,22 @@ class DeckCheck:
     unit
         Of both numbers; "" for a ratio or a count.
     measured, expected
-        What the deck makes and what the scene has; None where there is no such number.
+        The numbers of the deck and of the scene; None where there is no such number.
     effect
         Largest relative change of the peaks by this difference alone; None where it is not known.
     passed
         Whether the difference is small enough.
     differs
-        Whether there is any above round-off: passed and different is worth a remark.
+        Whether the difference is above round-off; if the check passed all the same, it gets a
+        remark.
     sentence
-        What was found and what is right.
+        The number that was found and the right one, in words.
     reason
         Why this is too much, or not.
     place
-        The line of the deck that makes it; None where nothing differs.
+        The line of the deck that sets it; None where nothing differs.
     command
-        What is proven to be right in place of that line, one command a line; "" where nothing is.
+        Proven correction of that line, one command per line; "" without one.
     corrections
         Changes of the deck that may make it right, best guesses first.
     """
@@ -86,11 +87,11 @@ class DeckCheck:
 
     @property
     def kind(self) -> str:
-        """The name without which granules or contacts between them it is about."""
+        """The name without the numbers of granules or contacts."""
         return _WHICH.sub("", self.name)
 
     def to_dict(self) -> dict[str, Any]:
-        """The check as JSON knows it."""
+        """Return the check as a JSON object."""
         return {
             "name": self.name,
             "unit": self.unit,
@@ -109,7 +110,7 @@ class DeckCheck:
 
 
 def _finite(value: float | None) -> float | None:
-    """A number for JSON, which has no word for what is not finite, and none of NumPy's."""
+    """A number for JSON: None if not finite, Python's own type."""
     if value is None or not math.isfinite(value):
         return None
     return value if isinstance(value, int) else float(value)
@@ -117,12 +118,12 @@ def _finite(value: float | None) -> float | None:
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """What the checks of a deck share.
+    """Data that the checks of a deck share.
 
     ``found`` is in SI units, ``units`` are those of the deck, ``start`` is when the shock begins in
-    the deck's time, ``peaks`` are those of the reference [N], ``passed`` whether it is past them,
-    and ``near`` the largest overlap of each contact by it [m]. In an ``exact`` deck only round-off
-    may differ; it is judged before it runs, without peaks.
+    the deck's time, ``peaks`` are those of the reference [N], ``passed`` tells whether its run has
+    passed them, and ``near`` is the largest overlap of each contact in it [m]. In an ``exact`` deck
+    only round-off may differ; it is judged before it runs, without peaks.
     """
 
     scene: Scene
@@ -141,47 +142,47 @@ class Case:
     exact: bool = False
 
     def least(self, of_others: float) -> float:
-        """From which share on a difference counts: in an exact deck a smaller one."""
+        """Relative difference from which on one counts; smaller in an exact deck."""
         return EXAMINED if self.exact else of_others
 
     @property
     def rounded(self) -> float:
-        """What rounding may make of a distance between coordinates [m]."""
+        """Largest rounding error of a distance between coordinates [m]."""
         return _ROUNDED * length(self.scene)
 
     def rounding(self, k: int, overlap: FloatArray) -> FloatArray:
-        """The same of forces of a contact at overlaps, which are such distances; relative."""
+        """Relative rounding error of contact forces at overlaps, which are such distances."""
         radius = self.scene.granules.radius
         reach = length(self.scene) if k + 1 == radius.size else radius[k] + radius[k + 1]
         return np.asarray(np.maximum(self.least(ROUND_OFF), _ROUNDED * reach / overlap))
 
     def effect(self, stretches: Sequence[Stretch] = (), **numbers: Any) -> float:
-        """How much numbers of the deck, in place of the scene's, change the peaks at most."""
+        """Largest change of the peaks if numbers of the deck take the place of the scene's."""
         run = run_twin(self.twin._replace(**numbers), stretches or self.stretches, self.deadline)
         return change_of_peaks(run.peak_force, self.expected.peak_force, self.judged)
 
     @property
     def judged(self) -> NDArray[np.bool_]:
-        """Contacts that the deck has seen peak, and that count; a wall's is the last."""
+        """Judged contacts that peaked within the deck's run; a wall's is the last."""
         return np.logical_and(self.passed, judged_contacts(self.peaks))
 
     @property
     def whole_effect(self) -> float:
-        """How far the deck's own peaks are off, for what no chain along a line can show."""
+        """Error of the deck's own peaks, for differences that no chain along a line can have."""
         return change_of_peaks(self.found.peak_force, self.peaks, self.judged)
 
     def allowed(self, change: float | None, relative: float) -> bool:
-        """Whether a difference is digits only: of a number (relative) and of the peaks."""
+        """Whether a difference is only one of digits: of a number (relative) and of the peaks."""
         of_peaks = 0.0 if change is None else change
         return of_peaks <= self.tolerance and abs(relative) <= DIGITS * self.tolerance
 
     def reason(self, relative: float) -> str:
-        """Why a number may differ by as much as it may."""
+        """The reason for the allowed difference of a number."""
         digits = f", and {DIGITS * self.tolerance:g} of the number" if relative else ""
         return f"allowed is what changes no peak by more than {self.tolerance:g}{digits}"
 
     def pushing(self, granules: Indices) -> list[FoundFix]:
-        """Fixes but walls that push one of some granules along the chain."""
+        """Fixes other than walls that push one of some granules along the chain."""
         least = ACTS * self.scene.units.force
         return [
             fix for fix in self.found.fixes
@@ -192,7 +193,7 @@ class Case:
     def contact_name(self, indices: Indices | int, size: int | None = None) -> str:
         """Contacts, counted from 0 in the deck, by the scene's numbers; a wall by its name.
 
-        ``size`` is how many all are, by default those that were tried.
+        ``size`` is the number of all contacts, by default those that were probed.
         """
         numbers, contacts = np.atleast_1d(indices), self.scene.contacts
         if numbers.size == 1 and numbers[0] < len(contacts):
@@ -220,7 +221,7 @@ class Case:
 
 
 def values(measured: float, expected: float, unit: str) -> str:
-    """Two numbers in a sentence, with as many digits as tell them apart."""
+    """Two numbers in words, with enough digits to see their difference."""
     found, wanted = apart(measured, expected)
     end = f" {unit}" if unit else ""
     return f"is {found}{end}, the scene has {wanted}{end}"

@@ -1,4 +1,4 @@
-"""The examination of somebody's deck: its numbers, its peaks and a verdict."""
+"""The examination of a user's deck: its numbers, its peaks and a verdict."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Correction:
-    """What stands in place of a line of a deck: commands that are proven to be right.
+    """Commands that replace a line of a deck, proven to be right.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ class Correction:
     written
         The command that stands there.
     commands
-        The commands in its place; one that is taken out stands behind a ``#``.
+        The commands in its place; a removed command has a ``#`` before it.
     """
 
     file: str
@@ -44,23 +44,22 @@ class Correction:
     commands: tuple[str, ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """The correction as JSON knows it."""
+        """Return the correction as a JSON object."""
         return {"file": self.file, "line": self.line, "commands": list(self.commands)}
 
 
 @dataclass(frozen=True)
 class Finding:
-    """What one command of a deck makes wrong.
+    """The numbers that one command of a deck makes wrong.
 
     Parameters
     ----------
     checks
-        The checks that failed by it, that with the largest effect first.
+        The checks that failed because of it, the one with the largest effect first.
     correction
-        Lines with which all of these checks pass and no peak is further off; empty where none was
-        found.
+        Lines with which all of these checks pass and no peak gets worse; empty if none was found.
     with_others
-        Whether that is so only together with the corrections of the other findings.
+        Whether they do so only together with the corrections of the other findings.
     follows
         Index of the finding whose correction makes these checks pass, too; None for none.
     """
@@ -73,7 +72,7 @@ class Finding:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DeckExamination(ShownVerdict):
-    """What LAMMPS makes of somebody's deck, number by number against a scene.
+    """A user's deck as LAMMPS reads it, compared with a scene number by number.
 
     It is true if the verdict is ``pass``.
 
@@ -84,9 +83,9 @@ class DeckExamination(ShownVerdict):
     deck
         Its name.
     found
-        What LAMMPS made of it, in SI units.
+        What LAMMPS found in it, in SI units.
     checks
-        Every number against the scene's, what to mend first in front; the peaks are the last.
+        Every number against the scene's, the one to correct first in front; the peaks are the last.
     reference
         The scene by the reference method, up to the end of the deck.
     judged
@@ -94,11 +93,11 @@ class DeckExamination(ShownVerdict):
     tolerance
         Largest relative difference of the peaks that passes.
     remarks
-        Sentences on what was not looked at.
+        Sentences on parts that were not examined.
     texts
         Name and text of each file of the deck, as its commands name them.
     findings
-        What is to mend, command by command, with proven corrections.
+        What to correct, command by command, with proven corrections.
     edits
         All proven corrections together, by file and line.
     """
@@ -117,12 +116,12 @@ class DeckExamination(ShownVerdict):
 
     @property
     def passed(self) -> bool:
-        """Whether all of the deck is the scene."""
+        """Whether the whole deck agrees with the scene."""
         return all(check.passed for check in self.checks)
 
     @property
     def verdict(self) -> str:
-        """``pass`` where all of the deck is the scene, else ``fail``."""
+        """``pass`` if the whole deck agrees with the scene, else ``fail``."""
         return "pass" if self.passed else "fail"
 
     @property
@@ -135,14 +134,14 @@ class DeckExamination(ShownVerdict):
 
     @property
     def to_mend(self) -> tuple[DeckCheck, ...]:
-        """The checks that failed but for the peaks, the one with the largest effect first."""
+        """The failed checks except that of the peaks, the one with the largest effect first."""
         return tuple(check for check in self.checks[:-1] if not check.passed)
 
     @property
     def fix(self) -> str:
         """The text of the deck with all proven corrections; included files that change stand in it.
 
-        It is that of the deck where nothing could be corrected.
+        It is the text of the deck itself if nothing could be corrected.
         """
         texts = dict(self.texts)
         return _edited(self.deck, texts, self.edits) if self.deck in texts else ""
@@ -176,7 +175,7 @@ class DeckExamination(ShownVerdict):
         return pandas.DataFrame([check.to_dict() for check in self.checks])
 
     def to_dict(self) -> dict[str, Any]:
-        """The examination as JSON knows it; null stands for what is not there."""
+        """Return the examination as a JSON object; null stands for a missing value."""
         found = self.found
         return {
             "verdict": self.verdict,
@@ -214,7 +213,7 @@ class DeckExamination(ShownVerdict):
 
 
 def _edited(name: str, texts: Mapping[str, str], edits: Edits) -> str:
-    """A file of a deck with edits; files that it includes stand in it where they have any."""
+    """Return a file of a deck with edits; included files with edits stand in it."""
     changed = {file for file, _ in edits}
     rows: list[str] = []
     text = texts[name]
@@ -231,7 +230,7 @@ def _edited(name: str, texts: Mapping[str, str], edits: Edits) -> str:
 
 
 def by_command(checks: Iterable[DeckCheck]) -> list[list[DeckCheck]]:
-    """Checks that failed by the command that makes them, in their order."""
+    """Failed checks by the command that causes them, in their order."""
     made: dict[object, list[DeckCheck]] = {}
     for check in checks:
         if not check.passed:
@@ -241,7 +240,7 @@ def by_command(checks: Iterable[DeckCheck]) -> list[list[DeckCheck]]:
 
 
 def in_order(checks: Sequence[DeckCheck]) -> list[DeckCheck]:
-    """What failed first, by its effect on the peaks; then what differs; then the rest."""
+    """Failed checks first, by their effect on the peaks; then those that differ; then the rest."""
 
     def rank(check: DeckCheck) -> tuple[int, float]:
         group = 0 if not check.passed else 1 if check.differs else 2

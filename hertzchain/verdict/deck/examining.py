@@ -54,10 +54,10 @@ def examine(
     time_limit: float = TIME_LIMIT,
     progress: ShowProgress = None,
 ) -> DeckExamination:
-    """Compare somebody's LAMMPS deck with a scene, number by number, then its peaks.
+    """Compare a user's LAMMPS deck with a scene, number by number, then its peaks.
 
-    LAMMPS itself reads the deck, in a process and a folder of its own; nothing that the deck would
-    write is written.
+    LAMMPS itself reads the deck, in a separate process and folder; no file of the deck's own is
+    written.
 
     Parameters
     ----------
@@ -68,12 +68,12 @@ def examine(
     variables
         As ``-var NAME VALUE`` of LAMMPS, by name.
     tolerance
-        Largest relative difference of the peaks that passes; of every number what changes the
-        peaks by as much.
+        Largest relative difference of the peaks that passes; a number may differ if that changes no
+        peak by more.
     lmp
         A LAMMPS binary to use instead of its Python module.
     time_limit
-        How long LAMMPS and the reference may take together [s].
+        Time limit of LAMMPS and the reference together [s].
     progress
         True for a line in the terminal on what is being done, or a function that is
         called with it.
@@ -83,9 +83,9 @@ def examine(
     BackendMissing
         If LAMMPS is not there.
     SceneError
-        For a scene, a tolerance or a deck that cannot be.
+        For an impossible scene, tolerance or deck.
     RunFailed
-        If LAMMPS stops with an error, or the deck is none that can be examined.
+        If LAMMPS stops with an error, or the deck cannot be examined.
     """
     scene = with_end(to_scene(scene))
     allowed = (
@@ -122,7 +122,7 @@ def examine(
 
 
 def _settles(found: FoundDeck, scene: Scene) -> float:
-    """How long a deck runs before the run in which its shock begins, in its own unit of time."""
+    """Time that a deck runs before the run in which its shock begins, in its own unit."""
     if found.stopped or not found.is_chain or not found.runs:
         return 0.0
     found, units = in_si(found, scene)
@@ -131,7 +131,7 @@ def _settles(found: FoundDeck, scene: Scene) -> float:
 
 
 def _texts(deck: Path, found: FoundDeck) -> tuple[tuple[str, str], ...]:
-    """The files that commands came from; of those that cannot be read any more there is no text."""
+    """The texts of the files of commands, without files that cannot be read any more."""
     texts = []
     for name in dict.fromkeys(one.file for one in found.commands):
         paths = (deck, deck.parent / name, Path(name))
@@ -156,7 +156,7 @@ def compared(
     checks = in_order(all_checks(case))
     peaks_of_deck = peaks_check(case)
     if not peaks_of_deck.passed and checks:
-        # Digits alone may add up: then the one with the largest effect is the one to mend.
+        # Digits alone may add up: then the number with the largest effect is to be corrected.
         first = checks[0]
         peaks_of_deck = replace(peaks_of_deck, place=first.place)
     return DeckExamination(
@@ -172,7 +172,7 @@ def case_of(
     deadline: Deadline,
     truths: dict[float, Result],
 ) -> tuple[Case, Result]:
-    """What the checks of a deck share, in SI units, and the reference up to the deck's end."""
+    """Data that the checks of a deck share, in SI units, and the reference up to its end."""
     found, units = in_si(found, scene)
     found = with_loads(found, scene)
     start = start_of_shock(found, scene)
@@ -204,7 +204,7 @@ def case_of(
 def _no_chain(
     scene: Scene, deck: str, found: FoundDeck, tolerance: float, deadline: Deadline
 ) -> DeckExamination:
-    """The examination of granules that do not lie in one row: nothing else is compared."""
+    """The examination if granules do not lie in one row: nothing else is compared."""
     size = found.radius.size
     across = np.round(found.sideways / np.min(found.radius)).astype(np.int64)
     rows, each = np.unique(across, axis=0, return_counts=True)
@@ -237,7 +237,7 @@ def _truth(scene: Scene, end: float, deadline: Deadline) -> Result:
 
 
 def _remarks(case: Case) -> tuple[str, ...]:
-    """What was not looked at, and what was taken for what."""
+    """Sentences on parts that were not examined, and on assumptions."""
     found, remarks = case.found, list(case.found.remarks)
     if found.units == "lj":
         one = case.units
@@ -274,7 +274,7 @@ def numbers_of(case: Case) -> tuple[Number, ...]:
 
 
 def all_checks(case: Case) -> list[DeckCheck]:
-    """A check of each number, then of the motion that all of them make."""
+    """A check of each number, then of the motion that follows from all of them."""
     made = [(number, check) for number in numbers_of(case) for check in checks_of(case, number)]
     checks = [check for _, check in made]
     if case.found.stopped:
@@ -284,7 +284,7 @@ def all_checks(case: Case) -> list[DeckCheck]:
         return [*checks, *acting]
     failed = [check for check in checks if not check.passed]
     moved = [check_of(case, MOTION, one) for one in motion(case, failed)]
-    if acting:  # these are what the numbers do not have
+    if acting:  # these act on the motion, but are not among the numbers
         effect = next((one.effect for one in moved if not one.name.endswith("at the end")), None)
         return [*checks, *(replace(one, effect=effect) for one in acting)]
     return [*checks, *moved]

@@ -1,6 +1,6 @@
-"""What a deck should have, worked out once more from the scene: places, loads, the applied force.
+"""Expected numbers of a deck, computed independently from the scene: places, loads, shock.
 
-It must not share a mistake with what writes decks.
+This code must not share a mistake with the code that writes decks.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from hertzchain.scene.scene import Scene
 
 
 def length(scene: Scene) -> float:
-    """Of the chain: coordinates are as large [m]."""
+    """Length of the chain, the size of coordinates [m]."""
     return float(np.sum(2 * scene.granules.radius) + np.sum(scene.granules.gap))
 
 
 def places(scene: Scene) -> FloatArray:
-    """Of granules and a wall [m]: contact after contact, each in equilibrium."""
+    """Places of granules and a wall [m]: contact after contact, each in equilibrium."""
     granules = scene.granules
     pressed, carried = scene.precompression, np.zeros(granules.stiffness.size)
     load, weighs, weight = 0.0 if pressed is None else pressed.force, 0.0, _weight(scene)
@@ -43,7 +43,7 @@ def places(scene: Scene) -> FloatArray:
 
 
 def _weight(scene: Scene) -> FloatArray:
-    """Of each granule along the chain [N], shape (granules,)."""
+    """Weight of each granule along the chain [N], shape (granules,)."""
     gravity = 0.0 if scene.precompression is None else scene.precompression.gravity
     granules = scene.granules
     weight = np.asarray(gravity * 4 / 3 * math.pi * granules.radius**3 * granules.density)

@@ -20,7 +20,7 @@ from hertzchain.verdict.deck.pulse import of_shock, pulse, pushing_changes
 
 
 def _last_fix(case: Case, wanted: Callable[[FoundFix], bool]) -> int | None:
-    """The command of the last fix that pushes, of those wanted."""
+    """The command of the last of the wanted fixes that pushes."""
     fixes = [fix.command for fix in case.found.fixes if not fix.moves and wanted(fix)]
     return fixes[-1] if fixes else None
 
@@ -29,7 +29,7 @@ def _last_fix(case: Case, wanted: Callable[[FoundFix], bool]) -> int | None:
 
 
 def _least_force(case: Case) -> float:
-    """From which on a force is one, and no round-off [N]."""
+    """Least force that is not round-off [N]."""
     return case.least(ROUND_OFF) * case.scene.units.force
 
 
@@ -39,7 +39,7 @@ def _constant(case: Case) -> Difference:
     count = min(found.mass.size, case.twin.mass.size)
     measured = found.constant_force[:count, 0] + 0.0  # no -0
     expected, least = constant_force(case.scene)[:count], _least_force(case)
-    held = np.isinf(case.scene.granules.mass[:count])  # no force moves these
+    held = np.isinf(case.scene.granules.mass[:count])  # no force moves these granules
     expected[held] = measured[held]
     off = measured - expected
     k = int(np.argmax(np.abs(off)))
@@ -94,9 +94,9 @@ _MORE = 1.1  # times the force at rest: readings of one force at other times dif
 
 
 def _shows_in_motion(case: Case, fix: FoundFix) -> tuple[Indices, Indices]:
-    """Granules on which a fix exerts a force in motion that it does not at rest, along and across.
+    """Granules on which a fix exerts a force only in motion, along and across the chain.
 
-    A granule that is led moves whatever the forces, and a fixed one rests.
+    Granules with prescribed motion and fixed ones do not count, as forces do not move them.
     """
     least = _MORE * fix.largest + ACTS * case.scene.units.force
     more = fix.largest_in_motion > least
@@ -107,7 +107,7 @@ def _shows_in_motion(case: Case, fix: FoundFix) -> tuple[Indices, Indices]:
 
 
 def _drags(case: Case, fix: FoundFix) -> bool:
-    """Whether a fix may be what drags granules: one made for it, or a formula of velocities."""
+    """Whether a fix may drag granules: a fix for drag, or a formula of velocities."""
     return fix.style == "addforce" or is_of(case.found, fix.command, "drag")
 
 
@@ -128,7 +128,7 @@ def _drag(case: Case) -> Difference:
 
 
 def _in_motion(case: Case) -> list[Difference]:
-    """Fixes that push in motion and at rest do not; what they do to the peaks is not known."""
+    """Fixes that push only in motion, not at rest; their effect on the peaks is not known."""
     found, made = case.found, []
     walls = {wall.command for wall in found.walls}
     dragged = _drag(case).differs
@@ -143,7 +143,7 @@ def _in_motion(case: Case) -> list[Difference]:
             k = int(granules[np.argmax(fix.largest_in_motion[granules, column])])
             force, at_rest = fix.largest_in_motion[k, column], fix.largest[k, column]
             before = f"{at_rest:.3g} N" if at_rest > ACTS * case.scene.units.force else "none"
-            # Of walls nothing is kept at rest.
+            # Forces of walls at rest are not kept.
             still = "" if fix.style.startswith("wall") else f", and {before} at rest"
             made.append(
                 Difference(
@@ -157,7 +157,7 @@ def _in_motion(case: Case) -> list[Difference]:
 
 
 def _random(case: Case) -> list[Difference]:
-    """Forces that are random: no run is like another."""
+    """Random forces: no run repeats another."""
     for index in commands_of(case.found, "random"):
         words = case.found.commands[index].text.split()
         if words[0] == "fix":
@@ -189,9 +189,9 @@ def _across(case: Case) -> list[Difference]:
 
 
 def _pushed(case: Case) -> tuple[FloatArray, Indices, float]:
-    """The largest applied force on each granule, which others than the scene's; the least.
+    """Largest applied force on each granule, pushed granules other than the scene's, and a limit.
 
-    All are in N, and forces below the least are none.
+    Forces are in N; those below the limit do not count.
     """
     largest = np.max(np.abs(case.found.applied_force), axis=0, initial=0.0)
     least = case.least(ACTS) * case.scene.units.force
@@ -224,7 +224,7 @@ def _others(case: Case) -> list[Difference]:
 
 
 def _shock(case: Case) -> list[Difference]:
-    """The applied force over time on its granule, or that it is missing, or none of the scene."""
+    """The applied force over time on its granule; also if it is missing, or not in the scene."""
     scene, (largest, others, least) = case.scene, _pushed(case)
     top, mine = float(np.max(largest, initial=0.0)), case.granule_name(scene.pushed)
     if scene.ramps and largest.size > scene.pushed and largest[scene.pushed] > least:
@@ -262,7 +262,7 @@ def _with_others(case: Case, granules: Indices) -> dict[str, Any]:
 
 
 def _driven(case: Case) -> Difference:
-    """Granules that are led, whatever presses them: granule 1 of a scene with a piston alone."""
+    """Granules with prescribed motion: only granule 1, and only in a scene with a piston."""
     found = case.found
     led, wanted = np.flatnonzero(found.driven), int(case.scene.piston is not None)
     who = case.granule_name(led)
@@ -276,7 +276,7 @@ def _driven(case: Case) -> Difference:
 
 
 def _leading(case: Case) -> int | None:
-    """The command that leads, or that of its formula."""
+    """The command that prescribes the motion, or that of its formula."""
     found = case.found
     moving = [fix.command for fix in found.fixes if fix.moves and "move" in fix.style]
     return formula_of(found, place_at(found, moving[-1])).index if moving else None
@@ -327,7 +327,7 @@ FORCES = (
            "counts must be equal", explains=True),
     Number("displacement of the piston", "m", "piston", _piston),
 )  # fmt: skip
-"""Forces before and while granules move, and motion that is given."""
+"""Numbers of forces at rest and in motion, and of prescribed motion."""
 
 IN_MOTION = Number("force of the motion", "N", "motion", _in_motion,
                    "the scene has no force of the motion", explains=True)  # fmt: skip

@@ -56,7 +56,7 @@ def _alike(
     changes: Callable[[Indices], dict[str, Any]],
     stands: Callable[[float, float, int], Pairs],
 ) -> list[Difference]:
-    """A difference for all granules that are off by the same, of the one that is off the most."""
+    """A difference for all granules with equal errors, with the numbers of the worst."""
     made = []
     for alike in groups(off, room):
         k = int(alike[np.argmax(np.abs(off[alike]))])
@@ -72,7 +72,7 @@ def _alike(
 
 
 def _with_units(case: Case, one: Difference) -> Difference:
-    """A difference of radii with the line of the units, where all lengths are in other ones."""
+    """A difference of radii at the line of the units, if all lengths are in another unit."""
     both = [_both(case.found.radius, case.scene.granules.radius),
             _both(case.found.position, case.scene.granules.position)]  # fmt: skip
     for index, command in enumerate(case.found.commands):
@@ -131,7 +131,7 @@ def _mass(case: Case) -> list[Difference]:
 
 
 def _place(case: Case) -> Difference | list[Difference]:
-    """Where granules are: one's own chain begins at 0, others may begin anywhere."""
+    """Places of granules: a generated chain begins at 0, others may begin anywhere."""
     if not case.exact:
         return []
     begin = float(case.found.origin @ case.found.direction)
@@ -142,7 +142,7 @@ def _place(case: Case) -> Difference | list[Difference]:
 
 
 def _distance(case: Case) -> Difference | list[Difference]:
-    """Gaps and overlaps at the start, by the distance of neighbours."""
+    """Gaps and overlaps at the start, from the distance of neighbours."""
     position, of_scene = _both(case.found.position, places(case.scene)[: case.scene.bodies])
     expected, measured = np.diff(of_scene), np.diff(position)
     if measured.size == 0:
@@ -161,7 +161,7 @@ def _distance(case: Case) -> Difference | list[Difference]:
     stands = [(measured[k] / unit, expected[k] / unit),
               (abs(float(position[first])) / unit, float(of_scene[first]) / unit)]  # fmt: skip
     run, settled = None, ""
-    if case.found.before > 0:  # no text has the places
+    if case.found.before > 0:  # the places stand in no line
         stands, settled = [], " after the runs before the shock"
         run = max(k for k in commands_of(case.found, "run") if k < case.found.first_run)
     return Difference(
@@ -191,7 +191,7 @@ def _wall_place(case: Case) -> Difference | list[Difference]:
 
 
 def _tilt(case: Case, sideways: float) -> float:
-    """What granules off the axis cost a peak: the overlap of a contact that tilts by s / 2R."""
+    """Effect of granules off the axis on a peak: a contact that tilts by s / 2R loses overlap."""
     radius = float(np.min(case.scene.granules.radius))
     return 1.5 * sideways**2 / (4 * radius) / float(np.max(case.near))
 
@@ -210,9 +210,9 @@ def _off_axis(case: Case) -> Difference:
 
 
 def _velocity(case: Case) -> Difference:
-    """Velocities at the start: those of a striker, else none."""
+    """Velocities at the start: those of moving granules or a striker, otherwise 0."""
     measured, expected = _both(case.found.velocity[:, 0], case.twin.velocity)
-    if case.scene.piston is not None:  # a fix leads it
+    if case.scene.piston is not None:  # a fix prescribes its motion
         expected = np.append(measured[:1], expected[1:])
     off = measured - expected
     k = int(np.argmax(np.abs(off)))
@@ -229,7 +229,7 @@ def _velocity(case: Case) -> Difference:
 
 
 def _drawn(case: Case) -> int | None:
-    """The command that draws velocities at random, in all directions; None where none shows."""
+    """The command that draws random velocities in all directions; None if none is visible."""
     if not np.any(case.found.velocity[:, 1:]):
         return None
     drawing = [k for k in commands_of(case.found, "random") if is_of(case.found, k, "velocity")]
@@ -237,7 +237,7 @@ def _drawn(case: Case) -> int | None:
 
 
 def _fastest(case: Case) -> float:
-    """As what velocities are large or small [m/s]: granules of our own decks at rest have none."""
+    """Velocity that others are compared with [m/s]: resting granules of our own decks have none."""
     largest = float(np.max(np.abs(case.twin.velocity)))
     return largest if case.exact else case.scene.units.velocity
 

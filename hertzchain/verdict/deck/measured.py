@@ -19,17 +19,17 @@ from hertzchain.scene.scene import Scene
 from hertzchain.verdict.deck.twin import Stretch
 
 _FITS = 1e-2  # of the largest force: a shock that begins at another time fits as well (chosen)
-_WHOLE = 0.02  # of a step: a start found so near to one is that (chosen)
+_WHOLE = 0.02  # fraction of a step: a measured start so near to a step is that step (chosen)
 EXPONENT = 0.01  # of 3/2: two tries of a law of Hertz are within 1e-9, Hooke's is 0.5 off (chosen)
-_NO_FORCE = 1e-6  # of Hertz's: a contact with less pushes not at all (chosen)
-_HELD = 1e-5  # of its overlap: a granule that moves less may as well be held (chosen)
-_STAYS = 0.05  # of all time: a static load is there for longer after the shock (chosen)
-_LATE = 1e-8  # of an overlap: by how much rounding may hide where a force begins (chosen)
+_NO_FORCE = 1e-6  # fraction of Hertz's force: a contact with less does not push (chosen)
+_HELD = 1e-5  # fraction of its overlap: a granule that moves less may also be held (chosen)
+_STAYS = 0.05  # fraction of the whole time: a static load acts for longer after the shock (chosen)
+_LATE = 1e-8  # fraction of an overlap: uncertainty by rounding of where a force begins (chosen)
 _QUIET = 1e-9  # of the largest force: a force below is round-off (chosen; 1e-12 is usual)
 
 
 def in_si(found: FoundDeck, scene: Scene) -> tuple[FoundDeck, Units]:
-    """What was found in SI units, with the units of the deck.
+    """Return the found deck in SI units, and the units of the deck.
 
     A deck in lj units gets those in which the median radius, mass and stiffness are the scene's:
     all other numbers are then judged as ratios.
@@ -79,7 +79,7 @@ class Law:
 
     @property
     def is_bent(self) -> bool:
-        """Whether the force is none of Hertz."""
+        """Whether the force does not follow Hertz's law."""
         return not self.is_missing and abs(self.exponent - 1.5) > EXPONENT
 
 
@@ -104,9 +104,9 @@ def law_of(overlap: FloatArray, force: FloatArray, stiffness: float, near: float
 
 
 def _tries(found: FoundDeck, scene: Scene) -> list[list[FloatArray]]:
-    """What was tried with each contact of a scene that the deck has, a wall's last.
+    """Probes of each contact of a scene that the deck has, a wall's last.
 
-    Overlaps and forces; then overlaps, speeds of approach and forces.
+    They are overlaps and forces; then overlaps, speeds of approach and forces.
     """
     count, wall = scene.bodies, far_wall(found)
     columns = (
@@ -116,7 +116,7 @@ def _tries(found: FoundDeck, scene: Scene) -> list[list[FloatArray]]:
     between = min(count - 1, found.contact_force.shape[1])
     made = [[column[:, k] for column in columns] for k in range(between)]
     if scene.wall is not None and wall is not None and between == count - 1:
-        # A gap is not tried there.
+        # A gap is not probed there.
         made.append([np.append(np.nan, wall.overlap), np.append(np.nan, wall.force),
                      wall.damped_overlap, wall.closing, wall.damped_force])  # fmt: skip
     return made
@@ -134,7 +134,7 @@ def laws(found: FoundDeck, scene: Scene, near: FloatArray) -> list[Law]:
 def far_wall(found: FoundDeck) -> FoundWall | None:
     """The wall at the far end, if the deck has one, from where its force begins.
 
-    By Hertz's law it may begin a little earlier than its force shows among others.
+    By Hertz's law the force may begin a little before it is noticed among others.
     """
     wall = next((wall for wall in found.walls if wall.end == "last"), None)
     if wall is None:
@@ -150,7 +150,7 @@ def far_wall(found: FoundDeck) -> FoundWall | None:
 
 @dataclass(frozen=True, eq=False)
 class Damper:
-    """What damping adds to the force of one contact, at each try [N], and what the scene's does."""
+    """Force of damping in one contact at each try [N], in the deck and in the scene."""
 
     added: FloatArray
     expected: FloatArray
@@ -160,7 +160,7 @@ class Damper:
 
 
 def dampers(found: FoundDeck, scene: Scene) -> list[Damper]:
-    """Damping of each contact, the wall's last: what a force at rest lacks."""
+    """Damping of each contact, the wall's last: force in motion less force at rest."""
     law = None if scene.contact is None else DampedLaw.of(scene)
     dampings = []
     at_rest = [DEPTHS.index(depth) for depth, _ in DAMPED]
@@ -177,16 +177,16 @@ def dampers(found: FoundDeck, scene: Scene) -> list[Damper]:
 
 
 def with_loads(found: FoundDeck, scene: Scene) -> FoundDeck:
-    """The deck with what its formulas of forces have before and after the shock as static loads.
+    """Return the deck with constant forces of its formulas before and after the shock as loads.
 
-    A force that stays at no value for a while is none, unless the scene has static loads.
+    Such a force counts only if the scene has static loads, or if it keeps its value for a while.
     """
     force, time = found.applied_force, found.applied_time
     if force.shape[0] < 2:
         return found
     least = _QUIET * float(np.max(np.abs(force), initial=0.0))
     rests = np.abs(force - force[0]) <= least
-    # From when on each granule has it: after the last reading without.
+    # Start of the load on each granule: after the last reading without it.
     since = np.max(np.where(rests, -np.inf, time[:, np.newaxis]), axis=0, initial=-np.inf)
     stays = rests[-1] & (since < found.end_time - _STAYS * (found.end_time - time[0]))
     if np.any(scene.granules.constant_force):
@@ -197,9 +197,9 @@ def with_loads(found: FoundDeck, scene: Scene) -> FoundDeck:
 
 
 def with_held(found: FoundDeck, made: Sequence[Law], moved: float) -> FoundDeck:
-    """The deck with a held last granule as one that a static load keeps where it is.
+    """Return the deck with a static load in place of a held last granule.
 
-    That is the same where the shock does not reach it: ``moved`` is how far it moves in the scene
+    Both are the same if the shock does not reach it: ``moved`` is its displacement in the scene
     [m].
     """
     last = found.radius.size - 1
@@ -215,10 +215,11 @@ def with_held(found: FoundDeck, made: Sequence[Law], moved: float) -> FoundDeck:
 
 
 def start_of_shock(found: FoundDeck, scene: Scene) -> float:
-    """When the shock begins in the deck's own time [s]: 0, or the start of one of its runs.
+    """Time at which the shock begins in the deck [s]: 0, or the start of one of its runs.
 
-    People let a chain settle before they push it. The start with which the forces are most like
-    those of the scene; without forces when granules get their velocities, or the first is led.
+    A deck may let the chain settle first. It is the start at which the forces agree best with those
+    of the scene; without forces, the time when granules get their velocities, or granule 1 begins
+    its prescribed motion.
     """
     starts = [0.0, *(run.start for run in found.runs if run.start > 0)]
     if not scene.ramps:
@@ -235,7 +236,7 @@ def start_of_shock(found: FoundDeck, scene: Scene) -> float:
         return float(np.sum((force - expected) ** 2))
 
     begun = min(starts, key=misfit)
-    # A formula may begin at any time: then that start fits, and none of a run does.
+    # A formula may begin at any time: then that start fits, and no start of a run.
     tried = first + scene.pulse_end * np.linspace(-0.05, 0.05, 41)
     for _ in range(4):
         best = float(min(tried, key=misfit))
@@ -250,7 +251,7 @@ def start_of_shock(found: FoundDeck, scene: Scene) -> float:
 
 
 def _start_of_motion(found: FoundDeck) -> float:
-    """When granules of a deck without a pushing force begin to move [s]."""
+    """Time at which granules of a deck without a pushing force begin to move [s]."""
     if found.driven_time.size:
         return float(found.driven_time[0])
     given = [k for k, one in enumerate(found.commands) if one.text.split()[0] == "velocity"]
@@ -260,7 +261,7 @@ def _start_of_motion(found: FoundDeck) -> float:
 
 
 def readings_of_runs(found: FoundDeck) -> list[tuple[FloatArray, FloatArray]]:
-    """Times [s] and applied forces [N] of each run: where one ends and the next begins are two."""
+    """Times [s] and applied forces [N] of each run; two readings where one follows another."""
     time, force = found.applied_time, found.applied_force
     pieces, first = [], 0
     for k, run in enumerate(found.runs):
@@ -283,14 +284,14 @@ def stretches_of(
     pushed: NDArray[np.intp] | None = None,
     use_driven: bool = False,
 ) -> tuple[Stretch, ...]:
-    """The runs of a deck with the scene's shock or, where granules are named, with the deck's.
+    """The runs of a deck with the scene's shock or, if granules are ``pushed``, the deck's.
 
-    With ``use_driven`` granule 1 moves as the deck leads it.
+    With ``use_driven`` granule 1 has its prescribed motion of the deck.
     """
     stretches = []
     for run, (at, force) in zip(found.runs, readings_of_runs(found), strict=True):
         time = np.asarray(run.start - start + run.dt * np.arange(run.steps + 1), np.float64)
-        if pushed is None:  # sums of steps may fall short of a corner by a rounding error
+        if pushed is None:  # a sum of steps may end before a corner by a rounding error
             applied = np.asarray(scene.applied_force(time + 1e-9 * run.dt))[:, np.newaxis]
         else:  # between two readings the force is that of the line between them
             applied = np.zeros((time.size, pushed.size))
@@ -307,7 +308,7 @@ def _led(scene: Scene, time: FloatArray) -> FloatArray:
 
 
 def displacement(piston: Piston, time: FloatArray) -> FloatArray:
-    """How far a piston has moved at times from the start of the shock [m]."""
+    """Displacement of a piston at times from the start of the shock [m]."""
     if piston.velocity is not None:
         return np.asarray(piston.velocity * np.maximum(time, 0.0), np.float64)
     assert piston.time is not None
@@ -316,5 +317,5 @@ def displacement(piston: Piston, time: FloatArray) -> FloatArray:
 
 
 def _interpolated(found: FoundDeck, time: FloatArray) -> FloatArray:
-    """Displacement of granule 1 as the deck leads it [m]."""
+    """Prescribed displacement of granule 1 in the deck [m]."""
     return np.interp(time, found.driven_time, found.driven_displacement)

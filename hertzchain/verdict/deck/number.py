@@ -1,4 +1,4 @@
-"""A number of a deck as an entry of a table, and the check that becomes of it."""
+"""A number of a deck as an entry of a table, and its check."""
 
 from __future__ import annotations
 
@@ -19,35 +19,34 @@ _MOST = 6  # corrections that are tried for one check (chosen)
 
 @dataclass(frozen=True)
 class Difference:
-    """What a deck has of a number, and what the scene has.
+    """A number of a deck and of the scene.
 
     Parameters
     ----------
     measured, expected
-        Of the granule or contact where it matters; None where there is no such number.
+        Numbers of the granule or contact where they matter; None where there is no such number.
     name, unit
-        Where they are not those of the table's entry.
+        Name and unit, if they are not those of the table's entry.
     relative
-        The difference as a share of the number, where digits of it are allowed; 0 where the peaks
-        alone decide; None where no difference is allowed.
+        Relative difference, if digits of the number may differ; 0 if only the peaks decide; None if
+        no difference is allowed.
     changes
-        Numbers of the deck that take the place of the twin's: what they do to the peaks is the
-        effect of the difference.
+        Numbers of the deck that replace those of the twin: the change of its peaks is the effect.
     effect
-        The effect where no twin can tell it.
+        The effect, if no twin can show it.
     sentence, reason
-        What was found, and why it is too much; both numbers and what is allowed by default.
+        The difference in words, and why it is too large; by default both numbers and the allowed
+        difference.
     stands
-        As what the wrong and the right number may stand in a line, in units of the deck.
+        Pairs of the wrong and the right number as a line may contain them, in units of the deck.
     role
-        Which commands can make it, where not those of the entry.
+        Commands that can set it, if not those of the entry.
     at
-        Index of the command that makes it, itself or by its variables, where that is known.
+        Index of the command that sets it, directly or by its variables, if known.
     command
-        What that command should be where no number stands in it; ``WITHOUT`` for none.
+        The right command, if it contains no number; ``WITHOUT`` to remove it.
     room
-        The largest difference that is round-off; below 0 where the two differ whatever the numbers
-        are.
+        The largest difference that is round-off; negative if they always differ.
     """
 
     measured: float | None
@@ -74,12 +73,12 @@ class Difference:
 
 
 def same(measured: float, expected: float, room: float) -> Difference:
-    """No difference above round-off; what is more than ``room`` has its reason elsewhere."""
+    """Return no difference: one above ``room`` has its cause in another number."""
     return Difference(measured, expected, room=max(room, abs(measured - expected)))
 
 
 def changed(numbers: FloatArray, at: Any, values: Any) -> FloatArray:
-    """A copy of numbers with others in some places."""
+    """Return a copy of numbers with other values at some places."""
     made = np.array(numbers)
     made[at] = values
     return made
@@ -94,14 +93,15 @@ class Number:
     name, unit
         What is compared.
     role
-        Commands that make it, and by which it is corrected: a key of ``ROLES``.
+        Commands that set and correct it: a key of ``ROLES``.
     compared
-        The difference of a deck, or several of them; none where the number does not apply.
+        Function that returns the difference of a deck, or several; none if the number does not
+        apply.
     reason
         Why no difference is allowed, or what is compared.
     explains
-        Whether no chain of velocity Verlet along a line has it if it is wrong: then it explains any
-        motion of the deck.
+        Whether no twin (velocity Verlet along a line) can include it if it is wrong: it then
+        explains any motion of the deck.
     """
 
     name: str
@@ -113,7 +113,7 @@ class Number:
 
 
 def differences(case: Case, number: Number) -> list[Difference]:
-    """What a deck has of one number: several differences, or one that may be none."""
+    """Return the differences of a deck in one number; one of them may be zero."""
     found = number.compared(case)
     return [found] if isinstance(found, Difference) else found
 
@@ -124,7 +124,7 @@ def checks_of(case: Case, number: Number) -> list[DeckCheck]:
 
 
 def check_of(case: Case, number: Number, one: Difference) -> DeckCheck:
-    """What a difference is worth: its effect on the peaks, its line, what may make it right."""
+    """Return the check of a difference: its effect on the peaks, its line, its corrections."""
     name = number.name if not one.differs else one.name or number.name
     unit = number.unit if one.unit is None else one.unit
     measured, expected = _plain(one.measured), _plain(one.expected)
@@ -151,12 +151,12 @@ def check_of(case: Case, number: Number, one: Difference) -> DeckCheck:
 
 
 def _plain(number: float | None) -> float | None:
-    """A number that is none of NumPy's; counts stay counts."""
+    """Return a Python number from NumPy's; integers stay integers."""
     return number if number is None or isinstance(number, int) else float(number)
 
 
 def _tried(case: Case, check: DeckCheck, role: str) -> tuple[Changes, ...]:
-    """Corrections that may help a failed check, without repetitions."""
+    """Return corrections to try for a failed check, without repetitions."""
     tried: list[Changes] = []
     for edits in corrections(case, check, role):
         changes = any(lines != (where[2],) for where, lines in edits.items())

@@ -1,6 +1,6 @@
 """The generated deck of a scene, as LAMMPS has it before it runs: only round-off may differ.
 
-LAMMPS is asked as for anybody's deck, and the same numbers are compared.
+LAMMPS is queried as for a user's deck, and the same numbers are compared.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from hertzchain.verdict.deck.number import Difference, Number, differences
 from hertzchain.verdict.deck.twin import TwinRun, twin_of
 
 _ENGINE = "lammps"
-_MATTERS = 1.01  # times the overlap tried: the law is that of the two tries next to it (chosen)
+_MATTERS = 1.01  # times the probed overlap: the law follows from the two tries next to it (chosen)
 _MEND = (
     "what LAMMPS made of the deck is not the scene: `hertzchain deck` writes the deck,"
     " `hertzchain lint` points at what is wrong in it"
@@ -56,7 +56,7 @@ def number_checks(scene: Scene, found: FoundDeck, time_limit: float = 60.0) -> l
 
 
 def _case(scene: Scene, found: FoundDeck, deadline: Deadline) -> Case:
-    """What the numbers of a deck share before it runs: no peak is judged."""
+    """Data that the numbers of a deck share before it runs: no peak is judged."""
     pushed, twin = scene.pushed, twin_of(scene)
     if scene.piston is None and pushed < found.mass.size and constant_force(scene)[pushed] == 0:
         # A constant force on that granule belongs to the shock.

@@ -1,4 +1,4 @@
-"""Which line of a deck makes a number, and how that line would be right."""
+"""The line of a deck that sets a number, and its correction."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from dataclasses import dataclass
 from hertzchain.engines.lammps.reading.found import Executed, FoundDeck
 
 Changes = dict[tuple[str, int, str], tuple[str, ...]]
-"""What stands in place of commands of a deck: by file, line and how the command is written."""
+"""Commands that replace those of a deck: by file, line and text of the command."""
 
 Pairs = Sequence[tuple[float, float]]
-"""As what a wrong and a right number may stand in a line, in units of the deck."""
+"""Pairs of a wrong and the right number as a line may contain them, in units of the deck."""
 
 WITHOUT = "without this command"
-"""What a command should be that makes what the scene has not."""
+"""The correction of a command for something that the scene does not have."""
 
 _SIZE = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?(?![\w.])"
 NUMBER = re.compile(rf"[-+]?{_SIZE}")
 SIZES = re.compile(rf"(?<![\w.$]){_SIZE}")
 
-_SAME = 2e-3  # relative: a number that stands in a line is the one that was measured (chosen)
+_SAME = 2e-3  # relative difference up to which a number of a line is the measured one (chosen)
 
 ROLES: dict[str, tuple[str, ...]] = {
     "granules": ("create_atoms", "read_data", "read_restart", "delete_atoms", "replicate"),
@@ -63,10 +63,10 @@ ROLES: dict[str, tuple[str, ...]] = {
     "piston": (r"fix\s+\S+\s+\S+\s+move",),
     "image": (r"boundary\b",),
 }  # fmt: skip
-"""Commands that can make each kind of number, as patterns of their beginnings."""
+"""Commands that can set each kind of number, as patterns of their beginnings."""
 
 _CHANGES = re.compile(r"\b(?:time|step|elapsed|elaplong|ramp|swiggle|cwiggle|vdisplace|next)\b")
-_FALLBACK = ("run",)  # where a command is missing: what started without it
+_FALLBACK = ("run",)  # named for a missing command: the run that started without it
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class Place:
     Parameters
     ----------
     file, line
-        Where, as the deck names it, counted from 1.
+        The file, as the deck names it, and the line, from 1.
     written
         The command as it stands there.
     index
@@ -93,7 +93,7 @@ class Place:
 
 
 def numbers_in(text: str) -> list[float]:
-    """Numbers that stand in a command, without their signs."""
+    """Return the numbers in a command, without their signs."""
     return [float(found.group()) for found in SIZES.finditer(text)]
 
 
@@ -103,19 +103,19 @@ def is_same(number: float, other: float) -> bool:
 
 
 def is_of(found: FoundDeck, index: int, role: str) -> bool:
-    """Whether a command is one of those that can make a number of a role."""
+    """Whether a command can set a number of a role."""
     text = f"{found.commands[index].text} "
     return any(re.match(rf"\s*(?:{pattern})", text) for pattern in ROLES[role])
 
 
 def commands_of(found: FoundDeck, role: str) -> list[int]:
-    """The commands that were carried out and can make a number of a role."""
+    """Return the carried-out commands that can set a number of a role."""
     commands = enumerate(found.commands)
     return [k for k, one in commands if one.carried_out and is_of(found, k, role)]
 
 
 def place(found: FoundDeck, role: str, stands: Pairs = (), at: int | None = None) -> Place | None:
-    """The line that makes a number of a role; a missing command is where the first run starts.
+    """Return the line that sets a number of a role; for a missing command, that of the first run.
 
     Parameters
     ----------
@@ -124,13 +124,13 @@ def place(found: FoundDeck, role: str, stands: Pairs = (), at: int | None = None
     role
         A key of ``ROLES``.
     stands
-        As what the measured and the right number may stand in units of the deck: the line where one
-        of the measured stands, among the commands of the role and the variables that they use.
+        Pairs of the measured and the right number, in units of the deck. The line contains a
+        measured one, and is among the commands of the role and the variables that they use.
     at
-        Index of the command, where that is known: only it and its variables are looked at.
+        Index of the command, if known: only it and its variables are searched.
     """
     commands, pairs, mains = found.commands, _known(stands), commands_of(found, role)
-    # In styles of the family gran, pair_coeff * * says nothing.
+    # In styles of the family gran, pair_coeff * * has no numbers.
     empty = [index for index in mains if commands[index].text.split()[1:] == ["*", "*"]]
     mains = [index for index in mains if index not in empty] or mains
     mains = mains if at is None else [at]
@@ -140,11 +140,12 @@ def place(found: FoundDeck, role: str, stands: Pairs = (), at: int | None = None
         for k in (index, *variables_of(commands, index)):
             for number in numbers_in(commands[k].written):
                 if any(is_same(number, old) for old, _ in pairs):
-                    # A right number that others use, too, is only taken for another one here.
+                    # A variable that other commands also use is right; only its use here may be
+                    # wrong.
                     is_right = any(is_same(number, new) for _, new in pairs)
                     taken = k != index and is_right and _is_used_besides(commands, k, index)
                     return place_at(found, index if taken else k)
-    for index in reversed(mains):  # a formula may make it: its numbers stand there, substituted
+    for index in reversed(mains):  # a formula may set it: its numbers are substituted there
         numbers = numbers_in(commands[index].text)
         if any(is_same(number, old) for number in numbers for old, _ in pairs):
             return place_at(found, index)
@@ -152,7 +153,7 @@ def place(found: FoundDeck, role: str, stands: Pairs = (), at: int | None = None
 
 
 def _known(stands: Pairs) -> list[tuple[float, float]]:
-    """Pairs whose wrong number can be recognized, by what stands there behind any sign."""
+    """Return the pairs whose wrong number can be recognised, by numbers without signs."""
     return [
         (abs(old), math.copysign(1.0, old) * new)
         for old, new in stands
@@ -161,7 +162,7 @@ def _known(stands: Pairs) -> list[tuple[float, float]]:
 
 
 def _is_used_besides(commands: Sequence[Executed], variable: int, index: int) -> bool:
-    """Whether commands other than one and its like use a variable, but for other variables."""
+    """Whether commands of another kind, other than variables, use a variable."""
     name, kind = commands[variable].written.split()[1], commands[index].text.split()[0]
     return any(
         one.carried_out and one.text.split()[0] not in ("variable", kind)
@@ -171,7 +172,7 @@ def _is_used_besides(commands: Sequence[Executed], variable: int, index: int) ->
 
 
 def formula_of(found: FoundDeck, where: Place) -> Place:
-    """The variable that makes a force change in time, used at a place; else the place itself."""
+    """Return the variable at a place that makes a force change in time; else the place itself."""
     for at in reversed(variables_of(found.commands, where.index)):
         if _CHANGES.search(found.commands[at].written):
             return place_at(found, at)
@@ -185,7 +186,7 @@ def place_at(found: FoundDeck, index: int) -> Place:
 
 
 def variables_of(commands: Sequence[Executed], index: int) -> list[int]:
-    """Commands that define the variables which a command uses, directly or by others."""
+    """Return commands that define the variables of a command, directly or through others."""
     found: list[int] = []
     wanted, seen = _names(commands[index].written), set[str]()
     while wanted:
@@ -209,9 +210,9 @@ def _names(text: str) -> set[str]:
 
 
 def with_number(found: FoundDeck, where: Place, stands: Pairs) -> str | None:
-    """The line with its wrong number replaced by the right one; None where none stands in it.
+    """Return the line with its wrong number replaced by the right one; None without one.
 
-    The first pair that fits counts. A line of a loop is not taken with its variables substituted.
+    The first pair that fits counts. In a line of a loop variables are not substituted.
     """
     texts = [where.written]
     if sum((one.file, one.line) == (where.file, where.line) for one in found.commands) == 1:

@@ -13,11 +13,11 @@ from hertzchain.verdict.deck.examined import Correction, DeckExamination, Findin
 from hertzchain.verdict.deck.places import Changes, place_at
 
 _WORSE = 1e-2, 1e-5
-"""How much a correction may add to the error of a peak, as a share of it and in all: readings lie
-elsewhere, and the error of the steps changes with any number (chosen)."""
+"""Increase of the error of a peak that a correction may cause, relative to it and absolute:
+readings are at other times, and the error of the steps changes with any number (chosen)."""
 
-_MOST_STEPS = 30  # corrections on top of one another (chosen)
-_PATIENCE = 8.0, 8.0  # what all proofs may take: readings of the deck, or seconds (chosen)
+_MOST_STEPS = 30  # most corrections in succession (chosen)
+_PATIENCE = 8.0, 8.0  # time for all proofs: readings of the deck, or seconds (chosen)
 
 _NOT_ALL = (
     "not all corrections were tried in the time for that, eight readings of the deck or 8 s:"
@@ -30,12 +30,12 @@ Proof = tuple[Edits, DeckExamination]
 
 @dataclass
 class Prover:
-    """Tries edits of a deck and remembers what came out."""
+    """Tries edits of a deck and keeps the results."""
 
     first: DeckExamination
     attempt: Try
-    seconds: float  # that the first examination took
-    cut_short: bool = False  # whether time was over before all were tried
+    seconds: float  # time of the first examination
+    cut_short: bool = False  # whether the time was over before all were tried
     _known: dict[object, DeckExamination | None] = field(default_factory=dict)
     _begun: float = field(default_factory=time.monotonic)
 
@@ -46,7 +46,7 @@ class Prover:
         return max(readings * self.seconds, seconds) - (time.monotonic() - self._begun)
 
     def examined(self, edits: Edits) -> DeckExamination | None:
-        """The deck with edits; None where LAMMPS does not take it, or time is over."""
+        """Return the examination of the deck with edits; None if LAMMPS stops, or time is over."""
         if not edits:
             return self.first
         key = frozenset(edits.items())
@@ -56,14 +56,14 @@ class Prover:
                 return None
             try:
                 self._known[key] = self.attempt(edits, self.left)
-            except RunFailed:  # LAMMPS does not take it, or takes too long
+            except RunFailed:  # LAMMPS stops with an error, or takes too long
                 self._known[key] = None
         return self._known[key]
 
     def proofs(
         self, base: Edits, before: DeckExamination, checks: Sequence[DeckCheck], peaks: bool = True
     ) -> Iterator[Proof]:
-        """Edits with which all of some checks pass, nothing else fails, and no peak is worse."""
+        """Return edits by which some checks pass, if nothing else fails and no peak is worse."""
         kinds = {check.kind for check in checks}
         for check in checks:
             for changes in check.corrections:
@@ -79,13 +79,13 @@ class Prover:
 
 
 def with_findings(prover: Prover) -> DeckExamination:
-    """The first examination with what is to mend, command by command, and proven corrections."""
+    """Return the first examination with findings by command, and proven corrections."""
     first = prover.first
     groups, proofs = by_command(first.to_mend), list[Proof | None]()
     for checks in groups:
         follows = _cause(checks, proofs) is not None
         proofs.append(None if follows else next(prover.proofs({}, first, checks), None))
-    # What comes later may be the cause of what comes first.
+    # A later finding may be the cause of an earlier one.
     causes = [
         _cause(checks, proofs) if proof is None else None
         for checks, proof in zip(groups, proofs, strict=True)
@@ -98,7 +98,8 @@ def with_findings(prover: Prover) -> DeckExamination:
                 whole = {**whole, **more}
     corrections, known = [], {check.kind for check in first.to_mend}
     for checks, proof, cause in zip(groups, proofs, causes, strict=True):
-        # What fails only then was part of the same number, such as the stiffness of the wall.
+        # A check that fails only then belongs to the same number, such as the stiffness of the
+        # wall.
         left = {check.kind for check in (proof[1].to_mend if proof else checks)}
         later = [one for named, one in steps if named & (left - known if proof else left)]
         edits = {**(proof[0] if proof else {}), **(later[0] if later else {})}
@@ -112,7 +113,7 @@ def with_findings(prover: Prover) -> DeckExamination:
     def with_command(check: DeckCheck) -> DeckCheck:
         return right.get(id(check), check)
 
-    # What follows from a finding stands behind it.
+    # Findings that follow from another one are listed after it.
     heads = [k if cause is None else cause for k, cause in enumerate(causes)]
     order = sorted(range(len(groups)), key=lambda k: (heads[k], heads[k] != k))
     findings = [
@@ -132,7 +133,7 @@ def with_findings(prover: Prover) -> DeckExamination:
 def _with_correction(
     first: DeckExamination, check: DeckCheck, lines: Sequence[Correction]
 ) -> DeckCheck:
-    """A check with the command that is proven; a variable that is right is not to blame."""
+    """Return a check with its proven command; a variable that is right is not named."""
     at, commands = check.place, first.found.commands
     own = next((one for one in lines if at and (one.file, one.line) == (at.file, at.line)), None)
     others = [one for one in lines if one.written not in one.commands]
@@ -145,7 +146,7 @@ def _with_correction(
 
 
 def _cause(checks: Sequence[DeckCheck], proofs: Sequence[Proof | None]) -> int | None:
-    """Which correction makes some checks pass that are not its own."""
+    """Return the correction of another finding that makes some checks pass, too."""
     kinds = {check.kind for check in checks}
     for k, proof in enumerate(proofs):
         after = None if proof is None else proof[1]
@@ -157,7 +158,7 @@ def _cause(checks: Sequence[DeckCheck], proofs: Sequence[Proof | None]) -> int |
 
 
 def is_no_worse(before: DeckExamination, after: DeckExamination, peaks: bool = True) -> bool:
-    """Whether nothing fails that passed before, and no peak is further off."""
+    """Whether all checks that passed before still pass, and no peak is worse."""
     if after.found.stopped and not before.found.stopped:
         return False
     passed = {check.kind for check in before.checks if check.passed}
@@ -174,7 +175,7 @@ def is_no_worse(before: DeckExamination, after: DeckExamination, peaks: bool = T
 
 
 def _together(prover: Prover) -> tuple[Edits, list[tuple[set[str], Edits]]]:
-    """Corrections on top of one another, until nothing more helps; what each of them adds."""
+    """Combine corrections in succession until none helps; return what each of them adds."""
     edits: Edits = {}
     done = prover.first
     steps: list[tuple[set[str], Edits]] = []
@@ -205,7 +206,7 @@ def _together(prover: Prover) -> tuple[Edits, list[tuple[set[str], Edits]]]:
 
 
 def combined(base: Edits, changes: Changes) -> Edits | None:
-    """Changes on top of edits; None where a command that they change is not there any more."""
+    """Return edits with further changes; None if a command that these change is gone."""
     whole = dict(base)
     for (file, line, written), lines in changes.items():
         own = whole.get((file, line), (written,))

@@ -16,7 +16,7 @@ from hertzchain.verdict.deck.measured import stretches_of
 from hertzchain.verdict.deck.number import Difference, same
 from hertzchain.verdict.deck.places import formula_of, place
 
-_ALIKE = 1e-3  # of the largest force: a force of another size, but of this profile (chosen)
+_ALIKE = 1e-3  # fraction of the largest force: another size, but the same profile (chosen)
 
 
 _ROUNDED = 8 * float(np.finfo(np.float64).eps)  # of a force from which a load is taken (chosen)
@@ -29,7 +29,7 @@ def pushing_changes(case: Case, pushed: Indices) -> dict[str, Any]:
 
 
 def of_shock(case: Case, one: Difference) -> Difference:
-    """A difference of the shock with its fix; without a number in it, with its formula."""
+    """Return a difference of the shock at its fix or, without a number in that, at its formula."""
     found, least = case.found, ACTS * case.scene.units.force
     shocks = [
         fix for fix in found.fixes
@@ -50,8 +50,8 @@ def pulse(case: Case) -> list[Difference]:
     found, scene = case.found, case.scene
     its = scene.pushed
     time, force = found.applied_time - case.start, found.applied_force[:, its]
-    # A reading at a jump, or a step's rounding at a corner, is none of the shape.
-    late = len(found.runs) * math.ulp(scene.pulse_end)  # times are added up, leg by leg
+    # Readings at a jump, or within rounding of a corner, are not compared.
+    late = len(found.runs) * math.ulp(scene.pulse_end)  # times are sums of steps, leg by leg
     moved = 4 * len(found.runs) * math.ulp(scene.end_time)
     if not case.exact:
         moved = 1e-6 * found.runs[0].dt
@@ -72,7 +72,7 @@ def pulse(case: Case) -> list[Difference]:
         return [same(float(np.max(force)), scene.peak_force, room)]
     changes = pushing_changes(case, case.twin.pushed)
     held = _held(case, time, force)
-    # Digits are those of the impulse: another duration of the pulse changes it as much.
+    # The impulse decides on digits: it changes as much as the duration of the pulse.
     given, wanted = (
         float(np.diff(time) @ (one[1:] + one[:-1])) for one in (force - expected, np.abs(expected))
     )
@@ -100,7 +100,7 @@ def pulse(case: Case) -> list[Difference]:
 
 
 def _held(case: Case, time: FloatArray, force: FloatArray) -> int:
-    """For how many steps the force is held constant; 1 where it is not."""
+    """Return for how many steps the force is held constant; 1 if it is not."""
     inside = (time > 0) & (time < case.scene.pulse_end)
     at, value = time[inside], force[inside]
     jumps = np.flatnonzero(np.abs(np.diff(value)) > 1e-9 * case.scene.peak_force)

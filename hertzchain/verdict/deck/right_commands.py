@@ -1,4 +1,4 @@
-"""The commands of a scene in the units, types and directions of somebody's deck."""
+"""The commands of a scene in the units, types and directions of a user's deck."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from hertzchain.scene.ramp import Ramp
 from hertzchain.verdict.deck.deck_check import Case
 
 _MOST_LINES = 64  # commands that a correction may add, one for each granule (chosen)
-_MOST_ROWS = 40  # rows of a table that are written as one formula (chosen)
-_ALIKE = 1e-9  # relative: moduli of granules that are of one material
+_MOST_ROWS = 40  # most rows of a table that are written as one formula (chosen)
+_ALIKE = 1e-9  # relative difference of moduli up to which granules are of one material
 
 
 def in_text(value: float) -> str:
-    """A number as commands have it."""
+    """Return a number as text for a command."""
     return f"{value:.10g}"
 
 
@@ -27,7 +27,7 @@ def in_text(value: float) -> str:
 
 
 def _unused(found: FoundDeck, kind: str, name: str) -> str:
-    """A name that no command of a kind makes: this one, or it with a number."""
+    """Return a name that no command of a kind uses: this one, or with a number added."""
     taken, new, number = {"all", *(words[1] for words in _made(found, kind))}, name, 2
     while new in taken:
         new, number = f"{name}_{number}", number + 1
@@ -41,9 +41,9 @@ def _made(found: FoundDeck, kind: str) -> list[list[str]]:
 
 
 def _on_granule(found: FoundDeck, granule: int, command: str) -> list[str]:
-    """A command for one granule alone, in which ``{group}`` stands for its group.
+    """Return a command for a single granule, in which ``{group}`` stands for its group.
 
-    That is a group of the deck; where it has none, the command that makes one stands in front.
+    It is a group of the deck; if there is none, the command that makes one is added before.
     """
     groups = [words[1:] for words in _made(found, "group")]
     names, alone = [name for name, *_ in groups], ["id", str(int(found.ids[granule]))]
@@ -85,7 +85,7 @@ def _each(case: Case, keyword: Callable[[float], str], values: FloatArray) -> li
 
 
 def granule_commands(case: Case) -> list[str]:
-    """Diameters, then densities: a mass is made of both."""
+    """Return diameters, then densities: LAMMPS computes masses from both."""
     granules, unit = case.scene.granules, case.units
     density = granules.density / unit.density
     return [
@@ -95,7 +95,7 @@ def granule_commands(case: Case) -> list[str]:
 
 
 def place_commands(case: Case) -> list[str] | None:
-    """All centres where the scene has them, from that of granule 1 on; None for too many."""
+    """Return commands for all centres of the scene, from granule 1 on; None for too many."""
     found, place = case.found, case.scene.granules.position
     if place.size != found.ids.size or place.size > _MOST_LINES:
         return None
@@ -107,7 +107,7 @@ def place_commands(case: Case) -> list[str] | None:
 
 
 def velocity_commands(case: Case) -> list[str]:
-    """Velocities and spins at the start: none but those that the scene states."""
+    """Return commands for velocities and spins at the start: 0 except those of the scene."""
     commands = ["velocity all set 0.0 0.0 0.0 units box"]
     if np.any(case.found.spin):
         commands.append("set group all omega 0.0 0.0 0.0")
@@ -122,7 +122,7 @@ def velocity_commands(case: Case) -> list[str]:
 
 
 def damping_words(case: Case, k: int, version: str) -> tuple[str, str]:
-    """The number of a contact's damping in a deck, and the words behind its friction."""
+    """Return the number of a contact's damping in a deck, and the words after its friction."""
     contact, granules, unit = case.scene.contact, case.scene.granules, case.units
     if contact is None:
         return "0.0", ""
@@ -142,7 +142,7 @@ _NO_FRICTION = "tangential linear_nohistory 0.0 0.0"
 
 
 def law_commands(case: Case) -> list[str] | None:
-    """Style and coefficients of the scene's contacts; None where types cannot have them."""
+    """Return style and coefficients of the scene's contacts; None if types do not allow them."""
     found, granules = case.found, case.scene.granules
     count = min(found.types.size, granules.mass.size)
     between = granules.mass.size - 1
@@ -173,7 +173,7 @@ def law_commands(case: Case) -> list[str] | None:
 
 
 def wall_plane(case: Case) -> float:
-    """Where the wall of the scene stands in a deck along an axis, in the deck's units."""
+    """Return the place of the scene's wall along an axis of a deck, in the deck's units."""
     granules, found = case.scene.granules, case.found
     k = "xyz".index(found.axis)
     far = float(granules.position[-1] + granules.radius[-1] + case.twin.opening[-1])
@@ -181,7 +181,7 @@ def wall_plane(case: Case) -> float:
 
 
 def wall_commands(case: Case) -> list[str] | None:
-    """The wall of the scene as a fix; None without a wall, or across a diagonal."""
+    """Return the wall of the scene as a fix; None without a wall, or along a diagonal."""
     scene, found, unit = case.scene, case.found, case.units
     if scene.wall is None or found.axis not in "xyz":
         return None
@@ -220,7 +220,7 @@ def load_commands(case: Case) -> list[str]:
 
 
 def motion_commands(case: Case) -> list[str]:
-    """Velocity Verlet of all granules, but for fixed ones and those that a fix leads."""
+    """Return velocity Verlet of all granules except fixed ones and those that a fix leads."""
     found, commands = case.found, []
     name = _unused(found, "fix", "motion")
     led = [found.commands[fix.command] for fix in found.fixes if fix.style == "move"]
@@ -238,7 +238,7 @@ def motion_commands(case: Case) -> list[str]:
 
 
 def shock_commands(case: Case) -> list[str] | None:
-    """The variable of the scene's shock and its fix; None for a table of many rows.
+    """Return the variable of the scene's shock and its fix; None for a table of many rows.
 
     It is empty without a force.
     """
@@ -258,7 +258,7 @@ def shock_commands(case: Case) -> list[str] | None:
 
 
 def _formula(case: Case) -> str | None:
-    """The force of the scene over the deck's time, in its units; None for a table of many rows."""
+    """Return the scene's force over the deck's time, in its units; None for a long table."""
     unit = case.units
     pieces = []
     for ramp in case.scene.ramps:
@@ -270,7 +270,7 @@ def _formula(case: Case) -> str | None:
 
 
 def _variable(case: Case) -> str:
-    """The variable of a deck's shock; a name that is free where it has none."""
+    """Return the name of the variable of a deck's shock, or else an unused name."""
     found = case.found
     along = 4 + "xyz".index(found.axis)
     made = [words[1] for words in _made(found, "variable")]

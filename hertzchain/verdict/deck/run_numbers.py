@@ -20,11 +20,11 @@ from hertzchain.verdict.deck.number import Difference, Number, same
 from hertzchain.verdict.deck.places import WITHOUT, formula_of, place_at
 from hertzchain.verdict.deck.twin import Stretch, Twin, TwinRun, change_of_peaks, run_twin
 
-_MISSED = 0.1  # of the largest overlap: contacts noticed later are missed (chosen)
+_MISSED = 0.1  # fraction of the largest overlap: contacts that act later are missed (chosen)
 _ERROR = 0.5  # of velocity Verlet with a step of 1 in natural units, by its order (chosen)
 _MARGIN = 0.8  # of the longest step with the wanted accuracy: a rounder number fits below (chosen)
 _FITTED = 1e-2  # of the largest effect of a failed check: what fitting its law misses (chosen)
-_LATE = 0.02  # of the largest: late collisions multiply what digits make of it (chosen)
+_LATE = 0.02  # fraction of the largest: late collisions amplify differences of digits (chosen)
 
 
 def _step(case: Case) -> Difference:
@@ -107,7 +107,7 @@ def _integrators(case: Case) -> Difference:
 
 
 def _missed(case: Case) -> Difference:
-    """A contact that overlapped without a force: of far neighbours, or of a wall that is gone."""
+    """A contact that overlapped without a force: neighbours not listed, or a removed wall."""
     overlaps, wall = case.found.missed_overlap, far_wall(case.found)
     k = int(np.argmax(overlaps)) if overlaps.size else 0
     missed = float(overlaps[k]) if overlaps.size else 0.0
@@ -143,11 +143,11 @@ RUNS = (
 )  # fmt: skip
 
 
-# ---- The motion that all numbers of the deck make
+# ---- The motion that follows from all numbers of the deck
 
 
 def motion(case: Case, failed: Iterable[DeckCheck]) -> list[Difference]:
-    """The deck's own peaks, then its end, against those which all its numbers should make."""
+    """Compare the deck's peaks, then its final state, with those that all its numbers give."""
     found, run = case.found, run_twin(*_found_twin(case), case.deadline)
     measured, expected = found.peak_force, run.peak_force
     size = min(measured.size, expected.size)
@@ -175,10 +175,10 @@ def motion(case: Case, failed: Iterable[DeckCheck]) -> list[Difference]:
 
 
 def _end_of_motion(case: Case, run: TwinRun) -> list[Difference]:
-    """Places and velocities at the end: what shifts all granules alike leaves the peaks."""
+    """Places and velocities at the end: an equal shift of all granules changes no peak."""
     found, units = case.found, case.scene.units
     if any(fix.style == "halt" for fix in found.fixes):
-        return []  # a run that is ended is not read at its end
+        return []  # a run that was stopped has no reading at its end
     moved = found.final_position - found.position
     for name, what, unit, measured, expected, natural in (
         ("velocities", "velocity", "m/s", found.final_velocity, run.velocity, units.velocity),
@@ -213,7 +213,7 @@ _USUAL = re.compile(r"fix\s+\S+\s+\S+\s+(?:nve|nve/sphere|addforce|gravity|wall/
 def _moved(case: Case, one: Difference) -> Difference:
     """A difference of the motion with the line that is most likely to disturb it.
 
-    That is a change after the first run, but for forces of the shock; else a fix that is neither an
+    This is a change after the first run, except of the shock; else a fix that is neither an
     integrator nor a force; else the force of the shock, which may depend on the motion or act
     between two readings; else the last command on motion.
     """
@@ -244,7 +244,7 @@ MOTION = Number("motion", "N", "motion", lambda _: [],
 
 
 def _found_twin(case: Case) -> tuple[Twin, tuple[Stretch, ...]]:
-    """The chain with all numbers of the deck, and its runs; laws and shock by their readings."""
+    """The chain with all numbers of the deck, and its runs; laws and shock from readings."""
     found, twin = case.found, case.twin
     stiffness, exponent, opening = (
         np.array(numbers) for numbers in (twin.stiffness, twin.exponent, twin.opening)
@@ -252,7 +252,7 @@ def _found_twin(case: Case) -> tuple[Twin, tuple[Stretch, ...]]:
     held = found.integrated == 0
     for k, law in enumerate(case.laws):
         stiffness[k], exponent[k] = law.stiffness, law.exponent
-    # Where contacts begin: radii may differ from the scene's, and contacts then do, too.
+    # The start of contacts depends on the radii, which may differ from the scene's.
     touching = found.radius[:-1] + found.radius[1:]
     opening[: touching.size] = np.diff(found.position) - touching
     wall = far_wall(found)
@@ -280,7 +280,7 @@ def _found_twin(case: Case) -> tuple[Twin, tuple[Stretch, ...]]:
 
 
 def peaks_check(case: Case) -> DeckCheck:
-    """The peaks of the deck against the reference: what all of it is for."""
+    """Compare the peaks of the deck with the reference: the final check."""
     found, truth = case.found, case.peaks
     size = min(found.peak_force.size, truth.size)
     contacts = np.flatnonzero(case.judged[:size])

@@ -1,4 +1,4 @@
-"""The chain with some numbers of a deck in place of the scene's: what each costs the peaks."""
+"""The chain with some numbers of a deck in place of the scene's: their effect on the peaks."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from hertzchain.limits import Deadline
 from hertzchain.scene.scene import Scene
 
 _BLOCK = 2048
-"""States looked at together: with 20 granules fewer would cost as much as the steps."""
+"""States that are processed together: with 20 granules fewer would cost as much as the steps."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +65,7 @@ class Twin(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class TwinRun:
-    """Peaks of a twin and how far its ends move against and along the chain [N, m]."""
+    """Peaks of a twin [N], and how far its ends move against and along the chain [m]."""
 
     peak_force: FloatArray  # (contacts,)
     backwards: float
@@ -75,7 +75,7 @@ class TwinRun:
 
 
 def twin_of(scene: Scene) -> Twin:
-    """The scene itself."""
+    """Return the twin of the scene itself."""
     granules, count = scene.granules, scene.bodies
     contacts = granules.stiffness.size
     contact = scene.contact

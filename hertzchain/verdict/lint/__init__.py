@@ -1,1 +1,1 @@
-"""Somebody's LAMMPS deck as text: what can be known of it, and the traps in it."""
+"""A user's LAMMPS deck without a scene: what is known of it, and the traps in it."""

@@ -1,4 +1,4 @@
-"""Rules of lint on granules, their motion, their shock and their steps: what several lines make."""
+"""Rules of lint on granules, motion, shock and steps, which depend on several lines."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def periodic(deck: Deck) -> Found:
 
 
 def not_touching(deck: Deck) -> Found:
-    """Granules of a chain touch without force, but for gaps and loads that are meant."""
+    """Granules of a chain touch without force, unless gaps and loads are intended."""
     granules = deck.granules
     made = deck.named("lattice", "create_atoms", "read_data", "displace_atoms")
     if granules is None or not deck.is_granular or not made:
@@ -116,7 +116,7 @@ _MOVER = re.compile(r"(nve|nvt|npt|nph|rigid|move$|brownian|ehex|controller|pyth
 
 
 def motion(deck: Deck) -> Found:
-    """One fix has to move each granule, and only one."""
+    """Exactly one fix has to move each granule."""
     if deck.is_of_liggghts:
         return
     movers = [fix for fix in deck.fixes() if _MOVER.match(fix.words[3])]
@@ -139,7 +139,7 @@ def motion(deck: Deck) -> Found:
 
 
 def force_frozen(deck: Deck) -> Found:
-    """A formula that is filled in once is a number."""
+    """A formula that is evaluated only once is a constant."""
     formulas = {c.word(1): " ".join(c.words[3:]) for c in deck.named("variable")}
     for fix in deck.fixes("addforce", "setforce"):
         for word in fix.raw[4:7]:
@@ -177,7 +177,7 @@ _LONG = 0.2  # natural time units; peaks are then off by 1 % (chosen)
 
 
 def step_length(deck: Deck) -> Found:
-    """The step against the stiffest contacts that the deck itself makes."""
+    """Compare the step with the stiffest contacts that the deck itself makes."""
     granules, look = deck.granules, deck.look
     law = None if look is None else look.law
     if granules is None or look is None or law is None:

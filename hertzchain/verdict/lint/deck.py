@@ -1,7 +1,7 @@
-"""A deck as the rules of lint ask for it: its commands in their order, and what LAMMPS makes of it.
+"""A deck in the form for the rules of lint: its commands in order, and what LAMMPS finds in it.
 
-They are those that LAMMPS has carried out, with the values of variables; where it was not asked, or
-has stopped, the rest is the text as it is written.
+The commands are those that LAMMPS has carried out, with the values of variables. If LAMMPS did not
+run, or has stopped, the rest is the text as written.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Command:
     place
         Its number among the commands.
     line
-        Line of the deck, from 1, in which it, or the file that brings it, stands.
+        Line of the deck, from 1, with the command, or with the ``include`` of its file.
     inside
         Where it stands in an included file, as ``name:line``; empty in the deck itself.
     words
@@ -63,11 +63,11 @@ class Command:
 
     @property
     def name(self) -> str:
-        """What it does."""
+        """Its first word."""
         return self.words[0]
 
     def word(self, k: int) -> str:
-        """A word of it; empty where there are not so many."""
+        """Its k-th word; empty if it has fewer."""
         return self.words[k] if k < len(self.words) else ""
 
     def after(self, keyword: str) -> str | None:
@@ -106,7 +106,7 @@ def _split(text: str) -> tuple[str, ...]:
 
 
 def _closed_up(line: str) -> str:
-    """A line whose ``$(...)`` have no blanks in them, as LAMMPS fills them in before it splits."""
+    """Return a line without blanks in ``$(...)``, which LAMMPS evaluates before it splits words."""
     found, k = "", 0
     while (start := line.find("$(", k)) >= 0:
         end = closed(line, start + 1)
@@ -128,14 +128,14 @@ class Finding:
 
     line: int  # from 1
     rule: str
-    severity: Severity  # wrong or stops; likely not meant; costs time, or is worth knowing
+    severity: Severity  # wrong or stops; likely not intended; costs time, or is worth knowing
     text: str  # what is wrong, and what to write instead
 
 
-Found = Iterator[tuple[Command | None, Severity, str]]  # where (None: line 1), how bad, sentence
+Found = Iterator[tuple[Command | None, Severity, str]]  # command (None: line 1), severity, sentence
 
 _STYLE = {"fix": 3, "dimension": 1, "bond_style": 1, "atom_style": 1}
-"""Which word of a command is its style."""
+"""Index of the word of a command that is its style."""
 
 _NO_CHAIN = (
     ("fix", "(pour|deposit|insert)(/.*)?", "granules are poured"),
@@ -144,7 +144,7 @@ _NO_CHAIN = (
     ("atom_style", "bpm/.*|bond|molecular|full", "granules are bonded"),
     ("atom_style", "(?!sphere|granular|hybrid|.*[$]).+", "its atoms are no spheres"),
 )
-"""Signs of a deck that is surely no chain: a command, its style, and the words for it."""
+"""Signs of a deck that is certainly no chain: a command, its style, and the words for it."""
 
 _HARDLY_A_CHAIN = (
     ("fix", "wall/gran/region|mesh/.*|wall/region", "granules lie in a vessel"),
@@ -154,7 +154,7 @@ _HARDLY_A_CHAIN = (
 """Signs of a deck that is no chain, unless its granules are known to lie in one row."""
 
 _OF_LIGGGHTS = re.compile("(property/global|particletemplate/|particledistribution/|mesh/).*")
-"""Fixes that LIGGGHTS alone has."""
+"""Fixes that only LIGGGHTS has."""
 
 
 CLASSIC = "gran/hooke", "gran/hooke/history", "gran/hertz/history"
@@ -174,7 +174,7 @@ class Law:
 
 
 class Deck:
-    """The commands of a deck, and what LAMMPS makes of it; None where it was not asked."""
+    """The commands of a deck, and what LAMMPS finds in it (None if LAMMPS did not read it)."""
 
     def __init__(self, commands: Sequence[Command], look: Look | None = None) -> None:
         self.commands, self.look = commands, look
@@ -198,7 +198,7 @@ class Deck:
 
     @cached_property
     def unread(self) -> list[Command]:
-        """Commands that bring others, which are not known."""
+        """Commands that read other commands, which are not known."""
         last = None if self.look is None or not self.look.stopped else len(self.look.commands) - 1
         found = [c for c in self.named("include") if c.index is None or c.index == last]
         if self.look is None or self.look.stopped:
@@ -232,12 +232,12 @@ class Deck:
 
     @cached_property
     def is_granular(self) -> bool:
-        """Whether LAMMPS has contact laws of granules to compute."""
+        """Whether the deck has contact laws of granules."""
         return bool(self.contact_style)
 
     @cached_property
     def is_of_liggghts(self) -> bool:
-        """Whether it is a deck of LIGGGHTS, which is like LAMMPS but for the contact laws."""
+        """Whether it is a deck of LIGGGHTS, which is like LAMMPS except for the contact laws."""
         return bool(
             self.named("hard_particles", "coarsegraining")
             or any(style.word(1) == "gran" for style in self.named("pair_style"))
@@ -303,13 +303,13 @@ class Deck:
 
     @cached_property
     def skin(self) -> float | None:
-        """How much wider than a contact neighbours are looked for."""
+        """Distance beyond a contact within which neighbours are listed."""
         given = [command for command in self.named("neighbor") if command.word(1)]
         return number(given[-1].word(1)) if given else DEFAULT_SKIN.get(self.units)
 
     @cached_property
     def no_chain(self) -> tuple[Command | None, str] | None:
-        """Why it surely is no chain, and where that shows; None where it may be one."""
+        """Why it is certainly no chain, and the command that shows it; None if it may be one."""
         if self.is_other or self.granules is not None:
             return self.is_other
         unlikely = self._first_of(_HARDLY_A_CHAIN)
@@ -322,7 +322,7 @@ class Deck:
 
     @cached_property
     def is_other(self) -> tuple[Command, str] | None:
-        """The command that makes it no chain wherever granules lie, and the words for it."""
+        """The command that excludes a chain, wherever granules lie, and the words for it."""
         return self._first_of(_NO_CHAIN)
 
     def _first_of(self, signs: Sequence[tuple[str, str, str]]) -> tuple[Command, str] | None:

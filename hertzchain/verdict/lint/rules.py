@@ -1,6 +1,6 @@
-"""Known traps in somebody's LAMMPS deck of a chain, named by line: a function for each in `RULES`.
+"""Known traps in a user's LAMMPS deck of a chain, named by line: a function for each in `RULES`.
 
-Rules that need numbers of the deck are silent where LAMMPS could not be asked. The numbers in the
+Rules that need numbers of the deck report nothing if LAMMPS could not read it. The numbers in the
 sentences were measured on 30 steel spheres, pushed by 100 N for 100 us (LAMMPS 22 Jul 2025), as
 `tests/verdict/lint/test_lint.py` does again.
 """
@@ -24,7 +24,7 @@ _TIME_LIMIT = 60.0  # seconds in which LAMMPS has to have looked at a deck
 
 
 def _no_deck(deck: Deck) -> Found:
-    """Text that is something else."""
+    """Text that is no LAMMPS deck."""
     if not deck.named("units", "atom_style", "pair_style", "run", "include", "read_restart"):
         text = (
             "this does not look like a LAMMPS deck: none of units, atom_style, pair_style, run,"
@@ -45,7 +45,7 @@ _REFUSED = ("LAMMPS stopped: ERROR", "needs at least", "cannot be read", "does n
 
 
 def _text_alone(deck: Deck) -> Found:
-    """Where LAMMPS stops: its own error is the deck's, and so is a command that nobody knows."""
+    """Errors from where LAMMPS stops: its own message, or a command that does not exist."""
     look = deck.look
     if look is None or not look.stopped or deck.is_other is not None:
         return
@@ -80,11 +80,11 @@ RULES: dict[str, Callable[[Deck], Found]] = {
 """Rules that are functions, by name; the others are those of ``traps.TRAPS``."""
 
 OF_CHAINS = {"not-hertz", "not-touching", "periodic", "force-on-all", "step-length"}
-"""Rules that hold for chains alone; a trap says it itself."""
+"""Rules that apply only to chains; each entry of ``TRAPS`` has its own ``of_any``."""
 
 
 def findings(commands: Sequence[Command], look: Look | None = None) -> list[Finding]:
-    """The findings in the commands of a deck, and in what LAMMPS makes of it, by line."""
+    """Return the findings in the commands of a deck, and in what LAMMPS finds in it, by line."""
     deck = Deck(commands, look)
     made = [(trap.rule, trap.found_in(deck)) for trap in traps.TRAPS]
     rules = {
@@ -101,10 +101,10 @@ def findings(commands: Sequence[Command], look: Look | None = None) -> list[Find
 
 
 def lint_file(path: Path, variables: Mapping[str, str] | None = None) -> list[Finding]:
-    """The findings in a deck and what it includes, at the lines that include it.
+    """Return the findings in a deck and in included files, at the lines that include them.
 
-    LAMMPS reads the deck, in a process of its own, and runs it without motion. Where it cannot, a
-    note says why, and what can be read from the text alone is said.
+    LAMMPS reads the deck, in a process of its own, and runs it without motion. If it cannot, a note
+    says why, and only rules on the text are applied.
 
     ``variables`` are those of the command line, which take the place of the deck's own.
     """

@@ -28,11 +28,12 @@ class Trap:
     Parameters
     ----------
     rule, severity, sentence
-        What is said; ``{names}`` stand for the groups of the pattern.
+        Name, severity and text of the finding; ``{names}`` stand for the groups of the pattern.
     command, pattern
-        The name of the command, and how all its words begin, with one blank between two.
+        The name of the command, and a pattern for the beginning of its words, joined by single
+        blanks.
     of_any
-        Whether it is one in decks of no chain, too.
+        Whether it also applies to decks that are no chains.
     """
 
     rule: str
@@ -43,7 +44,7 @@ class Trap:
     of_any: bool = False
 
     def found_in(self, deck: Deck) -> Found:
-        """The commands of a deck that have it; laws of LIGGGHTS have other numbers."""
+        """The commands of a deck with this trap; laws of LIGGGHTS have other numbers."""
         if (deck.no_chain and not self.of_any) or (deck.is_of_liggghts and self.rule in _OF_LAWS):
             return
         for command in deck.named(self.command):
@@ -91,7 +92,7 @@ TRAPS = (
 
 
 def not_hertz(deck: Deck) -> Found:
-    """Pair styles that are none of granules."""
+    """Pair styles that are not for granules."""
     style = deck.pair_style
     if style is None:
         if deck.runs and not deck.is_partial:
@@ -110,7 +111,7 @@ def not_hertz(deck: Deck) -> Found:
 
 # ---- Damping
 
-_NO_DAMPING = 1e-100  # a number up to this stands for 0, in all units (chosen)
+_NO_DAMPING = 1e-100  # numbers up to this count as 0, in all units (chosen)
 _UNDAMPED = "leave the damping out and give 0.0 there, which damps nothing"
 
 
@@ -147,7 +148,7 @@ def damping(deck: Deck) -> Found:
 
 
 def attraction(deck: Deck) -> Found:
-    """Damping that is not limited pulls as a contact opens."""
+    """Without a limit, damping pulls as a contact opens."""
     text = (
         "damping without limit_damping makes contacts pull as they open, which dry granules cannot:"
         " write limit_damping at the end of this command (LAMMPS since 29 Sep 2021)"

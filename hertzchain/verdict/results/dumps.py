@@ -25,7 +25,7 @@ def is_dump(text: str) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class _Frame:
-    """Places and forces of the granules, by their id, as they are written: (granules, 3)."""
+    """Places and forces of the granules, by id, as written, shape (granules, 3)."""
 
     step: float
     time: float | None
@@ -121,7 +121,7 @@ def _frame(items: dict[str, tuple[list[str], list[str]]], granules: int, where: 
 
 
 def _number(words: Sequence[str]) -> float:
-    """Return the number that the only word is, NaN where it is none."""
+    """Return the only word as a number; NaN if it is not one."""
     try:
         return float(words[0]) if "_" not in words[0] else math.nan
     except (ValueError, IndexError):

@@ -1,4 +1,4 @@
-"""The judgement of results as people have them: read, turned into peaks, judged."""
+"""The judgement of results in any of the forms that are read: converted to peaks, judged."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Peaks of contacts from net forces of granules at samples of a run, and how far off they may be.
+"""Peaks of contacts from net forces of granules at samples of a run, and their errors.
 
 A polynomial goes through the samples around the highest one.
 """
@@ -19,17 +19,17 @@ from hertzchain.scene.scene import Scene
 _LOOKED_AT = 2000  # numbers of a file whose digits are counted (chosen)
 _FEWEST = 7  # samples: a curve of sixth degree goes through so many
 _SIXTH = 4.0
-"""Times the difference of curves of sixth and fourth degree: the error of the former is at most 3.2
-times it for samples up to 0.8 natural time units apart, 0.1 times at 0.2 (measured, see there). In
-random scenes with samples 0.02 to 1 unit apart, 45 of 9,932 peaks were off by more than is said,
-nearly all with more than 0.6 between samples."""
+"""Factor on the difference of curves of sixth and fourth degree: the error of the former is at most
+3.2 times this difference for samples up to 0.8 natural time units apart, 0.1 times at 0.2
+(measured, see there). In random scenes with samples 0.02 to 1 unit apart, 45 of 9,932 peaks were
+off by more than this bound, nearly all with more than 0.6 between samples."""
 _COARSE, _TELLS_LITTLE = 0.02, 10.0
-"""Difference of curves of fourth and second degree from which samples are too far apart to tell,
-and what the error is then at most, in such differences (measured, up to 1.2 units apart)."""
+"""Difference of curves of fourth and second degree from which on samples are too far apart for
+this; and the largest error then, in such differences (measured, up to 1.2 units apart)."""
 _AGAIN = 0.05
-"""Most of the largest force by which a sample may differ from another of the same time: dampers act
+"""Largest difference of two samples of the same time, over the largest force: dampers act
 with velocities half a step apart in them. On granule 1 a force may begin between them."""
-_MOST_CRESTS = 8  # humps that are looked at for each contact (chosen)
+_MOST_CRESTS = 8  # humps that are examined for each contact (chosen)
 _DIGITS = 2.0  # last digits that rounded forces cost a peak at most: sums of a few (chosen)
 
 
@@ -59,15 +59,15 @@ def last_digit(values: FloatArray) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Sampled:
-    """Peaks that somebody brings.
+    """Given peaks, with errors by sampling.
 
-    ``error`` is how far off each may be, as a fraction, by the distance of the samples and the
-    digits of forces; 0 for peaks that are given as such.
+    ``error`` is the relative error of each by the interval of the samples and the digits of forces;
+    0 for peaks that are given as such.
     """
 
     peak_force: FloatArray  # of all contacts [N], shape (contacts,), NaN where there is none
     error: FloatArray  # shape (contacts,)
-    how: str = ""  # where they come from; empty for peaks that are given as such
+    how: str = ""  # how they were found; empty for peaks that are given as such
 
 
 def peaks_of(scene: Scene, motion: Motion, file: object) -> Sampled:
@@ -126,9 +126,9 @@ def _contact_forces(
 def _through_samples(time: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return peaks and their errors, by a curve of sixth degree around the highest sample.
 
-    It goes through seven forces to the power 2/3, as overlaps are smooth where contacts open. How
-    far off it may be follows from its difference from curves through five and three of them.
-    Samples of other humps are looked at, too, where their maximum may be as high.
+    It goes through seven forces to the power 2/3, as overlaps are smooth where contacts open. Its
+    error follows from its difference from curves through five and three of them. Samples of other
+    humps are examined, too, if their maximum may be as high.
     """
     smooth = np.cbrt(np.maximum(force, 0.0)) ** 2
     contacts = force.shape[1]
@@ -153,12 +153,12 @@ def _crests(values: FloatArray) -> NDArray[np.intp]:
 
 
 def _maximum(time: FloatArray, values: FloatArray, at: int) -> tuple[float, float]:
-    """The maximum of a curve near a sample, and how far off it may be."""
+    """Return the maximum of a curve near a sample, and its error."""
     sixth, fourth, second = (_highest(time, values, at, beside) for beside in (3, 2, 1))
     off = _SIXTH * abs(sixth - fourth)
     if abs(fourth - second) > _COARSE * fourth:
         off = max(off, _TELLS_LITTLE * abs(fourth - second))
-    if at in (0, time.size - 1):  # cut off: nobody knows how much higher it went
+    if at in (0, time.size - 1):  # cut off: how much higher the force went is not known
         off = max(off, abs(values[at] - values[min(max(at, 1), time.size - 2)]))
     return sixth, off
 
@@ -175,7 +175,7 @@ def _highest(time: FloatArray, values: FloatArray, at: int, beside: int) -> floa
 
 
 def _robust(peaks: Array, error: FloatArray) -> FloatArray:
-    """Errors, none below the median of the contacts that count: one may be small by chance."""
+    """Return errors of at least the median of the judged contacts: one may be small by chance."""
     counts = judged_contacts(peaks)
     usual = float(np.median(error[counts])) if counts.any() else 0.0
     return np.maximum(error, usual)

@@ -139,7 +139,7 @@ def _is_above_the_header(line: str) -> bool:
 
 
 _GROUPED = r"\d{1,3}(,\d{3})+"
-"""A number with commas of thousands; 1,234 may have a decimal comma where no other is whole."""
+"""A number with commas of thousands; 1,234 may have a decimal comma if no other is whole."""
 
 
 def _of_table(scene: Scene, table: pandas.DataFrame, file: str) -> Sampled:

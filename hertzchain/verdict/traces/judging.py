@@ -1,4 +1,4 @@
-"""The judgement of measured traces: first peaks, widths, times of travel, and the whole trace."""
+"""The judgement of measured traces: first peaks, widths, travel times, and the whole trace."""
 
 from __future__ import annotations
 
@@ -34,26 +34,26 @@ ARRIVAL = Kind("arrival [s]", "the clock of the recording is not that of the sce
 TRACE = Kind("whole trace, rms of differences over the first peak", _ADVICE)
 
 _DEVIATIONS = 3.0
-"""Standard deviations of noise that add to a tolerance: one of 400 is beyond."""
+"""Standard deviations of noise that are added to a tolerance: one of 400 is beyond."""
 
 _PULSE = 0.1
 """Part of the largest force above which the reference is within a pulse."""
 
 _NOISE = 1.2
-"""Times the noise that the differences of a whole trace may have: 200 quiet samples tell it to 5 %,
-so that is four deviations."""
+"""Largest differences of a whole trace over the noise, which 200 quiet samples determine to 5 %:
+four deviations."""
 
 
 @dataclass(frozen=True)
 class Number:
-    """A number of measured first pulses, and what the reference has in its place.
+    """A number of measured first pulses, and that of the reference.
 
     Parameters
     ----------
     kind, of
-        What it is, and of which gauges.
+        The quantity, and the names of its gauges.
     gauges
-        These; of two the time is that from the second to the first.
+        The gauges; for two of them the number is the time from the second to the first.
     simulated, measured
         The numbers.
     error, deviation
@@ -83,15 +83,15 @@ class TraceJudgement(ShownVerdict):
     reference
         Result of the native reference method, with the gauges that were measured.
     traces
-        What was measured, without the offset that it has before the first arrival.
+        The measured traces, less their offsets before the first arrival.
     known
-        What the gauges read in the reference.
+        Readings of the gauges in the reference.
     shift
         Time on the measured clock at which the run begins [s].
     tolerance
         Largest relative difference that passes, besides the noise.
     numbers
-        Each number of the first pulses that are whole.
+        Each number of the first pulses that are complete.
     checks
         Each number that could be judged, and the whole traces.
     remarks
@@ -142,18 +142,18 @@ def judge_traces(
     Parameters
     ----------
     scene
-        What was measured, or the path of its file; its own gauges do not matter.
+        The scene that was measured, or the path of its file; its own gauges do not matter.
     traces
         Forces over time of one or several gauges, without static forces: a text file in any layout,
         as oscilloscopes write it, or a pandas table, with the columns time_s and gauge_16_N (in
         granule 16), contact_10_N, wall_N, near_wall_N, or any that ``columns`` names.
     columns
-        Columns by ``time``, ``gauge_16``, ``contact_10``, ``wall``, and what a unit of theirs is:
+        Columns by ``time``, ``gauge_16``, ``contact_10``, ``wall``, and the size of their unit:
         ``{"gauge_16": "CH1 [25 N]"}``.
     tolerance
         Largest relative difference that passes, besides noise; between 0 and 1.
     shift
-        Whether the measured clock begins at another time than the run, which is found.
+        Whether the measured clock may begin at another time than the run; this time is then found.
     time_limit
         Time limit of each run of the reference [s].
     progress
@@ -163,7 +163,7 @@ def judge_traces(
     Raises
     ------
     SceneError
-        For anything but a scene, gauges that it cannot have, or samples that say nothing.
+        For anything but a scene, gauges that it cannot have, or samples without information.
     HertzchainError
         For a file that cannot be read, or columns that it does not have.
     RunFailed
@@ -212,7 +212,7 @@ def judge_traces(
 def _numbers_of(
     known: Expected, pulses: Sequence[tuple[FloatArray, FloatArray] | None], *, has_clock: bool
 ) -> list[Number]:
-    """Return the numbers of the first pulses that are whole."""
+    """Return the numbers of the first pulses that are complete."""
     found, there = [], []
     for read, pulse in zip(known.readings, pulses, strict=True):
         if pulse is None:

@@ -1,4 +1,4 @@
-"""Measured traces laid over those of a scene: the shift of the clock, and each first pulse."""
+"""Measured traces fitted to those of a scene: the shift of the clock, and each first pulse."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ _UNSURE = 1e-4
 """Difference of two accurate runs, over the peak, from which on later forces are not known."""
 
 _AFTER = 1.2
-"""Until when a first pulse is laid over the measured one, in widths from its arrival: a little
-more than to the end, where it has fallen to a half."""
+"""End of the fit of a first pulse, in widths from its arrival: a little after the end of the pulse,
+where it has fallen to a half."""
 
 _QUIET = 1e-4
 """Part of its largest force below which a gauge is quiet (chosen): that of most is far below two
 widths before a pulse arrives."""
 
 _SHARPEST = 1e-6
-"""Least deviation of a delay, in widths, in the mean over gauges: that of the splines."""
+"""Least deviation of a delay, in widths, averaged over gauges: that of the splines."""
 
 FEWEST = 8
 """Fewest samples of a first pulse that tell its height, time and width."""
@@ -49,7 +49,7 @@ FEWEST = 8
 
 @dataclass(frozen=True, eq=False)
 class Expected:
-    """What the gauges of a scene read over time.
+    """Forces of the gauges of a scene over time.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ class Expected:
 
 
 def expected(scene: Scene, gauges: tuple[Gauge, ...], native: Native) -> Expected:
-    """Run a scene with gauges, and record what they read until its end.
+    """Run a scene with gauges, and record their forces until its end.
 
     SceneError if no pulse arrives at any of them.
     """
@@ -115,12 +115,12 @@ def _recorded(
 
 
 def read_in(scene: Scene, gauges: tuple[Gauge, ...], history: History) -> FloatArray:
-    """Return what gauges read in a history [N], shape (times, gauges)."""
+    """Return the forces of gauges in a history [N], shape (times, gauges)."""
     return np.stack([force_over_time(scene, gauge, history) for gauge in gauges], axis=1)
 
 
 def without_offset(traces: Traces, known: Expected, shift: float) -> Traces:
-    """Return traces less the mean of what was measured before anything arrived, if enough was.
+    """Return traces less their mean before anything arrived, if there are enough samples.
 
     Their noise is the deviation of these samples, if there are ``ENOUGH``.
     """
@@ -143,8 +143,8 @@ def without_offset(traces: Traces, known: Expected, shift: float) -> Traces:
 def shift_of(traces: Traces, known: Expected) -> float:
     """Time on the measured clock at which the run begins [s], to a fraction of a pulse's width.
 
-    There the correlation of all gauges with the reference is largest, whatever their gain.
-    SceneError if it is larger upside down.
+    It is the time with the largest correlation of all gauges with the reference, independent of
+    their gain. SceneError if the correlation is larger with the opposite sign.
     """
     from scipy.signal import correlate
 
@@ -166,7 +166,7 @@ def shift_of(traces: Traces, known: Expected) -> float:
         energy += correlate(measured**2, np.ones(own.size), method="fft") / scale
         product += correlate(measured, model, method="fft") / scale
         total += float(np.sum(model**2)) / scale
-    # Where hardly anything is measured, any correlation is by chance.
+    # With hardly any signal a correlation is by chance.
     least = 1e-6 * float(np.max(energy))
     correlation = product / np.sqrt(np.maximum(energy, least) * total)
     allowed = "are upside down: give a negative unit, such as 'gauge_16=CH1 [-25 N]'"
@@ -177,10 +177,10 @@ def shift_of(traces: Traces, known: Expected) -> float:
 def matched(
     traces: Traces, known: Expected, shift: float, k: int
 ) -> tuple[FloatArray, FloatArray] | None:
-    """Return a measured first pulse as that of the scene, and the deviations by noise, shape (3,).
+    """Return a measured first pulse relative to the scene's, and deviations by noise, shape (3,).
 
-    It is higher and wider, by ratios, and later [s]. None where the scene or the recording has no
-    whole one, or its samples do not determine all three.
+    They are ratios of height and width, and a delay [s]. None if the pulse is not complete in scene
+    or recording, or if its samples do not determine all three.
     """
     from scipy.optimize import least_squares
 
@@ -202,14 +202,14 @@ def matched(
     slopes, unit = np.asarray(found.jac), np.array([1.0, 1.0, read.width])
     if np.linalg.matrix_rank(slopes) < unit.size:
         return None
-    deviation = np.linalg.norm(np.linalg.pinv(slopes), axis=1)  # by samples that are 1 off
+    deviation = np.linalg.norm(np.linalg.pinv(slopes), axis=1)  # for samples with a deviation of 1
     return unit * found.x, unit * deviation * float(traces.noise[k]) / read.force
 
 
 def aligned(traces: Traces, known: Expected, shift: float | None) -> tuple[Traces, float]:
     """Return traces without offsets, and the shift of their clock, found where it is not given."""
     at = shift_of(traces, known) if shift is None else shift
-    for _ in range(2):  # the second time with offsets of quiet times that are known now
+    for _ in range(2):  # the second time with offsets from quiet times, which are known then
         traces = without_offset(traces, known, at)
         if shift is not None:
             continue
@@ -217,7 +217,7 @@ def aligned(traces: Traces, known: Expected, shift: float | None) -> tuple[Trace
         delays = np.array([(one[0][2], one[1][2]) for one in found if one is not None])
         allowed = "have no whole first pulse of this scene: check clock, unit and gauges"
         require(delays.size > 0, "traces", None, allowed)
-        # A trace without noise is known to a part of a pulse, too, by its samples.
+        # Samples limit the accuracy of the shift even without noise.
         least = _SHARPEST * float(np.nanmin([one.width for one in known.readings]))
         at += float(np.average(delays[:, 0], weights=1 / (delays[:, 1] + least) ** 2))
     return traces, at

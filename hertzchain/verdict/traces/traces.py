@@ -1,4 +1,4 @@
-"""What gauges in an experiment wrote: forces over time on one clock, from files and tables."""
+"""Recordings of gauges in an experiment: forces over time on one clock, from files and tables."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ _FLAT = 4
 """Least samples with the largest value of a clipped trace (chosen)."""
 
 _OF_A_CREST = 16.0
-"""Digits by which a crest falls next to as many flat samples, at most: a parabola falls by 9."""
+"""Largest fall of a crest next to as many flat samples, in digits: a parabola falls by 9."""
 
 ENOUGH = 200
-"""Quiet samples that tell the noise to 5 %; with fewer, second differences of all tell more."""
+"""Quiet samples that give the noise to 5 %; with fewer, second differences of all are better."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,9 +40,9 @@ class Traces:
     Parameters
     ----------
     time
-        Increasing times [s], shape (samples,); from where they count is not known.
+        Increasing times [s], shape (samples,); their zero is not known.
     gauges
-        What was measured.
+        The gauges that were measured.
     force
         Without static forces [N], shape (samples, gauges).
     noise
@@ -101,17 +101,17 @@ def read_traces(scene: Scene, results: Any, columns: Mapping[str, str]) -> Trace
     Parameters
     ----------
     scene
-        The scene, which says which gauges can be.
+        The scene, which limits the possible gauges.
     results
         A text file in any layout, as oscilloscopes write it, or a table; with a column of times.
     columns
-        Columns by ``time``, ``gauge_16``, ``contact_10``, ``wall``: names or numbers from 1, and
-        what a unit of theirs is, ``"CH1 [25 N]"``. Without them columns of these names are taken.
+        Columns by ``time``, ``gauge_16``, ``contact_10``, ``wall``: names or numbers from 1, with
+        the size of their unit, ``"CH1 [25 N]"``. Without them columns of these names are taken.
 
     Raises
     ------
     SceneError
-        For gauges that the scene cannot have, and samples that say nothing.
+        For gauges that the scene cannot have, and samples without information.
     HertzchainError
         For a file that cannot be read, or columns that it does not have.
     """
@@ -147,7 +147,7 @@ def read_traces(scene: Scene, results: Any, columns: Mapping[str, str]) -> Trace
 
 
 def _spec(role: str, text: str) -> tuple[str, str]:
-    """Return the name of a column and what a unit of it is, as a quantity; empty if not said."""
+    """Return the name of a column and its unit as a quantity; empty if not given."""
     match = _SPEC.fullmatch(str(text))
     assert match is not None  # of any text
     unit = match["unit"] or ""
