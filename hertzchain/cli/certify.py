@@ -1,4 +1,4 @@
-"""hertzchain certify: a LAMMPS, LIGGGHTS or Yade held against native."""
+"""hertzchain certify: a LAMMPS, LIGGGHTS or Yade compared with native."""
 
 from __future__ import annotations
 
@@ -35,11 +35,12 @@ def certify(
     as_json: options.AsJson = False,
     junit: options.Junit = None,
 ) -> None:
-    """Hold a code against native: a short scene for each thing that can be wrong in a build.
+    """Compare a code with native: a short scene for each thing that can be wrong in a build.
 
-    A row is right to round-off, right to the steps (differs by less than the steps cost), wrong by
-    so much, not supported by this code, or not tested: a suffix without such a style runs the
-    plain one. Status 0: all that was tested is right; 1: a row is wrong; 2: rows could not run.
+    A row is right to round-off, right to the steps (its difference is below their error), wrong by
+    a stated amount, not supported by this code, or not tested: where a suffix has no such style,
+    LAMMPS runs the plain one. Status 0: all that was tested is right; 1: a row is wrong; 2: rows
+    could not run.
     """
     from hertzchain.files import check_outputs, make_folder, write_text
     from hertzchain.report.certificate import print_certificates, suite

@@ -27,32 +27,29 @@ OutputFile = Annotated[
 
 def deck(
     scene: options.SceneFile,
-    engine: Engine = typer.Option(LAMMPS, help="Whose deck."),
+    engine: Engine = typer.Option(LAMMPS, help="Code that runs the deck."),
     output: OutputFile = None,
     rtol: float | None = typer.Option(
         None,
-        help="What the step may cost the peaks, as a fraction. Default: 1e-6, of damped"
-        " contacts 1e-4.",
+        help="Relative error of the peaks by the step. Default: 1e-6, with damped contacts 1e-4.",
     ),
     dt: options.LargestStep = None,
     watch_every: int | None = typer.Option(
         None,
         metavar="STEPS",
-        help="Steps between two looks at the overlaps; 0: none, and no verdict. Default: 0.005"
+        help="Steps between two samples of the overlaps; 0: none, and no verdict. Default: 0.005"
         " natural time units.",
     ),
-    pair_style: PairStyle = typer.Option(
-        GRANULAR, help="Pair style of LAMMPS that has Hertz's law."
-    ),
+    pair_style: PairStyle = typer.Option(GRANULAR, help="Pair style of LAMMPS for Hertz's law."),
     dump_every: int = typer.Option(
         0, metavar="STEPS", help="Steps between two states for OVITO; 0: none."
     ),
 ) -> None:
     """Write a deck of a scene for LAMMPS, LIGGGHTS or Yade that finds the peak forces by itself.
 
-    That for LAMMPS compares them with the true ones and says PASS or FAIL; the others write
-    peaks.csv for hertzchain judge. Scenes with unlike, moving or fixed granules, gaps, striker,
-    piston, wall, static loads or damping have decks for LAMMPS alone, of pair style granular.
+    The deck for LAMMPS compares them with the true ones and says PASS or FAIL; the others write
+    peaks.csv for hertzchain judge. For scenes with unlike, moving or fixed granules, gaps, striker,
+    piston, wall, static loads or damping there are only decks for LAMMPS, with pair style granular.
     """
     from hertzchain.decks import known_answer
     from hertzchain.files import check_outputs, write_text
@@ -88,10 +85,10 @@ def lint(
     variables: options.Variables = None,
     as_json: options.AsJson = False,
 ) -> None:
-    """Look for known traps in anybody's LAMMPS deck of a chain; status 1 where there is one.
+    """Find known traps in any LAMMPS deck of a chain; status 1 if there is one.
 
-    Notes, which cost time only or may be meant, leave the status at 0. LAMMPS reads the deck, and
-    takes no step; where it is missing, the text alone is read.
+    Notes, on lost time or on what may be intended, leave the status at 0. LAMMPS reads the deck,
+    and takes no step; without LAMMPS only the text is read.
     """
     from dataclasses import asdict
 

@@ -17,7 +17,7 @@ from hertzchain.cli.output import DONE, UNUSABLE
 from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
 
-_LONGEST = 60.0  # seconds until LAMMPS counts as hanging as it starts (chosen)
+_LONGEST = 60.0  # seconds after which a start of LAMMPS counts as hanging (chosen)
 
 PACKAGES = (
     *("hertzchain", "numpy", "scipy", "pandas", "matplotlib", "ase", "filelock"),
@@ -28,7 +28,7 @@ OPTIONAL = (
     ("pyarrow", "parquet", "for Parquet: the tables of a sweep, -o FILE.parquet"),
     ("distributed", "cluster", "for sweep --scheduler: Dask"),
 )
-"""Packages that not all need: name, hertzchain's extra that brings it, and its purpose."""
+"""Optional packages: name, hertzchain's extra that installs it, and its purpose."""
 
 
 @dataclass(frozen=True)

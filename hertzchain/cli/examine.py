@@ -1,4 +1,4 @@
-"""hertzchain examine: somebody's LAMMPS deck against a scene."""
+"""hertzchain examine: a user's LAMMPS deck against a scene."""
 
 from __future__ import annotations
 
@@ -29,8 +29,7 @@ def examine(
 ) -> None:
     """Examine a LAMMPS deck: every number, then its peaks, with the lines to correct.
 
-    LAMMPS reads and runs the deck in a process of its own; nothing that the deck would write is
-    written.
+    LAMMPS reads and runs the deck in a separate process; no file of the deck's own is written.
     """
     from hertzchain.files import write_text
     from hertzchain.report.examination import of_examination

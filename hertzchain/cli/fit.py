@@ -1,4 +1,4 @@
-"""hertzchain fit: values of a scene by which it reads what was measured."""
+"""hertzchain fit: values of a scene that reproduce measured forces."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ def fit(
         ...,
         metavar="KEY",
         help="A key of the scene to be fitted, such as chain.young_modulus, with a range where"
-        " wanted, KEY=LOW:HIGH; repeatable. gain: what all measured forces are over what they are"
-        " said to be.",
+        " wanted, KEY=LOW:HIGH; repeatable. gain: the ratio of measured to true forces, the same"
+        " for all gauges.",
     ),
     tie: options.Ties = None,
     minimise: str | None = typer.Option(
@@ -48,11 +48,11 @@ def fit(
     column: list[str] | None = typer.Option(
         None,
         metavar="WHAT=NAME",
-        help="Which columns are what, and what a unit is; repeatable: time=Time,"
+        help="Which column is what, and its unit; repeatable: time=Time,"
         " 'gauge_16=CH1 [25 N]', contact_10=CH2, wall=CH3.",
     ),
     no_shift: bool = typer.Option(
-        False, "--no-shift", help="The clocks of the files are that of the run."
+        False, "--no-shift", help="The clock of the files is that of the run."
     ),
     output: Path | None = typer.Option(
         None, "-o", "--output", metavar="FILE", help="Write the fitted scene (.toml)."
@@ -60,7 +60,7 @@ def fit(
     time_limit: options.TimeLimit = "1 h",
     as_json: options.AsJson = False,
 ) -> None:
-    """Fit values of a scene to measured forces, with their 95 % intervals, or find the best ones.
+    """Fit values of a scene to measured forces, with 95 % intervals, or optimise a number.
 
     The search starts from the values in the scene file. The status is 1 if the residual is more
     than noise.

@@ -22,7 +22,7 @@ def init(
     path: Path = typer.Argument(
         Path("scene.toml"), metavar="FILE", help="The scene file to write (TOML)."
     ),
-    kind: Kind = typer.Option(PULSE, "--from", help="What the scene starts from."),
+    kind: Kind = typer.Option(PULSE, "--from", help="Kind of the scene."),
 ) -> None:
     """Write a commented scene file to start from, and say what to do next.
 

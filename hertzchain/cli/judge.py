@@ -41,7 +41,7 @@ def judge(
     tolerance: float | None = typer.Option(
         None,
         help="Largest relative difference that passes, 0.001 unless given. Of a scene with"
-        " [uncertainty]: one that must have been seen, 0.1 unless given.",
+        " [uncertainty]: one that must be detected, 0.1 unless given.",
     ),
     no_shift: bool = typer.Option(
         False, "--no-shift", help="The clock of traces is that of the run: do not shift it."

@@ -32,7 +32,7 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object and 
 Isolate = Annotated[
     bool,
     typer.Option(
-        "--isolate", help="Run LAMMPS in a process of its own: a crash of it is an error, no more."
+        "--isolate", help="Run LAMMPS in a separate process: a crash of it is only an error."
     ),
 ]
 LammpsBinary = Annotated[
@@ -67,8 +67,8 @@ Size = Annotated[
     str | None,
     typer.Option(
         metavar="WxH",
-        help="Width and height of the picture in inches, such as 3.4x2.6; of several panels it has"
-        " as many as have room.",
+        help="Width and height of the picture in inches, such as 3.4x2.6; it has as many panels"
+        " as fit.",
     ),
 ]
 Plot = Annotated[
@@ -137,14 +137,14 @@ def _ask_about_units(unusual: Sequence[str]) -> None:
 
 
 def to_seconds(option: str, given: str | None) -> float | None:
-    """Return the time that an option says [s], if it is given."""
+    """Return the time of an option [s], if it is given."""
     from hertzchain.scene.quantities import to_si
 
     return None if given is None else to_si(option, given, "s")
 
 
 def to_inches(size: str | None) -> tuple[float, float] | None:
-    """Return the width and height that an option says, if it is given."""
+    """Return the width and height of an option, if it is given."""
     if size is None:
         return None
     try:

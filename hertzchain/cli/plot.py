@@ -12,7 +12,7 @@ from hertzchain.cli.output import check_files, progress, say, write_file
 
 def plot(
     folder: Path = typer.Argument(
-        ..., metavar="OUT", help="What hertzchain sweep -o wrote, done or not."
+        ..., metavar="OUT", help="Folder that hertzchain sweep -o wrote, complete or not."
     ),
     x: str = typer.Option(
         ...,
@@ -25,18 +25,17 @@ def plot(
         ...,
         "--y",
         metavar="NAME",
-        help="Another: a result for lines, or points of what was drawn; a parameter that varies"
-        " for a map.",
+        help="Another column: a result, for lines or points; a parameter that varies, for a map.",
     ),
     colour: str | None = typer.Option(
         None,
         metavar="NAME",
-        help="What colours tell; in a map the result. Default: the backend, if there are several.",
+        help="Column that colours show; in a map the result. Default: the backend, if several.",
     ),
     where: list[str] | None = typer.Option(
         None,
         metavar="NAME=VALUE",
-        help="Only rows in which a parameter, or the backend, has this value; repeatable.",
+        help="Draw only rows in which a parameter, or the backend, has this value; repeatable.",
     ),
     output: Path | None = typer.Option(
         None,
@@ -50,8 +49,8 @@ def plot(
     """Draw a sweep: a result over a parameter, a line for each value of the others, or a map.
 
     Text below the picture names values that are not shown, without numbers or with further
-    variations. An axis is logarithmic where its parameter was swept by logarithms, and where what
-    is drawn spans more than two decades.
+    variations. An axis is logarithmic if its parameter was swept with :log, or if the drawn values
+    span more than two decades.
     """
     from hertzchain.sweeps import Sweep
     from hertzchain.sweeps.drawing import SIZE, draw

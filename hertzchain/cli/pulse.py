@@ -1,4 +1,4 @@
-"""hertzchain pulse: a measured pulse made into a pulse table."""
+"""hertzchain pulse: a pulse table from a measured pulse."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ def pulse(
         None, metavar="COLUMN", help="Name or number of the column of forces. Default: the next."
     ),
     time_unit: str | None = typer.Option(
-        None, metavar="UNIT", help="Of the times. Default: what the header says, or s."
+        None, metavar="UNIT", help="Unit of the times. Default: that of the header, or s."
     ),
     scale: float | None = typer.Option(
         None, help="N for each unit of the column, such as N per volt; may be negative."
     ),
     baseline: float | None = typer.Option(
         None,
-        help="What the column has without a force, in its unit. Default: its mean before the"
+        help="Value of the column without a force, in its unit. Default: its mean before the"
         " pulse.",
     ),
     start: str | None = typer.Option(
@@ -41,7 +41,7 @@ def pulse(
         " where it leaves the noise.",
     ),
     end: str | None = typer.Option(
-        None, metavar="TIME", help="Where it ends. Default: where it is back in the noise."
+        None, metavar="TIME", help="Where the pulse ends. Default: where it is back in the noise."
     ),
     rows: int = typer.Option(80, help="Most rows of the table."),
     plot: Path | None = typer.Option(
@@ -52,8 +52,8 @@ def pulse(
 ) -> None:
     """Make a pulse table of a recording: without baseline, from start to end, with few rows.
 
-    Says what was changed, and how well F0 and impulse are known. Comments, header, separator and
-    decimal commas are told from the file.
+    The command says what was changed, and how well F0 and impulse are known. Comments, header,
+    separator and decimal commas are recognised.
     """
     import json
 

@@ -33,15 +33,15 @@ _METHODS = (
 MethodName = StrEnum("MethodName", {name.upper(): name for name in _METHODS})  # type: ignore[misc]
 """The native methods."""
 
-_TRACE_TIMES = 500  # of traces alone without --record, as force over time is usually drawn
+_TRACE_TIMES = 500  # times of traces without --record, as many as in pictures of force over time
 
 Wanted = StrEnum("Wanted", {"FIRST": "first", "ALL": "all"})
-"""What accuracy is asked of."""
+"""The forces for which the wanted accuracy holds."""
 
 
 def run(
     scene: options.SceneFile,
-    backend: options.Backend = typer.Option(options.NATIVE, help="Who simulates."),
+    backend: options.Backend = typer.Option(options.NATIVE, help="Backend that simulates."),
     rtol: float | None = typer.Option(
         None, help="Wanted relative accuracy of the peaks; chooses method and step. Default: 1e-6."
     ),
@@ -51,8 +51,9 @@ def run(
     dt: options.LargestStep = None,
     wanted: Wanted | None = typer.Option(
         None,
-        help="What --rtol is asked of: the first pulse of each contact, or all peaks, reflected"
-        " waves included. Default: first with a striker, a wall, unlike granules or gauges.",
+        help="Forces for which --rtol holds: the first pulse of each contact, or all peaks, those"
+        " of reflected waves included. Default: first with a striker, a wall, unlike granules or"
+        " gauges.",
     ),
     isolate: options.Isolate = False,
     lmp: options.LammpsBinary = None,
@@ -62,7 +63,7 @@ def run(
         None,
         "-o",
         "--output",
-        help="Write the peaks of all contacts (.csv, .parquet) or all that is known (.json);"
+        help="Write the peaks of all contacts (.csv, .parquet) or the whole result (.json);"
         " with --record the motion (.csv, .parquet).",
     ),
     record: int | None = typer.Option(
@@ -80,7 +81,7 @@ def run(
     traces: Path | None = typer.Option(
         None,
         metavar="FILE",
-        help="Write what each [[gauge]] reads over time, without static forces: time_s,"
+        help="Write the force of each [[gauge]] over time, without static forces: time_s,"
         " gauge_16_N, contact_10_N, wall_N, near_wall_N (.csv, .parquet), at the times of"
         " --record, else at 500.",
     ),
@@ -93,7 +94,7 @@ def run(
         min=16,
         metavar="N",
         help="Run the scene N times with values drawn from its [uncertainty] and [scatter]: the"
-        " spread of every result, and which input makes it. To 1e-4 unless --rtol.",
+        " spread of every result, and which input causes it. Right to 1e-4 unless --rtol.",
     ),
     every: options.EveryContact = False,
     as_json: options.AsJson = False,
@@ -186,7 +187,7 @@ def _run_uncertain(
 
 
 def _write(result: Result, output: Path | None, traces: Path | None, is_motion: bool) -> None:
-    """Write the tables of a run: its peaks or its motion, and what its gauges read."""
+    """Write the tables of a run: its peaks or its motion, and the traces of its gauges."""
     from hertzchain.report.tables import motion_frame, write_frame, write_result
 
     if is_motion:

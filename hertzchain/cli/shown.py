@@ -1,4 +1,4 @@
-"""Where run, compare, judge and examine show what they found: stdout, plot, page and JUnit XML."""
+"""Output of run, compare, judge and examine: stdout, plot, page and JUnit XML."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class Shown:
-    """Where a document is shown.
+    """The outputs of a document.
 
     Files that cannot be written are refused here, before any work is done.
 
@@ -34,7 +34,7 @@ class Shown:
     every
         Whether stdout has every contact.
     size
-        Width and height of the plot, as the option has them.
+        Width and height of the plot, as text of the option.
     others
         Further files that the command writes, by the kinds of ``check_format`` or "".
     """
@@ -59,7 +59,7 @@ class Shown:
         output.check_files([self.scene, *self.given], without_format, **files)
 
     def print(self, document: Document, rest: str | None = None) -> None:
-        """Print the document; ``rest`` says where peaks are that the terminal does not show."""
+        """Print the document; ``rest`` says where the peaks not shown on the terminal are."""
         from hertzchain.report.console import print_document
 
         output.show(
@@ -70,7 +70,7 @@ class Shown:
 
     def write(self, document: Document) -> None:
         """Write plot and page."""
-        if self.plot is None and self.report is None:  # nothing is loaded for nothing
+        if self.plot is None and self.report is None:  # Matplotlib is loaded only if needed
             return
         from hertzchain.report import figures, page
 

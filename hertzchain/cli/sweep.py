@@ -40,8 +40,8 @@ def sweep(
     vary: list[str] = typer.Option(
         ...,
         metavar="NAME=VALUES",
-        help="What changes, as the scene file names it (segments by their numbers:"
-        " chain.segments.1.radius), and what it takes; repeatable."
+        help="A parameter, as the scene file names it (segments by their numbers:"
+        " chain.segments.1.radius), and its values; repeatable."
         " A,B,C: a list; LOW:HIGH:COUNT: a grid; LOW:HIGH: drawn, see --samples; :log behind a"
         " range: by logarithms. With units: chain.radius='1 mm:10 mm:5'. All are crossed.",
     ),
@@ -57,11 +57,11 @@ def sweep(
         help="How many points to draw (scrambled Sobol sequence) from all ranges without a"
         " count together.",
     ),
-    seed: int = typer.Option(0, help="Other points for another number."),
+    seed: int = typer.Option(0, help="Seed of the points that are drawn."),
     tie: options.Ties = None,
     backend: list[Source] | None = typer.Option(
         None,
-        help="Who measures each scene; repeatable. Default: native.",
+        help="Backend that measures each scene; repeatable. Default: native.",
     ),
     rtol: float = typer.Option(RTOL, help="Wanted relative accuracy of the peaks."),
     peaks: bool = typer.Option(False, "--peaks", help="Keep the peaks of all contacts, too."),
@@ -75,7 +75,8 @@ def sweep(
 ) -> None:
     """Measure many scenes: a row for each with its parameters, p, F_SW, speed, largest peak, error.
 
-    With a wall also the force on it; p, F_SW and speed are about uniform free chains alone.
+    With a wall the row also has the force on it; p, F_SW and speed exist only for uniform free
+    chains.
 
     A sweep that was stopped or killed continues when it is started again. A scene that fails is a
     row with the reason.
@@ -179,7 +180,7 @@ def _warn(counts: Counts, rtol: float) -> None:
 
 @contextmanager
 def _counting(is_native: bool) -> Iterator[Callable[[int, int], None]]:
-    """Say how many rows of a sweep are done, in a terminal all the time, else now and then."""
+    """Show how many rows of a sweep are done: continuously on a terminal, else now and then."""
     is_terminal = sys.stderr is not None and sys.stderr.isatty()
     next_line = 0.0  # at the first call
     with progress() as report_progress, compiling(report_progress, is_native):

@@ -12,7 +12,7 @@ def timestep(
     scene: SceneFile,
     rtol: float = typer.Option(1e-3, help="Wanted relative error of the peaks."),
 ) -> None:
-    """Say which step of LAMMPS, or any velocity Verlet, makes peaks as accurate as wanted."""
+    """Find the longest step of LAMMPS, or any velocity Verlet, for a wanted accuracy of peaks."""
     from hertzchain.decks.known_answer import deck_step
 
     loaded = load_scene(scene)

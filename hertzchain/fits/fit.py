@@ -1,4 +1,4 @@
-"""Fits: values of a scene's keys by which it reads what was measured, with their intervals."""
+"""Fits: values of a scene's keys that reproduce measured forces, with their intervals."""
 
 from __future__ import annotations
 
@@ -42,28 +42,29 @@ _UNKNOWN = 0.5
 """Relative deviation from which on a value is not known."""
 
 _LEAST_SQUARE = 0.5
-"""Least mean square of differences over the noise by which intervals are scaled. The noise may be
-overestimated by what a coarsely sampled pulse bends; without any it is the least of the model."""
+"""Least mean square of differences over the noise by which intervals are scaled. The curvature of a
+coarsely sampled pulse may lead to a too large noise; without noise the least noise of the model is
+used."""
 
 _OTHER_STARTS, _NEAR = 4, (0.8, 1.25)
-"""Starts that are tried where more than noise remains as residual, even over the ranges that are
-given, or over values near those of the scene (chosen)."""
+"""Number of starts that are tried if the residual is more than noise, spread evenly over the given
+ranges; and the range around the scene's values otherwise (chosen)."""
 
 _NEARBY = (-3.0, -1.0, 1.0, 3.0)
 """Standard deviations from the best values, along each axis of the covariance, at which a better
-fit is looked for: forces that jump between two samples make local minima some deviations apart."""
+fit is searched: forces that jump between two samples cause local minima some deviations apart."""
 
 _LOWER, _MOST_SEARCHES = 1.0, 8
-"""Squared differences by which a fit is better, that of one deviation; and the most searches for
-such ones, chosen."""
+"""Decrease of squared differences by which a fit is better, that of one deviation; and the most
+searches for better fits (chosen)."""
 
 _FLAT, _ROUGH, _MOST_STEPS = 1e-6, 1e-4, 25
 """Relative decrease of squares at which a search ends, 1e-3 of a deviation in 2,000 samples; that
-of a smoothed one; and the most steps (chosen): where forces jump, searches creep for ever."""
+of a smoothed one; and the most steps (chosen): where forces jump, searches do not converge."""
 
 _ALIKE_DEVIATIONS, _MOST_LOOKS = 1.1, 4
-"""Ratio of deviations by differences over others up to which these are alike; and how often they
-are computed again at most (chosen)."""
+"""Ratio of successive deviations up to which they count as equal; and the most repetitions of their
+computation (chosen)."""
 
 _LEAST_PEAKS = 1e-6
 """Least relative noise of peak forces: digits of files (chosen)."""
@@ -91,11 +92,12 @@ def fit(
     scene
         The scene with the values to start from, or the path of its file; its end does not matter.
     traces
-        What gauges read, as for ``judge_traces``, or peak forces of contacts, as for ``judge``;
-        several files or tables are fitted at once.
+        Forces of gauges over time, as for ``judge_traces``, or peak forces of contacts, as for
+        ``judge``; several files or tables are fitted at once.
     free
         Keys to be fitted, such as ``chain.young_modulus``, with a range where wanted,
-        ``chain.gap=1 um:9 um``; ``gain`` is the measured over the true force, the same for all.
+        ``chain.gap=1 um:9 um``; ``gain`` is the ratio of the measured to the true force, the same
+        for all gauges.
     ties
         Formulas of keys that follow from others, as for ``sweep``.
     columns, shift, progress
@@ -106,8 +108,8 @@ def fit(
     Raises
     ------
     SceneError
-        For keys that cannot be fitted, or that these traces do not tell apart: it says what of them
-        is known.
+        For keys that cannot be fitted, or that these traces do not determine separately: the error
+        gives the combination that is determined.
     HertzchainError
         For files that cannot be read.
     TooExpensive
@@ -135,7 +137,7 @@ def fit(
             report_progress(f"least squares from {said(model.values(begin))}")
             found.append(_least_squares(model, begin, widths))
             best = min(found, key=lambda one: one.mean_square)
-            # Where granules fly, the first minimum may be another one though only noise is left.
+            # Where granules fly, the first minimum may be a wrong one even if only noise is left.
             if not flies and _is_noise(model, best):
                 break
         best = _refined(model, best)
@@ -183,7 +185,7 @@ def _searches(model: Model, free: Free) -> Iterator[tuple[FloatArray, tuple[floa
 
 @dataclass(frozen=True, eq=False)
 class _Found:
-    """What varies at a minimum; differences over the noise there, mean square, and slopes."""
+    """Variables at a minimum; differences over the noise there, mean square, and slopes."""
 
     x: FloatArray
     off: FloatArray
@@ -211,9 +213,9 @@ def _least_squares(model: Model, begin: FloatArray, widths: Sequence[float]) -> 
 
 
 def _refined(model: Model, found: _Found) -> _Found:
-    """Return the best of the minima some deviations beside one another.
+    """Return the best of the minima that are some deviations apart.
 
-    Far from noise it is no minimum that is meant, and stays as it is.
+    If the residual is far above the noise, the minimum is not refined.
     """
     for _ in range(_MOST_SEARCHES):
         better = None if found.mean_square > NOISE_KNOWN else _beside(model, found)
@@ -224,7 +226,7 @@ def _refined(model: Model, found: _Found) -> _Found:
 
 
 def _beside(model: Model, found: _Found) -> FloatArray | None:
-    """Return better values some deviations beside others; None where there are none."""
+    """Return better values some deviations from others; None if there are none."""
     moves = _moves(_covariance(model, found.x, found.slopes, 1.0))
     ends = [found.x + far * move for move in moves.T for far in _NEARBY]
     possible = [end for end in ends if model.allows(end)]
@@ -288,12 +290,12 @@ def _unknown(off: FloatArray, x: FloatArray) -> float:
 
     left = off.size - x.size
     wider = float(t.ppf(0.975, left)) / NORMAL_95
-    # Digits of a file differ by as much where nothing else does.
+    # Digits of a file differ by as much even if nothing else does.
     return max(float(np.sum(off**2)) / left, _LEAST_PEAKS**2) * wider**2
 
 
 def _covariance(model: Model, x: FloatArray, slopes: FloatArray, variance: float) -> FloatArray:
-    """Return the covariance of what varies by differences over its own deviations.
+    """Return the covariance of the variables, from differences over their own deviations.
 
     ``variance`` is that of the noise. Slopes at a point are steeper where forces jump between two
     samples, as where damped contacts begin with a collision: intervals from slopes alone were up
@@ -310,9 +312,9 @@ def _covariance(model: Model, x: FloatArray, slopes: FloatArray, variance: float
 
 
 def _between(minima: Sequence[_Found], covariance: Array, variance: float) -> FloatArray:
-    """Return the covariance about the first of several minima that noise may have interchanged.
+    """Return the covariance about the first of several minima whose order may be due to noise.
 
-    Each counts by its likelihood, and those within a deviation of one another count once.
+    Each has the weight of its likelihood; minima within a deviation of one another count once.
     """
     inverse, kept = np.linalg.pinv(covariance), list(minima[:1])
     for one in minima[1:]:
@@ -332,7 +334,7 @@ def _moves(covariance: Array) -> FloatArray:
 
 
 def _change(model: Model, x: FloatArray, move: FloatArray, slopes: FloatArray) -> FloatArray:
-    """Return how differences change by a move; by slopes where values cannot move so far."""
+    """Return the change of differences by a move; from slopes if values cannot move so far."""
     ends = x + move, x - move
     if not all(map(model.allows, ends)):
         return np.asarray(slopes @ move)
@@ -353,9 +355,9 @@ def _refuse_alike(slopes: FloatArray, free: Free) -> None:
 
 
 def _refusal(nothing: Array, free: Free, alone: str) -> SceneError:
-    """Return why keys are refused by relative changes of theirs that nothing measured shows.
+    """Return why keys are refused, from their relative changes that change no measured number.
 
-    ``alone`` is said of a single key.
+    ``alone`` is the text for a single key.
     """
     moved = [k for k in range(len(free.keys)) if abs(nothing[k]) > _MOVED * np.max(np.abs(nothing))]
     keys, changes = [free.keys[k] for k in moved], nothing[moved]

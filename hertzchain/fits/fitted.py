@@ -14,15 +14,15 @@ from hertzchain.observables.definitions import context_of
 from hertzchain.scene.scene import Scene
 
 NOISE_KNOWN = 1.35
-"""Mean square of differences over the noise above which they are no noise: that is measured to 5 %
-in 200 samples, and counts squared."""
+"""Mean square of differences over the noise above which they are not noise: noise is known to 5 %
+from 200 samples, and enters squared."""
 
 LARGEST_OF_PEAKS = 0.1
-"""Relative residual of peaks above which it is no noise of theirs (chosen)."""
+"""Relative residual of peaks above which it is not their noise (chosen)."""
 
 RARE = 1e-2
-"""Probability of differences that last, below which they are no noise (chosen): with 1e-3 a tenth
-of wrong models were not told from noise where they differed by more than 3 u_val (measured)."""
+"""Probability of lasting differences below which they are not noise (chosen): with 1e-3 a tenth of
+the wrong models that differed by more than 3 u_val were not detected (measured)."""
 
 NORMAL_95 = 1.959964
 """Standard deviations of a normal distribution with 95 % on both sides."""
@@ -37,7 +37,7 @@ class Parameter:
     key
         Its key in the scene file, or ``gain``.
     value, start
-        What was found, and what the scene had, in SI units.
+        The fitted value, and that of the given scene, in SI units.
     deviation
         Its standard deviation.
     unit
@@ -74,7 +74,7 @@ class Fit:
     Parameters
     ----------
     scene
-        The scene with the values that were found, which are ``uncertain`` in it.
+        The scene with the fitted values, which are ``uncertain`` in it.
     parameters
         The values, with deviations.
     correlation
@@ -86,9 +86,9 @@ class Fit:
     autocorrelation
         Correlation of differences with those of the next sample: 0 for white noise.
     samples, runs
-        How many samples were compared, and how many runs that took.
+        Number of compared samples, and of runs.
     chance
-        Probability that noise makes differences which last as long as these.
+        Probability that noise causes differences that last as long as these.
     noise_is_known
         False for peaks, whose relative noise is that of the differences.
     of_recordings
@@ -109,7 +109,7 @@ class Fit:
 
     @property
     def is_noise(self) -> bool:
-        """Whether the scene differs from what was measured by no more than its noise."""
+        """Whether the scene differs from the measurement by no more than noise."""
         return not self._is_large and self.chance >= RARE
 
     @property

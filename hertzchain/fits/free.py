@@ -18,10 +18,10 @@ from hertzchain.sweeps.keys import base_values, changed, full_name
 from hertzchain.sweeps.ties import Tie, tied, ties_of
 
 GAIN = "gain"
-"""A key that no scene has: the measured over the true force, the same for all gauges."""
+"""A key that no scene has: ratio of measured to true force, the same for all gauges."""
 
 _RANGE = 100.0
-"""Greatest change of a value by a factor, where no range is given."""
+"""Largest factor by which a value may change if no range is given."""
 
 _LIMITS = {"restitution": (1e-3, 0.9999), "poisson_ratio": (-0.999, 0.5)}
 """Ranges of values that have one."""
@@ -41,7 +41,7 @@ class Free:
     keys
         Their full names.
     start
-        Their values in the scene, in SI units; the middle of the range where it has none, or 0.
+        Their values in the scene, in SI units; the middle of the range if the scene has none, or 0.
     low, high
         Ends of their ranges over the start values, shape (keys,).
     is_given

@@ -20,8 +20,9 @@ from hertzchain.verdict.traces.matching import FEWEST, Expected, read_in
 from hertzchain.verdict.traces.traces import ENOUGH, Traces
 
 _STEP, _FINE_STEP = 1e-3, 1e-4
-"""Relative changes of a value for a slope, of the search and of ``ACCURATE`` ones. By the longer
-one a collision's jump makes 1e-3 of a slope where two keys have the same effect (measured)."""
+"""Relative changes of a value for a slope, of the search and of ``ACCURATE`` ones. With the longer
+one the jump of a collision causes 1e-3 of a slope where two keys have the same effect
+(measured)."""
 
 ACCURATE = 1e-10
 """Accuracy of runs: 1e-6 of the differences from which slopes are computed."""
@@ -31,16 +32,16 @@ _LOOSEST, _OF_NOISE = 3e-6, 1e-3
 slopes are known to a part in 300."""
 
 _LEAST_NOISE = 1e-6
-"""Least noise, over the peak: what the digits of files and the shift of a clock leave (chosen)."""
+"""Least noise over the peak: the error by the digits of files and the shift of a clock (chosen)."""
 
 _BEYOND = 1.25
 """End of runs over that of compared samples: values that make a wave slower move it."""
 
 
 class Model(ABC):
-    """Differences of what was measured from a scene with other values, over the noise.
+    """Differences of the measurement from a scene with other values, over the noise.
 
-    What varies, x, are values of keys over their start values, and then shifts of clocks, if any.
+    The variables x are values of keys over their start values, then shifts of clocks, if any.
     """
 
     gauges: tuple[Gauge, ...] = ()
@@ -85,11 +86,11 @@ class Model(ABC):
         return True
 
     def scene(self, x: Array) -> Scene:
-        """The scene with other values."""
+        """Return the scene with other values."""
         return self._free.scene(self._base, x)
 
     def differences(self, x: Array, width: float = 0.0, rtol: float | None = None) -> FloatArray:
-        """Differences from what was measured over the noise, shape (samples,).
+        """Differences from the measurement over the noise, shape (samples,).
 
         They are smoothed over a ``width``, if any; ``rtol`` is the accuracy of the run, None for
         that of the search.
@@ -124,7 +125,7 @@ class Model(ABC):
 
     @abstractmethod
     def chance(self, differences: FloatArray) -> float:
-        """Probability that noise makes differences which last as long as these."""
+        """Probability that noise causes differences that last as long as these."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +143,7 @@ class Series:
     noise
         Standard deviation of the noise [N].
     quiet
-        How many first samples are before anything arrives.
+        Number of samples at the start before anything arrives.
     block
         Samples in half the width of the narrowest pulse.
     """
@@ -157,7 +158,7 @@ class Series:
 
 
 class OfTraces(Model):
-    """Differences of traces; after the keys vary the shifts of all clocks, if they are unknown."""
+    """Differences of traces; the shifts of unknown clocks are variables, too, after the keys."""
 
     # In halves of a pulse: wide enough to meet the next pulse, then as wide as one (measured).
     widths = (4.0, 1.0)
@@ -222,7 +223,7 @@ class OfTraces(Model):
         return np.concatenate([_centred(part / one.noise) for one, part in pairs])
 
     def _smoothed(self, values: FloatArray, width: float) -> FloatArray:
-        """Values along the samples of each series without minima where pulses meet others."""
+        """Smooth values along each series, so that pulses that meet wrong ones cause no minima."""
         from scipy.ndimage import gaussian_filter1d
 
         if not width:
@@ -231,10 +232,10 @@ class OfTraces(Model):
         return np.concatenate([gaussian_filter1d(part, width * one.block) for one, part in pairs])
 
     def chance(self, differences: FloatArray) -> float:
-        """Probability that noise makes differences which last as long as these.
+        """Probability that noise causes differences that last as long as these.
 
-        Their sums over half a pulse are squared and summed; how far noise itself lasts is known
-        from quiet samples.
+        Their sums over half a pulse are squared and summed; quiet samples show how long noise
+        itself lasts.
         """
         from scipy.stats import chi2
 

@@ -1,4 +1,4 @@
-"""The best values of keys: those by which a number of a scene's result is least or largest."""
+"""The best values of keys: those for which a number of a scene's result is least or largest."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _AT_END = 1e-3
 """Part of a range within which a value counts as at its end."""
 
 _NO_NUMBERS = {*COUNTS, "error_estimate", "wanted_error", "far_field_error", "speed_error"}
-"""What numbers of a run are no quantities of the chain."""
+"""Numbers of a run that are not quantities of the chain."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -46,7 +46,7 @@ class Optimum:
     scene
         The scene with these values.
     number
-        What is least or largest, by its name in a sweep.
+        The number that is least or largest, by its name in a sweep.
     value, before
         The number with these values, and with those of the scene that was given.
     values, start
@@ -54,7 +54,7 @@ class Optimum:
     remarks
         Sentences on values at the ends of their ranges; usually empty.
     runs
-        How many runs that took.
+        Number of runs.
     """
 
     scene: Scene
@@ -104,10 +104,10 @@ def optimum(
     time_limit: float = TIME_LIMIT,
     progress: ShowProgress = None,
 ) -> Optimum:
-    """Search for the values of keys by which a number is least, in all of their ranges.
+    """Search for the values of keys for which a number is least, over their whole ranges.
 
-    SciPy's ``differential_evolution`` finds the best minimum of several, Nelder and Mead's method
-    its place.
+    SciPy's ``differential_evolution`` finds the best of several minima; Nelder and Mead's method
+    then refines it.
 
     Parameters
     ----------
@@ -154,7 +154,7 @@ def optimum(
             found = _numbers(_run(chosen.scene(scene, x), deadline)).get(number)
         except TooExpensive:
             raise
-        except HertzchainError:  # a scene that cannot be is not the best
+        except HertzchainError:  # an impossible scene is not the best
             return np.inf
         return np.inf if found is None else sign * found / size
 

@@ -48,9 +48,10 @@ class OfPeaks(Model):
         return np.asarray(native.run(self.scene(x)).peak_force[self._places] / self._force)
 
     def chance(self, differences: FloatArray) -> float:
-        """Probability of as few changes of sign along the contacts, by the runs test.
+        """Probability that noise changes its sign as rarely along the contacts, by the runs test.
 
-        1 where all differences are within the tolerance of ``judge``: they may be of another code.
+        It is 1 if all differences are within the tolerance of ``judge``: another code may cause
+        them.
         """
         own = differences - differences.mean()
         if np.sqrt(np.mean(differences**2)) < TOLERANCE:

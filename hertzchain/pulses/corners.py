@@ -28,8 +28,8 @@ and root of the length. Measured: 0.72 to 0.81 for white noise of 20 to 1000 sam
 """
 
 _TIP = 3.0  # limit of a tip, which has little impulse, over that of a bow; chosen
-_OUTLIER = 6.0  # standard deviations of noise that no sample in millions exceeds
-_ROUNDS = 2  # in which corners are moved to their best places; chosen: a third changes few
+_OUTLIER = 6.0  # standard deviations that no sample in millions exceeds by noise
+_ROUNDS = 2  # rounds in which corners are moved to their best places; chosen: a third changes few
 
 
 def corners_of(time: FloatArray, force: FloatArray, bend: float, noise: Noise) -> Places:

@@ -1,4 +1,4 @@
-"""A measured pulse as a pulse table with few rows, and how well its numbers are known."""
+"""A measured pulse as a pulse table with few rows, and the errors of its numbers."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from hertzchain.pulses.signal import Signal
 from hertzchain.scene.pulse import PulseTable
 
 MOST_ROWS = 80
-"""Default of the most rows (chosen): codes begin a new step at each, and so do LAMMPS's runs."""
+"""Default of the most rows (chosen): codes begin a new step at each row, LAMMPS a new run."""
 
 LEAST_ROWS = 3
 _BEND = 1 / 3000
-"""Bow of a line over F0 with no more rows. Measured: peaks of 40 granules of LM_ratio 0.1 to 10
-under the three pulses changed by up to 2.9 bows, mostly by less than 1."""
+"""Bow of a line over F0 at which no further rows are added. Measured: peaks of 40 granules of
+LM_ratio 0.1 to 10 under the three pulses changed by up to 2.9 bows, mostly by less than 1."""
 
 _WIDER = 1.3  # ratio of bows that are tried until the rows suffice; chosen
 
@@ -45,7 +45,7 @@ class MeasuredPulse:
     table
         The pulse table; its impulse is that of the samples.
     bend
-        Largest distance of the force from the lines of the table, but for noise [N].
+        Largest distance of the force from the lines of the table, apart from noise [N].
     """
 
     recording: Recording
@@ -59,8 +59,8 @@ class MeasuredPulse:
 
         Many lines of least squares of one length have the variance sqrt(3) density^2 / length at
         their corners, which follows from the inverse of their matrix, length / 6 (1, 4, 1). Lines
-        about a parabola meet 2 / 3 of its bow above it, half of that where bows take half of what
-        is allowed.
+        about a parabola meet 2 / 3 of its bow above it; on average half of that, as bows are half
+        of the largest allowed.
         """
         time, force = np.array(self.table.time), np.array(self.table.force)
         top = int(np.argmax(force))

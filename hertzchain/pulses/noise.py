@@ -1,4 +1,4 @@
-"""The noise of a recording: its strength, and how far neighbours share it."""
+"""The noise of a recording: its strength, and its correlation between neighbours."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 
 LEAST = 16
-"""Least number of samples without a pulse that measure the noise (chosen)."""
+"""Least number of samples without a pulse from which noise is measured (chosen)."""
 
 _TO_DEVIATION = 1.4826  # standard deviation over median size of Gaussian noise
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 LEAST_SAMPLES = 8  # least number of samples of a recording; chosen
 _MOST_BYTES = 100_000_000  # of a file (chosen): about three million samples
-_LOOKED_AT = 2000  # lines at the beginning and at the end that tell the layout (chosen)
+_LOOKED_AT = 2000  # lines at the beginning and at the end that show the layout (chosen)
 _MOST = 1e60  # largest s or N: its square, and sums of squares, can be represented
 _SHOWN = 3  # most wrong lines that are named
 
@@ -69,12 +69,12 @@ class Recording:
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """A text file of columns: its lines as cells, with decimal points, and what its header says."""
+    """A text file of columns: its lines as cells, with decimal points, and its header."""
 
     path: Path
-    cells: Sequence[Sequence[str]]  # of each line; none of comments
+    cells: Sequence[Sequence[str]]  # of each line; empty for comments
     numeric: Sequence[int]  # columns with numbers
-    names: Sequence[str]  # of all columns; empty if the header does not say them
+    names: Sequence[str]  # of all columns; empty if the header does not have them
     units: Sequence[str]
     layout: str  # in words
 
@@ -102,7 +102,7 @@ def read_columns(path: Path) -> Columns:
     """
     lines = _lines(path)
     looked_at = [*lines[:_LOOKED_AT], *lines[_LOOKED_AT:][-_LOOKED_AT:]]
-    # Most lines of numbers alone, or else of two numbers; of equals the first.
+    # The most lines with only numbers, or else with two numbers; the first of equal layouts.
     separator, decimal = max(_LAYOUTS, key=lambda signs: _fitting(looked_at, *signs))
     rows = [row for line in looked_at if _numbers(row := _cells(line, separator, decimal)) >= 2]
     if not rows:

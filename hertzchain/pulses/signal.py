@@ -27,7 +27,7 @@ largest; chosen: 6.4 standard deviations of Gaussian noise, and more than a drif
 _RETURN = 0.01  # of F0: the slope of a pulse that ends with its recording is off by less, measured
 _TAIL = 50  # samples of a recording over those in its tail; chosen
 _FLAT = 5  # samples of the largest force from which on a top may be cut off; chosen
-_PILED = 8  # times as many as are within a digit below it; chosen, above what a crest has
+_PILED = 8  # times the number of samples within a digit below it; chosen, more than a crest has
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,7 @@ class Signal:
     remarks
         Changes, and remarks to check, as labels and texts.
     warnings
-        Sentences on what makes the numbers of the pulse wrong; usually empty.
+        Sentences on reasons for wrong numbers of the pulse; usually empty.
     """
 
     time: FloatArray
@@ -295,9 +295,9 @@ def no_return(
 def cut_off(force: FloatArray, resolution: float) -> str | None:
     """Return a sentence if the top of a pulse [N] may be cut off, else None.
 
-    Several samples have the largest force, many more than are within a digit below it: a crest
-    that is a parabola has at most 2.4 times as many, one of fourth order 5.3 times. Where values
-    repeat, but too few for a known digit, it is the step from the largest force to the next.
+    Then several samples have the largest force, many more than lie within a digit below it: a crest
+    that is a parabola has at most 2.4 times as many, one of fourth order 5.3 times. If values
+    repeat too rarely to show the digit, the step from the largest force to the next is used.
     """
     top = float(force.max())
     lower = force[force < top]

@@ -1,4 +1,4 @@
-"""What objects show of themselves: cards, and documents as the commands print them."""
+"""Texts of objects: cards, and documents as the commands print them."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ _WIDEST = 160  # characters of a value; sentences may be longer
 
 
 def card(title: str, facts: Sequence[tuple[str, str]]) -> str:
-    """Return a title, and a line for the label and value of each thing to know."""
+    """Return a title, and a line with label and value for each fact."""
     width = max((len(label) for label, _ in facts), default=0)
     indent = " " * (width + 4)
 
     def shown(label: str, value: str) -> str:
-        if label == "remark":  # a sentence, whose end counts
+        if label == "remark":  # a sentence is not shortened
             return f"\n{indent}".join(textwrap.wrap(value, _WIDEST))
         return textwrap.shorten(value, _WIDEST, placeholder=" ...")
 

@@ -29,7 +29,7 @@ def of_comparison(comparison: Comparison) -> Document:
     """Return the document of a comparison."""
     formulas = comparison.formulas
     others = {name: found for name, found in comparison.results.items() if name != "native"}
-    named = FORMULAS if comparison.scene.is_plain else ()  # they are about nothing else
+    named = FORMULAS if comparison.scene.is_plain else ()  # formulas are only for plain scenes
     equations = {name: getattr(formulas, name) for name in named}
     drawn = {name: result.peak_force for name, result in others.items()}
     of_formulas = [f"Formulas: {text}" for text in (formulas.applicable, formulas.note) if text]
@@ -100,7 +100,7 @@ def _peaks(
 
 
 def _answers(comparison: Comparison) -> Table:
-    """Return what a run says of itself, of each simulation next to the others, and their cost."""
+    """Return the facts of each simulation side by side, and their cost."""
     known = {
         name: {
             **dict(main_facts(result)),
@@ -129,7 +129,7 @@ def _answers(comparison: Comparison) -> Table:
 
 
 def _of_run(peak: float, error: float) -> str:
-    """Return a peak with nine digits, for its differences; words where none of them is right."""
+    """Return a peak with nine digits, for its differences; words if no digit is right."""
     return NO_DIGIT if error >= 1 else number(peak, 9)
 
 

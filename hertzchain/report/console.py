@@ -33,7 +33,7 @@ def table(
     return drawn
 
 
-# Commands within sentences, which are for copying.
+# Commands within sentences, which users copy.
 _COMMAND = re.compile(
     r"`[^`]+`|pip install ('[^']+'|\"[^\"]+\"|\S+)"
     r"|hertzchain [a-z]+( (SCENE|DECK|FILE|--[\w-]+|[\w./-]+\.\w+))*"
@@ -130,7 +130,7 @@ def _predicted_facts(prediction: Prediction) -> list[tuple[str, str]]:
 def print_document(
     console: Console, document: Document, others: str | None = None, every: bool = False
 ) -> None:
-    """Print the peaks of the transition, facts, checks, the verdict, and where the rest is.
+    """Print the peaks of the transition, facts, checks, the verdict, and the place of all others.
 
     ``others`` says where the peaks of all other contacts are; ``every``: all are printed.
     """
@@ -167,7 +167,7 @@ def print_document(
 
 
 def _print_findings(console: Console, document: Document) -> None:
-    """Print the differences in a user's deck, in the order in which to mend them."""
+    """Print the differences in a user's deck, in the order in which to correct them."""
     number = 0
     for one in document.findings:
         number += not one.passed
@@ -176,7 +176,7 @@ def _print_findings(console: Console, document: Document) -> None:
             console.print(head + Text(sentence, ""))
             head = Text("   ")
         shown = [place for place, _, _ in one.right]
-        # Commands are for copying: they are never broken.
+        # Commands are never broken, as users copy them.
         if one.place and one.place not in shown[:1]:
             console.print(Text(f"   {one.place}: {one.written}"), soft_wrap=True)
         for place, written, commands in one.right:
@@ -231,6 +231,6 @@ def _print_remarks(console: Console, *remarks: str | None) -> None:
 
 
 def _capitalised(remark: str) -> str:
-    """A sentence with a capital; the name of a file in front of it stays as it is."""
+    """Return a sentence with a capital; the name of a file before it is not changed."""
     word = remark.split(maxsplit=1)[0].rstrip(",:;").replace("-", "")
     return remark[0].upper() + remark[1:] if word.isalpha() else remark

@@ -76,10 +76,10 @@ class Peaks:
 
 @dataclass(frozen=True)
 class Finding:
-    """Differences that a line of a user's deck makes: sentences and effects, the proven correction.
+    """Differences that a line of a user's deck causes: sentences, effects, the proven correction.
 
-    ``passed`` if the difference is too small to matter. ``right`` has lines of the deck, how each
-    is written and the commands in its place; ``note`` says what else there is to know of it.
+    ``passed`` if the difference is too small to matter. ``right`` has lines of the deck, with the
+    text of each and the commands in its place; ``note`` is a further remark.
     """
 
     sentences: Sequence[str]
@@ -92,7 +92,7 @@ class Finding:
 
 @dataclass(frozen=True, eq=False)
 class Overlay:
-    """What a gauge measured, and what the reference reads at the same times [N], (samples,)."""
+    """Measured forces of a gauge, and those of the reference at the same times [N], (samples,)."""
 
     label: str
     time: FloatArray
@@ -108,17 +108,17 @@ class Document:
     numbers: Callable[[], dict[str, Any]]  # function that returns the JSON document
     command: str  # that prints it; in the names of the JUnit suite and of the page's JSON
     results: Mapping[str, Result]  # results by the names of the engines
-    verdict: Verdict  # without a sentence for a run
+    verdict: Verdict  # for a run without a sentence
     peaks: Peaks
     drawn: Mapping[str, FloatArray]  # peak forces [N] next to native's, by the names of styles
     limits: Sequence[tuple[str, str, float]]  # style, label, value of lines among differences
     absent: Sequence[str] = ()  # labels of engines that did not run
     answers: Table | None = None  # the transition by each engine of a comparison
-    checks: Sequence[Check] = ()  # on which the verdict rests
+    checks: Sequence[Check] = ()  # checks that decide the verdict
     notes: Sequence[str] = ()  # remarks on the answers: formulas, engines with a similar chain
     facts: Sequence[tuple[str, str]] = ()  # label and value of facts on all contacts together
     remarks: Sequence[str] = ()  # sentences on causes, and on parts that could not be done
-    # differences in a user's deck, in the order in which to mend them
+    # differences in a user's deck, in the order in which to correct them
     findings: Sequence[Finding] = ()
     overlays: Sequence[Overlay] = ()  # measured traces, drawn in place of peaks
 

@@ -96,7 +96,7 @@ def _advice(check: DeckCheck) -> str:
 
 
 def _effect(check: DeckCheck) -> str:
-    """What a check's difference does to the peaks; empty where that is not known."""
+    """Effect of a check's difference on the peaks, in words; empty where it is not known."""
     if check.effect is None:
         return ""
     if not math.isfinite(check.effect):
@@ -107,12 +107,12 @@ def _effect(check: DeckCheck) -> str:
 
 
 def _with_effect(check: DeckCheck) -> str:
-    """What was found, and what it does to the peaks, which is why it comes where it does."""
+    """The difference and its effect on the peaks, which sets the order, in words."""
     return f"{check.sentence} ({_effect(check)})" if _effect(check) else check.sentence
 
 
 def _findings(examination: DeckExamination) -> list[Finding]:
-    """What is to mend, line by line, with what is proven to be right."""
+    """Return the findings line by line, with proven corrections."""
     found = []
     for one in examination.findings:
         place, note = one.checks[0].place, ""

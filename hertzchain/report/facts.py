@@ -88,7 +88,7 @@ def prefixed(largest: float, unit: str) -> tuple[str, float]:
 
 
 def in_prefixed(value: float, unit: str) -> str:
-    """Return a number of four digits with a multiple of its unit that reads."""
+    """Return a number of four digits with a suitable multiple of its unit."""
     name, scale = prefixed(abs(value), unit)
     return f"{value / scale:.4g} {name}".rstrip()
 
@@ -110,7 +110,7 @@ def number(value: float | None, digits: int) -> str:
 
 
 NO_DIGIT = "no digit"
-"""Stands for a number of which no digit is right."""
+"""Text in place of a number without a right digit."""
 
 
 def known_digits(value: float | None, error: float, most: int = 9) -> str:
@@ -121,7 +121,7 @@ def known_digits(value: float | None, error: float, most: int = 9) -> str:
         return number(value, most)
     digits = int(np.clip(1 - np.ceil(np.log10(max(error, 1e-16))), 1, most))
     place = digits - 1 - int(np.floor(np.log10(abs(value))))
-    if abs(value) < 1e-4:  # as g has it
+    if abs(value) < 1e-4:  # as the format g does
         return f"{value:#.{digits}g}"
     return f"{round(value, place):.{max(place, 0)}f}"
 
@@ -136,7 +136,7 @@ def with_unit(value: float | None, unit: str, error: float = 1e-6) -> str:
 
 
 def difference(check: Check) -> tuple[str, str, str]:
-    """Return difference, tolerance and how much of it that is; empty for what was not measured."""
+    """Return difference, tolerance and their ratio; empty for numbers that were not measured."""
     if check.measured is None or check.expected is None or check.tolerance is None:
         return "", "", ""
     off = abs(check.measured - check.expected)
@@ -165,7 +165,7 @@ def given_peaks(
     reference: FloatArray,
     words: Sequence[str],
 ) -> Peaks:
-    """Return given peaks beside those of the reference, with a word on each contact."""
+    """Return given peaks next to those of the reference, with a word on each contact."""
 
     def row(k: int) -> list[str]:
         is_known = np.isfinite(given[k]) and reference[k] > 0

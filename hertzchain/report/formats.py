@@ -1,4 +1,4 @@
-"""Names of files that can be written; others are refused before any work is done."""
+"""Suffixes of files that can be written; others are refused before any work is done."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from datetime import datetime
 from itertools import count
 from xml.etree import ElementTree
 
-# too different; without a number; not asked for
+# too different; without a number; not wanted
 FAILURE, ERROR, SKIPPED = "failure", "error", "skipped"
 
 Value = float | None  # numbers of a check; None where nothing could be measured

@@ -31,14 +31,14 @@ CHECKED = ("", "check, and why this tolerance", "measured", "expected", "differe
 
 
 def mark(passed: bool) -> str:
-    """Return the word and sign of a verdict as a cell has it."""
+    """Return the word and sign of a verdict for a cell."""
     return "✓ pass" if passed else "✗ FAIL"
 
 
 def _check_row(check: Check) -> list[str]:
     """Return a check's measured and expected number, difference, tolerance and their ratio.
 
-    The numbers have all digits that tell them apart only where they should be equal and are not.
+    Only numbers that should be equal and are not have all the digits that distinguish them.
     """
     numbers = ["" if x is None else f"{x:.9g}" for x in (check.measured, check.expected)]
     if not check.passed and check.measured is not None and check.expected is not None:
@@ -62,7 +62,7 @@ def _peak_table(document: Document) -> Table:
 
 
 def _sections(document: Document) -> list[Section]:
-    """Return what stands between the figure of a page and its scene."""
+    """Return the sections between the figure of a page and its scene."""
     sections = []
     if document.facts:
         facts = Table("All contacts together", (), document.facts, 2)
@@ -134,7 +134,7 @@ def pictures(draw: Callable[..., Picture]) -> list[Markup]:
 
 
 def _caption(document: Document) -> str:
-    """Return sentences on what the figure of a document shows."""
+    """Return the caption of the figure of a document."""
     if document.overlays:
         return "Dots are measured, lines are the reference, each gauge above its own zero."
     said = ["Contact i lies between granules i \u2212 1 and i; p is the end of the transition."]

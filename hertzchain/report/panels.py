@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 
 _LONG = 200  # contacts from which on axes are logarithmic and points are a bitmap; chosen
 _DRAWN = 6  # contacts whose force over time is drawn
-_MARKED = 80  # contacts up to which each peak has a marker; more would melt into a band
+_MARKED = 80  # contacts up to which each peak has a marker; more would merge into a band
 _LIGHTEST = 0.9  # shade of a curve; the last tenth of the colours is too light on white
 
 
 def draw_peaks(axes: Axes, document: Document) -> None:
-    """Draw the peak of each contact, or its first pulse where a run was asked for these."""
+    """Draw the peak of each contact, or its first pulse if first pulses were wanted."""
     native = document.native
     contact, what = native.contact, "peak force"
     peaks = np.asarray(native.peak_force)
@@ -99,7 +99,7 @@ def draw_differences(axes: Axes, document: Document) -> None:
 
 
 def _finish_along(axes: Axes, document: Document, named: Collection[str] = ()) -> None:
-    """Draw what all panels along the chain have, with a legend of what is not named elsewhere."""
+    """Draw the common parts of panels along the chain, and a legend of what has no name yet."""
     native = document.native
     if native.transition_granules is not None:
         axes.axvline(native.transition_granules, color="0.6", linewidth=0.8, zorder=0)
@@ -115,7 +115,7 @@ def _finish_along(axes: Axes, document: Document, named: Collection[str] = ()) -
 
 
 def what_happens(result: Result, contacts: Sequence[int]) -> tuple[float, float]:
-    """Return from when until when forces of contacts change [s], with a little room."""
+    """Return start and end of the time in which contact forces change [s], with some room."""
     history, static = recorded(result), result.static_force
     some = np.asarray(contacts) - result.scene.contacts[0]
     moving = np.abs(history.contact_force[:, some] - (0.0 if static is None else static[some]))
@@ -146,7 +146,7 @@ def draw_forces(axes: Axes, document: Document) -> None:
     for name, other in others.items():
         for contact in contacts if other.history is not None else ():
             own = style.LABELS[name] if contact == contacts[0] else "_"
-            # Sparse dashes leave the colour of the contact to be seen.
+            # Sparse dashes leave the colour of the contact visible.
             axes.plot(
                 *with_peak(other, contact), color=style.COLOURS[name], linewidth=1.2,
                 linestyle=(0, (2, 6)), label=own,
@@ -179,7 +179,7 @@ def draw_map(axes: Axes, document: Document) -> None:
 
 
 def draw_traces(axes: Axes, document: Document) -> None:
-    """Draw measured traces one below the other, and what the reference reads as lines on them."""
+    """Draw measured traces one below the other, with those of the reference as lines."""
     overlays = document.overlays
     apart = 1.1 * max(float(np.max(np.abs(one.expected))) for one in overlays)
     for k, one in enumerate(overlays):

@@ -41,13 +41,13 @@ _LINE, _SPACE, _GAP, _EDGES = 2.2, 0.8, 1.0, 0.8
 """Widths in a legend, in sizes of its font: line, space before its text, gap between columns, and
 both edges."""
 
-_LETTERS = 11  # letters of a label in an inch of a figure; chosen: 13 fill it
+_LETTERS = 11  # letters of a label per inch of a figure; chosen: 13 fill an inch
 
 _PLAIN = (1e-3, 1e4)  # between these values a logarithmic axis has plain numbers, not powers of ten
 
 
 def check_size(size: Any) -> None:
-    """Raise a SceneError for a size of a picture that is no width and height [inches]."""
+    """Raise a SceneError unless the size of a picture is a width and a height [inches]."""
     allowed = "must be a width and a height above 0 [inches], such as (3.4, 2.6)"
     are_two = np.shape(size) == (2,) and all(map(is_positive, size))
     require(are_two, "size", size, allowed)
@@ -64,7 +64,7 @@ class Picture(Figure):
             self.suptitle(title, fontsize=10)
 
     def savefig(self, *given: Any, **options: Any) -> None:
-        """Write the figure as Matplotlib does, with fonts that journals take."""
+        """Write the figure as Matplotlib does, with fonts that journals accept."""
         if self.get_figwidth() < SMALL:
             for axes in self.axes:
                 for axis in (axes.xaxis, axes.yaxis):
@@ -90,7 +90,7 @@ class Picture(Figure):
         svg = stream.getvalue()
         svg = re.sub(r'<g id="[^"]*"', "<g", svg[svg.index("<svg") :])
         svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
-        # A hundredth of a point is less than can be seen.
+        # A hundredth of a point is not visible.
         svg = re.sub(r' d="[^"]*"|<use [^>]*>', lambda found: _rounded(found[0]), svg)
         return re.sub(r' (width|height)="[^"]*pt"', "", svg, count=2)  # as wide as there is room
 
@@ -114,7 +114,7 @@ class _Scaled(ScalarFormatter):
 
 
 def in_units(axis: Any, label: str) -> None:
-    """Label an axis or colour bar, whose limits are final, in a multiple of its unit that reads.
+    """Label an axis or colour bar, whose limits are final, in a suitable multiple of its unit.
 
     The label has the unit in brackets, and more than one line where the figure has no room for it.
     Data stay in SI units.
@@ -141,7 +141,7 @@ def in_units(axis: Any, label: str) -> None:
 
 
 def parts_of(label: str) -> tuple[str, str, str]:
-    """Return a label before its unit, the unit, and what stands behind it."""
+    """Return the parts of a label: before its unit, the unit, and after it."""
     found = re.fullmatch(r"(.*?) \[([^]]*)\](.*)", label)
     return (found[1], found[2], found[3]) if found else (label, "", "")
 
@@ -152,7 +152,7 @@ def at_whole_numbers() -> MaxNLocator:
 
 
 def legend_above(axes: Axes, named: Collection[str] = ()) -> None:
-    """Draw a legend above the axes, in as many columns as have room, of what is not yet named."""
+    """Draw a legend above the axes, of labels not in one yet, in as many columns as fit."""
     found = zip(*axes.get_legend_handles_labels(), strict=True)
     shown = {label: handle for handle, label in found if label not in named}
     figure_width = axes.figure.get_figwidth()  # type: ignore[union-attr]

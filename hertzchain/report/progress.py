@@ -1,4 +1,4 @@
-"""What is being done, in one line of a terminal that changes."""
+"""Progress: the present work, in a line of the terminal that is updated."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from contextlib import contextmanager
 
 @contextmanager
 def shown_progress() -> Iterator[Callable[[str], None]]:
-    """Show on stderr what is being done, with the time it takes; nothing is left when it is done.
+    """Show the present work and its time on stderr; the line is removed at the end.
 
-    Without a terminal there is no line, nor in a notebook, where Rich would need ipywidgets.
+    There is no line without a terminal, or in a notebook, where Rich would need ipywidgets.
     """
     from rich.console import Console
     from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn

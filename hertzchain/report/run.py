@@ -35,7 +35,7 @@ def of_result(result: Result) -> Document:
 
 
 def _peaks(result: Result) -> Peaks:
-    """Return peaks with the digits that are known, and what else is known of each contact."""
+    """Return peaks with their known digits, and the other numbers of each contact."""
     static, first = result.static_force, result.first_pulses
     of_static = [] if static is None else [("static force", "[N]")]
     waits = ~result.peak_passed & result.is_reached
@@ -67,7 +67,7 @@ def _peaks(result: Result) -> Peaks:
 
 
 def _facts(result: Result) -> list[tuple[str, str]]:
-    """Return label and value of all that is known of the run as a whole."""
+    """Return label and value of the facts of the whole run."""
     facts = [
         *main_facts(result),
         *_facts_of_wave(result),
@@ -107,7 +107,7 @@ def _first_pulse(result: Result, k: int) -> tuple[str, str, str]:
 
 
 def _first_facts(result: Result) -> list[tuple[str, str]]:
-    """Return the largest errors of first pulses; nothing where they were not asked for."""
+    """Return the largest errors of first pulses; nothing if they were not wanted."""
     known = result.first_columns
     if not known or not np.isfinite(known["first_peak_error"]).any():
         return []
@@ -154,7 +154,7 @@ def _facts_of_wave(result: Result) -> list[tuple[str, str]]:
 
 
 def main_facts(result: Result) -> list[tuple[str, str]]:
-    """Return what a run is about besides its peaks: the wave, or with terms the ends."""
+    """Return the main facts of a run besides peaks: the wave, or with terms the chain's ends."""
     return _wave_facts(result) if result.scene.is_plain else facts_of_terms(result)
 
 

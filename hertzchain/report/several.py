@@ -1,4 +1,4 @@
-"""Several results in one picture, as papers have them: peaks along the chain, forces over time."""
+"""Several results in one picture, for papers: peaks along the chain, forces over time."""
 
 from __future__ import annotations
 
@@ -38,12 +38,13 @@ def plot(
     ----------
     results
         Results by name. Several of one name, in a list, such as realisations of an uncertain scene,
-        are a band from 5 to 95 % of them about their median; that of one is its error estimate.
+        are drawn as a band from 5 to 95 % about their median; the band of a single result is its
+        error estimate.
     draw
-        ``peaks`` along the chain, ``forces`` of contacts over time, or what ``gauges`` read. Panels
+        ``peaks`` along the chain, ``forces`` of contacts over time, or forces of ``gauges``. Panels
         of contacts or gauges stand one above the other; one result has all its contacts in one.
     contacts
-        Whose forces are drawn; three by default.
+        Contacts whose forces are drawn; three by default.
     size
         Width and height [inches]: a column of a paper is 3.4 wide, a page 7.
     """
@@ -97,7 +98,7 @@ def plot(
 
 
 def _changes(line: _Line) -> tuple[float, float]:
-    """Return from when until when a force changes [s]."""
+    """Return start and end of the time in which a force changes [s]."""
     time, _, low, high = line
     off = np.maximum(np.abs(low - low[0]), np.abs(high - high[0]))
     return while_moving(time, np.nan_to_num(off))
@@ -148,7 +149,7 @@ def _band(each: Sequence[tuple[FloatArray, FloatArray, FloatArray]]) -> _Line:
     x, force, error = each[0]
     if len(each) == 1:
         return x, force, force * (1 - error), force * (1 + error)
-    # As long as all go on.
+    # Only as long as all of them last.
     x = x[(x >= max(at[0] for at, _, _ in each)) & (x <= min(at[-1] for at, _, _ in each))]
     values = [np.interp(x, at, other) for at, other, _ in each]
     low, middle, high = np.percentile(values, (_INSIDE[0], 50, _INSIDE[1]), axis=0)

@@ -41,7 +41,7 @@ and below, of all that is drawn (both chosen).
 
 
 def force_limits(smallest: float, largest: float) -> tuple[float, float]:
-    """Ends of an axis of forces [N]: from 0, or around them where all are far from it."""
+    """Ends of an axis of forces [N]: from 0, or around the forces if all are far from 0."""
     around = smallest > _NEAR * largest
     room = _ROOM * (largest - smallest if around and largest > smallest else largest)
     return (smallest - room, largest + room) if around else (0.0, largest + room or 1.0)

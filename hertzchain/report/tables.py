@@ -42,7 +42,7 @@ def write_result(result: Any, path: Path | str) -> None:
 
 
 def write_frame(frame: pandas.DataFrame, path: Path) -> None:
-    """Write a table as Parquet or, to any other name, pipes among them, as CSV."""
+    """Write a table as Parquet or, for any other name or a pipe, as CSV."""
     if path.suffix.lower() == ".parquet":
         write_with(path, lambda part: frame.to_parquet(part, engine="pyarrow", index=False))
     else:

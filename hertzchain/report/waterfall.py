@@ -1,4 +1,4 @@
-"""Times at which the wave is recorded to be drawn, and the contacts that are drawn of it."""
+"""Times at which a wave is recorded for drawing, and the contacts that are drawn."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from hertzchain.scene.scene import Scene
 READINGS = 4_000_000  # times and granules recorded at once: 100 MB for each simulation
 _FINE = 0.2  # wave's units of time between recorded times: at 0.4 a map shows 95 % of each peak
 _STILL, _ROOM = 0.01, 0.03
-"""Change of a force over the largest that is too small to be seen; room before and after what
-happens, over its time (both chosen)."""
+"""Change of a force over the largest that is too small to be visible; room before and after the
+motion, over its duration (both chosen)."""
 
 
 def recorded(result: Result) -> History:
-    """What a run recorded; a SceneError where that is nothing."""
+    """Return the history of a run; a SceneError if nothing was recorded."""
     if result.history is None:
         raise SceneError("history", None, "there is none: run with record = the times to keep")
     return result.history
@@ -45,7 +45,7 @@ def drawn_contacts(result: Result, most: int) -> list[int]:
     """Return numbers of contacts to draw, closer together near the shock."""
     time = recorded(result).time
     pressed = result.contact[(result.peak_time > time[0]) & (result.peak_time < time[-1])]
-    if pressed.size <= most:  # the first where the wave has passed none
+    if pressed.size <= most:  # the first contacts, if the wave has passed none
         return [int(contact) for contact in pressed] or [2]
     wanted = np.geomspace(pressed[0], pressed[-1], most)
     nearest = np.argmin(np.abs(np.log(pressed[:, None] / wanted)), axis=0)
@@ -63,7 +63,7 @@ def with_peak(result: Result, contact: int) -> tuple[FloatArray, FloatArray]:
 
 
 def while_moving(time: FloatArray, off: FloatArray) -> tuple[float, float]:
-    """From when until when forces change, by their change at each time, with a little room [s]."""
+    """Return start and end of changing forces [s], by their change at each time, with room."""
     at = np.flatnonzero(off > _STILL * np.max(off))
     if not at.size:
         return float(time[0]), float(time[-1])

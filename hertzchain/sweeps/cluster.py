@@ -1,6 +1,6 @@
 """Parts of a sweep on the workers of a Dask scheduler, which measure them and write nothing.
 
-Results are kept here: where a worker is lost, another measures its parts.
+The results are collected in this process. If a worker is lost, another one measures its parts.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _log = logging.getLogger(__name__)
 
 _PATIENCE = 10.0  # waiting time for a scheduler that does not answer [s]
 _FAREWELL = 3.0  # waiting time for the connection to close [s]
-_AHEAD = 3  # parts handed out for each thread: no thread waits, and memory does not grow
+_AHEAD = 3  # parts sent for each thread: no thread waits, and memory does not grow
 
 
 @contextmanager
@@ -99,14 +99,14 @@ def work(wanted: str, packed: bytes) -> Measured:
 
 
 class _Room:
-    """How many parts the present workers take."""
+    """The number of parts that the present workers take."""
 
     def __init__(self, client: Client, scheduler: str) -> None:
         self._client, self._scheduler = client, scheduler
         self._threads, self._next_look, self._waits = 0, 0.0, False
 
     def now(self) -> int:
-        """Return enough parts for the workers; say so if there are none."""
+        """Return enough parts for the workers; report if there are none."""
         if time.monotonic() < self._next_look:
             return _AHEAD * max(self._threads, 1)
         if self._client.status != "running":
@@ -124,7 +124,7 @@ class _Room:
 
 
 def _found(future: Future[Measured], part: Part, scheduler: str) -> Measured:
-    """Return the tables of a part, or say in a sentence what became of it."""
+    """Return the tables of a part, or raise an error that says why there are none."""
     from distributed import KilledWorker
 
     try:

@@ -28,7 +28,7 @@ class Column:
     label: str  # on an axis; empty: cannot be drawn
     kind: str = "float"  # float, int or str; missing: NaN, 0 or ""
     of: str = ""  # kind of scenes that have it, see ``columns_of``; empty: all
-    read: Read | None = None  # how it is read from a result; None for what is no result
+    read: Read | None = None  # how it is read from a result; None for parameters
 
 
 _OF_KEYS = {name: Column(name, key.axis, key.kind) for name, key in KEYS.items() if key.label}
@@ -53,7 +53,7 @@ FIRST = ("first_peak_force_N", "arrival_time_s")
 
 
 def _of_wall(section: str, k: int) -> tuple[Column, ...]:
-    """Return the columns of a wall whose contact is the k-th; None: not known to its end."""
+    """Return the columns of a wall with the k-th contact; None for a peak that is unknown."""
 
     def first(values: str) -> Read:
         return lambda run: float(run.first_columns[values][k]) if run.first_columns else None
@@ -118,7 +118,7 @@ _GAUGE = {
     "first_peak_force_N": ("first peak of gauge {} [N]", attrgetter("force")),
     "arrival_time_s": ("arrival at gauge {} [s]", attrgetter("arrival")),
 }
-"""Label and value of what is found of each gauge."""
+"""Label and value of the numbers of each gauge."""
 
 _GAUGE_NAME = re.compile(rf"gauge_(\d+)_({'|'.join(_GAUGE)})")
 
@@ -180,7 +180,7 @@ PAPER_NAMES = {
 def full_name(name: str, columns: Sequence[str] = COLUMNS, varied: Collection[str] = ()) -> str:
     """Return the full name of a column, given with or without its section, or as in the paper.
 
-    Of several sections that have it, the one that varies is meant.
+    If several sections have it, the one that varies is taken.
     """
     found = full_names(PAPER_NAMES.get(name, name), columns, varied)
     allowed = f"is no column of a sweep, which has {', '.join(columns)}"

@@ -56,7 +56,7 @@ class Design:
         """True if no scene can have terms."""
         known = all(axis.name in PARAMETERS for axis in self.axes)
         free = self.base.is_plain and not self.base.gauges
-        # A formula may give values that no scene has; only scenes say so.
+        # A formula may give impossible values; only building the scene shows that.
         return known and free and self.base.chain.section is None and not self.ties
 
     @property
@@ -128,7 +128,7 @@ class Design:
         sequence = qmc.Sobol(len(self.sampled), scramble=True, seed=self.seed)
         wanted, place = np.unique(samples, return_inverse=True)
         drawn = []
-        # A part that ends with one combination's last samples has the next one's first.
+        # A part may contain the last samples of one combination and the first of the next.
         for run in np.split(wanted, np.nonzero(np.diff(wanted) > 1)[0] + 1):
             if skipped := int(run[0]) - sequence.num_generated:
                 sequence.fast_forward(skipped)
@@ -156,7 +156,7 @@ class Design:
             raise SceneError(problem.key, value, allowed) from None
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all that identifies this design, as a JSON object."""
+        """Return all data that identify this design, as a JSON object."""
         drawn = None
         if self.sampled:
             from importlib.metadata import version

@@ -38,13 +38,13 @@ if TYPE_CHECKING:
 
 SIZE = (8.0, 5.0)  # width and height by default [inches]
 _LETTERS, _LETTERS_OF_TITLE = 15, 9  # letters in an inch of width: remarks, title
-_MOST_LINES = 1000  # most lines, chosen: more cannot be told apart, and each costs a millisecond
+_MOST_LINES = 1000  # most lines, chosen: more cannot be distinguished, and each costs a millisecond
 _MOST_MARKED = 60  # most points of a line with markers; more would overlap
 _MOST_VECTORS = 5000  # number of points from which PDF and SVG contain a bitmap of them
 _AS_GIVEN = 1e-3  # largest relative difference of a given value from the sweep's: three digits
 _DECADES = 100.0  # ratio of the largest value to the smallest from which an axis is logarithmic
 
-_ALONG = ("peak_force_N", "peak_time_s")  # what can be drawn along the chain
+_ALONG = ("peak_force_N", "peak_time_s")  # columns that can be drawn along the chain
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,7 +209,7 @@ def _selected(
 
 
 def _meant(name: str, wanted: Any, values: NDArray[Any]) -> Any:
-    """Return the value of a sweep that is meant by a given one."""
+    """Return the value of a sweep that matches a given one."""
     if name in TEXT:
         require(wanted in values, name, wanted, f"is not in the sweep: {', '.join(values)}")
         return wanted

@@ -28,7 +28,7 @@ WALLS = ("wall", "near_wall")
 """Sections of walls."""
 _OF_WALLS = (f"{wall}.{key}" for wall in WALLS for key in DAMPING.values())
 _IF_GIVEN = ("chain.velocity", "shock.granule", *_OF_WALLS)
-"""Keys that vary only where the scene has them: they have the names of others."""
+"""Keys that vary only if the scene has them, because other keys have the same names."""
 
 
 def names_of(scene: Scene) -> tuple[str, ...]:

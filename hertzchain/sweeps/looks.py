@@ -43,7 +43,7 @@ def looks_of(values: pandas.Series[Any], name: str) -> dict[Any, dict[str, Any]]
 
 
 def _labels(values: Any, name: str) -> list[str]:
-    """Return values of a column in its unit, with the digits that tell them from one another."""
+    """Return values of a column in its unit, with enough digits to distinguish them."""
     from hertzchain.report.picture import parts_of
 
     scale = prefixed(float(values[-1]), parts_of(column_named(name).label)[1])[1]

@@ -146,7 +146,7 @@ def _runner(backend: Backend, child: Child | None) -> Iterator[Callable[[Scene],
     """Yield a function that measures one scene; LAMMPS runs in a process that may crash."""
     if isinstance(backend, Native):
         yield replace(backend, peaks_only=True).run
-    elif backend.lmp is not None:  # a binary is a process of its own anyway
+    elif backend.lmp is not None:  # a binary is a separate process anyway
         yield backend.run
     else:
         from hertzchain.engines.lammps.backend import run_in

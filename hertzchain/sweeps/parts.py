@@ -14,9 +14,9 @@ from hertzchain.engines.native.backend import Native
 from hertzchain.sweeps.design import Design
 
 MOST_ROWS, MOST_PEAKS = 10_000, 500_000  # scenes and contacts of a part, chosen: about 30 MB
-_ALONE = 50  # scenes of a part that are run one by one; chosen: these are lost where it is killed
+_ALONE = 50  # scenes of a part that are run one by one; chosen: a kill loses as many
 _LEAST_PARTS = 16  # least number of parts; chosen, so that few scenes keep all cores busy
-_LOOKED_AT = 500  # number of scenes whose granules are looked at
+_LOOKED_AT = 500  # number of scenes whose granules are counted
 _SHORT, _SMALL = 400_000, 60
 """Scenes times granules squared, at least those of a small chain, below which no process is started
 (chosen): two take 2 s to start, and 110 scenes of 60 granules less than that.
@@ -85,7 +85,7 @@ def _largest(design: Design) -> int:
 
 
 def settings(backend: Backend) -> dict[str, Any]:
-    """Return all that identifies a backend, as a JSON object; a time limit changes no number."""
+    """Return the settings of a backend that change numbers, as a JSON object."""
     of_runs = {"time_limit", "isolated", "peaks_only"}
     given = {field.name: getattr(backend, field.name) for field in fields(backend)}
     kept = {name: value for name, value in given.items() if name not in of_runs}

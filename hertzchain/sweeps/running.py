@@ -17,7 +17,7 @@ from hertzchain.sweeps.design import Design
 from hertzchain.sweeps.measuring import YEAR, Measured, measure
 from hertzchain.sweeps.parts import NAMES, Backend, Part, is_batched, is_short
 
-LOOK = 1.0  # longest time without a look at who measures [s]
+LOOK = 1.0  # longest time between two checks of the workers [s]
 _MOMENT = 0.05  # time between two checks of processes that are to end [s]
 
 Keep = Callable[[Part, Measured], None]
@@ -31,7 +31,7 @@ def in_turn(
     parts: Iterable[Part],
     keep: Callable[[Part, Future[Measured]], None],
 ) -> None:
-    """Hand out parts, as many at once as there is room for; ``keep`` is called in this thread."""
+    """Submit parts, as many at once as there is room for; ``keep`` is called in this thread."""
     waiting, at_work = iter(parts), dict[Future[Measured], Part]()
     while True:
         while len(at_work) < room() and (part := next(waiting, None)) is not None:

@@ -136,7 +136,8 @@ class Counts:
     failed
         Rows without numbers.
     missed
-        Rows with a larger error than was asked for, of first pulses where ``run`` asks it of these.
+        Rows with a larger error than wanted, that of first pulses where ``rtol`` of ``run`` holds
+        for these.
     reason
         Reason of the first failure; None where no scene failed.
     error
@@ -204,8 +205,8 @@ def sweep(
     Raises
     ------
     SceneError
-        For parameters that cannot vary like this; a scene that only a combination of values makes
-        impossible gets a row with the reason.
+        For parameters that cannot have these values. A scene that is impossible only by a
+        combination of values gets a row with the reason.
     OutputError
         If the folder is of another sweep, or cannot be written.
     BackendMissing
@@ -247,7 +248,7 @@ def sweep(
 
 
 def _aim(settings: Mapping[str, Any]) -> float:
-    """Return the accuracy asked of a backend; infinite where steps were given."""
+    """Return the accuracy wanted of a backend; infinite where steps were given."""
     if settings.get("dt") is not None or settings.get("method") is not None:
         return math.inf
     return float(settings.get("rtol") or RTOL)

@@ -37,12 +37,12 @@ class Tie:
         return tuple(dict.fromkeys(_KEY.findall(self.formula)))
 
     def value(self, values: Mapping[str, Any]) -> Any:
-        """Return the number of the formula, rounded to a whole one where that is meant.
+        """Return the number of the formula, rounded for keys with whole numbers.
 
-        It need not be possible: a scene of it says so.
+        It may be impossible: a scene with it is then refused.
         """
         value = self.number(values)
-        if is_whole(self.key):  # no scene has the number that stands for what is not finite
+        if is_whole(self.key):  # an impossible number stands for one that is not finite
             return np.nan_to_num(np.round(value), nan=-1, posinf=-1, neginf=-1).astype(np.int64)
         return value
 

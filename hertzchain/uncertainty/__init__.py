@@ -1,1 +1,1 @@
-"""What uncertain values and scatter among granules make of the results of a scene."""
+"""Effects of uncertain values, and of scatter among granules, on the results of a scene."""

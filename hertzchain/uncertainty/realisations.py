@@ -26,9 +26,9 @@ class Realisations:
     Parameters
     ----------
     scene
-        The scene, with what is uncertain of it.
+        The scene, with its uncertain values.
     count
-        How many are drawn, a power of 2.
+        Number of realisations, a power of 2.
     seed
         Seed of the scrambled Sobol sequence.
 
@@ -100,7 +100,7 @@ def _middle(one: Uncertain, value: Any) -> float:
 
 
 def standard(one: Uncertain, place: Array) -> FloatArray:
-    """Deviations from the middle, over ``size``, at places in the distribution from 0 to 1."""
+    """Deviations from the middle, over ``size``, at quantiles from 0 to 1."""
     from scipy.special import ndtri
 
     return np.asarray(2 * place - 1 if one.uniform else ndtri(place))

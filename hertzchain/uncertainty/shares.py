@@ -1,4 +1,4 @@
-"""How much of the variance of results each uncertain input makes by itself."""
+"""The part of the variance of results that each uncertain input causes by itself."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ from hertzchain.scene.uncertain import Uncertain
 from hertzchain.uncertainty.realisations import standard
 
 _DEGREE = 8
-"""Highest power of the place of an input in its distribution: 7 sin^2 of Ishigami's function, two
-periods, is left to 2e-3 (measured)."""
+"""Degree of the polynomials of an input's place in its distribution: their residual for 7 sin^2 of
+Ishigami's function, two periods, is 2e-3 (measured)."""
 
 FOR_SHARES = 32
-"""Least realisations for each input: a share is then off by some 0.05 (measured)."""
+"""Least number of realisations for each input: the error of a share is then about 0.05
+(measured)."""
 
 _SAMPLES_PER_TERM = 8
 """Least realisations for each term of the regression."""
@@ -24,9 +25,10 @@ _SAMPLES_PER_TERM = 8
 def first_order(inputs: Sequence[Uncertain], places: FloatArray, values: FloatArray) -> FloatArray:
     """Return first-order Sobol indices of results, shape (inputs, results).
 
-    They are the parts of the variance that functions of one input each explain, by least squares
-    over realisations that are there anyway: a line, and Legendre polynomials of its place in the
-    distribution. What they leave to 1 is scatter, and what inputs make only together.
+    They are the parts of the variance that functions of single inputs explain: a line, and Legendre
+    polynomials of the input's place in its distribution, fitted by least squares to the
+    realisations, without further runs. The rest up to 1 is due to scatter and to inputs acting
+    together.
 
     Parameters
     ----------
@@ -51,7 +53,7 @@ def first_order(inputs: Sequence[Uncertain], places: FloatArray, values: FloatAr
     parts = np.split(weights, len(inputs))
     explained = [(block @ part).var(axis=0) for block, part in zip(blocks, parts, strict=True)]
     with np.errstate(invalid="ignore", divide="ignore"):
-        # What is left acts as noise: of it each term explains one part in ``count``.
+        # The residual acts as noise: each term explains one part in ``count`` of it.
         found = (np.array(explained) - degree * left / count) / variance
     return np.where(variance > 0, np.clip(found, 0.0, 1.0), np.nan)
 

@@ -58,7 +58,7 @@ def _row(spread: Any, k: int) -> list[str]:
     has_scatter = any(one.each for one in spread.scene.uncertain)
     rest = "scatter" if has_scatter else "several together"
     shares = dict(zip(spread.inputs, spread.shares[:, k].tolist(), strict=True))
-    # Of the rest part is error of the others.
+    # A part of the rest is due to errors of the other shares.
     shares[rest] = 1 - sum(shares.values()) - _SHOWN
     largest = sorted(shares.items(), key=lambda one: -one[1])
     parts = ", ".join(f"{key} {share:.0%}" for key, share in largest if share >= _SHOWN)

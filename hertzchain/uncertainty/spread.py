@@ -1,4 +1,4 @@
-"""The spread of results: what is uncertain of a scene, run many times."""
+"""The spread of results: a scene with uncertain values, run many times."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 RTOL = 1e-4
-"""Accuracy of each realisation by default: what inputs make of a result is hardly ever less."""
+"""Default accuracy of each realisation: the effect of inputs is hardly ever smaller."""
 
 REALISATIONS = 256
 """Realisations by default: a standard deviation is then known to 4 %."""
 
 SHARE = "share "
-"""How names of columns of shares begin."""
+"""Beginning of the names of columns of shares."""
 
 MOST = 2**17
 """Most realisations (chosen)."""
@@ -45,7 +45,7 @@ _ENDS = 5.0, 95.0
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Spread:
-    """What uncertain inputs make of the results of a scene.
+    """The spread of the results of a scene by its uncertain inputs.
 
     Parameters
     ----------
@@ -61,11 +61,11 @@ class Spread:
     values
         Results of the realisations, shape (realisations, results); NaN where there is none.
     shares
-        Part of the variance that each input makes by itself, shape (inputs, results): first-order
-        Sobol indices. The rest is scatter, and what inputs make only together. NaN for fewer than
+        Part of the variance that each input causes by itself, shape (inputs, results): first-order
+        Sobol indices. The rest is due to scatter and to inputs acting together. NaN for fewer than
         32 realisations an input, and where nothing varies.
     rtol
-        Accuracy of the runs: what varies by less is their error.
+        Accuracy of the runs: smaller variations are errors of the runs.
     """
 
     scene: Scene
@@ -83,7 +83,7 @@ class Spread:
         return plain_text(lambda console: print_spread(console, self, every=False))
 
     def plot(self) -> Figure:
-        """Draw first peaks along the chain with their range, and what makes it."""
+        """Draw first peaks along the chain with their range, and the shares of the inputs."""
         from hertzchain.uncertainty.shown import plot_spread
 
         return plot_spread(self)
@@ -100,7 +100,7 @@ class Spread:
 
     @property
     def deviation_error(self) -> float:
-        """Relative standard error of deviations; that of random numbers, Sobol's are no worse."""
+        """Relative standard error of deviations for random numbers; Sobol's are not worse."""
         return float(1 / np.sqrt(2 * (len(self.values) - 1)))
 
     @property
@@ -178,9 +178,10 @@ def spread(
     scene
         A scene with something ``uncertain``, or the path of its file.
     realisations
-        How many; the next power of 2 is taken, of which quasi-random numbers are even.
+        Number of runs; the next power of 2 is taken, for which quasi-random numbers are evenly
+        spread.
     seed
-        Seed of the scrambled Sobol sequence: the same gives the same results.
+        Seed of the scrambled Sobol sequence: the same seed gives the same results.
     rtol
         Accuracy of each run.
     time_limit
@@ -191,7 +192,7 @@ def spread(
     Raises
     ------
     SceneError
-        If nothing is uncertain, or what is drawn cannot be.
+        If nothing is uncertain, or a drawn value is impossible.
     TooExpensive
         If it takes longer than the time limit.
     """
@@ -201,7 +202,7 @@ def spread(
     require(is_count and 16 <= realisations <= MOST, "realisations", realisations, allowed)
     count = 1 << (realisations - 1).bit_length()
     deadline = Deadline(time_limit)
-    # One end for all: by default each run would look for its own, at its own cost.
+    # One end for all runs: by default each run would search its own, at additional cost.
     until = Run(with_end(scene, time_limit=time_limit).end_time)
     drawn = Realisations(replace(scene, run=until), count, seed)
     nominal = _run(replace(scene, run=until), rtol, deadline)
@@ -252,5 +253,5 @@ def results_of(found: Result) -> dict[tuple[str, str], float]:
 
 
 def name_of(gauge: Gauge) -> str:
-    """What results of a gauge are called, such as ``gauge in granule 16``."""
+    """Return the name of a gauge in results, such as ``gauge in granule 16``."""
     return f"gauge {'in' if gauge.key == 'granule' else 'at'} {gauge.place}"

@@ -1,4 +1,4 @@
-"""Measured traces against a scene that is itself uncertain: a verdict with three uncertainties."""
+"""Measured traces against a scene with uncertain values: a verdict with three uncertainties."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
     from hertzchain.report.document import Document
 
 COVERED = 2.0
-"""Validation uncertainties that a difference may have: one of 22 is beyond, if all is normal."""
+"""Allowed differences in validation uncertainties: one normal value of 22 is beyond."""
 
 _SURE = 1.645
 """Deviations of a normal distribution with 95 % on one side."""
 
 SEEN = 0.1
-"""Relative difference that should have been seen, by default (chosen)."""
+"""Default of the relative difference that should be detected (chosen)."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Compared:
     number
         The two numbers, with the bound on the error of the run and the deviation by noise.
     input
-        Standard uncertainty that those of the scene's values make.
+        Standard uncertainty by those of the scene's values.
     """
 
     number: Number
@@ -55,7 +55,7 @@ class Compared:
 
     @property
     def uncertainty(self) -> float:
-        """The validation uncertainty u_val, of the three together, as independent."""
+        """The validation uncertainty u_val, of all three together, if independent."""
         return math.hypot(*self.parts.values())
 
     @property
@@ -75,12 +75,12 @@ class Compared:
 
     @property
     def seen_from(self) -> float:
-        """Least relative difference of which 95 in 100 would have been seen."""
+        """Least relative difference that would be detected in 95 of 100 experiments."""
         return (COVERED + _SURE) * self.uncertainty / abs(self.number.simulated)
 
     @property
     def largest(self) -> str:
-        """The largest of the uncertainties, which to lower first."""
+        """The largest of the uncertainties, the first to reduce."""
         return max(self.parts, key=lambda name: self.parts[name])
 
     def to_dict(self) -> dict[str, Any]:
@@ -107,9 +107,9 @@ class Validation(ShownVerdict):
     judgement
         The traces against the scene as it stands, with the overlay and all remarks.
     spread
-        What the uncertain values make of the scene's results.
+        Spread of the scene's results by the uncertain values.
     tolerance
-        A number is tested if a relative difference of this would have been seen.
+        A number is tested if a relative difference as large as this would be detected.
     compared
         Each number with its uncertainties.
     left_out
@@ -141,7 +141,7 @@ class Validation(ShownVerdict):
 
     @property
     def tested(self) -> tuple[Compared, ...]:
-        """Numbers that could have failed at the tolerance."""
+        """Numbers for which a difference as large as the tolerance would be detected."""
         return tuple(one for one in self.compared if one.seen_from <= self.tolerance)
 
     @property
@@ -174,19 +174,19 @@ def validate(
     time_limit: float = TIME_LIMIT,
     progress: ShowProgress = None,
 ) -> Validation:
-    """Compare measured forces over time with a scene some values of which are uncertain.
+    """Compare measured forces over time with a scene that has uncertain values.
 
-    First pulses are compared: their heights, widths, and times between gauges. What differs is held
-    against the uncertainties of run, input and noise together.
+    First pulses are compared: their heights, widths, and times between gauges. Differences are
+    compared with the uncertainties of run, input and noise together.
 
     Parameters
     ----------
     scene
-        What was measured, with something ``uncertain``, or the path of its file.
+        The scene that was measured, with something ``uncertain``, or the path of its file.
     traces, columns, shift, time_limit, progress
         As for ``judge_traces``.
     tolerance
-        A relative difference that should have been seen.
+        A relative difference that should be detected.
     realisations
         As for ``spread``.
 
