@@ -1,4 +1,4 @@
-"""Speed of this source tree compared with that of another commit, on the same machine, at once.
+"""Speed of this source tree compared with that of another commit, at the same time.
 
 `make bench-before` compares with the commit before, `make bench-before REVISION=v0.1.0` with any
 other. The other commit is checked out into a temporary folder. Both trees run the same workloads in
@@ -40,7 +40,7 @@ LIMIT = 1.15
 """Largest allowed ratio of new to old time, chosen."""
 
 PAIRS = (4, 5, 6)
-"""Pairs of processes in the first measurement, and in two that repeat what was slower, chosen."""
+"""Pairs of processes in the first measurement, and in two that repeat slower workloads; chosen."""
 
 TURNS = 20
 """Turns of a pair of processes, chosen. Ratios of equal trees on busy cores, measured: 0.94 to 1.05
@@ -90,7 +90,7 @@ def slower(compared: Mapping[str, Compared], limit: float = LIMIT) -> list[str]:
 
 
 def by_turns(spend: Sequence[Callable[[], float]], turns: int) -> list[tuple[float, float]]:
-    """Return old and new times of turns; new (0) and old (1) alternate in which goes first."""
+    """Return old and new times of turns; which of both goes first alternates."""
     times = []
     for turn in range(turns):
         spent = {k: spend[k]() for k in ((1, 0) if turn % 2 else (0, 1))}
@@ -141,7 +141,7 @@ def checked_out(revision: str) -> Iterator[Path]:
             yield tree
         finally:
             # Twice --force: git locks a worktree until it is complete.
-            with contextlib.suppress(RunFailed):  # there is none if it could not be added
+            with contextlib.suppress(RunFailed):  # it does not exist if it could not be added
                 git("worktree", "remove", "--force", "--force", str(tree))
 
 
@@ -166,7 +166,7 @@ class Worker:
     def ask(self, request: str, *names: str) -> None:
         """Send a request about workloads."""
         assert self._process.stdin is not None
-        with contextlib.suppress(BrokenPipeError):  # the missing answer says so
+        with contextlib.suppress(BrokenPipeError):  # the missing answer shows this
             self._process.stdin.write(json.dumps([request, *names]) + "\n")
             self._process.stdin.flush()
 

@@ -1,8 +1,8 @@
 """The cost of accuracy, as ratios measured in one run: `make bench`, on an idle machine.
 
 Each figure compares two ways of getting the same digits, warm, one after the other. Nothing here
-fails because a machine is slow; what has to hold on every machine is in tests/. A whole run writes
-its table and plot to validation/results.
+fails because a machine is slow; checks that must pass on every machine are in tests/. A whole run
+writes its table and plot to validation/results.
 """
 
 from __future__ import annotations

@@ -298,7 +298,7 @@ def _claim_d(table: pandas.DataFrame, backend: str) -> list[Row]:
     """Under an impulse a wave forms at 7 to 10 granules."""
     own = table[table["what"] == DISTANCE]
     peaks = 1 + own[backend].to_numpy(np.float64)
-    known = bool(np.all(np.isfinite(peaks)))  # without numbers there is no first one
+    known = bool(np.all(np.isfinite(peaks)))  # without numbers there is no first contact
     return [
         row(f"d. impulse: {what} (paper: 7 to 10)", backend, measured if known else np.nan,
             expected, 0.0, _WHOLE)

@@ -39,14 +39,14 @@ MOMENTUM_UNIT = exact.momentum_coefficient() / WAVE.momentum
 """Units of the coefficients of V_SW and L_SW: granules per time unit, natural units of momentum."""
 
 _STEP = 0.003
-"""Of LAMMPS where the force over time is wanted, which is not extrapolated: natural units."""
+"""Step of LAMMPS for the force over time, which is not extrapolated [natural time units]."""
 
 _HALF_WIDTH = 6.0
-"""Granules on either side of the peak that are looked at; the force is 1e-60 there."""
+"""Granules on either side of the peak that are used; the force is 1e-60 there."""
 
 _NEAR = np.abs(WAVE.x) <= _HALF_WIDTH
 X = WAVE.x[_NEAR]
-"""Where the force is looked at: the points at which the exact wave is known [granules]."""
+"""Places at which the force is compared: the points of the exact wave [granules]."""
 
 _POINTS_PER_GRANULE = round(1 / float(X[1] - X[0]))
 
@@ -59,22 +59,22 @@ NESTERENKO_SPEED = 2 / math.sqrt(5)
 
 
 def nesterenko_overlap(x: FloatArray) -> FloatArray:
-    """His wave of height 1 over x [granules]: cos^4 between its edges, 0 outside."""
+    """Nesterenko's wave of height 1 over x [granules]: cos^4 between its edges, 0 outside."""
     inside = np.abs(x) < NESTERENKO_WIDTH / 2
     return np.where(inside, np.cos(math.pi * x / NESTERENKO_WIDTH), 0.0) ** 4
 
 
 def nesterenko_force_integral() -> float:
-    """Integral of his force, cos^6, over x: 5/16 of its width."""
+    """Integral of the force of Nesterenko's wave, cos^6, over x: 5/16 of its width."""
     return 5 / 16 * NESTERENKO_WIDTH
 
 
 def nesterenko_momentum() -> float:
-    """Momentum of his granules, V times the integral of cos^4 over x, 3/8 of its width.
+    """Momentum of Nesterenko's wave, V times the integral of cos^4 over x, 3/8 of its width.
 
-    This is what L_SW and 53/32 are held against. It is not the integral of cos^6 over time, which
-    1.543 * 1.077 is held against: the force in his equation has more terms than the 3/2 power of
-    the strain.
+    L_SW and 53/32 are compared with this. It is not the integral of cos^6 over time, with which
+    1.543 * 1.077 is compared: the force in his equation has more terms than the 3/2 power of the
+    strain.
     """
     return NESTERENKO_SPEED * 3 / 8 * NESTERENKO_WIDTH
 
@@ -83,7 +83,7 @@ def nesterenko_momentum() -> float:
 
 
 def far_field_scene(granules: int) -> hc.Scene:
-    """A short pulse, so that one wave alone is left soon."""
+    """A short pulse, after which soon a single wave is left."""
     return hc.Scene(hc.Chain(granules, **STEEL), hc.Pulse("cosine", 100.0, 6.0, 0.5))
 
 

@@ -1,9 +1,9 @@
 """Errors and gaps in the paper, and the readings used here, scored against other readings.
 
-A reading has a score, and so have the others that one could think of: by how much the paper's own
-tables are missed, or how many of their numbers come out. That which hertzchain uses has to be the
-best, or as good as any. One is not: by Table 2 the far field is a little better in Eq. 3 (9), but
-by less than its rounding.
+Each reading, and each other possible one, has a score: its deviation from the paper's own tables,
+or how many of their numbers it reproduces. The reading that hertzchain uses has to be the best, or
+equal to the best. One is not: by Table 2 the far field is a little better in Eq. 3 (9), but by less
+than its rounding.
 
 That Eqs. 4b, 5 and 6 belong together (4), that t0 is varied with F0 and n kept (11), and that j is
 from 0 to 1 (12), follows from definitions alone: these three have no scores.
@@ -65,7 +65,7 @@ STIFFNESS = "off from Hertz's law"
 EXACT_SPEED = "V_SW at F_{p+1}, exact 0.6887 for 7/10"
 
 HIGH = (EQUAL, CRITERION, EQ3)
-"""Scores of which higher ones are better."""
+"""Scores for which higher is better."""
 
 Cases = Mapping[str, Simulated]
 
@@ -129,7 +129,7 @@ and a score is that of hertzchain."""
 
 
 def scores(cases: Cases) -> Iterator[Score]:
-    """Scores of all readings that the tables can tell apart, from their 24 scenes."""
+    """Scores of all readings that the tables can distinguish, from their 24 scenes."""
     printed = entries()
     table_3 = [entry for entry in printed if entry.table == 3]
     short = [entry for entry in table_3 if cases[entry.scene].pulse.duration_ratio == 2]
@@ -167,7 +167,7 @@ def scores(cases: Cases) -> Iterator[Score]:
 
 
 def plateau_scores() -> Iterator[Score]:
-    """The criteria for p that the tables cannot tell apart, after a pulse of LM_ratio 10."""
+    """The criteria for p that the tables cannot distinguish, after a pulse of LM_ratio 10."""
     peaks = hc.similar_peak_forces("cosine", [10.0], 2.0, 200).peak_force[0]
     for what in list(CRITERIA)[:2]:
         after = peaks[CRITERIA[what](peaks) - 1]

@@ -2,9 +2,9 @@
 
 One more scene has damped contacts, unlike granules, a striker and a wall.
 
-Three codes with three pair laws, three integrators and three authors find the same peaks. What they
-found is kept in ``validation/results/engines.csv``, to be read without installing them; a test
-computes the native column again and holds the others against it.
+Three codes with three pair laws, three integrators and three authors find the same peaks. Their
+peaks are kept in ``validation/results/engines.csv``, which can be read without installing them; a
+test computes the native column again and compares the others with it.
 """
 
 from __future__ import annotations

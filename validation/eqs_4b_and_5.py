@@ -1,9 +1,9 @@
 """Eqs. 4b and 5 at each contact of the transition, in the 24 scenes of Tables 2 to 4.
 
-Eq. 4b says the time between the peaks of neighbouring contacts; it can be read as that to the next
-peak, or as that since the one before. By Eq. 5, from which Eq. 6 follows, each contact of the
-transition hands on the momentum of the wave. What a contact hands on is its force, integrated over
-the run, or over its first pulse, which ends where the contact opens or where the next wave comes.
+Eq. 4b gives the time between the peaks of neighbouring contacts: to the next peak, or since the one
+before. By Eq. 5, from which Eq. 6 follows, each contact of the transition passes on the momentum of
+the wave: its force, integrated over the run, or over its first pulse, which ends when the contact
+opens or when the next wave arrives.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ _SPACING = 0.05
 
 
 def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
-    """What both equations are off by at contacts 2 to p of each scene; in the quick form of 7.
+    """Errors of both equations at contacts 2 to p of each scene; in the quick form of 7 scenes.
 
     Columns scene, momentum_ratio, backend, contact, shift (to the next peak, natural units), and
     those named AFTER, BEFORE (NaN at contact 2: contact 1 is the shock), WHOLE, and FIRST_PULSE
@@ -89,9 +89,9 @@ def _first_pulses(scene: hc.Scene, end: float, p: int) -> FloatArray:
 
 
 def until_first_minimum(time: FloatArray, force: FloatArray) -> float:
-    """Integral of a force over time, from the start to where it is least after its maximum.
+    """Integral of a force over time, from the start to its minimum after its maximum.
 
-    That is where the contact opens, or where the next wave comes before it does.
+    At the minimum the contact opens, or the next wave arrives before.
     """
     curve, k = make_interp_spline(time, force, k=5), int(np.argmax(force)) + 1
     while force[k + 1] < force[k]:

@@ -1,6 +1,6 @@
-"""Fits of synthetic experiments: do intervals hold the truth, is a wrong model told from noise.
+"""Fits of synthetic experiments: intervals that hold the truth, wrong models that are detected.
 
-Each experiment is a line that is written at once; one that is in the file is not measured again::
+Each experiment is a line that is written at once; those in the file are not repeated::
 
     python -m validation.experiments --experiments 1000 --wrong 200 -o experiments.csv
 """
@@ -50,7 +50,7 @@ def traces_of(scene: hc.Scene, noise: float, random: np.random.Generator, drag: 
 
 
 def dragged(scene: hc.Scene, time: Any, drag: float) -> Any:
-    """Return what gauges read where each granule loses its speed at the rate ``drag`` [1/s]."""
+    """Return the forces of gauges if each granule loses its speed at the rate ``drag`` [1/s]."""
     chain, n = scene.chain, scene.chain.granules
     unit = chain.granule_mass / chain.contact_stiffness  # forces over A, so that SciPy sees sizes
 
@@ -74,7 +74,8 @@ def experiment(kind: str, seed: int) -> dict[str, Any]:
     """Return the fit of an experiment on a chain drawn at random, against its truth.
 
     It has 8 to 30 granules, one to four gauges, and noise of 0.3 to 3 %; the fit starts within
-    10 %. Right models have gaps in two of five cases; of wrong ones ``kind`` is what they lack.
+    10 %. Right models have gaps in two of five cases; ``kind`` is the term that a wrong model
+    lacks.
     """
     random = np.random.default_rng(seed)
     granules, is_right = int(random.integers(8, 31)), kind == "right"
@@ -96,7 +97,7 @@ def experiment(kind: str, seed: int) -> dict[str, Any]:
     count = int(random.integers(1, 5))
     places = sorted(random.choice(np.arange(2, granules), size=count, replace=False).tolist())
     names = [name for name, value in truth.items() if value]
-    # One gauge tells two of E, e and the speed.
+    # One gauge determines two of E, e and the speed.
     free = names if count > 1 else [*sorted(random.choice(names[:3], 2, False)), *names[3:]]
     guess = {key: truth[key] * (random.uniform(0.9, 1.1) if key in free else 1.0) for key in truth}
     guess["contact.restitution"] = min(guess["contact.restitution"], 0.99)
@@ -155,7 +156,7 @@ def changed(scene: hc.Scene, kind: str, random: np.random.Generator) -> tuple[hc
 
 
 def judged(table: pandas.DataFrame) -> bool:
-    """Print the shares of experiments that are as they should be; return whether all are."""
+    """Print the shares of experiments with the expected result; return whether all are right."""
     # Empty where the fit failed.
     is_noise = (table["mean_square"] <= NOISE_KNOWN) & (table["chance"] >= RARE)
     table = table.assign(is_noise=is_noise)
@@ -188,7 +189,7 @@ def judged(table: pandas.DataFrame) -> bool:
 
 
 def main() -> bool:
-    """Measure what the file does not have yet, and judge all of it."""
+    """Measure the experiments that the file does not have yet, and judge all of them."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--experiments", type=int, default=24)
     parser.add_argument("--wrong", type=int, default=10)

@@ -2,13 +2,11 @@
 
 Scenes are drawn at random over ranges that reach far beyond what is physical (see RANGES), and run
 with both backends; every method is run with steps from a thousandth of the stable one to three
-times that, and batches. Each run must be right (its peaks differ from those of
-a converged run by no more than what both say of their own error) or refused, with a reason from a
-closed list (REASONS).
-
-Error bounds are also held against other solvers on scenes of moderate length that are drawn to be
-hard on them (validation/random_scenes.py, random_drives.py): end times anywhere, pulse tables,
-maxima that change places, terms, dampers, pistons and sines, steps of one's own.
+times that, and batches. Each run must be right (its peaks differ from those of a converged run by
+no more than both error bounds) or refused, with a reason from a closed list (REASONS). Error bounds
+are also compared with other solvers, on scenes of moderate length that are drawn to be difficult
+(validation/random_scenes.py, random_drives.py): end times anywhere, pulse tables, maxima that
+change places, terms, dampers, pistons and sines, steps of one's own.
 """
 
 from __future__ import annotations
@@ -146,8 +144,8 @@ def _judges(
 ) -> Iterator[tuple[int, np.random.Generator, Judge]]:
     """CHUNK scenes that another solver has judged: number, generator and judge of each.
 
-    Left out are scenes that are refused, and those in which granules collide over and over, of
-    which no solver says what is right.
+    Scenes that are refused are left out, and those in which granules collide again and again, as no
+    solver can judge these.
     """
     for number in range(first, first + CHUNK):
         rng = np.random.default_rng([*seed, number])

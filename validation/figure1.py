@@ -1,9 +1,9 @@
 """Figure 1: the three shocks of Table 1, by the formulas and as each backend applies them.
 
-Three say what the force is: Eq. 2 with Table 1 as it is written (``theory.applied_force``), the
-ramps that every simulation is made of (``Scene.applied_force``), and LAMMPS itself, which is asked
-for the force on a chain that it holds at rest. What reaches the granules is told by their momentum
-when the pulse is over. The paper does not say which n its figure has; here it is 4, as in Figure 3.
+The force has three sources: Eq. 2 with Table 1 as written (``theory.applied_force``), the ramps
+that every simulation uses (``Scene.applied_force``), and LAMMPS itself, queried for the force on a
+chain that it holds at rest. The momentum of the granules after the pulse shows the force that acted
+on them. The paper does not state the n of its figure; here it is 4, as in Figure 3.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from validation.shipped import STEEL, pulse_of
 TITLE = "Figure 1: the three shocks of Table 1"
 
 _READINGS = 8
-"""Intervals in which the formulas are looked at on each ramp. LAMMPS is read at 4."""
+"""Intervals between evaluations of the formulas on each ramp; LAMMPS is read at 4."""
 
 ROUND_OFF = "in F0: round-off of the argument of the cosine, which pi multiplies"
 AREA = (
@@ -55,7 +55,7 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:  # noqa: ARG001
 
     Columns profile, source (paper, native, lammps), ramp (0 rise, 1 decay, 2 after), time (t / t0),
     force (F / F0), paper (Eq. 2 then), momentum (of the chain at the end of a run over F0 t0; NaN
-    for the paper). Each ramp is seen from inside at both of its corners.
+    for the paper). At its corners each ramp has the force of its own side.
     """
     tables = []
     with Child() as child:
@@ -73,7 +73,7 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:  # noqa: ARG001
 def _table(
     scene: hc.Scene, source: str, ramp: Any, time: FloatArray, force: Any, momentum: float
 ) -> pandas.DataFrame:
-    """What one source says [s, N, N s]; by default the force of Eq. 2."""
+    """The table of one source [s, N, N s]; by default with the force of Eq. 2."""
     pulse, t0 = pulse_of(scene)
     scale, paper = pulse.peak_force, theory.applied_force(time, pulse, t0)
     columns = {

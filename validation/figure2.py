@@ -1,10 +1,10 @@
 """Figure 2: the velocity of the granules in space is one profile, whatever its height.
 
-Three waves of very different height, born of different shocks, are looked at far from both ends, at
-20 times while they pass one contact. Position is counted in granules from the crest, velocity in
-the natural unit of a wave of that contact force, so that nothing is fitted. Beside them stand the
-paper's profile (section 5.1) and the exact solitary wave. The paper does not say which peak
-velocities its figure has; these are chosen.
+Three waves of very different height, from different shocks, are sampled far from both ends, at 20
+times while they pass one contact. Position is counted in granules from the crest, velocity in the
+natural unit of a wave of that contact force, so that nothing is fitted. They are compared with the
+paper's profile (section 5.1) and the exact solitary wave. The paper does not state the peak
+velocities of its figure; these are chosen.
 
 Two widths are measured: where the velocity is above half, and above 1 % of its peak. The paper's
 "about 5 granules" is sqrt(10) pi R, the length of Nesterenko's compact wave, a fourth power of a
@@ -40,8 +40,8 @@ TITLE = "Figure 2: velocity of the granules in space"
 
 GRANULES = 100
 CONTACT = 70
-"""Place where the wave is sampled: 30 contacts from the free end, and from the shock so far that
-the wave has left everything else behind.
+"""Place where the wave is sampled: 30 contacts from the free end, and so far from the shock that
+the wave is alone.
 """
 
 PHASES = 20
@@ -61,7 +61,7 @@ WAVES = {
 """Chosen: profile, F0 and LM_ratio all differ."""
 
 _LAMMPS = hc.Lammps(rtol=1e-5)
-"""Not extrapolated: a history would be that of the finer run all the same, whose steps are long."""
+"""Not extrapolated: the history would be that of the finer run, whose steps are long."""
 
 
 # The profiles of the formulas

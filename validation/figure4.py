@@ -3,7 +3,7 @@
 (a) LM_ratio < 1, (b) LM_ratio > 1, with n = 4 and F0 = 100 N. The LM_ratio are chosen: those of the
 paper's figure are not in the text that we have. Eq. 8 is refitted by least squares in the paper's
 form, 1 + a j + b j^2 + c j^3, to contacts 3 to p + 1 of all scenes of a side; contact 2 is 1 in any
-case. What remains is no noise: profiles and LM_ratio differ in the shape of their transition.
+case. The residual is not noise: the shape of the transition depends on profile and LM_ratio.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def _normalized(own: pandas.DataFrame) -> pandas.DataFrame:
 
 
 def fits(table: pandas.DataFrame) -> dict[tuple[str, str], tuple[FloatArray, float, float]]:
-    """The refit, and the rms of what Eq. 8 and the refit leave, for each (side, backend)."""
+    """The refit, and the rms residuals of Eq. 8 and of the refit, for each (side, backend)."""
     found = {}
     for side, (low, high) in SIDES.items():
         for backend, own in table.groupby("backend", sort=False):

@@ -3,8 +3,8 @@
 (a) LM_ratio < 1, (b) LM_ratio > 1, with F0 = 100 N and n = 4. LM_ratio and n are chosen: those of
 the paper's figure are not in the text that we have. Both formulas take p and F_SW from the
 simulation, as the paper does; Eq. 9 takes F_2 from Eq. 6, and once more from the simulation, which
-tells what of its error is inherited. The paper says that both can be used successfully, without a
-number; its own Tables 3 and 4 have errors of Eq. 6 of 3.9 % at most.
+shows how much of its error comes from Eq. 6. The paper says that both can be used successfully,
+without a number; its own Tables 3 and 4 have errors of Eq. 6 of 3.9 % at most.
 """
 
 from __future__ import annotations

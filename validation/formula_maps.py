@@ -1,8 +1,8 @@
 """Maps of the errors of the paper's formulas over LM_ratio and n.
 
-Eq. 3 says p, Eqs. 6 and 9 say the peak forces of the transition, all three from the F_SW of a
-simulation. By similarity an error depends on the profile, LM_ratio and n alone, so a map of these
-two for each profile is all there is to know.
+Eq. 3 gives p, Eqs. 6 and 9 give the peak forces of the transition, all three from the F_SW of a
+simulation. By similarity an error depends only on the profile, LM_ratio and n, so one map over
+LM_ratio and n for each profile is complete.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ from validation.shipped import STEEL, load, pulse_of, table_scenes
 TITLE = "Where Eqs. 3, 6 and 9 hold"
 
 WITHIN = 5.0
-"""Largest errors that count as holding [%]: of p for Eq. 3, a quarter of a granule to two; of each
-peak force of the transition for Eqs. 6 and 9.
+"""Largest errors of formulas that count as valid [%]: of p for Eq. 3, a quarter of a granule to
+two; of each peak force of the transition for Eqs. 6 and 9.
 """
 
 EQUATIONS = {"eq3": "Eq. 3", "eq6": "Eq. 6", "eq9": "Eq. 9"}
@@ -256,7 +256,7 @@ def _map_rows(profile: str, own: pandas.DataFrame) -> Iterator[Row]:
 
 
 def share(holds: NDArray[np.bool_]) -> float:
-    """Share of the area of a grid; a cell counts by how many of its corners hold."""
+    """Share of the area of a grid; a cell counts by the number of its valid corners."""
     corners = holds[:-1, :-1] * 1.0 + holds[1:, :-1] + holds[:-1, 1:] + holds[1:, 1:]
     return float(np.mean(corners) / 4)
 

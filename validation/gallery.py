@@ -21,8 +21,8 @@ class Entry:
 
     scene: str  # the scene file, without its suffix; the deck is ``in.`` and its name
     shows: str = ""  # what it is for, a cell of the README's table
-    rtol: float = 1e-6  # what the step may cost the peaks
-    watch_every: int | None = None  # steps between two looks; None: as many as the generator takes
+    rtol: float = 1e-6  # relative error of the peaks by the step
+    watch_every: int | None = None  # steps between two samples; None: as the generator chooses
 
     @property
     def name(self) -> str:

@@ -1,4 +1,4 @@
-"""Judges runs of a scene: right within what they say of their error, refused with a reason, or not.
+"""Judges runs of a scene: right within their error bounds, refused with a reason, or wrong.
 
 Plain chains can be judged by tests/oracles/eighth_order.py, those with terms by
 tests/oracles/extrapolation.py, both by a native run to an accuracy.
@@ -72,7 +72,7 @@ class Outcome:
 class Judge:
     """Runs a scene in several ways and judges each run.
 
-    ``rtol`` is how close the converged run is to be; None for another solver. LAMMPS runs in the
+    ``rtol`` is the accuracy of the converged run; None for another solver. LAMMPS runs in the
     process ``child``.
     """
 

@@ -57,7 +57,7 @@ def download(folder: Path) -> list[Path]:
 
 
 def deck_fails(lmp: Path, ranks: int) -> list[str]:
-    """The decks of the gallery that do not end with PASS, each with what it says instead."""
+    """The decks of the gallery that do not end with PASS, each with its output instead."""
     start = [] if ranks == 1 else [str(find_mpiexec(str(lmp))), "-n", str(ranks)]
     failed = []
     for entry in GALLERY:
@@ -72,7 +72,7 @@ def deck_fails(lmp: Path, ranks: int) -> list[str]:
 
 
 def certified(lmp: Sequence[Path]) -> tuple[pd.DataFrame, list[str]]:
-    """A column for each LAMMPS and way, a row for each scene; and what is wrong."""
+    """A column for each LAMMPS and way, a row for each scene; and the wrong rows."""
     columns, wrong = {}, []
     for program in lmp:
         others = program.name.startswith(("liggghts", "yade"))

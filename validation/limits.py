@@ -1,7 +1,7 @@
-"""Known limits, approached by scenes: both backends get there, at the rate that theory says.
+"""Known limits, approached by scenes: both backends reach them at the rate of theory.
 
 For each limit a sequence of scenes, the distance of their peaks from the limit with native and with
-LAMMPS, and the exponent with which it falls. What lies in the limit is known without either: in
+LAMMPS, and the exponent with which it falls. The limit itself is known without either: in
 closed form, or from a solver of another kind (tests/oracles/extrapolation.py).
 """
 
@@ -145,7 +145,7 @@ class Limit:
     # the reason.
     agreement: float
     why_agreement: str
-    contact: int | None = None  # the place of the only contact that is looked at; None for all
+    contact: int | None = None  # the place of the only contact that is compared; None for all
 
 
 _IMPULSE = (

@@ -5,10 +5,10 @@ Every native method at the same step, 0.1 natural time units. To measure again w
 
     make long-run
 
-The moving window keeps about 50 granules of 90,000, so that a million steps take seconds. It does
-not under RK4: what the wave loses stays behind as motion of all granules that it passed,
-none of them is ever quiet, and the cost grows as the square of the length. They go 4,000 granules.
-LAMMPS, which moves all granules at all steps, would take some three hours for 90,000.
+The moving window keeps about 50 granules of 90,000, so that a million steps take seconds. With RK4
+it keeps all: the energy that the wave loses stays behind as motion of all granules that it passed,
+none of them becomes quiet, and the cost grows as the square of the length. RK4 therefore has 4,000
+granules. LAMMPS, which moves all granules at all steps, would take some three hours for 90,000.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ _WINDOW = 900
 """Contacts whose highest peak is the amplitude: steps and contacts beat, and peaks with them."""
 
 _START = 100
-"""Contacts before that are not looked at: the wave has yet to run away from all others."""
+"""Contacts at the start that are not used: the wave has not yet left the others behind."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ def carried(contender: Contender) -> pandas.DataFrame:
 
 
 def wave_at(contender: Contender, force: FloatArray, time: FloatArray) -> pandas.DataFrame:
-    """Amplitude, speed and what theory says of both, at each mark; peaks are from contact 2 on."""
+    """Amplitude, speed and their relation by theory at each mark; peaks are from contact 2 on."""
     rows, before = [], _START
     for mark in contender.marks:
         span = slice(before - 2, mark - 2)

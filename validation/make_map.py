@@ -39,9 +39,9 @@ def node(profile: str, momentum_ratio: float, duration_ratio: float) -> FloatArr
 def encode(values: FloatArray) -> NDArray[np.int32]:
     """Return the numbers of the file for a grid: see hertzchain.theory.peak_map.
 
-    The values are ln(F / F0), shape (LM_ratio, n, columns). What is within a step of the prediction
-    counts as 0, so that smooth regions cost nothing; the next prediction starts from what the
-    reader will have, so that errors do not add up.
+    The values are ln(F / F0), shape (LM_ratio, n, columns). Values within a step of the prediction
+    count as 0, so that smooth regions take no space; the next prediction starts from the values
+    that the reader will have, so that errors do not add up.
     """
     target = np.moveaxis(values, 2, 0)
     spacing = 2**5

@@ -1,4 +1,4 @@
-"""Deliberate mistakes: tests that the comparison fails and names each.
+"""Deliberate mistakes: the comparison must fail, and name each of them.
 
 Each is planted where it would be made: in the text that LAMMPS gets, or in the code that both
 backends share. Nothing on disk is changed.
@@ -66,7 +66,7 @@ def peaks_of_samples() -> AbstractContextManager[Any]:
 
 @contextmanager
 def peaks_of_samples_everywhere() -> Iterator[None]:
-    """The same in every simulation: those that are compiled follow the shared watch."""
+    """The same in every simulation: compiled ones follow the shared watch."""
 
     def in_numpy(*arguments: Any, **options: Any) -> simulation.Simulation:
         for option in ("leave_behind", "window", "deadline"):
@@ -142,7 +142,7 @@ def native_force_late() -> AbstractContextManager[Any]:
 
 
 def of_the_chain(name: str, factor: float) -> Plant:
-    """Another contact stiffness or mass in everything but LAMMPS, which makes its own."""
+    """Another contact stiffness or mass everywhere except in LAMMPS, which computes its own."""
     original = getattr(hc.Chain, name).func
     changed = property(lambda chain: factor * original(chain))
     return lambda: patch.object(hc.Chain, name, changed)
@@ -242,7 +242,7 @@ def small_scene() -> hc.Scene:
 def compared(mistake: Mistake) -> hc.Comparison:
     """Return the comparison under a mistake, with steps of 0.01 natural time units.
 
-    The scene is made under the mistake: it keeps what it has worked out.
+    The scene is made under the mistake, because it caches its numbers.
     """
     with mistake.plant():
         scene = (mistake.made_in or small_scene)()

@@ -42,7 +42,7 @@ class DampingMistake:
     plant: Plant
     law: hc.Contact  # damping of the scene
     at_wall: bool = False  # whether a granule meets a wall, else two granules meet
-    cause: str | None = None  # words that a judgement names; None where it does not see it
+    cause: str | None = None  # words of a judgement; None where it does not detect the mistake
 
 
 def coefficients_times(factor: float) -> Plant:
@@ -127,7 +127,7 @@ MISTAKES_IN_DAMPING = (
 
 
 def by_collision(mistake: DampingMistake) -> Row:
-    """The known speed of parting over that of approach; passes where the mistake is seen."""
+    """The known restitution of a collision; passes where the mistake is detected."""
     expected = restitution_of(mistake.law)
     with mistake.plant():
         found = at_wall(mistake.law) if mistake.at_wall else of_two(mistake.law)
@@ -143,7 +143,7 @@ def of_two(law: hc.Contact) -> float:
 
 
 def at_wall(law: hc.Contact) -> float:
-    """Restitution of a granule and a wall, under a law under which speeds do not matter.
+    """Restitution of a granule and a wall, under a law whose restitution is independent of speed.
 
     A striker of 1 m/s throws granule 2 at a wall 0.1 mm away; it comes back from 0.15 to 0.23 ms.
     """

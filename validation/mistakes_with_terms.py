@@ -25,7 +25,7 @@ START_VELOCITY = "lammps: velocity at the start [m/s]"
 
 
 def without_a_gap(scene: hc.Scene) -> hc.Scene:
-    """The gap before granule 3 is closed, and all that is behind moves up."""
+    """The gap before granule 3 is closed, and all granules behind it move up."""
     gaps = np.full(scene.chain.granules, scene.chain.gap)
     gaps[2] = 0.0
     return replace(scene, chain=replace(scene.chain, gap=gaps))
@@ -40,7 +40,7 @@ def gap_lost() -> AbstractContextManager[Any]:
 
 
 def half_the_overlaps() -> AbstractContextManager[Any]:
-    """Granules are put as half of the precompression would press them, which acts in full."""
+    """Granules have the overlaps of half the precompression, which acts in full."""
     original = deck.granules
 
     def pressed_less(scene: hc.Scene, *style: str) -> list[str]:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 HERE = Path(__file__).parent
 
 _LEAST, _MOST = 1e-6, 1e3
-"""Limits at which smaller, and larger or missing, differences are drawn [tolerances]."""
+"""Least and largest drawn difference [tolerances]; values beyond, or missing, are drawn there."""
 
 _FEW = 12
 """Rows that are shown unfolded."""
@@ -73,7 +73,7 @@ class Section:
 
 
 def write_outcome(folder: Path, outcome: Outcome) -> Section:
-    """Write the table (CSV) and the figure (SVG) of a script, and hand back its section."""
+    """Write the table (CSV) and the figure (SVG) of a script, and return its section."""
     if outcome.table is None:
         return Section(outcome, "", "it could not be measured")
     write_table(folder / f"{outcome.name}.csv", outcome.table)

@@ -130,7 +130,7 @@ def random_scene_with_terms(
 def random_damped_scene(
     rng: np.random.Generator, longest: int, longest_time: float = math.inf
 ) -> hc.Scene:
-    """A chain of damped contacts: plain but for damping, or with terms of all kinds.
+    """A chain of damped contacts: plain except for damping, or with terms of all kinds.
 
     See ``random_scene_with_terms`` for the arguments.
     """

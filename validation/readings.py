@@ -1,4 +1,4 @@
-"""Ways to read what the paper prints wrongly or leaves open, on simulated peaks in units of F0.
+"""Readings of the paper's misprints and open points, on simulated peaks in units of F0.
 
 The first of each is that of hertzchain.
 """

@@ -110,8 +110,9 @@ def _evanescent() -> list[Row]:
     """Above the cut-off the motion falls by exp(-kappa) from granule to granule.
 
     The frequency over the cut-off is cosh(kappa / 2). The part of the frequency in the velocities
-    is that of the last cycles, weighted with the square of a sine. The beginning rings at the
-    cut-off, for longer the nearer the sine is.
+    is that of the last cycles, weighted with the square of a sine. The start of the sine makes the
+    chain ring at the cut-off frequency; this lasts longer if the frequency of the sine is near the
+    cut-off.
     """
     w0, rows = frequency(), []
     for ratio in (1.2, 1.5, 2.0):
