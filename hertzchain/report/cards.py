@@ -60,7 +60,7 @@ def document_of(shown: Any) -> Document:
 
 
 def printed(document: Document) -> str:
-    """What ``run`` or ``compare`` prints of a result or a verdict, without colours."""
+    """Return what ``run`` or ``compare`` prints for a result or a verdict, without colours."""
     from hertzchain.report.console import plain_text, print_document
 
     # The table of an examination has its checks.

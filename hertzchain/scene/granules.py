@@ -111,7 +111,7 @@ class Granules:
     def reached_from(self, sources: Any) -> NDArray[np.bool_]:
         """Tell which contacts no fixed granule separates from all of some granules, (contacts,).
 
-        ``sources`` tells which granules these are, shape (granules,).
+        ``sources`` is true for these granules, shape (granules,).
         """
         part = np.cumsum(np.broadcast_to(self.is_fixed, self.mass.size))
         return np.isin(part[: self.stiffness.size], part[sources])

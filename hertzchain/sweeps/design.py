@@ -34,7 +34,7 @@ MOST_SCENES = 10**8  # most scenes of a sweep, chosen: a day of two cores at a m
 
 @dataclass(frozen=True)
 class Design:
-    """The scenes of a sweep, numbered from 0: the last axis changes first, samples before it.
+    """The scenes of a sweep, numbered from 0: the last axis changes fastest, samples faster still.
 
     Axes without a count are sampled together, as points of one scrambled sequence; the others are
     crossed.

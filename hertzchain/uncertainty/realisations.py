@@ -107,7 +107,7 @@ def standard(one: Uncertain, place: Array) -> FloatArray:
 
 
 def _drawn(one: Uncertain, key: str, middle: Array | float, place: Array) -> FloatArray:
-    """Return values at places in the distribution; a gap below 0 is none."""
+    """Return values at places in the distribution; a gap below 0 becomes 0."""
     size = one.size * np.abs(middle) if one.relative else one.size
     values = np.asarray(middle + size * standard(one, place))
     return np.maximum(values, 0.0) if key.endswith("gap") else values

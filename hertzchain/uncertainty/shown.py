@@ -73,7 +73,7 @@ def plot_spread(spread: Any, size: tuple[float, float] | None = None) -> Picture
     contact = np.array(spread.scene.contacts[: len(at)])
     low, high = spread.range_90[:, at]
     shares = spread.shares[:, at]
-    rows = 2 if np.isfinite(shares).any() else 1  # few realisations tell none
+    rows = 2 if np.isfinite(shares).any() else 1  # too few realisations give no shares
     above, *below = figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0]
     above.fill_between(contact, low, high, color="#56B4E9", alpha=0.6, label="5 to 95 %")
     above.plot(contact, spread.nominal[at], color="black", marker=".", label="the scene itself")

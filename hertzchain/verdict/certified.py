@@ -111,7 +111,7 @@ def _damped(damping: Any, **law: Any) -> Scene:
 
 
 def _restarted(text: str, ranks: int) -> str:
-    """Return a deck that stops after the pulse and goes on from a restart file.
+    """Return a deck that stops after the pulse and continues from a restart file.
 
     The pair style is stated again: LAMMPS of 2022 to 2025 restores granular with a cutoff of 0, so
     that no rank would have granules of its neighbours.

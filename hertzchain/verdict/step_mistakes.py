@@ -87,7 +87,7 @@ def steps_and_samples(case: Case) -> Iterator[Mistake]:
 def _accurate_samples(case: Case, apart: float) -> FloatArray:
     """Return the highest samples of the true contact forces [N], at multiples of an interval."""
     scene = case.scene
-    before = np.floor(case.reference.peak_time[case.judged] / apart)  # the highest is beside it
+    before = np.floor(case.reference.peak_time[case.judged] / apart)  # the highest is next to it
     times = np.unique(np.minimum(apart * np.append(before, before + 1), scene.end_time))
     native = Native(rtol=_RTOL, time_limit=max(case.deadline.left, 1e-3))
     history = native.run(scene, record=times).history

@@ -141,7 +141,7 @@ def _with_true_derivatives(samples: Samples, mass: FloatArray, leg: Leg, pushed:
     """Return samples with the derivatives of the displacements, up to the third.
 
     A contact force F goes as r^(3/2), so with k = 3/2 F / r its derivatives are k r' and
-    k (r'' + r'^2 / 2r). The jerk is right but for dt^2/12 times the fifth derivative.
+    k (r'' + r'^2 / 2r). The jerk is right except for dt^2/12 times the fifth derivative.
     """
     dt = leg.dt
     velocity, acceleration = samples.velocity, samples.acceleration

@@ -80,7 +80,7 @@ def refuse_long(what: str, scene: Scene) -> None:
 
 
 def materials_of(code: str, granules: Granules) -> tuple[list[Material], list[int]]:
-    """Materials in their order along the chain, and for each granule the number of its own.
+    """Materials in their order along the chain, and for each granule the number of its material.
 
     RunFailed for more of them than a deck of the code can have.
     """

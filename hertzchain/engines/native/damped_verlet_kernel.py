@@ -118,8 +118,8 @@ def take_steps(
     applied
         Forces on the pushed granules before the first step and after each, (steps + 1, pushed).
     led
-        Displacements of a piston, shape (steps + 1,); (0,) where its velocity tells them, or
-        without one.
+        Displacements of a piston, shape (steps + 1,); (0,) where they follow from its velocity, or
+        without a piston.
     stride
         How many steps lie between two states that are kept.
     begins

@@ -31,7 +31,7 @@ def with_end(scene: Scene, record: ArrayLike | None = None, time_limit: float = 
     """Return a scene with the end of its run [s], the same for every engine.
 
     An end that is given stays. By default, scenes with a striker, a wall or unlike granules end at
-    twice the time at which the first pulse of every contact is over, as quick runs tell, and three
+    twice the time at which the first pulse of every contact is over in quick runs, plus three
     natural time units; at latest at ``Scene.end_time``, where all other scenes end.
 
     Parameters

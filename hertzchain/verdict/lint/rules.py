@@ -20,7 +20,7 @@ from hertzchain.verdict.lint.deck import MOST_BYTES, Command, Deck, Finding, Fou
 if TYPE_CHECKING:
     from hertzchain.engines.lammps.reading.reading import Look
 
-_TIME_LIMIT = 60.0  # seconds in which LAMMPS has to have looked at a deck
+_TIME_LIMIT = 60.0  # time limit for LAMMPS to read a deck [s]
 
 
 def _no_deck(deck: Deck) -> Found:

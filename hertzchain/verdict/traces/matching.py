@@ -44,7 +44,7 @@ _SHARPEST = 1e-6
 """Least deviation of a delay, in widths, averaged over gauges: that of the splines."""
 
 FEWEST = 8
-"""Fewest samples of a first pulse that tell its height, time and width."""
+"""Fewest samples of a first pulse that determine its height, time and width."""
 
 
 @dataclass(frozen=True, eq=False)

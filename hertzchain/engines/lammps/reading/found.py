@@ -32,9 +32,9 @@ _Found = TypeVar("_Found", "FoundDeck", "FoundFix", "FoundRun", "FoundWall")
 class Executed:
     """One command of a deck, as often as it was carried out."""
 
-    text: str  # on one line, after LAMMPS has put in the values of variables
+    text: str  # on one line, with the values of variables
     file: str  # file of the command, as the user or an ``include`` names it
-    line: int  # where, from 1
+    line: int  # line of that file, from 1
     written: str  # the command as it stands there
     carried_out: bool = True
     why_not: str | None = None  # why the command, or the file that it would write, was left out
@@ -44,9 +44,9 @@ class Executed:
 class FoundRun:
     """One ``run`` of a deck."""
 
-    start: Time  # from the start of the first run
+    start: Time  # counted from the start of the first run
     dt: Time
-    steps: int  # taken
+    steps: int  # number of steps taken
     command: int  # index of its command
 
 
@@ -63,7 +63,7 @@ class FoundFix:
     style: str
     command: int  # index of its command
     moves: bool  # nve, move; others exert forces, or change the motion without (momentum)
-    granules: NDArray[np.bool_]  # that it was given, shape (granules,), when it was last seen
+    granules: NDArray[np.bool_]  # granules of its group, when last read, shape (granules,)
     largest: Forces
     largest_in_motion: Forces
 
@@ -72,14 +72,14 @@ class FoundFix:
 class FoundWall:
     """A wall across the chain, as a granule at the end feels it."""
 
-    end: str  # where it stands: ``first`` (that of granule 1) or ``last``
+    end: str  # end of the chain: ``first`` (that of granule 1) or ``last``
     position: Length  # of its surface along the chain, the centre of granule 1 at 0
     overlap: Lengths  # of the granule at that end, shape (tries,), and the forces there
     force: Forces
-    closing: Velocities  # at which the granule approaches, overlaps and forces then
+    closing: Velocities  # of the approaching granule, with overlaps and forces then
     damped_overlap: Lengths
     damped_force: Forces
-    tangential_force: Force  # on the granule with spin and sideways velocity
+    tangential_force: Force  # on the granule if it has spin and sideways velocity
     command: int  # index of the command that made it
 
 
@@ -93,73 +93,73 @@ class FoundDeck:
     """
 
     version: str  # of LAMMPS, year month day
-    # In the order in which they were carried out or left out, up to the end of the deck.
+    # Commands in the order in which they were carried out or left out, to the end of the deck.
     commands: tuple[Executed, ...]
-    first_run: int  # index of the first that counts: granules are as they were then
-    before: Time  # that the deck had run by then; 0 where none of it settles
+    first_run: int  # index of the first run that counts: numbers are those at its start
+    before: Time  # duration of earlier runs; 0 if the chain does not settle first
     units: str
-    # Why the deck did not come to its end; empty where it did. Peaks and what is read at the end
-    # are then not numbers, and the runs are those that it should have had.
+    # Why the deck did not reach its end; empty if it did. Otherwise peaks and the final state are
+    # NaN, and the runs are those that the deck should have had.
     stopped: str
-    is_chain: bool  # whether granules lie in one row; where not, nothing else was asked
-    axis: str  # along which they lie: ``x``, ``y`` or ``z``, or ``a diagonal``
+    is_chain: bool  # whether granules lie in one row; if not, nothing else was queried
+    axis: str  # axis of the chain: ``x``, ``y`` or ``z``, or ``a diagonal``
     direction: FloatArray  # the same as a unit vector from granule 1 on, shape (3,)
     reversed: bool  # whether granule 1 lies at the largest coordinate
-    ids: IntArray  # LAMMPS's, shape (granules,)
+    ids: IntArray  # of LAMMPS, shape (granules,)
     types: IntArray
-    origin: Lengths  # where granule 1 is in the deck, along x, y and z
+    origin: Lengths  # place of granule 1 in the deck, along x, y and z
     position: Lengths  # along the chain, granule 1 at 0, shape (granules,)
     sideways: Lengths  # off the axis, which runs through the middle of all, shape (granules, 2)
     radius: Lengths  # shape (granules,)
     mass: Masses
     velocity: Velocities  # along the chain and in the two other directions, shape (granules, 3)
     spin: Spins
-    overlap: Lengths  # of each contact, alone, and the forces there, shape (tries, contacts)
+    overlap: Lengths  # of each contact, probed alone, and its forces, shape (tries, contacts)
     contact_force: Forces
-    # Speeds at which overlaps grow, the overlaps and the forces then, shape (tries, contacts).
+    # Speeds at which overlaps grow, with the overlaps and forces then, shape (tries, contacts).
     closing: Velocities
     damped_overlap: Lengths
     damped_force: Forces
-    # In contacts at the largest overlap with spins and sideways velocities: off the axis, or torque
-    # over radius if that is larger, shape (granules,).
+    # Force off the axis, or torque over radius if that is larger, in contacts at the largest
+    # overlap with spins and sideways velocities, shape (granules,).
     tangential_force: Forces
-    # What fixes but walls exert all the time, all granules at rest, shape (granules, 3).
+    # Constant force of all fixes except walls, with all granules at rest, shape (granules, 3).
     constant_force: Forces
     drag: Drags  # force against the motion over velocity, shape (granules,)
     walls: tuple[FoundWall, ...]  # across the chain
-    # How many fixes move each granule in the first run, shape (granules,); 0 also for one that
-    # rests as ``setforce`` takes all forces from it.
+    # Number of fixes that move each granule in the first run, shape (granules,); 0 also for a
+    # granule that rests because ``setforce`` removes all its forces.
     integrated: IntArray
-    # Between the last granule and the next image of the first; None without such an image.
+    # Gap between the last granule and the next image of the first; None without such an image.
     image_gap: Annotated[float | None, "length"]
-    # Largest force that is none of a contact between neighbours, seen at an end of the chain while
-    # it ran: across a periodic boundary, or from the next granule but one.
+    # Largest force at an end of the chain during the run that is not from a neighbour: across a
+    # periodic boundary, or from the next granule but one.
     image_force: Force
-    fixes: tuple[FoundFix, ...]  # that act on granules, in the order in which they were made
-    runs: tuple[FoundRun, ...]  # with at least one step
+    fixes: tuple[FoundFix, ...]  # fixes that act on granules, in the order of their commands
+    runs: tuple[FoundRun, ...]  # runs of at least one step
     # Times of readings from the start of the first run; twice where the force jumps between two.
     applied_time: Times
-    # Along the chain then, without ``constant_force``, all granules at rest, shape (readings,
-    # granules). Between readings it is that of the line between them.
+    # Force along the chain at these times, less ``constant_force``, with all granules at rest,
+    # shape (readings, granules). It is linear between readings.
     applied_force: Forces
-    applied_sideways: Force  # largest change of such a force off the axis
+    applied_sideways: Force  # largest change of an applied force off the axis
     # Highest force of each contact of the deck as it is, shape (contacts,), with one more for a
     # wall at the last granule.
     peak_force: Forces
-    # Relative error of the peaks as readings are some steps apart, from every second reading.
+    # Relative error of the peaks by the interval of readings, estimated from every second reading.
     peak_reading_error: float
-    # Largest overlap of each contact that grew without a force, as neighbours are looked for too
-    # rarely, of the shape of the peaks; 0 where there was none.
+    # Largest overlap of each contact that grew without a force, because neighbour lists are built
+    # too rarely, of the shape of the peaks; 0 where there was none.
     missed_overlap: Lengths
-    # Whether a fix leads each granule whatever the forces, as a piston, shape (granules,).
+    # Whether a fix prescribes the motion of each granule, as of a piston, shape (granules,).
     driven: NDArray[np.bool_]
-    # How far granule 1 was led, and when, shape (readings,); empty where it is not.
+    # Prescribed displacement of granule 1 and its times, shape (readings,); empty without one.
     driven_time: Times
     driven_displacement: Lengths
-    end_time: Time  # when the last run ends
+    end_time: Time  # end of the last run
     final_position: Lengths  # at the end, along the chain, shape (granules,)
     final_velocity: Velocities
-    remarks: tuple[str, ...]  # what could not be asked or was not looked at, in sentences
+    remarks: tuple[str, ...]  # sentences on parts that were not queried or examined
 
 
 def scaled(found: _Found, units: Units) -> _Found:

@@ -75,11 +75,11 @@ class Interpreter:
     player
         Gives the commands to a LAMMPS that has no box.
     folder
-        Working folder, in which files are looked for first; by default that of the deck alone.
+        Working folder, which is searched for files first; by default only that of the deck.
     edits
         Commands in place of others.
     tell
-        Is told where each command stands, before it is carried out.
+        Function that is called with the place of each command before it is carried out.
     """
 
     def __init__(
@@ -286,7 +286,7 @@ class Interpreter:
                     self._one(text, where)
 
     def _take(self, steps: int, keywords: dict[str, str], index: int) -> None:
-        """Take steps; LAMMPS prepares its first run, whatever ``pre`` says."""
+        """Take steps; LAMMPS always prepares its first run, also with ``pre no``."""
         kept = [f"{word} {value}" for word, value in keywords.items() if self._ran or word != "pre"]
         self._player.take(steps, " ".join(kept), index)
         self._ran = True

@@ -56,8 +56,8 @@ class Watched:
     driven_ends: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))  # places of both ends
 
     def __post_init__(self) -> None:
-        self.driven = np.zeros(self.count, bool)  # whatever presses them, in any run
-        self.held = np.zeros(self.count, bool)  # at rest, whatever presses them, in all runs
+        self.driven = np.zeros(self.count, bool)  # with prescribed motion, in any run
+        self.held = np.zeros(self.count, bool)  # at rest under any force, in all runs
         self.position = self.velocity = np.full(self.count, np.nan)
         self.peaks = (PeaksSeen.unknown(self.count - 1),) * 2  # forwards and backwards
 
