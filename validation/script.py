@@ -100,7 +100,7 @@ def say(problem: hc.HertzchainError) -> int:
 
 
 def leave_with(measure: Callable[[], bool]) -> NoReturn:
-    """Leave Python with status 0 or 1, as was measured, or 2 where it could not be."""
+    """End Python with status 0 or 1 by the result, or with 2 if nothing could be measured."""
     try:
         status = 0 if measure() else 1
     except hc.HertzchainError as problem:

@@ -85,7 +85,7 @@ def _other_codes() -> list[Finding]:
 
 
 def _every_lammps() -> list[Finding]:
-    """Return module and binary; the one that HERTZCHAIN_LMP names is needed, or the module."""
+    """Return findings on module and binary; the one in HERTZCHAIN_LMP is needed, or the module."""
     named = os.environ.get(LMP)
     folders = [str(Path(sys.executable).parent), *os.get_exec_path()]
     path = named or shutil.which("lmp", path=os.pathsep.join(folders))

@@ -53,7 +53,7 @@ _RTOL_OF_DAMPED = 1e-4  # default relative error, damped: errors go as dt, and 1
 _UNSTABLE = 0.5  # largest fraction of the longest stable step, damped (chosen)
 # fraction of the step found by trials, damped: sampling costs some accuracy (chosen)
 _SHORTER = 0.7
-_PHASES = 4  # least number of phases at which sampling is tried, damped (chosen)
+_PHASES = 4  # least number of tried offsets of the samples, damped (chosen)
 _READINGS = 2_000_000  # most times and granules recorded at once: 50 MB
 
 

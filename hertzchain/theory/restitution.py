@@ -175,8 +175,8 @@ def of_natural(damping: float, exponent: float, pulls: bool) -> float:
 def _parted(damping: float, exponent: float) -> float:
     """Return the speed at which the force is 0, where (u^3 + c u^(2q) v) / u^(2q) is 0.
 
-    The quotient is odd in u: where c is small, one step goes from above 0 to below and passes all
-    values near 0.
+    The quotient is odd in u: where c is small, a single step goes from above 0 to below 0, past all
+    small values.
     """
 
     def force(_: float, state: FloatArray) -> float:

@@ -226,7 +226,7 @@ def balance_checks(result: Result) -> list[Check]:
     """Check momentum against the impulse, and energy against the work done by the shock."""
     balance, scene, piston = result.balance, result.scene, result.scene.piston
     units, given, error = scene.units, scene.largest_impulse, result.error_estimate
-    # Before the shock states have rounding errors.
+    # If the run ends before the shock, states have only rounding errors.
     energy = (2 * error + 1e-12) * balance.work + _ROUND_OFF**2 * units.energy
     momentum = MOMENTUM_ERROR + MOMENTUM_OF_A_STEP * result.steps
     reason = "steps end at the corners of the pulse, so its impulse is exact"

@@ -173,7 +173,7 @@ def _fastest(scene: Scene) -> float:
 
 
 def _held(made: Scene) -> readings.Held:
-    """Constant loads and the wall of the granules of a code; ``Held()`` without terms."""
+    """Return loads and wall of the scene that a code computes; ``Held()`` without terms."""
     pressed, wall = made.precompression, made.wall
     place = None if wall is None else wall_position(made)
     pushed = made.pushed

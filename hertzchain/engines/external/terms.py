@@ -64,7 +64,7 @@ def wall_material(scene: Scene) -> tuple[float, float]:
 
 
 def refuse_damping_of_wall(code: str, scene: Scene) -> None:
-    """Raise RunFailed for a wall with damping of its own, which scripts of a code do not write."""
+    """Raise RunFailed for a wall with its own damping, which decks of this code cannot have."""
     if scene.wall is not None and scene.wall.own_damping:
         raise RunFailed(
             f"{code} gets one damping for all contacts: take a wall without"
