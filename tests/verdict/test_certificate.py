@@ -15,7 +15,7 @@ from shutil import which
 import pytest
 
 import hertzchain as hc
-from hertzchain.errors import SceneError
+from hertzchain.errors import BackendMissing, SceneError
 from hertzchain.report.certificate import suite
 from hertzchain.verdict.certificate import ROUND_OFF, UNSUPPORTED, UNTESTED, WRONG, certify
 from hertzchain.verdict.certified import CASES
@@ -215,16 +215,16 @@ def test_what_cannot_be(how: dict[str, object], word: str) -> None:
 
 
 def test_a_program_that_is_missing_or_crashes(tmp_path: Path) -> None:
-    said: list[str] = []
-    missing = certify("no-such-lmp", only=["striker"], progress=said.append)
-    assert said == ["striker"]
-    assert (missing.rows[0].grade, missing.rows[0].failed, missing.status) == (UNTESTED, True, 2)
-    crashing = fake(tmp_path, [], "if text: os.kill(os.getpid(), 11)")
-    found = certify(crashing, only=["striker"])
-    assert (found.rows[0].grade, found.status) == (WRONG, 1)
-    assert "SIGSEGV" in found.rows[0].reason
-    problems = [suite(one, datetime.now(UTC)).cases[0].problem for one in (missing, found)]
-    assert problems == ["error", "failure"]
+    for program in ("no-such-lmp", "liggghts-none"):
+        with pytest.raises(BackendMissing, match="missing or not a program"):
+            certify(program, only=["striker"])
+    crashing = certify(fake(tmp_path, [], "if text: os.kill(os.getpid(), 11)"), only=["striker"])
+    assert (crashing.rows[0].grade, crashing.status) == (WRONG, 1)
+    assert "SIGSEGV" in crashing.rows[0].reason
+    stopped = certify(fake(tmp_path, [], "if text: sys.exit(3)"), only=["striker"])
+    assert (stopped.rows[0].grade, stopped.status) == (UNTESTED, 2)
+    problems = [suite(one, datetime.now(UTC)).cases[0].problem for one in (crashing, stopped)]
+    assert problems == ["failure", "error"]
 
 
 def test_wrong_rows_say_by_how_much(tmp_path: Path) -> None:
@@ -235,8 +235,8 @@ def test_wrong_rows_say_by_how_much(tmp_path: Path) -> None:
 
 def test_the_command(hertzchain: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     said = hertzchain("certify", "--lmp", "no-such-lmp")
-    assert said.status == 2
-    assert said.out.splitlines()[-1] == "LAMMPS (no-such-lmp): 19 not tested"
+    assert (said.status, said.out) == (2, "")
+    assert "no-such-lmp is missing" in said.err
     few = {name: CASES[name] for name in (*FORCES, "striker")}
     monkeypatch.setattr("hertzchain.verdict.certificate.CASES", few)
     folder, junit = tmp_path / "out", tmp_path / "junit.xml"
