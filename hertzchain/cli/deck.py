@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from hertzchain.cli import options
-from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, print_json, progress
+from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, print_json, progress, write_file
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.registry import ENGINES
 
@@ -52,7 +52,7 @@ def deck(
     piston, wall, static loads or damping there are only decks for LAMMPS, with pair style granular.
     """
     from hertzchain.decks import known_answer
-    from hertzchain.files import check_outputs, write_text
+    from hertzchain.files import check_outputs
 
     loaded = options.load_scene(scene)
     options.refuse_step_and_accuracy(rtol, dt)
@@ -74,10 +74,7 @@ def deck(
         }
         write = getattr(known_answer, ENGINES[engine.value].deck)
         text = write(loaded, longest, rtol, scene.stem, **(how if engine is LAMMPS else {}))
-    if output is None:
-        typer.echo(text, nl=False)
-    else:
-        write_text(output, text)
+    _write("deck", output, text)
 
 
 def lint(
@@ -120,7 +117,7 @@ def unit_test(scene: options.SceneFile, output: OutputFile = None) -> None:
     """
     from hertzchain.decks.unit_test import known_motion
     from hertzchain.decks.unit_test_deck import unit_test as test_text
-    from hertzchain.files import check_outputs, write_text
+    from hertzchain.files import check_outputs
 
     loaded = options.load_scene(scene)
     check_outputs([scene], [output])
@@ -128,7 +125,12 @@ def unit_test(scene: options.SceneFile, output: OutputFile = None) -> None:
         report_progress("native: looking for the wave")
         motion = known_motion(loaded)
     text = test_text(motion, f"A chain of spheres, scene {scene.stem!r}", time.ctime())
-    if output is None:
+    _write("test", output, text)
+
+
+def _write(what: str, path: Path | None, text: str) -> None:
+    from hertzchain.files import write_text
+
+    if path is None:
         typer.echo(text, nl=False)
-    else:
-        write_text(output, text)
+    write_file(what, path, lambda path: write_text(path, text))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import cycle
 from typing import TYPE_CHECKING
 
 from hertzchain.report import style
@@ -90,9 +91,11 @@ def plot_tradeoff(
         color="#F0E442", linewidth=9, drawstyle="steps-post", solid_capstyle="round", zorder=1,
         label="cheapest at its accuracy",
     )  # fmt: skip
+    markers = {engine: cycle(look[0]) for engine, look in style.WAYS.items()}
     for k, name in enumerate(dict.fromkeys(point.row.contender for point in points)):
         own = [point for point in points if point.row.contender == name]
-        marker, line, filling = style.WAYS[own[0].row.engine]
+        engine = own[0].row.engine
+        _, line, filling = style.WAYS[engine]
         colour = colormaps["tab20"](k % 20)
         time = [point.row.wall_time for point in own]
         error = [max(point.row.error, known) for point in own]
@@ -100,12 +103,12 @@ def plot_tradeoff(
             time,
             error,
             color=colour,
-            marker=marker,
+            marker=next(markers[engine]),
             linestyle=line,
             fillstyle=filling,
             markersize=4.5,
             linewidth=1.2,
-            label=name.removesuffix(", compiled"),  # a full circle
+            label=name.removesuffix(", compiled"),  # a full marker
         )
         if len(tradeoffs) > 1:
             lowest = [max(point.lowest, known) for point in own]

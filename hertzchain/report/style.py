@@ -59,8 +59,8 @@ def force_colours() -> Colormap:
 # Plots of a trade-off: markers and lines stand for engines.
 
 WAYS = {
-    "compiled": ("o", "-", "full"),
+    "compiled": ("osPXDv", "-", "full"),
     "SciPy": ("D", ":", "none"),
-    LABELS["lammps"]: ("^", "-.", "none"),
+    LABELS["lammps"]: ("^<", "-.", "none"),
 }
-"""Marker, line and filling, by Matplotlib's names."""
+"""Markers of successive contenders, line and filling, by Matplotlib's names."""
