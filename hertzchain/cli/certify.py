@@ -35,12 +35,12 @@ def certify(
     as_json: options.AsJson = False,
     junit: options.Junit = None,
 ) -> None:
-    """Compare a code with native: a short scene for each thing that can be wrong in a build.
+    """Compare a build of LAMMPS, LIGGGHTS or Yade with native.
 
-    A row is right to round-off, right to the steps (its difference is below their error), wrong by
-    a stated amount, not supported by this code, or not tested: where a suffix has no such style,
-    LAMMPS runs the plain one. Status 0: all that was tested is right; 1: a row is wrong; 2: rows
-    could not run.
+    There is a short scene for each thing that can be wrong in a build. A row is right to round-off,
+    right to the steps (its difference is below their error), wrong by a stated amount, not
+    supported by this code, or not tested: where a suffix has no such style, LAMMPS runs the plain
+    one. Status 0: all that was tested is right; 1: a row is wrong; 2: rows could not run.
     """
     from hertzchain.files import check_outputs, make_folder, write_text
     from hertzchain.report.certificate import print_certificates, suite

@@ -38,7 +38,7 @@ def compare(
     report: options.Report = None,
     junit: options.Junit = None,
 ) -> None:
-    """Cross-validate a scene: native, LAMMPS and the formulas side by side, with a verdict."""
+    """Compare native, LAMMPS and the formulas, with a verdict."""
     from hertzchain.engines.external.step_error import usual_accuracy
     from hertzchain.engines.native.duration import with_end
     from hertzchain.report.comparison import of_comparison

@@ -45,11 +45,12 @@ def deck(
         0, metavar="STEPS", help="Steps between two states for OVITO; 0: none."
     ),
 ) -> None:
-    """Write a deck of a scene for LAMMPS, LIGGGHTS or Yade that finds the peak forces by itself.
+    """Write a deck of a scene for LAMMPS, LIGGGHTS or Yade.
 
-    The deck for LAMMPS compares them with the true ones and says PASS or FAIL; the others write
-    peaks.csv for hertzchain judge. For scenes with unlike, moving or fixed granules, gaps, striker,
-    piston, wall, static loads or damping there are only decks for LAMMPS, with pair style granular.
+    The deck finds the peak forces by itself. A deck for LAMMPS compares them with the true ones and
+    says PASS or FAIL; the others write peaks.csv for hertzchain judge. For scenes with unlike,
+    moving or fixed granules, gaps, striker, piston, wall, static loads or damping there are only
+    decks for LAMMPS, with pair style granular.
     """
     from hertzchain.decks import known_answer
     from hertzchain.files import check_outputs
@@ -82,10 +83,10 @@ def lint(
     variables: options.Variables = None,
     as_json: options.AsJson = False,
 ) -> None:
-    """Find known traps in any LAMMPS deck of a chain; status 1 if there is one.
+    """Find known traps in any LAMMPS deck of a chain.
 
-    Notes, on lost time or on what may be intended, leave the status at 0. LAMMPS reads the deck,
-    and takes no step; without LAMMPS only the text is read.
+    The status is 1 if there is one. Notes, on lost time or on what may be intended, leave the
+    status at 0. LAMMPS reads the deck, and takes no step; without LAMMPS only the text is read.
     """
     from dataclasses import asdict
 
@@ -111,9 +112,10 @@ def lint(
 
 
 def unit_test(scene: options.SceneFile, output: OutputFile = None) -> None:
-    """Write a test for LAMMPS's own suite: a scene's wave or impact, with its motion by Eq. 1.
+    """Write a test of a scene for LAMMPS's own suite.
 
-    The file is of the form of unittest/granular/tests/dem02-*.yaml in the sources of LAMMPS.
+    The test has the wave or the impact of the scene, with its motion by Eq. 1. The file is of
+    the form of unittest/granular/tests/dem02-*.yaml in the sources of LAMMPS.
     """
     from hertzchain.decks.unit_test import known_motion
     from hertzchain.decks.unit_test_deck import unit_test as test_text

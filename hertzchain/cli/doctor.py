@@ -42,7 +42,7 @@ class Finding:
 
 
 def doctor() -> None:
-    """Report what is installed, what works, and what to do about the rest."""
+    """Report what is installed and works, and what to do if not."""
     findings = diagnose()
     for finding in findings:
         mark = "ok  " if finding.works else "FAIL" if finding.needed else "--  "

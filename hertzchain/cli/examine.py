@@ -27,9 +27,10 @@ def examine(
         None, metavar="FILE", help="Write the deck with all proven corrections."
     ),
 ) -> None:
-    """Examine a LAMMPS deck: every number, then its peaks, with the lines to correct.
+    """Examine a LAMMPS deck of a scene, and say what to correct.
 
-    LAMMPS reads and runs the deck in a separate process; no file of the deck's own is written.
+    Every number is examined, then the peaks. LAMMPS reads and runs the deck in a separate process;
+    no file of the deck's own is written.
     """
     from hertzchain.files import write_text
     from hertzchain.report.examination import of_examination

@@ -60,10 +60,11 @@ def fit(
     time_limit: options.TimeLimit = "1 h",
     as_json: options.AsJson = False,
 ) -> None:
-    """Fit values of a scene to measured forces, with 95 % intervals, or optimise a number.
+    """Fit values of a scene to measured forces or peaks.
 
-    The search starts from the values in the scene file. The status is 1 if the residual is more
-    than noise.
+    Values have 95 % intervals. With --minimise or --maximise the command finds the values of an
+    optimum instead. The search starts from the values in the scene file. The status is 1 if the
+    residual is more than noise.
     """
     from hertzchain.fits import fit as fits
     from hertzchain.fits.optimum import optimum

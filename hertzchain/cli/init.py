@@ -24,9 +24,10 @@ def init(
     ),
     kind: Kind = typer.Option(PULSE, "--from", help="Kind of the scene."),
 ) -> None:
-    """Write a commented scene file to start from, and say what to do next.
+    """Write a commented scene file to start from.
 
-    "pulse-table" also writes a table next to it, to be replaced with a measured pulse.
+    The command also says what to do next. "pulse-table" also writes a table next to it, to be
+    replaced with a measured pulse.
     """
     files = files_of(kind.value, path)
     check_outputs([], files)

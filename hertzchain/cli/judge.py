@@ -53,7 +53,10 @@ def judge(
     report: options.Report = None,
     junit: options.Junit = None,
 ) -> None:
-    """Judge peaks of any code, with the likely cause of differences, or measured forces."""
+    """Judge the peaks of any code, or measured forces.
+
+    Where peaks differ, the likely cause is named.
+    """
     from hertzchain.report.cards import document_of
     from hertzchain.uncertainty.document import of_validation
     from hertzchain.uncertainty.validation import SEEN, validate

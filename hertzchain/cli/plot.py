@@ -46,11 +46,11 @@ def plot(
     ),
     size: Size = None,
 ) -> None:
-    """Draw a sweep: a result over a parameter, a line for each value of the others, or a map.
+    """Draw a sweep: a result over a parameter, or a map.
 
-    Text below the picture names values that are not shown, without numbers or with further
-    variations. An axis is logarithmic if its parameter was swept with :log, or if the drawn values
-    span more than two decades.
+    Other parameters are a line for each value. Text below the picture names values that are not
+    shown, without numbers or with further variations. An axis is logarithmic if its parameter was
+    swept with :log, or if the drawn values span more than two decades.
     """
     from hertzchain.sweeps import Sweep
     from hertzchain.sweeps.drawing import SIZE, draw

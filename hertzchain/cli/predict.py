@@ -7,7 +7,10 @@ from hertzchain.cli.output import show
 
 
 def predict(scene: SceneFile, as_json: AsJson = False) -> None:
-    """Predict without simulating: a map of peaks, p, F_SW, the formulas, the exact wave."""
+    """Predict peaks, p and F_SW without a simulation.
+
+    They come from the formulas, a map of simulated peaks, and the exact solitary wave.
+    """
     from hertzchain import theory
     from hertzchain.report.console import print_prediction
 

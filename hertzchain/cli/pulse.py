@@ -50,10 +50,11 @@ def pulse(
     size: Size = None,
     as_json: AsJson = False,
 ) -> None:
-    """Make a pulse table of a recording: without baseline, from start to end, with few rows.
+    """Make a pulse table of a recorded force.
 
-    The command says what was changed, and how well F0 and impulse are known. Comments, header,
-    separator and decimal commas are recognised.
+    The table has no baseline, begins and ends with the pulse, and has few rows. The command says
+    what was changed, and how well F0 and impulse are known. Comments, header, separator and decimal
+    commas are recognised.
     """
     import json
 

@@ -99,7 +99,7 @@ def run(
     every: options.EveryContact = False,
     as_json: options.AsJson = False,
 ) -> None:
-    """Simulate a scene with one backend: peaks, p, F_SW, speed, pressure, error, cost."""
+    """Simulate a scene: peaks, p, F_SW, speed, pressure and error."""
     if uncertainty is not None:
         for name, given in {
             "backend": backend != options.NATIVE, "method": method, "dt": dt, "lmp": lmp,

@@ -73,10 +73,10 @@ def sweep(
     time_limit: options.TimeLimit = "1 h",
     as_json: options.AsJson = False,
 ) -> None:
-    """Measure many scenes: a row for each with its parameters, p, F_SW, speed, largest peak, error.
+    """Measure many scenes: a table with a row for each.
 
-    With a wall the row also has the force on it; p, F_SW and speed exist only for uniform free
-    chains.
+    A row has the parameters, p, F_SW, speed, the largest peak and the error. With a wall the row
+    also has the force on it; p, F_SW and speed exist only for uniform free chains.
 
     A sweep that was stopped or killed continues when it is started again. A scene that fails is a
     row with the reason.

@@ -12,7 +12,10 @@ def timestep(
     scene: SceneFile,
     rtol: float = typer.Option(1e-3, help="Wanted relative error of the peaks."),
 ) -> None:
-    """Find the longest step of LAMMPS, or any velocity Verlet, for a wanted accuracy of peaks."""
+    """Find the longest time step of LAMMPS for a wanted accuracy.
+
+    The step is that of any velocity Verlet.
+    """
     from hertzchain.decks.known_answer import deck_step
 
     loaded = load_scene(scene)

@@ -33,7 +33,10 @@ def tradeoff(
     ),
     size: Size = None,
 ) -> None:
-    """Measure error against cost of every method on a scene; half a minute for 60 granules."""
+    """Measure error against cost of every method on a scene.
+
+    This takes half a minute for 60 granules.
+    """
     from hertzchain.report import figures
     from hertzchain.report.tradeoff import print_tradeoff
     from hertzchain.verdict.tradeoff import tradeoff as measure
