@@ -36,7 +36,7 @@ def judge(
     ),
     units: Units = typer.Option(SI, help="Units of a dump, by LAMMPS's name."),
     dt: str | None = typer.Option(
-        None, help='The step of the code, seconds or with a unit ("20 ns").'
+        None, metavar="TIME", help='The step of the code, seconds or with a unit ("20 ns").'
     ),
     tolerance: float | None = typer.Option(
         None,

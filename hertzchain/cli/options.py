@@ -47,7 +47,11 @@ Ranks = Annotated[
     int | None, typer.Option(help="MPI ranks of the binary, by the mpiexec next to it or on PATH.")
 ]
 TimeLimit = Annotated[
-    str, typer.Option(help='How long each simulation may take, seconds or with a unit ("10 min").')
+    str,
+    typer.Option(
+        metavar="TIME",
+        help='How long each simulation may take, seconds or with a unit ("10 min").',
+    ),
 ]
 TIE = "chain.granules='0.2 / (2 * chain.radius)'"
 Ties = Annotated[
@@ -60,7 +64,10 @@ Ties = Annotated[
 ]
 LargestStep = Annotated[
     str | None,
-    typer.Option(help='Instead of --rtol: the largest step, seconds or with a unit ("20 ns").'),
+    typer.Option(
+        metavar="TIME",
+        help='Instead of --rtol: the largest step, seconds or with a unit ("20 ns").',
+    ),
 ]
 
 Size = Annotated[
