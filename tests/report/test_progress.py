@@ -85,7 +85,10 @@ def test_a_function_is_called_with_lines(name: str) -> None:
 COMMANDS: dict[str, list[str]] = {
     "run scene.toml --plot a.svg": ["native: running", "writing a.svg"],
     "timestep scene.toml": ["trying steps"],
-    "deck scene.toml -o in.chain": ["native: the step, and what the deck has to find"],
+    "deck scene.toml -o in.chain": [
+        "native: the step, and what the deck has to find",
+        "writing in.chain",
+    ],
     "unit-test scene.toml": ["native: looking for the wave"],
     "pulse scope.csv --scale 25": ["looking for few rows that keep the pulse"],
     "sweep scene.toml --vary duration_ratio=2,3 -o a": ["0 of 2 rows", "2 of 2 rows"],
