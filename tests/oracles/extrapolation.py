@@ -17,6 +17,7 @@ and, without attraction, never below 0.
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -88,13 +89,12 @@ def solve(scene: hc.Scene) -> Truth:
 
     Raises ArithmeticError where granules collide over and over.
     """
-    fine, rough = (
-        peaks(scene, tolerance, cap).peak_force
-        for tolerance, cap in ((TOLERANCE, CAP), (10 * TOLERANCE, 0.8 * CAP))
-    )
+    fine = peaks(scene).peak_force
+    rough = peaks(scene, 10 * TOLERANCE, 0.8 * CAP).peak_force
     return Truth(fine, SURE * Truth(fine, 0.0).error_of(rough))
 
 
+@functools.lru_cache(maxsize=2)
 def peaks(scene: hc.Scene, tolerance: float = TOLERANCE, cap: float = CAP) -> Found:
     """Peaks [N] and the end [m, m/s] of a scene."""
     chain, start, pieces = numbers_of(scene), start_of(scene), pieces_of(scene)

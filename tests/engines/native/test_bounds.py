@@ -191,7 +191,7 @@ def test_an_extrapolated_maximum_with_a_rival_is_told(monkeypatch: pytest.Monkey
 
 @pytest.mark.parametrize(
     "numbers",
-    [range(25), pytest.param(range(1000, 2000), marks=pytest.mark.slow)],
+    [range(12), pytest.param(range(1000, 2000), marks=pytest.mark.slow)],
     ids=["", "many"],
 )
 @pytest.mark.parametrize("kind", KINDS)

@@ -13,10 +13,10 @@ from hertzchain.engines.native.duration import with_end
 from tests.conftest import STEEL, paper_scene
 from tests.oracles.first_pulses import Trace
 
-WALLED = hc.Scene(hc.Chain(8, **STEEL), hc.Striker(1.0), wall=hc.Wall("rigid"))
+WALLED = hc.Scene(hc.Chain(6, **STEEL), hc.Striker(1.0), wall=hc.Wall("rigid"))
 SCENES = {
     "walled": WALLED,
-    "taper": replace(WALLED, chain=hc.Chain(8, **{**STEEL, "radius": 5e-3 * 0.9 ** np.arange(8)})),
+    "taper": replace(WALLED, chain=hc.Chain(6, **{**STEEL, "radius": 5e-3 * 0.9 ** np.arange(6)})),
     "damped": replace(WALLED, contact=hc.Contact("restitution", restitution=0.8)),
     "pressed": replace(WALLED, precompression=hc.Precompression(force=2.0)),
 }

@@ -143,14 +143,3 @@ def test_a_step_that_is_too_large_is_said() -> None:
     scene = paper_scene("cosine", 1.0, 2.0)
     with pytest.raises(RunFailed, match="smaller dt"):
         hc.Native("rk4", dt=5 * scene.units.time).run(scene)
-
-
-@pytest.mark.parametrize("dt", [0.0, -1.0, float("nan"), float("inf")])
-def test_impossible_steps_are_refused(dt: float) -> None:
-    with pytest.raises(hc.HertzchainError, match="dt"):
-        hc.Native(dt=dt)
-
-
-def test_unknown_methods_are_refused() -> None:
-    with pytest.raises(hc.HertzchainError, match="rk4"):
-        hc.Native("euler")
