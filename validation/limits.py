@@ -99,7 +99,7 @@ def impulse_peaks(granules: int) -> FloatArray:
 
 def impulse_coefficient() -> float:
     """Far-field force of a chain whose first granule is given the velocity 1."""
-    return float(np.median(impulse_peaks(60)[30:50]))
+    return float(np.median(impulse_peaks(50)[38:47]))
 
 
 @functools.cache

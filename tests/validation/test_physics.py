@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from dataclasses import replace
 from types import ModuleType
@@ -20,6 +21,9 @@ from validation.physics import (
 from validation.rows import Row
 
 Doctor = Callable[[hc.Result], hc.Result]
+
+answers = functools.cache(chains.answers)
+"""What is simulated is so once, whatever it is doctored to."""
 
 
 def harder(result: hc.Result) -> hc.Result:
@@ -56,8 +60,6 @@ def failed(rows: list[Row]) -> set[str]:
 def test_a_wrong_simulation_fails(
     script: ModuleType, doctor: Doctor, expected: set[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    answers = chains.answers
-
     def doctored(scene: hc.Scene, _: bool, *rest: Any) -> dict[str, hc.Result]:
         return {"native": doctor(answers(scene, False, *rest)["native"])}
 

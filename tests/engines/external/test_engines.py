@@ -40,23 +40,13 @@ BOTH = [
 ]
 
 
-@pytest.fixture(scope="module")
-def compared() -> hc.Comparison:
-    """The verdict on both engines at the same steps."""
-    scene = PULSE
-    dt = 0.02 * scene.units.time
-    return hc.compare(scene, [hc.Liggghts(dt), hc.Yade(dt)])
-
-
 @pytest.mark.liggghts
 @pytest.mark.yade
 @pytest.mark.lammps
-def test_three_engines_agree_with_one_another_beyond_what_reading_costs(
-    compared: hc.Comparison,
-) -> None:
+def test_three_engines_agree_with_one_another_beyond_what_reading_costs() -> None:
     """They are read at the same steps, so not even the interpolation between readings differs."""
-    scene = PULSE
-    lammps = hc.Lammps(0.02 * scene.units.time).run(scene)
+    dt = 0.02 * PULSE.units.time
+    compared, lammps = hc.compare(PULSE, [hc.Liggghts(dt), hc.Yade(dt)]), hc.Lammps(dt).run(PULSE)
     for engine in ("liggghts", "yade"):
         other = compared.results[engine]
         # Round-off of absolute coordinates, of each of the two.

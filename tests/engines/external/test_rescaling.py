@@ -211,11 +211,11 @@ def test_as_a_similar_scene_to_the_last_digit(
     ("depth", "granules", "momentum_ratio", "n"),
     [
         (1e-9, 60, 2.0, 2.0),
-        (1e-5, 200, 1e-3, 5.0),
         (1e-3, 5, 50.0, 1.2),
         (0.05, 3, 300.0, 2.0),
-        (0.3, 2, 1000.0, 1.1),
         (0.9, 20, 0.05, 100.0),
+        pytest.param(1e-5, 200, 1e-3, 5.0, marks=pytest.mark.slow),
+        pytest.param(0.3, 2, 1000.0, 1.1, marks=pytest.mark.slow),
     ],
 )
 def test_the_loss_is_predicted_and_bounded(

@@ -73,12 +73,12 @@ def twin_of(scene: hc.Scene, legs: Sequence[Leg]) -> tuple[FloatArray, FloatArra
     return motion, np.asarray(watch.force * units.force, np.float64)
 
 
-# Every fourth scene is quick, and takes one of the pair styles in turn, as both compute the same
+# Every sixth scene is quick, and takes one of the pair styles in turn, as both compute the same
 # force; the others are of the same profiles with other numbers.
 @pytest.mark.parametrize(
     ("name", "pair_style"),
     [
-        pytest.param(name, style, marks=[] if k % 8 == 4 * j else pytest.mark.slow)
+        pytest.param(name, style, marks=[] if k % 12 == 6 * j else pytest.mark.slow)
         for k, name in enumerate(scenes.NAMES)
         for j, style in enumerate(PAIR_STYLES)
     ],
@@ -130,7 +130,7 @@ def test_order_of_peaks(
         ),
         *(
             pytest.param(
-                name, hc.Lammps(extrapolated=True), marks=[] if k % 2 else pytest.mark.slow
+                name, hc.Lammps(extrapolated=True), marks=[] if k % 4 == 1 else pytest.mark.slow
             )
             for k, name in enumerate(scenes.NAMES)
         ),

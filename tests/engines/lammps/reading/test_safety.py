@@ -79,7 +79,7 @@ def test_nothing_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
 
 WRONG: dict[str, tuple[str, str | None, str]] = {
-    "endless": ("", "label a\nrun 0\njump SELF a", "not over after 2 s"),
+    "endless": ("", "label a\nrun 0\njump SELF a", "not over after 1 s"),
     "python": ("fix x all python/invoke 1 end_of_step f", None, "in.mine:25: fix python/invoke is"),
     "code of a compute": ("compute p all mliap model none", None, "in.mine:25: compute mliap is"),
     "fewer granules": (
@@ -114,11 +114,11 @@ def test_what_goes_wrong_is_one_sentence(what: str, tmp_path: Path) -> None:
     more, run, words = (WRONG | RARELY_WRONG)[what]
     deck = Deck(more=more, run=run, steps=20).write(tmp_path)
     before = children(os.getpid())
-    limit = 2.0 if what == "endless" else 60.0
+    limit = 1.0 if what == "endless" else 60.0
     started = time.monotonic()
     with pytest.raises(RunFailed) as caught:
         read_deck(deck, SCENE, time_limit=limit)
-    assert isinstance(caught.value, TooExpensive) == (limit == 2.0)
+    assert isinstance(caught.value, TooExpensive) == (limit == 1.0)
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
     assert "Traceback" not in str(caught.value)
