@@ -1,19 +1,25 @@
-"""Maxima of forces within an interval against polynomials with known ones and SciPy."""
+"""Curves through samples: Hermite interpolation, their maxima, and forces of damped contacts."""
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 
-from hertzchain.arrays import Array
-from hertzchain.observables.curves import Curves
-from hertzchain.observables.damped_law import DampedLaw
-from tests.observables.test_hermite import PRECISIONS, numbers
+from hertzchain.arrays import Array, FloatArray
+from hertzchain.observables import hermite
+from hertzchain.observables.curves import Curves, first_touch
+from hertzchain.observables.damped_law import DampedLaw, true_forces
+from hertzchain.observables.peaks import PeakWatch
+from hertzchain.observables.samples import Samples
+from hertzchain.scene.schedule import Leg
+
+numbers = st.floats(-1.0, 1.0)
 
 
 def maxima(overlap: Array) -> Array:
@@ -31,7 +37,7 @@ def curve_with_slope(slope: Polynomial, dtype: type[np.floating[Any]]) -> Array:
     return np.array(slope.integ().coef + np.eye(1, slope.degree() + 2)[0], dtype)[:, None]
 
 
-@pytest.mark.parametrize("dtype", PRECISIONS)
+@pytest.mark.parametrize("dtype", [np.float64, np.longdouble])
 @given(peak=positions, a=numbers, b=numbers, c=numbers, d=numbers)
 def test_maximum_of_a_sextic(
     dtype: type[np.floating[Any]], peak: float, a: float, b: float, c: float, d: float
@@ -57,3 +63,135 @@ def test_maxima_of_a_polynomial() -> None:
     assert maxima(curve[:, None]) == pytest.approx([0.5], rel=0, abs=1e-10)
     assert np.sort(maxima(-curve[:, None])) == pytest.approx([0.25, 0.875], rel=0, abs=1e-10)
     assert maxima(np.array([[1.0], [1.0], [0.0], [0.0]])).size == 0
+
+
+def interpolant(function: list[Any], start: float, h: float) -> FloatArray:
+    """Coefficients for a function given with its derivatives."""
+    first, last = ([np.array(f(t)) for f in function] for t in (start, start + h))
+    return np.asarray(hermite.coefficients(first, last, np.array(h)), np.float64)
+
+
+@pytest.mark.parametrize("m", [1, 2, 3])
+@given(data=st.data(), start=numbers, h=st.floats(0.1, 2.0))
+@settings(max_examples=50)
+def test_polynomials_up_to_degree_2m_plus_1_are_met(
+    m: int, data: st.DataObject, start: float, h: float
+) -> None:
+    terms = data.draw(st.lists(numbers, min_size=2 * m + 2, max_size=2 * m + 2))
+    polynomial = Polynomial(terms)
+    curve = interpolant([polynomial.deriv(k) if k else polynomial for k in range(m + 1)], start, h)
+    s = np.linspace(0.0, 1.0, 21)
+    # Values and scaled derivatives go up to 1e5 (degree 7 at t = 3, third derivative times 2^3),
+    # and the basis has coefficients up to 84.
+    largest = np.abs(Polynomial(np.abs(terms))(abs(start) + h)) + 1
+    tolerance = 1e-13 * (1 + h) ** m * math.factorial(2 * m + 1) * largest
+    expected = polynomial(start + s * h)
+    assert hermite.evaluate(curve[:, None], s) == pytest.approx(expected, rel=0, abs=tolerance)
+
+
+LEG = Leg(1.0, 1.3, 3, None)
+TIME = np.array([1.0, 1.1, 1.2, 1.3])
+OVERLAP = np.array([[0.2], [0.5], [0.4], [0.1]])
+RATE = np.array([3.0, 0.5, -1.0, -4.0])
+GROWTH = np.array([-9.0, -20.0, -25.0, -30.0])
+"""A contact that closes and opens, by the motion of the first of two granules."""
+
+
+def law(exponent: float, attraction: bool) -> DampedLaw:
+    return DampedLaw(np.array([7.0]), np.array([0.6]), exponent, attraction)
+
+
+def samples(force: np.ndarray) -> Samples:
+    def moves(values: np.ndarray) -> np.ndarray:
+        return np.stack([values, np.zeros_like(values)], axis=1)
+
+    return Samples(TIME, moves(OVERLAP[:, 0]), moves(RATE), moves(GROWTH), OVERLAP, force)
+
+
+@pytest.mark.parametrize("attraction", [True, False])
+@pytest.mark.parametrize("exponent", [0.0, 0.25, 0.5])
+def test_forces_become_those_of_the_velocities_of_their_time(
+    exponent: float, attraction: bool
+) -> None:
+    """At the start of a leg they are, as forces are computed again there."""
+    one = law(exponent, attraction)
+    half = np.where(LEG.start < TIME, LEG.dt / 2, 0.0)
+    given = one.force(OVERLAP, (RATE - half * GROWTH)[:, np.newaxis])
+    found = true_forces(samples(given), one, LEG).contact_force
+    right = one.force(OVERLAP, RATE[:, np.newaxis])
+    np.testing.assert_allclose(found, right, rtol=1e-14, atol=1e-14)
+    assert found[0] == given[0]
+    assert np.all(found[1:3] != given[1:3])
+
+
+@pytest.mark.parametrize(("attraction", "pulls"), [(True, True), (False, False)])
+def test_contacts_that_may_not_pull_do_not_in_a_softer_code(attraction: bool, pulls: bool) -> None:
+    """The change from one velocity to the other is the law's own, of the full stiffness."""
+    one = law(0.25, attraction)
+    softer = 0.1 * one.force(OVERLAP, 0 * OVERLAP)
+    found = one.with_rate(softer, OVERLAP, 0 * OVERLAP, -4.0 + 0 * OVERLAP)
+    assert bool(np.any(found < 0)) is pulls
+
+
+ROUND_OFF = 1e-14
+
+
+def test_first_touch_of_a_cubic_motion_is_exact() -> None:
+    """-2 - t^2 / 2 + t^3 from 1 to 3."""
+    exact = next(t.real for t in np.roots([1, -0.5, 0, -2]) if abs(t.imag) < ROUND_OFF)
+    at_one = (np.array([-1.5]), np.array([2.0]), np.array([5.0]))
+    later, speed, growth, doubt = first_touch(at_one, np.array([17.0]), np.array([2.0]))
+    assert 1 + later[0] == pytest.approx(exact, rel=ROUND_OFF, abs=0)
+    assert speed[0] == pytest.approx(3 * exact**2 - exact, rel=ROUND_OFF, abs=0)
+    assert growth[0] == pytest.approx(6 * exact - 1, rel=ROUND_OFF, abs=0)
+    assert doubt[0] == pytest.approx(12 * (exact - 1), rel=ROUND_OFF, abs=0)
+
+
+def pushed_by_a_damper(t: float) -> tuple[float, float, float]:
+    """Overlap, rate and acceleration of a sphere that a damper of rate 1 sets in motion."""
+    return t - 1 + np.exp(-t) - 0.5, 1 - np.exp(-t), np.exp(-t)
+
+
+TOUCH = 1.198290437315664
+"""Where the overlap above is 0 (by Newton's method)."""
+
+
+@pytest.mark.parametrize("offset", [0.2, 0.5, 0.8])
+def test_the_speed_of_first_touch_is_of_third_order_and_within_its_bound(offset: float) -> None:
+    assert abs(pushed_by_a_damper(TOUCH)[0]) < 1e-12
+    errors = []
+    for h in (0.2, 0.1, 0.05):
+        begin = TOUCH - offset * h
+        before = tuple(np.array([value]) for value in pushed_by_a_damper(begin))
+        after = np.array([pushed_by_a_damper(begin + h)[2]])
+        _, speed, _, doubt = first_touch(before, after, np.array([h]))
+        errors.append(abs(speed[0] - pushed_by_a_damper(TOUCH)[1]))
+        assert errors[-1] < doubt[0]
+    order = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert np.all(np.abs(order - 3) < 0.3), order
+
+
+@pytest.mark.parametrize("interval", [0.3, 1.0])
+@pytest.mark.parametrize("offset", [0.0, 0.1, 0.5, 0.9])
+def test_a_force_that_decays_faster_than_samples_come(interval: float, offset: float) -> None:
+    """A sphere of mass 1 and speed 2 flies at a heavy one: the dashpot presses hardest at once."""
+    damping, speed = 5.0, 2.0
+    time = interval * (np.arange(4) - 1 - offset)
+    later = np.maximum(time, 0.0)
+    decay = np.exp(-damping * later)
+    place = np.where(time < 0, speed * time, speed * (1 - decay) / damping)
+    velocity = np.where(time < 0, speed, speed * decay)
+    pressed = (time > 0) * 1.0
+    law = DampedLaw(np.array([1e-99]), np.array([damping]), 0.0, attraction=False)
+    displacement, rate, growth = (
+        np.stack([values, 0 * values], axis=1)
+        for values in (place, velocity, -damping * velocity * pressed)
+    )
+    force = (damping * velocity * pressed)[:, np.newaxis]
+    watch = PeakWatch(law, np.array([1.0, 0.0]))
+    watch.update(Samples(time, displacement, rate, growth, place[:, np.newaxis], force))
+    assert watch.force[0] == pytest.approx(damping * speed, rel=1e-12, abs=0)
+    assert abs(watch.time[0]) < 1e-12
+    assert watch.reading_error < 0.3  # the quintic right after the jump overshoots, not the force
+    # All kinetic energy is lost; the nodes of the integral do not resolve the decay fully.
+    assert watch.dissipated == pytest.approx(speed**2 / 2, rel=0.1)

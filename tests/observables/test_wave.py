@@ -1,4 +1,4 @@
-"""The wave between two contacts."""
+"""The wave of a chain: the end of the transition, the far field, speed and width."""
 
 from __future__ import annotations
 
@@ -6,10 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import hertzchain as hc
 from hertzchain.errors import SceneError
+from hertzchain.observables.far_field import UNSETTLED, WAVE_SPEED, unsettled
+from hertzchain.observables.transition import SolitaryWave, solitary_wave, transition_granules
 from hertzchain.observables.wave import places
+from hertzchain.theory import solitary_wave as exact
 from tests.conftest import STEEL, paper_scene
 
 LONG = hc.Scene(hc.Chain(40, **STEEL), hc.Striker(1.0))
@@ -72,3 +77,181 @@ def test_contacts_near_the_end_are_marked() -> None:
         marked = result.contact[result.first_columns["near_end"]]
         assert marked.tolist() == list(range(21 - count, 21))
         assert result.usual_wave.last == 20 - count
+
+
+def p_of(peaks: list[float], peaked_until: int | None = None) -> int | None:
+    """The p of peaks F_2, F_3 ...; contacts up to ``peaked_until`` have peaked, by default all."""
+    contact = np.arange(2, len(peaks) + 2)
+    last = contact[-1] if peaked_until is None else peaked_until
+    return transition_granules(np.array(peaks), contact <= last)
+
+
+@given(
+    early=st.lists(st.sampled_from([1.0, 1.005, 1.02, 0.98]), max_size=20),
+    steady=st.integers(0, 10),
+    end=st.sampled_from([1.0, 0.976, 0.0]),
+    unseen=st.integers(0, 12),
+)
+def test_p_vs_its_definition(early: list[float], steady: int, end: float, unseen: int) -> None:
+    """The smallest i >= 5 from which all changes k = i ... N - 2 are small, i + 2 having peaked."""
+    peaks = [100.0, *(100.0 * np.cumprod([*early, *[1.0] * steady, end]))]
+    granules, force = len(peaks) + 1, dict(enumerate(peaks, start=2))
+    expected = None
+    for i in range(5, granules - 1):
+        changes = [abs(force[k + 1] / force[k] - 1) for k in range(i, granules - 1)]
+        if max(changes) < 0.01:
+            expected = i if i + 2 <= granules - unseen else None
+            break
+    assert p_of(peaks, granules - unseen) == expected
+
+
+def test_changes_are_relative_to_the_later_peak() -> None:
+    """From 100 to 101 is 0.0099 of the later; from 101 to 100 is 0.01, which is not below 1 %."""
+    assert p_of([100.0] * 8 + [101.0] * 8) == 5
+    assert p_of([101.0] * 8 + [100.0] * 8) == 10
+    assert p_of([99.001] * 8 + [100.0] * 8) == 5
+    assert p_of([0.0] * 19, 1) is None
+
+
+def test_another_limit_than_1_percent() -> None:
+    passed = np.ones(39, np.bool_)
+    peaks = 1.02 ** np.minimum(np.arange(2, 41), 9)  # changes of 2 %, 0.0196
+    assert transition_granules(peaks, passed, 0.019) == 9
+    assert transition_granules(peaks, passed, 0.02) == 5
+    one_by_one = np.full(37, 0.019)  # of changes 2 ... 38
+    one_by_one[[8 - 2, 7 - 2]] = 0.02
+    assert transition_granules(peaks, passed, one_by_one) == 7
+
+
+# The wave
+
+
+SLOWNESS = 2 * 0.9055 * 130 ** (1 / 6)
+"""Natural time unit of contacts under 1 N [s N^(1/6)]: about 2 s a contact for waves of 130 N."""
+
+
+def steady_wave(granules: int, p: int, peaked_until: int | None = None) -> SolitaryWave:
+    """Peaks F_i = 100 + i, one every 2 s, contacts half a metre apart."""
+    contact = np.arange(2.0, granules + 1.0)
+    peaked = contact <= (peaked_until or granules)
+    return solitary_wave(100.0 + contact, 2.0 * contact, peaked, p, 0.5, SLOWNESS)
+
+
+@pytest.mark.parametrize(
+    ("granules", "peaked_until", "speed"),
+    [
+        *((granules, None, 0.25) for granules in (40, 21, 14, 13)),
+        # From contact 10; the one at the free end, N, peaks early and is no measure.
+        *((granules, None, None) for granules in (11, 12)),
+        (40, 12, 0.25),
+        (40, 11, None),
+    ],
+)
+def test_force_and_speed_of_a_wave(
+    granules: int, peaked_until: int | None, speed: float | None
+) -> None:
+    """Also where the chain ends before contact p + 11."""
+    wave = steady_wave(granules, 9, peaked_until)
+    assert (wave.peak_force, wave.speed) == (110.0, speed)
+    ones = np.ones(10)
+    assert solitary_wave(ones, ones, ones > 0, None, 1.0, 1.0) == SolitaryWave(None, None, None)
+
+
+def test_speed_is_that_between_contacts_p_plus_1_and_p_plus_11() -> None:
+    contact = np.arange(2.0, 41.0)
+    # 2 s a contact from 10 to 20, else 7 s.
+    time = np.cumsum(np.where((contact > 10) & (contact <= 20), 2.0, 7.0))
+    peaked = contact > 0
+    assert solitary_wave(100.0 + contact, time, peaked, 9, 0.5, SLOWNESS).speed == 0.25
+
+
+LENGTHS = (8, 10, 12, 14, 17, 20, 24, 28, 34, 40, 56, 80, 160, 320, 640)
+
+
+def test_the_speed_is_that_of_the_exact_wave() -> None:
+    assert exact.solitary_wave().speed == pytest.approx(WAVE_SPEED, abs=5e-11)
+
+
+def cut(long: hc.Result, granules: int) -> SolitaryWave:
+    """The wave of a shorter chain, which has the same peaks up to its last two contacts."""
+    chain = long.scene.chain
+    slowness = 2 * chain.radius * WAVE_SPEED / exact.speed(chain, 1.0)
+    force, time = long.peak_force[: granules - 1], long.peak_time[: granules - 1]
+    passed = np.ones(force.size, bool)
+    p = transition_granules(force, passed)
+    return solitary_wave(force, time, passed, p, 2 * chain.radius, slowness)
+
+
+def check(scene: hc.Scene) -> int:
+    """Return the number of lengths with a far field; each is within its error."""
+    long = hc.Native(rtol=1e-7, peaks_only=True).run(scene)
+    settled, half = long.peak_force[-3], long.peak_force[scene.chain.granules // 2]
+    # What is left to the long chain, and the accuracy of both peaks.
+    room = abs(settled / half - 1) + 2e-7
+    stated = 0
+    for granules in LENGTHS:
+        wave = cut(long, granules)
+        if wave.far_field_force is None:
+            assert wave.far_field_error is None or wave.far_field_error >= UNSETTLED
+            continue
+        stated += 1
+        assert abs(wave.far_field_force / settled - 1) <= wave.far_field_error + room
+        if wave.speed is not None:
+            final = exact.speed(scene.chain, settled)
+            assert abs(wave.speed / final - 1) <= wave.speed_error + room
+    return stated
+
+
+@pytest.mark.parametrize("duration_ratio", [1.2, 4.0])
+@pytest.mark.parametrize(("momentum_ratio", "lengths"), [(0.1, 12), (2.0, 8), (5.0, 5)])
+def test_the_wave_changes_by_no_more_than_stated(
+    momentum_ratio: float, lengths: int, duration_ratio: float
+) -> None:
+    profile = "cosine-triangular"
+    scene = paper_scene(profile, momentum_ratio, duration_ratio, granules=1000)
+    assert check(scene) >= lengths
+
+
+@pytest.mark.parametrize("last", range(4, 12))
+def test_the_half_of_a_short_chain_near_the_shock_does_not_count(last: int) -> None:
+    """There the pulse still acts, so that its peaks say nothing of the growth of the wave."""
+    force, time = 100.0 - 10.0 / np.arange(1.0, 13.0), np.arange(1.0, 13.0)
+    other = np.where(np.arange(12) < last - last // 2, 2.0, 1.0)
+    at, speed = np.array([last]), np.array([0.5])
+    bound = unsettled(force[None], time[None], at, speed)
+    assert unsettled((force * other)[None], (time / other)[None], at, speed) == bound
+    changed = np.where(np.arange(12) == last - min(4, last // 2), 1.01, 1.0)
+    assert unsettled((force * changed)[None], time[None], at, speed) != bound
+
+
+@pytest.mark.parametrize(("granules", "is_stated"), [(12, False), (20, True)])
+def test_a_chain_that_is_too_short_has_no_far_field(granules: int, is_stated: bool) -> None:
+    wave = hc.Native().run(paper_scene("cosine-triangular", 2.0, 2.0, granules)).solitary_wave
+    assert (wave.far_field_error < UNSETTLED) is is_stated
+    assert (wave.far_field_force is not None) is is_stated
+    assert (wave.reason is None) is is_stated
+
+
+def table(*rows: tuple[float, float], granules: int) -> hc.Scene:
+    """Rows of time and force, in natural time units and N; F0 is 100 N."""
+    pulse = paper_scene("cosine", 1.0, 2.0, granules)
+    time, force = zip(*rows, strict=True)
+    unit = pulse.contact_time
+    return hc.Scene(pulse.chain, hc.PulseTable(tuple(unit * t for t in time), force))
+
+
+def test_waves_of_a_table_may_catch_up_so_that_no_error_is_stated() -> None:
+    rows = ((0, 0.0), (1, 60.0), (2, 0.0), (3, 0.0), (4, 100.0), (5, 0.0))
+    wave = hc.Native().run(table(*rows, granules=24)).solitary_wave
+    assert wave.far_field_force is not None
+    assert wave.speed is not None
+    assert wave.far_field_error is wave.speed_error is None
+    assert "pulse table" in str(wave.reason)
+
+
+def test_a_chain_too_short_for_its_table_says_so() -> None:
+    wave = hc.Native().run(table((0, 0.0), (5, 100.0), (10, 0.0), granules=20)).solitary_wave
+    assert wave.far_field_force is wave.speed_error is None
+    assert wave.far_field_error is not None
+    assert wave.far_field_error >= UNSETTLED
+    assert "more granules" in str(wave.reason)

@@ -1,0 +1,228 @@
+"""Scripts that are run by hand: benchmarks, two commits, extremes, a long run, a clone."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pytest
+
+import hertzchain as hc
+from hertzchain.engines.lammps.isolation import Child
+from hertzchain.engines.native.methods import METHODS
+from hertzchain.errors import RunFailed
+from tests.command_line import python
+from tests.conftest import paper_scene
+from tests.places import ROOT
+from validation import bench_before, extremes, judging, long_run
+from validation.bench_before import Compared, Worker, by_turns, judge, slower
+from validation.benchmarks import TERMS, Measured, keep
+
+
+def with_ratio(ratio: float) -> Compared:
+    return Compared(1.0, ratio, ratio)
+
+
+@pytest.mark.parametrize(
+    ("ratios", "is_slower", "lowest"),
+    [
+        ([1.15], False, 1.15),
+        ([1.3, 1.16, 1.2], True, 1.16),  # slower in each of three measurements
+        ([1.5, 1.1], False, 1.1),
+        ([1.5, 1.5, 1.1], False, 1.1),
+    ],
+)
+def test_what_is_slower_three_times_is_slower(
+    ratios: list[float], is_slower: bool, lowest: float
+) -> None:
+    asked: list[Sequence[str]] = []
+
+    def measure(names: Sequence[str], attempt: int) -> dict[str, Compared]:
+        asked.append(names)
+        planted = {"demo": ratios[attempt], "batch": 1.0}
+        return {name: with_ratio(planted[name]) for name in names}
+
+    found = judge(measure, ["demo", "batch"], 1.15)
+    assert found == {"demo": with_ratio(lowest), "batch": with_ratio(1.0)}
+    assert slower(found, 1.15) == ["demo"] * is_slower
+    assert asked == [["demo", "batch"], *[["demo"]] * (len(ratios) - 1)]
+    assert slower({"demo": with_ratio(float("nan"))}) == ["demo"]
+
+
+def test_both_take_turns_and_the_ratio_is_the_median_of_turns() -> None:
+    clock = iter(range(1, 7))
+    # Turn by turn the new tree is asked first, second and first.
+    assert by_turns([lambda: next(clock)] * 2, 3) == [(2, 1), (3, 4), (6, 5)]
+    # A load that slows two turns, in both trees alike.
+    compared = Compared.of([(1.0, 1.2), (5.0, 6.0), (10.0, 9.0)])
+    assert (compared.old, compared.new, compared.ratio) == (5.0, 6.0, 1.2)
+
+
+@pytest.mark.parametrize("ratio", [1.15, 1.3])
+def test_the_last_line_is_the_verdict(
+    ratio: float, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(bench_before, "find_commit", lambda _: None)
+    monkeypatch.setattr(bench_before, "is_same", lambda _: False)
+    monkeypatch.setattr(bench_before, "checked_out", contextlib.nullcontext)
+    measured = {"demo": with_ratio(ratio)}, {"batch": "AttributeError: no such function"}
+    monkeypatch.setattr(bench_before, "compare", lambda _tree, _limit: measured)
+    is_slower = ratio > 1.2
+    assert bench_before.run(["--revision", "v0.1.0", "--limit", "1.2"]) == is_slower
+    out, err = capsys.readouterr()
+    assert "new / old: the median of the ratios of paired turns" in out
+    begin = "measuring, about two minutes\n"
+    slow = "slower than v0.1.0: demo: 1.30 times\n"
+    assert err == begin + slow * is_slower
+    verdict = "no workload is more than 1.2 times slower than v0.1.0"
+    assert (out.splitlines()[-1] == verdict) != is_slower
+
+
+def test_what_cannot_be_compared_is_one_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.delenv("CI", raising=False)
+    monkeypatch.setattr(bench_before, "ROOT", ROOT / "hertzchain")
+    assert bench_before.run([]) == 2
+    assert "git" in capsys.readouterr().err
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert bench_before.run([]) == 2
+    err = capsys.readouterr().err
+    assert err.endswith("install git to compare commits\n")
+    assert err.count("\n") == 1
+
+
+def test_a_worker_that_has_ended_is_reported(tmp_path: Path) -> None:
+    """Its pipe is broken when it is asked."""
+    package = tmp_path / "hertzchain"
+    package.mkdir()
+    (package / "__init__.py").write_text("raise SystemExit(3)", encoding="utf-8")
+    worker = Worker(tmp_path)
+    try:
+        with pytest.raises(RunFailed, match="ended with status 3"):
+            worker.answer()
+        with pytest.raises(RunFailed, match="ended with status 3"):
+            worker.turn("demo")
+    finally:
+        worker.end()
+
+
+@pytest.mark.parametrize("codes", [("native", "LAMMPS"), ("native", "LAMMPS", "LIGGGHTS")])
+def test_figures_are_kept_with_the_machine(tmp_path: Path, codes: tuple[str, ...]) -> None:
+    measured = [Measured("A", "native, with error", 0.3, "ms"), Measured("B", "a ratio", 197.26)]
+    for name in TERMS:
+        measured += [Measured("K", f"{name}: {code} to 1e-4", 2.0, "ms") for code in codes]
+    keep(tmp_path, measured)
+    assert (
+        "cores; hertzchain" in (tmp_path / "bench.csv").read_text(encoding="utf-8").split("\n")[0]
+    )
+    table = pd.read_csv(tmp_path / "bench.csv", comment="#", keep_default_na=False)
+    assert table.iloc[1].to_list() == ["B", "a ratio", 197.3, ""]
+    assert len(table) == len(measured)
+    drawn = (tmp_path / "bench.svg").read_text(encoding="utf-8")
+    assert "Scenes with terms" in drawn
+    assert all(f"{code} to 1e-" in drawn for code in codes)
+    assert ("LIGGGHTS" in drawn) == ("LIGGGHTS" in codes)
+
+
+@pytest.fixture(scope="module")
+def table() -> pd.DataFrame:
+    """The quick form on half as many scenes, by native, at shorter time limits."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(extremes, "CHUNK", 12)
+        patch.setattr(extremes, "NATIVE_LIMIT", 0.2)
+        return extremes.measure(True, False)
+
+
+@pytest.mark.slow
+def test_every_run_is_right_or_refused(table: pd.DataFrame) -> None:
+    # How long a run takes is the machine's matter here.
+    rows = [entry for entry in extremes.promises(table) if "slowest" not in entry.what]
+    assert [entry.what for entry in rows if not entry.passed] == []
+    answered = table[(table["run"] == "native") & (table["outcome"] == judging.RIGHT)]
+    assert len(answered) >= 3  # of 12: the others are refused, with a reason
+    assert set(table["outcome"]) <= {judging.RIGHT, *judging.REASONS.values()}
+    assert len(extremes.draw(table).axes) == 4
+    late = table.assign(seconds=table["seconds"].where(table.index != table.index[-1], 30.0))
+    assert any("slowest" in entry.what for entry in extremes.promises(late) if not entry.passed)
+
+
+@pytest.mark.lammps
+@pytest.mark.slow
+def test_extremes_with_lammps() -> None:
+    assert extremes.SCRIPT.run(["--quick"]) == 0
+
+
+@pytest.mark.slow
+def test_a_silent_error_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Peaks that are off by twice what they say are wrong."""
+    original = hc.Native.run
+
+    def off(self: hc.Native, scene: hc.Scene, record: Any = None) -> hc.Result:
+        result = original(self, scene, record)
+        if self.rtol is None:
+            result.peak_force[:] *= 1 + 2 * result.error_estimate
+        return result
+
+    monkeypatch.setattr(hc.Native, "run", off)
+    with Child() as child:
+        judge = judging.Judge(0, paper_scene("cosine", 1.0, 2.0), child, rtol=1e-9)
+        assert judge.native("native", hc.Native(peaks_only=True)).outcome == "wrong"
+        assert judge.native("native", hc.Native(rtol=1e-6, peaks_only=True)).outcome == "right"
+
+
+KEPT = Path(long_run.__file__).parent / "results" / "long_run.csv"
+
+
+@pytest.fixture
+def long_run_kept() -> pd.DataFrame:
+    """Return the measured table long_run_kept in the repository."""
+    return pd.read_csv(KEPT, comment="#")
+
+
+@pytest.mark.slow
+def test_the_quick_form_passes_and_is_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    csv, figure = tmp_path / "long_run.csv", tmp_path / "long_run.png"
+    assert long_run.SCRIPT.run(["--quick", "-o", str(csv), "--plot", str(figure)]) == 0
+    assert "18 of 18 rows pass" in capsys.readouterr().out
+    assert all(entry.passed for entry in long_run.promises(pd.read_csv(csv, comment="#")))
+    assert figure.read_bytes().startswith(b"\x89PNG")
+
+
+def test_what_is_kept_is_whole_and_keeps_its_promises(long_run_kept: pd.DataFrame) -> None:
+    everyone = long_run.contenders(quick=False)
+    for contender in everyone:
+        own = long_run_kept[long_run_kept["contender"] == contender.method]
+        assert own["granule"].tolist() == list(contender.marks)
+    assert {one.method for one in everyone} == set(METHODS)
+    rows = long_run.promises(long_run_kept)
+    assert len(rows) == 18
+    assert [entry for entry in rows if not entry.passed] == []
+    assert KEPT.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
+
+
+_AS_A_SCRIPT = """
+import runpy, sys
+script, root, site = sys.argv[1:]
+own = [path for path in sys.path if path not in ("", root)]  # an editable install adds the clone
+sys.path[:] = [script.rpartition("/")[0], site, *own]
+sys.argv = [script, "--help"]
+runpy.run_path(script, run_name="__main__")
+"""
+"""What ``python SCRIPT --help`` does where hertzchain alone is installed, in a folder."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("script", ["table2.py", "physics/published.py", "run_all.py"])
+def test_a_script_needs_the_package_alone(script: str, tmp_path: Path) -> None:
+    (tmp_path / "hertzchain").symlink_to(ROOT / "hertzchain")
+    path = ROOT / "validation" / script
+    # -P and -E: neither this folder nor what the tests have set leads to the clone.
+    done = python("-P", "-E", "-c", _AS_A_SCRIPT, path, ROOT, tmp_path, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("usage: ")
