@@ -72,34 +72,33 @@ COMMANDS = {
 }
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a scene, the engines, and what commands say of them."""
-    here = tmp_path_factory.mktemp("registry")
-    paper_scene("cosine", 1.0, 2.0, granules=12).to_toml(here / "scene.toml")
-    (here / "dummy.py").write_text(DUMMY)
-    done = process(json.dumps(COMMANDS), code=START, cwd=here)
-    assert done.status == 0, done.err
-    return here
-
-
 def checks_of(file: Path) -> list[str]:
     """The names of the checks of a comparison that was kept."""
     return [check["name"] for check in json.loads(file.read_text(encoding="utf-8"))["checks"]]
 
 
-def test_a_further_engine_is_a_folder_and_a_line(folder: Path) -> None:
-    assert set(checks_of(folder / "compared.json")) >= {
+def test_a_further_engine_is_a_folder_and_a_line(tmp_path: Path) -> None:
+    """The same steps are asked of velocity Verlet alone."""
+    paper_scene("cosine", 1.0, 2.0, granules=12).to_toml(tmp_path / "scene.toml")
+    (tmp_path / "dummy.py").write_text(DUMMY)
+    done = process(json.dumps(COMMANDS), code=START, cwd=tmp_path)
+    assert done.status == 0, done.err
+    assert set(checks_of(tmp_path / "compared.json")) >= {
         "dummy: displacement, same steps",
         "dummy: peaks against the reference",
         "dummy: energy [J]",
     }
-    found = json.loads((folder / "compared.json").read_text(encoding="utf-8"))
+    assert [name for name in checks_of(tmp_path / "other.json") if name.startswith("other")] == [
+        "other: peaks against the reference",
+        "other: momentum [N s]",
+        "other: energy [J]",
+    ]
+    found = json.loads((tmp_path / "compared.json").read_text(encoding="utf-8"))
     assert all(row["dummy_N"] > 0 for row in found["rows"])
     for file, wanted in (("page.html", "Dummy, error estimate"), ("junit.xml", "dummy: energy")):
-        assert wanted in (folder / file).read_text(encoding="utf-8")
-    assert "Dummy" in (folder / "plot.svg").read_text(encoding="utf-8")
-    assert "velocity-verlet" in (folder / "run.txt").read_text(encoding="utf-8")
+        assert wanted in (tmp_path / file).read_text(encoding="utf-8")
+    assert "Dummy" in (tmp_path / "plot.svg").read_text(encoding="utf-8")
+    assert "velocity-verlet" in (tmp_path / "run.txt").read_text(encoding="utf-8")
 
 
 def test_doctor_knows_it(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -134,15 +133,6 @@ def test_doctor_says_what_optional_packages_are_for(monkeypatch: pytest.MonkeyPa
         assert not found[name].works
         assert not found[name].needed
         assert found[name].text.endswith(f"; pip install 'hertzchain[{extra}]'")
-
-
-def test_same_steps_are_for_velocity_verlet_alone(folder: Path) -> None:
-    names = checks_of(folder / "other.json")
-    assert [name for name in names if name.startswith("other")] == [
-        "other: peaks against the reference",
-        "other: momentum [N s]",
-        "other: energy [J]",
-    ]
 
 
 def test_entries_are_told_apart() -> None:

@@ -28,6 +28,7 @@ from hertzchain.verdict.check import Check
 from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
 from tests.conftest import STEEL
 from tests.engines.lammps.test_lammps import largest
+from validation.random_scenes import spread
 
 VERLET = METHODS["velocity-verlet"].walker
 PROFILES = ("cosine", "triangular", "cosine-triangular")
@@ -277,30 +278,26 @@ def test_granules_that_touch_the_next_but_one_are_refused(
 def random_scene(rng: np.random.Generator, most: float) -> hc.Scene:
     """LM_ratio 1e-4 to 1e4, n 1.001 to 1e4, N 2 to 500, where so much is done in seconds."""
     while True:
-        granules = round(_spread(rng, 2, 500))
+        granules = round(spread(rng, 2, 500))
         chain = hc.Chain(
             granules,
-            radius=_spread(rng, 1e-9, 1e2),
-            young_modulus=_spread(rng, 1e3, 1e13),
+            radius=spread(rng, 1e-9, 1e2),
+            young_modulus=spread(rng, 1e3, 1e13),
             poisson_ratio=float(rng.uniform(-0.9, 0.5)),
-            density=_spread(rng, 10, 1e5),
+            density=spread(rng, 10, 1e5),
         )
-        force = chain.contact_stiffness * (_spread(rng, 1e-16, 1) * chain.radius) ** 1.5
-        n = 1 + _spread(rng, 1e-3, 1e4)
+        force = chain.contact_stiffness * (spread(rng, 1e-16, 1) * chain.radius) ** 1.5
+        n = 1 + spread(rng, 1e-3, 1e4)
         pulse = hc.Pulse(
             profile_named(str(rng.choice(PROFILES))),
             force,
             n,
-            momentum_ratio=_spread(rng, 1e-4, 1e4),
+            momentum_ratio=spread(rng, 1e-4, 1e4),
         )
         scene = hc.Scene(chain, pulse)
         work = steps_of(scene, own_step(scene)) * (40 + granules)
         if 1e-15 <= force <= 1e15 and work < most:
             return scene
-
-
-def _spread(rng: np.random.Generator, low: float, high: float) -> float:
-    return float(10 ** rng.uniform(math.log10(low), math.log10(high)))
 
 
 def own_step(scene: hc.Scene) -> float:

@@ -69,7 +69,7 @@ def test_decks_have_no_mass_no_stiffness_and_no_damping_computed_here(name: str)
     scene = WRITTEN[name]
     legs, each = scene.schedule(0.1 * scene.contact_time), scene.granules
     strides = [1] * len(legs)
-    decks = [liggghts_deck.watched(scene, legs, strides)]
+    decks = [liggghts_deck.watched(scene, legs, strides), lammps_deck.set_up(scene)]
     if name != "viscoelastic":  # which Yade does not have
         decks.append(yade_deck.watched(scene, legs, strides))
     computed = [each.stiffness, each.mass, *([] if each.damping is None else [each.damping])]

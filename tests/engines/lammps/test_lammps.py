@@ -19,7 +19,7 @@ from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.in_numpy import integrate
 from hertzchain.engines.native.methods import METHODS
 from hertzchain.engines.native.simulation import simulate
-from hertzchain.errors import RunFailed
+from hertzchain.errors import RunFailed, SceneError
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.peaks import PeakWatch, largest_difference
 from hertzchain.observables.samples import Samples
@@ -226,20 +226,20 @@ def test_an_error_of_lammps_is_one_sentence() -> None:
 
 
 @pytest.mark.parametrize(
-    "argument",
+    ("arguments", "words"),
     [
-        {"dt": 0.0},
-        {"pair_style": "lj/cut"},
-        {"read_every": 0},
-        {"rtol": 0.0},
-        {"rtol": -1e-6},
-        {"rtol": 1.0},
-        {"rtol": float("nan")},
+        ({"dt": 0.0}, "dt"),
+        ({"pair_style": "lj/cut"}, "pair_style"),
+        ({"read_every": 0}, "read_every"),
+        *(({"rtol": rtol}, "rtol") for rtol in (0.0, -1e-6, 1.0, float("nan"))),
+        ({"ranks": 2}, "ranks = 2: the lammps module runs on one process"),
+        ({"ranks": 0, "lmp": "lmp"}, "ranks = 0: must be at least 1"),
+        ({"isolated": True, "lmp": "lmp"}, "isolated = True: a LAMMPS binary always has its own"),
     ],
 )
-def test_impossible_parameters_are_refused(argument: dict[str, object]) -> None:
-    with pytest.raises(hc.HertzchainError, match=next(iter(argument))):
-        hc.Lammps(**argument)  # type: ignore[arg-type]
+def test_impossible_parameters_are_refused(arguments: dict[str, object], words: str) -> None:
+    with pytest.raises(SceneError, match=f"^{words}"):
+        hc.Lammps(**arguments)  # type: ignore[arg-type]
 
 
 def test_a_reading_too_seldom_is_in_the_error_estimate() -> None:
@@ -248,9 +248,6 @@ def test_a_reading_too_seldom_is_in_the_error_estimate() -> None:
     error = largest_difference(result.peak_force, hc.Native("reference").run(scene).peak_force)
     # 1e-4 h^8 = 1.7e-5 from 0.8 time units between readings; the steps cost 1e-6.
     assert 4e-6 < error < result.error_estimate < 1e-4
-
-
-# The wanted error
 
 
 # Extrapolation

@@ -100,13 +100,6 @@ def test_small_granules_have_one_neighbour_ahead(tmp_path: Path) -> None:
     assert set(re.findall(r"Total # of neighbors = (\d+)", log.read_text())) == {"19"}
 
 
-def test_lammps_is_given_neither_stiffness_nor_mass() -> None:
-    scene = scenes.load("demo")
-    text = whole_deck(scene, 1e-7)
-    assert repr(scene.chain.contact_stiffness) not in text
-    assert repr(scene.chain.granule_mass) not in text
-
-
 @pytest.mark.parametrize("shape", ["linear", "cosine"])
 def test_force_formulas_against_the_ramp(shape: str) -> None:
     ramp = Ramp(1e-5, 4e-5, 20.0, 100.0 if shape == "linear" else 5.0, shape)

@@ -14,7 +14,7 @@ import hertzchain as hc
 from hertzchain.cli.doctor import diagnose
 from hertzchain.engines.lammps.binary import find_mpiexec
 from hertzchain.engines.lammps.engine import look as look_at_module
-from hertzchain.errors import BackendMissing, SceneError
+from hertzchain.errors import BackendMissing
 from tests.command_line import run_here
 from tests.engines.lammps.test_lammps_binary import (
     BESIDE_PYTHON,
@@ -32,19 +32,6 @@ __all__ = ["_nothing_is_left", "temporary"]  # fixtures
 
 LONG = replace(SHORT, run=hc.Run(0.02))
 """Ten seconds at steps of 1 ns, and few dumps."""
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        ({"ranks": 2}, "ranks = 2: the lammps module runs on one process"),
-        ({"ranks": 0, "lmp": "lmp"}, "ranks = 0: must be at least 1"),
-        ({"isolated": True, "lmp": "lmp"}, "isolated = True: a LAMMPS binary always has its own"),
-    ],
-)
-def test_impossible_parameters(arguments: dict[str, object], words: str) -> None:
-    with pytest.raises(SceneError, match=f"^{words}"):
-        hc.Lammps(**arguments)  # type: ignore[arg-type]
 
 
 @posix

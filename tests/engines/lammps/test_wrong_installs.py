@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hertzchain.engines.lammps.engine import _search_path_kept
 from tests.command_line import Command
 from tests.engines.lammps.test_faults import LAMMPS, SHORT, _no_process_is_left, folder
 from tests.processes import ended, linux, posix, start
@@ -122,16 +121,3 @@ def test_kernels_that_are_damaged_are_compiled_again(tmp_path: Path) -> None:
         path.write_bytes(content)
         assert read_small(tmp_path) < 2
         assert read_small(tmp_path) == 2
-
-
-@pytest.mark.parametrize("before", [None, "/before"])
-def test_the_search_path_of_libraries_is_restored(
-    before: str | None, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    name = "LD_LIBRARY_PATH"
-    monkeypatch.setenv(name, before or "")
-    if before is None:
-        monkeypatch.delenv(name)
-    with _search_path_kept():
-        os.environ[name] = "/wheel"
-    assert os.environ.get(name) == before

@@ -146,14 +146,6 @@ def test_a_bound_is_not_far_above_the_error() -> None:
     assert result.error_estimate < 1000 * solve(SHORT_DECAY).error_of(result.peak_force)
 
 
-@pytest.mark.parametrize("part", [1e-3, 1e-6, 1e-7, 1e-9])
-@pytest.mark.parametrize("profile", ["cosine", "triangular"])
-def test_the_first_instants(profile: str, part: float) -> None:
-    scene = paper_scene(profile, 2.0, 2.0, 10)
-    scene = early(scene, part * scene.rise_time)
-    holds(scene, hc.Native().run(scene), 1e-6)
-
-
 @pytest.mark.lammps
 @pytest.mark.parametrize(
     ("scene", "lammps"),

@@ -92,15 +92,6 @@ def slope(steps: list[float], errors: list[float]) -> float:
     return float(np.polyfit(np.log(steps), np.log(errors), 1)[0])
 
 
-def test_velocity_verlet_peaks_are_second_order(demo: hc.Scene, demo_reference: hc.Result) -> None:
-    steps = [0.08, 0.04, 0.02, 0.01]
-    expected = demo_reference.peak_force / demo.units.force
-    walker = METHODS["velocity-verlet"].walker
-    errors = [largest_difference(natural_peaks(demo, step, walker), expected) for step in steps]
-    # 2.00 for small steps; the fourth-order term adds some at 0.08.
-    assert slope(steps, errors) == pytest.approx(2.0, abs=0.02)
-
-
 def test_the_far_field_wave_has_the_exact_speed() -> None:
     scene = paper_scene("cosine", 0.5, 6.0, granules=400)
     legs = scene.schedule(METHODS["reference"].step * scene.units.time)

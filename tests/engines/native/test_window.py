@@ -43,19 +43,6 @@ def test_peaks_in_a_window_are_bitwise_those_of_the_full_chain(
     assert np.array_equal(ahead.displacement, full.displacement)
 
 
-def test_a_long_train_of_waves_in_a_window() -> None:
-    # LM 10: a train of waves, each slower than the one ahead; all but the first are left behind.
-    scene = paper_scene("triangular", 10.0, 2.0, 1500)
-    legs, walker = scene.schedule(0.4 * scene.units.time), Walker(SRKN_11B)
-    full = simulate(scene, legs, walker)
-    window = simulate(scene, legs, walker, leave_behind=True)
-    assert np.array_equal(window.peaks.force, full.peaks.force)
-    # Dropped granules are counted: nothing is lost.
-    assert window.momentum == pytest.approx(full.momentum, rel=1e-11, abs=0)
-    # In steps of 0.4 the contacts that open behind the train cost the full chain 1e-5 later on.
-    assert window.energy == pytest.approx(full.energy, rel=1e-4, abs=0)
-
-
 def outcome(scene: hc.Scene, leave_behind: bool, step: float = 0.4, control: Any = None) -> Any:
     """Return the kernels' results of a run besides its peaks; ``step`` in natural time units."""
     contacts = scene.chain.granules - 1
