@@ -228,14 +228,11 @@ def test_a_mistake_in_a_deck_fails(mistake: str, tmp_path: Path) -> None:
 
 EVERY_TERM = ALL["all at once"]
 
-RTOL_OF_TERMS = 1e-3
-"""What the steps of these decks may cost the peaks: two to ten thousand steps."""
-
 
 @pytest.mark.parametrize("name", ["restitution", "attraction"])
 def test_contacts_pull_where_the_scene_says_so(name: str, tmp_path: Path) -> None:
     """Where they may not, every line with damping has the limit: peaks alone hardly show it."""
-    lines = written(ALL[name], tmp_path, RTOL_OF_TERMS).read_text().splitlines()
+    lines = written(ALL[name], tmp_path, RTOL[name]).read_text().splitlines()
     damped = [line for line in lines if "damping ${damping}" in line]
     assert damped
     is_limited = ALL[name].contact is RESTITUTION
@@ -244,7 +241,7 @@ def test_contacts_pull_where_the_scene_says_so(name: str, tmp_path: Path) -> Non
 
 @pytest.mark.lammps
 def test_the_damping_for_older_lammps_is_as_much(tmp_path: Path) -> None:
-    path = written(ALL["restitution"], tmp_path, RTOL_OF_TERMS)
+    path = written(ALL["restitution"], tmp_path, RTOL["restitution"])
     text = path.read_text()
     assert text.count('"$(version) >= 20240829"') == 1
     path.write_text(text.replace('"$(version) >= 20240829"', '"1 == 0"'))
@@ -264,7 +261,7 @@ def test_a_lammps_that_is_too_old_is_refused(
     name: str, first: str, since: str, tmp_path: Path
 ) -> None:
     scene = ALL[name]
-    text = standalone(scene, lay_out(scene, rtol=RTOL_OF_TERMS, watch_every=0))
+    text = standalone(scene, lay_out(scene, rtol=RTOL[name], watch_every=0))
     assert f"for LAMMPS of {since} and later" in " ".join(text.replace("\n#", "").split())
     path = tmp_path / "in.chain"
     path.write_text(text.replace(f"$(version) < {first}", f"$(version) < 99{first}"))

@@ -1,24 +1,30 @@
-"""Histories against analytic motion and against SciPy's integration of Eq. 1 in SI units."""
+"""Histories and work of the applied force, against analytic motion, integrals and SciPy."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.polynomial import Polynomial
+from scipy.integrate import quad
 
 import hertzchain as hc
 from hertzchain.arrays import Array
 from hertzchain.errors import SceneError, TooExpensive
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.history import MOST_FRAMES, History, Recorder, wanted_times
+from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.samples import Samples
+from hertzchain.observables.work import work_done
+from hertzchain.scene.ramp import Ramp
 from tests.conftest import paper_scene
 from tests.oracles.first_pulses import Trace
-
-# Analytic motion: three granules that swing against each other
 
 PHASE = np.array([0.0, 0.4, 1.1])
 
@@ -35,16 +41,20 @@ def contact(time: Array) -> Array:
     return np.asarray(7.0 * np.maximum(overlap, 0.0) ** 1.5)
 
 
-def swinging(time: Array, jerk: bool = True) -> Samples:
-    displacement = motion(time, 0)
+def samples_of(
+    time: Array, jerk: bool = True, moves: Callable[[Array, int], Array] = motion
+) -> Samples:
+    """Samples of granules; ``moves`` is the k-th derivative of their displacements."""
+    displacement = moves(time, 0)
+    overlap = displacement[:, :-1] - displacement[:, 1:]
     return Samples(
         time=time,
         displacement=displacement,
-        velocity=motion(time, 1),
-        acceleration=motion(time, 2),
-        overlap=displacement[:, :-1] - displacement[:, 1:],
-        contact_force=contact(time),
-        jerk=motion(time, 3) if jerk else None,
+        velocity=moves(time, 1),
+        acceleration=moves(time, 2),
+        overlap=overlap,
+        contact_force=7.0 * np.maximum(overlap, 0.0) ** 1.5,
+        jerk=moves(time, 3) if jerk else None,
     )
 
 
@@ -58,7 +68,7 @@ def recorded(wanted: Array, *blocks: Samples) -> History:
 @pytest.mark.parametrize(("jerk", "tolerance"), [(False, 2e-9), (True, 3e-12)])
 def test_displacement_and_velocity_vs_analytic_motion(jerk: bool, tolerance: float) -> None:
     wanted = np.linspace(0.0, 4.0, 173)
-    history = recorded(wanted, swinging(np.linspace(0.0, 4.0, 41), jerk))
+    history = recorded(wanted, samples_of(np.linspace(0.0, 4.0, 41), jerk))
     # The remainder of the velocity at h = 0.1 is h^5 / 1e4 or h^7 / 2e6; roundings of the basis,
     # up to 84, over h leave 1e-12.
     assert history.displacement == pytest.approx(motion(wanted, 0), rel=0, abs=tolerance)
@@ -67,7 +77,7 @@ def test_displacement_and_velocity_vs_analytic_motion(jerk: bool, tolerance: flo
 
 def test_contact_force_vs_analytic_motion_with_the_stiffness_of_the_samples() -> None:
     wanted = np.linspace(0.0, 4.0, 173)
-    history = recorded(wanted, swinging(np.linspace(0.0, 4.0, 41)))
+    history = recorded(wanted, samples_of(np.linspace(0.0, 4.0, 41)))
     # In an interval in which a contact opens or closes it is pressed at one end at least here.
     # 3/2 * 7 * overlap^(1/2) times the remainder of the overlap, 1e-14.
     assert history.contact_force == pytest.approx(contact(wanted), rel=0, abs=1e-12)
@@ -78,8 +88,8 @@ def test_contact_force_vs_analytic_motion_with_the_stiffness_of_the_samples() ->
 @pytest.mark.parametrize("split", [1, 13, 20, 39])
 def test_blocks_vs_one_block(split: int) -> None:
     time, wanted = np.linspace(0.0, 4.0, 41), np.linspace(0.0, 4.0, 101)
-    whole = recorded(wanted, swinging(time))
-    parts = recorded(wanted, swinging(time[: split + 1]), swinging(time[split:]))
+    whole = recorded(wanted, samples_of(time))
+    parts = recorded(wanted, samples_of(time[: split + 1]), samples_of(time[split:]))
     # A wanted time on the seam may be interpolated from either side: round-off.
     assert parts.displacement == pytest.approx(whole.displacement, rel=0, abs=1e-15)
     assert parts.velocity == pytest.approx(whole.velocity, rel=0, abs=1e-13)
@@ -88,7 +98,7 @@ def test_blocks_vs_one_block(split: int) -> None:
 
 def test_units_scale_what_was_recorded() -> None:
     recorder = Recorder(np.array([0.55]), 3)
-    recorder.update(swinging(np.linspace(0.0, 1.0, 11)), LAW)
+    recorder.update(samples_of(np.linspace(0.0, 1.0, 11)), LAW)
     plain = recorder.history(np.array([0.55]))
     scaled = recorder.history(np.array([5.5]), length=2.0, velocity=4.0, force=8.0)
     assert scaled.time.tolist() == [5.5]
@@ -226,3 +236,83 @@ def test_force_over_time_needs_a_contact_and_a_record(filmed: hc.Result) -> None
             filmed.force_at(contact)  # type: ignore[arg-type]
     with pytest.raises(SceneError, match="run with record = a number of frames, or times"):
         hc.Native().run(SCENE).force_at(2)
+
+
+def with_another(first: Callable[[Array, int], Array]) -> Callable[[Array, int], Array]:
+    """The motion of two granules, of which the second moves otherwise and must not count."""
+    return lambda time, k: np.stack(
+        [np.broadcast_to(first(time, k), time.shape), np.cos(time + k)], axis=1
+    )
+
+
+def polynomial_motion(displacement: Polynomial) -> Callable[[Array, int], Array]:
+    return lambda time, k: np.asarray((displacement.deriv(k) if k else displacement)(time))
+
+
+terms = st.floats(-1.0, 1.0)
+
+
+@pytest.mark.parametrize(("jerk", "degree"), [(False, 5), (True, 7)])
+@given(data=st.data(), first=terms, last=terms)
+@settings(deadline=None, max_examples=50)
+def test_linear_ramp_times_polynomial_velocity_is_exact(
+    jerk: bool, degree: int, data: st.DataObject, first: float, last: float
+) -> None:
+    """The interpolant meets the displacement, and four Gauss points meet degree seven."""
+    displacement = Polynomial(data.draw(st.lists(terms, min_size=degree + 1, max_size=degree + 1)))
+    start, end = 0.2, 1.4
+    force = Polynomial([first, (last - first)])(Polynomial([-start, 1.0]) / (end - start))
+    antiderivative = (force * displacement.deriv()).integ()
+    time = start + (end - start) * np.array([0.0, 0.1, 0.45, 0.7, 1.0])
+    work = work_done(
+        samples_of(time, jerk, with_another(polynomial_motion(displacement))),
+        Ramp(start, end, first, last, "linear"),
+    )
+    # Velocities up to 7 * 1.4^6 / 0.4 = 130 from a basis of size up to 84.
+    expected = antiderivative(end) - antiderivative(start)
+    assert work == pytest.approx(expected, rel=0, abs=1e-12)
+
+
+@pytest.mark.parametrize(("jerk", "order"), [(False, 6), (True, 8)])
+def test_cosine_ramp_vs_scipy(jerk: bool, order: int) -> None:
+    ramp = Ramp(0.5, 3.5, 0.2, 1.0, "cosine")
+
+    def power(t: float) -> float:
+        return (0.2 + 0.4 * (1 - math.cos(math.pi * (t - 0.5) / 3))) * math.cos(t)
+
+    exact, _ = quad(power, 0.5, 3.5, epsabs=1e-14, epsrel=1e-13)
+
+    def error(intervals: int) -> float:
+        time = np.linspace(0.5, 3.5, intervals + 1)
+        moves = with_another(lambda t, k: np.sin(t + k * np.pi / 2))
+        return abs(float(work_done(samples_of(time, jerk, moves), ramp)) - exact)
+
+    # Intervals of 0.05: far below the work of order 1.
+    assert error(60) < 1e-12
+    # The order of the interpolated displacement; the four Gauss points have 8.
+    assert math.log2(error(3) / error(6)) == pytest.approx(order, abs=0.5)
+
+
+@pytest.mark.parametrize("samples", [11, 12, 17, 31])
+def test_impulse_of_a_bounce_off_a_wall(samples: int) -> None:
+    """The wall is touched from 0.37 to 2.37, which are no times of samples."""
+    time = np.linspace(0.0, 3.0, samples)
+    passed = time - 1.37
+    overlap = 1 - passed**2
+    columns = overlap, -2 * passed, np.full_like(time, -2.0), np.zeros_like(time)
+    still = np.zeros_like(time)
+    displacement, velocity, acceleration, jerk = (np.stack([still, c], axis=1) for c in columns)
+    seen = Samples(
+        time=time,
+        displacement=displacement,
+        velocity=velocity,
+        acceleration=acceleration,
+        overlap=np.stack([np.full_like(time, -1.0), overlap], axis=1),
+        contact_force=np.stack([still, np.maximum(overlap, 0.0) ** 1.5], axis=1),
+        jerk=jerk,
+    )
+    # Integral of (1 - s^2)^(3/2) from -1 to 1. An opening just outside an interval leaves most:
+    # 9e-7 of the whole.
+    watch = PeakWatch(DampedLaw.of_elastic(np.ones(2)), np.ones(2), on_held=[0, 1])
+    watch.update(seen)
+    assert watch.wall_impulse == pytest.approx(3 * math.pi / 8, rel=1.5e-6, abs=0)

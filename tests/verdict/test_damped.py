@@ -10,7 +10,7 @@ import hertzchain as hc
 from hertzchain.verdict.deck.own import examined
 from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
 from tests.conftest import STEEL
-from tests.engines.native.test_damped_scenes import LAWS, PULSE, scene_with
+from tests.engines.native.test_damped import LAWS, PULSE, scene_with
 from validation.planting import DAMPING, Plant, in_set_up
 
 pytestmark = pytest.mark.lammps

@@ -110,26 +110,20 @@ def test_a_run_above_the_limit_is_refused_before_it_starts() -> None:
     assert effort(run) < 1  # 0.005 measured
 
 
-@pytest.fixture
-def controls(monkeypatch: pytest.MonkeyPatch) -> list[FloatArray]:
-    """Control arrays of the long runs: entry [1] is the time reached, natural units."""
-    seen: list[FloatArray] = []
+def test_a_run_is_stopped_at_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    reached: list[FloatArray] = []  # entry [1] is the time reached, natural units
     stoppable = simulation.stoppable
 
     def noted(run: Callable[[], Any], control: FloatArray, deadline: Deadline) -> Any:
-        seen.append(control)
+        reached.append(control)
         return stoppable(run, control, deadline)
 
     monkeypatch.setattr(simulation, "stoppable", noted)
-    return seen
-
-
-def test_a_run_is_stopped_at_the_limit(controls: list[FloatArray]) -> None:
     scene = paper_scene("cosine", 1.0, 2.0, granules=3000)
     with pytest.raises(TooExpensive, match=r"stopped at the time limit of 1 s"):
         hc.Native("velocity-verlet", time_limit=1.0).run(scene)
     # The whole takes more than half a minute.
-    assert controls[-1][1] < 0.5 * scene.end_time / scene.units.time
+    assert reached[-1][1] < 0.5 * scene.end_time / scene.units.time
 
 
 def test_a_batch_is_stopped_at_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:

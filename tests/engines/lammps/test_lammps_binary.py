@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import nullcontext
@@ -28,13 +27,10 @@ from hertzchain.limits import Deadline
 from hertzchain.verdict.deck.own import number_checks
 from tests.command_line import python
 from tests.conftest import STEEL, paper_scene
+from tests.engines.lammps.reading.chains import BESIDE_PYTHON, OTHERS
 from tests.engines.lammps.test_lammps import largest
 from tests.processes import linux, names, posix
 from validation.mistakes import MISTAKES, small_scene
-
-BESIDE_PYTHON = str(Path(sys.executable).parent / "lmp")
-
-OTHERS = [path for path in os.environ.get("HERTZCHAIN_TEST_LMPS", "").split(os.pathsep) if path]
 
 SHORT = paper_scene("cosine", 1.0, 2.0, granules=5)
 

@@ -12,10 +12,9 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.deck import force_formula, leg_commands, set_up
+from hertzchain.engines.lammps.deck import leg_commands, set_up
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.lammps.engine import command, engine
-from hertzchain.scene.ramp import Ramp
 from tests import scenes
 from tests.conftest import STEEL
 
@@ -98,12 +97,3 @@ def test_small_granules_have_one_neighbour_ahead(tmp_path: Path) -> None:
     with engine() as lammps:
         command(lammps, f"log {log}\n{whole_deck(scene, scene.end_time / 100)}log none")
     assert set(re.findall(r"Total # of neighbors = (\d+)", log.read_text())) == {"19"}
-
-
-@pytest.mark.parametrize("shape", ["linear", "cosine"])
-def test_force_formulas_against_the_ramp(shape: str) -> None:
-    ramp = Ramp(1e-5, 4e-5, 20.0, 100.0 if shape == "linear" else 5.0, shape)
-    for time in np.linspace(ramp.start, ramp.end, 7):
-        names = {"time": time, "sin": np.sin, "PI": np.pi}
-        value = eval(force_formula(ramp).replace("^", "**"), {"__builtins__": {}}, names)  # noqa: S307
-        assert value == pytest.approx(ramp.force(time), rel=1e-14, abs=0)

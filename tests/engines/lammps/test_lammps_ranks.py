@@ -16,8 +16,8 @@ from hertzchain.engines.lammps.binary import find_mpiexec
 from hertzchain.engines.lammps.engine import look as look_at_module
 from hertzchain.errors import BackendMissing
 from tests.command_line import run_here
+from tests.engines.lammps.reading.chains import BESIDE_PYTHON
 from tests.engines.lammps.test_lammps_binary import (
-    BESIDE_PYTHON,
     SHORT,
     _nothing_is_left,
     every_lmp,
@@ -103,9 +103,17 @@ def shared_memory(pid: int) -> set[str]:
 @linux
 @pytest.mark.lammps
 @every_lmp
-@pytest.mark.parametrize(("ranks", "name", "status"), [(2, "SIGINT", 130), (1, "SIGTERM", 143)])
-def test_ctrl_c_leaves_nothing(
-    tmp_path: Path, temporary: Path, lmp: str, ranks: int, name: str, status: int
+@pytest.mark.parametrize(
+    ("ranks", "name", "status", "said"),
+    [
+        (2, "SIGINT", 130, "interrupted"),
+        pytest.param(1, "SIGTERM", 143, "terminated", marks=pytest.mark.slow),
+        # Of a rank, not of the command.
+        pytest.param(2, "SIGKILL", 2, "LAMMPS was killed (SIGKILL)", marks=pytest.mark.slow),
+    ],
+)
+def test_what_is_stopped_leaves_nothing(
+    tmp_path: Path, temporary: Path, lmp: str, ranks: int, name: str, status: int, said: str
 ) -> None:
     LONG.to_toml(tmp_path / "scene.toml")
     arguments = ("run", "scene.toml", "--backend", "lammps", "--dt", "1e-9", "--lmp", lmp)
@@ -113,9 +121,10 @@ def test_ctrl_c_leaves_nothing(
     pids = wait_for(lambda: running_lmp(temporary, ranks))
     wait_for(lambda: list(temporary.glob("*/*.dump")))
     shared = {name for pid in pids for name in shared_memory(pid)}
-    running.send_signal(getattr(signal, name))
+    os.kill(pids[0] if name == "SIGKILL" else running.pid, getattr(signal, name))
     code, out, err = ended(running)
     assert (code, out, err.count("\n")) == (status, "", 1)
+    assert err.startswith(f"hertzchain: {said}")
     wait_for(lambda: not of_lammps(temporary))
     assert names(tmp_path) == ["scene.toml"]
     assert not [name for name in shared if Path(name).exists()]
@@ -194,21 +203,3 @@ def test_a_module_that_is_missing_is_no_harm_where_a_binary_is_named(
     (module,) = [one for one in findings if one.name == "LAMMPS"]
     assert (module.works, module.needed) == (False, False)
     assert all(one.works for one in findings if one.needed)
-
-
-@linux
-@pytest.mark.lammps
-@every_lmp
-@pytest.mark.slow
-def test_a_rank_that_is_killed_is_one_sentence(tmp_path: Path, temporary: Path, lmp: str) -> None:
-    LONG.to_toml(tmp_path / "scene.toml")
-    arguments = ("run", "scene.toml", "--backend", "lammps", "--dt", "1e-9", "--lmp", lmp)
-    running = start(*arguments, "--ranks", 2, cwd=tmp_path)
-    pids = wait_for(lambda: running_lmp(temporary, 2))
-    wait_for(lambda: list(temporary.glob("*/*.dump")))
-    os.kill(pids[0], signal.SIGKILL)
-    status, out, err = ended(running)
-    assert (status, out) == (2, "")
-    assert err.startswith("hertzchain: LAMMPS was killed (SIGKILL), perhaps because memory")
-    assert err.count("\n") == 1
-    wait_for(lambda: not of_lammps(temporary))

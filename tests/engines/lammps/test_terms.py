@@ -18,8 +18,7 @@ from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.terms import ALL_TERMS, DAMPING, DampingLaw
 from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
 from tests.conftest import STEEL
-from tests.engines.native.test_damped_scenes import LAWS, PULSE, TWO
-from tests.engines.native.test_damped_verlet import FLYING
+from tests.engines.native.test_damped import FLYING, LAWS, PULSE, TWO
 from validation.random_scenes import (
     pushed_within,
     random_damped_scene,

@@ -14,7 +14,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.verdict.run_checks import balance_checks
 from tests.conftest import STEEL
-from tests.engines.native.test_damped_scenes import LAWS, scene_with
+from tests.engines.native.test_damped import LAWS, scene_with
 from tests.engines.native.test_ends import FIXED, NEAR_WALL
 from tests.engines.native.test_flights import SCENES as FLIGHTS
 from tests.engines.native.test_shocks import DAMPED_PISTONS, LOCAL, PISTONS

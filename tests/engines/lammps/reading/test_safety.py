@@ -20,7 +20,7 @@ from hertzchain.engines.lammps.reading.text import quoted, words_of
 from hertzchain.engines.lammps.reading.units import units_of
 from hertzchain.errors import HertzchainError, RunFailed, TooExpensive
 from hertzchain.limits import Deadline
-from tests.engines.lammps.reading.chains import BESIDE_PYTHON, SCENE, Deck, read_deck
+from tests.engines.lammps.reading.chains import BESIDE_PYTHON, OTHERS, SCENE, Deck, read_deck
 from tests.processes import children
 
 pytestmark = pytest.mark.lammps
@@ -217,8 +217,6 @@ def test_units_of_atoms_are_refused(units: str) -> None:
     with pytest.raises(RunFailed, match=f"units {units} are those of atoms"):
         units_of(units)
 
-
-OTHERS = [path for path in os.environ.get("HERTZCHAIN_TEST_LMPS", "").split(os.pathsep) if path]
 
 EXACT = ("ids", "types", "position", "sideways", "radius", "mass", "velocity", "spin", "integrated")
 
