@@ -65,7 +65,7 @@ def random_scene(number: int) -> hc.Scene:
 @pytest.mark.parametrize(
     "number",
     [
-        pytest.param(number, marks=[] if number in (0, 1, 2, 4) else pytest.mark.slow)
+        pytest.param(number, marks=[] if number in (0, 1, 4) else pytest.mark.slow)
         for number in range(300)
     ],
 )

@@ -19,8 +19,7 @@ from hertzchain.limits import Deadline
 from hertzchain.observables.error_bound import stable_step
 from hertzchain.observables.peaks import largest_difference
 from tests.conftest import STEEL, paper_scene
-from tests.engines.native.test_judged import SINES
-from tests.engines.native.test_shocks import PISTONS
+from tests.engines.native.test_shocks import PISTONS, SINES
 from tests.engines.native.test_terms import SCENES as TERMS
 from tests.oracles.bounds import lasting
 from validation.random_scenes import random_damped_scene

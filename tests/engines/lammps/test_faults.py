@@ -295,7 +295,7 @@ def test_a_stopped_run_says_so_and_leaves_nothing(
 
 @linux
 @pytest.mark.lammps
-@pytest.mark.parametrize("isolated", [False, True])
+@pytest.mark.parametrize("isolated", [pytest.param(False, marks=slow), True])
 def test_a_want_of_memory_is_one_line(folder: Path, isolated: bool) -> None:
     scene = replace(SHORT, chain=replace(SHORT.chain, granules=1_000_000), run=hc.Run(1e-5))
     scene.to_toml("scene.toml")

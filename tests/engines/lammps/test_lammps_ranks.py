@@ -144,7 +144,7 @@ def test_the_environment_names_the_binary(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     SHORT.to_toml("scene.toml")
-    run = ("run", "scene.toml", "--backend", "lammps", "--dt", "1e-7", "--json")
+    run = ("run", "scene.toml", "--backend", "lammps", "--dt", "5e-7", "--json")
 
     def peaks(*arguments: object) -> str:
         status, out, err = hertzchain(capsys, *run, *arguments)

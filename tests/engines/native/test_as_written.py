@@ -25,8 +25,9 @@ NAME = "native: compiled against Eq. 1 as written"
 LONG = {
     *("terms/all_at_once", "terms/dimer", "terms/upright_column", "terms/striker_on_a_wall"),
     *("terms/light_defect", "terms/taper", "terms/clamped", "terms/damped_striker_on_a_wall"),
+    *("terms/newtons_cradle", "terms/two_walls", "terms/local_shock"),
 }
-"""They take a second or more."""
+"""They take half a second or more."""
 SHIPPED = ["demo", *sorted(f"terms/{path.stem}" for path in (SCENES / "terms").glob("*.toml"))]
 
 

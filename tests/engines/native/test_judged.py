@@ -13,11 +13,16 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.verdict.run_checks import balance_checks
-from tests.conftest import STEEL
 from tests.engines.native.test_damped import LAWS, scene_with
-from tests.engines.native.test_ends import FIXED, NEAR_WALL
-from tests.engines.native.test_flights import SCENES as FLIGHTS
-from tests.engines.native.test_shocks import DAMPED_PISTONS, LOCAL, PISTONS
+from tests.engines.native.test_shocks import (
+    DAMPED_PISTONS,
+    FIXED,
+    LOCAL,
+    NEAR_WALL,
+    PISTONS,
+    SINES,
+)
+from tests.engines.native.test_terms import FLIGHTS
 from tests.engines.native.test_terms import SCENES as TERMS
 from tests.oracles import extrapolation
 from tests.oracles.bounds import (
@@ -39,19 +44,8 @@ from validation.random_scenes import (
     with_wall_of_its_own,
 )
 
-UNIFORM = hc.Chain(12, **STEEL)
-PRESSED = hc.Precompression(10.0)
 DASHPOT = hc.Contact("dashpot", coefficient=20.0)
 PULLING = hc.Contact("dashpot", coefficient=2.0, attraction=True)
-
-SINES = {
-    "slow": hc.Scene(UNIFORM, hc.Sine(3.0, 2000.0, 2), precompression=PRESSED),
-    "as strong as the load": hc.Scene(UNIFORM, hc.Sine(10.0, 8000.0, 3), precompression=PRESSED),
-    "above the cut-off, wall": hc.Scene(
-        hc.Chain(5, **STEEL), hc.Sine(5.0, 3e4, 2), wall=hc.Wall("rigid"),
-        precompression=hc.Precompression(10.0, 9.81),
-    ),
-}  # fmt: skip
 
 
 def with_law(scenes: dict[str, hc.Scene], law: hc.Contact, *names: str) -> dict[str, hc.Scene]:
@@ -60,12 +54,12 @@ def with_law(scenes: dict[str, hc.Scene], law: hc.Contact, *names: str) -> dict[
 
 
 KINDS = {
-    "terms": TERMS,
+    # Others have the terms of these.
+    "terms": {name: TERMS[name] for name in TERMS if name not in ("dimer", "gaps")},
     "flights": FLIGHTS,
     "flights, damped": with_law(FLIGHTS, DASHPOT),
     "local": LOCAL,
-    # Each load once, and one fixed granule and two in turn.
-    "fixed": {name: FIXED[name] for k, name in enumerate(FIXED) if k % 4 in (0, 3)},
+    "fixed": FIXED,
     "near wall": NEAR_WALL,
     "all terms": {name: scene_with(law) for name, law in LAWS.items()},
     "piston": PISTONS,
@@ -80,7 +74,7 @@ KINDS = {
 }  # fmt: skip
 BY_METHODS = [
     *(("piston", name) for name in ("forwards and backwards", "gaps, wall")),
-    *(("sine", name) for name in ("as strong as the load", "above the cut-off, wall")),
+    ("sine", "as strong as the load"),
 ]
 """Drives that are judged by every method, too."""
 

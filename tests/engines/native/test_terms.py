@@ -1,4 +1,4 @@
-"""Scenes with terms by the native backend: closed forms, identities, and linear chains.
+"""Scenes with terms by native: closed forms, identities, linear chains, and free flights.
 
 Numbers without another source are those of independent simulations in natural units m = k = 1.
 """
@@ -15,11 +15,15 @@ from scipy.integrate import quad
 from scipy.special import jv
 
 import hertzchain as hc
+from hertzchain.engines.native.damped_runs import integrate_damped
+from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.methods import METHODS
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.validity import refuse_hopeless_overlap
 from tests.conftest import STEEL
+from tests.oracles import extrapolation
+from tests.oracles.scene_in_si import numbers_of_chain
 
 Floats = NDArray[np.float64]
 
@@ -196,3 +200,138 @@ def test_a_weak_sine_is_that_of_the_linear_chain(strength: float, above: float) 
         expected = [velocity(j, float(t)) for j in range(8)]
         # What the curvature of Hertz's law leaves is of first order in the push.
         assert np.max(np.abs(history.velocity[k, :8] - expected)) < 2 * strength * scale
+
+
+FAR = hc.Scene(hc.Chain(8, **STEEL), hc.Striker(0.1), hc.Run(6.0), hc.Wall("rigid", gap=0.1))
+"""The last granule flies for a second, 50,000 times as long as a blow. With a wall ten times as far
+away the stated error is above 1e-9 on some processors, and equal steps over the flight follow."""
+
+GAPS = hc.Scene(hc.Chain(200, gap=1e-6, **STEEL), hc.Striker(0.1))
+
+MANY = 20_000
+"""Steps: 100 or 1000 for each of a few blows; free flights would take a thousand times as many."""
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-9])
+def test_a_far_wall(rtol: float) -> None:
+    """The last granule hits it alone, with the speed at which it left the chain."""
+    result = hc.Native(rtol=rtol).run(FAR)
+    assert result.steps < MANY
+    before = hc.Native(rtol=1e-9).run(replace(FAR, run=hc.Run(1e-3), wall=None))
+    each = FAR.granules
+    energy = float(each.mass[-1] * before.velocity[-1] ** 2 / 2)
+    # k d^(5/2) / (5/2) is the energy where the overlap d is largest.
+    hit = float(each.stiffness[-1] * (2.5 * energy / each.stiffness[-1]) ** 0.6)
+    assert result.peak_force[-1] == pytest.approx(hit, rel=result.error_estimate + 1e-9)
+
+
+def test_granules_that_fly_at_others_one_by_one() -> None:
+    """Only those that collide are computed, so that work grows as their number."""
+    few, many = (
+        hc.Native(rtol=1e-6).run(hc.Scene(hc.Chain(n, gap=1e-6, **STEEL), GAPS.shock))
+        for n in (100, 200)
+    )
+    assert many.steps < 2.5 * few.steps
+    # After a few blows each is that of two equal spheres, which hands all of the speed on.
+    assert np.ptp(many.peak_force[10:]) < 1e-6 * many.peak_force[10]
+
+
+def slow_dimer(gap: float, speed: float, damper: float, attraction: bool) -> hc.Scene:
+    """A slow striker on light and heavy granules with dashpots, which touch again and again."""
+    radii = tuple(STEEL["radius"] / (1 + i % 2) for i in range(17))
+    chain = hc.Chain(17, gap=gap, **(STEEL | {"radius": radii}))
+    law = hc.Contact("dashpot", coefficient=damper, attraction=attraction)
+    return hc.Scene(chain, hc.Striker(speed), contact=law)
+
+
+@pytest.mark.parametrize(("attraction", "rtol"), [(False, 1e-9), (True, 1e-9), (True, 1e-10)])
+def test_slow_granules_that_touch_again_and_again(attraction: bool, rtol: float) -> None:
+    scene = replace(slow_dimer(1.0878e-8, 1.3538e-4, 0.0597, attraction), run=hc.Run(5.79e-3))
+    assert hc.Native(rtol=rtol).run(scene).steps < MANY
+
+
+@pytest.mark.parametrize(("gap", "speed", "damper"), [(1e-6, 7.4e-5, 48.0), (4.4e-7, 4.2e-5, 54.0)])
+def test_contacts_that_open_by_less_than_displacements_resolve(
+    gap: float, speed: float, damper: float
+) -> None:
+    """No mode is right for such a contact; a run that looks for one does not advance."""
+    assert hc.Native(rtol=1e-9).run(slow_dimer(gap, speed, damper, attraction=False)).steps < MANY
+
+
+FLIGHTS = {
+    "a pulse through gaps, which collide in several places": hc.Scene(
+        hc.Chain(12, gap=1e-6, **STEEL),
+        hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0),
+        hc.Run(5e-4),
+    ),
+    "beside a gap, contacts at rest": hc.Scene(
+        hc.Chain(6, gap=(0.0, 0.0, 0.0, 2e-7, 0.0, 0.0), **STEEL), hc.Striker(0.1), hc.Run(4e-4)
+    ),
+    "a wall beyond the last gap": hc.Scene(
+        hc.Chain(4, gap=(0.0, 1e-7, 3e-7, 1e-7), **STEEL), hc.Striker(0.1), hc.Run(4e-4),
+        hc.Wall("rigid", gap=2e-7),
+    ),
+    "falling on a wall": hc.Scene(
+        hc.Chain(3, **STEEL), hc.Pulse("cosine", 1.0, 2.0, momentum_ratio=1.0), hc.Run(2e-3),
+        hc.Wall("same"), hc.Precompression(gravity=9.81),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("exponent", [0.0, 0.25, 0.5])
+def test_a_load_presses_a_contact_again_that_has_not_opened(exponent: float) -> None:
+    """Its damper had made the force 0 before; momentum and energy do not tell."""
+    one = np.ones(1)
+    chain = Chain(one, one, 0.5 * one, 0.1 * one, 0.3 * one, exponent, False)
+    start, rows = np.array([[0.0], [1.0]]), np.array([[0.0, 30.0, 1, 0, 0, 0, 0, 0.0]])
+    run = integrate_damped(chain, rows, start, 1e-10, 0.8)
+    numbers = numbers_of_chain(chain, 1.0)
+    free = np.array([[0.0, 0.0, 30.0, 0.0, 0.0]])
+    true = extrapolation.integrate(numbers, free, np.zeros((0, 2)), start, 30.0)
+    # Tolerances of 1e-10 a step, in 30 time units; a dashpot taken as open is 0.3 off.
+    assert run.displacement == pytest.approx(true.displacement, abs=1e-8)
+    assert run.velocity == pytest.approx(true.velocity, abs=1e-8)
+
+
+def touching_but_for(gaps: int) -> hc.Scene:
+    """A pulse in a long chain of which the last contacts have gaps."""
+    gap = np.zeros(400)
+    gap[400 - gaps :] = 1e-6
+    pulse = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0)
+    return hc.Scene(hc.Chain(400, gap=tuple(gap), **STEEL), pulse)
+
+
+@pytest.mark.parametrize(("gaps", "method"), [(1, "srkn-11b"), (399, "dop853")])
+def test_an_expensive_scene_takes_the_cheaper_method(gaps: int, method: str) -> None:
+    """Many contacts that open and close make adaptive steps short, free flights equal ones many."""
+    assert hc.Native(rtol=1e-6).run(touching_but_for(gaps)).method == method
+
+
+def test_both_methods_agree_where_either_may_be_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    by_events = hc.Native(rtol=1e-6).run(GAPS)
+    monkeypatch.setattr("hertzchain.engines.native.backend._EXPENSIVE", np.inf)
+    by_equal_steps = hc.Native(rtol=1e-6).run(GAPS)
+    assert (by_events.method, by_equal_steps.method) == ("dop853", "srkn-11b")
+    stated = by_events.error_estimate + by_equal_steps.error_estimate
+    assert largest_difference(by_events.peak_force, by_equal_steps.peak_force) < stated < 2e-6
+
+
+@pytest.mark.parametrize("law", [None, hc.Contact("dashpot", coefficient=20.0)], ids=["", "damped"])
+def test_what_is_recorded_in_flight(law: hc.Contact | None) -> None:
+    """The last granule has left the others after 1 ms, and hits the wall after 1 s."""
+    scene, native = replace(FAR, run=hc.Run(0.4), contact=law), hc.Native(rtol=1e-6)
+    time = np.array([0.05, 0.1, 0.17, 0.31, 0.39])
+    history = native.run(scene, record=time).history
+    place, velocity = history.displacement[:, -1], history.velocity[:, -1]
+    # Polynomials between states that are long apart cost 1e-9.
+    assert np.ptp(velocity) < 1e-8 * velocity[0]
+    assert np.diff(place) == pytest.approx(velocity[0] * np.diff(time), rel=1e-8)
+    assert not history.contact_force.any()
+
+
+def test_equal_steps_where_adaptive_ones_do_not_fit_in_memory(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    scene = touching_but_for(399)
+    monkeypatch.setattr("hertzchain.engines.native.damped_runs._ARRAYS", 1e9)
+    assert hc.Native(rtol=1e-6).run(scene).method == "srkn-11b"

@@ -18,7 +18,7 @@ from hertzchain.engines.lammps.reading.prober import Sizes
 from hertzchain.engines.lammps.reading.units import UNITS
 from hertzchain.engines.lammps.reading.watching import Watched
 from tests.engines.lammps.reading.chains import BESIDE_PYTHON, SCENE, STEP, Deck, read_deck
-from tests.engines.lammps.test_lammps_deck import whole_deck
+from tests.engines.lammps.test_bounds import whole_deck
 
 pytestmark = pytest.mark.lammps
 
