@@ -234,7 +234,7 @@ def test_a_wave_too_weak_for_coordinates_is_refused() -> None:
 def test_a_long_piece_is_refused() -> None:
     pulse = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=300.0)
     with pytest.raises(HertzchainError, match="granules are pressed at once"):
-        known_motion(hc.Scene(hc.Chain(1000, **STEEL), pulse))
+        known_motion(hc.Scene(hc.Chain(600, **STEEL), pulse))
 
 
 def test_the_command(tmp_path: Path, hertzchain: Command) -> None:

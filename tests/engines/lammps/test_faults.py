@@ -198,13 +198,13 @@ def test_no_process_outlives_the_one_that_started_it(name: str) -> None:
 @pytest.mark.lammps
 def test_isolated_or_not_is_the_same() -> None:
     times = np.linspace(0, SHORT.end_time, 4)
-    here, there = (hc.Lammps(isolated=isolated).run(SHORT, times) for isolated in (False, True))
+    both = [hc.Lammps(dt=1e-7, isolated=isolated) for isolated in (False, True)]
+    here, there = (lammps.run(SHORT, times) for lammps in both)
     assert here.peak_force.tolist() == there.peak_force.tolist()
     assert here.error_estimate == there.error_estimate
     assert here.history.contact_force.tolist() == there.history.contact_force.tolist()
     assert there.scene == SHORT
-    here, there = (hc.Lammps(dt=1e-7, isolated=isolated) for isolated in (False, True))  # type: ignore[assignment]
-    peaks = [lammps.peaks_alone(SHORT)[0].tolist() for lammps in (here, there)]  # type: ignore[attr-defined]
+    peaks = [lammps.peaks_alone(SHORT)[0].tolist() for lammps in both]
     assert peaks[0] == peaks[1]
 
 
