@@ -132,24 +132,29 @@ def test_a_run_that_ends_before_its_shock_begins() -> None:
 # Warnings
 
 
-@pytest.mark.parametrize(("lost", "more"), [(2, ""), (3, ""), (4, " and 1 more")])
-def test_first_pulses_without_a_known_digit_are_named(lost: int, more: str) -> None:
+@pytest.fixture(scope="module")
+def struck() -> hc.Result:
+    """First pulses of a chain with a striker."""
     scene = hc.Scene(hc.Chain(8, **STEEL), hc.Striker(1.0))
-    result = hc.Native(rtol=1e-3, wanted="first").run(scene)
-    assert result.errors is not None
+    return hc.Native(rtol=1e-3, wanted="first").run(scene)
+
+
+@pytest.mark.parametrize(("lost", "more"), [(2, ""), (3, ""), (4, " and 1 more")])
+def test_first_pulses_without_a_known_digit_are_named(
+    struck: hc.Result, lost: int, more: str
+) -> None:
+    assert struck.errors is not None
     first = np.where(np.arange(7) < lost, np.inf, 1e-3)
-    (warning,) = replace(result, errors=replace(result.errors, first=first)).warnings
+    (warning,) = replace(struck, errors=replace(struck.errors, first=first)).warnings
     named = ", ".join(f"contact {k + 2}" for k in range(min(lost, 3)))
     assert f"no digit is known of the first pulse of {named}{more}: with" in warning
 
 
 @pytest.mark.parametrize("unsure", [0, 2])
-def test_largest_forces_that_may_be_off_are_counted(unsure: int) -> None:
-    scene = hc.Scene(hc.Chain(8, **STEEL), hc.Striker(1.0))
-    result = hc.Native(rtol=1e-3, wanted="first").run(scene)
-    assert result.errors is not None
+def test_largest_forces_that_may_be_off_are_counted(struck: hc.Result, unsure: int) -> None:
+    assert struck.errors is not None
     off = np.where(np.arange(7) < unsure, 0.0101, 0.0099)
-    warnings = replace(result, errors=replace(result.errors, peak=off)).warnings
+    warnings = replace(struck, errors=replace(struck.errors, peak=off)).warnings
     assert [one[:41] for one in warnings] == [
         "the largest force of 2 of 7 contacts may be"[:41]
     ] * (unsure > 0)

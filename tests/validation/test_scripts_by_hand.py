@@ -177,12 +177,6 @@ def test_a_silent_error_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
 KEPT = Path(long_run.__file__).parent / "results" / "long_run.csv"
 
 
-@pytest.fixture
-def long_run_kept() -> pd.DataFrame:
-    """Return the measured table long_run_kept in the repository."""
-    return pd.read_csv(KEPT, comment="#")
-
-
 @pytest.mark.slow
 def test_the_quick_form_passes_and_is_written(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -194,13 +188,13 @@ def test_the_quick_form_passes_and_is_written(
     assert figure.read_bytes().startswith(b"\x89PNG")
 
 
-def test_what_is_kept_is_whole_and_keeps_its_promises(long_run_kept: pd.DataFrame) -> None:
-    everyone = long_run.contenders(quick=False)
+def test_what_is_kept_is_whole_and_keeps_its_promises() -> None:
+    everyone, kept = long_run.contenders(quick=False), pd.read_csv(KEPT, comment="#")
     for contender in everyone:
-        own = long_run_kept[long_run_kept["contender"] == contender.method]
+        own = kept[kept["contender"] == contender.method]
         assert own["granule"].tolist() == list(contender.marks)
     assert {one.method for one in everyone} == set(METHODS)
-    rows = long_run.promises(long_run_kept)
+    rows = long_run.promises(kept)
     assert len(rows) == 18
     assert [entry for entry in rows if not entry.passed] == []
     assert KEPT.with_suffix(".png").read_bytes().startswith(b"\x89PNG")

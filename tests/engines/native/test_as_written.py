@@ -95,15 +95,6 @@ def test_a_given_step_and_a_wanted_accuracy() -> None:
         assert largest_difference(found.peak_force, true.peak_force) <= found.error_estimate < 1e-4
 
 
-def test_what_is_not_supported_is_refused() -> None:
-    with pytest.raises(hc.HertzchainError, match="must be scipy or left out for damped contacts"):
-        hc.Native("numpy").run(shipped("terms/damped"))
-    with pytest.raises(hc.HertzchainError, match="must be left out for method scipy"):
-        hc.Native("scipy", dt=1e-6)
-    with pytest.raises(hc.HertzchainError, match="must be left out for method numpy"):
-        hc.Native("numpy", peaks_only=True)
-
-
 @pytest.mark.parametrize("contact", [None, hc.Contact("restitution", restitution=0.8)])
 def test_the_tolerance_of_the_check_on_both_sides(contact: hc.Contact | None) -> None:
     reference = hc.Native("reference").run(replace(SHORT, contact=contact))

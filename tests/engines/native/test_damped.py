@@ -77,12 +77,6 @@ def scene_with(law: hc.Contact) -> hc.Scene:
     )
 
 
-@pytest.mark.parametrize(("named", "how"), [("method", {"method": "rk4"}), ("dt", {"dt": 1e-7})])
-def test_what_has_no_damping_says_so(named: str, how: dict[str, Any]) -> None:
-    with pytest.raises(hc.HertzchainError, match=f"{named}.*left out for damped"):
-        hc.Native(**how).run(scene_with(LAWS["dashpot"]))
-
-
 @pytest.mark.parametrize("key", ["coefficient", "relaxation_time"])
 def test_dampers_that_nothing_can_follow_are_refused(key: str) -> None:
     law = {"coefficient": "dashpot", "relaxation_time": "viscoelastic"}[key]

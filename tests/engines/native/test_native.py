@@ -171,8 +171,13 @@ def pulse_table() -> hc.Scene:
     return hc.Scene(hc.Chain(9, **STEEL), rows)
 
 
-@pytest.mark.parametrize("refined", [False, True], ids=["fixed", "refined"])
-@pytest.mark.parametrize("stepper", [SRKN_6B, SRKN_11B], ids=["srkn-6b", "srkn-11b"])
+@pytest.mark.parametrize(
+    "walker",
+    [
+        *(Walker(one, *how) for one in (SRKN_6B, SRKN_11B) for how in ((), (1e-5, 32, 4.0))),
+        Walker(VELOCITY_VERLET),
+    ],
+)
 @pytest.mark.parametrize(
     "scene",
     [
@@ -182,15 +187,7 @@ def pulse_table() -> hc.Scene:
     ],
     ids=["LM 2", "LM 0.3", "table"],
 )
-def test_compiled_vs_numpy(scene: hc.Scene, stepper: Stepper, refined: bool) -> None:
-    agree(scene, Walker(stepper, 1e-5, 32, 4.0) if refined else Walker(stepper))
-
-
-def test_compiled_velocity_verlet_vs_numpy() -> None:
-    agree(paper_scene("cosine-triangular", 2.0, 2.0, 20), Walker(VELOCITY_VERLET))
-
-
-def agree(scene: hc.Scene, walker: Walker) -> None:
+def test_compiled_vs_numpy(scene: hc.Scene, walker: Walker) -> None:
     """Everything that a run finds, compiled and in NumPy: equal but for rounding."""
     legs, units = scene.schedule(0.1 * scene.units.time), scene.units
     times = np.linspace(0, scene.end_time / units.time, 7)

@@ -294,6 +294,9 @@ def test_first_pulses_of_a_batch() -> None:
         peak_forces(plain, wanted="second")
 
 
+DAMPED = hc.Scene(
+    hc.Chain(4, **STEEL), hc.Striker(0.5), contact=hc.Contact("dashpot", coefficient=5.0)
+)
 FOUR, FIVE = (paper_scene("cosine", 1.0, 2.0, granules) for granules in (4, 5))
 
 REFUSED: list[tuple[str, Callable[[], object]]] = [
@@ -305,6 +308,13 @@ REFUSED: list[tuple[str, Callable[[], object]]] = [
     ("rtol", lambda: hc.Native(rtol=1e-6, dt=1e-8)),
     *(("dt", partial(hc.Native, dt=dt)) for dt in (0.0, -1.0, float("nan"), float("inf"))),
     ("rk4", lambda: hc.Native("euler")),
+    *(
+        (f"{key}.*left out for damped", lambda how=how: hc.Native(**how).run(DAMPED))
+        for key, how in (("method", {"method": "rk4"}), ("dt", {"dt": 1e-7}))
+    ),
+    ("must be scipy or left out for damped contacts", lambda: hc.Native("numpy").run(DAMPED)),
+    ("must be left out for method scipy", lambda: hc.Native("scipy", dt=1e-6)),
+    ("must be left out for method numpy", lambda: hc.Native("numpy", peaks_only=True)),
     ("peaks_only", lambda: hc.Native(peaks_only=True).run(FOUR, record=[1e-5])),
     ("scenes", lambda: peak_forces([])),
     ("granules", lambda: peak_forces([FOUR, FIVE])),
