@@ -54,11 +54,16 @@ def closed(schema: dict[str, Any], whole: bool = True) -> dict[str, Any]:
     return found
 
 
-def problems(document: Any, file: str, pointer: str = "") -> list[str]:
-    """What is wrong with a document by a schema, a sentence each."""
+@cache
+def all_files() -> Registry[Any]:
+    """The schemas of all files by their names."""
     files = [path.name for path in FOLDER.glob("*.json")]
     resources = [(name, Resource.from_contents(closed(read(name), False))) for name in files]
+    return Registry().with_resources(resources)
+
+
+def problems(document: Any, file: str, pointer: str = "") -> list[str]:
+    """What is wrong with a document by a schema, a sentence each."""
     schema = {"$ref": f"{file}#{pointer}", "unevaluatedProperties": False}
-    registry: Registry[Any] = Registry().with_resources(resources)
-    errors = Draft202012Validator(schema, registry=registry).iter_errors(document)
+    errors = Draft202012Validator(schema, registry=all_files()).iter_errors(document)
     return [f"{error.json_path}: {error.message}" for error in errors]
