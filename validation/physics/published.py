@@ -126,7 +126,6 @@ def _decay(result: hc.Result) -> float:
     return float(1 - result.peak_force[120] / result.peak_force[100])
 
 
-@functools.cache
 def _extremum(ratio: float, _: object) -> float:
     """Mass ratio near a given one at which a wave decays least, or most: that of a parabola."""
     step = 3e-4 * ratio

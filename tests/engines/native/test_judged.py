@@ -148,7 +148,7 @@ class Kind:
 
 
 RANDOM = {
-    "terms": Kind(8, lambda rng, _: random_scene_with_terms(rng, 15, 600.0), (0, 7, 9), 300),
+    "terms": Kind(8, lambda rng, _: random_scene_with_terms(rng, 15, 600.0), (7, 9), 300),
     "damped": Kind(13, lambda rng, _: random_damped_scene(rng, 12, 60.0), range(45, 53), 300),
     "wall": Kind(39, lambda rng, _: with_wall_of_its_own(rng, random_damped_scene(rng, 12, 200.0)),
                  range(7, 10), 0),
