@@ -78,17 +78,11 @@ def test_a_program_that_is_not_here_is_one_sentence(engine: Engine) -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="the program is a shell script")
 @pytest.mark.parametrize("engine", [hc.Liggghts, hc.Yade])
-@pytest.mark.parametrize(
-    ("does", "problem"),
-    [("echo ERROR: all wrong; exit 3", "ended with status 3: ERROR: all wrong"), ("exit 0", "")],
-)
-def test_a_program_that_fails_or_leaves_nothing(
-    engine: Engine, does: str, problem: str, tmp_path: Path
-) -> None:
+def test_a_program_that_leaves_nothing(engine: Engine, tmp_path: Path) -> None:
     program = tmp_path / "program"
-    program.write_text(f"#!/bin/sh\n{does}\n")
+    program.write_text("#!/bin/sh\n")
     program.chmod(0o755)
-    with pytest.raises(RunFailed, match=problem or "left no"):
+    with pytest.raises(RunFailed, match="left no"):
         engine(program=str(program), dt=1e-6).run(PULSE)
 
 
