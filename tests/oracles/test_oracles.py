@@ -57,17 +57,6 @@ def test_two_solvers_of_a_plain_chain(end: float) -> None:
     assert other.error < 1e-11
 
 
-def test_all_terms_vs_scipy() -> None:
-    scene = hc.Scene(
-        hc.Chain(4, gap=2e-7, **STEEL | {"radius": (6e-3, 5e-3, 4e-3, 3e-3)}),
-        hc.Striker(0.1), hc.Run(4e-4), hc.Wall("rigid", gap=3e-7), None,
-        hc.Contact("viscoelastic", relaxation_time=2e-6),
-    )  # fmt: skip
-    truth, result = extrapolation.solve(scene), hc.Native("scipy", rtol=1e-6).run(scene)
-    assert truth.error < extrapolation.SURE * 1e-10
-    assert truth.error_of(result.peak_force) <= result.error_estimate
-
-
 def test_errors_are_told() -> None:
     truth = eighth_order.Truth(np.array([1.0, 2.0, 1e-4]), 0.0)
     assert truth.error_of(np.array([1.0, 2.0, 5.0])) == 0  # below a thousandth of the largest

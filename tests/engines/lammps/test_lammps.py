@@ -276,11 +276,15 @@ def test_all_but_the_peaks_is_that_of_the_finer_run() -> None:
 
 
 @pytest.mark.parametrize("extrapolated", [False, True])
-def test_the_peaks_alone_are_those_of_a_run(extrapolated: bool) -> None:
+def test_peaks_alone_and_a_record_change_nothing(extrapolated: bool) -> None:
     scene = paper_scene("triangular", 1.5, 3.0, granules=8)
-    backend = hc.Lammps(dt=0.0125 * scene.units.time, extrapolated=extrapolated)
-    peaks, steps = backend.peaks_alone(scene)
-    whole = backend.run(scene)
+    backend = hc.Lammps(rtol=1e-4, extrapolated=extrapolated)
+    whole, recorded = backend.run(scene), backend.run(scene, np.linspace(0, scene.end_time, 20))
+    peaks, steps = replace(backend, dt=whole.dt).peaks_alone(scene)
+    assert recorded.history is not None
+    for name in ("peak_force", "peak_time", "displacement", "velocity"):
+        assert np.array_equal(getattr(whole, name), getattr(recorded, name)), name
+    assert (whole.error_estimate, whole.steps) == (recorded.error_estimate, recorded.steps)
     if extrapolated:
         # The legs are cut from coarser ones, so a step may differ by one in a hundred.
         assert largest_difference(peaks, whole.peak_force) < whole.error_estimate
@@ -288,15 +292,3 @@ def test_the_peaks_alone_are_those_of_a_run(extrapolated: bool) -> None:
     else:
         assert peaks.tolist() == whole.peak_force.tolist()
         assert steps == whole.steps
-
-
-@pytest.mark.lammps
-@pytest.mark.parametrize("extrapolated", [False, True])
-def test_a_record_changes_nothing(extrapolated: bool) -> None:
-    scene = scenes.load("cosine-triangular_LM0.5_n8")
-    lammps = hc.Lammps(rtol=1e-4, extrapolated=extrapolated)
-    alone, recorded = lammps.run(scene), lammps.run(scene, np.linspace(0, scene.end_time, 20))
-    assert recorded.history is not None
-    for name in ("peak_force", "peak_time", "displacement", "velocity"):
-        assert np.array_equal(getattr(alone, name), getattr(recorded, name)), name
-    assert (alone.error_estimate, alone.steps) == (recorded.error_estimate, recorded.steps)
