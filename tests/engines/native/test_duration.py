@@ -24,10 +24,10 @@ from tests.conftest import STEEL, paper_scene
 from tests.oracles.first_pulses import Trace
 from tests.places import ROOT
 
-WALLED = hc.Scene(hc.Chain(6, **STEEL), hc.Striker(1.0), wall=hc.Wall("rigid"))
+WALLED = hc.Scene(hc.Chain(5, **STEEL), hc.Striker(1.0), wall=hc.Wall("rigid"))
 SCENES = {
     "walled": WALLED,
-    "taper": replace(WALLED, chain=hc.Chain(6, **{**STEEL, "radius": 5e-3 * 0.9 ** np.arange(6)})),
+    "taper": replace(WALLED, chain=hc.Chain(5, **{**STEEL, "radius": 5e-3 * 0.9 ** np.arange(5)})),
     "damped": replace(WALLED, contact=hc.Contact("restitution", restitution=0.8)),
     "pressed": replace(WALLED, precompression=hc.Precompression(force=2.0)),
 }

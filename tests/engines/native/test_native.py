@@ -100,7 +100,7 @@ def test_long_double_confirms_the_reference(
 ) -> None:
     # Half the step and a thousandth of the refinement tolerance leave round-off as the difference.
     finer = Walker(SRKN_11B, 1e-13, 32, math.inf)
-    chosen = paper_scene(*scene, granules=24)
+    chosen = paper_scene(*scene, granules=16)
     true = natural_peaks(chosen, 0.025, finer, np.longdouble)
     assert true.dtype == np.longdouble
     step = METHODS["reference"].step

@@ -54,7 +54,7 @@ variable force equal "20*sin(PI*(time-v_t0)/4e-5)^2*(time<(v_t0+4e-5))"
 """Before the first run of ``Deck``: a load of 5 N presses the chain, and a drag slows it down."""
 
 
-@pytest.mark.parametrize("lmp", [None, BESIDE_PYTHON], ids=["module", "program"])
+@pytest.mark.parametrize("lmp", [None, pytest.param(BESIDE_PYTHON, marks=slow)])
 def test_a_deck_that_settles_is_read_as_it_stands_then(lmp: str | None, tmp_path: Path) -> None:
     """Loads and the shock are those from there on, and time is counted from there."""
     path = Deck(more=SETTLES, steps=600).write(tmp_path)
