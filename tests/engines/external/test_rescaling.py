@@ -21,7 +21,7 @@ from hertzchain.engines.native.methods import METHODS
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.errors import OverlapTooLarge, RunFailed, Unpredictable
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.scene.pulse import profile_named
+from hertzchain.scene.pulse import PROFILES, profile_named
 from hertzchain.verdict.check import Check
 from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
 from tests.conftest import STEEL
@@ -29,7 +29,6 @@ from tests.engines.lammps.test_lammps import largest
 from validation.random_scenes import spread
 
 VERLET = METHODS["velocity-verlet"].walker
-PROFILES = ("cosine", "triangular", "cosine-triangular")
 
 
 def scene_of(
@@ -256,7 +255,7 @@ def random_scene(rng: np.random.Generator, most: float) -> hc.Scene:
         force = chain.contact_stiffness * (spread(rng, 1e-16, 1) * chain.radius) ** 1.5
         n = 1 + spread(rng, 1e-3, 1e4)
         pulse = hc.Pulse(
-            profile_named(str(rng.choice(PROFILES))),
+            profile_named(str(rng.choice(list(PROFILES)))),
             force,
             n,
             momentum_ratio=spread(rng, 1e-4, 1e4),

@@ -78,8 +78,6 @@ def test_a_deck_that_settles_is_read_as_it_stands_then(lmp: str | None, tmp_path
         Deck("micro", "y", reversed=True),
         pytest.param(Deck("micro", "z", pair="history"), marks=slow),
         pytest.param(Deck("si", "z", reversed=True), marks=slow),
-        pytest.param(Deck("nano", "x"), marks=slow),
-        pytest.param(Deck("cgs", "x", reversed=True), marks=slow),
     ],
     ids=str,
 )
