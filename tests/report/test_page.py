@@ -13,11 +13,9 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
 
 import hertzchain as hc
 import validation.page
-from hertzchain.arrays import FloatArray
 from hertzchain.report.comparison import of_comparison
 from hertzchain.report.figures import figure_of
 from hertzchain.report.judgement import of_judgement
@@ -26,7 +24,7 @@ from hertzchain.report.waterfall import drawn_contacts, plot_times
 from hertzchain.verdict.check import NOT_RUN, Check, Kind, unmeasured
 from hertzchain.verdict.deck.own import NOT_EXAMINED
 from tests.conftest import paper_scene
-from tests.report.conftest import with_lammps
+from tests.report.conftest import lines_of, with_lammps
 from validation.rows import row
 from validation.run_all import Outcome, to_dict
 from validation.script import Script, rows_only
@@ -155,17 +153,6 @@ def panels(comparison: hc.Comparison) -> dict[str, Axes]:
     return {axes.get_ylabel().partition(" [")[0]: axes for axes in found}
 
 
-def lines_of(axes: Axes) -> dict[str, Line2D]:
-    """Lines of a panel that its legend names."""
-    named = {str(line.get_label()): line for line in axes.lines}
-    return {name: line for name, line in named.items() if not name.startswith("_")}
-
-
-def values_of(line: Line2D) -> tuple[FloatArray, FloatArray]:
-    x, y = line.get_data()
-    return np.asarray(x, np.float64), np.asarray(y, np.float64)
-
-
 def test_texts_of_tables_are_not_aligned_as_numbers(page: str) -> None:
     found = re.findall(r'<table class="(.*)">\s*<caption><span>(.*)</span>', page)
     assert [(look, caption.split()[0]) for look, caption in found] == [
@@ -182,7 +169,7 @@ def test_forces_of_all_engines_have_their_exact_peaks(compared: hc.Comparison) -
     assert compared.lammps is not None
     for lines, result in ((native, compared.native), (lammps, compared.lammps)):
         for contact, line in zip(contacts, lines, strict=True):
-            time, force = values_of(line)
+            time, force = map(np.asarray, line.get_data())
             assert force.max() == result.peak_at(contact)
             assert time[np.argmax(force)] == result.peak_time[contact - 2]
     assert max(axes.get_xlim()) < compared.native.scene.end_time  # nothing moves at the end
@@ -336,8 +323,7 @@ def test_a_report_of_all_scripts(tmp_path: Path) -> None:
     assert read.data["numbers"] == json.loads(json.dumps(to_dict(found)))
     assert "✗ FAIL" in read.text
     drawn = lines_of(validation.page._overview(found).axes[0])
-    points = [len(np.asarray(drawn[name].get_xdata())) for name in ("passes", "fails")]
-    assert points == [20, 2]
+    assert [drawn[name][0].size for name in ("passes", "fails")] == [20, 2]
     assert "20 rows that pass" in read.text
     images = [source for source in read.loaded if source.startswith("data:image/svg+xml;base64,")]
     assert len(images) == 1

@@ -1,20 +1,35 @@
-"""Files of scenes: those to start from, and paths in the place of scenes."""
+"""Files of scenes: those to start from, with terms, written and read again; paths for scenes."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import hertzchain as hc
-from hertzchain.errors import SceneError
+from hertzchain.errors import OutputError, SceneError
 from hertzchain.scene.given import to_scene
 from hertzchain.scene.starters import STARTERS, write_starter
+from hertzchain.scene.terms import DAMPING, WALLS, DampingLaw, WallKind
 from hertzchain.scene.usual import unusual_values
-from tests.conftest import paper_scene
+from tests.conftest import STEEL, paper_scene
+from tests.scene.test_refused import text_of
+from tests.scene.test_scene import CHAIN, TEXT, scene_of
+from validation.random_scenes import (
+    KINDS,
+    Draw,
+    pushed_within,
+    random_damped_scene,
+    thrown,
+    with_wall_of_its_own,
+)
 
 SHORT = paper_scene("cosine", 1.0, 2.0, granules=8)
 
@@ -62,9 +77,9 @@ def test_a_scene_a_path_or_neither(path: Path) -> None:
     assert to_scene(SHORT) is SHORT
     assert to_scene(path) == SHORT
     said = r"must be a Scene or the path of a scene file \(TOML\)$"
-    for given, start in ((None, "^scene: "), (SHORT.chain, "^scene = 'Chain': ")):
+    for wrong, start in ((None, "^scene: "), (SHORT.chain, "^scene = 'Chain': ")):
         with pytest.raises(SceneError, match=start + said):
-            to_scene(given)  # type: ignore[arg-type]
+            to_scene(wrong)  # type: ignore[arg-type]
 
 
 # To start from
@@ -104,3 +119,136 @@ def test_a_starter_runs_and_is_what_its_name_says(kind: str, tmp_path: Path) -> 
     assert result.error_estimate <= 1e-4
     assert result.peak_force.min() > 0
     assert result.warnings == ()
+
+
+# Terms
+
+
+def test_kinds_of_walls_and_laws_of_damping_are_typed() -> None:
+    assert set(get_args(WallKind)) == set(WALLS) == {"rigid", "same", "elastic"}
+    assert set(get_args(DampingLaw)) == set(DAMPING)
+
+
+NAMED = """
+striker => striker
+pulse wall.kind="same" => wall
+pulse precompression.force="20 N" => precompression
+pulse wall.kind="same"; precompression.gravity=9.81 => wall, gravity
+pulse chain.segments=[{granules=60, radius_ratio=0.99}] => unlike granules
+pulse chain.segments=[{granules=60, gap="1 um"}] => gaps
+pulse contact={damping="restitution", restitution=0.9} => damping
+pulse wall.kind="same"; contact={damping="viscoelastic", relaxation_time="1 us"} => wall, damping
+piston shock.velocity="20 cm/s" => piston
+sine => precompression
+"""
+"""Scenes of ``test_refused``, and their terms."""
+
+
+@pytest.mark.parametrize("case", NAMED.strip().splitlines())
+def test_terms_are_named(tmp_path: Path, case: str) -> None:
+    text, _, terms = case.partition(" => ")
+    scene = scene_of(tmp_path, text_of(text))
+    assert ", ".join(scene.terms) == terms
+    assert not scene.is_plain
+
+
+def test_segments_cells_and_tapers(tmp_path: Path) -> None:
+    text = (
+        "pulse chain.granules=9; chain.segments=[{granules=1, radius=1e-2},"
+        " {granules=5, cell=[{}, {density=1000, gap=1e-6}]},"
+        " {granules=3, radius=4e-3, radius_ratio=0.5}]"
+    )
+    chain = scene_of(tmp_path, text_of(text)).chain
+    steel = STEEL["radius"]
+    assert chain.radius == pytest.approx((1e-2, *[steel] * 5, 4e-3, 2e-3, 1e-3), rel=1e-15)
+    iron = pytest.approx(STEEL["density"], rel=1e-15)
+    assert chain.density == (iron, iron, 1000.0, iron, 1000.0, iron, iron, iron, iron)
+    assert chain.gap == (0, 0, 1e-6, 0, 1e-6, 0, 0, 0, 0)
+    assert isinstance(chain.young_modulus, float)
+    cells = 'chain.segments=[{granules=60, cell=[{}, {yield_strength="20 MPa"}]}]'
+    text = text_of(f'pulse chain.yield_strength="300 MPa"; {cells}')
+    assert scene_of(tmp_path, text).chain.yield_strength == (3e8, 2e7) * 30
+
+
+def test_segments_of_the_same_granules_are_one_chain(tmp_path: Path) -> None:
+    text = text_of('pulse chain.segments=[{granules=20}, {granules=40, radius="4.75 mm"}]')
+    assert scene_of(tmp_path, text) == scene_of(tmp_path, TEXT)
+
+
+def test_sequences_and_numbers_of_numpy_in_python() -> None:
+    radius = np.array([1e-3, 2e-3, 3e-3])
+    chain = hc.Chain(3, radius, [1e9, 1e9, 1e9], 0.3, (1.0, 2.0, 3.0))
+    assert chain.radius == (1e-3, 2e-3, 3e-3)
+    assert chain.young_modulus == 1e9
+    assert hash(chain) == hash(hc.Chain(3, radius.tolist(), 1e9, 0.3, [1, 2, 3]))
+    chain = hc.Chain(3, np.array(1e-3), np.float64(1e9), 0.3, 1000.0)
+    assert chain == hc.Chain(3, 1e-3, 1e9, 0.3, 1000.0)
+    unlike = hc.Chain(3, [1e-3, 2e-3, 1e-3], 1e9, 0.3, 1000.0)
+    for what in ("granule_mass", "contact_stiffness"):
+        with pytest.raises(SceneError, match=f"{what}: is a single number only in a chain"):
+            getattr(unlike, what)
+
+
+@pytest.mark.parametrize("wall", [None, hc.Wall("rigid")], ids=str)
+def test_a_free_striker_touches_a_chain_that_is_pressed_without_it(wall: hc.Wall | None) -> None:
+    gravity = 0.0 if wall is None else 9.81
+    load, chain = hc.Precompression(2.0, gravity), hc.Chain(4, **STEEL)
+    scene = hc.Scene(chain, hc.Striker(0.1), wall=wall, precompression=load)
+    shorter = hc.Scene(
+        hc.Chain(3, **STEEL), hc.Striker(0.1, loaded=True), wall=wall, precompression=load
+    )
+    own, others = scene.granules, shorter.granules
+    assert own.static_force.tolist() == [0.0, *others.static_force]
+    assert own.constant_force.tolist() == [own.mass[0] * gravity, *others.constant_force]
+    assert own.position[1] == 2 * chain.radius
+    assert own.position[1:] - own.position[1] == pytest.approx(others.position)
+
+
+def test_a_loaded_striker_needs_a_load(tmp_path: Path) -> None:
+    text = text_of("striker striker.loaded=true; precompression.force=20")
+    assert scene_of(tmp_path, text).granules.static_force == pytest.approx(20.0)
+
+
+# Written and read
+
+
+def with_terms(rng: np.random.Generator, longest: int) -> hc.Scene:
+    """A damped scene with terms of all kinds; granules move at the start, or any is pushed."""
+    scene = with_wall_of_its_own(rng, random_damped_scene(rng, longest))
+    chain = scene.chain
+    if isinstance(chain.gap, float) and chain.gap > 0:  # files of granules have 0 before the first
+        scene = replace(scene, chain=replace(chain, gap=(0, *[chain.gap] * (chain.granules - 1))))
+    if rng.random() < 0.5:
+        with suppress(SceneError):  # they meet nothing
+            return thrown(rng, scene)
+    return pushed_within(rng, scene)
+
+
+def there_and_back(scene: hc.Scene, folder: Path) -> hc.Scene:
+    path = folder / "written.toml"
+    scene.to_toml(path)
+    return hc.Scene.from_toml(path)
+
+
+@pytest.mark.parametrize("draw", [*KINDS.values(), with_terms], ids=lambda draw: draw.__name__)
+@given(seed=st.integers(0, 2**32 - 1))
+@settings(max_examples=20)
+def test_any_scene_written_and_read_is_equal(
+    tmp_path_factory: pytest.TempPathFactory, draw: Draw, seed: int
+) -> None:
+    scene = draw(np.random.default_rng(seed), 12)
+    read = there_and_back(scene, tmp_path_factory.getbasetemp())
+    assert (read, read.terms) == (scene, scene.terms)
+
+
+def test_a_written_table_lies_beside_the_scene(tmp_path: Path) -> None:
+    hc.Scene(CHAIN, hc.PulseTable((0.0, 1e-5), (1.0, 2.0))).to_toml(tmp_path / "mine.toml")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["mine.csv", "mine.toml"]
+    assert (tmp_path / "mine.csv").read_text() == "time_s,force_N\n0.0,1.0\n1e-05,2.0\n"
+
+
+def test_a_scene_that_cannot_be_written_is_an_error(tmp_path: Path, demo: hc.Scene) -> None:
+    for path in (tmp_path, tmp_path / "no" / "scene.toml"):
+        with pytest.raises(OutputError):
+            demo.to_toml(path)
+    assert list(tmp_path.iterdir()) == []

@@ -1,18 +1,27 @@
-"""Numbers of results: each column of a batch against the same column of a single run."""
+"""Rows of sweeps: columns of batches against those of single runs, and numbers of results."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import hertzchain as hc
+from hertzchain.engines.native.batch import Batch
+from hertzchain.errors import HertzchainError, SceneError
 from hertzchain.scene.keys import keys_of
 from hertzchain.scene.parts import KEYS
+from hertzchain.scene.pulse import PROFILES
+from hertzchain.sweeps import measuring
+from hertzchain.sweeps import parts as parts_of_sweeps
 from hertzchain.sweeps.columns import (
     ALL,
+    COLUMNS,
     FOUND_COLUMNS,
     PARAMETERS,
     TERMS,
@@ -22,8 +31,11 @@ from hertzchain.sweeps.columns import (
     numbers_of,
 )
 from hertzchain.sweeps.design import design
-from hertzchain.sweeps.parts import is_batched
+from hertzchain.sweeps.parts import Part, is_batched, is_short
+from hertzchain.sweeps.table import Rows
+from tests.command_line import MAIN, process
 from tests.conftest import STEEL, paper_scene
+from tests.sweeps.made import GRID, SHORT, all_scenes
 
 SMALL = replace(
     paper_scene("cosine", 1.0, 2.0, granules=60), chain=hc.Chain(60, **STEEL | {"radius": 1e-3})
@@ -130,3 +142,205 @@ def test_every_key_with_a_label_can_vary_and_no_other() -> None:
         unit = KEYS[name].unit if name in KEYS else ""
         assert f"[{unit}]".replace("^3", "³").replace("^2", "²") in column_named(name).label + "[]"
     assert keys_of(hc.Contact)["restitution"].allowed.endswith("no damping")
+
+
+# Rows: what single runs and batches have
+
+
+@pytest.mark.parametrize("room", [0.99, 1.01])
+def test_scenes_that_take_long_are_measured_one_by_one(
+    room: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = design(SHORT, {"chain.granules": [6, 12]})
+    longest = max(one.end_time / one.units.time * one.chain.granules for one in all_scenes(found))
+    monkeypatch.setattr(measuring, "_LONG", room * longest)
+    told: list[int] = []
+    measuring.measure(
+        found, Part("native-0000", hc.Native(), 0, 2), peaks=False, report_progress=told.append
+    )
+    assert told == ([1, 1] if room < 1 else [2])
+
+
+def test_rows_of_the_compiled_batch_are_those_of_single_runs() -> None:
+    vary: dict[str, Any] = {
+        "shock.momentum_ratio": "0.05:30:log",
+        "shock.duration_ratio": "1.1:8",
+        "shock.profile": list(PROFILES),
+        "chain.granules": "5:70",
+        "chain.young_modulus": "1 MPa:400 GPa:log",
+        "chain.radius": "10 um:1 m:log",
+        "shock.peak_force": "1e-8:1e-6:log",
+    }
+    sweep = hc.sweep(paper_scene("cosine", 1.0, 2.0), vary, samples=20, rtol=1e-6, peaks=True)
+    table, peaks = sweep.to_frame(), sweep.peaks_to_frame()
+    assert list(table.columns) == list(COLUMNS)
+    scenes = all_scenes(design(paper_scene("cosine", 1.0, 2.0), vary, samples=20))
+    assert table["failure"].isna().all()
+    for row, scene in zip(table.to_dict("records"), scenes, strict=True):
+        result = hc.Native(rtol=1e-9, peaks_only=True).run(scene)
+        bound = row["error_estimate"] + result.error_estimate
+        own = peaks[peaks["scene"] == row["scene"]]
+        force = own["peak_force_N"].to_numpy()
+        assert own["contact"].tolist() == result.contact.tolist()
+        counted = result.peak_force >= 1e-3 * result.peak_force.max()  # the estimate is of these
+        assert np.abs(force / result.peak_force - 1)[counted].max() <= bound
+        assert row["largest_peak_force_N"] == force.max() == force[row["largest_peak_contact"] - 2]
+        for name in ("momentum_ratio", "rise_time"):
+            expected = getattr(scene, name)
+            assert row[f"shock.{name}"] == pytest.approx(expected, rel=1e-14, abs=0)  # roundings
+        # Peaks are flat: a force within 1e-6 is within about 1e-3 natural time units, and where two
+        # maxima are as high as one another the later may be taken for the earlier.
+        late = np.abs(own["peak_time_s"].to_numpy() - result.peak_time) / scene.units.time
+        assert np.median(late) < 1e-3
+
+
+def filled(batch: Batch, force: float) -> tuple[pd.DataFrame, list[bool]]:
+    """The row of a scene whose batch this is, and whether it was refused."""
+    given = design(SHORT, {"shock.peak_force": [force]}).parameters(np.arange(1))
+    rows = Rows(np.arange(1), "native", given, True)
+    units = hc.Scene(SHORT.chain, hc.Pulse("cosine", force, 2.0, momentum_ratio=1.0)).units
+    at = (np.array([value]) for value in (units.force, units.length, units.time))
+    lost = rows.add_batch(np.arange(1), batch, *at)
+    return rows.table(), lost.tolist()
+
+
+def test_what_a_batch_did_not_see_the_end_of_has_no_p() -> None:
+    batch = hc.similar_peak_forces("cosine", 1.0, 2.0, 12, rtol=1e-6)
+    table, lost = filled(batch, 100.0)
+    assert lost == [False]
+    p = table["transition_granules"][0]
+    assert p == 5
+    passed = batch.peak_passed.copy()
+    passed[0, p:] = False  # contacts p + 2 and on still pressed
+    table, lost = filled(replace(batch, peak_passed=passed), 100.0)
+    assert lost == [False]
+    assert table["transition_granules"].isna().all()
+    assert table[["solitary_wave_force_N", "far_field_force_N", "speed_m_s"]].isna().all(axis=None)
+
+
+@pytest.mark.parametrize("error", [1.0, np.inf, np.nan])
+def test_a_batch_without_a_sure_digit_fills_in_nothing(error: float) -> None:
+    batch = hc.similar_peak_forces("cosine", 1.0, 2.0, 12, rtol=1e-6)
+    table, lost = filled(replace(batch, error_estimate=np.array([error])), 100.0)
+    assert lost == [True]
+    found = [column.name for column in ALL if is_result(column.name)]
+    assert table.loc[0, [*found, "failure"]].isna().all()
+    assert filled(batch, 1e9)[1] == [True]  # too deep
+
+
+def test_a_scene_that_fails_is_a_row_with_the_reason_a_single_run_has() -> None:
+    vary: dict[str, Any] = {
+        "shock.peak_force": [1e-300, 100.0, 1e9, 1e300],
+        "chain.radius": [1e-100, 4.75e-3],
+        "shock.momentum_ratio": [1.0, 1e15, 1e260],
+    }
+    sweep = hc.sweep(SHORT, vary, backends=[hc.Native(rtol=1e-6, time_limit=5.0)])
+    found = design(SHORT, vary)
+    given = found.parameters(np.arange(found.scenes))
+    reasons: list[str | None] = []
+    for k in range(found.scenes):
+        try:
+            hc.Native(rtol=1e-6, peaks_only=True, time_limit=5.0).run(found.scene(given, k))
+            reasons.append(None)
+        except HertzchainError as problem:
+            reasons.append(str(problem))
+    table = sweep.to_frame()
+    assert [None if pd.isna(one) else one for one in table["failure"]] == reasons
+    assert reasons.count(None) == 1
+    for kind in ("represented", "radii", "that a run may take"):
+        assert any(reason and kind in reason for reason in reasons), kind
+    failed = table[table["failure"].notna()]
+    for name in ("largest_peak_force_N", "error_estimate", "transition_granules"):
+        assert failed[name].isna().all()
+    counts = sweep.count()
+    assert (counts.done, counts.failed, counts.missed) == (24, len(failed), 0)
+    assert counts.reason == failed["failure"].iloc[0]
+
+
+def test_accuracy_that_is_missed_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Under a long pulse repeated collisions of a short chain amplify rounding errors."""
+    monkeypatch.setattr(parts_of_sweeps, "_SHORT", 10**9)  # no processes
+    knocked: dict[str, Any] = {"shock.momentum_ratio": [1.0, 300.0], "chain.granules": [4]}
+    sweep = hc.sweep(SHORT, knocked, rtol=1e-9)
+    counts, table = sweep.count(), sweep.to_frame()
+    assert counts.missed == (table["error_estimate"] > 1e-9).sum()
+    assert table["error_estimate"][0] <= 1e-9
+    steps = hc.sweep(SHORT, knocked, backends=[hc.Native("velocity-verlet")])
+    assert steps.to_frame()["error_estimate"].max() > 1e-6
+    assert steps.count().missed == 0  # nothing was asked for but steps
+
+
+@pytest.mark.parametrize(
+    ("backends", "words"),
+    [
+        ((), "must be at least one"),
+        ("gromacs", "backends = 'gromacs': must be one of native, lammps"),
+        (None, "must be Native, Lammps or the name"),
+        (("native", hc.Native(rtol=1e-4)), "must not be given twice"),
+        ((3,), "must be Native, Lammps or the name"),
+    ],
+)
+def test_backends_that_cannot_be_are_refused(backends: Iterable[Any], words: str) -> None:
+    with pytest.raises(SceneError) as problem:
+        hc.sweep(SHORT, GRID, backends=backends)
+    assert words in str(problem.value)
+
+
+@pytest.mark.parametrize(
+    ("backend", "scenes", "short"),
+    [
+        (hc.Native(rtol=1e-4), 100, True),
+        (hc.Native(rtol=1e-4), 120, False),
+        (hc.Native("reference"), 2, False),
+        (hc.Native(dt=1e-7), 2, False),
+        (hc.Lammps(rtol=1e-2), 2, False),
+    ],
+)
+def test_few_scenes_start_no_process(backend: Any, scenes: int, short: bool) -> None:
+    found = design(SHORT, {"shock.momentum_ratio": f"0.5:2:{scenes}"})
+    assert is_short(found, backend) == short
+
+
+@pytest.mark.parametrize(
+    ("scene", "vary"),
+    [
+        (SHORT, {"run.end_time": "0.1 ms,0.3 ms"}),
+        (replace(SHORT, run=hc.Run(1e-4)), {"shock.momentum_ratio": "0.5,1"}),
+        (replace(SHORT, wall=hc.Wall("rigid")), {"shock.momentum_ratio": "0.5,1"}),
+    ],
+)
+def test_scenes_with_terms_or_an_end_are_no_batch(scene: hc.Scene, vary: dict[str, str]) -> None:
+    assert not is_batched(design(scene, vary), hc.Native())
+
+
+def test_where_scenes_are_measured_changes_no_value(monkeypatch: pytest.MonkeyPatch) -> None:
+    vary = {"run.end_time": "5e-5:2e-4:12"}  # not for the batch
+    found = []
+    for most in (0, 10**9):
+        monkeypatch.setattr(parts_of_sweeps, "_SHORT", most)
+        swept = hc.sweep(SHORT, vary, peaks=True)
+        found.append((swept.to_frame(), swept.peaks_to_frame()))
+    for one, other in zip(*found, strict=True):
+        pd.testing.assert_frame_equal(one, other, check_exact=True)
+
+
+@pytest.mark.slow
+def test_a_hundred_thousand_scenes_take_less_than_500_mb(tmp_path: Path) -> None:
+    if not Path("/proc/self/status").exists():
+        pytest.skip("the largest memory of a process is in /proc, which is Linux's")
+    paper_scene("cosine", 1.0, 2.0).to_toml(tmp_path / "scene.toml")
+    vary = ("--vary", "shock.momentum_ratio=0.1:10:log", "--vary", "shock.duration_ratio=1.5:6")
+    command = ("sweep", tmp_path / "scene.toml", *vary, "--samples", "100000", "--rtol", "1e-4")
+    # Kernels are compiled before: a process that compiles takes 620 MB.
+    few = ("--samples", "100", "--rtol", "1e-4", "-o", tmp_path / "few")
+    small = process("sweep", tmp_path / "scene.toml", *vary, *few)
+    assert small.status == 0, small.err
+    # Not getrusage: it counts what the process that starts another one has.
+    said = (
+        "import atexit, pathlib;"
+        "status = lambda: pathlib.Path('/proc/self/status').read_text();"
+        "atexit.register(lambda: print(status().split('VmHWM:')[1].split()[0]));"
+    )
+    done = process(*command, "-o", tmp_path / "out", code=said + MAIN)
+    assert done.status == 0, done.err
+    assert int(done.out.split()[-1]) < 500_000  # [kB]

@@ -157,11 +157,7 @@ def test_a_striker_and_a_wall() -> None:
             "chain.granules": [4, 6],
         },
     )
-    walls = {
-        "rigid": hc.Wall("rigid"),
-        "same": hc.Wall("same"),
-        "elastic": hc.Wall("elastic", 70e9, 0.33),
-    }
+    walls = {"rigid": hc.Wall("rigid"), "same": hc.Wall("same"), "elastic": scene.wall}
     are_rows_of(
         sweep,
         (
@@ -174,11 +170,6 @@ def test_a_striker_and_a_wall() -> None:
     )
     table = sweep.to_frame()
     assert (table["wall.young_modulus"].notna() == (table["wall.kind"] == "elastic")).all()
-    slow, fast = (table[table["striker.velocity"] == v] for v in (0.1, 1.0))
-    for name in ("largest_peak_force_N", "wall_peak_force_N"):
-        ratio = fast[name].to_numpy() / slow[name].to_numpy()
-        # Hertz's law scales: F goes with v^(6/5). Both runs are the same in natural units.
-        np.testing.assert_allclose(ratio, 10**1.2, rtol=1e-9)
 
 
 def test_gaps_of_a_plain_scene() -> None:

@@ -20,7 +20,7 @@ from tests.sweeps.made import GRID, SHORT
 
 @pytest.mark.lammps
 def test_a_folder_has_what_memory_has_and_opens_in_pandas_and_polars(tmp_path: Path) -> None:
-    vary: dict[str, Any] = {**GRID, "shock.peak_force": [100.0, 1e9]}  # the second too deep
+    vary = {**GRID, "shock.momentum_ratio": [1.0], "shock.peak_force": [100.0, 1e9]}  # too deep
     backends = ("native", hc.Lammps(rtol=1e-3))
     out = tmp_path / "out"
     kept = hc.sweep(SHORT, vary, backends=backends, peaks=True, output=out)

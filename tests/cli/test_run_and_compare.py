@@ -1,0 +1,345 @@
+"""``hertzchain run``, ``compare``, ``tradeoff`` and ``timestep``: output, files and engines."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from numpy.typing import ArrayLike
+
+import hertzchain as hc
+from hertzchain.cli.run import MethodName
+from hertzchain.engines.native.backend import Native
+from hertzchain.observables.peaks import largest_difference
+from hertzchain.observables.result import Result
+from hertzchain.report.facts import describe
+from hertzchain.scene.scene import Scene
+from hertzchain.verdict import run_checks
+from tests.cli.short_chain import (
+    CONTACTS,
+    GET_IT,
+    TABLE,
+    Changes,
+    embedded,
+    rows_of,
+    scene_file,
+    table_file,
+)
+from tests.command_line import Command, Outcome, is_refused
+from tests.conftest import STEEL
+from tests.oracles.json_schema import problems
+from tests.places import ROOT
+from tests.processes import names
+
+# Run
+
+
+def test_run_prints_nothing_but_one_json_object(native: Outcome) -> None:
+    assert native.status == 0
+    assert native.err.startswith("Peaks written to ")
+    assert native.err.count("\n") == 1
+    document = native.json()
+    assert problems(document, "run.json") == []
+    assert (document["backend"], document["method"]) == ("native", "srkn-11b")
+    assert document["momentum_ratio"] == 1.0
+    assert document["transition_granules"] == 5
+    # p + 1 = 6 is the contact after the transition, the fifth of the list.
+    assert document["solitary_wave"]["peak_force_N"] == document["peak_force_N"][4]
+    assert 0 < document["error_estimate"] <= 1e-6
+    assert document["provenance"]["hertzchain"] == version("hertzchain")
+
+
+@pytest.mark.lammps
+def test_a_run_with_lammps_vs_one_with_native(hertzchain: Command, native: Outcome) -> None:
+    scene_file()
+    outcome = hertzchain("run", "scene.toml", "--backend", "lammps", "--json")
+    assert (outcome.status, outcome.err) == (0, "")
+    document, expected = outcome.json(), native.json()
+    assert problems(document, "run.json") == []
+    assert document["backend"] == "lammps"
+    assert document["method"].startswith("velocity-verlet")
+    assert "lammps" in document["provenance"]
+    for key in ("end_time_s", "rise_time_s", "momentum_ratio", "transition_granules"):
+        assert document[key] == expected[key]
+    error = document["error_estimate"] + expected["error_estimate"]
+    assert document["peak_force_N"] == pytest.approx(expected["peak_force_N"], rel=error)
+
+
+@pytest.mark.parametrize(("wanted", "status"), [("0.0001", 0), ("9.9e-05", 1)])
+def test_a_run_misses_an_accuracy_that_it_misses_by_little(
+    hertzchain: Command, monkeypatch: pytest.MonkeyPatch, wanted: str, status: int
+) -> None:
+    run = Native.run
+
+    def rough(native: Native, scene: Scene, record: ArrayLike | None = None) -> Result:
+        return replace(run(native, scene, record), error_estimate=1e-4)
+
+    monkeypatch.setattr(Native, "run", rough)
+    scene_file()
+    outcome = hertzchain("run", "scene.toml", "--rtol", wanted)
+    assert outcome.status == status
+    assert outcome.err.startswith(f"hertzchain: wanted {wanted}, reached 0.0001: ") is (status == 1)
+    damped = {"contact.damping": '"restitution"', "contact.restitution": "0.8"}
+    scene_file({"chain.granules": "3"} | damped)
+    outcome = hertzchain("run", "scene.toml", "--rtol", wanted)
+    assert outcome.status == status
+    assert ("cannot reach this accuracy with damped contacts" in outcome.err) == (status == 1)
+
+
+def test_dt_with_a_unit_vs_seconds(hertzchain: Command) -> None:
+    scene_file({"run.end_time": '"60 us"'})
+    method = ("--method", "velocity-verlet")
+    by_unit, plain = (
+        hertzchain("run", "scene.toml", *method, "--dt", dt, "--json").json()
+        for dt in ("20 ns", "2e-8")
+    )
+    assert by_unit["peak_force_N"] == plain["peak_force_N"]
+    assert by_unit["dt_s"] == plain["dt_s"] <= 2e-8
+
+
+@pytest.mark.parametrize("method", list(MethodName))
+def test_every_method_runs(hertzchain: Command, method: str) -> None:
+    scene_file({"chain.granules": "4", "run.end_time": '"60 us"'})
+    found = hertzchain("run", "scene.toml", "--method", method, "--json").json()
+    assert found["method"] == method
+    assert found["error_estimate"] < 1e-5  # of velocity Verlet; all others are far below
+
+
+SHORT_RUNS = [
+    *({"run.end_time": f'"{end_time}"'} for end_time in ("10 us", "0.1 us", "1 ns", "1e-300 s")),
+    {**TABLE, "run.end_time": "5e-6"},
+]
+"""Runs that end before most contacts are pressed, and one that ends before the shock begins."""
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["run"],
+        pytest.param(["compare"], marks=pytest.mark.lammps),
+    ],
+    ids=" ".join,
+)
+@pytest.mark.parametrize("changes", SHORT_RUNS, ids=lambda changes: changes["run.end_time"])
+def test_a_short_run_is_no_crash(hertzchain: Command, command: list[str], changes: Changes) -> None:
+    scene_file(changes)
+    table_file("1e-5,50", "2e-5,100")
+    outcome = hertzchain(*command, "scene.toml", "--json")
+    if outcome.status == 2:
+        is_refused(outcome)
+        return
+    outcome.json()
+    said = outcome.err.splitlines()
+    assert len(said) <= (outcome.status == 1)
+    assert all(line.startswith("hertzchain: wanted 1e-06, reached ") for line in said)
+
+
+def test_run_without_lammps_says_how_to_get_it(
+    hertzchain: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "lammps", None)
+    scene_file()
+    outcome = hertzchain("run", "scene.toml", "--backend", "lammps", "-o", "peaks.csv")
+    is_refused(outcome, "LAMMPS is not available", GET_IT)
+    assert names() == ["scene.toml"]
+
+
+# Files
+
+
+SCENE = ROOT / "validation" / "scenes" / "weak_shock.toml"
+
+
+def test_all_files_of_one_run(hertzchain: Command) -> None:
+    files = ("-o", "motion.csv", "--plot", "run.svg", "--report", "run.html")
+    done = hertzchain("run", SCENE, "--json", "--record", "20", *files)
+    assert done.status == 0, done
+    for what, name in (("Motion", "motion.csv"), ("Plot", "run.svg"), ("Report", "run.html")):
+        assert f"{what} written to {name}\n" in done.err
+    assert names() == ["motion.csv", "run.html", "run.svg"]
+    frame = pd.read_csv("motion.csv")
+    assert frame["granule"].unique().tolist() == list(range(1, 61))
+    times = np.linspace(0, Scene.from_toml(SCENE).end_time, 20)
+    assert frame["time_s"].unique().tolist() == times.tolist()
+    page = Path("run.html").read_text("utf-8")
+    assert f"<title>{describe(Scene.from_toml(SCENE))}</title>" in page  # there is no verdict
+    assert page.count("<svg") == 2
+    assert embedded(page)["peak_force_N"] == done.json()["peak_force_N"]
+    assert len(page) < 500_000
+    done = hertzchain("run", SCENE, "-o", "peaks.csv")
+    assert ", are in peaks.csv)" in done.out
+    assert done.err == "Peaks written to peaks.csv\n"
+
+
+@pytest.mark.usefixtures("folder")
+def test_first_pulses_are_wanted(hertzchain: Command) -> None:
+    scene_file()
+    asked = ("run", "scene.toml", "--rtol", "1e-3", "--json")
+    assert hertzchain(*asked).json().get("first_peak_force_N") is None
+    assert len(hertzchain(*asked, "--wanted", "first").json()["first_peak_force_N"]) == CONTACTS
+
+
+# Compare
+
+
+def test_compare_with_native_alone(hertzchain: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "lammps", None)  # it is not needed
+    scene_file()
+    outcome = hertzchain("compare", "scene.toml", "--backend", "native", "--json")
+    assert (outcome.status, outcome.err) == (0, "")
+    document = outcome.json()
+    assert problems(document, "compare.json") == []
+    assert (document["verdict"], list(document["results"])) == ("pass", ["native"])
+    # Eq. 6 speaks of contacts 2 to p, Eq. 9 of one more; p is 5.
+    for key, last in (("lammps_N", 1), ("eq6_N", 5), ("eq9_N", 6)):
+        known = [row["contact"] for row in document["rows"] if row[key] is not None]
+        assert known == list(range(2, last + 1))
+
+
+def test_a_picture_does_not_change_the_end_of_the_runs(hertzchain: Command) -> None:
+    """By default these end after the reflection of the wave, which quick runs find."""
+    thrown, wall = hc.Chain(5, **STEEL, velocity=[-1.0, 0, 0, 0, 0]), hc.Wall("rigid")
+    hc.Scene(thrown, wall=wall, near_wall=wall).to_toml("walls.toml")
+    command = ("compare", "walls.toml", "--backend", "native", "--json")
+    alone, drawn = hertzchain(*command).json(), hertzchain(*command, "--plot", "a.svg").json()
+    for key in ("end_time_s", "peak_force_N"):
+        assert alone["results"]["native"][key] == drawn["results"]["native"][key]
+
+
+@pytest.mark.lammps
+def test_compare_prints_every_oracle_and_a_verdict(hertzchain: Command) -> None:
+    scene_file()
+    outcome = hertzchain("compare", "scene.toml", "--plot", "plot.png")
+    assert (outcome.status, outcome.err) == (0, "Plot written to plot.png\n")
+    assert Path("plot.png").read_bytes().startswith(b"\x89PNG")
+    rows = rows_of(outcome.out)
+    assert [row[0] for row in rows] == ["2", "3", "4", "5", "6"]
+    assert len(rows[0]) == 8
+    for words in ("native", "LAMMPS", "Eq. 6", "Eq. 9", "transition, p", "F_SW", "speed"):
+        assert words in outcome.out
+    assert "FAIL" not in outcome.out
+    assert outcome.out.endswith("Verdict: pass\n")
+
+
+@pytest.mark.lammps
+def test_codes_are_compared_at_a_wanted_accuracy(hertzchain: Command) -> None:
+    damped = {"contact.damping": '"restitution"', "contact.restitution": "0.8"}
+    scene_file({"chain.granules": "3"} | damped)
+    steps = []
+    for rtol in ("1e-2", "1e-3"):
+        document = hertzchain("compare", "scene.toml", "--rtol", rtol, "--json").json()
+        assert document["verdict"] == "pass"
+        found = document["results"]["lammps"]
+        assert found["error_estimate"] <= float(rtol)
+        assert document["results"]["native"]["error_estimate"] < 1e-8
+        steps.append(found["steps"])
+    assert steps[1] > steps[0]
+
+
+def test_out_of_tolerance_is_status_1(hertzchain: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(run_checks, "MOMENTUM_ERROR", -1.0)  # no difference is that small
+    scene_file()
+    outcome = hertzchain("compare", "scene.toml", "--backend", "native")
+    assert outcome.status == 1
+    assert "FAIL" in outcome.out
+    assert outcome.out.endswith("Verdict: fail\n")
+
+
+# Without LAMMPS
+
+
+def test_compare_without_lammps_prints_the_rest_and_status_2(
+    hertzchain: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "lammps", None)  # to import it fails
+    scene_file()
+    outcome = hertzchain("compare", "scene.toml")
+    assert outcome.status == 2
+    rows = rows_of(outcome.out)
+    assert [row[0] for row in rows] == ["2", "3", "4", "5", "6"]
+    assert [len(row) for row in rows] == [6, 6, 6, 6, 4]
+    assert "native: energy" in outcome.out
+    assert "lammps: not run" in outcome.out
+    assert GET_IT in " ".join(outcome.out.split())
+    assert outcome.err.startswith("hertzchain: lammps: not run: ")
+    assert GET_IT in outcome.err
+    assert outcome.err.count("\n") == 1
+
+
+@pytest.mark.usefixtures("no_programs")
+def test_compare_without_the_programs_shows_the_rest_and_what_to_do(hertzchain: Command) -> None:
+    scene_file({"chain.granules": "3"})
+    wanted = ["--backend", "liggghts", "--backend", "yade"]
+    outcome = hertzchain("compare", "scene.toml", *wanted)
+    assert outcome.status == 2
+    assert "Verdict: fail" in outcome.out
+    for engine in ("liggghts", "yade"):
+        assert f"apt install {engine}" in outcome.out
+    said = outcome.err.splitlines()
+    assert [line.split(": ")[1:3] for line in said] == [
+        ["liggghts", "not run"],
+        ["yade", "not run"],
+    ]
+    assert "apt install yade" in said[1]
+
+
+# Error against cost
+
+
+@pytest.mark.lammps
+@pytest.mark.usefixtures("hasty")
+def test_tradeoff_measures_plots_and_writes(hertzchain: Command) -> None:
+    scene_file()
+    outcome = hertzchain("tradeoff", "scene.toml", "--json", "--plot", "plot.png")
+    assert (outcome.status, outcome.err) == (0, "Plot written to plot.png\n")
+    document = outcome.json()
+    assert problems(document, "tradeoff.json") == []
+    assert {row["engine"] for row in document["rows"]} == {"compiled", "LAMMPS"}
+    assert (document["missing"], document["remarks"]) == (False, [])
+    assert any(row["frontier"] for row in document["rows"])
+    assert Path("plot.png").read_bytes().startswith(b"\x89PNG")
+    assert names() == ["plot.png", "scene.toml"]
+
+
+@pytest.mark.usefixtures("hasty")
+def test_tradeoff_without_lammps_prints_the_rest_and_status_2(
+    hertzchain: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "lammps", None)
+    scene_file()
+    outcome = hertzchain("tradeoff", "scene.toml")
+    assert outcome.status == 2
+    assert "srkn-11b, compiled" in outcome.out
+    assert "LAMMPS, extrapolated" not in outcome.out
+    assert outcome.err.count("\n") == 1
+    assert outcome.err.startswith("hertzchain: LAMMPS is not available")
+    assert GET_IT in outcome.err
+
+
+def test_the_step_of_a_wanted_accuracy(hertzchain: Command) -> None:
+    scene_file()
+    rtol = 1e-4
+    said = hertzchain("timestep", "scene.toml", "--rtol", rtol)
+    assert (said.status, said.out.count("\n")) == (0, 1)
+    dt = float(said.out.split()[1])
+    right = hc.Native(rtol=1e-9, wanted="all").run("scene.toml").peak_force
+    found = hc.Native("velocity-verlet", dt, wanted="all").run("scene.toml").peak_force
+    assert rtol / 50 < largest_difference(found, right) < rtol
+
+
+@pytest.mark.lammps
+def test_the_order_and_number_of_backends_do_not_matter(hertzchain: Command) -> None:
+    scene_file({"chain.granules": "4", "run.end_time": '"60 us"'})
+    wanted = ["--backend", "lammps", "--backend", "native", "--backend", "lammps"]
+    documents = [
+        hertzchain("compare", "scene.toml", "--json", *arguments).json()
+        for arguments in ([], ["--backend", "lammps"], wanted)
+    ]
+    assert problems(documents[0], "compare.json") == []
+    assert list(documents[0]["results"]) == ["native", "lammps"]
+    assert documents[0]["rows"] == documents[1]["rows"] == documents[2]["rows"]
