@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from importlib.metadata import entry_points
 
 import pytest
 from _pytest.assertion.rewrite import AssertionRewriter
@@ -153,11 +152,6 @@ def test_it_disturbs_no_project(pytester: pytest.Pytester) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
     assert "1 passed" in done.stdout
     assert "warning" not in (done.stdout + done.stderr).lower()
-
-
-def test_pytest_finds_it_by_its_entry_point() -> None:
-    found = [(point.name, point.value) for point in entry_points(group="pytest11")]
-    assert ("hertzchain", "hertzchain.pytest_plugin") in found
 
 
 def test_an_installed_package_may_be_imported_before_pytest() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import pickle
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,9 +15,13 @@ from hertzchain import theory
 from hertzchain.decks import known_answer
 from hertzchain.engines.external.rescaling import Softening
 from hertzchain.engines.liggghts import deck as liggghts
+from hertzchain.engines.native.methods import METHODS
+from hertzchain.engines.native.simulation import simulate
 from hertzchain.engines.registry import ENGINES
 from hertzchain.engines.yade import deck as yade
 from hertzchain.errors import HertzchainError
+from hertzchain.observables.error_bound import amplifies_errors
+from hertzchain.observables.peaks import largest_difference
 from hertzchain.report.comparison import of_comparison
 from hertzchain.report.facts import describe
 from hertzchain.report.page import page_of
@@ -26,9 +31,12 @@ from hertzchain.scene.parts import SHOCKS
 from hertzchain.scene.sections import sections_of
 from hertzchain.scene.shock import Shock
 from hertzchain.scene.starters import STARTERS, write_starter
+from hertzchain.scene.validity import refuse_hopeless_overlap
 from hertzchain.verdict.deck.expected import applied_force
+from hertzchain.verdict.formulas import formulas
 from hertzchain.verdict.mistakes import with_rise_time
 from tests.command_line import Command
+from tests.conftest import paper_scene
 from tests.decks.test_standalone_deck import run, verdict
 from tests.oracles.json_schema import problems
 from tests.report.test_json_schema import scene_from, through_json
@@ -180,3 +188,56 @@ def test_commands(scene: hc.Scene, tmp_path: Path, hertzchain: Command) -> None:
     assert done.status == 0, done.err
     assert scene.shock.noun in done.out
     assert hertzchain("predict", tmp_path / "own.toml").status == 0
+
+
+# Code calibrated on plain scenes checks ``Scene.is_plain``, and is used for them alone
+
+
+@pytest.fixture
+def taken(monkeypatch: pytest.MonkeyPatch) -> hc.Scene:
+    """A plain scene that is taken for one with terms."""
+    monkeypatch.setattr(hc.Scene, "is_plain", False)
+    return paper_scene("cosine", 1.0, 2.0, 20)
+
+
+def test_a_scene_without_terms_is_plain_and_looks_as_before() -> None:
+    scene = paper_scene("cosine", 1.0, 2.0)
+    assert scene.is_plain
+    assert "terms" not in "".join(scene.to_texts("scene.toml").values())
+    copied = pickle.loads(pickle.dumps(scene))  # noqa: S301 - what stands here
+    assert copied == scene
+    assert hash(copied) == hash(scene)
+
+
+def test_no_granule_is_left_behind(taken: hc.Scene) -> None:
+    legs = taken.schedule(0.2 * taken.units.time)
+    run = simulate(taken, legs, METHODS["srkn-11b"].walker, leave_behind=True)
+    assert np.isfinite(run.displacement).all()
+
+
+def test_a_second_run_tells_the_error(taken: hc.Scene) -> None:
+    assert amplifies_errors(taken)
+    batch = hc.peak_forces([taken], rtol=1e-3)
+    one = hc.Native(rtol=1e-3).run(taken)
+    # Without a second run the error would be that of the random scenes, 0.9 rtol.
+    assert batch.error_estimate[0] < 0.6e-3
+    assert largest_difference(batch.peak_force[0], one.peak_force) < 1e-6
+
+
+def test_formulas_map_and_free_end_say_nothing(taken: hc.Scene) -> None:
+    result = hc.Native(rtol=1e-4).run(taken)
+    assert result.transition_granules is None
+    assert result.solitary_wave.far_field_force is None
+    assert "uniform free chains" in str(formulas(result).applicable)
+    prediction = theory.predict(taken)
+    assert "uniform free chains" in str(prediction.missing)
+    assert np.isnan(prediction.peak_force).all()
+
+
+def test_overlaps_are_not_known_before_a_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = paper_scene("cosine", 1.0, 2.0)
+    deep = hc.Scene(scene.chain, hc.Pulse("cosine", 1e9, 2.0, momentum_ratio=1.0))
+    with pytest.raises(hc.HertzchainError, match="radii"):
+        refuse_hopeless_overlap(deep)
+    monkeypatch.setattr(hc.Scene, "is_plain", False)
+    refuse_hopeless_overlap(deep)

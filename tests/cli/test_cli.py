@@ -219,6 +219,9 @@ def test_what_is_not_there_is_a_usage_error(hertzchain: Command, arguments: list
 
 def test_a_unit_that_was_forgotten_is_remarked_on(hertzchain: Command) -> None:
     assert hertzchain("predict", scene_file()).err == ""
+    question = "chain.radius = 2.5 m (usually 1e-06 to 0.5 m): is the unit what is meant?"
+    outcome = hertzchain("predict", scene_file({"chain.radius": "2.5"}))
+    assert (outcome.status, outcome.err) == (0, f"hertzchain: {question}\n")
     scene_file({"shock.momentum_ratio": None, "shock.rise_time": "15"})
     outcome = hertzchain("predict", "scene.toml")
     assert outcome.status == 0

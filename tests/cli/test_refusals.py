@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 
+import hertzchain as hc
 from hertzchain.scene.starters import write_starter
 from tests.cli.short_chain import scene_file
 from tests.command_line import Command, is_refused
-from tests.processes import names
 from tests.recordings import write_scope
 from tests.verdict.deck.corpus import FOLDER
 
@@ -80,6 +80,21 @@ sweep scene.toml -o out GRID --backend native --backend native => must not be gi
 sweep scene.toml -o out GRID --scheduler abc => the scheduler 'abc' cannot be
 sweep scene.toml -o out.csv GRID => is to be a folder
 sweep scene.toml -o no/out GRID => does not exist
+plot swept --x lm --y p => lm: is no column; scene, backend, chain.granules
+plot swept --x LM_ratio --y profile => shock.profile: is text; --colour
+plot swept --x backend --y p => backend: is text
+plot swept --x LM_ratio --y p --colour failure => cannot be a colour
+plot swept --x LM_ratio --y momentum_ratio => shock.momentum_ratio: given twice
+plot swept --x LM_ratio --y p --colour p => transition_granules: given twice
+plot swept --x LM_ratio --y p -o plot.gif => plot.gif; png; svg
+plot swept --x LM_ratio --y p -o no/plot.png => no/plot.png; does not exist
+plot swept --x LM_ratio --y p --where profile => --where profile; NAME=VALUE
+plot swept --x LM_ratio --y p --where backend=native --where backend=lammps => --where backend; twice
+plot . --x LM_ratio --y p => .: is no sweep, must be what hertzchain sweep -o wrote
+plot no --x LM_ratio --y p => no: is no sweep, must be what hertzchain sweep -o wrote
+plot begun --x LM_ratio --y p => not measured yet
+fit striker.toml --free striker.velocity=1:2 => give one of these
+fit striker.toml --free striker.velocity=1:2 --minimise last_peak_force_N --column a=3 => is for measured traces
 pulse scope.csv => column 2 (CH1) is in V; --scale
 pulse scope.csv -o scope.csv --scale 25 => scope.csv: is an input, and must not be overwritten
 pulse scope.csv -o a.csv --scale -25 => pulls; a pulse pushes; --scale
@@ -99,19 +114,32 @@ init scene.toml => scene.toml: exists; delete it
 STEPS = ("0", "-1 ns", "inf", "nan", "1 m", "soon", "", "1e-320", "1 s s")
 
 
-@pytest.fixture
-def files(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with a file of each kind; LIGGGHTS and Yade are not there."""
-    monkeypatch.setenv("PATH", "")
-    scene_file({"chain.granules": "6"})
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a file of each kind."""
+    folder = tmp_path_factory.mktemp("made")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        scene = hc.Scene.from_toml(scene_file({"chain.granules": "6"}))
+        hc.sweep(scene, {"shock.momentum_ratio": "0.5,1"}, output="swept")
+    (folder / "begun").mkdir()
+    shutil.copy(folder / "swept" / "sweep.json", folder / "begun")
     write_starter("striker", folder / "striker.toml")
     write_scope(folder / "scope.csv", 1000)
     for name in ("steel.toml", "in.steel_plain"):
-        shutil.copy(FOLDER / name, name)
-    Path("peaks.csv").write_text("contact,peak_force_N\n2,100\n", encoding="utf-8")
-    Path("my.py").write_text('"""A chain\nof granules."""\nimport lammps\n', encoding="utf-8")
+        shutil.copy(FOLDER / name, folder)
+    (folder / "peaks.csv").write_text("contact,peak_force_N\n2,100\n", encoding="utf-8")
+    (folder / "my.py").write_text('"""A chain\nof granules."""\nimport lammps\n', encoding="utf-8")
     rows = "\n".join(f"{k},1" for k in range(3, 20))
-    Path("text.csv").write_text(f"1,2\n2,x\n{rows}", encoding="utf-8")
+    (folder / "text.csv").write_text(f"1,2\n2,x\n{rows}", encoding="utf-8")
+    return folder
+
+
+@pytest.fixture
+def files(made: Path, folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """These files in the current folder; LIGGGHTS and Yade are not there."""
+    monkeypatch.setenv("PATH", "")
+    shutil.copytree(made, folder, dirs_exist_ok=True)
     return folder
 
 
@@ -126,6 +154,6 @@ CASES += [
 @pytest.mark.parametrize("case", CASES)
 def test_it_is_refused_in_one_sentence(case: str, files: Path, hertzchain: Command) -> None:
     command, _, words = case.partition(" => ")
-    before = {name: (files / name).read_bytes() for name in names()}
+    before = {path: path.is_dir() or path.read_bytes() for path in files.rglob("*")}
     is_refused(hertzchain(*shlex.split(command)), *words.split("; "))
-    assert {name: (files / name).read_bytes() for name in names()} == before
+    assert {path: path.is_dir() or path.read_bytes() for path in files.rglob("*")} == before

@@ -23,6 +23,7 @@ DOCS = ROOT / "docs"
 PAGES = sorted(
     path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.md") if "_build" not in path.parts
 )
+NOTEBOOKS = sorted(notebooks.FOLDER.glob("*.ipynb"))
 LINKED = [*(DOCS / name for name in PAGES), *ROOT.glob("*.md"), ROOT / "lammps_inputs/README.md"]
 
 FENCE = re.compile(r"^(?P<ticks>`{3,})(?P<language>\S*)\s*$")
@@ -224,9 +225,16 @@ def test_a_page_does_what_it_says(
     assert not page.said, f"prints what is not shown: {page.said}"
 
 
-@pytest.mark.parametrize("path", LINKED, ids=lambda path: path.name)
+def read(path: Path) -> str:
+    """The text of a page, or of the cells of a notebook."""
+    if path.suffix == ".ipynb":
+        return "\n".join(map(notebooks.source_of, notebooks.read(path)["cells"]))
+    return path.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("path", [*LINKED, *NOTEBOOKS], ids=lambda path: path.name)
 def test_links_and_images_are_there(path: Path) -> None:
-    text = re.sub(r"^```.*?^```", "", path.read_text(encoding="utf-8"), flags=re.DOTALL | re.M)
+    text = re.sub(r"^```.*?^```", "", read(path), flags=re.DOTALL | re.M)
     targets = re.findall(r"\]\(([^)\s#]+)(?:#[^)\s]*)?\)", text)
     local = [target for target in targets if not re.match(r"https?:|mailto:", target)]
     assert [target for target in local if not (path.parent / target).exists()] == []
@@ -323,7 +331,6 @@ def test_the_pages_have_every_command_and_option(built: Path) -> None:
 # Notebooks run as they stand, and print what is kept in them
 
 
-NOTEBOOKS = sorted(notebooks.FOLDER.glob("*.ipynb"))
 SLOW = {"figures", "first_scene", "measured_pulse"}
 
 
@@ -363,12 +370,3 @@ def test_the_notebooks_are_there() -> None:
         assert [cell["execution_count"] for cell in notebooks.code_cells(notebook)] == list(
             range(1, len(notebooks.code_cells(notebook)) + 1)
         )
-
-
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_links_of_a_notebook_lead_somewhere(path: Any) -> None:
-    cells = notebooks.read(path)["cells"]
-    text = "\n".join(map(notebooks.source_of, cells))
-    links = re.findall(r"\]\(([^)#\s]+)", text)
-    assert links
-    assert [link for link in links if not (path.parent / link).exists()] == []

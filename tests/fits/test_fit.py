@@ -89,7 +89,7 @@ def test_collisions_across_gaps(seed: int) -> None:
 
     def scene(restitution: float, speed: float, gap: float) -> hc.Scene:
         contact = hc.Contact("restitution", restitution=restitution)
-        return hc.Scene(hc.Chain(8, **STEEL, gap=gap), hc.Striker(speed), contact=contact)
+        return hc.Scene(hc.Chain(6, **STEEL, gap=gap), hc.Striker(speed), contact=contact)
 
     random, truth = np.random.default_rng(seed), (0.8, 0.3, 2e-6)
     true = replace(scene(*truth), gauges=GAUGES[:1])
@@ -173,6 +173,8 @@ def test_another_model_is_told_from_noise() -> None:
         (["gain", "gain"], "names a key twice"),
         (["wall.young_modulus"], "the scene has no"),
         ([], "must be a list of keys"),
+        (["striker.velocity=1:2"], "must be within 1 and 2, to begin with"),
+        (["chain.young_modulus=180 GPa"], "must be the ends of its range"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )
@@ -193,11 +195,8 @@ ALIKE = [
      r"known is chain.young_modulus \* \(chain.poisson_ratio\)\^0.198"),
     (TRUE, ["chain.young_modulus", "chain.density", "gain"],
      r"young_modulus by \+1 %, chain.density by \+1 %, gain by -1 % changes nothing"),
-    (TRUE, ["chain.young_modulus", "striker.velocity", "gain"], ""),
     (TRUE, ["chain.radius", "chain.young_modulus", "chain.density"], ""),
-    (TRUE, [*FREE, "chain.poisson_ratio"], "chain.young_modulus"),
     (TRUE, [*FREE, "chain.density", "gain"], "changes nothing"),
-    (TRUE, ["contact.restitution", "striker.velocity", "chain.density", "gain"], ""),
     (TRUE, ["striker.velocity", "chain.radius", "gain"], ""),
     (BOTH, ["wall.young_modulus", "wall.poisson_ratio"], "known is wall.young_modulus"),
     (BOTH, ["chain.young_modulus", "chain.poisson_ratio", "wall.young_modulus",
@@ -298,8 +297,6 @@ def test_a_tied_key_and_a_range() -> None:
     softer = replace(KNOWN, chain=START.chain)
     with pytest.raises(SceneError, match="is at the end of what it can be"):
         hc.fit(softer, experiment(0.01), ["chain.young_modulus=170 GPa:185 GPa"])
-    with pytest.raises(SceneError, match="must be the ends of its range"):
-        hc.fit(START, experiment(0.01), ["chain.young_modulus=180 GPa"])
 
 
 def test_traces_that_are_not_those_of_the_scene() -> None:
@@ -350,8 +347,6 @@ def test_values_that_stand_at_an_end_are_refused() -> None:
     lossless = replace(TRUE, contact=None)
     with pytest.raises(SceneError, match="is at the end of what it can be"):
         hc.fit(START, experiment(0.01, scene=lossless), FREE)
-    with pytest.raises(SceneError, match="must be within 1 and 2, to begin with"):
-        hc.fit(START, experiment(0.01), ["striker.velocity=1:2"])
     with pytest.raises(SceneError, match="traces: must be at least one file or table"):
         hc.fit(START, [], FREE)
 
@@ -390,8 +385,8 @@ def test_the_command(tmp_path: Path, hertzchain: Command) -> None:
     assert np.shape(document["correlation"]) == (3, 3)
     fitted = hc.Scene.from_toml(tmp_path / "fitted.toml")
     assert fitted.chain.young_modulus == document["parameters"][0]["value"]
-    said = hertzchain("fit", *files, *free)
-    assert "chain.young_modulus" in said.out
+    said = hertzchain("fit", *files, *free[2:])
+    assert "striker.velocity" in said.out
     assert "95 % within" in said.out
     refused = hertzchain("fit", *files, "--free", "chain.young")
     assert refused.status == 2

@@ -89,8 +89,3 @@ def test_the_command(tmp_path: Path, hertzchain: Command) -> None:
     assert done.json()["parameters"][0]["value"] == pytest.approx(1.0, rel=2e-3)
     assert "at an end of its range" in done.json()["remarks"][0]
     assert hc.Scene.from_toml(best).shock == hc.Striker(done.json()["parameters"][0]["value"])
-    neither = hertzchain("fit", scene, *free)
-    assert neither.status == 2
-    assert "give one of these" in neither.err
-    column = hertzchain("fit", scene, *fast, *free, "--column", "wall=3")
-    assert "is for measured traces" in column.err

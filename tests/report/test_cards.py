@@ -94,9 +94,6 @@ def test_a_scene_prints_what_it_is() -> None:
     end = float(fact(SCENE, "end of the run").removesuffix(" s"))
     assert end == pytest.approx(SCENE.end_time, rel=1e-5)  # six digits
     assert len(repr(SCENE).split("\n")) <= MOST_LINES
-
-
-def test_a_scene_of_thousands_of_unlike_granules_prints_their_range() -> None:
     radius = np.linspace(1e-3, 3e-3, 5000)
     scene = replace(SCENE, chain=hc.Chain(5000, radius, 193e9, 0.3, 7958.0), wall=hc.Wall("rigid"))
     assert fact(scene, "radius") == "0.001 to 0.003 m"
@@ -160,16 +157,13 @@ def test_a_result_is_printed_as_run_does(result: hc.Result) -> None:
     assert "Peak force of each contact" not in repr(result)  # that heads a verdict's
     assert "to 12, are in to_frame())" in repr(result)
     assert "Verdict" not in repr(result)
+    (peaks,) = replace(result, backend="mine", history=None).plot().axes
+    assert "\nmine, " in str(peaks.figure.get_suptitle())
 
 
 def test_an_examination_is_printed_with_the_lines_to_mend(examination: hc.DeckExamination) -> None:
     assert f"1. {examination.to_mend[0].sentence[:60]}" in repr(examination)
     assert "in to_frame()" not in repr(examination)  # which has its checks
-
-
-def test_a_run_of_a_backend_of_ones_own_is_drawn(result: hc.Result) -> None:
-    (peaks,) = replace(result, backend="mine", history=None).plot().axes
-    assert "\nmine, " in str(peaks.figure.get_suptitle())
 
 
 @pytest.mark.parametrize("name", ["comparison", "judgement", "examination"])

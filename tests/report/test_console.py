@@ -57,7 +57,7 @@ def line_of(text: str, label: str) -> str:
     return line.removeprefix(label).strip()
 
 
-def test_a_run_shows_the_transition_and_one_contact_more(native: hc.Comparison) -> None:
+def test_a_run_shows_the_transition_the_wave_the_error_and_the_cost(native: hc.Comparison) -> None:
     result = native.native
     text = run_text(result)
     rows = rows_of(text)
@@ -66,6 +66,27 @@ def test_a_run_shows_the_transition_and_one_contact_more(native: hc.Comparison) 
     assert [float(row[1]) for row in rows] == pytest.approx(result.peak_force[:5], rel=5e-9)
     assert [float(row[2]) for row in rows] == pytest.approx(result.peak_time[:5], rel=5e-6)
     assert "(6 more contacts, up to 12, are shown by --all)" in text
+    assert line_of(text, "transition, p") == "5 granules"
+    wave_force = line_of(text, "solitary wave, F_SW").removesuffix(" N")
+    assert float(wave_force) == pytest.approx(result.peak_force[4], rel=5e-9)
+    wave = result.solitary_wave
+    for label, unit, value, error in (
+        ("far-field force", "N", wave.far_field_force, wave.far_field_error),
+        ("speed", "m/s", wave.speed, wave.speed_error),
+    ):
+        assert value is not None
+        assert error is not None
+        shown, settled = line_of(text, label).split(", ")
+        assert settled == f"settled to {error:.1e}"
+        number, shown_unit = shown.split()
+        assert shown_unit == unit
+        # Right within what is not known, and no digit that means nothing.
+        assert abs(float(number) - value) <= error * value
+        assert len(number.replace(".", "")) <= 2 - math.log10(error)
+    assert line_of(text, "error of the peaks, at most") == f"{result.error_estimate:.1e}"
+    cost = line_of(text, "cost")
+    assert f"{result.steps:,} steps" in cost
+    assert "(native, reference)" in cost
     text = text_of(of_result(result), every=True)
     assert [int(row[0]) for row in rows_of(text)] == list(range(2, 13))
     assert "more contacts" not in text
@@ -95,32 +116,6 @@ def test_a_remark_begins_with_a_capital_but_for_names_of_files(
 ) -> None:
     document = replace(of_comparison(native), remarks=(remark,))
     assert shown in text_of(document).splitlines()
-
-
-def test_a_run_shows_p_the_wave_the_error_and_the_cost(native: hc.Comparison) -> None:
-    result = native.native
-    text = run_text(result)
-    assert line_of(text, "transition, p") == "5 granules"
-    wave_force = line_of(text, "solitary wave, F_SW").removesuffix(" N")
-    assert float(wave_force) == pytest.approx(result.peak_force[4], rel=5e-9)
-    wave = result.solitary_wave
-    for label, unit, value, error in (
-        ("far-field force", "N", wave.far_field_force, wave.far_field_error),
-        ("speed", "m/s", wave.speed, wave.speed_error),
-    ):
-        assert value is not None
-        assert error is not None
-        shown, settled = line_of(text, label).split(", ")
-        assert settled == f"settled to {error:.1e}"
-        number, shown_unit = shown.split()
-        assert shown_unit == unit
-        # Right within what is not known, and no digit that means nothing.
-        assert abs(float(number) - value) <= error * value
-        assert len(number.replace(".", "")) <= 2 - math.log10(error)
-    assert line_of(text, "error of the peaks, at most") == f"{result.error_estimate:.1e}"
-    cost = line_of(text, "cost")
-    assert f"{result.steps:,} steps" in cost
-    assert "(native, reference)" in cost
 
 
 @pytest.mark.parametrize(

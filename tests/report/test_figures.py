@@ -100,9 +100,13 @@ def test_the_table_has_a_row_for_each_time_and_granule(result: hc.Result) -> Non
 
 
 def test_a_wall_is_one_more_granule_that_stands_still(on_a_wall: hc.Result) -> None:
+    """It is marked among the peaks."""
     frame, history = motion_frame(on_a_wall), on_a_wall.history
     assert np.max(history.contact_force[:, -1]) > 0
     count = WITH_A_WALL.chain.granules
+    lines = figure_of(of_result(on_a_wall)).axes[0].lines
+    (marked,) = (line for line in lines if line.get_label() == "wall")
+    assert np.array_equal(marked.get_xydata(), [[count + 1, on_a_wall.peak_at(count + 1)]])
     assert frame["granule"].unique().tolist() == list(range(1, count + 2))
     force = frame["contact_force_N"].to_numpy().reshape(40, -1)
     assert np.array_equal(force[:, 1:], history.contact_force)
@@ -144,6 +148,7 @@ def test_the_figure_draws_the_result(result: hc.Result) -> None:
     begin, end = space_time.get_xlim()
     shown = (result.history.time >= begin) & (result.history.time <= end)
     force = result.history.contact_force
+    assert np.all(np.max(force, axis=0) > 0.95 * result.peak_force)  # times keep the height
     assert np.array_equal(np.asarray(colours.get_array()), force[shown].T)
     assert np.max(force[~shown], initial=0.0) < 0.01 * np.max(force)  # nothing to see
     assert (space_time.get_xlabel(), space_time.get_ylabel()) == ("time [ms]", "contact")
@@ -212,14 +217,6 @@ def test_fonts_of_pdf_are_true_type_and_settings_stay(result: hc.Result, tmp_pat
     assert b"/Type3" not in written
 
 
-def test_the_wall_is_marked_among_the_peaks(on_a_wall: hc.Result) -> None:
-    (marked,) = (
-        line for line in figure_of(of_result(on_a_wall)).axes[0].lines if line.get_label() == "wall"
-    )
-    count = WITH_A_WALL.chain.granules
-    assert np.array_equal(marked.get_xydata(), [[count + 1, on_a_wall.peak_at(count + 1)]])
-
-
 def test_a_small_wave_on_a_static_load_fills_the_panels() -> None:
     chain = hc.Chain(12, radius=4.75e-3, young_modulus=193e9, poisson_ratio=0.3, density=7958.0)
     pulse = hc.Pulse("cosine", 2.0, 2.0, momentum_ratio=1.0)
@@ -238,11 +235,6 @@ def test_a_small_wave_on_a_static_load_fills_the_panels() -> None:
     assert np.array_equal(applied.get_ydata(), scene.applied_force(result.history.time) + 20)
     without = figure_of(of_result(hc.Native(rtol=1e-4).run(hc.Scene(chain, pulse), 200)))
     assert [axes.get_ylim()[0] for axes in without.axes[:2]] == [0, 0]
-
-
-def test_times_of_a_picture_keep_the_height_of_the_wave(result: hc.Result) -> None:
-    force = np.max(result.history.contact_force, axis=0)
-    assert np.all(force > 0.95 * result.peak_force)
 
 
 # Several results: lines are their numbers, bands their errors

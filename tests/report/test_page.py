@@ -153,7 +153,12 @@ def panels(comparison: hc.Comparison) -> dict[str, Axes]:
     return {axes.get_ylabel().partition(" [")[0]: axes for axes in found}
 
 
-def test_texts_of_tables_are_not_aligned_as_numbers(page: str) -> None:
+def test_nothing_is_loaded_and_texts_of_tables_are_not_aligned_as_numbers(page: str) -> None:
+    assert set(Reader(page).loaded) == {"data:,", "#numbers"}
+    assert "@import" not in page
+    assert "url(" not in page[: page.index("</style>")]
+    assert len(page.encode()) <= MOST
+    assert page.count("<svg") == 2
     found = re.findall(r'<table class="(.*)">\s*<caption><span>(.*)</span>', page)
     assert [(look, caption.split()[0]) for look, caption in found] == [
         ("text0", "Peak"), ("text2", "Each"), ("text1", "What"), ("text2 facts", "What"),
@@ -190,15 +195,6 @@ def test_hostile_names_are_shown_and_not_run(compared: hc.Comparison) -> None:
     assert HOSTILE in read.text
     assert read.data["numbers"]["checks"][-1]["reason"] == odd.reason
     assert odd.reason not in page
-
-
-def test_nothing_is_loaded(page: str) -> None:
-    read = Reader(page)
-    assert set(read.loaded) == {"data:,", "#numbers"}
-    assert "@import" not in page
-    assert "url(" not in page[: page.index("</style>")]
-    assert len(page.encode()) <= MOST
-    assert page.count("<svg") == 2
 
 
 @pytest.mark.usefixtures("_no_pictures")

@@ -16,6 +16,8 @@ from hertzchain.report.page import write_page
 from tests.conftest import chromium
 from tests.report.test_page import HOSTILE
 
+pytestmark = pytest.mark.chromium
+
 CHROMIUM = [
     *("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
     *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
@@ -52,7 +54,6 @@ def opened(
     context.close()
 
 
-@pytest.mark.chromium
 def test_a_browser_shows_every_number(
     opened: tuple[Page, list[str]], compared: hc.Comparison
 ) -> None:
@@ -76,7 +77,6 @@ def test_a_browser_shows_every_number(
     assert wrong == []
 
 
-@pytest.mark.chromium
 def test_a_phone_scrolls_down_only(opened: tuple[Page, list[str]]) -> None:
     page, wrong = opened
     page.set_viewport_size({"width": 360, "height": 740})
@@ -87,7 +87,6 @@ def test_a_phone_scrolls_down_only(opened: tuple[Page, list[str]]) -> None:
     assert wrong == []
 
 
-@pytest.mark.chromium
 def test_paper_has_everything(opened: tuple[Page, list[str]]) -> None:
     page, wrong = opened
     page.emulate_media(media="print")

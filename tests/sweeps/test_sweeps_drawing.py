@@ -15,7 +15,7 @@ import hertzchain as hc
 from hertzchain.sweeps import drawing
 from hertzchain.sweeps.columns import COLUMNS, full_name
 from hertzchain.sweeps.drawing import cell_edges, draw
-from tests.command_line import Command, is_refused
+from tests.command_line import Command
 from tests.conftest import paper_scene
 from tests.sweeps.made import BASE, F_SW, LAMMPS, RATIO, N, P, drawn_lines, legend
 
@@ -253,7 +253,6 @@ def test_a_map_of_a_sample_is_points(sampled: hc.Sweep) -> None:
     assert drawn.remarks == ()
 
 
-@pytest.mark.lammps
 def test_several_values_in_one_place_of_a_map_are_refused(
     both: hc.Sweep, grid: hc.Sweep, sampled: hc.Sweep
 ) -> None:
@@ -295,9 +294,6 @@ def test_edges_are_half_way(values: list[float], log: bool, edges: list[float]) 
     np.testing.assert_allclose(cell_edges(np.array(values, float), log), edges, rtol=1e-14)
 
 
-pytestmark = pytest.mark.lammps  # sweeps by native and LAMMPS
-
-
 def test_the_command_writes_a_picture_beside_the_tables(hertzchain: Command, folder: Path) -> None:
     done = hertzchain("plot", folder, "--x", "momentum_ratio", "--y", F_SW)
     assert (done.status, done.out) == (0, "")
@@ -310,45 +306,3 @@ def test_the_command_writes_a_picture_beside_the_tables(hertzchain: Command, fol
     # The folder is as good as before: the same sweep goes on in it.
     vary = {"shock.profile": "cosine,triangular,cosine-triangular", RATIO: "0.1:2:7:log"}
     assert hc.sweep(BASE, vary, backends=("native", LAMMPS), output=folder).count().done == 42
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("--x", "lm", "--y", P), ("lm: is no column", "scene, backend, chain.granules")),
-        (("--x", RATIO, "--y", "profile"), ("shock.profile: is text", "--colour")),
-        (("--x", "backend", "--y", P), ("backend: is text",)),
-        (("--x", RATIO, "--y", P, "--colour", "failure"), ("cannot be a colour",)),
-        (("--x", RATIO, "--y", RATIO), (f"{RATIO}: given twice",)),
-        (("--x", RATIO, "--y", P, "--colour", P), (f"{P}: given twice",)),
-        (("--x", RATIO, "--y", P, "-o", "plot.gif"), ("plot.gif", "png", "svg")),
-        (("--x", RATIO, "--y", P, "-o", "no/plot.png"), ("no/plot.png", "does not exist")),
-        (("--x", RATIO, "--y", P, "--where", "profile"), ("--where profile", "NAME=VALUE")),
-        (
-            ("--x", RATIO, "--y", P, "--where", "backend=native", "--where", "backend=lammps"),
-            ("--where backend", "twice"),
-        ),
-    ],
-    ids=" ".join,
-)
-def test_what_cannot_be_drawn_is_refused_in_one_sentence(
-    hertzchain: Command,
-    folder: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    arguments: tuple[str, ...],
-    words: tuple[str, ...],
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    is_refused(hertzchain("plot", folder, *arguments), *words)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_folder_without_a_sweep_or_its_rows_is_refused(
-    hertzchain: Command, folder: Path, tmp_path: Path
-) -> None:
-    said = "is no sweep, must be what hertzchain sweep -o wrote"
-    for there in (tmp_path, tmp_path / "no"):
-        is_refused(hertzchain("plot", there, "--x", RATIO, "--y", P), f"{there}: {said}")
-    shutil.copy(folder / "sweep.json", tmp_path)
-    is_refused(hertzchain("plot", tmp_path, "--x", RATIO, "--y", P), "not measured yet")

@@ -18,6 +18,13 @@ from hertzchain.sweeps.store import Folder
 from tests.sweeps.made import GRID, SHORT
 
 
+@pytest.fixture
+def out(tmp_path: Path) -> Path:
+    """A folder with the sweep over ``GRID``."""
+    hc.sweep(SHORT, GRID, output=tmp_path / "out")
+    return tmp_path / "out"
+
+
 @pytest.mark.lammps
 def test_a_folder_has_what_memory_has_and_opens_in_pandas_and_polars(tmp_path: Path) -> None:
     vary = {**GRID, "shock.momentum_ratio": [1.0], "shock.peak_force": [100.0, 1e9]}  # too deep
@@ -44,9 +51,8 @@ def test_a_folder_has_what_memory_has_and_opens_in_pandas_and_polars(tmp_path: P
             )
 
 
-def test_a_sweep_that_is_there_is_not_measured_again(tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    first = hc.sweep(SHORT, GRID, output=out).to_frame()
+def test_a_sweep_that_is_there_is_not_measured_again(out: Path) -> None:
+    first = hc.Sweep.load(out).to_frame()
     written = {path: path.stat().st_mtime_ns for path in out.rglob("*.parquet")}
     told: list[tuple[int, int]] = []
     again = hc.sweep(SHORT, GRID, output=out, progress=lambda *how_far: told.append(how_far))
@@ -98,10 +104,8 @@ OTHERS: dict[str, tuple[dict[str, Any], str]] = {
 
 
 @pytest.mark.parametrize("what", OTHERS)
-def test_a_folder_of_another_sweep_is_left_as_it_is(tmp_path: Path, what: str) -> None:
+def test_a_folder_of_another_sweep_is_left_as_it_is(out: Path, what: str) -> None:
     others, difference = OTHERS[what]
-    out = tmp_path / "out"
-    hc.sweep(SHORT, GRID, output=out)
     before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
     asked = {"scene": SHORT, "vary": GRID, **others}
     with pytest.raises(OutputError) as refused:
@@ -167,9 +171,7 @@ def test_a_folder_made_for_nothing_is_gone(
     assert out.exists() is was_there
 
 
-def test_a_damaged_part_is_named(tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    hc.sweep(SHORT, GRID, output=out)
+def test_a_damaged_part_is_named(out: Path) -> None:
     part = out / "scenes" / "native-0000.parquet"
     part.write_bytes(b"nothing")
     with pytest.raises(OutputError, match="delete it, and the same sweep measures") as problem:
@@ -184,9 +186,7 @@ def test_in_memory_a_sweep_needs_no_pyarrow(monkeypatch: pytest.MonkeyPatch) -> 
     assert hc.sweep(SHORT, GRID).count().done == 8
 
 
-def test_a_sweep_inside_of_another_is_refused(tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    hc.sweep(SHORT, GRID, output=out)
+def test_a_sweep_inside_of_another_is_refused(out: Path) -> None:
     for inside in (out / "x", out / "scenes" / "x"):
         with pytest.raises(OutputError, match="is inside of the sweep"):
             hc.sweep(SHORT, GRID, output=inside)
@@ -217,9 +217,7 @@ def test_a_folder_with_other_things_is_left_as_it_is(tmp_path: Path) -> None:
             hc.sweep(SHORT, GRID, output=tmp_path)
 
 
-def test_two_processes_do_not_work_on_one_sweep(tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    hc.sweep(SHORT, GRID, output=out)
+def test_two_processes_do_not_work_on_one_sweep(out: Path) -> None:
     manifest = json.loads((out / "sweep.json").read_text())
     with Folder(out, manifest), pytest.raises(OutputError, match="another process is at work"):
         hc.sweep(SHORT, GRID, output=out)

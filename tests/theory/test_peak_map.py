@@ -54,11 +54,6 @@ def random_points(count: int, seed: int) -> list[Point]:
     return points
 
 
-@pytest.fixture(scope="module")
-def points() -> list[Point]:
-    return random_points(150, seed=1)
-
-
 def changes(peak_force: FloatArray) -> FloatArray:
     """Return the changes that define p: abs(F_{k+1} - F_k) / F_{k+1}."""
     return np.asarray(np.abs(np.diff(peak_force)) / peak_force[1:])
@@ -94,11 +89,9 @@ def p_is_known(points: Sequence[Point], undecided: float) -> None:
     assert two <= undecided * len(points)
 
 
-def test_the_map_vs_simulations(points: list[Point]) -> None:
+def test_the_map_vs_simulations() -> None:
+    points = random_points(150, seed=1)
     the_map_holds(points)
-
-
-def test_p_vs_simulations(points: list[Point]) -> None:
     p_is_known(points, undecided=0.04)  # of 6000 points 64, 1.1 %; by chance 4 of 150
 
 
