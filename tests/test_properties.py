@@ -311,7 +311,7 @@ def every_number_of_a_result_is_one(scene: hc.Scene, part: float | None) -> None
 
 @pytest.mark.parametrize("name", PROPERTIES)
 def test_property(name: str) -> None:
-    check_property(name, 25)
+    check_property(name, 15)
 
 
 @pytest.mark.slow

@@ -294,7 +294,7 @@ def test_compare_without_the_programs_shows_the_rest_and_what_to_do(hertzchain: 
 @pytest.mark.lammps
 @pytest.mark.usefixtures("hasty")
 def test_tradeoff_measures_plots_and_writes(hertzchain: Command) -> None:
-    scene_file()
+    scene_file({"chain.granules": "3"})
     outcome = hertzchain("tradeoff", "scene.toml", "--json", "--plot", "plot.png")
     assert (outcome.status, outcome.err) == (0, "Plot written to plot.png\n")
     document = outcome.json()

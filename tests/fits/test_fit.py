@@ -93,7 +93,7 @@ def test_collisions_across_gaps(seed: int) -> None:
 
     random, truth = np.random.default_rng(seed), (0.8, 0.3, 2e-6)
     true = replace(scene(*truth), gauges=GAUGES[:1])
-    traces = hc.Native(rtol=1e-8).run(true, record=1000).to_traces()
+    traces = hc.Native(rtol=1e-8).run(true, record=500).to_traces()
     traces["gauge_4_N"] += 0.01 * traces["gauge_4_N"].max() * random.normal(size=len(traces))
     found = hc.fit(scene(0.75, 0.33, 2.1e-6), traces, [*FREE[1:], "chain.gap"])
     for one, value in zip(found.parameters, truth, strict=True):
@@ -320,8 +320,9 @@ def test_traces_that_are_not_those_of_the_scene() -> None:
 
 def test_a_gap_that_the_scene_does_not_have() -> None:
     """The fit starts in the middle of its range, where the wave comes later than without gaps."""
-    true = replace(TRUE, chain=replace(TRUE.chain, gap=4e-5))
-    found = hc.fit(KNOWN, experiment(0.003, scene=true), ["chain.gap=0.03 mm:0.06 mm"])
+    start = replace(KNOWN, chain=hc.Chain(8, **STEEL))
+    true = replace(start, chain=hc.Chain(8, **STEEL, gap=4e-5), gauges=GAUGES[:1])
+    found = hc.fit(start, experiment(0.003, scene=true), ["chain.gap=0.03 mm:0.06 mm"])
     assert found.parameters[0].value == pytest.approx(4e-5, rel=0.01)
 
 
@@ -385,8 +386,8 @@ def test_the_command(tmp_path: Path, hertzchain: Command) -> None:
     assert np.shape(document["correlation"]) == (3, 3)
     fitted = hc.Scene.from_toml(tmp_path / "fitted.toml")
     assert fitted.chain.young_modulus == document["parameters"][0]["value"]
-    said = hertzchain("fit", *files, *free[2:])
-    assert "striker.velocity" in said.out
+    said = hertzchain("fit", *files, *free)
+    assert "chain.young_modulus" in said.out
     assert "95 % within" in said.out
     refused = hertzchain("fit", *files, "--free", "chain.young")
     assert refused.status == 2

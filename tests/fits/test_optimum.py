@@ -15,7 +15,7 @@ from tests.command_line import Command
 from tests.conftest import STEEL
 
 SCENE = hc.Scene(
-    hc.Chain(8, **STEEL), hc.Striker(0.5), wall=hc.Wall("rigid"), gauges=(hc.Gauge(granule=4),)
+    hc.Chain(6, **STEEL), hc.Striker(0.5), wall=hc.Wall("rigid"), gauges=(hc.Gauge(granule=4),)
 )
 
 
@@ -25,7 +25,7 @@ def test_an_optimum_within_the_range() -> None:
     The tie keeps the energy of the striker, so that the wave is highest at some density inside of
     the range, as a sweep over it shows, too.
     """
-    scene = hc.Scene(SCENE.chain, hc.Striker(0.5, density=2000.0), gauges=(hc.Gauge(granule=8),))
+    scene = hc.Scene(SCENE.chain, hc.Striker(0.5, density=2000.0), gauges=(hc.Gauge(granule=6),))
     ties = {"striker.velocity": "20 / sqrt(striker.density)"}
     number, key = "gauge_1_first_peak_force_N", "striker.density"
     found = optimum(scene, number, [f"{key}=1000:40000"], largest=True, ties=ties)

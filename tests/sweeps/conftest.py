@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -18,11 +19,21 @@ def segmented(tmp_path: Path) -> hc.Scene:
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def one_core() -> Iterator[None]:
+    """One process of LAMMPS: each takes a second of a processor to start."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("hertzchain.sweeps.running.usable_cores", lambda: 1)
+        yield
+
+
+PROFILES = {"shock.profile": "cosine,triangular,cosine-triangular", RATIO: "0.1:2:4:log"}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory, one_core: None) -> Path:  # noqa: ARG001
     """Three profiles over LM_ratio, by native and by LAMMPS."""
     there = tmp_path_factory.mktemp("sweeps") / "profiles"
-    vary = {"shock.profile": "cosine,triangular,cosine-triangular", RATIO: "0.1:2:7:log"}
-    hc.sweep(BASE, vary, backends=("native", LAMMPS), output=there)
+    hc.sweep(BASE, PROFILES, backends=("native", LAMMPS), output=there)
     return there
 
 

@@ -187,6 +187,7 @@ def test_gaps_of_a_plain_scene() -> None:
 
 
 @pytest.mark.lammps
+@pytest.mark.usefixtures("one_core")
 def test_two_codes_agree(segmented: hc.Scene) -> None:
     lammps = hc.Lammps(rtol=1e-3, extrapolated=True)
     vary: dict[str, Any] = {"chain.segments.1.cell.2.young_modulus": "1 GPa,2 GPa"}

@@ -26,6 +26,7 @@ def out(tmp_path: Path) -> Path:
 
 
 @pytest.mark.lammps
+@pytest.mark.usefixtures("one_core")
 def test_a_folder_has_what_memory_has_and_opens_in_pandas_and_polars(tmp_path: Path) -> None:
     vary = {**GRID, "shock.momentum_ratio": [1.0], "shock.peak_force": [100.0, 1e9]}  # too deep
     backends = ("native", hc.Lammps(rtol=1e-3))
