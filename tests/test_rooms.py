@@ -95,15 +95,12 @@ def room_of(name: str) -> str:
     return ".".join(parts[:2] if parts[0] == "engines" else parts[:1])
 
 
-def test_the_files_are_found() -> None:
+def test_the_files_are_found_and_every_module_has_a_room() -> None:
     assert "hertzchain.engines.native.equations" in FILES
     assert "hertzchain.scene.natural_units" in imports()["hertzchain.scene.scene"]
     assert "hertzchain.files" in imports()["hertzchain.scene.scene"]  # from within a function
     both = {"hertzchain.engines.native.backend", "hertzchain.engines.lammps.backend"}
     assert both <= imports()["hertzchain.verdict.comparison"]
-
-
-def test_every_module_has_a_room() -> None:
     rooms = {room_of(name) for name in imports()}
     assert rooms == {room for level in LEVELS for room in level}
 
@@ -163,13 +160,9 @@ def test_what_shows_objects_looks_at_reports_alone() -> None:
     assert {room_of(name) for name in above} == {"report"}
 
 
-def test_public_names_are_for_scripts_outside() -> None:
+def test_there_is_no_cycle_and_public_names_are_for_scripts_outside() -> None:
     """Through ``hertzchain.lammps`` an engine could be imported unseen."""
     assert [name for name, imported in imports().items() if imported & set(OUTSIDE[2:])] == []
-
-
-def test_there_is_no_cycle() -> None:
-    """Imports within functions and for types alone count, too."""
     try:
         tuple(TopologicalSorter(imports()).static_order())
     except CycleError as cycle:

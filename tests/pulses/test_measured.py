@@ -157,9 +157,6 @@ def test_lines_keep_the_impulse_and_the_first_moment() -> None:
         for weight in (np.ones_like(time), time / time[-1]):
             moment = np.trapezoid((line - force) * weight, time)
             assert abs(moment) < 1e-12 * np.trapezoid(force, time)
-
-
-def test_corners_that_would_be_negative_keep_the_impulse() -> None:
     _, time, force = sampled("cosine", 1.0)
     clock, few = reduced(time, force, 10.0)
     assert few.min() == 0

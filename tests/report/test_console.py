@@ -321,15 +321,6 @@ def test_a_prediction_without_p_shows_peaks_and_why() -> None:
     assert "The paper's tables have LM_ratio 0.3 to 2.5 and n 2 to 10." in text
 
 
-def test_a_prediction_of_nothing_shows_why(demo: hc.Scene) -> None:
-    table = replace(demo, shock=hc.PulseTable((0.0, 1e-5, 3e-5), (0.0, 50.0, 0.0)))
-    lines = prediction_text(theory.predict(table)).splitlines()
-    assert lines[1:] == [
-        "",
-        "The shock is a pulse table: Eqs. 3 to 9 and the map are about Table 1's profiles.",
-    ]
-
-
 def test_a_verdict_is_green_or_red(native: hc.Comparison) -> None:
     for checks, shown in (((WELL,), "\x1b[1;32mpass\x1b"), ((ODD,), "\x1b[1;31mfail\x1b")):
         screen = Console(file=io.StringIO(), force_terminal=True, color_system="standard")

@@ -255,7 +255,7 @@ def axes_of(*given: Any) -> Any:
     return hc.plot(*given).axes
 
 
-def test_peaks_have_the_band_of_their_error(runs: list[hc.Result]) -> None:
+def test_peaks_have_bands_of_their_error_or_about_their_median(runs: list[hc.Result]) -> None:
     (axes,) = axes_of({"low": runs[0], "high": runs[1]})
     for line, result in zip(axes.lines, runs, strict=False):
         np.testing.assert_array_equal(line.get_ydata(), result.peak_force)
@@ -265,9 +265,6 @@ def test_peaks_have_the_band_of_their_error(runs: list[hc.Result]) -> None:
     assert heights.max() == pytest.approx(np.max(runs[0].peak_force * (1 + runs[0].peak_errors)))
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["low", "high"]
     assert len({(line.get_linestyle(), line.get_marker()) for line in axes.lines}) == 2  # in grey
-
-
-def test_several_of_one_name_are_a_band_about_their_median(runs: list[hc.Result]) -> None:
     (axes,) = axes_of({"all": runs})
     np.testing.assert_allclose(axes.lines[0].get_ydata(), runs[2].peak_force, rtol=1e-9)
     edges = np.percentile([run.peak_force for run in runs], (5, 95), axis=0)
@@ -285,10 +282,16 @@ def test_forces_stand_one_above_the_other_or_in_one_panel(runs: list[hc.Result])
     assert begin < runs[0].peak_time[1] < runs[0].peak_time[6] < end < runs[0].history.time[-1]
 
 
-def test_gauges_are_what_traces_have(runs: list[hc.Result]) -> None:
+def test_gauges_are_what_traces_have_and_bands_need_a_pulse(
+    runs: list[hc.Result],
+) -> None:
     (axes,) = axes_of({"a": runs[0]}, "gauges")
     traces = runs[0].to_traces()
     np.testing.assert_array_equal(axes.lines[0].get_ydata(), traces[traces.columns[1]])
+    early = replace(SCENE, run=hc.Run(float(runs[0].gauges[0].arrival) / 2))
+    none = hc.Native(rtol=1e-4).run(early, record=300)
+    (axes,) = axes_of({"early": none, "whole": runs[0]}, "gauges")
+    assert len(axes.lines) == 2
 
 
 def test_what_cannot_be_drawn_is_refused(runs: list[hc.Result]) -> None:
@@ -322,13 +325,6 @@ def test_results_of_other_chains_and_ends(runs: list[hc.Result]) -> None:
     ended = hc.Native(rtol=1e-4).run(SCENE, record=half)
     (axes,) = axes_of({"both": [runs[0], ended]}, "forces", [5])
     assert max(axes.lines[0].get_xdata()) <= half[-1]
-
-
-def test_a_gauge_without_a_first_pulse_is_drawn_without_a_band(runs: list[hc.Result]) -> None:
-    early = replace(SCENE, run=hc.Run(float(runs[0].gauges[0].arrival) / 2))
-    none = hc.Native(rtol=1e-4).run(early, record=300)
-    (axes,) = axes_of({"early": none, "whole": runs[0]}, "gauges")
-    assert len(axes.lines) == 2
 
 
 @pytest.mark.parametrize(

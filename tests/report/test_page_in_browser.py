@@ -77,7 +77,7 @@ def test_a_browser_shows_every_number(
     assert wrong == []
 
 
-def test_a_phone_scrolls_down_only(opened: tuple[Page, list[str]]) -> None:
+def test_a_phone_scrolls_down_only_and_paper_has_everything(opened: tuple[Page, list[str]]) -> None:
     page, wrong = opened
     page.set_viewport_size({"width": 360, "height": 740})
     assert page.locator(".plot.narrow svg").is_visible()
@@ -85,9 +85,6 @@ def test_a_phone_scrolls_down_only(opened: tuple[Page, list[str]]) -> None:
     assert page.evaluate("document.scrollingElement.scrollWidth") <= 360
     page.set_viewport_size({"width": 1280, "height": 900})
     assert wrong == []
-
-
-def test_paper_has_everything(opened: tuple[Page, list[str]]) -> None:
     page, wrong = opened
     page.emulate_media(media="print")
     assert page.locator(".plot:visible").count() == 1

@@ -105,7 +105,7 @@ def test_values_within_the_range_are_kept_as_numbers_of_python(
     assert type(getattr(replace(part, **{name: numpy}), name)) is type(number)
 
 
-def test_keys_are_found_with_and_without_their_section() -> None:
+def test_keys_are_found_with_and_without_their_section_and_read_in_their_unit() -> None:
     assert key_named("chain.radius") is key_named("radius") is KEYS["chain.radius"]
     assert key_named("chain.segments.2.cell.1.density") is KEYS["chain.density"]
     assert key_named("segments.1.radius_ratio") is not None
@@ -114,9 +114,6 @@ def test_keys_are_found_with_and_without_their_section() -> None:
     for full, key in KEYS.items():
         units.setdefault(full.partition(".")[2], set()).add(key.unit)
     assert all(len(alike) == 1 for alike in units.values())
-
-
-def test_a_key_is_read_in_its_unit() -> None:
     assert KEYS["chain.young_modulus"].read("E", "2 GPa") == 2e9
     assert KEYS["contact.relaxation_time"].read("tau", "2 us") == pytest.approx(2e-6, rel=1e-15)
     assert KEYS["chain.granules"].read("N", "60") == "60"  # and then refused

@@ -177,11 +177,11 @@ def bounds(legs: tuple[Leg, ...]) -> list[tuple[float, float]]:
 def test_each_leg_has_length_over_dt_steps_rounded_up() -> None:
     legs = lay_steps([Ramp(0.0, 1.0, 0.0, 5.0, "cosine"), DECAY], 10.0, 0.25)  # no remainder
     assert [leg.steps for leg in legs] == [4, 10, 26]
-
-
-def test_a_step_too_small_to_be_counted_is_an_error() -> None:
     with pytest.raises(TooExpensive, match="longer dt"):
         lay_steps([DECAY], 10.0, 5e-324)
+    leg = Leg(1.0, 2.0, 7, DECAY).in_units(time=0.5, force=10.0)
+    assert leg == Leg(2.0, 4.0, 7, Ramp(2.0, 7.0, 0.5, 0.0, "linear"))
+    assert Leg(1.0, 2.0, 7, None).in_units(0.5, 10.0) == Leg(2.0, 4.0, 7, None)
 
 
 @given(
@@ -213,12 +213,6 @@ def test_legs_cover_the_run_with_the_fewest_equal_steps(
             assert leg.ramp in ramps
             assert leg.ramp.start == leg.start
             assert leg.ramp.end >= leg.end
-
-
-def test_a_leg_in_other_units_vs_by_hand() -> None:
-    leg = Leg(1.0, 2.0, 7, DECAY).in_units(time=0.5, force=10.0)
-    assert leg == Leg(2.0, 4.0, 7, Ramp(2.0, 7.0, 0.5, 0.0, "linear"))
-    assert Leg(1.0, 2.0, 7, None).in_units(0.5, 10.0) == Leg(2.0, 4.0, 7, None)
 
 
 def test_a_scenes_schedule_has_its_corners(demo: hc.Scene) -> None:

@@ -58,19 +58,6 @@ def refusal(folder: Path, text: str) -> str:
     return str(caught.value)
 
 
-def test_strings_with_units_vs_plain_numbers(tmp_path: Path, demo: hc.Scene) -> None:
-    read = scene_of(tmp_path, TEXT)
-    # Conversions of units round in the last digit.
-    for key, value in STEEL.items():
-        assert getattr(read.chain, key) == pytest.approx(value, rel=1e-15)
-    assert read.chain.granules == 60
-    assert read.shock == demo.shock
-    assert read.run == hc.Run()
-    plain = TEXT.replace('"4.75 mm"', "4.75e-3").replace('"193 GPa"', "193e9")
-    plain = plain.replace('"7958 kg/m^3"', "7958").replace('"100 N"', "100")
-    assert scene_of(tmp_path, plain) == demo
-
-
 def test_a_table_is_read_relative_to_the_scene(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

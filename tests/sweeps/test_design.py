@@ -56,14 +56,11 @@ def test_columns_are_the_same_whoever_typed_the_scene() -> None:
     assert table["failure"].isna().all()
 
 
-def test_sections_may_be_left_out_and_counts_may_be_written_as_powers_of_ten() -> None:
-    short = design(SHORT, {"radius": "1 mm:2 mm:1e1", "momentum_ratio": [1, 2]})
-    assert short == design(SHORT, {"chain.radius": "1 mm:2 mm:10", "shock.momentum_ratio": [1, 2]})
-
-
-def test_granules_are_the_whole_numbers_of_a_grid_each_once() -> None:
+def test_granules_are_whole_and_each_once_and_sections_may_be_left_out() -> None:
     found = design(SHORT, {"chain.granules": "2:10:20:log"})
     assert [scene.chain.granules for scene in all_scenes(found)] == list(range(2, 11))
+    short = design(SHORT, {"radius": "1 mm:2 mm:1e1", "momentum_ratio": [1, 2]})
+    assert short == design(SHORT, {"chain.radius": "1 mm:2 mm:10", "shock.momentum_ratio": [1, 2]})
 
 
 @pytest.mark.parametrize("log", [False, True])

@@ -221,6 +221,10 @@ def test_the_cells_of_a_map_are_what_the_table_has(grid: hc.Sweep) -> None:
     assert (axes.get_xlabel(), axes.get_ylabel(), bar.get_ylabel()) == ("LM_ratio", "n", "F_SW [N]")
     assert axes.get_legend() is None
     assert drawn.remarks == ()
+    (mesh,) = grid.plot(RATIO, N, P).axes[0].collections
+    p = grid.to_frame()[P]
+    assert isinstance(mesh.norm, BoundaryNorm)
+    assert list(mesh.norm.boundaries) == list(np.arange(p.min() - 0.5, p.max() + 1))
 
 
 @pytest.mark.parametrize("size", [(3.4, 2.6), (7.0, 5.0)])
@@ -232,13 +236,6 @@ def test_long_labels_of_a_map_are_inside_its_figure(
     box = figure.axes[1].yaxis.label.get_window_extent()
     assert figure.bbox.y0 <= box.y0 < box.y1 <= figure.bbox.y1
     assert figure.axes[1].bbox.x1 < box.x0 < box.x1 <= figure.bbox.x1
-
-
-def test_whole_numbers_have_a_colour_each(grid: hc.Sweep) -> None:
-    (mesh,) = grid.plot(RATIO, N, P).axes[0].collections
-    p = grid.to_frame()[P]
-    assert isinstance(mesh.norm, BoundaryNorm)
-    assert list(mesh.norm.boundaries) == list(np.arange(p.min() - 0.5, p.max() + 1))
 
 
 def test_a_map_of_a_sample_is_points(sampled: hc.Sweep) -> None:

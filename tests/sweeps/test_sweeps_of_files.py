@@ -278,19 +278,9 @@ TABLE = replace(PISTON, shock=hc.Piston(None, (0.0, 1e-5), (0.0, 1e-6)))
 SINE = hc.Scene(CHAIN, hc.Sine(5.0, 8000.0, 2), precompression=hc.Precompression(10.0))
 
 
-def test_peaks_of_pistons_go_as_the_velocity_to_the_power_of_6_over_5() -> None:
-    table = hc.sweep(PISTON, {"velocity": "0.01:1:3:log"}).to_frame()
-    velocity = table["shock.velocity"].to_numpy()
-    ratio = table["last_peak_force_N"].to_numpy() / velocity**1.2
-    # Similarity is exact; peaks are right to 1e-6.
-    assert ratio == pytest.approx(np.full(3, ratio[0]), rel=2e-6)
-    assert set(table["shock.profile"]) == {"piston"}
-    alone = hc.Native().run(replace(PISTON, shock=hc.Piston(1.0))).peak_force[-1]
-    assert table["last_peak_force_N"].iloc[-1] == pytest.approx(alone, rel=2e-6)
-
-
 def test_a_table_of_a_piston_stays_as_it_is() -> None:
     table = hc.sweep(TABLE, {"chain.density": "1000,2000"}).to_frame()
+    assert set(table["shock.profile"]) == {"piston"}
     for density, found in zip((1000.0, 2000.0), table["last_peak_force_N"], strict=True):
         scene = replace(TABLE, chain=replace(CHAIN, density=density))
         assert found == pytest.approx(hc.Native().run(scene).peak_force[-1], rel=2e-6)

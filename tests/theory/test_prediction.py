@@ -62,7 +62,7 @@ def test_the_equations_vs_those_of_a_comparison(name: str) -> None:
     assert predicted.speed.exact == pytest.approx(expected.exact_speed, rel=NODE, abs=0)
 
 
-def test_other_granules_and_forces_are_alike() -> None:
+def test_other_granules_forces_and_ends_are_alike() -> None:
     scene = paper_scene("cosine", 1.7, 5.0)
     glass = hc.Chain(60, radius=1e-3, young_modulus=70e9, poisson_ratio=0.2, density=2500.0)
     other = hc.Scene(glass, hc.Pulse("cosine", 3.0, 5.0, momentum_ratio=1.7))
@@ -76,6 +76,9 @@ def test_other_granules_and_forces_are_alike() -> None:
         )
         assert predicted.candidates == expected.candidates
         assert predicted.eq3 == pytest.approx(expected.eq3, rel=1e-12, abs=0)
+    scene = paper_scene("cosine", 1.0, 4.0)
+    cut = replace(scene, run=hc.Run(end_time=1e-6))
+    assert theory.predict(cut).to_dict() == theory.predict(scene).to_dict()
 
 
 def random_scene(random: np.random.Generator, most: int) -> hc.Scene:
@@ -128,12 +131,6 @@ def test_short_chains_vs_runs(seed: int) -> None:
         assert len(predicted.candidates) == 2 or predicted.transition_granules == p
         kinds.add((p is None, scene.chain.granules <= 10))
     assert kinds == {(True, True), (True, False), (False, True), (False, False)}
-
-
-def test_the_end_of_the_run_changes_nothing() -> None:
-    scene = paper_scene("cosine", 1.0, 4.0)
-    cut = replace(scene, run=hc.Run(end_time=1e-6))
-    assert theory.predict(cut).to_dict() == theory.predict(scene).to_dict()
 
 
 def switch_of_p(granules: int) -> tuple[hc.Scene, int]:

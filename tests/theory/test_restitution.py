@@ -183,14 +183,11 @@ def test_two_spheres_part_as_the_law_says(name: str) -> None:
     assert found.speed == (None if q == 0.25 else speed)
 
 
-def test_one_half_is_not_one_half() -> None:
+def test_one_half_is_not_one_half_and_a_piston_is_as_fast_as_a_striker() -> None:
     law, _ = LAWS["restitution"]
     found = parting(hc.Scene(CHAIN, PULSE, contact=law))
     assert found.restitution == pytest.approx(0.5502832, abs=0.5e-7)  # as tests of restitution have
     assert parting(hc.Scene(CHAIN, PULSE)) is None
-
-
-def test_the_speed_of_a_piston_is_its_largest() -> None:
     law, _ = LAWS["dashpot"]
     struck, pushed = (
         parting(hc.Scene(CHAIN, shock, contact=law))
