@@ -7,8 +7,6 @@ import os
 import re
 import resource
 import signal
-import subprocess
-import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from importlib.metadata import entry_points, version
@@ -21,8 +19,8 @@ from hertzchain.cli import main
 from hertzchain.cli.commands import app
 from hertzchain.scene.scene import Scene
 from tests.cli.short_chain import SCENE, scene_file
-from tests.command_line import MAIN, PATIENCE, Command, Outcome, is_refused, process
-from tests.processes import linux, names, posix
+from tests.command_line import MAIN, Command, Outcome, is_refused, process
+from tests.processes import ended, linux, names, posix, start
 
 # Files
 
@@ -87,16 +85,11 @@ def test_an_interrupted_run_ends_with_130_and_writes_nothing() -> None:
     scene_file({"chain.granules": "2000"})
     # 1e9 steps: whole minutes.
     long = ("--method", "velocity-verlet", "--dt", "1e-10 s")
-    with subprocess.Popen(
-        [sys.executable, "-c", SAY_WHEN + MAIN, "run", "scene.toml", *long, "-o", "peaks.csv"],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    ) as running:
-        assert running.stdout.readline() == "simulating\n"
-        running.send_signal(signal.SIGINT)
-        rest = running.communicate(timeout=PATIENCE)
-    assert (running.returncode, rest) == (130, ("", "hertzchain: interrupted\n"))
+    running = start("run", "scene.toml", *long, "-o", "peaks.csv", code=SAY_WHEN + MAIN)
+    assert running.stdout is not None
+    assert running.stdout.readline() == "simulating\n"
+    running.send_signal(signal.SIGINT)
+    assert ended(running) == (130, "", "hertzchain: interrupted\n")
     assert names() == ["scene.toml"]
 
 

@@ -13,17 +13,16 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
-import psutil
 import pytest
 from pandas.testing import assert_frame_equal
 
 import hertzchain as hc
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed
 from hertzchain.sweeps import cluster
-from tests.command_line import MAIN, python
+from tests.command_line import python
 from tests.conftest import paper_scene
 from tests.places import ROOT
-from tests.processes import wait_for
+from tests.processes import children, ended, is_server, start, wait_for
 
 _MOMENT = 0.05  # time between two checks of starting processes [s]
 _PATIENCE = 60.0  # waiting time for starting processes [s]
@@ -93,8 +92,6 @@ def await_workers(address: str, count: int) -> None:
 SCENE = paper_scene("cosine-triangular", 2.0, 2.0, granules=16)
 RATIOS = {"shock.momentum_ratio": "0.5:4:16:log"}
 LAMMPS = hc.Lammps(rtol=1e-2)
-PATIENCE = 120.0
-"""With processes, on a machine that does other things, too [s]."""
 
 
 @pytest.fixture(scope="module")
@@ -125,46 +122,16 @@ def here() -> hc.Sweep:
 PARTS = 16
 
 
-@contextmanager
-def started(folder: Path, address: str) -> Iterator[subprocess.Popen[str]]:
+def started(folder: Path, address: str) -> subprocess.Popen[str]:
     """A sweep by LAMMPS as a command, in 16 parts of two scenes."""
     SCENE.to_toml(folder / "chain.toml")
-    command = [
-        *(sys.executable, "-c", MAIN),
-        *("sweep", "chain.toml", "--vary", "shock.momentum_ratio=0.5:4:32:log"),
-        *("--backend", "lammps", "--rtol", "1e-2", "-o", "out"),
-        *("--scheduler", address),
-    ]
-    with subprocess.Popen(
-        command,
-        cwd=folder,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    ) as process:
-        try:
-            yield process
-        finally:
-            process.kill()
+    vary = ("--vary", "shock.momentum_ratio=0.5:4:32:log", "--backend", "lammps", "--rtol", "1e-2")
+    kept = ("-o", "out", "--scheduler", address)
+    return start("sweep", "chain.toml", *vary, *kept, cwd=folder, start_new_session=True)
 
 
 def done_parts(folder: Path) -> int:
     return len(list((folder / "out" / "scenes").glob("*.parquet")))
-
-
-def lammps_processes(workers: Sequence[subprocess.Popen[bytes]]) -> list[psutil.Process]:
-    """The processes of workers that LAMMPS runs in."""
-    found = []
-    for process in workers:
-        with suppress(psutil.NoSuchProcess):
-            family = psutil.Process(process.pid).children(recursive=True)
-            found += [
-                one
-                for one in family
-                if "hertzchain.engines.lammps.isolation" in " ".join(one.cmdline())
-            ]
-    return found
 
 
 @pytest.mark.slow
@@ -198,21 +165,20 @@ def test_ctrl_c_leaves_workers_idle_and_it_goes_on(lonely: str, tmp_path: Path) 
     from distributed import Client
 
     with worker(lonely, tmp_path, "--no-nanny") as only:
-        with started(tmp_path, lonely) as process:
-            wait_for(lambda: done_parts(tmp_path) >= 2)
-            process.send_signal(signal.SIGINT)
-            _, said = process.communicate(timeout=PATIENCE)
-        assert process.returncode == 130
+        process = started(tmp_path, lonely)
+        wait_for(lambda: done_parts(tmp_path) >= 2)
+        process.send_signal(signal.SIGINT)
+        status, _, said = ended(process)
+        assert status == 130
         assert said.endswith("hertzchain: interrupted\n")
         assert said.count("\n") == 2  # and where it is
         assert 2 <= done_parts(tmp_path) < PARTS
         with Client(lonely, set_as_default=False) as client:
             wait_for(lambda: not any(client.processing().values()))
             wait_for(lambda: not any(client.call_stack().values()))
-        wait_for(lambda: not lammps_processes([only]))
-        with started(tmp_path, lonely) as process:
-            _, said = process.communicate(timeout=PATIENCE)
-        assert process.returncode == 0
+        wait_for(lambda: not any(map(is_server, children(only.pid))))
+        status, _, said = ended(started(tmp_path, lonely))
+        assert status == 0
         assert said.endswith(" of 32 rows are there, resuming\n")
     assert hc.Sweep.load(tmp_path / "out").to_frame()["scene"].tolist() == list(range(32))
 

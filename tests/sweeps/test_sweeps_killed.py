@@ -17,7 +17,7 @@ from hertzchain.errors import RunFailed
 from tests import processes
 from tests.command_line import Command
 from tests.conftest import paper_scene
-from tests.processes import children, ended, linux, wait_for
+from tests.processes import children, ended, linux, runs, wait_for
 
 pytestmark = linux
 
@@ -40,11 +40,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 start = partial(processes.start, start_new_session=True)
 """The command line in a process, and a group, of its own."""
-
-
-def are_gone(pids: list[int]) -> bool:
-    """Return whether no process has these ids."""
-    return not any(Path(f"/proc/{pid}").exists() for pid in pids)
 
 
 def parts(folder: Path) -> int:
@@ -81,7 +76,7 @@ def test_a_sweep_that_is_killed_and_then_stopped_goes_on_and_ends_as_if_it_had_n
     inside = children(running.pid)
     running.kill()
     ended(running)
-    wait_for(partial(are_gone, inside))
+    wait_for(lambda: not any(map(runs, inside)))
     done = parts(folder / "out")
     # The same command goes on; when it has done a part more, it is stopped.
     running = start(*COMMAND, "-o", "out")
@@ -96,7 +91,7 @@ def test_a_sweep_that_is_killed_and_then_stopped_goes_on_and_ends_as_if_it_had_n
         r"what is done is in out, \d+ rows; the same command resumes the sweep", said[0]
     )
     assert len(said) == 2
-    assert are_gone(inside)
+    assert not any(map(runs, inside))
     # Done parts are not measured twice, and nothing is missing. A part is done when it is in
     # scenes; the one that was stopped may have left its peaks alone.
     finished = {path.name for path in (folder / "out" / "scenes").glob("*.parquet")}
