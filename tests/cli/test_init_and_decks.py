@@ -194,16 +194,6 @@ def test_why_lammps_does_not_run_a_deck_is_said(hertzchain: Command, tmp_path: P
 # Decks of a scene
 
 
-def test_a_deck_needs_no_lammps(hertzchain: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "lammps", None)
-    scene_file({"chain.granules": "6"})
-    outcome = hertzchain("deck", "scene.toml", "-o", "in.lammps")
-    said = "deck written to in.lammps\n"
-    assert (outcome.status, outcome.out, outcome.err) == (0, "", said)
-    assert "pair_style granular" in Path("in.lammps").read_text()
-    assert names() == ["in.lammps", "scene.toml"]
-
-
 @pytest.mark.usefixtures("no_programs")
 @pytest.mark.parametrize(
     ("engine", "words"), [("liggghts", "pair_style gran model hertz"), ("yade", "MindlinPhys")]
@@ -216,11 +206,17 @@ def test_a_deck_for_another_engine_needs_none(hertzchain: Command, engine: str, 
     assert words in Path("chain.py").read_text()
 
 
-def test_a_deck_goes_to_standard_output(hertzchain: Command) -> None:
+def test_a_deck_goes_to_standard_output_or_a_file_and_needs_no_lammps(
+    hertzchain: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "lammps", None)
     scene_file({"chain.granules": "6"})
     printed = hertzchain("deck", "scene.toml")
     assert (printed.status, printed.err) == (0, "")
-    assert hertzchain("deck", "scene.toml", "-o", "in.lammps").out == ""
+    assert "pair_style granular" in printed.out
+    written = hertzchain("deck", "scene.toml", "-o", "in.lammps")
+    assert (written.status, written.out, written.err) == (0, "", "")
+    assert names() == ["in.lammps", "scene.toml"]
     # But for its own name, which it has only in a file.
     assert Path("in.lammps").read_text() == printed.out.replace("THIS_FILE", "in.lammps")
 

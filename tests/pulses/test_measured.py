@@ -189,20 +189,6 @@ def test_a_tip_of_little_impulse_is_not_cut_off() -> None:
     assert clock.size > bare.size == 3
 
 
-def test_noise_is_not_followed() -> None:
-    generator = np.random.default_rng(5)
-    time = np.linspace(0, 1, 2000)
-    force = 100 * np.sin(np.pi * time) ** 2
-    step = time[1]
-    followed = []
-    for deviation in (0.0, 1.0):
-        noise = Noise(deviation, deviation * np.sqrt(step))
-        noisy = np.maximum(force + generator.normal(0, 1, 2000), 0)
-        followed.append(corners_of(time, noisy, 0.1, noise).size)
-    assert followed[0] > 250
-    assert followed[1] < 40
-
-
 def test_what_is_printed_and_drawn_of_a_pulse() -> None:
     found = found_in(2000, 0.01, 11)
     table = PulseTable((0.0, 1e-5, 5e-5, 6e-5), (0.0, 50.0, 100.0, 0.0))

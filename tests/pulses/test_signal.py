@@ -233,7 +233,7 @@ def test_a_cut_off_top_is_said(equal: int, is_said: bool) -> None:
 def test_a_crest_of_more_digits_than_samples_is_not_cut_off(samples: int, bits: int) -> None:
     """Too few samples for the digit: 1 in 70 such crests was taken for a top that is cut off."""
     digit = 2 * FORCE / 2**bits
-    for seed in range(50):
+    for seed in range(20):
         noise = np.random.default_rng(seed).normal(0, 2e-4 * FORCE, samples)
         crest = np.round((sine_squared(times(samples)) + noise) / digit) * digit
         assert not [one for one in pulse_of(recording(crest)).warnings if "largest force" in one]

@@ -14,10 +14,8 @@ from matplotlib import rcParams
 from matplotlib.figure import Figure
 
 import hertzchain as hc
-from hertzchain.errors import OutputError, SceneError
 from hertzchain.report.comparison import of_comparison
 from hertzchain.report.figures import figure_of
-from hertzchain.report.formats import check_format
 from hertzchain.report.picture import in_units
 from hertzchain.report.run import of_result
 from hertzchain.report.tables import motion_frame, write_frame
@@ -120,13 +118,6 @@ def test_files_read_back(tmp_path: Path, on_a_wall: hc.Result, suffix: str) -> N
     frame = pd.read_csv(path) if suffix == ".csv" else pd.read_parquet(path)
     pd.testing.assert_frame_equal(frame, motion_frame(on_a_wall), check_exact=True)
     assert [frame.loc[k, "contact_force_N"] for k in (0, 1)] == [0, 0]
-
-
-def test_what_is_not_motion_is_refused(tmp_path: Path, demo_reference: hc.Result) -> None:
-    with pytest.raises(OutputError, match=r"\.csv, \.parquet"):
-        check_format(tmp_path / "motion.json", "motion")
-    with pytest.raises(SceneError, match="record"):
-        motion_frame(demo_reference)
 
 
 def test_the_figure_draws_the_result(result: hc.Result) -> None:

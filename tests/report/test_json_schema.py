@@ -289,14 +289,6 @@ def test_a_run_comes_back_from_its_document(scene: hc.Scene, tmp_path: Path) -> 
     np.testing.assert_array_equal(again.peak_force, document["peak_force_N"])
 
 
-def test_results_in_a_comparison_do_not_repeat_its_scene() -> None:
-    """A table of 200,000 rows would be there three times."""
-    document = comparison()
-    assert "scene" in document
-    for numbers in document["results"].values():
-        assert not {"scene", "contacts"} & numbers.keys()
-
-
 def test_the_schema_of_a_scene_is_that_of_its_keys() -> None:
     parts = json.loads(scene_schema.FILE.read_text(encoding="utf-8"))
     assert scene_schema.updated(copy.deepcopy(parts)) == parts

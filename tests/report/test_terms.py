@@ -19,7 +19,7 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import OutputError, SceneError
 from hertzchain.report.formats import check_format
-from hertzchain.report.tables import write_result
+from hertzchain.report.tables import motion_frame, write_result
 from hertzchain.report.trajectory import power_of_1000
 from hertzchain.report.waterfall import frame_times
 from tests.command_line import Command
@@ -105,6 +105,8 @@ def test_units_are_powers_of_1000() -> None:
 def test_nothing_recorded_is_refused(tmp_path: Path, demo_reference: hc.Result) -> None:
     with pytest.raises(SceneError, match="record"):
         hc.write_trajectory(demo_reference, tmp_path / "motion.xyz")
+    with pytest.raises(SceneError, match="record"):
+        motion_frame(demo_reference)
     with pytest.raises(OutputError, match=r"must end in \.xyz or \.extxyz"):
         hc.write_trajectory(demo_reference, tmp_path / "motion.csv")
     assert list(tmp_path.iterdir()) == []

@@ -121,13 +121,20 @@ def test_a_chain_with_other_values_has_no_segments(segmented: hc.Scene) -> None:
 
 
 SCENE = hc.Scene(hc.Chain(20, **STEEL), hc.Striker(0.5))
-LENGTH = {"chain.granules": "0.2 / (2 * chain.radius)"}
+GRANULES = "chain.granules"
+LENGTH = {GRANULES: "0.2 / (2 * chain.radius)"}
 
 
-def test_a_fixed_length() -> None:
-    """As plain runs; radii of 5 and 10 mm make 20 and 10 granules."""
-    table = sweep(SCENE, {"chain.radius": "5 mm, 10 mm"}, ties=LENGTH).to_frame()
-    assert table["chain.granules"].tolist() == [20, 10]
+def test_a_fixed_length(tmp_path: Path, hertzchain: Command) -> None:
+    """By the command, as plain runs; radii of 5 and 10 mm make 20 and 10 granules."""
+    SCENE.to_toml(tmp_path / "scene.toml")
+    tied = ("--vary", "chain.radius=5 mm:10 mm:2", "--tie", f"chain.granules={LENGTH[GRANULES]}")
+    done = hertzchain("sweep", tmp_path / "scene.toml", *tied, "-o", tmp_path / "out")
+    assert done.status == 0, done.err
+    found = hc.Sweep.load(tmp_path / "out")
+    assert found.manifest["ties"] == LENGTH
+    table = found.to_frame()
+    assert table[GRANULES].tolist() == [20, 10]
     for radius, granules, peak in zip(
         (5e-3, 10e-3), (20, 10), table["largest_peak_force_N"], strict=True
     ):
@@ -194,17 +201,6 @@ def test_two_measures_of_one_pulse_are_not_both_given() -> None:
             both,
             ["shock.rise_time"],
         )
-
-
-def test_the_command(tmp_path: Path, hertzchain: Command) -> None:
-    SCENE.to_toml(tmp_path / "scene.toml")
-    tie = f"chain.granules={LENGTH['chain.granules']}"
-    vary = ("--vary", "chain.radius=5 mm:10 mm:2", "--tie", tie)
-    done = hertzchain("sweep", tmp_path / "scene.toml", *vary, "-o", tmp_path / "out")
-    assert done.status == 0, done.err
-    found = hc.Sweep.load(tmp_path / "out")
-    assert found.to_frame()["chain.granules"].tolist() == [20, 10]
-    assert found.manifest["ties"] == LENGTH
 
 
 def test_a_scene_without_memory_is_a_row_with_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
