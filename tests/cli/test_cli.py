@@ -60,7 +60,7 @@ def buffered(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_full_standard_output_is_refused() -> None:
     scene_file({"chain.granules": "6"})
     with Path("/dev/full").open("w") as full:
-        is_refused(process("run", "scene.toml", stdout=full), "No space left on device")
+        is_refused(process("predict", "scene.toml", stdout=full), "No space left on device")
 
 
 # Signals
@@ -153,7 +153,7 @@ def test_a_reader_that_has_left_ends_a_command_quietly() -> None:
     scene_file({"chain.granules": "6"})
     reading, writing = os.pipe()
     os.close(reading)
-    outcome = process("compare", "--backend", "native", "scene.toml", stdout=writing)
+    outcome = process("predict", "scene.toml", stdout=writing)
     os.close(writing)
     assert outcome == Outcome(141, "", "")
 

@@ -313,6 +313,7 @@ def test_scenes_with_terms_or_an_end_are_no_batch(scene: hc.Scene, vary: dict[st
     assert not is_batched(design(scene, vary), hc.Native())
 
 
+@pytest.mark.usefixtures("one_core")
 def test_where_scenes_are_measured_changes_no_value(monkeypatch: pytest.MonkeyPatch) -> None:
     vary = {"run.end_time": "5e-5:2e-4:12"}  # not for the batch
     found = []
