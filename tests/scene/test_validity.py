@@ -126,12 +126,9 @@ def test_deep_overlaps_are_warned_of(depth: float, warned: bool) -> None:
     assert prediction.warnings == result.warnings or not warned
 
 
-def test_the_limits_of_the_warning() -> None:
+def test_the_limits_of_warning_and_refusal() -> None:
     assert overlap_warning(DOUBTFUL_OVERLAP) is None
     assert overlap_warning(math.nextafter(DOUBTFUL_OVERLAP, 1)) is not None
-
-
-def test_the_limit_of_refusal_is_the_radius() -> None:
     chain = paper_scene("cosine", 1.0, 2.0).chain
     below, above = (chain.contact_stiffness * (r * chain.radius) ** 1.5 for r in (0.9999, 1.0001))
     refuse_deep_overlap(overlap_ratio(chain, below))

@@ -231,14 +231,11 @@ def test_runs_that_end_before_all_peaks_are_told(
     assert hc.sweep(PLAIN, {"end_time": [5e-5]}).count().cut_off == 0
 
 
-def test_plain_scenes_have_the_columns_of_before() -> None:
+def test_columns_of_plain_scenes_and_labels_of_segments() -> None:
     found = design(PLAIN, {"chain.radius": [1.0, 2.0]})
     assert tuple(column.name for column in found.columns) == COLUMNS
     manifest = found.to_dict()
     assert tuple(one.name for one in columns_of(manifest["scene"], ["chain.radius"])) == COLUMNS
-
-
-def test_a_key_of_a_segment_has_a_label_with_its_unit() -> None:
     assert column_named("chain.segments.2.granules").label == "granules, segment 2"
     density = column_named("chain.segments.1.cell.2.density")
     assert density.label == "density [kg/m³], segment 1, granule 2 of the cell"
