@@ -215,7 +215,8 @@ def test_a_deck_goes_to_standard_output_or_a_file_and_needs_no_lammps(
     assert (printed.status, printed.err) == (0, "")
     assert "pair_style granular" in printed.out
     written = hertzchain("deck", "scene.toml", "-o", "in.lammps")
-    assert (written.status, written.out, written.err) == (0, "", "")
+    said = "deck written to in.lammps\n"
+    assert (written.status, written.out, written.err) == (0, "", said)
     assert names() == ["in.lammps", "scene.toml"]
     # But for its own name, which it has only in a file.
     assert Path("in.lammps").read_text() == printed.out.replace("THIS_FILE", "in.lammps")
