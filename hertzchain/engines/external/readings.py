@@ -81,8 +81,6 @@ def all_contact_forces(
     The arguments are net forces (readings, granules), the force on the wall, if any, and the
     applied force, (readings,) [N].
     """
-    if held == FREE:
-        return contact_forces(net_force)
     own = net_force - held.acceleration * at_rest.moving_mass
     own[:, 1] -= held.second_force
     if held.pushed > 0:
