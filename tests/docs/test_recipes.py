@@ -1,9 +1,10 @@
-"""What the recipes of docs/develop/recipes.md ask for, where no other test would miss it."""
+"""What the recipes of docs/develop/recipes.md ask for, and speeds on a page."""
 
 from __future__ import annotations
 
 import re
 
+import pandas as pd
 import pytest
 
 import hertzchain as hc
@@ -53,3 +54,19 @@ def test_the_gallery_shows_what_its_decks_expect() -> None:
     texts = {entry.name: (FOLDER / entry.name).read_text(encoding="utf-8") for entry in GALLERY}
     assert README.read_text(encoding="utf-8") == readme(texts)
     assert table(texts).count("\n| `in.") == len(GALLERY)
+
+
+SPEEDS = (
+    "plain LAMMPS over one native run",
+    "plain LAMMPS over native with error",
+    "extrapolated LAMMPS over one native run",
+    "extrapolated LAMMPS over native with error",
+    "DOP853 over native with error",
+)
+"""Figures of ``make bench``, in the order of the page."""
+
+
+def test_speeds_on_a_page_are_those_that_were_measured() -> None:
+    figures = pd.read_csv(ROOT / "validation/results/bench.csv", comment="#", index_col="figure")
+    said = re.findall(r"^\| .* \| (\d+) \|$", page("accuracy.md"), re.MULTILINE)
+    assert [int(number) for number in said] == [round(figures["value"][name]) for name in SPEEDS]
