@@ -89,6 +89,9 @@ DEFECTS: Sequence[tuple[str, Sequence[tuple[str, str]], Sequence[str], str]] = (
     ),
 )  # fmt: skip
 
+QUICK = "a wall that gives NaN", "a slow piston"
+"""The command has another one, which is wrong by a number, too."""
+
 
 def fake(
     folder: Path, edits: Sequence[tuple[str, str]], more: str = "", lmp: str | None = LMP
@@ -102,8 +105,8 @@ def fake(
 @pytest.mark.parametrize(
     ("name", "edits", "wrong", "right"),
     [
-        pytest.param(*row, id=row[0], marks=pytest.mark.slow if k > 2 else ())
-        for k, row in enumerate(DEFECTS)
+        pytest.param(*row, id=row[0], marks=() if row[0] in QUICK else pytest.mark.slow)
+        for row in DEFECTS
     ],
 )
 def test_a_planted_defect_is_found_in_its_rows(
@@ -227,12 +230,6 @@ def test_a_program_that_is_missing_or_crashes(tmp_path: Path) -> None:
     assert problems == ["failure", "error"]
 
 
-def test_wrong_rows_say_by_how_much(tmp_path: Path) -> None:
-    edits = [(r"(force equal )(.*)", r"\1 0.5*(\2)")]
-    (row,) = certify(fake(tmp_path, edits), only=["force over time"]).rows
-    assert re.fullmatch(r"wrong by \d\.\de-01", row.words)
-
-
 def test_the_command(hertzchain: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     said = hertzchain("certify", "--lmp", "no-such-lmp")
     assert (said.status, said.out) == (2, "")
@@ -247,4 +244,5 @@ def test_the_command(hertzchain: Command, tmp_path: Path, monkeypatch: pytest.Mo
     assert (done.status, document["status"]) == (1, 1)
     assert not list(problems(document, "certify.json"))
     assert document == json.loads((folder / "certify.json").read_text())
-    assert junit.read_text().count("<failure") == len(FORCES)
+    failures = re.findall(r'<failure message="wrong by \d\.\de-01: differs', junit.read_text())
+    assert len(failures) == len(FORCES)

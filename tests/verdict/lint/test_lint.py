@@ -17,7 +17,6 @@ from hypothesis import strategies as st
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.engine import command, engine
-from hertzchain.engines.lammps.reading import reading
 from hertzchain.errors import HertzchainError
 from hertzchain.verdict.lint import traps
 from hertzchain.verdict.lint.deck import Deck, Finding, script_of
@@ -60,15 +59,8 @@ def planted(trap: Trap, text: str = CLEAN) -> str:
 
 
 def lint(text: str, variables: dict[str, str] | None = None) -> list[Finding]:
-    """The findings in a text, LAMMPS being asked in this process."""
-
-    def here(path: Path, given: dict[str, str], _: float) -> reading.Look:
-        return reading.looked(
-            reading.Start(path.parent, None, alone=False), path, path.parent, given
-        )
-
-    with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
-        patch.setattr(reading, "look", here)
+    """The findings in a text."""
+    with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "in.chain"
         path.write_text(text, encoding="utf-8")
         return lint_file(path, variables)
@@ -146,16 +138,6 @@ def test_lammps_stops_at_a_trap(name: str) -> None:
         command(lammps, planted(TRAPS[name]))
 
 
-@pytest.mark.lammps
-def test_a_classic_wall_without_damping_ends_in_nan() -> None:
-    short = planted(TRAPS["classic wall"]).replace("N equal 30", "N equal 8")
-    with engine() as lammps:
-        if not 20230000 < lammps.version() < 20260000:
-            pytest.skip("seen with LAMMPS 2023 to 2025")
-        with pytest.raises(HertzchainError, match="Non-numeric"):
-            command(lammps, short)
-
-
 @pytest.mark.parametrize(
     ("old", "new", "line", "said"),
     [
@@ -199,6 +181,36 @@ def test_a_small_ratio_is_a_damping() -> None:
     for poisson, rules in (("0.003", {"poisson-ratio"}), ("0.03", set())):
         found = lint(CLEAN.replace("193e9 0.0 0.3", f"193e9 0.3 {poisson}"))
         assert {one.rule for one in found} & {"poisson-ratio"} == rules
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize(("step", "found"), [(0.198, False), (0.202, True)])
+def test_from_a_fifth_of_the_natural_time_on_steps_are_long(step: float, found: bool) -> None:
+    mass, modulus = np.pi / 6 * 0.0095**3 * 7958, 193e9 / (2 * (1 - 0.3**2))
+    stiffness = 4 / 3 * modulus * np.sqrt(0.0095 / 4)
+    unit = float(np.sqrt(mass) / (stiffness ** (1 / 3) * 100 ** (1 / 6)))  # under 100 N
+    text = CLEAN.replace("unfix shock\nrun 3000", f"timestep {step * unit!r}\nrun 100")
+    text = text.replace("fix shock", "fix little first addforce 1e-3 0.0 0.0\nfix shock")
+    assert [f.severity for f in lint(text) if f.rule == "step-length"] == ["warning"] * found
+
+
+@pytest.mark.lammps
+def test_static_loads_are_no_staircase_and_push_one_granule_each() -> None:
+    held = "".join(f"fix p{k} first addforce {k} 0.0 0.0\n" for k in (1, 2, 3))
+    text = CLEAN.replace("timestep 5e-8", f"group last id 30\n{held}timestep 5e-8")
+    assert lint(text) == []
+
+
+@pytest.mark.lammps
+def test_messages_have_the_numbers_of_the_deck() -> None:
+    def sentence(name: str, rule: str) -> str:
+        return next(f.text for f in lint(planted(TRAPS[name])) if f.rule == rule)
+
+    assert "that of granules that collide at 1:" in sentence(
+        "unstable steps of a striker", "step-length"
+    )
+    assert "temperature 1e20" in sentence("thermal velocities", "random-velocities")
+    assert "the 10 granules of group first" in sentence("a force on ten", "force-on-all")
 
 
 def test_later_commands_count() -> None:
@@ -260,15 +272,15 @@ def test_any_text_gives_findings_or_none(texts: st.SearchStrategy[str], examples
 
 
 HOSTILE = (
-    '"' * 200_000, '"""' + "x\n" * 100_000, "&\n" * 100_000, "print $(" * 20_000, "((((" * 50_000,
-    "variable a equal v_a\n" * 20_000, "set group all density 1\n" * 5_000,
-    "fix a all addforce v_f 0 0\nrun 1\n" * 1_000, "label a\n" * 20_000 + "jump SELF a\n",
+    '"' * 50_000, '"""' + "x\n" * 25_000, "&\n" * 25_000, "print $(" * 5_000, "((((" * 12_500,
+    "variable a equal v_a\n" * 5_000, "set group all density 1\n" * 1_250,
+    "fix a all addforce v_f 0 0\nrun 1\n" * 250, "label a\n" * 5_000 + "jump SELF a\n",
 )  # fmt: skip
 
 
 @pytest.mark.parametrize("text", HOSTILE, ids=lambda text: text[:12].split("\n")[0])
 def test_a_hostile_text_is_soon_read(text: str) -> None:
-    assert effort(lambda: of_text(text)) < 300
+    assert effort(lambda: of_text(text)) < 50  # 1.6 at most measured; it goes as the length
 
 
 def test_files_that_cannot_be_read_are_one_sentence(tmp_path: Path) -> None:
@@ -296,6 +308,8 @@ def test_an_elastic_plastic_law_has_no_damping_among_its_numbers() -> None:
 
 def test_text_that_is_no_deck_is_named() -> None:
     assert [one.rule for one in bad(lint("Dear all,\nplease find attached.\n"))] == ["no-deck"]
+    # An empty variable, which a command line refuses, is read.
+    assert [one.rule for one in lint("print ${a}\n", {"a": ""})] == ["no-deck"]
 
 
 def test_the_command(tmp_path: Path, hertzchain: Command) -> None:
