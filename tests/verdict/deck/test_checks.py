@@ -25,15 +25,6 @@ from tests.verdict.deck.made import (
 )
 
 
-def test_the_scene_itself_passes(scene: hc.Scene, right: FoundDeck) -> None:
-    done = examined(scene, right)
-    assert [check.sentence for check in done.checks if not check.passed or check.differs] == []
-    assert done.verdict == "pass"
-    assert "applied force across the chain" not in [check.name for check in done.checks]
-    assert done.checks[-1].name == "peaks"
-    assert done.checks[-1].effect == pytest.approx(7e-5, rel=0.05)  # its steps alone
-
-
 @pytest.mark.parametrize(
     ("factor", "words"),
     [(1.02, "(1.02 times)"), (1 - 2e-5, "(2.0e-05 less)"), (1 + 2e-5, "(2.0e-05 more)")],
@@ -42,55 +33,6 @@ def test_a_small_difference_is_not_one_times(
     factor: float, words: str, scene: hc.Scene, right: FoundDeck
 ) -> None:
     assert words in by_name(examined(scene, stiffer(factor)(right)), "stiffness").sentence
-
-
-def test_a_formula_keeps_the_names_of_the_deck(scene: hc.Scene, right: FoundDeck) -> None:
-    """Another profile: the deck's variable, fix and group."""
-    time = right.applied_time
-    applied = right.applied_force.copy()
-    applied[:, 0] = np.where(time < 60e-6, 100 * np.sin(np.pi * time / 60e-6), 0.0)
-    check = by_name(examined(scene, changed(right, applied_force=applied)), "applied force over")
-    formula, both = (next(iter(changes.values())) for changes in check.corrections[:2])
-    assert formula[0].startswith('variable F equal "(time>=0)*(time<3e-05)*(100.0*')
-    assert both == (formula[0], "fix 2 first addforce v_F 0.0 0.0")
-
-
-def test_a_force_that_is_limited_is_no_other_stiffness(scene: hc.Scene, right: FoundDeck) -> None:
-    force = right.contact_force.copy()
-    force[1, 4] *= 0.9  # at the smallest overlap
-    done = examined(scene, changed(right, contact_force=force))
-    check = by_name(done, "force of contact 6 at other overlaps")
-    assert not check.passed
-    assert check.measured == pytest.approx(0.9, rel=1e-6)
-
-
-@pytest.mark.parametrize("longer", [0.5, 1.25])
-def test_a_pulse_that_lasts_longer(longer: float, scene: hc.Scene, right: FoundDeck) -> None:
-    applied = np.zeros_like(right.applied_force)
-    part = right.applied_time / (longer * 60e-6)
-    applied[:, 0] = np.where(part < 1, 100 * np.sin(np.pi * part) ** 2, 0.0)
-    done = examined(scene, changed(right, applied_force=applied))
-    assert not by_name(done, "applied force over time").passed
-
-
-def test_effects_are_those_of_other_scenes(scene: hc.Scene, right: FoundDeck) -> None:
-    """Compare the effect of a wrong mass on the peaks with native runs with this mass."""
-    heavier = replace(scene, chain=replace(scene.chain, density=1.05 * 7958.0))
-    one, other = (hc.Native("reference").run(each).peak_force for each in (scene, heavier))
-    check = by_name(examined(scene, times("mass", 1.05)(right)), "mass")
-    # Contacts alone whose peaks the end of the deck does not cut off; steps of 0.014 units.
-    assert check.effect == pytest.approx(float(np.max(np.abs(other / one - 1))), rel=1e-2)
-
-
-def test_two_differences_are_sorted_by_effect(scene: hc.Scene, right: FoundDeck) -> None:
-    both = times("mass", 0.9)(stiffer(1.02)(right))
-    # Its peaks are still the right ones: the motion is not that of its numbers.
-    first, second = (
-        check for check in examined(scene, both).to_mend if not check.name.startswith("motion")
-    )
-    assert first.name.startswith("mass")
-    assert second.name.startswith("stiffness")
-    assert first.effect > second.effect
 
 
 def test_peaks_decide_on_both_sides(scene: hc.Scene, right: FoundDeck) -> None:
@@ -140,15 +82,6 @@ def test_a_force_across_is_of_the_fix_that_pushes_across() -> None:
     assert check.place.written.startswith("fix g all gravity")
 
 
-def test_a_shift_of_all_granules_is_seen(scene: hc.Scene, right: FoundDeck) -> None:
-    """No peak tells a chain that is stopped as a whole, or moved."""
-    for change in (plus("final_velocity", ..., -0.05), plus("final_position", ..., 1e-5)):
-        done = examined(scene, change(right))
-        assert not by_name(done, "motion, by").passed
-        assert done.checks[-1].passed
-    assert examined(scene, plus("final_velocity", ..., -0.005)(right)).verdict == "pass"
-
-
 def test_the_end_of_a_run_that_is_ended_is_not_read(scene: hc.Scene, right: FoundDeck) -> None:
     halt = replace(right.fixes[0], style="halt")
     done = examined(scene, plus("final_velocity", ..., -0.05)(right))
@@ -163,13 +96,6 @@ def test_motion_without_an_odd_command_is_of_the_shock(scene: hc.Scene, right: F
     assert first_guess(check)[0].startswith("variable F equal")
 
 
-def test_an_unstable_step(scene: hc.Scene, right: FoundDeck) -> None:
-    runs = (replace(right.runs[0], dt=2e-5, steps=25),)
-    check = by_name(examined(scene, changed(right, runs=runs)), "time step")
-    assert not check.passed
-    assert "longest stable" in check.sentence
-
-
 def test_a_deck_that_ends_early(scene: hc.Scene, right: FoundDeck) -> None:
     runs = (replace(right.runs[0], steps=1000),)
     commands = (*right.commands[:-1], replace(right.commands[-1], written="run 1000"))
@@ -180,6 +106,17 @@ def test_a_deck_that_ends_early(scene: hc.Scene, right: FoundDeck) -> None:
     assert first_guess(check) == ("run 2500",)
     assert not done.judged[-1]  # not seen yet
     assert done.judged[0]
+
+
+def test_a_deck_that_ends_before_a_reflected_wave_is_back() -> None:
+    scene = scene_of("wall")
+    deck = deck_of("wall", scene, "run 3000", "run 1000")
+    done = examined(scene, changed(deck, peak_force=hc.Native("reference").run(scene).peak_force))
+    # Contacts 3 and 4 are pressed hardest at 0.31 and 0.29 ms, the deck ends at 0.2 ms.
+    assert np.flatnonzero(~done.judged).tolist() == [1, 2]
+    check = by_name(done, "end of the run")
+    assert "2 contacts have not passed the peak by then" in check.sentence
+    assert first_guess(check) == ("run 3000",)
 
 
 def test_a_deck_that_ends_a_step_early_after_the_last_peak_is_remarked(
@@ -223,12 +160,6 @@ def test_a_wall_that_was_not_met_where_it_should_be(scene: hc.Scene, right: Foun
     assert check.measured == pytest.approx(radius + 0.02, rel=1e-9)
     assert check.expected == pytest.approx(radius + 1e-3, rel=1e-9)
     assert not check.passed
-
-
-def test_a_wall_with_friction(scene: hc.Scene, right: FoundDeck) -> None:
-    for sideways, passed in ((1e-6, True), (1e-4, False)):
-        done = examined(scene, with_wall(right, 1e-2, sideways))
-        assert by_name(done, "friction").passed == passed
 
 
 @pytest.mark.parametrize(
@@ -287,17 +218,6 @@ def test_a_law_of_no_power_is_no_damping(scene: hc.Scene, right: FoundDeck) -> N
     names = [check.name for check in examined(scene, more).to_mend]
     assert len(names) == 1
     assert re.fullmatch("force of contact .* at other overlaps", names[0])
-
-
-def test_the_effect_of_weak_damping_is_proportional_to_it(
-    scene: hc.Scene, right: FoundDeck
-) -> None:
-    one, two = (
-        by_name(examined(scene, times("damped_force", 1 + size)(right)), "damping").effect or 0.0
-        for size in (1e-3, 2e-3)
-    )
-    assert one > 1e-6
-    assert two == pytest.approx(2 * one, rel=0.05)
 
 
 @pytest.mark.parametrize("more", [0.0, 1e9])

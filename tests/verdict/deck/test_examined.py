@@ -18,7 +18,6 @@ from hertzchain.limits import Deadline
 from hertzchain.verdict.deck import DeckCheck, examining, number, places
 from hertzchain.verdict.deck.examined import Finding, in_order
 from hertzchain.verdict.deck.places import variables_of
-from tests.places import ROOT
 from tests.verdict.deck.corpus import scene_of
 from tests.verdict.deck.decks import deck_of
 from tests.verdict.deck.made import STEP, by_name, changed, examined, first_guess, found, times
@@ -287,27 +286,11 @@ def test_the_line_that_makes_a_number(right: FoundDeck) -> None:
         assert where.line == line
 
 
-def test_a_program_is_no_deck() -> None:
-    with pytest.raises(SceneError, match=r"chain\.py: is a Python program, must be a LAMMPS"):
-        hc.examine(hc.Scene.from_toml(ROOT / "validation/scenes/demo.toml"), "chain.py")
-
-
-@pytest.mark.parametrize(
-    ("numbers", "words"),
-    [
-        ({"tolerance": 0.0}, "tolerance = 0.0: must be a number above 0 and below 1"),
-        ({"tolerance": 1.0}, "tolerance = 1.0: must be a number above 0 and below 1"),
-        ({"time_limit": 0.0}, "time_limit = 0.0: must be"),
-        ({"time_limit": np.nan}, "time_limit = nan: must be"),
-    ],
-)
-def test_what_no_deck_can_be_examined_with(
-    numbers: dict[str, Any], words: str, scene: hc.Scene
-) -> None:
-    with pytest.raises(SceneError, match=words):
-        hc.examine(scene, "in.none", **numbers)
-
-
-def test_a_near_wall_is_refused(scene: hc.Scene) -> None:
+def test_what_cannot_be_examined(scene: hc.Scene) -> None:
+    for limit in (0.0, np.nan):
+        with pytest.raises(SceneError, match=f"time_limit = {limit}: must be"):
+            hc.examine(scene, "in.none", time_limit=limit)
+    with pytest.raises(SceneError, match=r"tolerance = 1\.0: must be a number above 0"):
+        hc.examine(scene, "in.none", tolerance=1.0)
     with pytest.raises(SceneError, match="near_wall: cannot be in the scene of a deck"):
         hc.examine(replace(scene, near_wall=hc.Wall("rigid")), "in.none")

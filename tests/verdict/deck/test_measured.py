@@ -250,17 +250,6 @@ def test_a_piston_of_a_table() -> None:
     assert measured.displacement(hc.Piston(0.2), time) == pytest.approx([0, 0, 1e-5, 3e-5])
 
 
-def test_the_damping_of_one_contact() -> None:
-    scene = scene_of("viscoelastic")
-    deck = deck_of("viscoelastic", scene)
-    elastic = scene.granules.stiffness[6] * deck.damped_overlap[:, 6] ** 1.5
-    more = 0.1 * (deck.damped_force[:, 6] - elastic)
-    done = examined(scene, plus("damped_force", (slice(None), 6), more)(deck))
-    check = by_name(done, "damping of contact")
-    assert check.name == "damping of contact 8"
-    assert check.measured == pytest.approx(1.1 * (check.expected or 0.0), rel=1e-9)
-
-
 def test_a_piston_that_goes_astray_for_a_moment() -> None:
     """The displacement where it is off the most, not the largest one, is shown."""
     scene = scene_of("piston")

@@ -114,12 +114,6 @@ def test_both_sides_of_a_force_across_the_box(scene: hc.Scene, right: FoundDeck)
     both_sides("contacts across", change, 1e-7 * scene.units.force, scene, right)
 
 
-def test_a_granule_is_moved_once(scene: hc.Scene, right: FoundDeck) -> None:
-    check = by_name(examined(scene, plus("integrated", 3, 1)(right)), "integrators")
-    assert not check.passed
-    assert check.corrections
-
-
 def ended_early(deck: FoundDeck) -> FoundDeck:
     """A deck that ends before the last contacts peak: they are not judged."""
     steps = 1200
@@ -158,6 +152,7 @@ def test_both_sides_of_a_time_step(scene: hc.Scene, right: FoundDeck) -> None:
     assert named.effect > 0.5 * TOLERANCE
     unstable = with_step(100 * STEP)
     assert unstable.effect == math.inf
+    assert "longest stable" in unstable.sentence
     assert unstable.expected is not None
     # No error tells how much shorter it should be: that of a chain of equal granules does.
     aimed_at = 0.8 * math.sqrt(TOLERANCE / 0.5) * scene.units.time
@@ -191,17 +186,6 @@ def test_both_sides_of_what_a_correction_may_add_to_an_error(
         assert proving.is_no_worse(off(was), off(was + share * allowed)) is no_worse
 
 
-def test_an_effect_counts_judged_contacts_alone(scene: hc.Scene, right: FoundDeck) -> None:
-    """The deck ends before the last contacts peak: what changes only them changes no peak."""
-    short = ended_early(right)
-    place = np.array(short.position)
-    place[-1] += 1e-6
-    done = examined(scene, changed(short, position=place))
-    assert not done.judged[-1]
-    check = by_name(done, "distance of")
-    assert check.effect == pytest.approx(0.0, abs=1e-9)
-
-
 def test_a_deck_in_which_no_peak_is_judged(scene: hc.Scene, right: FoundDeck) -> None:
     """A single step tells nothing of its error, and is no reason to mend it."""
     runs = (replace(right.runs[0], steps=1),)
@@ -228,14 +212,14 @@ def test_both_sides_of_what_the_motion_may_add_to_a_failed_check(
 
 
 def test_both_sides_of_the_motion_at_the_end(scene: hc.Scene, right: FoundDeck) -> None:
-    """A fiftieth of the largest velocity and displacement."""
+    """A fiftieth of the largest velocity and displacement, if by as much for all granules."""
     for name, values, what in (
         ("final_velocity", right.final_velocity, "motion, by velocities at the end"),
         ("final_position", right.final_position - right.position, "motion, by places at the end"),
     ):
         allowed = 0.02 * float(np.max(np.abs(values)))
         for share, names in ((1 / 3, []), (3.0, [what])):
-            done = examined(scene, plus(name, 3, share * allowed)(right))
+            done = examined(scene, plus(name, ..., share * allowed)(right))
             assert [check.name for check in done.to_mend] == names
 
 
