@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from types import ModuleType
 
@@ -20,7 +21,16 @@ from hertzchain.verdict.deck.own import number_checks
 from tests.conftest import paper_scene
 from validation import mistakes, table3, table4
 from validation.mistakes import APPLIED, MISTAKES, compared, small_scene
-from validation.planting import STIFFNESS, Mistake, Plant, in_set_up
+from validation.mistakes_with_terms import (
+    CONSTANT,
+    MISTAKES_WITH_TERMS,
+    RADIUS,
+    START_VELOCITY,
+    WALL,
+    column,
+    scene_with_gaps,
+)
+from validation.planting import POSITION, STIFFNESS, Mistake, Plant, in_set_up
 from validation.readings import EXPONENTS
 from validation.rows import Row
 from validation.script import Script
@@ -87,8 +97,7 @@ def test_a_mistake_is_caught_and_named(mistake: Mistake) -> None:
 
 
 @pytest.mark.lammps
-@pytest.mark.parametrize("pair_style", PAIR_STYLES)
-@pytest.mark.parametrize("read_every", [None, 1])
+@pytest.mark.parametrize(("pair_style", "read_every"), [*zip(PAIR_STYLES, (None, 1), strict=True)])
 def test_without_a_mistake_nothing_is_caught(pair_style: str, read_every: int | None) -> None:
     comparison = compared(replace(NONE, pair_style=pair_style, read_every=read_every))
     assert failed(comparison.checks) == set()
@@ -183,3 +192,55 @@ def test_a_deck_that_lammps_refuses_is_a_failed_check() -> None:
     comparison = compared(replace(NONE, plant=plant))
     assert comparison.verdict == "fail"
     assert failed(comparison.checks) == {"lammps: failed", "lammps: not examined"}
+
+
+# In scenes with terms
+
+HELD = {RADIUS, WALL, CONSTANT, START_VELOCITY}
+"""The checks that name a wrong term."""
+
+UNBALANCED = (
+    "static overlaps of half the load",
+    "static overlap of the contact before, everywhere",
+)
+
+AT_THE_WALL = ("wall twice as stiff", "wall damped")
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize(
+    "mistake",
+    [
+        pytest.param(one, marks=[] if k % 3 == 0 else pytest.mark.slow)
+        for k, one in enumerate(MISTAKES_WITH_TERMS)
+    ],
+    ids=lambda mistake: mistake.what,
+)
+def test_a_mistake_in_a_term_is_caught_and_named_first(mistake: Mistake) -> None:
+    comparison = compared(mistake)
+    assert comparison.verdict == "fail"
+    wrong = [check for check in comparison.checks if not check.passed]
+    first = next(check for check in wrong if check.name in EXAMINATION | HELD)
+    assert first.name == mistake.check
+    # A run that fails is reported before its deck is examined.
+    assert {check.name for check in wrong[: wrong.index(first)]} <= {"lammps: failed"}
+    if mistake.what in AT_THE_WALL:
+        assert "the wall" in first.reason
+    if mistake.what in UNBALANCED:
+        assert POSITION in failed(comparison.checks)
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("make", [column, scene_with_gaps])
+def test_without_a_mistake_in_a_term_nothing_is_caught(make: Callable[[], hc.Scene]) -> None:
+    comparison = compared(replace(NONE, made_in=make))
+    assert failed(comparison.checks) == set()
+    assert {check.name for check in comparison.checks} > EXAMINATION | HELD
+
+
+@pytest.mark.lammps
+def test_motions_alone_do_not_show_static_overlaps_that_all_simulations_share() -> None:
+    """Every run is wrong in the same way: the numbers of the deck show it, and nothing else."""
+    everywhere = next(one for one in MISTAKES_WITH_TERMS if one.what == UNBALANCED[1])
+    wrong = failed(compared(everywhere).checks)
+    assert wrong == {everywhere.check, WALL, "lammps: distance of neighbours [m]"}
