@@ -111,13 +111,7 @@ def test_native_alone_has_no_checks_of_lammps(native_only: hc.Comparison) -> Non
 
 @pytest.mark.parametrize(
     ("profile", "momentum_ratio", "n"),
-    [
-        ("cosine", 0.002, 3.0),
-        ("triangular", 0.02, 6.0),
-        ("cosine-triangular", 0.2, 2.0),
-        ("triangular", 0.4, 1.05),
-        ("cosine", 20.0, 1.3),
-    ],
+    [("cosine", 0.002, 3.0), ("triangular", 0.4, 1.05)],
 )
 def test_momentum_and_energy_balance_whatever_the_pulse(
     profile: str, momentum_ratio: float, n: float

@@ -49,17 +49,12 @@ def test_every_scene_passes(name: str) -> None:
 @pytest.mark.parametrize(
     "scene",
     [
-        # A shock too weak for LAMMPS to follow; small and large granules.
+        # A shock too weak for LAMMPS to follow; large granules.
         hc.Scene(hc.Chain(60, **STEEL), hc.Pulse("cosine", 1e-9, 2.0, momentum_ratio=1.0)),
-        hc.Scene(
-            hc.Chain(30, **{**STEEL, "radius": 1e-7}),
-            hc.Pulse("triangular", 1e-12, 10.0, momentum_ratio=1e-3),
-        ),
         hc.Scene(
             hc.Chain(30, **{**STEEL, "radius": 100.0, "young_modulus": 1e5}),
             hc.Pulse("cosine-triangular", 1.0, 1.01, momentum_ratio=50.0),
         ),
-        hc.Scene(row(STEEL, PTFE), hc.Striker(1.0)),
         hc.Scene(row(PTFE, STEEL), PULSE, wall=hc.Wall("rigid")),
         hc.Scene(
             row(*[{**STEEL, "radius": 1e-3}, {**STEEL, "radius": 0.1}] * 3),
@@ -80,17 +75,7 @@ def test_every_scene_passes(name: str) -> None:
             precompression=hc.Precompression(0.1),
         ),
     ],
-    ids=[
-        "weak",
-        "small",
-        "large",
-        "two",
-        "two, wall",
-        "unlike sizes",
-        "heavy",
-        "far apart",
-        "ends in the pulse",
-    ],
+    ids=["weak", "large", "two", "unlike sizes", "heavy", "far apart", "ends in the pulse"],
 )
 def test_any_scene_passes_its_examination(scene: hc.Scene) -> None:
     checks = number_checks(scene, hc.Lammps().examine(scene))

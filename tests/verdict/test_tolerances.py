@@ -10,8 +10,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
-from hypothesis import strategies as st
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
@@ -21,23 +19,11 @@ from hertzchain.observables.balance import LostDigits
 from hertzchain.observables.error_bound import highest_rate
 from hertzchain.scene.pulse import PROFILES
 from hertzchain.verdict import run_checks
-from hertzchain.verdict.check import Check, Kind, apart, within
+from hertzchain.verdict.check import Check, Kind, within
 from hertzchain.verdict.judgement import Judgement, judged
 from hertzchain.verdict.reference_checks import reference_checks, yardstick_check
 from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
 from tests.conftest import STEEL, paper_scene
-
-
-@given(st.floats(1e-300, 1e300), st.integers(1, 2**40))
-def test_numbers_that_differ_are_told_apart(value: float, ulps: int) -> None:
-    """Two numbers that look alike are no reason to call them different."""
-    other = value + ulps * math.ulp(value)
-    assume(math.isfinite(other))
-    for found, wanted in (apart(value, other), apart(other, value), apart(value, -other)):
-        assert found != wanted
-    assert apart(100.0, 100.0) == ("100", "100")
-    assert apart(100.0, 100.0004) == ("100", "100.0004")
-
 
 FREE = paper_scene("cosine", 1.0, 2.0, 5)
 DASHPOT = hc.Contact("dashpot", coefficient=3.0)
@@ -102,18 +88,17 @@ STATES = {
 }
 
 
-@pytest.mark.parametrize("what", ["displacement", "velocity"])
 @pytest.mark.parametrize("case", STATES)
-def test_states_at_the_same_steps(case: str, what: str) -> None:
+def test_states_at_the_same_steps(case: str) -> None:
     name, steps, lost, allowed = STATES[case]
     result = replace(verlet(name, 0.1), steps=steps)
     result = lossy(result, lost) if lost else result
     least = 1.0 if name == "damped" else 0.0
     for off, passed in ((3 * allowed, False), (allowed / 3, True), (-3 * allowed, False)):
-        wrong = with_state(result, what, off, least)
-        check = check_of(same_steps_checks(wrong), what)
-        assert check.passed is passed
-        assert passed or check.reason.endswith("largest at granule 3")
+        wrong = with_state(with_state(result, "velocity", off, least), "displacement", off, least)
+        for check in same_steps_checks(wrong)[:2]:
+            assert check.passed is passed
+            assert passed or check.reason.endswith("largest at granule 3")
 
 
 def readings(step: float) -> float:
@@ -351,13 +336,6 @@ def test_peaks_that_are_judged(sampling: float | None, allowed: float) -> None:
         assert (found.verdict == "pass") is passed
 
 
-def test_contacts_that_are_sampled_too_rarely_are_not_judged() -> None:
-    found = judgement(np.zeros(4), np.array([3e-3, 3.3e-4, 3e-3, 0.0]))
-    assert found.judged.tolist() == [False, True, False, True]
-    assert found.sampling_error == 3.3e-4
-    assert judgement(np.zeros(4), np.full(4, 3e-3)).verdict == "fail"
-
-
 def test_a_contact_is_judged_from_a_thousandth_of_the_largest() -> None:
     reference = accurate("free")
     for part, counts in ((3e-3, True), (3.3e-4, False)):
@@ -377,11 +355,11 @@ def test_a_tolerance_is_ten_times_the_error_of_the_reference() -> None:
 
 @pytest.mark.parametrize(("sampling", "named"), [(None, False), (5e-4, True)])
 def test_a_cause_leaves_what_is_allowed_with_samples(sampling: float | None, named: bool) -> None:
-    scene = paper_scene("cosine", 1.0, 2.0, 16)
+    scene = paper_scene("cosine", 1.0, 2.0, 10)
     # A slow wave over the contacts is no noise; its root mean square is 7e-4.
-    wave = 1 + 1e-3 * np.cos(np.linspace(0, 2 * np.pi, 15))
+    wave = 1 + 1e-3 * np.cos(np.linspace(0, 2 * np.pi, 9))
     peaks = 1e-3 * hc.Native("reference").run(scene).peak_force * wave
-    errors = None if sampling is None else np.full(15, sampling)
+    errors = None if sampling is None else np.full(9, sampling)
     found = judged(scene, peaks, 5e-4, None, errors, 60.0, lambda _: None)
     assert ("in units of kN" in (found.cause or "")) is named
 

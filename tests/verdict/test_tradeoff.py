@@ -34,7 +34,7 @@ from tests.conftest import STEEL, paper_scene
 @pytest.fixture(scope="module")
 def scene() -> hc.Scene:
     """A chain that is done in a moment."""
-    return paper_scene("cosine-triangular", 1.0, 2.0, granules=12)
+    return paper_scene("cosine-triangular", 1.0, 2.0, granules=6)
 
 
 @pytest.fixture(scope="module")
@@ -136,9 +136,9 @@ def fixed(outcomes: dict[float, Outcome]) -> Contender:
 
 
 def test_the_error_is_the_largest(scene: hc.Scene) -> None:
-    truth = np.full(11, 2.0)
+    truth = np.full(5, 2.0)
     off = truth.copy()
-    off[3], off[7] = 2.2, 1.9
+    off[1], off[3] = 2.2, 1.9
     (row,) = measured(fixed({0.2: Outcome(off, 7)}), scene, truth, 0.0)
     assert row.error == pytest.approx(0.1, rel=1e-12)
     assert row.force_evaluations == 7
@@ -148,13 +148,13 @@ def test_a_setting_that_fails_has_no_row(scene: hc.Scene) -> None:
     def run(scene: hc.Scene, step: float) -> Outcome:
         if step > 0.3 * scene.units.time:
             raise RunFailed("too long a step")
-        return Outcome(np.ones(11), 1)
+        return Outcome(np.ones(5), 1)
 
     contender = Contender("one", "compiled", run, steps=(0.4, 0.2, 0.1))
-    rows = measured(contender, scene, np.ones(11), 0.0)
+    rows = measured(contender, scene, np.ones(5), 0.0)
     assert [row.natural_step for row in rows] == [0.2, 0.1]
     with pytest.raises(RunFailed, match="too long a step"):
-        measured(replace(contender, steps=(0.4,)), scene, np.ones(11), 0.0)
+        measured(replace(contender, steps=(0.4,)), scene, np.ones(5), 0.0)
 
 
 def test_one_that_always_fails_is_a_remark(
@@ -182,7 +182,7 @@ def test_a_missing_backend_is_said_once(scene: hc.Scene, monkeypatch: pytest.Mon
     assert [row.contender for row in found.rows] == ["fixed"]
 
 
-ONES = Outcome(np.ones(11), 1)
+ONES = Outcome(np.ones(5), 1)
 
 
 def test_a_setting_has_the_least_time_of_all_rounds(
@@ -199,8 +199,8 @@ def test_a_slow_contender_is_not_run_at_dearer_settings(
     scene: hc.Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(module, "_LONGEST", 0.0)
-    peaks = Outcome(np.ones(11), 1)
-    rows = measured(fixed({0.2: peaks, 0.1: peaks}), scene, np.ones(11), 0.0)
+    peaks = Outcome(np.ones(5), 1)
+    rows = measured(fixed({0.2: peaks, 0.1: peaks}), scene, np.ones(5), 0.0)
     assert [row.natural_step for row in rows] == [0.2]
 
 
