@@ -172,7 +172,6 @@ def test_units_and_numbers_are_tried_in_any_scene() -> None:
     peaks = hc.Native().run(scene).peak_force
     for given, cause in ((peaks / 1000, "in units of kN"), (peaks[::-1], "from the far end")):
         found = hc.judge(scene, dict(enumerate(given.tolist(), 2)))
-        assert found.cause is not None
         assert cause in found.cause
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
+from tests.engines.lammps.reading.chains import SCENE, Deck
 from tests.verdict.deck.corpus import DECKS, VARIABLES, copied, scene_of
 
 pytestmark = pytest.mark.lammps
@@ -57,14 +58,6 @@ FORMULA = 'variable F equal "40*sin(PI*time/40e-6)^2*(time<40e-6)"\n'
 
 
 @pytest.mark.slow
-def test_a_shock_that_begins_later(tmp_path: Path) -> None:
-    path = copied(tmp_path, "precompressed", (FORMULA, SETTLED))
-    examined = hc.examine(scene_of("precompressed"), path)
-    assert examined.to_mend == ()
-    assert any("the shock begins 0.0015 s after" in remark for remark in examined.remarks)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(("drag", "verdict"), [("70", "pass"), ("5", "fail")])
 def test_a_chain_that_finds_its_places(tmp_path: Path, drag: str, verdict: str) -> None:
     """Its numbers are those when the shock begins: with too little drag it still swings."""
@@ -73,6 +66,7 @@ def test_a_chain_that_finds_its_places(tmp_path: Path, drag: str, verdict: str) 
     path = copied(tmp_path, "precompressed", (*settled, *unsettled))
     examined = hc.examine(scene_of("precompressed"), path)
     assert examined.verdict == verdict
+    assert any("the shock begins 0.0015 s after" in remark for remark in examined.remarks)
     names = {check.kind for check in examined.to_mend}
     assert names == (set() if verdict == "pass" else {"distance"})
 
@@ -91,3 +85,53 @@ def test_files_are_looked_for_in_the_working_folder(
     assert done.verdict == "pass"
     assert said == ["asking LAMMPS what it makes of the deck", "running the deck",
                     "reading the applied forces", "native: the reference method"]  # fmt: skip
+
+
+# Motions that begin after the chain has settled
+
+LOADED = """group last id 6
+fix load hit addforce 5 0 0
+fix from last addforce -5 0 0
+variable force equal 0
+fix air all viscous 50
+run {steps}
+unfix air
+velocity hit set 0.3 0 0
+"""
+
+LED = """variable force equal 0
+run 100
+unfix motion
+group rest subtract all hit
+fix m rest nve
+fix lead hit move linear 0.3 0 0
+"""
+
+STRUCK = hc.Scene(
+    SCENE.chain, hc.Striker(0.3, loaded=True), hc.Run(6e-5), precompression=hc.Precompression(5.0)
+)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("scene", "more", "begins"),
+    [
+        (STRUCK, LOADED.format(steps=7000), "0.0007"),
+        (hc.Scene(SCENE.chain, hc.Piston(velocity=0.3), hc.Run(6e-5)), LED, "1e-05"),
+    ],
+    ids=["striker", "piston"],
+)
+def test_the_shock_is_a_motion(scene: hc.Scene, more: str, begins: str, tmp_path: Path) -> None:
+    examined = hc.examine(scene, Deck(more=more, steps=600).write(tmp_path))
+    assert (examined.to_mend, examined.verdict) == ((), "pass")
+    assert f"the shock begins {begins} s after" in examined.remarks[0]
+
+
+@pytest.mark.slow
+def test_a_chain_that_had_no_time_to_settle(tmp_path: Path) -> None:
+    """The run before the shock is the line to mend; granules that still move are named."""
+    path = Deck(more=LOADED.format(steps=300), steps=600).write(tmp_path)
+    place, velocity = hc.examine(STRUCK, path).to_mend
+    assert "after the runs before the shock" in place.sentence
+    assert place.place.written == "run 300"
+    assert "velocity" in velocity.name

@@ -95,8 +95,10 @@ def test_rows(sideways: FloatArray, kind: str, scene: hc.Scene, right: FoundDeck
     assert not done.checks[-1].passed
 
 
-@pytest.mark.parametrize("more", [-1, 1])
-@pytest.mark.parametrize("name", ["steel", "wall", "precompressed", "viscoelastic", "column"])
+@pytest.mark.parametrize(
+    ("name", "more"),
+    [("steel", -1), ("wall", 1), ("precompressed", -1), ("precompressed", 1), ("column", -1)],
+)
 def test_another_number_of_granules(name: str, more: int) -> None:
     """The granules and contacts that both have are right, but for the load on the last one."""
     scene = scene_of(name)
@@ -282,7 +284,6 @@ def test_the_line_that_makes_a_number(right: FoundDeck) -> None:
         ([(1200.0, 7958.0), (8.0, 9.0)], 2), ([(8.0, 9.0)], 3), ([], 3),
     ):  # fmt: skip
         where = places.place(deck, "mass", stands)
-        assert where is not None
         assert where.line == line
 
 

@@ -205,12 +205,6 @@ def test_the_mass_of_a_piston_is_not_judged(granule: int, name: str | None) -> N
     assert mass.tolerance == pytest.approx(EXAMINED * MASS, rel=1e-9, abs=0)
 
 
-def test_any_velocity_is_too_much() -> None:
-    """A scene without a striker starts at rest: nothing is allowed."""
-    moving = set_to("velocity", (2, 0), 1e-300)(right())
-    assert failed(moving) == ["lammps: velocity at the start [m/s]"]
-
-
 def test_a_fixed_granule_that_moves_is_named() -> None:
     chain = replace(SCENE.chain, fixed=[False, False, False, True, False, False])
     load = hc.Precompression(20.0)

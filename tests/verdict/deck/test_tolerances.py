@@ -56,7 +56,6 @@ def test_both_sides_of_an_effect(name: str, right: FoundDeck) -> None:
     scene = scene_of(of_scene)
     deck = right if of_scene == "steel" else deck_of(of_scene, scene)
     effect = by_name(examined(scene, change(small)(deck)), name).effect
-    assert effect is not None
     both_sides(name, change, small * TOLERANCE / effect, scene, deck)
 
 
@@ -153,7 +152,6 @@ def test_both_sides_of_a_time_step(scene: hc.Scene, right: FoundDeck) -> None:
     unstable = with_step(100 * STEP)
     assert unstable.effect == math.inf
     assert "longest stable" in unstable.sentence
-    assert unstable.expected is not None
     # No error tells how much shorter it should be: that of a chain of equal granules does.
     aimed_at = 0.8 * math.sqrt(TOLERANCE / 0.5) * scene.units.time
     assert 0.9 * aimed_at < unstable.expected <= aimed_at
@@ -202,7 +200,6 @@ def test_both_sides_of_what_the_motion_may_add_to_a_failed_check(
     lighter = replace(scene, chain=replace(scene.chain, density=0.8 * 7958.0))
     moved = made.found(lighter)
     (mass,) = examined(scene, changed(moved, mass=0.8 * right.mass)).to_mend
-    assert mass.effect is not None
     allowed = TOLERANCE + 1e-2 * mass.effect
     assert mass.effect > 0.05
     for share, names in ((1 / 3, [mass.name]), (3.0, [mass.name, "motion"])):
