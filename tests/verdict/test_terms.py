@@ -1,22 +1,23 @@
-"""The comparison on scenes with terms, and what LAMMPS makes of their decks."""
+"""The comparison on scenes with terms, damped ones, and what LAMMPS makes of their decks."""
 
 from __future__ import annotations
 
 import re
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.verdict.deck.own import number_checks
+from hertzchain.verdict.deck.own import examined, number_checks
+from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
 from tests.conftest import STEEL
+from tests.engines.native.test_damped import LAWS, scene_with
+from tests.engines.native.test_damped import PULSE as SHORT
 from tests.engines.native.test_terms import PTFE, PULSE, SCENES, row
+from validation.planting import DAMPING, Plant, in_set_up
 
-LMP = Path(sys.executable).with_name("lmp")
-"""The binary that comes with the Python module."""
+pytestmark = pytest.mark.lammps
 
 HELD = {"lammps: radius [m]", "lammps: constant force [N]", "lammps: velocity at the start [m/s]"}
 """Checks that only scenes with terms have."""
@@ -31,7 +32,6 @@ QUICK = ("all at once", "gaps, wall")
 """Together they have each term of these scenes."""
 
 
-@pytest.mark.lammps
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=[] if name in QUICK else pytest.mark.slow) for name in SCENES]
 )
@@ -45,7 +45,6 @@ def test_every_scene_passes(name: str) -> None:
     assert ("lammps: place of the wall [m]" in names) == (scene.wall is not None)
 
 
-@pytest.mark.lammps
 @pytest.mark.parametrize(
     "scene",
     [
@@ -82,7 +81,6 @@ def test_any_scene_passes_its_examination(scene: hc.Scene) -> None:
     assert [check.name for check in checks if not check.passed] == []
 
 
-@pytest.mark.lammps
 @pytest.mark.parametrize(
     ("array", "granule", "name"),
     [
@@ -104,7 +102,6 @@ def test_the_granule_that_is_off_is_named(array: str, granule: int, name: str) -
     assert re.search(rf"granule {granule + 1}\b", wrong[0].reason)
 
 
-@pytest.mark.lammps
 def test_forces_that_are_no_numbers_fail() -> None:
     scene = SCENES["all at once"]
     found = hc.Lammps().examine(scene)
@@ -115,3 +112,82 @@ def test_forces_that_are_no_numbers_fail() -> None:
     bad = [check for check in number_checks(scene, wrong) if not check.passed]
     assert [check.name for check in bad] == ["lammps: place of the wall [m]", "lammps: contacts"]
     assert all(check.measured is None for check in bad)
+
+
+# Damped contacts
+
+UNLIKE = hc.Chain(3, **STEEL | {"radius": [4e-3, 5e-3, 6e-3]})
+
+
+def test_a_comparison_passes() -> None:
+    scene = scene_with(LAWS["restitution"])
+    found = hc.compare(scene, [hc.Lammps(rtol=1e-2)])
+    assert [check for check in found.checks if not check.passed] == []
+    names = {check.name for check in found.checks}
+    assert {DAMPING, "lammps: velocity, same steps", "lammps: energy [J]"} <= names
+
+
+@pytest.mark.parametrize("contact", [None, LAWS["viscoelastic"]])
+def test_extrapolated_peaks_are_held_against_extrapolated_ones(contact: hc.Contact | None) -> None:
+    """The finer of their runs takes the steps of native, on legs of all lengths."""
+    scene = hc.Scene(UNLIKE, SHORT, contact=contact)
+    result = hc.Lammps(rtol=1e-4, extrapolated=True).run(scene)
+    # Peaks of the finer run alone differ by ten to thirty times the tolerance.
+    assert [check for check in same_steps_checks(result) if not check.passed] == []
+
+
+WALLED = hc.Scene(hc.Chain(3, **STEEL), SHORT, wall=hc.Wall("same"))
+
+MISTAKES: dict[str, tuple[hc.Scene, Plant]] = {
+    "another restitution": (
+        replace(WALLED, contact=LAWS["restitution"]),
+        in_set_up(('restitution string 0.8"', 'restitution string 0.800001"')),
+    ),
+    "restitution asked of tsuji": (
+        replace(WALLED, contact=LAWS["restitution"]),
+        in_set_up(("string coeff_restitution", "string tsuji")),
+    ),
+    "contacts that pull": (
+        replace(WALLED, contact=hc.Contact("dashpot", coefficient=500.0)),
+        in_set_up((" limit_damping", "")),
+    ),
+    "contacts that do not": (
+        replace(WALLED, contact=hc.Contact("dashpot", coefficient=500.0, attraction=True)),
+        in_set_up(("damping velocity", "damping velocity limit_damping")),
+    ),
+    "wall without damping": (
+        replace(WALLED, contact=LAWS["dashpot"]),
+        in_set_up(("${k_wall} 5.0 ", "${k_wall} 0.0 ")),
+    ),
+    "another law": (
+        replace(WALLED, contact=LAWS["dashpot"]),
+        in_set_up(("damping velocity", "damping viscoelastic")),
+    ),
+    "the mass of one granule for that of the pair": (
+        hc.Scene(UNLIKE, SHORT, contact=LAWS["viscoelastic"]),
+        in_set_up(("/(v_m2*v_m3/(v_m2+v_m3))", "/v_m2")),
+    ),
+    "no damping": (
+        hc.Scene(UNLIKE, SHORT, contact=LAWS["dashpot"]),
+        in_set_up(("} 5.0 tangential", "} 0.0 tangential")),
+    ),
+}
+
+
+@pytest.mark.parametrize("what", MISTAKES)
+def test_the_examination_names_wrong_damping(what: str) -> None:
+    scene, plant = MISTAKES[what]
+    assert [check.name for check in examined(scene, hc.Lammps()) if not check.passed] == []
+    with plant():
+        named = [check.name for check in examined(scene, hc.Lammps()) if not check.passed]
+    assert named == [DAMPING]
+
+
+def test_energy_shows_damping_that_is_not_the_scene_s() -> None:
+    scene = hc.Scene(hc.Chain(5, **STEEL), SHORT, contact=LAWS["restitution"])
+    lammps = hc.Lammps(0.005 * scene.contact_time)
+    assert all(check.passed for check in balance_checks(lammps.run(scene)))
+    with in_set_up(('restitution string 0.8"', 'restitution string 0.6"'))():
+        energy = balance_checks(lammps.run(scene))[1]
+    assert energy.name == "lammps: energy [J]"
+    assert not energy.passed

@@ -12,11 +12,11 @@ import pytest
 import hertzchain as hc
 from hertzchain.engines.lammps.reading.found import FoundDeck, FoundWall
 from tests.verdict.deck.corpus import scene_of
-from tests.verdict.deck.decks import deck_of
 from tests.verdict.deck.made import (
     STEP,
     by_name,
     changed,
+    deck_of,
     examined,
     first_guess,
     plus,

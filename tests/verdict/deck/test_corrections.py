@@ -19,18 +19,19 @@ from hertzchain.limits import Deadline
 from hertzchain.verdict.deck.examining import case_of, numbers_of
 from hertzchain.verdict.deck.number import differences
 from tests.verdict.deck.corpus import scene_of
-from tests.verdict.deck.decks import DECKS, deck_of
 from tests.verdict.deck.made import (
+    DECKS,
     Change,
+    assert_alike,
     both,
     changed,
+    deck_of,
     examined,
     first_guess,
     in_texts,
     plus,
     times,
 )
-from tests.verdict.deck.texts import assert_alike
 
 EXPECTED: dict[str, dict[str, dict[str, Any]]] = tomllib.loads(
     Path(__file__).with_name("corrections.toml").read_text(encoding="utf-8")

@@ -19,8 +19,16 @@ from hertzchain.verdict.deck import DeckCheck, examining, number, places
 from hertzchain.verdict.deck.examined import Finding, in_order
 from hertzchain.verdict.deck.places import variables_of
 from tests.verdict.deck.corpus import scene_of
-from tests.verdict.deck.decks import deck_of
-from tests.verdict.deck.made import STEP, by_name, changed, examined, first_guess, found, times
+from tests.verdict.deck.made import (
+    STEP,
+    by_name,
+    changed,
+    deck_of,
+    examined,
+    first_guess,
+    found,
+    times,
+)
 
 DECK = "units si # of all\ninclude a.inc\ninclude b.inc\nset group all &\n density 1\nrun 5"
 TEXTS = {"in.made": DECK, "a.inc": "pair_style none\ninclude b.inc\n", "b.inc": "fix 1 all nve\n"}

@@ -13,8 +13,7 @@ from hertzchain.errors import RunFailed
 from hertzchain.verdict.deck import damping_numbers, measured
 from hertzchain.verdict.deck.measured import law_of
 from tests.verdict.deck.corpus import scene_of
-from tests.verdict.deck.decks import deck_of
-from tests.verdict.deck.made import STEP, by_name, changed, examined, plus, times
+from tests.verdict.deck.made import STEP, by_name, changed, deck_of, examined, plus, times
 from tests.verdict.deck.made import found as made_found
 
 

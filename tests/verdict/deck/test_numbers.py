@@ -20,10 +20,10 @@ from hertzchain.verdict.deck.pulse import of_shock, pulse
 from hertzchain.verdict.deck.right_commands import wall_plane
 from hertzchain.verdict.deck.run_numbers import _found_twin
 from tests.verdict.deck.corpus import scene_of
-from tests.verdict.deck.decks import deck_of
 from tests.verdict.deck.made import (
     both,
     changed,
+    deck_of,
     found,
     in_texts,
     plus,

@@ -17,9 +17,7 @@ from hertzchain.verdict.deck import right_commands as right
 from hertzchain.verdict.deck.deck_check import Case
 from hertzchain.verdict.deck.examining import case_of
 from tests.verdict.deck.corpus import scene_of
-from tests.verdict.deck.decks import deck_of
-from tests.verdict.deck.made import changed
-from tests.verdict.deck.texts import assert_alike
+from tests.verdict.deck.made import assert_alike, changed, deck_of
 
 FRICTION = "tangential linear_nohistory 0.0 0.0"
 DOWN: dict[str, Any] = {

@@ -14,13 +14,13 @@ from hertzchain.engines.lammps.reading.found import FoundDeck
 from hertzchain.verdict.deck import places, proving
 from tests.verdict.deck import made
 from tests.verdict.deck.corpus import scene_of
-from tests.verdict.deck.decks import deck_of
 from tests.verdict.deck.made import (
     STEP,
     Change,
     both,
     by_name,
     changed,
+    deck_of,
     examined,
     in_texts,
     plus,
