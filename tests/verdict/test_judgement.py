@@ -120,7 +120,6 @@ def test_an_impossible_tolerance_is_refused(demo: hc.Scene, tolerance: float) ->
             np.ones((2, 59)),
             "^number of peak_force = 118: must be a file, .* or an array of 59 forces$",
         ),
-        ("no.csv", "no.csv: cannot be read"),
         ([[1.0], [2.0, 3.0]], "array of 59"),
         ({2: -78.0}, "^peak_force = -78.0: must be finite and at least 0 .N.: turn the sign"),
         (np.where(np.arange(59) == 7, -1e-9, 100.0), "must be finite and at least 0"),

@@ -12,9 +12,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.errors import SceneError
-from hertzchain.verdict.results import reading
 from hertzchain.verdict.results.reading import read
-from tests.command_line import Command
 from tests.effort import effort
 from tests.verdict.results.runs import HEAD, SCENE, N
 
@@ -47,7 +45,6 @@ BROKEN: dict[str, tuple[bytes, str]] = {
         b"LAMMPS (22 Jul 2025)\nunits si\n",
         "has the columns 'LAMMPS', .* or be a dump of LAMMPS with id, x, fx",
     ),
-    "a deck": (b"# of beads\n\n  units si\n", "is a LAMMPS input: run it and judge its peaks"),
     "dump without frames": (b"ITEM: TIMESTEP\n", "frame 1: ends in the middle"),
     "dump cut off": (f"{HEAD}{GRANULES}\n1 0 0 0\n".encode(), "frame 1: ends in the middle"),
     "no forces": (f"{HEAD}ITEM: ATOMS id x y z{ROWS}".encode(), "must have the columns id, x"),
@@ -75,21 +72,6 @@ def test_a_file_that_cannot_be_used_is_one_sentence(name: str, tmp_path: Path) -
         read(SCENE, [file], "si", None)
     assert str(caught.value).startswith(str(file))
     assert str(caught.value).isprintable()
-
-
-def test_files_that_cannot_be_read(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, hertzchain: Command
-) -> None:
-    with pytest.raises(SceneError, match="cannot be read"):
-        read(SCENE, [tmp_path / "none"], "si", None)
-    SCENE.to_toml(tmp_path / "scene.toml")
-    (tmp_path / "b.csv").write_text("a,b,c,d\n1,2,3,4\n")
-    monkeypatch.setattr(reading, "MOST_BYTES", 10)
-    with pytest.raises(SceneError, match="larger than"):
-        read(SCENE, [tmp_path / "b.csv"], "si", None)
-    refused = hertzchain("judge", tmp_path / "scene.toml", tmp_path / "b.csv")
-    assert refused.status == 2
-    assert refused.err.count("\n") == 1
 
 
 def test_units_and_peaks_that_cannot_be(tmp_path: Path) -> None:

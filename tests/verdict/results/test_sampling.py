@@ -31,13 +31,6 @@ def test_peaks_are_off_by_no_more_than_is_said(name: str, apart: float) -> None:
     assert np.all(off(found.peak_force, result.peak_force) <= allowed)
 
 
-def test_what_is_said_is_not_far_from_what_it_is(run: Samples) -> None:
-    """At 0.1 natural time units the error is 1e-6."""
-    found = peaks_of(SCENE, motion(run), "file")
-    assert np.max(found.error) < 1e-4
-    assert np.median(found.error) > 0
-
-
 def of_contacts(time: Array, force: list[Array]) -> Motion:
     """Net forces on three granules that press each other with these forces."""
     first, second = force
