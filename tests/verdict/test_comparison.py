@@ -63,17 +63,20 @@ def native_only() -> hc.Comparison:
 
 # Verdicts on right results
 
+CHECKS_OF_NATIVE = {
+    "native: momentum [N s]",
+    "native: energy [J]",
+    "native: error of the reference",
+    "native: compiled against Eq. 1 as written",
+}
+
 
 @pytest.mark.lammps
 def test_both_backends_pass(both: hc.Comparison) -> None:
     assert failed(both.checks) == set()
     assert both.verdict == "pass"
     assert not both.missing
-    assert {check.name for check in both.checks} == {
-        "native: momentum [N s]",
-        "native: energy [J]",
-        "native: error of the reference",
-        "native: compiled against Eq. 1 as written",
+    assert {check.name for check in both.checks} == CHECKS_OF_NATIVE | {
         "lammps: number of granules",
         "lammps: place of granules [m]",
         "lammps: distance from the axis [m]",
@@ -102,12 +105,7 @@ def test_both_backends_pass(both: hc.Comparison) -> None:
 
 
 def test_native_alone_has_no_checks_of_lammps(native_only: hc.Comparison) -> None:
-    assert {check.name for check in native_only.checks} == {
-        "native: momentum [N s]",
-        "native: energy [J]",
-        "native: error of the reference",
-        "native: compiled against Eq. 1 as written",
-    }
+    assert {check.name for check in native_only.checks} == CHECKS_OF_NATIVE
     assert native_only.verdict == "pass"
     assert native_only.lammps is None
     assert not native_only.missing

@@ -258,16 +258,6 @@ def test_the_cheapest_is_right_to_what_is_wanted(rows: list[Row]) -> None:
     assert cheapest(rows, 1e-13, 1e-12) == {}
 
 
-def test_the_document_says_where_it_was_measured(scene: hc.Scene) -> None:
-    document = Tradeoff(scene, (a_row(1.0, 1e-3),), 1e-12, True, ("one",)).to_dict()
-    known = document["provenance"]
-    assert (known["numpy"], known["hertzchain"]) == (np.__version__, hc.__version__)
-    assert {"python", "platform", "numba", "scipy"} <= set(known)
-    assert (document["missing"], document["remarks"]) == (True, ["one"])
-    (row,) = document["rows"]
-    assert (row["wall_time_s"], row["error"], row["frontier"]) == (1.0, 1e-3, True)
-
-
 # Scenes with terms
 
 STRIKER = hc.Scene(hc.Chain(8, **STEEL), hc.Striker(1.0, radius=6e-3), wall=hc.Wall("rigid"))

@@ -125,13 +125,3 @@ def test_the_shock_is_a_motion(scene: hc.Scene, more: str, begins: str, tmp_path
     examined = hc.examine(scene, Deck(more=more, steps=600).write(tmp_path))
     assert (examined.to_mend, examined.verdict) == ((), "pass")
     assert f"the shock begins {begins} s after" in examined.remarks[0]
-
-
-@pytest.mark.slow
-def test_a_chain_that_had_no_time_to_settle(tmp_path: Path) -> None:
-    """The run before the shock is the line to mend; granules that still move are named."""
-    path = Deck(more=LOADED.format(steps=300), steps=600).write(tmp_path)
-    place, velocity = hc.examine(STRUCK, path).to_mend
-    assert "after the runs before the shock" in place.sentence
-    assert place.place.written == "run 300"
-    assert "velocity" in velocity.name

@@ -160,9 +160,6 @@ OF_NUMBERS: dict[str, tuple[str, Change]] = {
     ),
     "a granule moves": ("wall", plus("velocity", (3, 0), 0.01)),
     "off the axis": ("wall", plus("sideways", (3, 1), 2e-4)),
-    "gravity upwards": (
-        "column", both(times("constant_force", -1.0), in_texts("vector 1", "vector -1"))
-    ),
     "more gravity": (
         "column", both(times("constant_force", 1.2), in_texts("9.81", "11.772"))
     ),
@@ -176,7 +173,6 @@ OF_NUMBERS: dict[str, tuple[str, Change]] = {
                                                                             "p first addforce 22"))
     ),
     "no hold": ("precompressed", times("constant_force", 0.0, (13, 0))),  # -0 N
-    "no load": ("precompressed", times("constant_force", 0.0)),
     "two granules pushed": ("precompressed", also_granule_2),
     "the last granule pushed": ("precompressed", other_granule),
     "nothing pushed": ("precompressed", times("applied_force", 0.0)),
@@ -190,7 +186,6 @@ OF_NUMBERS: dict[str, tuple[str, Change]] = {
         "precompressed", both(plus("drag", slice(1, None), 0.5),
                               in_texts("group last id 14", "fix v all viscous 0.5"))
     ),
-    "drag of no command": ("precompressed", plus("drag", slice(1, None), 0.5)),
     "a force on a piston": ("piston", plus("applied_force", (slice(9), 2), 3.0)),
     "two pistons": ("piston", plus("driven", 1, True)),
     "no piston": ("piston", both(times("driven", False), without("move"))),
@@ -242,9 +237,6 @@ OF_NUMBERS: dict[str, tuple[str, Change]] = {
     ),
     "another velocity at the end": ("piston", plus("final_velocity", 5, 0.05)),
     "another place at the end": ("piston", plus("final_position", 5, -1e-5)),
-    "a contact that is missing": (
-        "piston", both(times("contact_force", 0.0, (..., 4)), times("damped_force", 0.0, (..., 4)))
-    ),
 }  # fmt: skip
 """Decks with the motion of the scene, but with a wrong number."""
 

@@ -135,14 +135,6 @@ def test_the_rounding_of_a_long_run_excuses_no_force_between_corners() -> None:
     assert wrong == ["lammps: applied force [N]"]
 
 
-@pytest.mark.parametrize(
-    ("name", "index"),
-    [("contact_force", (3, 1)), ("damped_force", (0, 2)), ("tangential_force", 2)],
-)
-def test_a_force_that_is_no_number_fails(name: str, index: object) -> None:
-    assert "lammps: contacts" in failed(set_to(name, index, np.nan)(right()))
-
-
 def test_forces_at_all_overlaps_are_held_against_the_scene() -> None:
     """Not against one another: together they may be off by more."""
     deep, deeper = (by("contact_force", (k, 2), 1 + share * EXAMINED)
