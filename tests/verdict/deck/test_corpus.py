@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -89,15 +90,17 @@ def test_files_are_looked_for_in_the_working_folder(
 
 # Motions that begin after the chain has settled
 
-LOADED = """group last id 6
+PRESSED = """group last id 6
 fix load hit addforce 5 0 0
 fix from last addforce -5 0 0
 variable force equal 0
 fix air all viscous 50
-run {steps}
+run 7000
 unfix air
 velocity hit set 0.3 0 0
 """
+
+SHORT, LOAD = hc.Scene(SCENE.chain, hc.Striker(0.3), hc.Run(6e-5)), hc.Precompression(5.0)
 
 LED = """variable force equal 0
 run 100
@@ -107,17 +110,17 @@ fix m rest nve
 fix lead hit move linear 0.3 0 0
 """
 
-STRUCK = hc.Scene(
-    SCENE.chain, hc.Striker(0.3, loaded=True), hc.Run(6e-5), precompression=hc.Precompression(5.0)
-)
-
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("scene", "more", "begins"),
     [
-        (STRUCK, LOADED.format(steps=7000), "0.0007"),
-        (hc.Scene(SCENE.chain, hc.Piston(velocity=0.3), hc.Run(6e-5)), LED, "1e-05"),
+        (
+            replace(SHORT, shock=hc.Striker(0.3, loaded=True), precompression=LOAD),
+            PRESSED,
+            "0.0007",
+        ),
+        (replace(SHORT, shock=hc.Piston(velocity=0.3)), LED, "1e-05"),
     ],
     ids=["striker", "piston"],
 )

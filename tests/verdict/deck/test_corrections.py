@@ -88,12 +88,6 @@ def in_wall(**numbers: Callable[[Any], Any]) -> Change:
     return change
 
 
-def another_wall(deck: FoundDeck) -> FoundDeck:
-    """Also a wall behind granule 1, which comes back to it."""
-    behind = replace(deck.walls[0], end="first", position=-0.005 - 1e-6)
-    return changed(deck, walls=(*deck.walls, behind))
-
-
 def wall_behind(deck: FoundDeck) -> FoundDeck:
     """Also a wall that the last granule meets, ten times as soft as its contacts."""
     depth, closing = np.array(DEPTHS[1:]) * 5e-6, np.array([speed for _, speed in DAMPED])
@@ -102,18 +96,6 @@ def wall_behind(deck: FoundDeck) -> FoundDeck:
     wall = FoundWall("last", float(deck.position[-1]) + 4.75e-3 + 1e-7, depth, soft * depth**1.5,
                      closing, damped, soft * damped**1.5, 0.0, 7)  # fmt: skip
     return changed(deck, walls=(wall,))
-
-
-def other_granule(deck: FoundDeck) -> FoundDeck:
-    """The applied force acts on the last granule."""
-    return changed(deck, applied_force=deck.applied_force[:, ::-1])
-
-
-def also_granule_2(deck: FoundDeck) -> FoundDeck:
-    """The applied force acts on granule 2, too."""
-    force = deck.applied_force.copy()
-    force[:, 1] = force[:, 0]
-    return changed(deck, applied_force=force)
 
 
 def held_for_fifty_steps(deck: FoundDeck) -> FoundDeck:
@@ -147,7 +129,10 @@ OF_NUMBERS: dict[str, tuple[str, Change]] = {
     "no wall at all": (
         "wall", both(without("wall/gran"), in_texts("fix w all wall/gran", "print wall"))
     ),
-    "two walls": ("wall", another_wall),
+    "two walls": (  # the other one is behind granule 1, which comes back to it
+        "wall", lambda deck: changed(deck, walls=(
+            *deck.walls, replace(deck.walls[0], end="first", position=-0.005 - 1e-6)))
+    ),
     "friction of the wall": ("wall", in_wall(tangential_force=lambda _: 1.0)),
     "a wall with a limit": (
         "wall", in_wall(force=lambda force: np.minimum(force, force[3])),
@@ -173,8 +158,13 @@ OF_NUMBERS: dict[str, tuple[str, Change]] = {
                                                                             "p first addforce 22"))
     ),
     "no hold": ("precompressed", times("constant_force", 0.0, (13, 0))),  # -0 N
-    "two granules pushed": ("precompressed", also_granule_2),
-    "the last granule pushed": ("precompressed", other_granule),
+    "two granules pushed": (
+        "precompressed",
+        lambda deck: plus("applied_force", (..., 1), deck.applied_force[:, 0])(deck),
+    ),
+    "the last granule pushed": (
+        "precompressed", lambda deck: changed(deck, applied_force=deck.applied_force[:, ::-1])
+    ),
     "nothing pushed": ("precompressed", times("applied_force", 0.0)),
     "pushed across": ("precompressed", lambda deck: changed(deck, applied_sideways=40.0)),
     "the force held": ("precompressed", held_for_fifty_steps),
