@@ -62,8 +62,6 @@ MIXED = 4 / 3 / ((1 - 0.3**2) / 200e9 + (1 - 0.34**2) / 70e9)
 Commands = Callable[[Case], list[str] | None]
 
 TABLE: list[tuple[Commands, Callable[[], Case], list[str] | None]] = [
-    (right.granule_commands, later("piston"),
-     ["set group all diameter 0.0095", "set group all density 7958"]),
     (right.granule_commands, later("dimer", "micro"),
      ["set type 1 diameter 12000", "set type 2 diameter 6000",
       "set type 1 density 7.8", "set type 2 density 2.7"]),
@@ -75,8 +73,6 @@ TABLE: list[tuple[Commands, Callable[[], Case], list[str] | None]] = [
      ["velocity all set 0.0 0.0 0.0 units box", "velocity first set 50 0.0 0.0 units box"]),
     (right.velocity_commands, later("piston", spin=np.ones((12, 3))),
      ["velocity all set 0.0 0.0 0.0 units box", "set group all omega 0.0 0.0 0.0"]),
-    (right.law_commands, later("piston"),
-     ["pair_style granular", f"pair_coeff * * hertz {STEEL:.10g} 0.0 {FRICTION}"]),
     (right.law_commands, later("dimer", "micro"),
      ["pair_style granular", f"pair_coeff * * hertz {MIXED / 1e3:.10g} 0.0 {FRICTION}"]),
     (right.law_commands, later("viscoelastic"),

@@ -83,13 +83,9 @@ def test_units_and_peaks_that_cannot_be(tmp_path: Path) -> None:
     ):
         with pytest.raises(SceneError, match=words):
             hc.judge(SCENE, given, units=units)
-    for force, words in (
-        ([-78.0, -70.0], r"peak_force in row 1 = -78.0: must be .*: turn the sign"),
-        ([1.0, np.nan], "peak_force_N in row 2 = 'nan': must be a finite number"),
-        (["1.0", "2_0.5"], "peak_force_N in row 2 = '2_0.5': must be a finite"),
-    ):
-        with pytest.raises(SceneError, match=words):
-            hc.judge(SCENE, pandas.DataFrame({"contact": [2, 3], "peak_force_N": force}))
+    table = pandas.DataFrame({"contact": [2, 3], "peak_force_N": ["1.0", "2_0.5"]})
+    with pytest.raises(SceneError, match=r"peak_force_N in row 2 = '2_0\.5': must be a finite"):
+        hc.judge(SCENE, table)
 
 
 FRAME = f"{HEAD}{GRANULES}{ROWS}\n" * 8
