@@ -19,6 +19,7 @@ from tests.verdict.deck.made import (
     deck_of,
     examined,
     first_guess,
+    in_texts,
     plus,
     stiffer,
     times,
@@ -248,26 +249,6 @@ def test_an_effect_without_bounds_is_null_in_json(scene: hc.Scene, right: FoundD
     assert check["effect_on_peaks"] is None
 
 
-def test_the_document(scene: hc.Scene, right: FoundDeck) -> None:
-    commands = [
-        replace(
-            one, text=one.text.replace("7958", "3979"), written=one.written.replace("7958", "3979")
-        )
-        for one in right.commands
-    ]
-    done = examined(scene, changed(times("mass", 0.5)(right), commands=tuple(commands)))
-    numbers = done.to_dict()
-    assert numbers["verdict"] == "fail"
-    assert numbers["peak_force_N"] == right.peak_force.tolist()
-    assert numbers["peak_reading_error"] == 0
-    first = next(one for one in numbers["checks"] if one["name"].startswith("mass"))
-    assert first["line"] == 2  # the variable that the density is
-    assert first_guess(done.to_mend[0]) == ("variable rho equal 7958",)
-    assert first["command"] is None  # as nothing is proven
-    frame = done.to_frame()
-    assert list(frame["name"]) == [check.name for check in done.checks]
-
-
 def test_a_radius_that_stands_for_a_diameter(scene: hc.Scene, right: FoundDeck) -> None:
     """Its variable is right, and others use it: the command that takes it for another is named."""
     extra = (
@@ -311,3 +292,15 @@ def test_granules_that_settle_elsewhere_than_the_scene_has_them(
     assert " after the runs before the shock is " in check.sentence
     assert str(check.place) == "in.made:13"
     assert ("run 100",) not in check.corrections[0].values()
+
+
+def test_the_document(scene: hc.Scene, right: FoundDeck) -> None:
+    done = examined(scene, in_texts("7958", "3979")(times("mass", 0.5)(right)))
+    numbers = done.to_dict()
+    assert (numbers["verdict"], numbers["peak_reading_error"]) == ("fail", 0)
+    assert numbers["peak_force_N"] == right.peak_force.tolist()
+    first = next(one for one in numbers["checks"] if one["name"].startswith("mass"))
+    # The variable that the density is; nothing is proven.
+    assert (first["line"], first["command"]) == (2, None)
+    assert first_guess(done.to_mend[0]) == ("variable rho equal 7958",)
+    assert list(done.to_frame()["name"]) == [check.name for check in done.checks]
