@@ -22,13 +22,13 @@ _NO_CHANGE = 1e-9  # relative change of peaks that is round-off (chosen)
 def of_examination(examination: DeckExamination) -> Document:
     """Return the document of an examination of a user's deck."""
     native, tolerance, found = examination.reference, examination.tolerance, examination.found
-    to_mend, small = examination.to_mend, examination.small
+    to_correct, small = examination.to_correct, examination.small
     compared = len(examination.checks)
     if examination.passed:
         sentence = f"The deck is the scene: all {compared} checks passed."
-    elif to_mend:
-        count = "One thing is" if len(to_mend) == 1 else f"{len(to_mend)} things are"
-        sentence = f"{count} to mend in the deck."
+    elif to_correct:
+        count = "One thing is" if len(to_correct) == 1 else f"{len(to_correct)} things are"
+        sentence = f"{count} to correct in the deck."
     else:
         sentence = (
             "No number of the deck alone is to blame, but its peaks are off: small differences add"
@@ -49,7 +49,7 @@ def of_examination(examination: DeckExamination) -> Document:
         verdict=Verdict(
             examination.passed,
             sentence,
-            [*(Failure(one.name, _with_effect(one), _advice(one)) for one in to_mend),
+            [*(Failure(one.name, _with_effect(one), _advice(one)) for one in to_correct),
              *([] if peaks.passed else [Failure(peaks.name, peaks.sentence, _advice(peaks))])],
             [*examination.remarks, *native.warnings],
         ),
@@ -89,7 +89,7 @@ def _share(effect: float | None) -> str:
 def _advice(check: DeckCheck) -> str:
     """Return advice on a check that failed."""
     if check.place is None:
-        return "mend what is above it"
+        return "correct what is above it"
     if not check.command:
         return f"{check.place}: {check.place.written}"
     return f"{check.place}, instead of “{check.place.written}”: {check.command}"

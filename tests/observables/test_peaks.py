@@ -150,7 +150,7 @@ def test_a_contact_still_pressed_harder_at_the_end_has_its_last_sample() -> None
 
 
 def test_peaks_keep_the_stiffness_of_the_backend() -> None:
-    """A wrong stiffness in a backend must show in its peaks, not be mended by the watch."""
+    """A wrong stiffness in a backend must show in its peaks, not be corrected by the watch."""
     overlap = cosines(np.array([1.0, 0.2]), np.array([1.03, 1.17]))
     time = np.arange(0.0, 2.5, 0.1)
     right = watched(samples_of(overlap, time))

@@ -161,8 +161,10 @@ def test_a_result_is_printed_as_run_does(result: hc.Result) -> None:
     assert "\nmine, " in str(peaks.figure.get_suptitle())
 
 
-def test_an_examination_is_printed_with_the_lines_to_mend(examination: hc.DeckExamination) -> None:
-    assert f"1. {examination.to_mend[0].sentence[:60]}" in repr(examination)
+def test_an_examination_prints_the_lines_to_correct(
+    examination: hc.DeckExamination,
+) -> None:
+    assert f"1. {examination.to_correct[0].sentence[:60]}" in repr(examination)
     assert "in to_frame()" not in repr(examination)  # which has its checks
 
 
@@ -185,16 +187,16 @@ def test_a_notebook_shows_a_figure_without_pyplot(result: hc.Result, sweep: hc.S
         assert pixels.min() < 0.5 < pixels.max()  # something is drawn
 
 
-# What is to mend in a deck
+# What is to correct in a deck
 
 
 def test_the_sentence_of_an_examination(examination: hc.DeckExamination) -> None:
     peaks = replace(examination.checks[-1], passed=False, effect=None)
     right = tuple(replace(one, passed=True) for one in examination.checks)
     others = {
-        "3 things are to mend in the deck.": examination,
-        "One thing is to mend in the deck.": replace(
-            examination, checks=(*right[:3], examination.to_mend[0], right[-1]), findings=()
+        "3 things are to correct in the deck.": examination,
+        "One thing is to correct in the deck.": replace(
+            examination, checks=(*right[:3], examination.to_correct[0], right[-1]), findings=()
         ),
         f"The deck is the scene: all {len(right)} checks passed.": replace(
             examination, checks=right
@@ -211,7 +213,7 @@ def test_the_sentence_of_an_examination(examination: hc.DeckExamination) -> None
     assert [one.name for one in off_only.verdict.failures] == [peaks.name]
 
 
-def test_what_is_to_mend_is_printed_line_by_line(examination: hc.DeckExamination) -> None:
+def test_what_is_to_correct_is_printed_line_by_line(examination: hc.DeckExamination) -> None:
     findings = [
         Finding(["A is 1.", "B is 2."], False, "a:3", "old", [("a:3", "old", ("new", "more"))]),
         Finding(["C is 3."], False, "a:4", "one", [("a:5", "two", ())], "this follows from 1"),

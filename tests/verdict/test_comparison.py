@@ -93,7 +93,7 @@ def test_both_backends_pass(both: hc.Comparison) -> None:
         "lammps: distance of neighbours [m]",
         "lammps: constant force across the chain [N]",
         "lammps: drag [N s/m]",
-        "lammps: granules that are led",
+        "lammps: driven granules",
         "lammps: applied force [N]",
         "lammps: displacement, same steps",
         "lammps: velocity, same steps",

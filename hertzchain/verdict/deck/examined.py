@@ -133,7 +133,7 @@ class DeckExamination(ShownVerdict):
         return whole
 
     @property
-    def to_mend(self) -> tuple[DeckCheck, ...]:
+    def to_correct(self) -> tuple[DeckCheck, ...]:
         """The failed checks except that of the peaks, the one with the largest effect first."""
         return tuple(check for check in self.checks[:-1] if not check.passed)
 

@@ -115,7 +115,7 @@ def examine(
             return compared(scene, str(deck), found, float(tolerance), deadline, truths)
 
         done, seconds = examined({}), deadline.limit - deadline.left
-        if done.to_mend and done.found.is_chain:
+        if done.to_correct and done.found.is_chain:
             say("trying corrections")
             done = with_findings(Prover(done, examined, seconds))
     return replace(done, texts=_texts(Path(deck), done.found))

@@ -270,7 +270,7 @@ def _driven(case: Case) -> Difference:
     return Difference(
         led.size, wanted, effect=math.inf,
         room=0.0 if np.array_equal(led, np.arange(wanted)) else -math.inf,
-        sentence=f"a fix leads {who}, whatever presses them; the scene leads {right}",
+        sentence=f"a fix drives {who}, whatever presses them; the scene drives {right}",
         at=_leading(case) if led.size else None, command=WITHOUT if led.size else "",
     )  # fmt: skip
 
@@ -323,7 +323,7 @@ FORCES = (
     Number("granules that are pushed", "", "shock", _others,
            "granule 1 is the first of the chain, and the scene pushes one granule"),
     Number("applied force", "N", "shock", _shock, "the shock of the scene"),
-    Number("granules that are led", "", "piston", _driven,
+    Number("driven granules", "", "piston", _driven,
            "counts must be equal", explains=True),
     Number("displacement of the piston", "m", "piston", _piston),
 )  # fmt: skip

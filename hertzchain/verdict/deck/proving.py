@@ -71,7 +71,7 @@ class Prover:
                 after = None if whole is None else self.examined(whole)
                 if whole is None or after is None:
                     continue
-                left = [one for one in after.to_mend if one.kind in kinds]
+                left = [one for one in after.to_correct if one.kind in kinds]
                 if left and len(checks) > 1 and len(left) < len(checks):  # others on that line
                     yield from self.proofs(whole, before, left, peaks)
                 elif not left and is_no_worse(before, after, peaks):
@@ -81,7 +81,7 @@ class Prover:
 def with_findings(prover: Prover) -> DeckExamination:
     """Return the first examination with findings by command, and proven corrections."""
     first = prover.first
-    groups, proofs = by_command(first.to_mend), list[Proof | None]()
+    groups, proofs = by_command(first.to_correct), list[Proof | None]()
     for checks in groups:
         follows = _cause(checks, proofs) is not None
         proofs.append(None if follows else next(prover.proofs({}, first, checks), None))
@@ -96,11 +96,11 @@ def with_findings(prover: Prover) -> DeckExamination:
             more = {} if proof is None else proof[0]
             if not more.keys() & whole.keys():
                 whole = {**whole, **more}
-    corrections, known = [], {check.kind for check in first.to_mend}
+    corrections, known = [], {check.kind for check in first.to_correct}
     for checks, proof, cause in zip(groups, proofs, causes, strict=True):
         # A check that fails only then belongs to the same number, such as the stiffness of the
         # wall.
-        left = {check.kind for check in (proof[1].to_mend if proof else checks)}
+        left = {check.kind for check in (proof[1].to_correct if proof else checks)}
         later = [one for named, one in steps if named & (left - known if proof else left)]
         edits = {**(proof[0] if proof else {}), **(later[0] if later else {})}
         corrections.append(first.corrections_of(edits) if edits and cause is None else ())
@@ -152,7 +152,7 @@ def _cause(checks: Sequence[DeckCheck], proofs: Sequence[Proof | None]) -> int |
         after = None if proof is None else proof[1]
         if after is None or after.found.stopped:
             continue
-        if not kinds & {check.kind for check in after.to_mend}:
+        if not kinds & {check.kind for check in after.to_correct}:
             return k
     return None
 
@@ -162,8 +162,8 @@ def is_no_worse(before: DeckExamination, after: DeckExamination, peaks: bool = T
     if after.found.stopped and not before.found.stopped:
         return False
     passed = {check.kind for check in before.checks if check.passed}
-    passed -= {check.kind for check in before.to_mend}
-    if any(check.kind in passed for check in after.to_mend):
+    passed -= {check.kind for check in before.to_correct}
+    if any(check.kind in passed for check in after.to_correct):
         return False
     if not peaks or before.found.stopped:
         return True
@@ -184,7 +184,7 @@ def _together(prover: Prover) -> tuple[Edits, list[tuple[set[str], Edits]]]:
         stuck: set[str] = set()
         for _ in range(_MOST_STEPS):
             checks = next(
-                (group for group in by_command(state.to_mend)
+                (group for group in by_command(state.to_correct)
                  if not {check.kind for check in group} & stuck), None,
             )  # fmt: skip
             if checks is None:

@@ -55,7 +55,7 @@ def test_forces_of_round_off_are_no_motion(scene: hc.Scene, right: FoundDeck) ->
     moved = np.where(np.arange(count) == count - 1, 3e-3 / right.mass, 0.0)  # 100 N over 30 us
     flies = changed(still, final_velocity=moved, final_position=right.position + moved * 4.7e-4)
     for deck, is_motion in ((flies, False), (still, True)):
-        names = [check.name for check in examined(scene, deck).to_mend]
+        names = [check.name for check in examined(scene, deck).to_correct]
         assert any(name.startswith("granules that are pushed") for name in names)
         assert any(name.startswith("motion") for name in names) == is_motion
 
@@ -69,7 +69,7 @@ def test_a_force_across_that_moves_all_alike(scene: hc.Scene, right: FoundDeck) 
     for force, effect, moved in ((one, 0.05, False), (all_alike, 0.0, True)):
         done = examined(scene, changed(right, constant_force=force, peak_force=peaks))
         assert by_name(done, "constant force across").effect == pytest.approx(effect, rel=0.01)
-        assert any(check.name.startswith("motion") for check in done.to_mend) == moved
+        assert any(check.name.startswith("motion") for check in done.to_correct) == moved
 
 
 def test_a_force_across_is_of_the_fix_that_pushes_across() -> None:
@@ -183,7 +183,7 @@ def test_a_fix_that_pushes_in_motion_alone(
     deck = changed(right, fixes=(right.fixes[0], fix))
     if led:
         deck = changed(deck, driven=np.arange(scene.chain.granules) == 0)
-    found = [one for one in examined(scene, deck).to_mend if one.name.startswith("force of fix")]
+    found = [one for one in examined(scene, deck).to_correct if one.name.startswith("force of fix")]
     way = ("along", "across")[column]
     assert [one.name for one in found] == [f"force of fix addforce {way} the chain"] * told
     if told:
@@ -192,31 +192,31 @@ def test_a_fix_that_pushes_in_motion_alone(
         assert str(found[0].place) == "in.made:11"
 
 
-def test_a_chain_that_stays_at_rest_has_one_thing_to_mend(
+def test_a_chain_that_stays_at_rest_has_one_thing_to_correct(
     scene: hc.Scene, right: FoundDeck
 ) -> None:
-    """Its force is missing; that rounded places move it by 1e-20 m is nothing to mend."""
+    """Its force is missing; that rounded places move it by 1e-20 m is nothing to correct."""
     deck = changed(
         right, applied_force=0 * right.applied_force, fixes=right.fixes[:1],
         peak_force=0 * right.peak_force, final_velocity=0 * right.final_velocity,
         final_position=right.position,
     )  # fmt: skip
     done = examined(scene, deck)
-    assert [check.name for check in done.to_mend] == ["applied force on granule 1"]
+    assert [check.name for check in done.to_correct] == ["applied force on granule 1"]
 
 
 def test_a_wall_that_moves_away(scene: hc.Scene, right: FoundDeck) -> None:
     for missed, told in ((1e-8, False), (1e-6, True)):
         overlaps = np.append(right.missed_overlap, missed)
         done = examined(scene, changed(with_wall(right, 1e-2), missed_overlap=overlaps))
-        assert [check.name for check in done.to_mend] == (["wall in motion"] if told else [])
+        assert [check.name for check in done.to_correct] == (["wall in motion"] if told else [])
 
 
 def test_a_law_of_no_power_is_no_damping(scene: hc.Scene, right: FoundDeck) -> None:
     """Another force besides Hertz's, which counts where that is small."""
     least = 0.02 * right.contact_force[1]
     more = plus("damped_force", 6, least)(plus("contact_force", 1, least)(right))
-    names = [check.name for check in examined(scene, more).to_mend]
+    names = [check.name for check in examined(scene, more).to_correct]
     assert len(names) == 1
     assert re.fullmatch("force of contact .* at other overlaps", names[0])
 
@@ -233,7 +233,7 @@ def test_damping_of_a_contact_without_an_elastic_force_comes_first(
     check = by_name(done, "damping of contact")
     assert check.name == "damping of contact 3"
     assert "the elastic force is 0 N" in check.sentence
-    assert check in done.to_mend
+    assert check in done.to_correct
 
 
 def test_a_contact_whose_damping_could_not_be_tried(scene: hc.Scene, right: FoundDeck) -> None:
@@ -302,5 +302,5 @@ def test_the_document(scene: hc.Scene, right: FoundDeck) -> None:
     first = next(one for one in numbers["checks"] if one["name"].startswith("mass"))
     # The variable that the density is; nothing is proven.
     assert (first["line"], first["command"]) == (2, None)
-    assert first_guess(done.to_mend[0]) == ("variable rho equal 7958",)
+    assert first_guess(done.to_correct[0]) == ("variable rho equal 7958",)
     assert list(done.to_frame()["name"]) == [check.name for check in done.checks]

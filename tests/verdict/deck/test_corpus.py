@@ -29,7 +29,7 @@ def right(name: str, folder: Path) -> hc.DeckExamination:
 )
 def test_right_decks(name: str, tmp_path: Path) -> None:
     examined = right(name, tmp_path)
-    said = [check.sentence for check in examined.to_mend]
+    said = [check.sentence for check in examined.to_correct]
     assert said == []
     assert examined.verdict == "pass"
     # Another integrator, another reading of peaks; their steps are short.
@@ -68,7 +68,7 @@ def test_a_chain_that_finds_its_places(tmp_path: Path, drag: str, verdict: str) 
     examined = hc.examine(scene_of("precompressed"), path)
     assert examined.verdict == verdict
     assert any("the shock begins 0.0015 s after" in remark for remark in examined.remarks)
-    names = {check.kind for check in examined.to_mend}
+    names = {check.kind for check in examined.to_correct}
     assert names == (set() if verdict == "pass" else {"distance"})
 
 
@@ -126,5 +126,5 @@ fix lead hit move linear 0.3 0 0
 )
 def test_the_shock_is_a_motion(scene: hc.Scene, more: str, begins: str, tmp_path: Path) -> None:
     examined = hc.examine(scene, Deck(more=more, steps=600).write(tmp_path))
-    assert (examined.to_mend, examined.verdict) == ((), "pass")
+    assert (examined.to_correct, examined.verdict) == ((), "pass")
     assert f"the shock begins {begins} s after" in examined.remarks[0]

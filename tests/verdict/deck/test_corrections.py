@@ -245,8 +245,8 @@ def is_as_expected(name: str, done: hc.DeckExamination) -> None:
     """Assert what a table says of each failed check; of the motion only where nothing else did."""
     found = {
         check.name: check
-        for check in done.to_mend
-        if len(done.to_mend) == 1 or not check.name.startswith("motion")
+        for check in done.to_correct
+        if len(done.to_correct) == 1 or not check.name.startswith("motion")
     }
     assert [*found] == [*EXPECTED[name]]
     for check, row in zip(found.values(), EXPECTED[name].values(), strict=True):
@@ -271,11 +271,11 @@ def test_a_deck_of_another_scene(name: str) -> None:
     other = replace(scene, **change)
     done = examined(scene, deck_of(deck, other, old, new))
     is_as_expected(name, done)
-    assert len(done.to_mend) == 1
+    assert len(done.to_correct) == 1
     right, wrong = (hc.Native("reference").run(one).peak_force for one in (scene, other))
     off = np.abs(wrong / right - 1)[done.judged]
     # Steps of the deck change both peaks by less than 1e-4.
-    assert done.to_mend[0].effect == pytest.approx(float(np.max(off)), abs=1e-4)
+    assert done.to_correct[0].effect == pytest.approx(float(np.max(off)), abs=1e-4)
 
 
 @pytest.mark.parametrize("name", OF_NUMBERS)
@@ -289,7 +289,7 @@ def test_a_wrong_poisson_ratio_is_corrected_in_its_line() -> None:
     """The number that alone makes the stiffness."""
     scene = scene_of("piston")
     other = replace(scene, chain=replace(scene.chain, poisson_ratio=0.2))
-    (check,) = examined(scene, deck_of("piston", other, " 0.3 ", " 0.2 ")).to_mend
+    (check,) = examined(scene, deck_of("piston", other, " 0.3 ", " 0.2 ")).to_correct
     assert first_guess(check)[0].startswith("pair_coeff * * hertz/material 1.93e11 0.0 0.3 ")
 
 
@@ -306,7 +306,7 @@ def test_what_explains_any_motion(name: str) -> None:
     deck, change = OF_NUMBERS[name]
     scene = scene_of(deck)
     done = examined(scene, times("peak_force", 1.1)(change(deck_of(deck, scene))))
-    assert [check.name for check in done.to_mend] == [*EXPECTED[name]]
+    assert [check.name for check in done.to_correct] == [*EXPECTED[name]]
 
 
 UNITS = Units("odd", length=2.0, mass=3.0, time=5.0)

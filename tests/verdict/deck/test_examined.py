@@ -92,7 +92,7 @@ def test_rows(sideways: FloatArray, kind: str, scene: hc.Scene, right: FoundDeck
     """Rows of as many granules each; nothing else is compared."""
     across = np.outer(sideways * 9.5e-3, [0.0, 1.0])
     done = examined(scene, changed(right, is_chain=False, sideways=across))
-    (check,) = done.to_mend
+    (check,) = done.to_correct
     assert check.sentence == f"the deck is no chain: its 20 granules {kind}"
     assert done.findings[0].checks == (check,)
     assert done.to_dict()["findings"][0]["correction"] is None
@@ -115,7 +115,7 @@ def test_another_number_of_granules(name: str, more: int) -> None:
     deck = found(other) if name == "steel" else deck_of(name, other)
     decks = [deck] if name == "column" else [deck, changed(deck, units="lj")]
     for one in decks:
-        first, *rest = examined(scene, one).to_mend
+        first, *rest = examined(scene, one).to_correct
         assert (first.name, first.measured) == ("number of granules", count)
         assert first.expected == scene.chain.granules
         assert [check.kind for check in rest] == ["constant force"] * (name == "precompressed")
@@ -134,7 +134,7 @@ def test_a_deck_of_one_granule(scene: hc.Scene, right: FoundDeck) -> None:
                 largest_in_motion=fix.largest_in_motion[:1])
         for fix in right.fixes
     )  # fmt: skip
-    count, *rest = examined(scene, changed(right, fixes=fixes, **first)).to_mend
+    count, *rest = examined(scene, changed(right, fixes=fixes, **first)).to_correct
     assert (count.measured, count.expected) == (1, 20)
     assert [check.name for check in rest] == []
 
@@ -162,7 +162,7 @@ def test_how_long_a_deck_settles(scene: hc.Scene, right: FoundDeck) -> None:
         assert examining._settles(other, scene) == 0.0
     later = examined(scene, settled(right, 0.0, 7e-5))
     assert later.reference.scene.end_time == pytest.approx(5e-4)
-    assert later.to_mend == ()
+    assert later.to_correct == ()
     assert not by_name(later, "applied force").differs
     micro = changed(deck, units="micro")
     assert examining._settles(micro, scene) == pytest.approx(70.0)
@@ -206,14 +206,14 @@ def test_a_deck_that_stops(scene: hc.Scene, right: FoundDeck) -> None:
         peak_force=np.full(19, np.nan),
     )  # fmt: skip
     done = examined(scene, wrong)
-    assert [check.name for check in done.to_mend] == ["mass of all granules"]
+    assert [check.name for check in done.to_correct] == ["mass of all granules"]
     assert done.checks[-1].sentence == "the deck does not come to its end: granules left the box"
     assert not done.checks[-1].passed
     none = np.zeros((0, 20))
     refused = examined(
         scene, changed(wrong, applied_time=np.zeros(0), applied_force=none)
     )  # fmt: skip
-    assert [check.name for check in refused.to_mend] == ["mass of all granules"]
+    assert [check.name for check in refused.to_correct] == ["mass of all granules"]
     assert not any("applied" in check.name for check in refused.checks)
 
 
@@ -234,7 +234,7 @@ def test_contacts_that_were_not_tried(scene: hc.Scene, right: FoundDeck) -> None
     )
     check = by_name(done, "contacts")
     assert check.sentence == "the contacts of the deck could not be asked"
-    assert done.to_mend == (check,)  # which explains any motion
+    assert done.to_correct == (check,)  # which explains any motion
     assert not any(check.name.startswith(("stiffness", "damping")) for check in done.checks)
 
 

@@ -109,7 +109,7 @@ def test_counts_and_velocities_are_exact() -> None:
 
 EXACT = {
     "number of granules", "velocity at the start [m/s]", "velocity across the chain [m/s]",
-    "spin at the start [1/s]", "granules that are led",
+    "spin at the start [1/s]", "driven granules",
 }  # fmt: skip
 """Numbers of a scene that starts at rest of which no difference is allowed."""
 

@@ -54,7 +54,7 @@ def with_corrections(
 def nothing_is_worse(before: hc.DeckExamination, after: hc.DeckExamination) -> None:
     """Assert that nothing fails that passed, and that no peak is further off."""
     passed = {check.kind for check in before.checks if check.passed}
-    assert not passed & {check.kind for check in after.to_mend}
+    assert not passed & {check.kind for check in after.to_correct}
     both = before.judged & after.judged
     was, now = before.error_of_peaks(both), after.error_of_peaks(both)
     share, least = WORSE
@@ -85,7 +85,7 @@ def test_a_mistake_is_found_and_corrected(name: str, tmp_path: Path) -> None:
     for tried in [*([k] for k in printed if k not in together), *([printed] if together else [])]:
         after = whole if tried == printed else with_corrections(examined, fixed, tried)
         corrected = {check.kind for k in tried for check in examined.findings[k].checks}
-        assert not corrected & {check.kind for check in after.to_mend}
+        assert not corrected & {check.kind for check in after.to_correct}
         nothing_is_worse(examined, after)
 
 
@@ -115,7 +115,7 @@ def test_rows_are_no_chain(tmp_path: Path) -> None:
     deck = tmp_path / "in.rows"
     deck.write_text(ROWS.replace("run 1000", "run 250000000"), encoding="utf-8")
     examined = hc.examine(scene_of("steel"), deck)
-    (check,) = examined.to_mend
+    (check,) = examined.to_correct
     assert check.sentence == "the deck is no chain: its 80 granules lie in 4 rows of 20, not in one"
     assert check.place.line == 10
     assert examined.found.runs == ()

@@ -189,6 +189,9 @@ def test_corrections(name: str, scene: hc.Scene, right: FoundDeck) -> None:
             own = [one.commands for one in finding.correction]
             assert check.command == ("\n".join(own[0]) if own else "")
     assert len(deck.tried) == len({frozenset(one.items()) for one in deck.tried})  # none twice
+    printed = repr(done)
+    assert printed.count("right only together with") == sum(one[2] for one in findings)
+    assert printed.count("this follows from 1") == sum(one[3] == 0 for one in findings)
 
 
 def test_a_variable_that_is_right_is_not_to_blame(scene: hc.Scene, right: FoundDeck) -> None:

@@ -62,7 +62,7 @@ def test_both_sides_of_an_effect(name: str, right: FoundDeck) -> None:
 def both_sides(
     name: str, made: Callable[[float], Change], most: float, scene: hc.Scene, right: FoundDeck
 ) -> hc.DeckCheck:
-    """A difference of which a third passes, and three times of it is to mend, with a line."""
+    """A difference of which a third passes, and three times of it is to correct, with a line."""
     little, much = (examined(scene, made(share * most)(right)) for share in (1 / 3, 3.0))
     assert [check.sentence for check in little.checks[:-1] if not check.passed] == []
     check = by_name(much, name)
@@ -166,7 +166,7 @@ def test_a_wrong_radius_is_no_wrong_stiffness(scene: hc.Scene, right: FoundDeck)
                 damped_force=right.damped_force * math.sqrt(factor),
             mass=right.mass * factor**3,
         )  # fmt: skip
-        names = [check.name for check in examined(scene, deck).to_mend]
+        names = [check.name for check in examined(scene, deck).to_correct]
         assert any(name.startswith("radius") for name in names)
         assert not any(name.startswith("stiffness") for name in names)
 
@@ -185,7 +185,7 @@ def test_both_sides_of_what_a_correction_may_add_to_an_error(
 
 
 def test_a_deck_in_which_no_peak_is_judged(scene: hc.Scene, right: FoundDeck) -> None:
-    """A single step tells nothing of its error, and is no reason to mend it."""
+    """A single step tells nothing of its error, and is no reason to correct it."""
     runs = (replace(right.runs[0], steps=1),)
     done = examined(scene, changed(right, runs=runs, end_time=STEP))
     assert not np.any(done.judged)
@@ -199,13 +199,13 @@ def test_both_sides_of_what_the_motion_may_add_to_a_failed_check(
     """A hundredth of the effect of a wrong mass, with which the deck moves as its numbers say."""
     lighter = replace(scene, chain=replace(scene.chain, density=0.8 * 7958.0))
     moved = made.found(lighter)
-    (mass,) = examined(scene, changed(moved, mass=0.8 * right.mass)).to_mend
+    (mass,) = examined(scene, changed(moved, mass=0.8 * right.mass)).to_correct
     allowed = TOLERANCE + 1e-2 * mass.effect
     assert mass.effect > 0.05
     for share, names in ((1 / 3, [mass.name]), (3.0, [mass.name, "motion"])):
         peaks = moved.peak_force * (1 + share * allowed)
-        to_mend = examined(scene, changed(moved, peak_force=peaks)).to_mend
-        assert [one.name.split(",")[0] for one in to_mend] == names
+        to_correct = examined(scene, changed(moved, peak_force=peaks)).to_correct
+        assert [one.name.split(",")[0] for one in to_correct] == names
 
 
 def test_both_sides_of_the_motion_at_the_end(scene: hc.Scene, right: FoundDeck) -> None:
@@ -217,7 +217,7 @@ def test_both_sides_of_the_motion_at_the_end(scene: hc.Scene, right: FoundDeck) 
         allowed = 0.02 * float(np.max(np.abs(values)))
         for share, names in ((1 / 3, []), (3.0, [what])):
             done = examined(scene, plus(name, ..., share * allowed)(right))
-            assert [check.name for check in done.to_mend] == names
+            assert [check.name for check in done.to_correct] == names
 
 
 def test_numbers_that_are_off_by_the_same_are_one_finding(
@@ -249,7 +249,7 @@ def test_both_sides_of_a_contact_without_force(
 ) -> None:
     """A millionth of Hertz's force."""
     weak = [times(force, 1e-6 * share, (..., 4)) for force in ("contact_force", "damped_force")]
-    first = examined(scene, both(*weak)(right)).to_mend[0]
+    first = examined(scene, both(*weak)(right)).to_correct[0]
     assert first.name.startswith(name)
 
 
@@ -285,4 +285,4 @@ def test_the_largest_of_several_steps_counts(scene: hc.Scene, right: FoundDeck) 
     done = examined(scene, changed(right, runs=runs))
     assert by_name(done, "time step").measured == STEP
     assert done.to_dict()["dt_s"] == STEP
-    assert done.to_mend == ()
+    assert done.to_correct == ()
