@@ -239,6 +239,9 @@ def test_units_and_order_of_columns(measured: pd.DataFrame, tmp_path: Path) -> N
     table.to_csv(tmp_path / "traces.csv", index=False)
     for given in (table, tmp_path / "traces.csv"):
         assert hc.judge_traces(SCENE, given, tolerance=1e-3)
+    backwards = hc.judge_traces(SCENE, measured[measured.columns[::-1]])
+    names = [check.name for check in hc.judge_traces(SCENE, measured).checks]
+    assert {check.name for check in backwards.checks} == set(names)
 
 
 @pytest.mark.parametrize(
