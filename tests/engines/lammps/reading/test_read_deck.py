@@ -297,6 +297,12 @@ def test_random_forces_are_no_shock_of_a_striker(tmp_path: Path) -> None:
     assert not read_deck(Deck(more=text, steps=20).write(tmp_path), struck).reversed
 
 
+def test_a_shock_in_the_far_half_may_have_the_wrong_sign(tmp_path: Path) -> None:
+    local = replace(SCENE, shock=replace(SCENE.shock, granule=5))
+    text = f"{NO_PUSH}group late id 5\nfix push late addforce -1 0 0 every 2"
+    assert not read_deck(Deck(more=text, steps=20).write(tmp_path), local).reversed
+
+
 def test_the_gap_between_the_ends_through_a_periodic_boundary() -> None:
     granules: Any = SimpleNamespace(
         periodic=[True, False, False],
