@@ -20,9 +20,11 @@ def print_certificates(console: Console, certificates: Sequence[Certificate]) ->
     """Print a table for each program, with reasons below it, and one line on each at the end."""
     for certificate in certificates:
         rows = [_cells(row) for row in certificate.rows]
-        console.print(table((*_LEFT, "difference", "by steps"), rows, _LEFT))
+        could_run = not all(row.failed for row in certificate.rows)
+        if could_run:
+            console.print(table((*_LEFT, "difference", "by steps"), rows, _LEFT))
         for reason, names in _reasons(certificate).items():
-            print_prose(console, f"{', '.join(names)}: {reason}")
+            print_prose(console, f"{', '.join(names)}: {reason}" if could_run else reason)
         console.print()
     for certificate in certificates:
         console.print(certificate.sentence, soft_wrap=True)  # one line, for programs that read it

@@ -221,19 +221,10 @@ def _difference(there: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
 
 
 def _entries(value: Any, name: str = "") -> dict[str, Any]:
-    """Return the values in a part of a manifest, by names with points.
-
-    Items of a list have their name there, else count from 1.
-    """
+    """Return the values in a part of a manifest, by names with points; items count from 1."""
     if not isinstance(value, dict | list):
         return {name: value}
-    if isinstance(value, dict):
-        items = list(value.items())
-    else:
-        items = [
-            (one.get("name", k) if isinstance(one, dict) else k, one)
-            for k, one in enumerate(value, start=1)
-        ]
+    items = value.items() if isinstance(value, dict) else enumerate(value, start=1)
     below = (_entries(one, f"{name}.{key}".lstrip(".")) for key, one in items)
     return {key: one for entries in below for key, one in entries.items()}
 

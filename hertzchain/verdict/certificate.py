@@ -199,8 +199,6 @@ def certify(
     ------
     SceneError
         For a suffix, a name of a row or a number of ranks that is not possible.
-    BackendMissing
-        If the program is missing or cannot be started.
     """
     known = ", ".join(SUFFIXES)
     require(suffix is None or suffix in SUFFIXES, "suffix", suffix, f"must be one of {known}")
@@ -213,19 +211,24 @@ def certify(
     one = f"must be left out: {lmp} is run as it is"
     require(other is None or suffix is None, "suffix", suffix, one)
     require(other is None or ranks == 1, "ranks", ranks, one)
-    begin, rows = time.perf_counter(), []
+    begin, rows, version, missing = time.perf_counter(), [], "", ""
+    deadline = Deadline(time_limit)
     program: Program | ProgramEngine | None = other
-    version = ""
-    if program is None:
-        deadline = Deadline(time_limit)
-        found = module(deadline) if lmp is None else Program.find(str(lmp), ranks, deadline)
-        program = replace(found, options=SUFFIXES[suffix] if suffix else ())
-        version = program.build.version
+    try:
+        if program is None:
+            found = module(deadline) if lmp is None else Program.find(str(lmp), ranks, deadline)
+            program = replace(found, options=SUFFIXES[suffix] if suffix else ())
+            version = program.build.version
+    except HertzchainError as problem:
+        missing = str(problem)
     for name in only or CASES:
         progress(name)
         if folder is not None:
             CASES[name].scene.to_toml(folder / f"{CASES[name].file}.toml")
-        rows.append(_graded(CASES[name], program, suffix, folder, time_limit))
+        if program is None:
+            rows.append(Row(CASES[name], UNTESTED, reason=missing, failed=True))
+        else:
+            rows.append(_graded(CASES[name], program, suffix, folder, time_limit))
     seconds = time.perf_counter() - begin
     label = "the lammps module" if lmp is None else str(lmp)
     code = "LAMMPS" if other is None else other.LABEL
@@ -266,11 +269,9 @@ def _graded(
 
     try:
         run = _simulated(case, program, edit, styles, Deadline(time_limit))
-    except BackendMissing:
-        raise
     except HertzchainError as problem:
         wrong = isinstance(problem, StepUnstable | OverlapTooLarge) or _BROKEN.search(str(problem))
-        lacks = _UNKNOWN.search(str(problem))
+        lacks = not isinstance(problem, BackendMissing) and _UNKNOWN.search(str(problem))
         grade = WRONG if wrong else UNSUPPORTED if lacks else UNTESTED
         failed = grade == UNTESTED
         return Row(case, grade, None, allowed, str(problem), tuple(styles), failed)

@@ -93,12 +93,12 @@ OTHERS: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "other values": (
         {"vary": {**GRID, "shock.momentum_ratio": "0.5:2:5:log"}},
-        "vary.shock.momentum_ratio.count is 4 there and 5 here",
+        "vary.1.count is 4 there and 5 here",
     ),
-    "another accuracy": ({"rtol": 1e-5}, "backends.native.rtol is 1e-06 there and 1e-05 here"),
+    "another accuracy": ({"rtol": 1e-5}, "backends.1.rtol is 1e-06 there and 1e-05 here"),
     "one backend more": (
         {"backends": ["native", "lammps"]},
-        'backends.lammps.name is not given there and "lammps" here',
+        'backends.2.name is not given there and "lammps" here',
     ),
     "with peaks": ({"peaks": True}, "peaks is false there and true here"),
 }
