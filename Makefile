@@ -76,7 +76,7 @@ lint: $(STAMP) ## ruff and mypy; all three are shown, whichever fails
 	@status=0; for check in "ruff check ." "ruff format --check ." mypy; do \
 	    $(BIN)/$$check || status=1; done; exit $$status
 
-format: $(STAMP) ## format the code and mend what ruff can mend
+format: $(STAMP) ## format the code and correct what ruff can correct
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 

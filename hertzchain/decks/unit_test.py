@@ -36,7 +36,7 @@ def known_motion(scene: Scene) -> KnownMotion:
     """Return the motion of the granules in the wave, released on their own when the pulse ends.
 
     Under a long pulse they are released when the wave is strongest in the middle of the chain; at a
-    wall or behind a striker, when its contact has half its largest force. The motion starts from
+    wall or ahead of a striker, when its contact has half its largest force. The motion starts from
     the overlaps of the positions as written in the test.
     """
     _refuse(scene)

@@ -28,8 +28,9 @@ class History:
     displacement, velocity
         Displacement [m] and its slope [m/s], shape (times, granules). The velocities of velocity
         Verlet itself are central differences; they differ from the slope by dt^2/6 times the jerk.
-    contact_force Force of each contact [N], shape (times, contacts); that of a near wall is the
-    first, that of a wall the last.
+    contact_force
+        Force of each contact [N], shape (times, contacts); that of a near wall is the first, that
+        of a wall the last.
     """
 
     time: FloatArray

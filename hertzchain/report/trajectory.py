@@ -24,7 +24,9 @@ def write_trajectory(result: Result, path: Path | str) -> None:
 
     One frame for each recorded time, one line for each granule, in these columns:
 
-    ``species`` X for each granule, which is not a chemical element. ``pos``, ``displacement``
+    ``species``
+        X for each granule, which is not a chemical element.
+    ``pos``, ``displacement``
         Position of its centre, and displacement from the position at rest.
     ``radius``
         Radius in which viewers draw it.

@@ -105,7 +105,7 @@ class Spread:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Sentences on results that some realisations do not have; usually empty."""
+        """Sentences on results that some realisations lack, and other remarks; usually empty."""
         missing = np.isnan(self.values[:, ~np.isnan(self.nominal)])
         lost, some = (int(np.count_nonzero(missing.any(axis=axis))) for axis in (0, 1))
         found = []

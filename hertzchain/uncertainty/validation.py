@@ -130,7 +130,7 @@ class Validation(ShownVerdict):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Sentences on what could not be compared; usually empty."""
+        """Sentences on what could not be compared, and other remarks; usually empty."""
         said = f"not compared, as some realisations end too early: {', '.join(self.left_out)}"
         return (*self.judgement.remarks, *self.spread.remarks, *[said] * bool(self.left_out))
 

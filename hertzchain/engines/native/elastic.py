@@ -7,7 +7,7 @@ are equal to round-off. Two things are done only here, to save time:
   of the smallest number reaches them; as the front falls off double-exponentially, the omitted
   values are below round-off.
 - Granules that cannot change any peak are left behind, where that is wanted: see
-``elastic_window``.
+  ``elastic_window``.
 
 Granules lo ... hi - 1 move, the window of the chain that is computed.
 """

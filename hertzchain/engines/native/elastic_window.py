@@ -92,16 +92,15 @@ def left_behind(u: Any, v: Any, peak_force: Any, lo: int, hi: int) -> int:
       granule in a unit of time, so that the stretch only grows: with d = 8 + t that factor is below
       1e-24 for all t. Only waves can pass.
     - What lies behind, up to the quiet stretch before, is either weak, or one solitary wave. It is
-    weak if it cannot reach the peak of any contact from there back, nor the force of the leading
-    wave (``_strength``, with a margin). After a single pulse, which leaves its
-      strongest waves ahead, no contact is pressed harder later than the hardest now, or than the
-      fastest granule can press by running into one at rest. (After several pulses it can be: a
-      broad packet can break up into stronger waves.)
+      weak if it cannot reach the peak of any contact from there back, nor the force of the leading
+      wave (``_strength``, with a margin). After a single pulse, which leaves its strongest waves
+      ahead, no contact is pressed harder later than the hardest now, or than the fastest granule
+      can press by running into one at rest. (After several pulses it can be: a broad packet can
+      break up into stronger waves.)
     - One solitary wave, recognised by momentum, energy and its hardest contact (``_height``), does
-    not change. It only meets contacts that lie ahead of it, which waves as strong as the leading
-    one
-      have passed: their peaks are compared with it, not those behind. While granules ahead are at
-      rest it presses no contact harder than its height. At the free end it can: the leading wave
+      not change. It only meets contacts that lie ahead of it, which waves as strong as the leading
+      one have passed: their peaks are compared with it, not those behind. While granules ahead are
+      at rest it presses no contact harder than its height. At the free end it can: the leading wave
       throws off the last granules, and a later wave throws granules against these slower ones, with
       forces of up to 1.17 times its height. Even these forces have to be below all peaks ahead.
     """

@@ -143,6 +143,25 @@ def test_how_much_closer_the_next_plan_is(hard: bool, error: float, factor: floa
         assert (closer.step / plan.step) ** 7 == pytest.approx(factor, rel=1e-12, abs=0)
 
 
+TWICE = hc.PulseTable((0.0, 1e-5, 2e-5, 2e-4, 2.1e-4, 2.2e-4), (0.0, 10.0, 0.0, 0.0, 100.0, 0.0))
+CUT_SHORT = paper_scene("cosine", 3.0, 3.0, granules=20)
+CUT_SHORT = replace(CUT_SHORT, run=hc.Run(CUT_SHORT.ramps[0].end * 1.5))
+
+
+@pytest.mark.parametrize(
+    ("scene", "rtol"),
+    [
+        (hc.Scene(hc.Chain(2, **STEEL), TWICE), 1e-7),
+        (hc.Scene(hc.Chain(3, **STEEL), TWICE), 1e-3),
+        (CUT_SHORT, 1e-7),
+    ],
+)
+def test_tables_and_runs_cut_short_are_had_as_accurately(scene: hc.Scene, rtol: float) -> None:
+    true = hc.Native("reference", dt=scene.units.time / 80).run(scene).peak_force
+    result = hc.Native(rtol=rtol).run(scene)
+    assert largest_difference(result.peak_force, true) <= result.error_estimate <= rtol
+
+
 @pytest.mark.parametrize(
     ("profile", "ratio", "duration", "granules", "rtol"),
     [
