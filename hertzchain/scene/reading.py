@@ -81,7 +81,9 @@ def _load(path: Path) -> dict[str, Any]:
         if any(line.count(".") > _MOST_DOTS for line in text.split("\n")):
             raise ValueError(f"a line with more than {_MOST_DOTS} dots")  # noqa: TRY301
         return tomllib.loads(text)
-    except (ValueError, RecursionError) as problem:  # not UTF-8, not TOML, or nested too deeply
+    except UnicodeDecodeError:
+        raise SceneError("", None, "is not TOML: save it as UTF-8 text", path) from None
+    except (ValueError, RecursionError) as problem:  # not TOML, or nested too deeply
         hint = '; a value with a unit stands in quotes, "103 GPa"'
         if any(word in str(problem) for word in _GIVEN_TWICE):
             hint = "; a key or a section is given twice: delete one of them"

@@ -13,7 +13,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.errors import SceneError
 from hertzchain.scene.keys import Key, keys_of
-from hertzchain.scene.parts import KEYS, key_named
+from hertzchain.scene.parts import KEYS, OTHERS, SHOCKS, key_named
 from hertzchain.scene.usual import unusual, unusual_values
 from tests.conftest import STEEL
 
@@ -26,6 +26,7 @@ PARTS: list[Any] = [
     hc.Striker(1.0, 5e-3, 70e9, 0.33, 2700.0),
     hc.Piston(0.1),
     hc.Sine(5.0, 8e3, 4),
+    hc.PulseTable((0.0, 1e-5, 2e-5), (0.0, 1.0, 0.0)),
     hc.Wall("elastic", 70e9, 0.33, 1e-6, 250e6),
     hc.Precompression(20.0, 9.81),
     hc.Contact("restitution", restitution=0.8),
@@ -43,6 +44,20 @@ GIVEN = [
     for name, key in keys_of(type(part)).items()
     if getattr(part, name) is not None
 ]
+
+
+def test_every_part_is_tried_and_shocks_with_a_key_of_one_name_share_it() -> None:
+    of_shocks = [
+        (f"{shock.section}.{name}", key) for shock in SHOCKS for name, key in keys_of(shock).items()
+    ]
+    tried = {type(part) for part in PARTS}
+    assert [one for one in (*SHOCKS, *OTHERS.values()) if keys_of(one) and one not in tried] == []
+    differing = {
+        name
+        for name, key in of_shocks
+        if (key.unit, key.label) != (KEYS[name].unit, KEYS[name].label)
+    }
+    assert differing == set()
 
 
 def wrong_values(key: Key) -> Iterator[object]:
