@@ -65,7 +65,7 @@ bench: $(STAMP) ## what accuracy costs, as ratios; on an idle machine
 bench-before: $(STAMP) ## fail if 15 % slower than the commit before, or than REVISION=...; minutes
 	$(BIN)/python validation/bench_before.py --revision "$(REVISION)"
 
-tradeoff: $(STAMP) ## error against cost on 24 scenes, ten minutes; on an idle machine
+tradeoff: $(STAMP) ## error against cost on 24 scenes, three minutes; on an idle machine
 	$(BIN)/python validation/tradeoff.py -o validation/results/tradeoff.csv \
 	    --plot validation/results/tradeoff.png
 
