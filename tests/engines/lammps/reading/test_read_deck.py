@@ -298,7 +298,7 @@ def test_random_forces_are_no_shock_of_a_striker(tmp_path: Path) -> None:
 
 
 def test_a_shock_in_the_far_half_may_have_the_wrong_sign(tmp_path: Path) -> None:
-    local = replace(SCENE, shock=replace(SCENE.shock, granule=5))
+    local = replace(SCENE, shock=hc.Pulse("cosine", 20.0, 2.0, rise_time=2e-5, granule=5))
     text = f"{NO_PUSH}group late id 5\nfix push late addforce -1 0 0 every 2"
     assert not read_deck(Deck(more=text, steps=20).write(tmp_path), local).reversed
 
