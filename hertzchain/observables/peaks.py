@@ -116,7 +116,7 @@ class PeakWatch:
         change, speed = (h * (abs(d[:-1]) + abs(d[1:])) for d in (change, rate))
         reach = np.maximum(overlap[:-1], overlap[1:]) + speed + h * change
         bound = self._scale * self._law.force(reach, speed / h + change)
-        some = bound > np.maximum(self._maxima[1], _COUNTS * np.max(self.force))
+        some = bound > np.maximum(self._maxima[1], _COUNTS * np.max(self.force, initial=0.0))
         some |= (pressed[:-1] | pressed[1:]) & self._counted
         interval, contact = np.nonzero(some)
         if interval.size:
@@ -206,7 +206,7 @@ class PeakWatch:
 
 def judged_contacts(peak_force: Array, significant: float = SIGNIFICANT) -> NDArray[np.bool_]:
     """True for contacts whose peak is at least a fraction of the largest, shape (..., contacts)."""
-    largest = peak_force.max(axis=-1, keepdims=True)
+    largest = peak_force.max(axis=-1, keepdims=True, initial=0.0)
     return np.asarray((peak_force >= significant * largest) & (peak_force > 0))
 
 

@@ -39,10 +39,11 @@ def _both(measured: FloatArray, expected: FloatArray) -> tuple[FloatArray, Float
 def _count(case: Case) -> Difference:
     found, wanted = case.found.radius.size, case.scene.bodies
     walls = case.scene.first_granule
+    noun = "granule" if found - walls == 1 else "granules"
     return Difference(
         found - walls, wanted - walls, effect=math.inf, room=0.0,
         stands=[(found, wanted), *[(found - 1, wanted - 1)] * (found - 1 != wanted)],
-        sentence=f"the deck has {found - walls} granules, the scene {wanted - walls}",
+        sentence=f"the deck has {found - walls} {noun}, the scene {wanted - walls}",
     )  # fmt: skip
 
 

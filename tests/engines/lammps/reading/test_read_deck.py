@@ -288,6 +288,12 @@ def test_the_shock_may_be_at_either_end(more: str, is_reversed: bool, tmp_path: 
         assert wall.position == pytest.approx(place, rel=1e-9)
 
 
+def test_a_single_granule_has_no_peaks(tmp_path: Path) -> None:
+    """A region of a forgotten ``units box`` makes one."""
+    found = read_deck(Deck(granules=1, steps=20).write(tmp_path), SCENE)
+    assert (found.mass.size, found.peak_force.size, found.stopped) == (1, 0, "")
+
+
 def test_random_forces_are_no_shock_of_a_striker(tmp_path: Path) -> None:
     """By their signs alone the chain would begin at the wall."""
     struck = hc.Scene(SCENE.chain, hc.Striker(0.3), hc.Run(1e-4), wall=hc.Wall("rigid"))
