@@ -246,8 +246,9 @@ def _fastest(case: Case) -> float:
 def _velocity_across(case: Case) -> Difference:
     side = float(np.max(np.abs(case.found.velocity[:, 1:]), initial=0.0))
     radius = float(np.min(case.scene.granules.radius))
+    tilt = _tilt(case, min(side * case.found.end_time, radius))  # at the end: peaks come before
     return Difference(
-        side, 0.0, effect=_tilt(case, min(side * case.found.end_time, radius)),
+        side, 0.0, effect=min(tilt, case.whole_effect),
         sentence=f"granules move across the chain with {side:.3g} m/s, the scene has no such"
         " velocity", stands=[(side / case.units.velocity, 0.0)], at=_drawn(case),
         room=case.least(ROUND_OFF) * _fastest(case),

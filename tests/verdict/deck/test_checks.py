@@ -44,6 +44,14 @@ def test_peaks_decide_on_both_sides(scene: hc.Scene, right: FoundDeck) -> None:
     assert not done.checks[-1].passed
 
 
+def test_a_velocity_across_changes_no_peak_more_than_it_is_off(
+    scene: hc.Scene, right: FoundDeck
+) -> None:
+    moved = plus("velocity", (0, 1), 0.5)(times("peak_force", 1 - 5e-4)(right))
+    done = examined(scene, moved)
+    assert by_name(done, "velocity across").effect == done.checks[-1].effect
+
+
 def test_forces_of_round_off_are_no_motion(scene: hc.Scene, right: FoundDeck) -> None:
     """A force on the wrong end, away from the chain, presses no contact: neither does the deck."""
     pulled = np.array(right.applied_force)[:, ::-1]

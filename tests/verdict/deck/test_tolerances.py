@@ -268,7 +268,8 @@ def test_both_sides_of_what_unlike_granules_are_allowed() -> None:
     deep = float(np.max((peaks / scene.granules.stiffness) ** (2 / 3)))
     tilt = TOLERANCE * deep * 4 * float(np.min(radius)) / 1.5
     spin = 1e-9 * scene.units.velocity / float(np.max(radius))
-    away = by_name(examined(scene, plus("velocity", (3, 1), 100.0)(deck)), "velocity across")
+    spoilt = times("peak_force", 1e6)(deck)
+    away = by_name(examined(scene, plus("velocity", (3, 1), 100.0)(spoilt)), "velocity across")
     assert away.effect == pytest.approx(1.5 * float(np.min(radius)) / 4 / deep, rel=1e-6)
     both_sides("distance from", lambda s: plus("sideways", (3, 1), math.sqrt(s)), tilt, scene, deck)
     for share, passed in ((0.8, True), (1.2, False)):  # twice as fast a granule is no larger one
