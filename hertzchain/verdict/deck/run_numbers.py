@@ -101,7 +101,7 @@ def _integrators(case: Case) -> Difference:
         sentence=f"{case.granule_name(wrong)}"
         f" {'is' if wrong.size == 1 else 'are'} moved by {moved[k]}"
         f" fix{'' if moved[k] == 1 else 'es'}, the scene {lets}",
-        at=movers[-1].command if movers else None,
+        at=movers[-1].command if movers else found.first_run,
         command=WITHOUT if moved[k] > 1 else "",
     )  # fmt: skip
 

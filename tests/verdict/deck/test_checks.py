@@ -52,6 +52,16 @@ def test_a_velocity_across_changes_no_peak_more_than_it_is_off(
     assert by_name(done, "velocity across").effect == done.checks[-1].effect
 
 
+def test_a_missing_fix_is_shown_at_the_run_it_belongs_before(
+    scene: hc.Scene, right: FoundDeck
+) -> None:
+    fixes = tuple(fix for fix in right.fixes if not fix.moves)
+    still = changed(right, fixes=fixes, integrated=0 * right.integrated)
+    place = by_name(examined(scene, still), "integrators").place
+    assert place is not None
+    assert place.written == "run 2500"
+
+
 def test_forces_of_round_off_are_no_motion(scene: hc.Scene, right: FoundDeck) -> None:
     """A force on the wrong end, away from the chain, presses no contact: neither does the deck."""
     pulled = np.array(right.applied_force)[:, ::-1]
