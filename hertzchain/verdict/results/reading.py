@@ -150,10 +150,13 @@ def _of_table(scene: Scene, table: pandas.DataFrame, file: str) -> Sampled:
     # The second of a name has .1 added.
     if any(names.count(name) != 1 or f"{name}.1" in names for name in COLUMNS):
         shown = ", ".join(repr(name[:_LONGEST]) for name in names[:8])
-        allowed = (
-            f"has the columns {shown}, must have {' and '.join(COLUMNS)} (contact 2 is that of"
-            " granules 1 and 2), once each, or be a dump of LAMMPS with id, x, fx; forces over time"
-            " stand in time_s and contact_2_N, contact_3_N, ...: hc.judge_traces takes these"
+        allowed = f"has the columns {shown}, must have {' and '.join(COLUMNS)}"
+        if {COLUMNS[0], "force"} <= set(names) and COLUMNS[1] not in names:
+            raise SceneError("", None, f"{allowed}: did you mean {COLUMNS[1]}?", file=file)
+        allowed += (
+            " (contact 2 is that of granules 1 and 2), once each, or be a dump of LAMMPS with id,"
+            " x, fx; forces over time (hc.judge_traces) stand in time_s and contact_2_N,"
+            " contact_3_N, ...: else name them with --column time=... --column gauge_16=..."
         )
         raise SceneError("", None, allowed, file=file)
     values = []

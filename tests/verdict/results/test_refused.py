@@ -24,6 +24,8 @@ BROKEN: dict[str, tuple[bytes, str]] = {
     "no row": (USUAL, "has no row of numbers"),
     "binary": (bytes(range(256)) * 10, "is not a text file"),
     "other columns": (b"a,b\n1,2\n3,4\n", "has the columns 'a', 'b', must have contact and peak_f"),
+    "force for a peak": (b"contact,force\n2,3\n", "and peak_force_N: did you mean peak_force_N?"),
+    "a trace": (b"t [us];F [N]\n0;1\n", "name them with --column time=... --column gauge_16=..."),
     "no number": (USUAL + b"2,x\n", "peak_force_N in row 1 = 'x': must be a finite number"),
     "cut off": (USUAL + b"2,3\n3\n", "peak_force_N in row 2 = '': must be a finite number"),
     "a cell more": (USUAL + b"2,3\n3,4,5\n", "is no CSV file .*line 3"),
