@@ -130,7 +130,7 @@ def fit(
         else:
             measured = [read_traces(scene, one, columns or {}) for one in given]
             model = _of_traces(scene, chosen, measured, deadline, shift)
-        _refuse_alike(model.slopes(model.begin, rtol=ACCURATE), chosen)
+        _refuse_alike(model.slopes(model.begin, rtol=ACCURATE), chosen, model.given)
         flies = bool(np.any(np.greater(model.scene(model.begin).granules.gap, 0)))
         found: list[_Found] = []
         for begin, widths in _searches(model, chosen):
@@ -241,7 +241,7 @@ def _of(model: Model, base: Scene, free: Free, minima: Sequence[_Found]) -> Fit:
     found = minima[0]
     x, off, start, count = found.x, found.off, free.start, len(free.keys)
     slopes = model.slopes(x, rtol=ACCURATE)
-    _refuse_alike(slopes, free)
+    _refuse_alike(slopes, free, model.given)
     # Correlated samples carry less information than as many independent ones.
     along, wider = lasting(off)
     variance = max(found.mean_square, _LEAST_SQUARE) * wider
@@ -253,8 +253,11 @@ def _of(model: Model, base: Scene, free: Free, minima: Sequence[_Found]) -> Fit:
     relative = deviation[:count] / np.abs(x[:count])
     worst = int(np.argmax(relative))
     if relative[worst] >= _UNKNOWN:
-        alone = f"is not known from these traces, to {relative[worst]:.0%} alone: leave it out"
-        raise _refusal(_moves(covariance[:count, :count])[:, -1], free, alone)
+        alone = f"is not known from these {model.given}, to {relative[worst]:.0%} alone"
+        if relative[worst] > 1:
+            alone = f"these {model.given} do not depend on it beyond their noise"
+        moved = _moves(covariance[:count, :count])[:, -1]
+        raise _refusal(moved, free, f"{alone}: leave it out", model.given)
     parameters = tuple(
         Parameter(
             key, float(x[k]) * start[k], start[k], float(deviation[k]) * abs(start[k]), unit_of(key)
@@ -306,7 +309,8 @@ def _covariance(model: Model, x: FloatArray, slopes: FloatArray, variance: float
         moves = _moves(covariance)
         over = np.array([_change(model, x, move, slopes) for move in moves.T])
         before, covariance = covariance, variance * moves @ np.linalg.pinv(over @ over.T) @ moves.T
-        if np.max(np.diag(covariance) / np.diag(before)) < _ALIKE_DEVIATIONS**2:
+        # A deviation of 0, where slopes are 0, has no ratio.
+        if np.all(np.diag(covariance) <= _ALIKE_DEVIATIONS**2 * np.diag(before)):
             break
     return np.asarray(covariance)
 
@@ -342,7 +346,7 @@ def _change(model: Model, x: FloatArray, move: FloatArray, slopes: FloatArray) -
     return np.asarray((high - low) / 2)
 
 
-def _refuse_alike(slopes: FloatArray, free: Free) -> None:
+def _refuse_alike(slopes: FloatArray, free: Free, given: str) -> None:
     """Raise a SceneError if some combination of the keys changes nothing that was measured."""
     own, shifts = np.split(slopes, [len(free.keys)], axis=1)
     if shifts.size:
@@ -350,14 +354,15 @@ def _refuse_alike(slopes: FloatArray, free: Free) -> None:
     _, strength, directions = np.linalg.svd(own, full_matrices=False)
     if strength[-1] > _ALIKE * strength[0]:
         return
-    alone = "changes nothing at these gauges near this value: start elsewhere, or leave it out"
-    raise _refusal(directions[-1], free, alone)
+    places = "contacts" if given == "peaks" else "gauges"
+    alone = f"changes nothing at these {places} near this value: start elsewhere, or leave it out"
+    raise _refusal(directions[-1], free, alone, given)
 
 
-def _refusal(nothing: Array, free: Free, alone: str) -> SceneError:
+def _refusal(nothing: Array, free: Free, alone: str, given: str) -> SceneError:
     """Return why keys are refused, from their relative changes that change no measured number.
 
-    ``alone`` is the text for a single key.
+    ``alone`` is the text for a single key, ``given`` what was measured.
     """
     moved = [k for k in range(len(free.keys)) if abs(nothing[k]) > _MOVED * np.max(np.abs(nothing))]
     keys, changes = [free.keys[k] for k in moved], nothing[moved]
@@ -369,5 +374,5 @@ def _refusal(nothing: Array, free: Free, alone: str) -> SceneError:
         parts = zip(keys, changes / changes[0], strict=True)
         by = ", ".join(f"{key} by {change:+.2g} %" for key, change in parts)
         what = f"a change of {by} changes nothing"
-    allowed = f"cannot be told apart by these traces: {what}; leave one of them out"
+    allowed = f"cannot be told apart by these {given}: {what}; leave one of them out"
     return SceneError(" and ".join(keys), None, allowed)

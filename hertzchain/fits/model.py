@@ -48,6 +48,8 @@ class Model(ABC):
     remarks: tuple[str, ...] = ()
     """Sentences on clipped recordings."""
     noise_is_known = True
+    given = "traces"
+    """What was measured, as refusals name it."""
     widths: tuple[float, ...] = ()
     """Widths over which a search may first smooth, the widest first."""
 

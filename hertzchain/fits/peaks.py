@@ -30,6 +30,7 @@ class OfPeaks(Model):
     """
 
     noise_is_known = False
+    given = "peaks"
 
     def __init__(
         self, base: Scene, free: Free, peaks: Sequence[FloatArray], deadline: Deadline

@@ -16,7 +16,7 @@ from hertzchain.engines.native import motion
 from hertzchain.errors import HertzchainError, SceneError
 from hertzchain.fits import model
 from tests.command_line import Command
-from tests.conftest import STEEL
+from tests.conftest import STEEL, paper_scene
 from validation import experiments
 
 E, SPEED, RESTITUTION = STEEL["young_modulus"], 0.5, 0.93
@@ -242,6 +242,14 @@ def test_a_fit_to_peaks() -> None:
     exact = hc.fit(true, peaks_of(TRUE, 0.0), free)
     assert exact.parameters[0].value == pytest.approx(SPEED, rel=1e-6)
     assert exact.is_noise
+
+
+def test_peaks_that_do_not_depend_on_a_key() -> None:
+    """A force of given height and shape: all peaks are those of any modulus."""
+    scene = paper_scene("cosine-triangular", 2.0, 2.0, 30)
+    with pytest.raises(SceneError, match="modulus: these peaks do not depend on it") as caught:
+        hc.fit(scene, peaks_of(scene, 0.0), ["chain.young_modulus"])
+    assert "traces" not in str(caught.value)
 
 
 def test_peaks_of_another_scene_are_told_from_noise() -> None:
