@@ -127,7 +127,7 @@ class Fit:
             " scene, and the intervals are widened by that"
         )
         lasts = (
-            "the residual is as large as the noise, but lasts for half a pulse or several"
+            "the residual is no larger than the noise, but lasts for half a pulse or several"
             f" contacts, as noise does in less than one of {1 / RARE:,.0f} fits:"
             " something other than the fitted values differs from the scene, and the intervals do"
             " not count it"

@@ -38,6 +38,11 @@ _BEYOND = 1.25
 """End of runs over that of compared samples: values that make a wave slower move it."""
 
 
+_SHOWN = 0.5
+"""Least variance of quiet samples over that of the noise (chosen): 1 where they have the noise, 0
+where digits of the file, or the least noise of simulated forces, are larger than any."""
+
+
 class Model(ABC):
     """Differences of the measurement from a scene with other values, over the noise.
 
@@ -237,11 +242,19 @@ class OfTraces(Model):
         """Probability that noise causes differences that last as long as these.
 
         Their sums over half a pulse are squared and summed; quiet samples show how long noise
-        itself lasts.
+        itself lasts. Gauges whose quiet samples have less than the noise are left out: errors of
+        rounding last as long as a force hardly changes.
         """
         from scipy.stats import chi2
 
-        pairs = list(zip(self._series, self._parts(differences), strict=True))
+        pairs = [
+            (one, part)
+            for one, part in zip(self._series, self._parts(differences), strict=True)
+            if one.quiet < ENOUGH or np.var(part[: one.quiet]) > _SHOWN
+        ]
+        if not pairs:
+            return 1.0
+        differences = np.concatenate([part for _, part in pairs])
         whole = [
             part[: part.size // one.block * one.block].reshape(-1, one.block) for one, part in pairs
         ]

@@ -155,6 +155,24 @@ def test_noise_that_is_correlated_widens_the_intervals() -> None:
     assert 1.9 < ratio < 3.5
 
 
+@pytest.mark.parametrize("digit", [None])
+def test_forces_without_noise_and_with_few_digits(digit: float | None) -> None:
+    """The scene's own forces, exact or rounded: neither residual is worth a remark.
+
+    Rounded ones are 0 until the pulse arrives, so that their digit shows in the pulse alone.
+    """
+    scene = paper_scene("cosine-triangular", 2.0, 2.0, 30)
+    traces = hc.Native().run(replace(scene, gauges=GAUGES[1:]), record=2000).to_traces()
+    if digit:
+        traces["gauge_9_N"] = traces["gauge_9_N"].round()
+    found = hc.fit(scene, traces, ["chain.young_modulus"])
+    assert found.is_noise
+    assert not found.remarks
+    assert found.mean_square < 1.0
+    value = found.parameters[0]
+    assert abs(value.value - E) < 3 * value.deviation
+
+
 def test_another_model_is_told_from_noise() -> None:
     """A gap that the scene has not: more than the noise is left, and the fit says so."""
     gap = [0.0] * 6 + [2e-6] + [0.0] * 5
