@@ -155,7 +155,7 @@ def test_noise_that_is_correlated_widens_the_intervals() -> None:
     assert 1.9 < ratio < 3.5
 
 
-@pytest.mark.parametrize("digit", [None])
+@pytest.mark.parametrize("digit", [None, 1.0])
 def test_forces_without_noise_and_with_few_digits(digit: float | None) -> None:
     """The scene's own forces, exact or rounded: neither residual is worth a remark.
 

@@ -136,7 +136,9 @@ def without_offset(traces: Traces, known: Expected, shift: float) -> Traces:
             force[:, k] -= before.mean()
         if before.size >= ENOUGH:
             step = float(np.median(np.diff(traces.time)))
-            noise[k] = noise_before(before, step, resolution_of(before)).deviation
+            # Digits may show in the pulse alone: no sample before it need differ from another.
+            digit = max(resolution_of(before), resolution_of(force[:, k]))
+            noise[k] = noise_before(before, step, digit).deviation
     return replace(traces, force=force, noise=noise)
 
 
