@@ -137,13 +137,13 @@ def optimum(
     from scipy.optimize import Bounds, differential_evolution, minimize
 
     scene, deadline = to_scene(scene), Deadline(time_limit)
+    known = _numbers(_run(scene, deadline))
+    allowed = f"is no number of this scene, which has {', '.join(known)}"
+    require(number in known, number, None, allowed + did_you_mean(number, known))
     chosen = free_of(scene, free, ties)
     for key, is_given in zip(chosen.keys, chosen.is_given, strict=True):
         require(key != GAIN, key, None, "is of measured forces: leave it out")
         require(is_given, key, None, f"must have a range: {key}=LOW:HIGH")
-    known = _numbers(_run(scene, deadline))
-    allowed = f"is no number of this scene, which has {', '.join(known)}"
-    require(number in known, number, None, allowed + did_you_mean(number, known))
     sign, runs = -1.0 if largest else 1.0, 1
     size = abs(known[number]) or 1.0
 
