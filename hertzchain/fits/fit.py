@@ -13,7 +13,7 @@ from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.native.backend import Native
 from hertzchain.errors import SceneError, require
 from hertzchain.fits.fitted import NOISE_KNOWN, NORMAL_95, RARE, Fit, Parameter
-from hertzchain.fits.free import GAIN, Free, free_of
+from hertzchain.fits.free import GAIN, Free, free_of, with_unit
 from hertzchain.fits.model import ACCURATE, Model, OfTraces, lasting, said
 from hertzchain.fits.peaks import OfPeaks
 from hertzchain.limits import TIME_LIMIT, Deadline
@@ -277,14 +277,14 @@ def _of(model: Model, base: Scene, free: Free, minima: Sequence[_Found]) -> Fit:
 def _refuse_ends(model: Model, free: Free, x: FloatArray) -> None:
     """Raise a SceneError if a value is at an end of its range."""
     for k, (key, value) in enumerate(model.values(x).items()):
-        low, high = (float(f"{free.start[k] * end[k]:.6g}") for end in (free.low, free.high))
+        low, high = sorted(free.start[k] * end[k] for end in (free.low, free.high))
         advice = "widen it" if free.is_given[k] else f"give a narrower one, {key}=LOW:HIGH"
         allowed = (
-            f"is at the end of what it can be, {min(low, high):g} to {max(low, high):g}: {advice},"
-            " start elsewhere, or leave the key out"
+            f"{with_unit(key, value)} is at the end of what it can be, {low:g} to"
+            f" {with_unit(key, high)}: {advice}, start elsewhere, or leave the key out"
         )
         is_within = free.low[k] * (1 + _AT_END) < x[k] < free.high[k] * (1 - _AT_END)
-        require(bool(is_within), key, float(f"{value:.6g}"), allowed)
+        require(bool(is_within), key, None, allowed)
 
 
 def _unknown(off: FloatArray, x: FloatArray) -> float:

@@ -13,7 +13,7 @@ from hertzchain.arrays import Array, FloatArray
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.scene import Scene
 from hertzchain.sweeps.axes import Span, axis_of
-from hertzchain.sweeps.columns import is_whole
+from hertzchain.sweeps.columns import is_whole, unit_of
 from hertzchain.sweeps.keys import base_values, changed, full_name
 from hertzchain.sweeps.ties import Tie, tied, ties_of
 
@@ -30,6 +30,11 @@ _LIMITS = {"restitution": (1e-3, 0.9999), "poisson_ratio": (-0.999, 0.5)}
 def limits_of(key: str) -> tuple[float, float]:
     """Return the range of the values of a key."""
     return _LIMITS.get(key.rpartition(".")[2], (-math.inf, math.inf))
+
+
+def with_unit(key: str, value: float) -> str:
+    """Return the value of a key in words, such as 1.93e+11 Pa."""
+    return f"{value:g} {unit_of(key)}".rstrip()
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,8 +100,9 @@ def free_of(scene: Scene, given: Sequence[str], ties: Mapping[str, str] | None) 
             least, most = max(least, span.low), min(most, span.high)
             ranges.append(tuple(sorted((least / value, most / value))))
         start.append(float(value))
-        allowed = f"must be within {least:g} and {most:g}, to begin with"
-        require(ranges[-1][0] <= 1 <= ranges[-1][1], key, value, allowed)
+        within = f"{least:g} and {with_unit(key, most)}"
+        allowed = f"is {with_unit(key, value)}, must be within {within}, to begin with"
+        require(ranges[-1][0] <= 1 <= ranges[-1][1], key, None, allowed)
     low, high = np.array(ranges).T
     is_given = tuple(bool(text) for _, text in pairs)
     found = ties_of(scene, ties or {}, keys)

@@ -61,7 +61,7 @@ def test_a_wide_range_is_searched_as_a_whole() -> None:
         ("wall_peak_force", ["striker.velocity=0.25:1"], "did you mean wall_peak_force_N?"),
         ("wall_peak_force", ["striker.velocity"], "did you mean wall_peak_force_N?"),
         ("wall_peak_force_N", ["striker.velocity"], "must have a range"),
-        ("wall_peak_force_N", ["striker.velocity=1:2"], "must be within 1 and 2, to begin with"),
+        ("wall_peak_force_N", ["striker.velocity=1:2"], "must be within 1 and 2 m/s, to"),
         ("wall_peak_force_N", ["striker.velocity=0.25:1:5"], "must be the ends of its range"),
         ("wall_peak_force_N", ["gain"], "is of measured forces"),
         ("error_estimate", ["striker.velocity=0.25:1"], "is no number of this scene"),
