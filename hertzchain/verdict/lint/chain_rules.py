@@ -138,6 +138,26 @@ def motion(deck: Deck) -> Found:
         seen[fix.words[2]] = fix
 
 
+def lattice_units(deck: Deck) -> Found:
+    """Velocities are in lattice spacings per unit of time, unless ``units box`` is given.
+
+    A ``v_name`` is in units of the deck (LAMMPS's documentation of ``velocity``).
+    """
+    spacing: Command | None = None
+    for command in deck.named("lattice", "velocity"):
+        if command.name == "lattice":
+            spacing = command
+            continue
+        given = {"set": command.words[3:6], "ramp": command.words[4:6]}.get(command.word(2), ())
+        is_scaled = any(number(word) for word in given) and command.after("units") != "box"
+        if is_scaled and spacing is not None and number(spacing.word(2)) != 1:
+            text = (
+                "without units box LAMMPS multiplies these velocities by the spacing of"
+                f" {' '.join(spacing.words[:3])}: write units box at the end"
+            )
+            yield command, "warning", text
+
+
 def force_frozen(deck: Deck) -> Found:
     """A formula that is evaluated only once is a constant."""
     formulas = {c.word(1): " ".join(c.words[3:]) for c in deck.named("variable")}
@@ -230,5 +250,5 @@ def step_length(deck: Deck) -> Found:
 
 RULES = (
     density_before_diameter, diameter_missing, ghost_velocity, periodic, not_touching, motion,
-    force_frozen, force_on_all, step_length,
+    lattice_units, force_frozen, force_on_all, step_length,
 )  # fmt: skip

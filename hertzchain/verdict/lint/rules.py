@@ -79,7 +79,9 @@ RULES: dict[str, Callable[[Deck], Found]] = {
 }  # fmt: skip
 """Rules that are functions, by name; the others are those of ``traps.TRAPS``."""
 
-OF_CHAINS = {"not-hertz", "not-touching", "periodic", "force-on-all", "step-length"}
+OF_CHAINS = {
+    "not-hertz", "not-touching", "periodic", "lattice-units", "force-on-all", "step-length",
+}  # fmt: skip
 """Rules that apply only to chains; each entry of ``TRAPS`` has its own ``of_any``."""
 
 

@@ -152,6 +152,21 @@ def test_a_deck_that_lammps_refuses_is_an_error(old: str, new: str, line: str, s
     assert text.split("\n")[found[0].line - 1].startswith(line)
 
 
+@pytest.mark.lammps
+@pytest.mark.parametrize(
+    ("said", "count"),
+    [
+        ("set 1.0 0.0 0.0", 1), ("set 1.0 0.0 0.0 units box", 0), ("set 0 NULL 0.0", 0),
+        ("set v_push 0.0 0.0", 0), ("ramp vx 0.0 1.0 x 0 1", 1),
+    ],
+)  # fmt: skip
+def test_velocities_are_in_spacings_of_the_lattice_unless_said(said: str, count: int) -> None:
+    text = CLEAN.replace("timestep 5e-8", f"velocity first {said}\ntimestep 5e-8")
+    assert [one.rule for one in lint(text)].count("lattice-units") == count
+    fine = text.replace("set group all diameter", "lattice none 1.0\nset group all diameter")
+    assert "lattice-units" not in {one.rule for one in lint(fine)}
+
+
 def test_a_force_may_name_a_variable_that_is_made_before_the_run() -> None:
     """LAMMPS asks for it when the run begins."""
     made, used = CLEAN[CLEAN.index("variable push") : CLEAN.index("run 1000")].splitlines()
