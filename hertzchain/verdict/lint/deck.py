@@ -273,6 +273,13 @@ class Deck:
         ]
 
     @cached_property
+    def may_run(self) -> bool:
+        """Whether it takes steps, or may: in files or conditions that are not known."""
+        is_known = self.look is not None and not self.look.stopped
+        unknown = [] if is_known else self.named("if", "include", "jump")
+        return bool(self.runs or unknown or self.is_partial)
+
+    @cached_property
     def granules(self) -> Granules | None:
         """The granules of a chain before the first run."""
         granules = None if self.look is None else self.look.granules

@@ -8,6 +8,7 @@ sentences were measured on 30 steel spheres, pushed by 100 N for 100 us (LAMMPS 
 from __future__ import annotations
 
 import contextlib
+import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -23,14 +24,23 @@ if TYPE_CHECKING:
 _TIME_LIMIT = 60.0  # time limit for LAMMPS to read a deck [s]
 
 
+_OF_DECKS = "units", "atom_style", "pair_style", "run", "include", "read_restart"
+
+
 def _no_deck(deck: Deck) -> Found:
     """Text that is no LAMMPS deck."""
-    if not deck.named("units", "atom_style", "pair_style", "run", "include", "read_restart"):
+    if not deck.named(*_OF_DECKS):
         text = (
             "this does not look like a LAMMPS deck: none of units, atom_style, pair_style, run,"
             " include and read_restart is in it"
         )
         yield None, "error", text
+
+
+def _no_run(deck: Deck) -> Found:
+    """A note on a deck without a run."""
+    if deck.named(*_OF_DECKS) and not deck.may_run:
+        yield None, "note", "this deck takes no step: it has no run, or only run 0"
 
 
 def _no_chain(deck: Deck) -> Found:
@@ -49,16 +59,27 @@ def _text_alone(deck: Deck) -> Found:
     look = deck.look
     if look is None or not look.stopped or deck.is_other is not None:
         return
-    where = deck.carried_out(len(look.commands) - 1)
-    lacks = "is part of the" in look.stopped  # a package of LAMMPS that is not installed here
-    refused = any(said in look.stopped for said in _REFUSED)
+    where, why = _stop(deck, look)
+    lacks = "is part of the" in why  # a package of LAMMPS that is not installed here
+    refused = any(said in why for said in _REFUSED) and deck.may_run  # others may be fragments
     if refused and not lacks and deck.no_chain is None:
-        yield where, "error", look.stopped
-    elif "is none of the commands" in look.stopped and deck.no_chain is None:
-        yield where, "warning", f"{look.stopped}; if it is misspelt, LAMMPS stops here"
+        yield where, "error", why
+    elif "is none of the commands" in why and deck.no_chain is None:
+        yield where, "warning", f"{why}; if it is misspelt, LAMMPS stops here"
     else:
-        text = f"LAMMPS read a part of the deck, the rest was read as text: {look.stopped}"
-        yield None, "note", text
+        text = f"LAMMPS read a part of the deck, the rest was read as text: {why}"
+        yield where, "note", text
+
+
+def _stop(deck: Deck, look: Look) -> tuple[Command | None, str]:
+    """The command of the deck at which LAMMPS stops, and why; a place in another file is named."""
+    own = [command for command in deck.commands if not command.inside]
+    place = re.match(r"(.*?):(\d+): ", look.stopped)
+    if place and (not look.commands or place[1] == look.commands[0].file):
+        at, why = [c for c in own if c.line == int(place[2])], look.stopped[place.end() :]
+    else:
+        at, why = [c for c in own if c.index is not None], look.stopped
+    return (at[-1] if at else None), why
 
 
 def _elsewhere(deck: Deck) -> Found:
@@ -74,7 +95,7 @@ def _elsewhere(deck: Deck) -> Found:
 RULES: dict[str, Callable[[Deck], Found]] = {
     rule.__name__.strip("_").replace("_", "-"): rule
     for rule in (
-        _no_deck, _no_chain, _text_alone, _elsewhere, *traps.RULES, *chain_rules.RULES,
+        _no_deck, _no_run, _no_chain, _text_alone, _elsewhere, *traps.RULES, *chain_rules.RULES,
     )
 }  # fmt: skip
 """Rules that are functions, by name; the others are those of ``traps.TRAPS``."""
@@ -113,7 +134,7 @@ def lint_file(path: Path, variables: Mapping[str, str] | None = None) -> list[Fi
     text, given = read(path), variables or {}
     commands = script_of(path, text)
     deck = Deck(commands)
-    if deck.is_of_liggghts or not (deck.unread or (deck.pair_style and deck.runs)):
+    if deck.is_of_liggghts or not (deck.unread or deck.pair_style):
         return findings(commands)
     from hertzchain.engines.lammps.reading.reading import look
 

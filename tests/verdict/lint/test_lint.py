@@ -92,7 +92,7 @@ def test_a_planted_trap_is_found(name: str) -> None:
 
 
 def test_every_rule_has_a_planted_trap() -> None:
-    elsewhere = {"no-deck", "elsewhere", "no-chain"}  # tests of their own
+    elsewhere = {"no-deck", "no-run", "elsewhere", "no-chain"}  # tests of their own
     assert {trap.rule for trap in TRAPS.values()} | elsewhere == NAMES
 
 
@@ -141,6 +141,7 @@ def test_lammps_stops_at_a_trap(name: str) -> None:
         ("first addforce v_push", "first addforce v_f", "run 1000", "Variable f for fix addforce"),
         ("equal 50*(1", "equal v_F*(1", "run 1000", "reference v_F in"),
         ("units si", "include missing", "include", "cannot be read"),
+        ("run 3000", "run ${n}", "run ${n}", "illegal variable n"),
     ],
 )
 def test_a_deck_that_lammps_refuses_is_an_error(old: str, new: str, line: str, said: str) -> None:
@@ -149,7 +150,25 @@ def test_a_deck_that_lammps_refuses_is_an_error(old: str, new: str, line: str, s
     found = [one for one in lint(text) if one.rule == "text-alone"]
     assert [one.severity for one in found] == ["error"]
     assert said in found[0].text
+    assert "in.chain" not in found[0].text  # the place is that of the finding
     assert text.split("\n")[found[0].line - 1].startswith(line)
+
+
+def of_no_run(text: str) -> list[tuple[str, str]]:
+    """Rules and severities of the findings in a text without its runs."""
+    found = lint(re.sub(r"^run .*\n", "", text, flags=re.MULTILINE))
+    return [(one.rule, one.severity) for one in found]
+
+
+@pytest.mark.lammps
+def test_a_deck_without_a_run_is_read_and_said_to_take_no_step() -> None:
+    assert of_no_run(CLEAN) == [("no-run", "note")]
+    misspelt = [("no-run", "note"), ("text-alone", "warning")]
+    assert of_no_run(CLEAN.replace("run 3000", "runn 3000")) == misspelt
+    assert of_no_run(f'{CLEAN}if "1 > 0" then "run 10"\n') == []
+    # What a part of a deck lacks may stand elsewhere.
+    part = CLEAN[: CLEAN.index("fix motion")].replace("variable N equal 30\n", "")
+    assert of_no_run(part) == [("no-run", "note"), ("text-alone", "note")]
 
 
 @pytest.mark.lammps
