@@ -58,6 +58,22 @@ def diameter_missing(deck: Deck) -> Found:
         yield created[0], "error", text
 
 
+_HELD = 1e15  # kg/m^3; granules of a larger density are heavy to stay in place (chosen)
+
+
+def unusual_density(deck: Deck) -> Found:
+    """Densities that may have a wrong unit, by the usual range of scenes, which are in SI."""
+    given = [(command, number(value)) for command, value in deck.given("density")]
+    if deck.units != "si" or not given:
+        return
+    from hertzchain.scene.usual import unusual
+
+    for command, density in given:
+        remark = unusual("chain.density", density)
+        if remark and density is not None and density < _HELD:
+            yield command, "note", f"perhaps a wrong unit: {remark.removeprefix('chain.')}"
+
+
 def ghost_velocity(deck: Deck) -> Found:
     """Contact laws of granules ask for the velocities of ghosts."""
     wanted = any(command.after("vel") == "yes" for command in deck.named("comm_modify"))
@@ -249,6 +265,6 @@ def step_length(deck: Deck) -> Found:
 
 
 RULES = (
-    density_before_diameter, diameter_missing, ghost_velocity, periodic, not_touching, motion,
-    lattice_units, force_frozen, force_on_all, step_length,
+    density_before_diameter, diameter_missing, unusual_density, ghost_velocity, periodic,
+    not_touching, motion, lattice_units, force_frozen, force_on_all, step_length,
 )  # fmt: skip

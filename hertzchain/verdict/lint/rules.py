@@ -101,7 +101,8 @@ RULES: dict[str, Callable[[Deck], Found]] = {
 """Rules that are functions, by name; the others are those of ``traps.TRAPS``."""
 
 OF_CHAINS = {
-    "not-hertz", "not-touching", "periodic", "lattice-units", "force-on-all", "step-length",
+    "not-hertz", "unusual-density", "not-touching", "periodic", "lattice-units", "force-on-all",
+    "step-length",
 }  # fmt: skip
 """Rules that apply only to chains; each entry of ``TRAPS`` has its own ``of_any``."""
 

@@ -240,6 +240,9 @@ def test_messages_have_the_numbers_of_the_deck() -> None:
         "unstable steps of a striker", "step-length"
     )
     assert "temperature 1e20" in sentence("thermal velocities", "random-velocities")
+    assert sentence("a density in g/cm^3", "unusual-density").endswith(
+        "density = 7.958 kg/m^3 (usually 10 to 30000 kg/m^3)"
+    )
     assert "the 10 granules of group first" in sentence("a force on ten", "force-on-all")
 
 
