@@ -316,7 +316,7 @@ class Result(ShownRun):
 
     @property
     def wanted_error(self) -> float:
-        """The largest error of the forces for which the wanted accuracy holds: see ``wanted``."""
+        """The largest error of the forces for which the wanted accuracy holds (see ``wanted``)."""
         known = self.first_pulses is not None and self.errors is not None
         return self.errors.wanted if known else self.error_estimate  # type: ignore[union-attr]
 

@@ -370,7 +370,7 @@ class Scene(Numbered, Shown):
 
     @functools.cached_property
     def end_time(self) -> float:
-        """End of the run [s]: as given, or else the latest end that a run has by default."""
+        """End of the run [s], as given, or else the latest end that a run has by default."""
         if self.run.end_time is not None:
             return self.run.end_time
         if self.is_plain:

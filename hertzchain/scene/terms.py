@@ -208,7 +208,7 @@ class Contact:
 
     @property
     def parameter(self) -> float:
-        """The parameter of the law: e, a time [s] or a coefficient [kg/s]."""
+        """The parameter of the law, which is e, a time [s] or a coefficient [kg/s]."""
         return float(getattr(self, DAMPING[self.damping]))
 
     def at(self, wall: Wall | None) -> Contact:
