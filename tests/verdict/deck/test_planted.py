@@ -6,10 +6,10 @@ import json
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
-from html import escape
 from pathlib import Path
 
 import pytest
+from markupsafe import escape
 
 import hertzchain as hc
 from hertzchain.report.examination import of_examination
