@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from hertzchain.errors import HertzchainError
     from hertzchain.fits.fit import fit
     from hertzchain.fits.fitted import Fit
-    from hertzchain.fits.optimum import Optimum, optimum
     from hertzchain.observables.result import Result
     from hertzchain.report.several import plot
     from hertzchain.report.trajectory import write_trajectory
@@ -58,7 +57,6 @@ _HOME = {
     "Liggghts": "hertzchain.engines.liggghts.backend",
     "Moving": "hertzchain.scene.moving",
     "Native": "hertzchain.engines.native.backend",
-    "Optimum": "hertzchain.fits.optimum",
     "Contact": "hertzchain.scene.terms",
     "Piston": "hertzchain.scene.piston",
     "Precompression": "hertzchain.scene.terms",
@@ -82,7 +80,6 @@ _HOME = {
     "fit": "hertzchain.fits.fit",
     "judge": "hertzchain.verdict.results.judging",
     "judge_traces": "hertzchain.verdict.traces.judging",
-    "optimum": "hertzchain.fits.optimum",
     "peak_forces": "hertzchain.engines.native.batch",
     "plot": "hertzchain.report.several",
     "similar_peak_forces": "hertzchain.engines.native.batch",
@@ -108,7 +105,6 @@ __all__ = [
     "Liggghts",
     "Moving",
     "Native",
-    "Optimum",
     "Piston",
     "Precompression",
     "Pulse",
@@ -131,7 +127,6 @@ __all__ = [
     "fit",
     "judge",
     "judge_traces",
-    "optimum",
     "peak_forces",
     "plot",
     "similar_peak_forces",

@@ -1,4 +1,4 @@
-"""Keys that a fit or an optimum may change: start values, ranges, and keys tied to them."""
+"""Keys that a fit may change: start values, ranges, and keys tied to them."""
 
 from __future__ import annotations
 

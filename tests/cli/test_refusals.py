@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 
 import hertzchain as hc
-from hertzchain.scene.starters import write_starter
 from tests.cli.short_chain import scene_file
 from tests.command_line import Command, is_refused
 from tests.recordings import write_scope
@@ -93,8 +92,6 @@ plot swept --x LM_ratio --y p --where backend=native --where backend=lammps => -
 plot . --x LM_ratio --y p => .: is no sweep, must be what hertzchain sweep -o wrote
 plot no --x LM_ratio --y p => no: is no sweep, must be what hertzchain sweep -o wrote
 plot begun --x LM_ratio --y p => not measured yet
-fit striker.toml --free striker.velocity=1:2 => give one of these
-fit striker.toml --free striker.velocity=1:2 --minimise last_peak_force_N --column a=3 => is for measured traces
 pulse scope.csv => column 2 (CH1) is in V; --scale
 pulse scope.csv -o scope.csv --scale 25 => scope.csv: is an input, and must not be overwritten
 pulse scope.csv -o a.csv --scale -25 => pulls; a pulse pushes; --scale
@@ -124,7 +121,6 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
         hc.sweep(scene, {"shock.momentum_ratio": "0.5,1"}, output="swept")
     (folder / "begun").mkdir()
     shutil.copy(folder / "swept" / "sweep.json", folder / "begun")
-    write_starter("striker", folder / "striker.toml")
     write_scope(folder / "scope.csv", 1000)
     for name in ("steel.toml", "in.steel_plain"):
         shutil.copy(FOLDER / name, folder)

@@ -147,10 +147,6 @@ DOCUMENTS: dict[str, tuple[str, Callable[[], dict[str, Any]]]] = {
         "fit.json",
         lambda: hc.fit(SHORT, dict.fromkeys(range(2, 9), 10.0), ["shock.peak_force"]).to_dict(),
     ),
-    "optimum": (
-        "optimum.json",
-        lambda: hc.optimum(SHORT, "last_peak_force_N", ["shock.peak_force=9:1000"]).to_dict(),
-    ),
     "spread": ("uncertainty.json", lambda: hc.spread(UNCERTAIN, 16).to_dict()),
     "validate": (
         "validation.json",
@@ -182,7 +178,7 @@ DOCUMENTS: dict[str, tuple[str, Callable[[], dict[str, Any]]]] = {
 }
 
 STAND_ALONE = {
-    *("run.json", "traces.json", "fit.json", "optimum.json", "uncertainty.json"),
+    *("run.json", "traces.json", "fit.json", "uncertainty.json"),
     *("validation.json", "compare.json", "judge.json", "examine.json", "sweep.json"),
 }
 """Schemas of documents with their scene and the version of all definitions."""
