@@ -90,7 +90,8 @@ def fit(
     Parameters
     ----------
     scene
-        The scene with the values to start from, or the path of its file; its end does not matter.
+        The scene with the values to start from, or the path of its file; its end matters for
+        peaks alone.
     traces
         Forces of gauges over time, as for ``judge_traces``, or peak forces of contacts, as for
         ``judge``; several files or tables are fitted at once.

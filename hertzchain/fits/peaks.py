@@ -9,7 +9,7 @@ import numpy as np
 
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.native.backend import Native
-from hertzchain.errors import require
+from hertzchain.errors import SceneError, require
 from hertzchain.fits.free import Free
 from hertzchain.fits.model import Model
 from hertzchain.limits import TOLERANCE, Deadline
@@ -46,7 +46,13 @@ class OfPeaks(Model):
     def _read(self, x: Array, rtol: float | None) -> FloatArray:
         limit = max(self._deadline.left, 1e-3)
         native = Native(rtol=rtol or _ACCURATE, time_limit=limit, wanted="all")
-        return np.asarray(native.run(self.scene(x)).peak_force[self._places] / self._force)
+        run = native.run(self.scene(x))
+        late = self._places[run.is_cut_off[self._places]]
+        if late.size:
+            contact = run.scene.contact_name(run.scene.contacts[late[0]])
+            allowed = f"is before the peak of {contact}: give a later end_time in [run]"
+            raise SceneError("end_time", run.scene.end_time, allowed)
+        return np.asarray(run.peak_force[self._places] / self._force)
 
     def chance(self, differences: FloatArray) -> float:
         """Probability that noise changes its sign as rarely along the contacts, by the runs test.

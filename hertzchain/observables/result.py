@@ -20,7 +20,6 @@ from hertzchain.observables.definitions import context_of, provenance
 from hertzchain.observables.first_pulse import FirstPulses
 from hertzchain.observables.gauges import Reading, force_over_time
 from hertzchain.observables.history import History
-from hertzchain.observables.peaks import ESTIMATED, judged_contacts
 from hertzchain.observables.pressure import LargestPressure, largest_pressure, yield_warning
 from hertzchain.observables.transition import SolitaryWave, solitary_wave, transition_granules
 from hertzchain.observables.wave import Wave, dict_of, is_near_end, usual_wave, wave_between
@@ -35,6 +34,8 @@ if TYPE_CHECKING:
 
 
 ROUGH = 0.01  # error of the peaks above which p means nothing: p depends on changes of 1 %
+
+_STILL = 1e-6  # increase of a static force that is round-off, relative (chosen)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -200,12 +201,21 @@ class Result(ShownRun):
         """
         if self.scene.is_plain and self.first_pulses is None:
             return ()
-        peaks, first = self.peak_force, self.first_pulses
-        late = ~self.peak_passed & judged_contacts(peaks, ESTIMATED)
+        late = self.contact[self.is_cut_off].tolist()
+        return tuple(self.scene.contact_name(number) for number in late)
+
+    @property
+    def is_cut_off(self) -> NDArray[np.bool_]:
+        """Whether the peak, or first pulse, of each contact may come after the end, (contacts,).
+
+        Also true for contacts that were never pressed harder than at the start.
+        """
+        late, first = ~self.peak_passed, self.first_pulses
         if first is not None:
-            late = np.where(np.isnan(first.force), ~self.peak_passed, ~first.is_ended)
-        waiting = (late | (peaks == 0)) & self.is_reached
-        return tuple(self.scene.contact_name(number) for number in self.contact[waiting].tolist())
+            late = np.where(np.isnan(first.force), late, ~first.is_ended)
+        if self.static_force is not None:
+            late |= self.peak_force <= (1 + _STILL) * self.static_force
+        return late & self.is_reached
 
     @property
     def is_reached(self) -> NDArray[np.bool_]:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from hertzchain.arrays import FloatArray
 from hertzchain.errors import did_you_mean, require
 from hertzchain.observables.result import Result
 from hertzchain.scene.chain import MATERIAL
@@ -52,18 +53,22 @@ FIRST = ("first_peak_force_N", "arrival_time_s")
 """Columns of first pulses."""
 
 
+def _peak(run: Result, k: int, values: str = "peak_force") -> float | None:
+    """Return the peak force, or its time, of the k-th contact; None where it is unknown."""
+    is_unknown = run.is_cut_off[k] or run.peak_errors[k] >= 1
+    return None if is_unknown else float(getattr(run, values)[k])
+
+
 def _of_wall(section: str, k: int) -> tuple[Column, ...]:
-    """Return the columns of a wall with the k-th contact; None for a peak that is unknown."""
+    """Return the columns of a wall with the k-th contact."""
 
     def first(values: str) -> Read:
-        return lambda run: float(run.first_columns[values][k]) if run.first_columns else None
+        return lambda run: (
+            None if run.is_cut_off[k] or not run.first_columns else run.first_columns[values][k]
+        )
 
     def peak(values: str) -> Read:
-        def read(run: Result) -> float | None:
-            is_cut_off = run.scene.contact_name(run.scene.contacts[k]) in run.cut_off
-            return None if is_cut_off or run.peak_errors[k] >= 1 else float(getattr(run, values)[k])
-
-        return read
+        return lambda run: _peak(run, k, values)
 
     wall = section.replace("_", " ")
     return tuple(
@@ -77,8 +82,13 @@ def _of_wall(section: str, k: int) -> tuple[Column, ...]:
     )
 
 
-def _largest_dynamic(run: Result) -> float:
-    return float(np.max(run.peak_force - (0.0 if run.static_force is None else run.static_force)))
+def _largest(
+    run: Result, static: FloatArray | None = None
+) -> tuple[float, int] | tuple[None, None]:
+    """Return the largest peak force less a static one, and its contact; None if it is cut off."""
+    force = run.peak_force - (0.0 if static is None else static)
+    k = int(np.argmax(force))
+    return (None, None) if run.is_cut_off[k] else (float(force[k]), int(run.contact[k]))
 
 
 FOUND_COLUMNS = (
@@ -94,13 +104,13 @@ FOUND_COLUMNS = (
     Column("speed_error", "largest difference of the speed from that of the settled wave, relative",
            of="waves", read=attrgetter("solitary_wave.speed_error")),
     Column("largest_peak_force_N", "largest peak force [N]",
-           read=lambda run: float(np.max(run.peak_force))),
+           read=lambda run: _largest(run)[0]),
     Column("largest_peak_contact", "contact of the largest peak", "int",
-           read=lambda run: int(run.contact[np.argmax(run.peak_force)])),
+           read=lambda run: _largest(run)[1]),
     Column("last_peak_force_N", "peak force of contact N [N]", of="terms",
-           read=lambda run: run.peak_at(run.scene.chain.granules)),
+           read=lambda run: _peak(run, run.scene.contacts.index(run.scene.chain.granules))),
     Column("largest_dynamic_force_N", "largest peak force less the static force [N]",
-           of="precompression", read=_largest_dynamic),
+           of="precompression", read=lambda run: _largest(run, run.static_force)[0]),
     *_of_wall("near_wall", 0),
     *_of_wall("wall", -1),
     Column("contacts_cut_off", "contacts whose peak may come after the end of the run", "int",

@@ -1,12 +1,14 @@
 """Stores of a sweep: memory, or a folder of parts, each complete or absent.
 
 A folder has sweep.json, files scenes/native-0000.parquet, ... and, where peaks are wanted, files
-peaks/native-0000.parquet, ..., which are written first: a part is done when its scenes are there.
+peaks/native-0000.parquet, .... A part is done when sha256sums has the checksums of its files; parts
+whose files differ from them are measured again.
 """
 
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import importlib.util
 import json
 import os
@@ -27,7 +29,7 @@ if TYPE_CHECKING:
 
 TABLES = ("scenes", "peaks")  # names of subfolders
 
-MANIFEST = "sweep.json"
+MANIFEST, CHECKSUMS = "sweep.json", "sha256sums"
 
 _LONGEST_VALUE = 60  # characters of a value in a message on another sweep, chosen
 
@@ -68,6 +70,8 @@ class Folder(AbstractContextManager["Folder"]):
         self.folder, self._manifest = folder, manifest
         self._lock: Any = None
         self._made = False
+        self._tables = TABLES[: 1 + manifest["peaks"]]
+        self._checksums: dict[Path, str] = {}
 
     def __enter__(self) -> Self:
         _refuse_inside(self.folder)
@@ -110,15 +114,20 @@ class Folder(AbstractContextManager["Folder"]):
         """Write the manifest of this sweep into the folder, unless it is there."""
         if not self._check():
             write_text(self.folder / MANIFEST, json.dumps(self._manifest, indent=1) + "\n")
-        for name in TABLES[: 1 + self._manifest["peaks"]]:
+        for name in self._tables:
             make_folder(self.folder / name)
         # Unfinished files of a process that was killed.
         for left in [*self.folder.glob(".hertzchain-*"), *self.folder.glob("*/.hertzchain-*")]:
             shutil.rmtree(left, ignore_errors=True)
+        with contextlib.suppress(OSError):  # where it cannot be written, either, keep reports that
+            lines = (self.folder / CHECKSUMS).read_text("utf-8", "replace").splitlines()
+            words = (line.partition("  ") for line in lines)
+            self._checksums = {self.folder / name: checksum for checksum, _, name in words}
 
     def has(self, part: Part) -> bool:
         """Return whether a part is done."""
-        return self._path("scenes", part).exists()
+        paths = [self._path(table, part) for table in self._tables]
+        return all(_checksum(path) == self._checksums.get(path, "") for path in paths)
 
     def keep(self, part: Part, measured: Measured) -> None:
         """Store a measured part."""
@@ -155,7 +164,15 @@ class Folder(AbstractContextManager["Folder"]):
             with path.open("rb+") as stream:  # otherwise a power failure leaves an empty file
                 os.fsync(stream.fileno())
 
-        write_with(self._path(table, part), write)
+        path = self._path(table, part)
+        write_with(path, write)
+        name = path.relative_to(self.folder).as_posix()
+        try:
+            with (self.folder / CHECKSUMS).open("a", encoding="utf-8", newline="\n") as stream:
+                stream.write(f"{_checksum(path)}  {name}\n")
+        except OSError as problem:
+            reason = f"{self.folder / CHECKSUMS}: cannot be written ({problem.strerror})"
+            raise OutputError(reason) from None
 
 
 def check_parquet() -> None:
@@ -186,6 +203,15 @@ def _read_manifest(folder: Path) -> Mapping[str, Any] | None:
     if not isinstance(found, dict) or not keys <= found.keys():
         raise OutputError(f"{path}: describes no sweep; name another folder")
     return found
+
+
+def _checksum(path: Path) -> str | None:
+    """Return the checksum of a file; None if it cannot be read."""
+    try:
+        with path.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError:
+        return None
 
 
 def _refuse_inside(folder: Path) -> None:

@@ -240,9 +240,9 @@ def sweep(
 
         counted = progress if callable(progress) else in_words
         counter = _Counter(found.scenes * len(chosen), counted)
-        there = (part for part in parts.cut(found, chosen) if store.has(part))
-        counter.add(sum(part.stop - part.start for part in there))
-        todo = (part for part in parts.cut(found, chosen) if not store.has(part))
+        there = {part.name: part for part in parts.cut(found, chosen) if store.has(part)}
+        counter.add(sum(part.stop - part.start for part in there.values()))
+        todo = (part for part in parts.cut(found, chosen) if part.name not in there)
         measure(found, todo, peaks, store.keep, counter.add)
     return Sweep(manifest, counter.total, store)
 

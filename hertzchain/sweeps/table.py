@@ -56,7 +56,10 @@ class Rows:
             if (value := numbers[name]) is not None:
                 self._found[name][row] = value
         if self._peaks is not None:
-            self._peaks.append(found.to_frame().assign(scene=self.numbers[row]))
+            frame = found.to_frame().assign(scene=self.numbers[row])
+            measured = frame.columns.intersection([*peak_columns(self._columns)[3:]])
+            frame.loc[found.is_cut_off, measured] = np.nan
+            self._peaks.append(frame)
 
     def add_batch(self, rows: NDArray[np.intp], batch: Batch, *units: FloatArray) -> Any:
         """Fill in results of a batch of similar scenes, in natural units of [N], [m], [s].

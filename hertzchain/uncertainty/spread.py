@@ -231,14 +231,13 @@ def _run(scene: Scene, rtol: float, deadline: Deadline) -> dict[tuple[str, str],
 
 def results_of(found: Result) -> dict[tuple[str, str], float]:
     """Return results by name and place: peaks and first pulses of contacts, gauges, the wave."""
-    scene, cut_off = found.scene, set(found.cut_off)
+    scene = found.scene
     contacts = [scene.contact_name(contact) for contact in found.contact.tolist()]
-    is_known = [at not in cut_off for at in contacts]
     known = {"peak_force_N": found.peak_force, **found.first_columns}
     results: dict[tuple[str, str], float] = {}
     for name in ("peak_force_N", "first_peak_force_N", "arrival_time_s", "first_width_s"):
         if name in known:
-            values = np.where(is_known, known[name], np.nan).tolist()
+            values = np.where(found.is_cut_off, np.nan, known[name]).tolist()
             results |= {(name, at): value for at, value in zip(contacts, values, strict=True)}
     for gauge, read in zip(scene.gauges, found.gauges, strict=True):
         at = name_of(gauge)

@@ -302,6 +302,9 @@ def test_peaks_that_scatter_too_much_are_no_noise() -> None:
 def test_peaks_that_cannot_be_fitted(given: dict[int, float], words: str) -> None:
     with pytest.raises(SceneError, match=words):
         hc.fit(START, given, ["striker.velocity"])
+    late = replace(START, run=hc.Run(1e-5))
+    with pytest.raises(HertzchainError, match=r"before the peak of contact 3: give a later end_t"):
+        hc.fit(late, {3: 10.0, 4: 10.0}, ["striker.velocity"])
 
 
 def test_peaks_and_traces_together() -> None:

@@ -55,14 +55,6 @@ def test_balance_vs_the_state_at_the_end(demo_reference: hc.Result) -> None:
     assert demo_reference.balance.energy == pytest.approx(energy, rel=1e-14, abs=0)
 
 
-def test_a_contact_that_was_never_pressed_may_have_its_peak_later(demo: hc.Scene) -> None:
-    scene = replace(demo, chain=replace(demo.chain, gap=1e-6), run=hc.Run(1e-4))
-    found = hc.Native().run(scene)
-    unpressed = [f"contact {i}" for i in found.contact[found.peak_force == 0].tolist()]
-    assert len(unpressed) > 40
-    assert set(unpressed) <= set(found.cut_off)
-
-
 # Table and JSON
 
 

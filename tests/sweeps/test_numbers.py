@@ -35,7 +35,7 @@ from hertzchain.sweeps.parts import Part, is_batched, is_short
 from hertzchain.sweeps.table import Rows
 from tests.command_line import MAIN, process
 from tests.conftest import STEEL, paper_scene
-from tests.sweeps.made import GRID, SHORT, all_scenes
+from tests.sweeps.made import GRID, LAMMPS, SHORT, all_scenes
 
 SMALL = replace(
     paper_scene("cosine", 1.0, 2.0, granules=60), chain=hc.Chain(60, **STEEL | {"radius": 1e-3})
@@ -101,7 +101,7 @@ def test_numbers_are_those_of_the_result(changes: dict[str, Any]) -> None:
         "speed_error": wave.speed_error,
         "largest_peak_force_N": force.max(),
         "largest_peak_contact": force.argmax() + 2,
-        "last_peak_force_N": force[n - 2],
+        "last_peak_force_N": force[n - 2] or None,
         "contacts_cut_off": len(result.cut_off),
         "overlap_ratio": result.overlap_ratio,
         "error_estimate": result.error_estimate,
@@ -125,13 +125,54 @@ def test_numbers_are_those_of_the_result(changes: dict[str, Any]) -> None:
     assert all(map(is_result, expected))
 
 
-def test_a_wall_that_is_pressed_at_the_end_has_no_peak_yet() -> None:
-    scene = replace(SMALL, shock=hc.Striker(1.0), wall=hc.Wall("rigid"))
-    whole = hc.Native().run(scene)
-    cut = hc.Native().run(replace(scene, run=hc.Run(float(whole.peak_time[-1]))))
-    assert numbers_of(whole)["wall_peak_force_N"] is not None
-    assert numbers_of(cut)["wall_peak_force_N"] is None
-    assert numbers_of(cut)["contacts_cut_off"] == len(cut.cut_off) > 0
+TWELVE = hc.Chain(12, **STEEL)
+LOAD, WALL = hc.Precompression(2.0), hc.Wall("rigid")
+CUT_OFF: dict[str, hc.Scene] = {
+    "pulse": replace(SHORT, contact=hc.Contact("restitution", restitution=0.9)),
+    "gaps": replace(SHORT, chain=replace(TWELVE, gap=1e-6)),
+    "load": replace(SHORT, precompression=LOAD),
+    "load, wall": replace(SHORT, precompression=LOAD, wall=WALL),
+    "gravity": replace(SHORT, precompression=hc.Precompression(gravity=9.81), wall=WALL),
+    "striker": hc.Scene(TWELVE, hc.Striker(1.0), wall=WALL, gauges=(hc.Gauge(contact=13),)),
+    "piston": hc.Scene(TWELVE, hc.Piston(1.0), gauges=(hc.Gauge(granule=12),)),
+    "small beads": hc.Scene(hc.Chain(12, **STEEL | {"radius": (5e-3, 2e-3) * 6}), hc.Striker(1.0)),
+}
+"""Scenes with numbers of the last contact, of each way in which these are found."""
+
+
+@pytest.mark.parametrize("kind", CUT_OFF)
+@pytest.mark.parametrize(
+    ("backend", "share"),
+    [
+        *((hc.Native(rtol=1e-4), share) for share in (0.1, 0.5, 0.999)),
+        pytest.param(LAMMPS, 0.5, marks=pytest.mark.lammps),
+    ],
+    ids=["native-0.1", "native-0.5", "native-0.999", "lammps-0.5"],
+)
+def test_what_a_run_did_not_reach_is_empty(backend: Any, kind: str, share: float) -> None:
+    """Not 0, nor the static force, nor what the front of the wave brings: peaks, first pulses."""
+    scene = CUT_OFF[kind]
+    whole = hc.Native(rtol=1e-4).run(scene)
+    end = share * float(whole.peak_time[-1 if scene.wall is None else -2])
+    swept = hc.sweep(scene, {"run.end_time": [end]}, backends=[backend], peaks=True)
+    row, last = swept.to_frame().iloc[0], swept.peaks_to_frame().iloc[-1]
+    names = [name for name in row.index if name.startswith(("last_", "wall_", "gauge_"))]
+    names = [name for name in names if is_result(name)]
+    assert not [name for name in names if pd.isna(numbers_of(whole)[name])]
+    assert not [name for name in names if pd.notna(row[name])]
+    assert last[[name for name in last.index if name.endswith(("_N", "_s"))]].isna().all()
+    assert row["contacts_cut_off"] > 0
+
+
+def test_a_contact_that_no_motion_reaches_has_no_force() -> None:
+    fixed = tuple(k == 8 for k in range(12))
+    scene = hc.Scene(hc.Chain(12, **STEEL, fixed=fixed), hc.Striker(1.0))
+    numbers = numbers_of(hc.Native().run(scene))
+    assert numbers["last_peak_force_N"] == numbers["contacts_cut_off"] == 0.0
+    swept = hc.sweep(scene, {"run.end_time": [1e-9]}, peaks=True)
+    row = swept.to_frame().iloc[0]
+    assert row[["largest_peak_force_N", "largest_peak_contact"]].isna().all()
+    assert swept.peaks_to_frame()["peak_force_N"].isna().tolist() == [True] * 8 + [False] * 3
 
 
 def test_every_key_with_a_label_can_vary_and_no_other() -> None:

@@ -175,11 +175,42 @@ def test_a_folder_made_for_nothing_is_gone(
 def test_a_damaged_part_is_named(out: Path) -> None:
     part = out / "scenes" / "native-0000.parquet"
     part.write_bytes(b"nothing")
-    with pytest.raises(OutputError, match="delete it, and the same sweep measures") as problem:
+    with pytest.raises(OutputError, match="the same sweep measures its scenes again") as problem:
         hc.Sweep.load(out).to_frame()
     assert str(part) in str(problem.value)
-    part.unlink()
     assert hc.sweep(SHORT, GRID, output=out).count().done == 8
+
+
+@pytest.mark.parametrize("table", ["scenes", "peaks"])
+@pytest.mark.parametrize(
+    "damage",
+    [None, lambda content: content[:-9], lambda content: content[::-1], "another"],
+    ids=["lost", "truncated", "other bytes", "another part"],
+)
+def test_parts_with_a_file_that_is_lost_or_damaged_are_measured_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, table: str, damage: Any
+) -> None:
+    monkeypatch.setattr(parts_of_sweeps, "MOST_ROWS", 3)
+    hc.sweep(SHORT, GRID, peaks=True, output=tmp_path)
+    whole = hc.sweep(SHORT, GRID, peaks=True)
+    path, other = (tmp_path / table / f"native-000{k}.parquet" for k in (1, 0))
+    if damage is None:
+        path.unlink()
+    else:
+        content = other.read_bytes() if damage == "another" else damage(path.read_bytes())
+        path.write_bytes(content)
+    counts: list[int] = []
+    resumed = hc.sweep(
+        SHORT, GRID, peaks=True, output=tmp_path, progress=lambda done, _: counts.append(done)
+    )
+    assert counts[0] == 5  # of 8 rows: those of the two other parts
+    for frame, expected in (
+        (resumed.to_frame(), whole.to_frame()),
+        (resumed.peaks_to_frame(), whole.peaks_to_frame()),
+    ):
+        pd.testing.assert_frame_equal(frame, expected, check_exact=True)
+    (tmp_path / "sha256sums").unlink()
+    assert hc.sweep(SHORT, GRID, peaks=True, output=tmp_path).count().done == 8
 
 
 def test_in_memory_a_sweep_needs_no_pyarrow(monkeypatch: pytest.MonkeyPatch) -> None:
