@@ -57,12 +57,17 @@ def command(instance: Any, text: str) -> None:
         raise _failure(problem) from None
 
 
-def run(instance: Any, steps: int) -> None:
-    """Take steps that continue those before, at the least cost."""
+def one_command(instance: Any, text: str) -> None:
+    """Give LAMMPS one command: line breaks in it start no other."""
     try:
-        instance.command(dialect.go_on(steps))
+        instance.command(text)
     except Exception as problem:
         raise _failure(problem) from None
+
+
+def run(instance: Any, steps: int) -> None:
+    """Take steps that continue those before, at the least cost."""
+    one_command(instance, dialect.go_on(steps))
 
 
 def _failure(problem: Exception) -> RunFailed:

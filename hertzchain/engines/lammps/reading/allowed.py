@@ -6,13 +6,11 @@ and one that might write must not be carried out.
 
 from __future__ import annotations
 
-import math
 import os
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from hertzchain.engines.lammps.reading.text import Word, quoted
+from hertzchain.engines.lammps.reading.text import check_format, number
 from hertzchain.errors import RunFailed
 
 CONTROL = ("include", "jump", "label", "next", "if", "quit", "clear", "run")
@@ -87,11 +85,13 @@ _FIXES = MOVES | _FORCES | OF_MOTION | _CHANGES | _TAKES_NOTE
 _USELESS = {"print": "it only prints", "balance": _ONE_PROCESS}
 """Fixes that are left out."""
 
-_RUNS_CODE = frozenset(("python", "mliap", "kim"))
-"""Pair styles and computes that may run code from files."""
+_RUNS_CODE = ("python", "mliap", "kim")
+"""Computes that may run code from files, without what follows a slash."""
 
 _PAIRS = ("gran", "hybrid", "none", "zero", "lj/", "soft", "morse", "colloid", "tracker")
-"""Beginnings of pair styles that run no other program and write nothing."""
+"""Beginnings of pair styles that run no other program, write nothing and read no file."""
+
+_WORDS_OF_PAIRS = ("NULL", "limit_damping")
 
 QUIET = MOVES | OF_MOTION | _TAKES_NOTE
 """Fixes that exert no force."""
@@ -109,41 +109,56 @@ _FILE_KEYWORDS = ("file", "append")
 
 _WORDS_OF_FIX = 4  # fix, id, group, style
 
+_OF_MOLECULES = frozenset(("offset", "toff", "boff", "aoff", "doff", "ioff", "scale"))
+"""Keywords of ``molecule`` after the names of its files."""
+
+_COMPRESSED = (".gz", ".bz2", ".zst", ".xz", ".lzma", ".lz4", ".Z")
+"""Ends of names of files that LAMMPS reads through a shell."""
+
+Given = tuple[list[str] | None, str | None]
+"""Words of the command that LAMMPS is given, None for none; and why it is another one."""
+
 
 @dataclass
 class Rules:
-    """Decides which commands LAMMPS is given; remembers which fixes were left out.
+    """Decides which commands LAMMPS is given; remembers what was left out.
 
     Files to be read are searched in several folders, in order: LAMMPS itself only knows the working
-    folder, but users also mean that of the deck.
+    folder, but users also mean that of the deck, the last one.
     """
 
     folders: tuple[Path, ...]
-    missing: set[str] = field(default_factory=set)
+    missing: set[str] = field(default_factory=set)  # fixes
+    unset: dict[str, str] = field(default_factory=dict)  # variables, and why
+    reads_outside: bool = False  # whether the last command reads a file that is not the deck's
 
-    def decide(self, words: Sequence[Word], text: str) -> tuple[str | None, str | None]:
+    def decide(self, words: list[str]) -> Given:
         """Return the command to give (or None), and why it was changed; RunFailed to refuse it."""
-        name = words[0].value
+        name, self.reads_outside = words[0], False
         if name in _LEFT_OUT:
             return None, _LEFT_OUT[name]
         if not name.replace("_", "").replace("/", "").isalnum():
             raise RunFailed("is no command of LAMMPS: must be an input script, as lmp -in reads it")
         if name not in _CARRIED_OUT:
             raise _refused(name, "commands")
+        if name not in ("print", "variable") and any(word.endswith(_COMPRESSED) for word in words):
+            raise _compressed(next(word for word in words if word.endswith(_COMPRESSED)))
         special = {
             "fix": self._fix,
             "compute": _compute,
+            "create_atoms": _create_atoms,
             "unfix": self._fix_again,
             "fix_modify": self._fix_again,
             "variable": self._variable,
             "pair_style": _pair_style,
             "print": _without_files,
+            "thermo_modify": _formatted,
             "timer": _timer,
-            "molecule": self._with_paths,
-            "read_data": self._with_paths,
-            "read_restart": self._with_paths,
+            "molecule": self._molecule,
+            "read_data": self._reads,
+            "read_restart": self._reads,
         }
-        return special[name](words, text) if name in special else (text, None)
+        return special[name](words) if name in special else (words, None)
 
     def path(self, name: str) -> Path:
         """Return the path of a file that the deck names."""
@@ -152,10 +167,36 @@ class Rules:
         paths = [Path(os.path.realpath(folder / user)) for folder in self.folders]
         return next((path for path in paths if path.is_file()), paths[-1])
 
-    def _fix(self, words: Sequence[Word], text: str) -> tuple[str | None, str | None]:
+    def is_outside(self, path: Path) -> bool:
+        """Whether a file is not in the deck's folder, or in one below."""
+        return not path.is_relative_to(os.path.realpath(self.folders[-1]))
+
+    def _file(self, name: str) -> str:
+        """Return the path of a file for LAMMPS; RunFailed if LAMMPS must not read it."""
+        path = self.path(name)
+        if not path.is_file():
+            raise RunFailed(f"{name}: cannot be read (no such file)")
+        if not str(path).translate(_OF_NAMES).isalnum():
+            raise RunFailed(
+                f"{name}: LAMMPS is given no file with {str(path)!r} as its name: letters, digits,"
+                " blanks and . _ - + / are allowed, so rename it"
+            )
+        if path.name.endswith(_COMPRESSED):
+            raise _compressed(name)
+        self.reads_outside |= self.is_outside(path)
+        return str(path)
+
+    def _reads(self, words: list[str]) -> Given:
+        return [words[0], *map(self._file, words[1:2]), *words[2:]], None
+
+    def _molecule(self, words: list[str]) -> Given:
+        end = next((k for k, word in enumerate(words) if word in _OF_MOLECULES), len(words))
+        return [*words[:2], *map(self._file, words[2:end]), *words[end:]], None
+
+    def _fix(self, words: list[str]) -> Given:
         if len(words) < _WORDS_OF_FIX:
-            return text, None  # LAMMPS says what is wrong
-        number, style = words[1].value, words[3].value
+            return words, None  # LAMMPS says what is wrong
+        _, number, _, style, *_ = words
         self.missing.discard(number)
         if style in _USELESS:
             self.missing.add(number)
@@ -163,33 +204,37 @@ class Rules:
         if style not in _FIXES:
             raise _refused(f"fix {style}", "fixes")
         if style in _TAKES_NOTE:
-            return _without_files(words, text)
-        return text, None
+            _formatted(words)
+            return _without_files(words)
+        return words, None
 
-    def _fix_again(self, words: Sequence[Word], text: str) -> tuple[str | None, str | None]:
-        if len(words) > 1 and words[1].value in self.missing:
-            return None, f"fix {words[1].value} was left out"
-        return text, None
+    def _fix_again(self, words: list[str]) -> Given:
+        if len(words) > 1 and words[1] in self.missing:
+            return None, f"fix {words[1]} was left out"
+        return words, None
 
-    def _variable(self, words: Sequence[Word], text: str) -> tuple[str | None, str | None]:
+    def _variable(self, words: list[str]) -> Given:
         if len(words) < 3:
-            return text, None
-        style = words[2].value
+            return words, None
+        _, name, style, *values = words
+        self.unset.pop(name, None)
         if style in _FROM_OUTSIDE:
+            self.unset[name] = _FROM_OUTSIDE[style]
             return None, _FROM_OUTSIDE[style]
         if style not in _VARIABLES:
             raise _refused(f"a variable of style {style}", "variables")
-        return self._with_paths(words, text) if style in ("file", "atomfile") else (text, None)
+        if style == "format":
+            return _formatted(words)
+        if style not in ("file", "atomfile"):
+            return words, None
+        files = [*map(self._file, values[:1])]
+        if self.reads_outside:
+            raise RunFailed(f"{values[0]}: is not in the folder of the deck: copy it there")
+        return [*words[:3], *files, *values[1:]], None
 
-    def _with_paths(self, words: Sequence[Word], _: str) -> tuple[str, None]:
-        """Return the words, with the whole path of each file that exists."""
-        named = [
-            Word(str(path), quoted(str(path)))
-            if (path := self.path(word.value)).is_file()
-            else word
-            for word in words[1:]
-        ]
-        return _joined([words[0], *named]), None
+
+_OF_NAMES = dict.fromkeys(map(ord, "._-+/ "), "a")
+"""Characters that names of files may have besides letters and digits."""
 
 
 def _refused(what: str, of: str) -> RunFailed:
@@ -199,42 +244,56 @@ def _refused(what: str, of: str) -> RunFailed:
     )
 
 
-def _pair_style(words: Sequence[Word], text: str) -> tuple[str, None]:
-    names = [word.value for word in words[1:]]
-    if names and (not names[0].startswith(_PAIRS) or not _RUNS_CODE.isdisjoint(names)):
-        raise _refused(f"pair_style {names[0]}", "pair styles")
-    return text, None
+def _compressed(name: str) -> RunFailed:
+    return RunFailed(f"{name}: is compressed: LAMMPS would start a program to read it; unpack it")
 
 
-def _compute(words: Sequence[Word], text: str) -> tuple[str, None]:
-    if len(words) >= _WORDS_OF_FIX and words[3].value in _RUNS_CODE:
-        raise _refused(f"compute {words[3].value}", "computes")
-    return text, None
+def _pair_style(words: list[str]) -> Given:
+    _, *names = words
+    for name in names:
+        allowed = name.startswith((*_PAIRS, "v_")) or name in _WORDS_OF_PAIRS
+        if not allowed and (name == names[0] or number(name) is None):
+            raise _refused(f"pair_style {name}", "pair styles")
+    return words, None
 
 
-def _timer(words: Sequence[Word], text: str) -> tuple[str | None, str | None]:
-    if "timeout" in [word.value for word in words]:
+def _compute(words: list[str]) -> Given:
+    if len(words) >= _WORDS_OF_FIX and words[3].split("/")[0] in _RUNS_CODE:
+        raise _refused(f"compute {words[3]}", "computes")
+    return words, None
+
+
+def _create_atoms(words: list[str]) -> Given:
+    if "mesh" in words:
+        raise _refused("create_atoms mesh", "commands")
+    return words, None
+
+
+def _timer(words: list[str]) -> Given:
+    if "timeout" in words:
         return None, "the time limit is that of the command line"
-    return text, None
+    return words, None
 
 
-def _without_files(words: Sequence[Word], text: str) -> tuple[str, str | None]:
+def _formatted(words: list[str]) -> Given:
+    for word in words:
+        check_format(word)
+    return words, None
+
+
+def _without_files(words: list[str]) -> Given:
     """A command without the files that it would write."""
-    kept: list[Word] = []
+    kept: list[str] = []
     k = 0
     while k < len(words):
-        if k >= 2 and words[k].value in _FILE_KEYWORDS and k + 1 < len(words):
+        if k >= 2 and words[k] in _FILE_KEYWORDS and k + 1 < len(words):
             k += 2
         else:
             kept.append(words[k])
             k += 1
     if len(kept) == len(words):
-        return text, None
-    return _joined(kept), "it would write a file: carried out without"
-
-
-def _joined(words: Sequence[Word]) -> str:
-    return " ".join(word.raw for word in words)
+        return words, None
+    return kept, "it would write a file: carried out without"
 
 
 def shown(text: str) -> str:
@@ -244,10 +303,7 @@ def shown(text: str) -> str:
 
 def steps_of(value: str) -> int:
     """Return a number of steps as a deck gives it; RunFailed for other text."""
-    try:
-        number = float(value)
-    except ValueError:
-        number = math.nan
-    if not (number >= 0 and number == math.floor(number)):
+    steps = number(value)
+    if steps is None or steps < 0 or not steps.is_integer():
         raise RunFailed(f"run {value} is no number of steps")
-    return int(number)
+    return int(steps)

@@ -94,20 +94,19 @@ class Replay(Playing):
         self._moves: dict[str, DeckFix] = {}
         self._stride = 1  # steps between readings while forces change
 
-    def give(self, text: str, words: list[str], index: int) -> None:
+    def give(self, words: list[str], index: int) -> None:
         """Give LAMMPS a command that neither moves granules nor ends a run before its time."""
         if not self._leaves_out(words, index):
-            super().give(text, words, index)
+            super().give(words, index)
 
     def run(self, steps: int, keywords: str, index: int) -> None:
         """Have LAMMPS take so many steps."""
         self.stage.ready()
         self.stage.velocities_of_ghosts()
-        text = f"run {steps} {keywords}".strip()
         if steps == 0:
-            self.stage.give(text, ["run"], index)
+            self.stage.give(["run", "0", *keywords.split()], index)
         else:
-            self._run(text, steps, index)
+            self._run(f"run {steps} {keywords}".strip(), steps, index)
 
     def clear(self) -> bool:
         """Forget all before the first run; the deck ends here after it."""

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.engine import command
+from hertzchain.engines.lammps.engine import one_command
 from hertzchain.errors import RunFailed
 
 BLOCK = 256  # readings passed on together
@@ -102,7 +102,7 @@ class Callbacks(Hooks):
     """
 
     def __init__(self, lammps: Any) -> None:
-        super().__init__(lambda text: command(lammps, text), f"external pf/callback 1 {_NEVER}")
+        super().__init__(lambda text: one_command(lammps, text), f"external pf/callback 1 {_NEVER}")
         self._lammps = lammps
         self._functions: list[Any] = []  # kept, as LAMMPS only has their addresses
         self._extract = lammps.lib["lammps_extract_atom"]  # a function of its own: types stay

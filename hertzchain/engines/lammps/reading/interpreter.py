@@ -19,10 +19,8 @@ from hertzchain.engines.lammps.reading.found import Executed
 from hertzchain.engines.lammps.reading.text import (
     Edits,
     Line,
-    Word,
     edited,
     in_ascii,
-    quoted,
     without_comment,
     words_of,
 )
@@ -35,6 +33,10 @@ _MOST_COMMANDS = 200_000  # carried out; chosen: a deck with more seems to be en
 _LONGEST = 200  # characters of a command in messages
 _VARIABLE = re.compile(r"ERROR: Variable (\w+):(?!.* before simulation box)")
 """Part of LAMMPS's message on a formula with a variable that it cannot evaluate yet."""
+
+_BEFORE_NAMES = r"v_|py_|\$\{?|[Vv]ariable |name |reference "  # in commands and in LAMMPS's errors
+
+_HIDDEN = "LAMMPS stops here; why is not shown, as it reads a file outside the deck's folder"
 
 _DEEPEST = 15  # files that include one another, as in LAMMPS itself
 
@@ -107,8 +109,7 @@ class Interpreter:
         for name, value in self._variables.items():
             # These are not the deck's: LAMMPS then skips a variable of this name and style in the
             # deck.
-            words = ["variable", name, "index", *map(quoted, value.split())]
-            self._player.give(" ".join(words), words, 0)
+            self._player.give(["variable", name, "index", *in_ascii(value).split()], 0)
         try:
             self._read(self._name)
         except Ended:
@@ -116,9 +117,24 @@ class Interpreter:
         except HertzchainError as problem:
             if self.here is None or str(problem).startswith(f"{self.here.file}:"):
                 raise
-            to_blame = self._variable_in(str(problem)) or self.here
-            place = f"{to_blame.file}:{to_blame.line}"
-            raise type(problem)(f"{place}: {problem}") from None
+            if self._is_outside or self._rules.reads_outside:
+                place, why = self.here, _HIDDEN
+            else:
+                place = self._variable_in(str(problem)) or self.here
+                why = self._unset_in(f"{self.here.text} {problem}") or str(problem)
+            raise type(problem)(f"{place.file}:{place.line}: {why}") from None
+
+    @property
+    def _is_outside(self) -> bool:
+        """Whether the file that is read is not in the folder of the deck."""
+        return bool(self._files) and self._rules.is_outside(self._files[-1].path)
+
+    def _unset_in(self, said: str) -> str:
+        """Return what to do about a variable in an error that has no value; empty for none."""
+        for name, why in self._rules.unset.items():
+            if re.search(rf"({_BEFORE_NAMES}){re.escape(name)}\b", said):
+                return f"variable {name} was left out ({why}): give its value in the deck instead"
+        return ""
 
     def _variable_in(self, said: str) -> Executed | None:
         """Return the last command that set the variable that LAMMPS names in its error, if any."""
@@ -157,13 +173,14 @@ class Interpreter:
         if not text:
             return
         self.here = where
-        self._tell(f"{where.file}:{where.line}: {shown(text)[:_LONGEST]}")
+        said = "" if self._is_outside else shown(text)[:_LONGEST]
+        self._tell(f"{where.file}:{where.line}: {said}")
         if len(self.commands) >= _MOST_COMMANDS:
             raise RunFailed(
                 f"the deck is not over after {_MOST_COMMANDS} commands: it seems to have no end"
             )
         if "$" in text:
-            text = in_ascii(self._lammps.expanded(text)).strip()
+            text = " ".join(in_ascii(self._lammps.expanded(text)).splitlines()).strip()
         words = words_of(text)
         if any("$" in word.raw and word.raw[0] not in "\"'" for word in words):
             # LAMMPS would insert values once more than in the deck itself.
@@ -175,14 +192,16 @@ class Interpreter:
         name, values = words[0].value, [word.value for word in words[1:]]
         if name in CONTROL:
             index = self._note(replace(where, text=shown(text)))
-            getattr(self, f"_{name}")(values, words, index, where)
+            getattr(self, f"_{name}")(values, index, where)
             return
-        given, why_not = self._rules.decide(words, text)
+        given, why_not = self._rules.decide([name, *values])
+        if why_not is not None and self._is_outside:
+            text, where = name, replace(where, written=name)
         index = self._note(
             replace(where, text=shown(text), carried_out=given is not None, why_not=why_not)
         )
         if given is not None:
-            self._player.give(given, [word.value for word in words_of(given)], index)
+            self._player.give(given, index)
 
     def _note(self, done: Executed) -> int:
         """Record a command; return its index."""
@@ -214,14 +233,14 @@ class Interpreter:
                 raise RunFailed(f"jump finds no label {values[1]} in {file.name}")
             file.next = file.labels[values[1]] + 1
 
-    def _next(self, values: list[str], words: list[Word], index: int, *_: Any) -> None:
+    def _next(self, values: list[str], index: int, _: Executed) -> None:
         _need(values, 1, "next")
-        self._player.give(" ".join(word.raw for word in words), ["next", *values], index)
+        self._player.give(["next", *values], index)
         # LAMMPS deletes the variables that have no further value, and skips the next jump.
         if not all(self._lammps.has_variable(name) for name in values):
             self._skips_jump = True
 
-    def _if(self, values: list[str], _: list[Word], __: int, where: Executed) -> None:
+    def _if(self, values: list[str], _: int, where: Executed) -> None:
         if len(values) < 3 or values[1] != "then":
             raise RunFailed("if needs a condition in quotes, then, and commands in quotes")
         body: list[str] = []
@@ -249,7 +268,7 @@ class Interpreter:
         self._ran = False
         self._rules.missing.clear()
 
-    def _run(self, values: list[str], _: list[Word], index: int, where: Executed) -> None:
+    def _run(self, values: list[str], index: int, where: Executed) -> None:
         _need(values, 1, "run")
         steps = steps_of(values[0])
         now = self._lammps.step()
@@ -263,7 +282,7 @@ class Interpreter:
                 k += 1
             elif word in ("start", "stop", "pre", "post"):
                 _need(values[k:], 2, f"run {word}")
-                kept[word] = values[k + 1]
+                kept[word] = _value_of(word, values[k + 1])
                 k += 2
             elif word == "every":
                 _need(values[k:], 2, "run every")
@@ -296,6 +315,20 @@ def read_text(path: Path) -> str:
     """Return the text of a deck without a byte-order mark. Raises OSError, ValueError."""
     text = read_bytes(path, _MOST_BYTES).decode("utf-8-sig", errors="replace")
     return text.replace("\r\n", "\n")
+
+
+def _value_of(keyword: str, value: str) -> str:
+    """Return the value of a keyword of ``run`` as LAMMPS takes it; RunFailed for any other."""
+    if keyword in ("start", "stop"):
+        return str(steps_of(value))
+    if value not in _YES_OR_NO:
+        raise RunFailed(f"run {keyword} {value} is neither yes nor no")
+    return _YES_OR_NO[value]
+
+
+_YES_OR_NO = {
+    **dict.fromkeys(("yes", "on", "true"), "yes"), **dict.fromkeys(("no", "off", "false"), "no"),
+}  # fmt: skip
 
 
 def _need(values: list[str], least: int, name: str) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pty
+import secrets
 import subprocess
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -19,7 +20,6 @@ from hertzchain.engines.lammps.reading.hooks import BLOCK, GranulesChanged, Hook
 from hertzchain.engines.lammps.reading.session import Session
 from hertzchain.errors import BackendMissing, RunFailed
 
-_DONE = "hertzchain: done"
 _NEXT = "hertzchain_next"  # the dump of a run, and the variable that says when it is written
 _READ = ("x", "y", "z", "vx", "vy", "vz", "tqx", "tqy", "tqz")
 
@@ -39,6 +39,7 @@ class Piped(Session):
 
     def __init__(self, program: str, version: str, folder: Path) -> None:
         super().__init__(folder, version)
+        self._done = secrets.token_hex()  # what it prints after a command; no deck can know it
         # A terminal: LAMMPS of 2021 to 2023 keeps what it says until a pipe is full, and later ones
         # have an option for that.
         terminal, its_end = pty.openpty()
@@ -68,17 +69,17 @@ class Piped(Session):
             with suppress(OSError):
                 stream.close()
 
-    def give(self, text: str) -> None:
-        """Give it a command."""
+    def give(self, *commands: str) -> None:
+        """Give it commands, each of which is one line."""
         process = self._process
         assert process.stdin is not None
         said = ""
         with suppress(OSError):  # it has ended: its output has the reason
-            process.stdin.write(f'{text}\nprint "{_DONE}"\n')
+            process.stdin.write("\n".join([*commands, f"print {self._done}\n"]))
             process.stdin.flush()
         with suppress(OSError):  # a terminal reports in this way that the program is gone
             for line in self._lines:
-                if line.rstrip() == _DONE:
+                if line.rstrip() == self._done:
                     return
                 said = (said + line)[-_KEPT:]
         raise _failure(said, process.wait())
@@ -96,7 +97,7 @@ class Piped(Session):
                 else:
                     words += map(" ".join, zip(parts[name], row, strict=True))
             lines.append(" ".join(words))
-        self.give("\n".join(lines))
+        self.give(*lines)
 
     def hooks(self) -> Hooks:
         """Return hooks, without any sources yet."""

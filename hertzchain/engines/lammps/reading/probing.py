@@ -23,6 +23,7 @@ from hertzchain.engines.lammps.reading.prober import (
     members,
 )
 from hertzchain.engines.lammps.reading.session import Stage
+from hertzchain.engines.lammps.reading.text import command_of
 from hertzchain.engines.lammps.reading.walls import walls_of
 from hertzchain.errors import RunFailed
 
@@ -56,7 +57,7 @@ def probe(stage: Stage, sizes: Sizes) -> Probes:
     integrated = _integrated(stage, granules)
     for fix in list(stage.alive.values()):
         if fix.moves:
-            stage.lammps.give(f"unfix {fix.name}")
+            stage.lammps.give(command_of(("unfix", fix.name)))
     unit = sizes.overlap * float(np.min(granules.radius))
     time = sizes.without_contacts(granules.units, stage.lammps.dt())
     contacts = granules.count - 1

@@ -268,7 +268,7 @@ class First(Playing):
         self.stage.ready()
         self.stage.velocities_of_ghosts()
         if steps == 0:
-            self.stage.give(f"run 0 {keywords}", ["run"], index)
+            self.stage.give(["run", "0", *keywords.split()], index)
             return
         self.probes = probe(self.stage, self._sizes)
         raise Ended

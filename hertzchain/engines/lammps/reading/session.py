@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.dumps import read_frames
 from hertzchain.engines.lammps.dialect import write_dump
-from hertzchain.engines.lammps.engine import command, version_of
+from hertzchain.engines.lammps.engine import one_command, version_of
 from hertzchain.engines.lammps.reading.allowed import MOVES, QUIET
 from hertzchain.engines.lammps.reading.hooks import Callbacks, Hooks
-from hertzchain.engines.lammps.reading.text import after_quotes, closed, quoted
+from hertzchain.engines.lammps.reading.text import after_quotes, closed, command_of
 from hertzchain.errors import RunFailed
 
 _CONDITION = "hertzchain_holds"  # the variable that says whether a condition holds
@@ -56,7 +56,7 @@ class Session(ABC):
 
     @abstractmethod
     def give(self, text: str) -> None:
-        """Give it a command."""
+        """Give it a command, which is one line."""
 
     @abstractmethod
     def put(self, arrays: Mapping[str, FloatArray]) -> None:
@@ -69,13 +69,13 @@ class Session(ABC):
     def printed(self, text: str) -> str:
         """Return a text as LAMMPS prints it."""
         said = self.folder / "hertzchain.said"
-        self.give(f"print {quoted(text)} file {quoted(str(said))}")
+        self.give(command_of(("print", text, "file", str(said))))
         return said.read_text(errors="replace").rstrip("\n")
 
     def system(self) -> tuple[str, list[str]]:
         """The name of the units, and the boundary along each axis."""
         path = self.folder / "hertzchain.system"
-        self.give(f"info out overwrite {quoted(str(path))} system")
+        self.give(command_of(("info", "out", "overwrite", str(path), "system")))
         said = path.read_text()
         units = re.search(r"Units\s*=\s*(\S+)", said)
         sides = re.search(r"Boundaries\s*=\s*(\S),(\S) (\S),(\S) (\S),(\S)", said)
@@ -87,7 +87,7 @@ class Session(ABC):
     def dumped(self, *columns: str) -> list[FloatArray]:
         """Columns of all granules."""
         path = self.folder / "hertzchain.dump"
-        self.give(write_dump(quoted(str(path)), columns))
+        self.give(write_dump(command_of([str(path)]), columns))
         return list(read_frames(path, columns)[1][0])
 
     def atoms(self) -> Granular:
@@ -100,7 +100,7 @@ class Session(ABC):
 
     def members(self, group: str) -> NDArray[np.bool_]:
         """Tell which granules are in a group."""
-        self.give(f"variable {_INSIDE} atom gmask({group})")
+        self.give(command_of(("variable", _INSIDE, "atom", f"gmask({group})")))
         return np.asarray(self.dumped(f"v_{_INSIDE}")[0] != 0)
 
     def expanded(self, text: str) -> str:
@@ -121,8 +121,8 @@ class Session(ABC):
 
     def holds(self, condition: str) -> bool:
         """Whether the condition of an ``if`` holds."""
-        yes, no = (quoted(f"variable {_CONDITION} string {value}") for value in ("yes", "no"))
-        self.give(f"if {quoted(condition)} then {yes} else {no}")
+        yes, no = (f"variable {_CONDITION} string {value}" for value in ("yes", "no"))
+        self.give(command_of(("if", condition, "then", yes, "else", no)))
         return self.printed(f"${{{_CONDITION}}}") == "yes"
 
     def has_variable(self, name: str) -> bool:
@@ -159,7 +159,7 @@ class Module(Session):
 
     def give(self, text: str) -> None:
         """Give it a command."""
-        command(self.lammps, text)
+        one_command(self.lammps, text)
 
     def put(self, arrays: Mapping[str, FloatArray]) -> None:
         """Replace ``x``, ``v`` or ``omega``, shape (granules, 3)."""
@@ -209,12 +209,12 @@ class Stage:
     def __post_init__(self) -> None:
         self.hooks = self.lammps.hooks()
 
-    def give(self, text: str, words: list[str], index: int) -> None:
-        """Give LAMMPS a command."""
+    def give(self, words: list[str], index: int) -> None:
+        """Give LAMMPS a command, by its words."""
         name = words[0]
         if name == "fix" and not self.hooks.sources:
             self.hooks.add(None)
-        self.lammps.give(text)
+        self.lammps.give(command_of(words))
         if name == "fix":
             made = DeckFix(words[1], words[2], words[3], index, tuple(words[4:]))
             again = self.alive.get(made.name)

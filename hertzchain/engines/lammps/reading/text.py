@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
+import re
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+
+from hertzchain.errors import RunFailed
 
 _TRIPLE = '"""'
 
@@ -54,7 +57,7 @@ def lines_of(text: str) -> list[Line]:
         if piece.endswith("&"):
             pieces.append(piece[:-1])
         elif quotes % 2:
-            pieces.append(f"{piece}\n")
+            pieces.append(f"{piece} ")  # LAMMPS takes the end of a line in quotes as a blank
         else:
             found.append(Line("".join([*pieces, piece]), start, number))
             pieces, quotes, start = [], 0, None
@@ -124,9 +127,43 @@ def words_of(text: str) -> list[Word]:
     return found
 
 
+_BARE = re.compile(r"[^\s\"'$&#]+")
+"""Words that need no quotes: LAMMPS reads nothing but their letters in them."""
+
+_LETTERS = frozenset(("Lu", "Ll", "Lt", "Lo", "Mn", "Mc", "Nd"))
+"""Unicode categories that LAMMPS leaves as they are; it reads others as quotes, for example."""
+
+
 def quoted(text: str) -> str:
-    """A text as one word of a command."""
-    return f'"{text}"' if '"' not in text else f'"""{text}"""'
+    """A text as one word of a command; RunFailed if no quotes of LAMMPS can hold it."""
+    if any(not " " <= one <= "~" and unicodedata.category(one) not in _LETTERS for one in text):
+        raise RunFailed(f"{text!a} has a character that is no letter: leave it out")
+    if _BARE.fullmatch(text):
+        return text
+    if "$(" in text:  # LAMMPS evaluates it in texts that it prints, and in conditions
+        check_format("".join(re.findall(r":(%[^)]*)", text)))
+    for mark in ('"', "'", _TRIPLE):
+        if mark not in text and mark[0] not in text[:1] + text[-1:]:
+            return f"{mark}{text}{mark}"
+    raise RunFailed(f"{text} has quotes in quotes that LAMMPS cannot tell apart: leave them out")
+
+
+def command_of(words: Iterable[str]) -> str:
+    """One command on one line, in which LAMMPS reads these words and nothing else.
+
+    All that reaches LAMMPS from a deck goes through here. RunFailed for words that need other
+    quotes than there are.
+    """
+    return " ".join(map(quoted, words))
+
+
+_NUMBER_FORMAT = r"[-+ 0#]*\d{0,2}(\.\d{0,2})?l{0,2}[diuefgEFG]"
+
+
+def check_format(text: str) -> None:
+    """Raise RunFailed for a format of C that LAMMPS prints anything but a number with."""
+    if re.search(f"%(?!{_NUMBER_FORMAT})", text):
+        raise RunFailed(f"{text} is no format of a number, as %g or %20.15g is")
 
 
 def after_quotes(text: str, k: int) -> int:

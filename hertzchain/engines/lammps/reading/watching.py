@@ -92,10 +92,10 @@ class Playing(ABC):
         self.stage, self.seen = stage, Watched(count)
         self._begin = begin * (1 - _ROUNDED)
 
-    def give(self, text: str, words: list[str], index: int) -> None:
+    def give(self, words: list[str], index: int) -> None:
         """Give LAMMPS a command."""
-        self.stage.give(text, words, index)
-        self.seen.given.append((index, methodcaller("give", text, words, index)))
+        self.stage.give(words, index)
+        self.seen.given.append((index, methodcaller("give", words, index)))
 
     def take(self, steps: int, keywords: str, index: int) -> None:
         """Have LAMMPS take so many steps, with other keywords of ``run``."""
@@ -105,7 +105,7 @@ class Playing(ABC):
         self.stage.ready()
         dt, first = self.stage.lammps.dt(), self.stage.lammps.step()
         try:
-            self.stage.give(f"run {steps} {keywords}".strip(), ["run"], index)
+            self.stage.give(["run", str(steps), *keywords.split()], index)
         except RunFailed as problem:
             raise Stopped(str(problem)) from None
         done = self.stage.lammps.step() - first
@@ -134,12 +134,12 @@ class Watcher(Playing):
         self._contacts = ContactWatch(probes)
         self._changed = False  # whether fixes have been made or ended since the last run
 
-    def give(self, text: str, words: list[str], index: int) -> None:
+    def give(self, words: list[str], index: int) -> None:
         """Give LAMMPS a command."""
         # A fix replaces an earlier one with the same id.
         is_new = words[0] == "fix" and words[1:2] and words[1] not in self.stage.alive
         self._changed |= bool(is_new) or words[0] == "unfix"
-        super().give(text, words, index)
+        super().give(words, index)
 
     def run(self, steps: int, keywords: str, index: int) -> None:
         """Have LAMMPS take so many steps, and read every so many of them."""
@@ -147,7 +147,7 @@ class Watcher(Playing):
         text = f"run {steps} {keywords}".strip()
         if steps == 0:
             try:
-                self.stage.give(text, ["run"], index)
+                self.stage.give(["run", "0", *keywords.split()], index)
             except RunFailed as problem:
                 raise Stopped(str(problem)) from None
             self.seen.given.append((index, methodcaller("run", 0, keywords, index)))

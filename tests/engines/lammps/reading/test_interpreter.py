@@ -23,7 +23,7 @@ class Player(Playing):
 
     def run(self, steps: int, keywords: str, index: int) -> None:
         """Take steps."""
-        self.stage.give(f"run {steps} {keywords}", ["run"], index)
+        self.stage.give(["run", str(steps), *keywords.split()], index)
 
 
 def player(lammps: Any, folder: Path) -> Player:
@@ -217,7 +217,7 @@ def test_where_each_command_stands(tmp_path: Path) -> None:
         ("fix a all nve/nonsense\n", 1, "fix nve/nonsense is none of the fixes"),
         ("pair_style granlar\n", 1, "LAMMPS stopped"),
         ("pair_style python 1\n", 1, "pair_style python is none"),
-        ("pair_style hybrid granular python 1\n", 1, "pair_style hybrid is none"),
+        ("pair_style hybrid granular python 1\n", 1, "pair_style python is none"),
         ('"""A chain\nof granules."""\n', 1, "is no command of LAMMPS: must be an input script"),
         ("[chain]\n", 1, "is no command of LAMMPS"),
         ("temper 10 10 1\n", 1, "temper is none of the commands"),
@@ -282,7 +282,7 @@ def test_a_hook_stands_after_each_fix_that_exerts_forces() -> None:
         ("fix 1 all addforce 1 0 0", [None, 2, 6]),
         ("mass 1 1", [None, 2, 6]),
     )):  # fmt: skip
-        stage.give(text, text.split(), index)
+        stage.give(text.split(), index)
         assert stage.hooks.sources == sources, text
     assert {name: fix.command for name, fix in stage.alive.items()} == {"1": 6, "3": 2}
     assert list(stage.fixes) == [0, 1, 2, 3, 6]

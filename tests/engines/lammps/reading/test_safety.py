@@ -16,7 +16,7 @@ import hertzchain as hc
 from hertzchain.engines.lammps.binary import look
 from hertzchain.engines.lammps.reading.allowed import Rules
 from hertzchain.engines.lammps.reading.found import FoundDeck
-from hertzchain.engines.lammps.reading.text import quoted, words_of
+from hertzchain.engines.lammps.reading.text import command_of, quoted, words_of
 from hertzchain.engines.lammps.reading.units import units_of
 from hertzchain.errors import HertzchainError, RunFailed, TooExpensive
 from hertzchain.limits import Deadline
@@ -151,11 +151,14 @@ def test_a_deck_that_is_not_there(tmp_path: Path) -> None:
 
 
 GIVEN = """
-print 'a' file x screen no => print 'a' screen no
-print 'a' append x => print 'a'
+print 'a b' file x screen no => print "a b" screen no
+print 'a' append x => print a
 print file x => print file x
-print 'file' => print 'file'
-print 'a' file => print 'a' file
+print 'file' => print file
+print 'a' file => print a file
+print 'see b.gz, 5 %' => print "see b.gz, 5 %"
+print '$(v_a:%s)' => refused
+print '$(v_a:%-8.2f)' => print "$(v_a:%-8.2f)"
 fix 1 all ave/time 1 1 1 c_x file y mode vector => fix 1 all ave/time 1 1 1 c_x mode vector
 fix 1 all nve => fix 1 all nve
 fix 1 all => fix 1 all
@@ -164,6 +167,8 @@ fix 1 all external pf/callback 1 1 => refused
 compute 1 all pressure thermo_temp => compute 1 all pressure thermo_temp
 compute 1 all => compute 1 all
 compute 1 all mliap => refused
+compute 1 all mliap/kk => refused
+create_atoms 1 mesh there => refused
 timer timeout 1 =>
 timer full => timer full
 variable a python f =>
@@ -172,11 +177,24 @@ variable a equal 1 => variable a equal 1
 variable a => variable a
 variable a shell ls => refused
 variable a file there => variable a file {there}
-variable a file lost => variable a file lost
-read_data there => read_data {there}
+variable a file lost => refused
+variable a file /etc/passwd => refused
+variable a format b %8.3f => variable a format b %8.3f
+variable a format b %n => refused
+thermo_modify format float %20.15g => thermo_modify format float %20.15g
+thermo_modify format line '%d %*f' => refused
+fix 1 all ave/time 1 1 1 c_x format %999f => refused
+read_data there add there => read_data {there} add there
+read_data there.gz => refused
+read_data 'a;b' => refused
+read_restart /dev/stdin => refused
+molecule there there offset 1 0 0 0 0 => molecule there {there} offset 1 0 0 0 0
+pair_coeff * * t.table.xz 1 => refused
 pair_style granular => pair_style granular
 pair_style => pair_style
 pair_style hybrid/overlay granular kim => refused
+pair_style hybrid granular v_a lj/cut 2.5 => pair_style hybrid granular v_a lj/cut 2.5
+pair_style hybrid granular eam => refused
 pair_style python 1 => refused
 unfix 9 => unfix 9
 shell ls =>
@@ -187,16 +205,18 @@ tad 1 2 => refused
 
 @pytest.mark.parametrize("line", GIVEN.strip().splitlines())
 def test_what_lammps_is_given(line: str, tmp_path: Path) -> None:
-    (tmp_path / "there").write_text("1")
+    for name in ("there", "there.gz", "a;b"):
+        (tmp_path / name).write_text("1")
     command, _, given = line.replace("{there}", quoted(str(tmp_path / "there"))).partition(" =>")
+    words = [word.value for word in words_of(command)]
     rules = Rules((tmp_path / "nowhere", tmp_path))
     if given == " refused":
-        with pytest.raises(RunFailed, match="carried out here"):
-            rules.decide(words_of(command), command)
+        with pytest.raises(RunFailed):
+            command_of(rules.decide(words)[0] or [])
         return
-    found, why = rules.decide(words_of(command), command)
-    assert (found or "") == given.strip()
-    assert found is None or (why is None) == (command == found or "there" in command)
+    found, why = rules.decide(words)
+    assert command_of(found or []) == given.strip()
+    assert found is None or (why is None) == (found == words or "there" in command)
 
 
 def test_a_fix_that_was_left_out_is_not_changed() -> None:
@@ -208,8 +228,8 @@ def test_a_fix_that_was_left_out_is_not_changed() -> None:
         ("fix p all nve", True),
         ("unfix p", True),
     ):
-        found, why = rules.decide(words_of(command), command)
-        assert (found == command, why is None) == (is_given, is_given)
+        found, why = rules.decide(command.split())
+        assert (found == command.split(), why is None) == (is_given, is_given)
 
 
 @pytest.mark.parametrize("units", ["real", "metal", "electron"])
