@@ -126,7 +126,7 @@ def unit_test(scene: options.SceneFile, output: OutputFile = None) -> None:
     with progress() as report_progress:
         report_progress("native: looking for the wave")
         motion = known_motion(loaded)
-    text = test_text(motion, f"A chain of spheres, scene {scene.stem!r}", time.ctime())
+    text = test_text(motion, f"A chain of spheres, scene {scene.stem}", time.ctime())
     _write("test", output, text)
 
 

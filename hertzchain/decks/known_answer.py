@@ -12,7 +12,15 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.decks.layout import ROOM, ROUNDING, KnownAnswer, Layout, similar, what_is_softer
+from hertzchain.decks.layout import (
+    ROOM,
+    ROUNDING,
+    KnownAnswer,
+    Layout,
+    plain,
+    similar,
+    what_is_softer,
+)
 from hertzchain.decks.standalone import standalone
 from hertzchain.engines.external.rescaling import NONE, predicted_loss
 from hertzchain.engines.lammps.deck import refuse_pair_style
@@ -285,7 +293,8 @@ def _deck_to_run(
     steps, longest = sum(leg.steps for leg in legs), max(leg.dt for leg in legs)
     granules = scene.chain.granules
     about = [
-        f"{title}: a chain of {granules} elastic spheres in Hertz contact, pushed at one end.",
+        f"{plain(title)}: a chain of {granules} elastic spheres in Hertz contact, pushed at one"
+        " end.",
         f"Written by hertzchain {version('hertzchain')}. SI units throughout.",
         f"{steps} steps of at most {longest:.4g} s, ending at the corners of the pulse.",
         "It prints the peak force of each contact, and writes them to peaks.csv. To judge them:",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -63,6 +64,11 @@ class Layout:
         check_pair_style(self.pair_style)
         for key, value in (("watch_every", self.watch_every), ("dump_every", self.dump_every)):
             require(value >= 0, key, value, "must be a number of steps, 0 for never")
+
+
+def plain(title: str) -> str:
+    """Return a title without signs that could end a comment of LAMMPS, Python or YAML."""
+    return re.sub(r"[^\w .,:()+=-]", "_", title)
 
 
 def similar(scene: Scene, step: float) -> tuple[list[Leg], Softening]:

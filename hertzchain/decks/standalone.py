@@ -11,7 +11,7 @@ from importlib.metadata import version
 import numpy as np
 
 from hertzchain.decks.known_numbers import KnownNumbers, comment
-from hertzchain.decks.layout import KnownAnswer, Layout, similar, what_is_softer
+from hertzchain.decks.layout import KnownAnswer, Layout, plain, similar, what_is_softer
 from hertzchain.engines.external.rescaling import NONE, Softening
 from hertzchain.engines.lammps.damping import oldest
 from hertzchain.engines.lammps.deck import START, chain, leg_commands, refuse_pair_style
@@ -67,7 +67,7 @@ def standalone(scene: Scene, layout: Layout, known: KnownAnswer | None = None) -
 def _header(
     scene: Scene, layout: Layout, known: KnownAnswer | None, steps: int, made: Softening
 ) -> list[str]:
-    run = f"lmp -in {layout.name}"
+    run = f"lmp -in {plain(layout.name)}"
     count, terms = scene.chain.granules, list(scene.terms)
     elastic = " elastic" if scene.contact is None else ""
     which = f"with {' and '.join(terms)}" if terms else "pushed at one end"
@@ -85,7 +85,7 @@ def _header(
         paragraphs.insert(0, what_is_softer(made))
     return [
         *comment(
-            f"{layout.title}: a chain of {count}{elastic} spheres in Hertz contact, {which}."
+            f"{plain(layout.title)}: a chain of {count}{elastic} spheres in Hertz contact, {which}."
             f" Written by hertzchain {version('hertzchain')} for LAMMPS of {since} and later. SI"
             " units throughout."
         ),

@@ -15,6 +15,7 @@ from importlib.metadata import version
 import numpy as np
 
 from hertzchain.arrays import FloatArray
+from hertzchain.decks.layout import plain
 from hertzchain.engines.lammps.damping import damping_of
 from hertzchain.engines.lammps.dialect import NO_FRICTION, hertz
 from hertzchain.scene.chain import Chain
@@ -102,7 +103,7 @@ def unit_test(motion: KnownMotion, title: str, date: str) -> str:
         more = ["# At the wall A = kwall sqrt(R)."]
     lines = [
         "---",
-        f"# {title}.",
+        f"# {plain(title)}.",
         "# Neither forces nor motion are LAMMPS's own: F = A overlap^(3/2) where spheres touch,",
         "# A = sqrt(2R) E / (3 (1 - nu^2)), nothing where they are apart, by velocity Verlet in",
         "# displacements. To record them again with -u would take that away.",

@@ -231,3 +231,18 @@ def test_the_options_of_a_deck_are_in_it(hertzchain: Command) -> None:
     lean = hertzchain("deck", "scene.toml", "--rtol", "1e-3", "--watch-every", "0").out
     assert "watch index" not in lean
     assert "d_true" not in lean
+
+
+@pytest.mark.parametrize("engine", ["lammps", "liggghts", "yade", None])
+def test_names_of_files_are_only_text_of_a_deck(hertzchain: Command, engine: str | None) -> None:
+    """No sign in them makes a command, or ends a comment, in a deck or a unit test."""
+    decks = []
+    for name in ("beads", 'a\nshell x\n""" \\N{x} \\ &', 'b\rshell x """', "c'''\u2028 $(x)"):
+        scene = scene_file(name=f"{name}.toml")
+        how = ["unit-test", scene] if engine is None else ["deck", scene, "--engine", engine]
+        assert hertzchain(*how, "-o", f"{name}.out").status == 0
+        lines = Path(f"{name}.out").read_bytes().decode().split("\n")
+        texts = [line for line in lines if re.match("#|date|.* elastic spheres in", line)]
+        signs = re.sub("[^\r\u2028\\\\&\"'$]", "", "".join(texts))
+        decks.append((signs, [line for line in lines if line not in texts]))
+    assert all(deck == decks[0] for deck in decks)
