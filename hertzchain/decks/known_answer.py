@@ -291,10 +291,9 @@ def _deck_to_run(
     _lost_digits(scene, step)
     legs, made = similar(scene, step)
     steps, longest = sum(leg.steps for leg in legs), max(leg.dt for leg in legs)
-    granules = scene.chain.granules
+    count = scene.chain.granules
     about = [
-        f"{plain(title)}: a chain of {granules} elastic spheres in Hertz contact, pushed at one"
-        " end.",
+        f"{plain(title)}: a chain of {count} elastic spheres in Hertz contact, pushed at one end.",
         f"Written by hertzchain {version('hertzchain')}. SI units throughout.",
         f"{steps} steps of at most {longest:.4g} s, ending at the corners of the pulse.",
         "It prints the peak force of each contact, and writes them to peaks.csv. To judge them:",

@@ -142,7 +142,8 @@ def quoted(text: str) -> str:
         return text
     if "$(" in text:  # LAMMPS evaluates it in texts that it prints, and in conditions
         check_format("".join(re.findall(r":(%[^)]*)", text)))
-    for mark in ('"', "'", _TRIPLE):
+    # LAMMPS counts triple quotes, in other quotes too, to know whether the next line belongs here.
+    for mark in ('"', "'", _TRIPLE) if _TRIPLE not in text else ():
         if mark not in text and mark[0] not in text[:1] + text[-1:]:
             return f"{mark}{text}{mark}"
     raise RunFailed(f"{text} has quotes in quotes that LAMMPS cannot tell apart: leave them out")
