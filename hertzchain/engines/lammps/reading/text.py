@@ -87,9 +87,10 @@ def in_ascii(text: str) -> str:
 def _plain(character: str) -> str:
     if character in _ALIKE:
         return _ALIKE[character]
-    if character in "\t\n\r\f" or " " <= character <= "~":
+    if character == "\n" or " " <= character <= "~":
         return character
-    return " " if unicodedata.category(character) in ("Zs", "Zl", "Zp", "Cf") else "?"
+    is_blank = character.isspace() or unicodedata.category(character) == "Cf"
+    return " " if is_blank else "?"
 
 
 def without_comment(text: str) -> str:
