@@ -229,6 +229,7 @@ class Rules:
             return words, None
         files = [*map(self._file, values[:1])]
         if self.reads_outside:
+            self.reads_outside = False  # this message may be shown
             raise RunFailed(f"{values[0]}: is not in the folder of the deck: copy it there")
         return [*words[:3], *files, *values[1:]], None
 

@@ -117,12 +117,14 @@ class Interpreter:
         except HertzchainError as problem:
             if self.here is None or str(problem).startswith(f"{self.here.file}:"):
                 raise
+            place = f"{self.here.file}:{self.here.line}"
             if self._is_outside or self._rules.reads_outside:
-                place, why = self.here, _HIDDEN
-            else:
-                place = self._variable_in(str(problem)) or self.here
-                why = self._unset_in(f"{self.here.text} {problem}") or str(problem)
-            raise type(problem)(f"{place.file}:{place.line}: {why}") from None
+                raise type(problem)(f"{place}: {_HIDDEN}") from None
+            if why := self._unset_in(f"{self.here.text} {problem}"):
+                raise RunFailed(f"{place}: {why}") from None
+            to_blame = self._variable_in(str(problem)) or self.here
+            place = f"{to_blame.file}:{to_blame.line}"
+            raise type(problem)(f"{place}: {problem}") from None
 
     @property
     def _is_outside(self) -> bool:

@@ -15,7 +15,7 @@ from hertzchain.engines.lammps.reading.interpreter import Interpreter
 from hertzchain.engines.lammps.reading.piped import Piped
 from hertzchain.engines.lammps.reading.session import Module, Session, Stage
 from hertzchain.engines.lammps.reading.text import lines_of
-from hertzchain.errors import HertzchainError
+from hertzchain.errors import HertzchainError, RunFailed
 from hertzchain.limits import Deadline
 from tests.command_line import Command
 from tests.engines.lammps.reading.chains import BESIDE_PYTHON, SCENE, Deck
@@ -122,6 +122,24 @@ def test_no_way_starts_or_writes_anything(
     for way in WAYS:
         play(write(there, way, context), lmp, monkeypatch)
         assert not there.with_name("pwn").exists(), way
+
+
+@pytest.mark.parametrize(
+    "command",
+    ["include", "jump", "read_data", "molecule m", "variable f file", "variable f atomfile"],
+)
+@pytest.mark.parametrize("text", ["root:x", "shell root:x", "fix root:x all nve", "1 root:x\n2"])
+def test_text_outside_the_folder_of_a_deck_is_not_shown(
+    command: str, text: str, there: Path
+) -> None:
+    (there.parent / "home" / "shadow").write_text(f"# passwords\n{text}\nunits root:x\n")
+    (there / "in.mine").write_text(f"{command} ../home/shadow\nprint ${{f}}\n")
+    with session(None, there.parent / "tmp") as lammps:
+        script = Interpreter("in.mine", there / "in.mine", {}, Player(Stage(lammps)))
+        with pytest.raises(RunFailed, match=r"outside the deck|copy it there") as caught:
+            script.play()
+    (there.parent / "home" / "shadow").unlink()
+    assert "root" not in f"{caught.value} {[d for d in script.commands if not d.carried_out]}"
 
 
 @pytest.mark.slow

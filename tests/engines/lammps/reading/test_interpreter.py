@@ -223,6 +223,8 @@ def test_where_each_command_stands(tmp_path: Path) -> None:
         ("temper 10 10 1\n", 1, "temper is none of the commands"),
         ("variable w world a b\n", 1, "a variable of style world is none of the variables"),
         ("include -\n", 1, "cannot be read"),
+        ("variable p python f\nprint ${p}\n", 2, "variable p was left out"),
+        ("variable f file /etc/passwd\n", 1, "copy it there"),
     ],
 )
 def test_what_cannot_be_carried_out_is_one_sentence(

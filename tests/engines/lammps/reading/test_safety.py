@@ -88,6 +88,10 @@ def test_nothing_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 WRONG: dict[str, tuple[str, str | None, str]] = {
     "endless": ("", "label a\nrun 0\njump SELF a", "not over after 1 s"),
     "python": ("fix x all python/invoke 1 end_of_step f", None, "in.mine:25: fix python/invoke is"),
+    "a value of python": (
+        "variable e python f\nvariable q equal v_e\nfix z all addforce v_q 0 0", None,
+        "variable e was left out (it would run other programs): give its value",
+    ),
     "fewer granules": (
         "", "run 10\ngroup last id 4\ndelete_atoms group last\nrun 10", "makes or deletes granules",
     ),
