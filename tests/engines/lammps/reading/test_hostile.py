@@ -80,7 +80,7 @@ def write(folder: Path, way: str, context: str) -> Path:
     (folder / "part.in").write_text(text, newline="")
     more = CONTEXTS[context].format(text=text, by_variable=by_variable or "include part.in")
     deck = folder / "in.mine"
-    deck.write_text(Deck(more=more, run=f"{more}\nrun 2", steps=2).text(), newline="")
+    deck.write_text(Deck(more=f"run 1\n{more}", run="run 2", steps=2).text(), newline="")
     return deck
 
 

@@ -211,6 +211,8 @@ def test_where_each_command_stands(tmp_path: Path) -> None:
         ("include in.mine\n", 1, "include one another"),
         ("units si\nrun $((2)\n", 2, "a bracket is not closed"),
         ("run many\n", 1, "is no number of steps"),
+        ("run 1 start '0 every 1 quit'\n", 1, "is no number of steps"),
+        ("run 1 pre 'yes every 1 quit'\n", 1, "is neither yes nor no"),
         ("run -5\n", 1, "is no number of steps"),
         ("variable a equal ${missing}\n", 1, "Substitution for illegal variable missing"),
         ("if 1 1 1\n", 1, "if needs a condition"),
