@@ -81,7 +81,7 @@ def examine(
     Raises
     ------
     BackendMissing
-        If LAMMPS is not there.
+        If LAMMPS is not there, or stops on a command that the examination adds to the deck.
     SceneError
         For an impossible scene, tolerance or deck.
     RunFailed

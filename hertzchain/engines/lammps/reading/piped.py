@@ -16,7 +16,13 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.dumps import read_blocks
 from hertzchain.engines.lammps.dialect import is_out_of_memory, not_enough_memory, write_dump
 from hertzchain.engines.lammps.engine import forget_shared_memory
-from hertzchain.engines.lammps.reading.hooks import BLOCK, GranulesChanged, Hooks, Readings
+from hertzchain.engines.lammps.reading.hooks import (
+    BLOCK,
+    GranulesChanged,
+    Hooks,
+    Readings,
+    not_of_the_deck,
+)
 from hertzchain.engines.lammps.reading.session import Session
 from hertzchain.errors import BackendMissing, RunFailed
 
@@ -136,10 +142,14 @@ class StoredForces(Hooks):
         columns = (*_READ, *(f"f_{name}[{k}]" for name in self._names for k in (1, 2, 3)))
         path = lammps.folder / "hertzchain.run"
         path.unlink(missing_ok=True)
-        lammps.give(f"variable {_NEXT} equal stride({first},{first + steps},{stride})")
-        lammps.give(f"dump {_NEXT} all custom 1 {path.name} id {' '.join(columns)}")
-        lammps.give(f"dump_modify {_NEXT} every v_{_NEXT} first yes sort id format float %.17g")
-        lammps.give(text.replace(" pre no", ""))  # a dump is set up before a run
+        # LAMMPS of 2021 needs a next step after the last one, too.
+        steps_of_dump = f"stride({first},{first + steps + stride},{stride})"
+        with not_of_the_deck():
+            lammps.give(f"variable {_NEXT} equal {steps_of_dump}")
+            lammps.give(f"dump {_NEXT} all custom 1 {path.name} id {' '.join(columns)}")
+            lammps.give(f"dump_modify {_NEXT} every v_{_NEXT} first yes sort id format float %.17g")
+        with not_of_the_deck(" dump "):  # a deck's own dumps are left out
+            lammps.give(text.replace(" pre no", ""))  # a dump is set up before a run
         lammps.give(f"undump {_NEXT}")
         if (lammps.step() - first) % stride:
             lammps.give(write_dump(path.name, columns, append=True))

@@ -18,10 +18,10 @@ from hertzchain.engines.lammps.reading.allowed import Rules
 from hertzchain.engines.lammps.reading.found import FoundDeck
 from hertzchain.engines.lammps.reading.text import command_of, quoted, words_of
 from hertzchain.engines.lammps.reading.units import units_of
-from hertzchain.errors import HertzchainError, RunFailed, TooExpensive
+from hertzchain.errors import BackendMissing, HertzchainError, RunFailed, TooExpensive
 from hertzchain.limits import Deadline
 from tests.engines.lammps.reading.chains import BESIDE_PYTHON, OTHERS, SCENE, Deck, read_deck
-from tests.processes import children
+from tests.processes import children, posix
 
 pytestmark = pytest.mark.lammps
 
@@ -294,6 +294,27 @@ def test_a_binary_makes_of_a_deck_what_the_module_makes(lmp: str, tmp_path: Path
     (ours,), (theirs,) = by_module.walls, by_binary.walls
     np.testing.assert_allclose(theirs.position, ours.position, rtol=1e-12)
     np.testing.assert_allclose(theirs.force, ours.force, rtol=1e-9)
+
+
+OF_2021 = r"s/stride([0-9]*,\([0-9]*\),\([0-9]*\))/(& * (step+\2<=\1))/"
+"""What sed makes of our commands: a dump needs a next step, as in LAMMPS of 2021."""
+
+NO_FIX = "s,^fix hertzchain0 .*,fix hertzchain0 all no/such,"
+NO_DUMP = "s/^variable hertzchain_next .*/variable hertzchain_next equal 0/"
+
+
+@posix
+@pytest.mark.parametrize("change", [OF_2021, NO_FIX, NO_DUMP])
+def test_a_lammps_that_refuses_commands_of_ours_judges_no_deck(change: str, tmp_path: Path) -> None:
+    deck, lmp = Deck(steps=40).write(tmp_path), tmp_path / "lmp"
+    sed = f"exec sed -u '{change}' 2> /dev/null"
+    lmp.write_text(f'#!/bin/bash\nexec "{BESIDE_PYTHON}" "$@" < <({sed})\n')
+    lmp.chmod(0o755)
+    if change == OF_2021:
+        assert read_deck(deck, SCENE, lmp=lmp).stopped == ""
+        return
+    with pytest.raises(BackendMissing, match="a command that hertzchain adds to the deck: take"):
+        read_deck(deck, SCENE, lmp=lmp)
 
 
 @pytest.mark.parametrize("lmp", [pytest.param(None, marks=slow), BESIDE_PYTHON])
