@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +41,18 @@ def children(parent: int) -> list[int]:
     return found
 
 
+def below(parent: int) -> list[int]:
+    """The processes that another has started, those that these have started, and so on."""
+    return [pid for child in children(parent) for pid in (child, *below(child))]
+
+
+def command_line(pid: int) -> bytes:
+    """The words of the command that started a process; none if it has ended."""
+    with suppress(OSError):
+        return Path(f"/proc/{pid}/cmdline").read_bytes()
+    return b""
+
+
 def runs(pid: int) -> bool:
     """Return whether a process runs or is stopped."""
     try:
@@ -50,10 +63,7 @@ def runs(pid: int) -> bool:
 
 def is_server(pid: int) -> bool:
     """Return whether a process was started to run LAMMPS for another."""
-    try:
-        return b"hertzchain.engines.lammps.isolation" in Path(f"/proc/{pid}/cmdline").read_bytes()
-    except OSError:
-        return False
+    return b"hertzchain.engines.lammps.isolation" in command_line(pid)
 
 
 def has_lammps(pid: int) -> bool:

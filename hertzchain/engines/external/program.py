@@ -10,7 +10,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -23,12 +23,31 @@ _LEAST = 1e6  # bytes that must be free for temporary files of any run
 SLICE = 0.5  # seconds of one wait; on Windows Ctrl-C has to wait for its end
 _GRACE = 2.0  # seconds that a program gets to end on request
 
+END_GROUP = f'kill -s TERM -- "-$TARGET" && sleep {_GRACE:g} && kill -s KILL -- "-$TARGET"'
+_CLEAR = 'for k in 1 2 3 4 5; do rm -rf -- "$TARGET" && exit; sleep 1; done'
+
+
+@contextmanager
+def if_killed(script: str, target: object) -> Iterator[None]:
+    """Have a shell carry out a script, on its ``$TARGET``, if this process ends in the context.
+
+    The shell waits at a pipe from this process, also where that is killed. Windows has no shell.
+    """
+    quiet = "exec > /dev/null 2>&1; cd /; read -r end"
+    environment = {"PATH": os.defpath, "TARGET": str(target)}
+    with ExitStack() as stack:
+        with suppress(OSError):
+            command = ["/bin/sh", "-c", f"{quiet}; {script}"]
+            shell = stack.enter_context(start(command, stdin=subprocess.PIPE, env=environment))
+            stack.callback(shell.kill)
+        yield
+
 
 @contextmanager
 def work_folder(code: str) -> Iterator[Path]:
     """Temporary folder for a run; a full disk is reported in one sentence."""
     try:
-        with tempfile.TemporaryDirectory(prefix="hertzchain-") as folder:
+        with tempfile.TemporaryDirectory(prefix="hertzchain-") as folder, if_killed(_CLEAR, folder):
             _refuse_full(folder)
             try:
                 yield Path(folder)
@@ -61,8 +80,9 @@ def run_program(
 ) -> str:
     """Run a program to its end in a folder; return the last part of its output.
 
-    If the wait ends early, its process group is killed with all processes that it has started. For
-    a status other than 0 the error contains the last line that names an error.
+    If the wait ends early, or this process is killed, its process group is killed with all
+    processes that it has started. For a status other than 0 the error contains the last line that
+    names an error.
     """
     said = folder / SAID
     with said.open("wb") as output:
@@ -79,10 +99,11 @@ def run_program(
             raise BackendMissing(
                 f"{code} cannot be started ({command[0]}: {problem.strerror})"
             ) from None
-        try:
-            _wait(process, deadline)
-        finally:
-            _kill(process)
+        with if_killed(END_GROUP, process.pid):
+            try:
+                _wait(process, deadline)
+            finally:
+                _kill(process)
     text = said.read_text(encoding="utf-8", errors="replace")[-_KEPT:]
     if (status := process.returncode) != 0:
         how = f"ended with status {status}" if status > 0 else f"was ended by {signal_name(status)}"
@@ -90,7 +111,7 @@ def run_program(
     return text
 
 
-def start(command: Sequence[str], **options: Any) -> subprocess.Popen[bytes]:
+def start(command: Sequence[str], **options: Any) -> subprocess.Popen[Any]:
     """Start a program in a process group of its own, which Ctrl-C does not reach."""
     if sys.platform == "win32":
         options["creationflags"] = subprocess.CREATE_NEW_PROCESS_GROUP
@@ -99,7 +120,7 @@ def start(command: Sequence[str], **options: Any) -> subprocess.Popen[bytes]:
     return subprocess.Popen(list(command), **options)  # noqa: S603 - the user's, or this one
 
 
-def _wait(process: subprocess.Popen[bytes], deadline: Deadline) -> None:
+def _wait(process: subprocess.Popen[Any], deadline: Deadline) -> None:
     while True:
         try:
             process.wait(min(max(deadline.left, 0.0), SLICE))
@@ -110,7 +131,7 @@ def _wait(process: subprocess.Popen[bytes], deadline: Deadline) -> None:
             return
 
 
-def _kill(process: subprocess.Popen[bytes]) -> None:
+def _kill(process: subprocess.Popen[Any]) -> None:
     """End the whole group, first by a request: only mpiexec may know the groups of its ranks."""
     try:
         if sys.platform != "win32" and process.poll() is None:
@@ -122,7 +143,7 @@ def _kill(process: subprocess.Popen[bytes]) -> None:
         kill(process)
 
 
-def kill(process: subprocess.Popen[bytes]) -> None:
+def kill(process: subprocess.Popen[Any]) -> None:
     """Kill the group of a program at once, and wait until it is gone."""
     with suppress(OSError):
         if sys.platform == "win32":

@@ -128,7 +128,6 @@ class Lammps(ExternalEngine):
             If LAMMPS stops with an error or, in its own process, crashes.
         """
         deadline, program = Deadline(self.time_limit), None
-        # This process makes the folder: one of a killed process would not be removed.
         with work_folder("LAMMPS") as folder, Child() as child:
 
             def ask(function: Callable[..., Any], *arguments: Any) -> Any:

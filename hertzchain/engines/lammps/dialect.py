@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime
 
-from hertzchain.errors import RunFailed
+from hertzchain.errors import BackendMissing, RunFailed
 
 # ---- Versions and packages
 
@@ -143,3 +144,20 @@ def was_killed(who: str = "LAMMPS") -> RunFailed:
         f"{who} was killed (SIGKILL), perhaps because memory ran out: free some, or take a shorter"
         " chain"
     )
+
+
+@contextmanager
+def not_of_the_deck(sign: str = "") -> Iterator[None]:
+    """Raise BackendMissing where LAMMPS stops on a command of ours, which says nothing of a deck.
+
+    ``sign`` is part of messages on such a command, if a command of the deck is given with it.
+    """
+    try:
+        yield
+    except RunFailed as problem:
+        if "LAMMPS stopped" not in str(problem) or sign not in str(problem).lower():
+            raise
+        raise BackendMissing(
+            f"{problem}, on a command that hertzchain adds to the deck: take another LAMMPS, as"
+            f" comes with: {INSTALL}"
+        ) from None

