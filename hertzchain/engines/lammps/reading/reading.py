@@ -356,7 +356,7 @@ def looked(start: Start, path: Path, folder: Path, variables: Mapping[str, str])
     source = Source(str(path), folder / path, folder, variables)
     with start.stage() as stage:
         first = First(stage, Sizes())
-        seen = _played(source, first, HertzchainError)
+        seen = _played(source, first, RunFailed)
     probes = first.probes
     if (
         probes is None
