@@ -144,11 +144,13 @@ def __dir__() -> list[str]:
 
 
 def __getattr__(name: str) -> Any:
-    """Load a public name, and what it needs, when it is first used."""
+    """Load a public name, and what it needs, when it is first used; it checks its arguments."""
     if name == "__version__":
         return importlib.import_module("importlib.metadata").version("hertzchain")
     if name == "theory":
         return importlib.import_module("hertzchain.theory")
     if name in _HOME:
-        return getattr(importlib.import_module(_HOME[name]), name)
+        checked = importlib.import_module("hertzchain.scene.arguments").checked
+        value = checked(getattr(importlib.import_module(_HOME[name]), name))
+        return globals().setdefault(name, value)
     raise AttributeError(f"module 'hertzchain' has no attribute {name!r}")

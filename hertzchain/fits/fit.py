@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -120,7 +121,11 @@ def fit(
     chosen = free_of(scene, free, ties)
     is_list = isinstance(traces, Sequence) and not isinstance(traces, str)
     given: list[Any] = list(traces) if is_list else [traces]  # type: ignore[arg-type]
-    require(len(given) > 0, "traces", None, "must be at least one file or table")
+    are_files = all(
+        isinstance(one, str | os.PathLike | Mapping) or hasattr(one, "select_dtypes")
+        for one in given
+    )
+    require(len(given) > 0 and are_files, "traces", None, "must be at least one file or table")
     with telling(progress) as report_progress:
         report_progress("native: the scene as it is given")
         model: Model

@@ -49,7 +49,7 @@ _PLAIN = (1e-3, 1e4)  # between these values a logarithmic axis has plain number
 def check_size(size: Any) -> None:
     """Raise a SceneError unless the size of a picture is a width and a height [inches]."""
     allowed = "must be a width and a height above 0 [inches], such as (3.4, 2.6)"
-    are_two = np.shape(size) == (2,) and all(map(is_positive, size))
+    are_two = len(size) == 2 and all(map(is_positive, size))
     require(are_two, "size", size, allowed)
 
 

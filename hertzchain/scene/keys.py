@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from numbers import Integral, Real
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from hertzchain.errors import is_finite, require
 from hertzchain.scene.quantities import to_si
@@ -107,6 +107,13 @@ class Key:
         return f"{self.label} [{unit}]" if unit else self.label
 
 
+Positive = Annotated[float, Key(above=0)]
+NotNegative = Annotated[float, Key(least=0)]
+Count = Annotated[int, Key(least=1, kind="int")]
+Seed = Annotated[int, Key(least=0, most=2**32 - 1, kind="int")]
+"""Annotations of arguments that have a range; see ``arguments``."""
+
+
 def key(*args: Any, **more: Any) -> dict[str, Key]:
     """Return the metadata of a field that is a key; arguments are those of ``Key``."""
     return {"key": Key(*args, **more)}
@@ -125,13 +132,14 @@ def keys_of(kind: type) -> Mapping[str, Key]:
 def check(part: Any) -> None:
     """Raise a SceneError for the first value of a frozen part that its key does not allow.
 
-    None is allowed where it is the default, and tuples are checked elsewhere. Numbers become
-    Python's own, as files and decks show them.
+    None is allowed where it is the default, and a tuple with a value per granule is checked
+    elsewhere. Numbers become Python's own, as files and decks show them.
     """
     keys = keys_of(type(part))
     for one in fields(part):
         value = getattr(part, one.name)
-        is_checked = isinstance(value, tuple) or (value is None and one.default is None)
+        is_each = isinstance(value, tuple) and str(one.type).startswith("PerGranule")
+        is_checked = is_each or (value is None and one.default is None)
         if one.name in keys and not is_checked:
             keys[one.name].check(one.name, value)
         if isinstance(value, Real) and not isinstance(value, bool):

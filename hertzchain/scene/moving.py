@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from hertzchain.scene.keys import Positive
 from hertzchain.scene.shock import Shock
 
 
@@ -15,7 +16,7 @@ class Moving(Shock):
     noun = "moving granules"
     section = ""
 
-    def stretched(self, time: float, length: float, modulus: float) -> Moving:
+    def stretched(self, time: Positive, length: Positive, modulus: Positive) -> Moving:
         """The shock of a similar scene; see ``Shock``."""
         return self
 

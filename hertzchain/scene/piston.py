@@ -7,9 +7,9 @@ from dataclasses import dataclass, field, replace
 
 from hertzchain.errors import is_finite, require, require_one
 from hertzchain.scene.chain import short_repr
-from hertzchain.scene.keys import check, key
+from hertzchain.scene.keys import Positive, check, key
 from hertzchain.scene.shock import Shock, Stroke
-from hertzchain.scene.tables import check_table
+from hertzchain.scene.tables import Rows, check_table
 
 
 @dataclass(frozen=True, repr=False)
@@ -46,8 +46,8 @@ class Piston(Shock):
         default=None,
         metadata=key("m/s", "velocity of the piston", above=0, usual=(1e-5, 1e3)),
     )
-    time: tuple[float, ...] | None = None
-    displacement: tuple[float, ...] | None = None
+    time: Rows | None = None
+    displacement: Rows | None = None
     file: str | None = field(default=None, compare=False)
 
     def __repr__(self) -> str:
@@ -100,7 +100,7 @@ class Piston(Shock):
         """Velocity at the start [m/s]."""
         return self.strokes[0].velocity
 
-    def stretched(self, time: float, length: float, modulus: float) -> Piston:
+    def stretched(self, time: Positive, length: Positive, modulus: Positive) -> Piston:
         """The piston of a similar scene; see ``Shock``."""
         if self.velocity is not None:
             return replace(self, velocity=length / time * self.velocity)

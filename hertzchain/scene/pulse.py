@@ -16,10 +16,10 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import require, require_one
 from hertzchain.scene.chain import short_repr
-from hertzchain.scene.keys import check, key
+from hertzchain.scene.keys import Positive, check, key
 from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.shock import GRANULE, Shock
-from hertzchain.scene.tables import check_table
+from hertzchain.scene.tables import Rows, check_table
 
 Profile = Literal["cosine", "triangular", "cosine-triangular"]
 """Names of the profiles of Table 1."""
@@ -92,7 +92,7 @@ class Pulse(Shock):
             Ramp(rise_time, end, self.peak_force, 0.0, decay),
         )
 
-    def stretched(self, time: float, length: float, modulus: float) -> Pulse:
+    def stretched(self, time: Positive, length: Positive, modulus: Positive) -> Pulse:
         """The pulse of a similar scene; see ``Shock``."""
         return self if self.rise_time is None else replace(self, rise_time=time * self.rise_time)
 
@@ -128,8 +128,8 @@ class PulseTable(Shock):
     noun = "pulse table"
     column = ("force", "force_N")
 
-    time: tuple[float, ...]
-    force: tuple[float, ...]
+    time: Rows
+    force: Rows
     file: str | None = field(default=None, compare=False)
     granule: int = field(default=1, metadata=GRANULE)
 
@@ -160,11 +160,11 @@ class PulseTable(Shock):
         """The force at any times [N]."""
         return self.force_at(time, ())
 
-    def stretched(self, time: float, length: float, modulus: float) -> PulseTable:
+    def stretched(self, time: Positive, length: Positive, modulus: Positive) -> PulseTable:
         """The table of a similar scene; see ``Shock``."""
         return replace(self, time=tuple(time * row for row in self.time))
 
-    def stronger(self, factor: float) -> PulseTable:
+    def stronger(self, factor: Positive) -> PulseTable:
         """The table with another force, at the same times."""
         return replace(self, force=tuple(factor * value for value in self.force))
 

@@ -17,6 +17,7 @@ from hertzchain.errors import SceneError, require
 from hertzchain.scene.chain import MATERIAL, MOST_UNLIKE, Chain
 from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.granules import Granules, granules_of, like_granules
+from hertzchain.scene.keys import Positive
 from hertzchain.scene.moving import Moving
 from hertzchain.scene.natural_units import (
     MOMENTUM_IN_NATURAL_UNITS,
@@ -391,7 +392,7 @@ class Scene(Numbered, Shown):
         """F(t) [N] at any times [s], also before and after the pulse; shape of ``time``."""
         return self.shock.force_at(time, self.ramps)
 
-    def schedule(self, dt: float) -> tuple[Leg, ...]:
+    def schedule(self, dt: Positive) -> tuple[Leg, ...]:
         """Return a run's steps of at most ``dt`` [s]; steps end at the shock's corners."""
         if strokes := self.shock.strokes:
             return lay_strokes(strokes, self.end_time, dt)

@@ -14,7 +14,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.scene.keys import key
+from hertzchain.scene.keys import Positive, key
 from hertzchain.scene.ramp import Ramp
 
 GRANULE = key("", "granule that is pushed", least=1, kind="int")
@@ -133,13 +133,13 @@ class Shock(ABC):
         """Raise a SceneError if a static load [N] on granule 1 is too small."""
 
     @abstractmethod
-    def stretched(self, time: float, length: float, modulus: float) -> Self:
+    def stretched(self, time: Positive, length: Positive, modulus: Positive) -> Self:
         """The shock of a similar scene with the same forces.
 
         Arguments are the ratios of its times, lengths and Young's moduli to the true ones.
         """
 
-    def stronger(self, factor: float) -> Self:
+    def stronger(self, factor: Positive) -> Self:
         """The shock with another force; called only in scenes without loads."""
         own: Any = self
         stronger: Self = replace(own, peak_force=factor * own.peak_force)

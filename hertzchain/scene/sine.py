@@ -9,7 +9,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import require
-from hertzchain.scene.keys import check, key
+from hertzchain.scene.keys import Positive, check, key
 from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.shock import GRANULE, Shock
 
@@ -97,7 +97,7 @@ class Sine(Shock):
         )
         require(self.amplitude <= load, "shock.amplitude", self.amplitude, allowed)
 
-    def stretched(self, time: float, length: float, modulus: float) -> Sine:
+    def stretched(self, time: Positive, length: Positive, modulus: Positive) -> Sine:
         """The sine of a similar scene; see ``Shock``."""
         return replace(self, frequency=self.frequency / time)
 

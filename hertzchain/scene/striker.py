@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from hertzchain.scene.chain import DENSITY, MATERIAL, POISSON_RATIO, RADIUS, YOUNG_MODULUS
-from hertzchain.scene.keys import check, key, of_granule
+from hertzchain.scene.keys import Positive, check, key, of_granule
 from hertzchain.scene.shock import Shock
 
 
@@ -70,7 +70,7 @@ class Striker(Shock):
         own = {key: getattr(self, key) for key in MATERIAL}
         return {key: value for key, value in own.items() if value is not None}
 
-    def stretched(self, time: float, length: float, modulus: float) -> Striker:
+    def stretched(self, time: Positive, length: Positive, modulus: Positive) -> Striker:
         """The striker of a similar scene; see ``Shock``."""
         own = None if self.young_modulus is None else modulus * self.young_modulus
         return replace(self, velocity=length / time * self.velocity, young_modulus=own)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
 from hertzchain.errors import SceneError, is_finite, require
 from hertzchain.files import read_rows
@@ -25,7 +25,10 @@ def check_table(shock: Any, least: float | None = None) -> None:
     not finite or below ``least``.
     """
     field, column = shock.column
-    times, values = (() if one is None else one for one in (shock.time, getattr(shock, field)))
+    columns = shock.time, getattr(shock, field)
+    times, values = (
+        one if isinstance(one, Sequence) or getattr(one, "shape", None) else () for one in columns
+    )
     rows = len(times)
     require(rows >= 2, "rows", rows, f"must be at least 2 rows of time_s and {column}")
     allowed = f"must be {rows}, as those of time_s"
@@ -44,6 +47,10 @@ def check_table(shock: Any, least: float | None = None) -> None:
         require(is_possible, f"{column} in row {row}", value, allowed)
     for name, given in (("time", times), (field, values)):
         object.__setattr__(shock, name, tuple(float(one) for one in given))
+
+
+Rows = Annotated[tuple[float, ...], check_table]
+"""A column of the table of a shock, which ``check_table`` checks row by row."""
 
 
 def columns_of(shock: Shock) -> dict[str, Sequence[float]]:

@@ -52,8 +52,6 @@ RIGID = 1e30
 walls all have one: its deformation is below round-off.
 """
 
-NOT_NEGATIVE = "must be a finite number of at least 0"
-
 
 @dataclass(frozen=True)
 class Wall:

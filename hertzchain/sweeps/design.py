@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, require
+from hertzchain.scene.arguments import checked
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.sections import sections_of
@@ -167,6 +168,7 @@ class Design:
         return {"scene": sections_of(self.base), "vary": vary, "samples": drawn, **ties}
 
 
+@checked
 def design(
     scene: SceneLike,
     vary: Mapping[str, str | Iterable[Value]],

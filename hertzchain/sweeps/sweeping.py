@@ -15,6 +15,7 @@ from hertzchain.errors import OutputError, did_you_mean, require
 from hertzchain.limits import RTOL
 from hertzchain.observables.definitions import DEFINITIONS
 from hertzchain.scene.given import SceneLike
+from hertzchain.scene.keys import Count, Seed
 from hertzchain.scene.validity import DOUBTFUL_OVERLAP
 from hertzchain.showing import telling
 from hertzchain.sweeps import parts
@@ -161,8 +162,8 @@ def sweep(
     scene: SceneLike,
     vary: Mapping[str, str | Iterable[Value]],
     *,
-    samples: int | None = None,
-    seed: int = 0,
+    samples: Count | None = None,
+    seed: Seed = 0,
     ties: Mapping[str, str] | None = None,
     backends: str | Iterable[str | parts.Backend] = ("native",),
     rtol: float = RTOL,

@@ -21,6 +21,9 @@ hertzchain.theory.two_spheres that of a scene;
 predict returns all of these results for a scene.
 """
 
+import sys
+
+from hertzchain.scene.arguments import checked
 from hertzchain.theory import peak_map, restitution, solitary_wave, two_spheres
 from hertzchain.theory.paper import (
     acceleration,
@@ -78,3 +81,8 @@ __all__ = [
     "wave_momentum",
     "wave_profile",
 ]
+
+for _module in (sys.modules[__name__], peak_map, restitution, solitary_wave, two_spheres):
+    for _name, _public in list(vars(_module).items()):
+        if getattr(_public, "__module__", "").startswith(__name__) and not _name.startswith("_"):
+            setattr(_module, _name, checked(_public))

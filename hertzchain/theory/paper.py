@@ -22,6 +22,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.contact import hertz
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.chain import Chain
+from hertzchain.scene.keys import Count, Positive
 from hertzchain.scene.natural_units import PAPER_MOMENTUM
 from hertzchain.scene.pulse import PROFILES, Pulse
 
@@ -31,7 +32,7 @@ WAVE_MOMENTUM = 53 / 32  # momentum of a solitary wave of height 1 (Eq. 5)
 SPEED = 7 / 10  # coefficient of V_SW (section 4.1.1)
 
 
-def outside_range(momentum_ratio: float, duration_ratio: float) -> str | None:
+def outside_range(momentum_ratio: Positive, duration_ratio: Positive) -> str | None:
     """Return why a scene lies outside the range of the paper; None inside it."""
     if duration_ratio < 2:
         return "the paper's conditions on the profile need n of at least 2"
@@ -56,12 +57,14 @@ def acceleration(displacement: ArrayLike, applied_force: float, chain: Chain) ->
         The granules.
     """
     u = np.asarray(displacement, np.float64)
+    allowed = f"must be {chain.granules}, one for each granule"
+    require(u.shape == (chain.granules,), "number of displacements", u.size, allowed)
     contact = hertz.force_of(chain.contact_stiffness, u[:-1] - u[1:])
     pushed = np.concatenate([[applied_force], contact])
     return np.asarray((pushed - np.concatenate([contact, [0.0]])) / chain.granule_mass)
 
 
-def applied_force(time: ArrayLike, pulse: Pulse, rise_time: float) -> FloatArray:
+def applied_force(time: ArrayLike, pulse: Pulse, rise_time: Positive) -> FloatArray:
     """Eq. 2 with Table 1: the force on the first granule [N].
 
     Parameters
@@ -87,12 +90,12 @@ def applied_force(time: ArrayLike, pulse: Pulse, rise_time: float) -> FloatArray
     return pulse.peak_force * np.where((t >= 0) & (t <= n), shape, 0.0)
 
 
-def applied_momentum(pulse: Pulse, rise_time: float) -> float:
+def applied_momentum(pulse: Pulse, rise_time: Positive) -> float:
     """L_Applied(t0) [N s] (section 4.1); each profile of Table 1 has the area F0 n t0 / 2."""
     return pulse.peak_force * pulse.duration_ratio * rise_time / 2
 
 
-def solitary_wave_momentum(chain: Chain, peak_force: float) -> float:
+def solitary_wave_momentum(chain: Chain, peak_force: Positive) -> float:
     """L_SW [N s]: momentum of a solitary wave of the given height [N] (section 4.1)."""
     nu, modulus = chain.poisson_ratio, chain.young_modulus
     inside = (1 - nu**2) * chain.radius**4 * chain.density**1.5 / modulus
@@ -105,20 +108,22 @@ def unit_rise_time(chain: Chain, pulse: Pulse) -> float:
     return 2 * momentum / (pulse.duration_ratio * pulse.peak_force)
 
 
-def momentum_ratio(chain: Chain, pulse: Pulse, rise_time: float) -> float:
+def momentum_ratio(chain: Chain, pulse: Pulse, rise_time: Positive) -> float:
     """LM_ratio = L_Applied(t0) / L_Applied(t0_hat) (section 4.1)."""
     unit = unit_rise_time(chain, pulse)
     return applied_momentum(pulse, rise_time) / applied_momentum(pulse, unit)
 
 
-def solitary_wave_speed(chain: Chain, peak_force: float) -> float:
+def solitary_wave_speed(chain: Chain, peak_force: Positive) -> float:
     """V_SW [m/s] of a solitary wave of the given height [N] (section 4.1.1)."""
     nu, modulus = chain.poisson_ratio, chain.young_modulus
     inside = modulus / (chain.radius * (1 - nu**2) * chain.density**1.5)
     return SPEED * math.cbrt(inside) * math.pow(peak_force, 1 / 6)
 
 
-def transition_granules(chain: Chain, pulse: Pulse, rise_time: float, wave_force: float) -> float:
+def transition_granules(
+    chain: Chain, pulse: Pulse, rise_time: Positive, wave_force: Positive
+) -> float:
     """Eqs. 3a and 3b: p, not rounded; Eq. 3a for LM_ratio >= 1, Eq. 3b below.
 
     Parameters
@@ -137,7 +142,7 @@ def transition_granules(chain: Chain, pulse: Pulse, rise_time: float, wave_force
     return 5 + (unit - rise_time) * granules_per_second
 
 
-def ejection_momentum(chain: Chain, pulse: Pulse, rise_time: float) -> float:
+def ejection_momentum(chain: Chain, pulse: Pulse, rise_time: Positive) -> float:
     """Delta L [N s]: momentum that the chain gains by throwing back its first granules (4.1.2).
 
     The paper prints an integral without its differential; used here is twice the impulse of the
@@ -163,7 +168,7 @@ def wave_profile(x: ArrayLike) -> FloatArray:
     return series**-2
 
 
-def contact_force(time: ArrayLike, peak_force: float, shift: float) -> FloatArray:
+def contact_force(time: ArrayLike, peak_force: Positive, shift: Positive) -> FloatArray:
     """Eq. 4a: force in a contact as a function of time, F_max S(t / T)^(3/2).
 
     Parameters
@@ -179,7 +184,7 @@ def contact_force(time: ArrayLike, peak_force: float, shift: float) -> FloatArra
 
 
 def peak_shift(
-    contact: ArrayLike, peak_force: ArrayLike, p: int, duration_ratio: float, ratio: float
+    contact: ArrayLike, peak_force: ArrayLike, p: Count, duration_ratio: Positive, ratio: Positive
 ) -> FloatArray:
     """Eq. 4b: time between the peaks of neighbouring contacts, in natural units.
 
@@ -215,7 +220,11 @@ def passed_momentum(peak_force: ArrayLike, shift: ArrayLike) -> FloatArray:
 
 
 def peak_force(
-    contact: ArrayLike, p: int, wave_force: float, duration_ratio: float, effective_ratio: float
+    contact: ArrayLike,
+    p: Count,
+    wave_force: Positive,
+    duration_ratio: Positive,
+    effective_ratio: Positive,
 ) -> FloatArray:
     """Eqs. 6a and 6b: peak force of a contact in the transition, in the unit of ``wave_force``.
 
@@ -241,19 +250,19 @@ def peak_force(
     return np.asarray(wave_force * effective_ratio**exponent)
 
 
-def effective_momentum_ratio(chain: Chain, pulse: Pulse, rise_time: float) -> float:
+def effective_momentum_ratio(chain: Chain, pulse: Pulse, rise_time: Positive) -> float:
     """Base of the power in Eq. 6: LM_ratio (6a); below 1 with the ejected momentum added (6b)."""
     applied = applied_momentum(pulse, rise_time) + ejection_momentum(chain, pulse, rise_time)
     return applied / applied_momentum(pulse, unit_rise_time(chain, pulse))
 
 
-def normalized_contact(contact: ArrayLike, p: int) -> FloatArray:
+def normalized_contact(contact: ArrayLike, p: Count) -> FloatArray:
     """Eq. 7a: j = (i - 2) / (p - 1), from 0 at contact 2 to 1 at contact p + 1."""
     return np.asarray((_in_transition(contact, p, p + 1) - 2) / (p - 1))
 
 
 def normalized_peak_force(
-    peak_force: ArrayLike, second_force: float, wave_force: float
+    peak_force: ArrayLike, second_force: Positive, wave_force: Positive
 ) -> FloatArray:
     """Eq. 7b: 1 at F_2, 0 at F_SW."""
     return 1 - (np.asarray(peak_force) - second_force) / (wave_force - second_force)
@@ -266,7 +275,7 @@ def peak_force_fit(normalized_contact: ArrayLike) -> FloatArray:
 
 
 def peak_force_cubic(
-    contact: ArrayLike, p: int, second_force: float, wave_force: float
+    contact: ArrayLike, p: Count, second_force: Positive, wave_force: Positive
 ) -> FloatArray:
     """Eq. 9: peak force of contact i, 2 <= i <= p + 1, in the unit of the forces given.
 
@@ -285,7 +294,7 @@ def peak_force_cubic(
     return np.asarray(second_force + (wave_force - second_force) * grown)
 
 
-def granule_velocity(x: ArrayLike, wave_force: float = 1.0) -> FloatArray:
+def granule_velocity(x: ArrayLike, wave_force: Positive = 1.0) -> FloatArray:
     """Velocity of the granules as a function of position, once the wave has formed (section 5.1).
 
     The integral of F_SW (S(x)^(3/2) - S(x - 1)^(3/2)) from far behind the wave, as printed. The
@@ -313,7 +322,7 @@ def granule_velocity(x: ArrayLike, wave_force: float = 1.0) -> FloatArray:
     return np.asarray(wave_force * np.reshape(integrals, np.shape(x)))
 
 
-def _in_transition(contact: ArrayLike, p: int, last: int) -> NDArray[np.int_]:
+def _in_transition(contact: ArrayLike, p: Count, last: int) -> NDArray[np.int_]:
     i = np.asarray(contact)
     allowed = f"must be from 2 to {last}, with p = {p}"
     require(bool(np.all((i >= 2) & (i <= last))), "contact", contact, allowed)

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import require
+from hertzchain.scene.keys import Positive
 from hertzchain.scene.pulse import PROFILES
 
 FILE = Path(__file__).with_name("peak_map.npz")
@@ -96,7 +97,7 @@ def grid() -> tuple[FloatArray, FloatArray]:
     return ratio, 1 / inverse
 
 
-def outside(momentum_ratio: float, duration_ratio: float) -> str | None:
+def outside(momentum_ratio: Positive, duration_ratio: Positive) -> str | None:
     """Return why an LM_ratio and n lie outside the map; None inside it."""
     (low, high), (short, long) = MOMENTUM_RATIOS, DURATION_RATIOS
     if low <= momentum_ratio <= high and short <= duration_ratio <= long:
@@ -104,7 +105,7 @@ def outside(momentum_ratio: float, duration_ratio: float) -> str | None:
     return f"the map of peaks has LM_ratio {low:g} to {high:g} and n {short:g} to {long:g}"
 
 
-def peaks(profile: str, momentum_ratio: float, duration_ratio: float) -> Peaks:
+def peaks(profile: str, momentum_ratio: Positive, duration_ratio: Positive) -> Peaks:
     """Return the peaks by cubic interpolation of ln F, in about 50 us once the profile is loaded.
 
     Parameters

@@ -22,11 +22,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Annotated
 
 from hertzchain.arrays import FloatArray
-from hertzchain.errors import POSITIVE, is_finite, is_positive, require
+from hertzchain.errors import POSITIVE, is_positive, require
+from hertzchain.scene.keys import Key, NotNegative
 from hertzchain.scene.scene import Scene
-from hertzchain.scene.terms import NOT_NEGATIVE
 
 VISCOELASTIC, DASHPOT = 0.5, 0.0
 """Exponent q of the overlap in eta = c d^q."""
@@ -100,18 +101,16 @@ def collision_of(scene: Scene) -> Collision:
 # ---- The restitution law
 
 
-def damping_ratio(restitution: float) -> float:
+def damping_ratio(restitution: Annotated[float, Key(above=0, most=1)]) -> float:
     """Return alpha / sqrt(5) that gives a restitution where contacts may pull: beta(e).
 
     beta = -ln e / sqrt(pi^2 + ln^2 e), between 0 and 1.
     """
-    right = is_finite(restitution) and 0 < restitution <= 1
-    require(right, "restitution", restitution, "must be a number above 0, at most 1")
     logarithm = math.log(restitution)
     return abs(logarithm) / math.hypot(math.pi, logarithm)
 
 
-def of_ratio(ratio: float, pulls: bool) -> float:
+def of_ratio(ratio: NotNegative, pulls: bool) -> float:
     """Return e of eta = alpha sqrt(m* k) d^(1/4), where ``ratio`` is z = alpha / sqrt(5).
 
     d^(5/4) is the displacement of a damped linear oscillator in a transformed time, and z is its
@@ -119,7 +118,6 @@ def of_ratio(ratio: float, pulls: bool) -> float:
     spheres stay together. Where they do not, e = exp(-2 z arccos(z) / sqrt(1 - z^2)), exp(-2) at z
     = 1 and exp(-2 z arcosh(z) / sqrt(z^2 - 1)) above.
     """
-    require(is_finite(ratio) and ratio >= 0, "damping ratio", ratio, NOT_NEGATIVE)
     other = math.sqrt(abs(1 - ratio)) * math.sqrt(1 + ratio)
     if pulls:
         return math.exp(-math.pi * ratio / other) if ratio < 1 else 0.0
@@ -131,12 +129,12 @@ def of_ratio(ratio: float, pulls: bool) -> float:
 # ---- Laws whose restitution depends on the velocity
 
 
-def dashpot(coefficient: float, collision: Collision, pulls: bool) -> float:
+def dashpot(coefficient: NotNegative, collision: Collision, pulls: bool) -> float:
     """Return e of a constant eta, ``coefficient`` [kg/s]."""
     return of_natural(coefficient / collision.unit(DASHPOT), DASHPOT, pulls)
 
 
-def viscoelastic(relaxation_time: float, collision: Collision, pulls: bool) -> float:
+def viscoelastic(relaxation_time: NotNegative, collision: Collision, pulls: bool) -> float:
     """Return e of F = k (d^(3/2) + 3/2 A d^(1/2) d'), A = ``relaxation_time`` [s].
 
     For a small A, e = 1 - C1 x + 0.6 C1^2 x^2, x = 3/2 A (k/m*)^(2/5) v^(1/5), C1 = 1.15344886.
@@ -145,7 +143,7 @@ def viscoelastic(relaxation_time: float, collision: Collision, pulls: bool) -> f
     return of_natural(damping / collision.unit(VISCOELASTIC), VISCOELASTIC, pulls)
 
 
-def of_natural(damping: float, exponent: float, pulls: bool) -> float:
+def of_natural(damping: NotNegative, exponent: float, pulls: bool) -> float:
     """Return e of d'' = -d^(3/2) - c d^q d' from d = 0, d' = 1; right to 1e-10.
 
     Parameters
@@ -157,7 +155,6 @@ def of_natural(damping: float, exponent: float, pulls: bool) -> float:
     pulls
         Whether the contact may pull.
     """
-    require(is_finite(damping) and damping >= 0, "damping", damping, NOT_NEGATIVE)
     allowed = "must be 0 (dashpot) or 0.5 (viscoelastic)"
     require(exponent in (DASHPOT, VISCOELASTIC), "exponent", exponent, allowed)
     if damping < _WEAKEST:

@@ -15,6 +15,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.scene.chain import Chain
+from hertzchain.scene.keys import Positive
 from hertzchain.scene.natural_units import natural_units
 
 _HALF_WIDTH = 16  # granules on either side; beyond them the wave is below 1e-300
@@ -75,13 +76,13 @@ def solitary_wave() -> SolitaryWave:
     return SolitaryWave(float(np.sqrt(square_speed)), integral, x, following)
 
 
-def speed(chain: Chain, peak_force: float) -> float:
+def speed(chain: Chain, peak_force: Positive) -> float:
     """Exact speed of a solitary wave of the given height [N], in m/s."""
     unit = natural_units(chain, peak_force).time
     return float(2 * chain.radius * solitary_wave().speed / unit)
 
 
-def momentum(chain: Chain, peak_force: float) -> float:
+def momentum(chain: Chain, peak_force: Positive) -> float:
     """Exact momentum of a solitary wave of the given height [N], in N s."""
     return solitary_wave().momentum * natural_units(chain, peak_force).momentum
 

@@ -17,6 +17,7 @@ from hertzchain.observables.definitions import context_of
 from hertzchain.observables.result import Result
 from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.given import SceneLike, to_scene
+from hertzchain.scene.keys import Seed
 from hertzchain.scene.run import Run
 from hertzchain.scene.scene import Scene
 from hertzchain.showing import ShowProgress, telling
@@ -166,7 +167,7 @@ def spread(
     scene: SceneLike,
     realisations: int = REALISATIONS,
     *,
-    seed: int = 1,
+    seed: Seed = 1,
     rtol: float = RTOL,
     time_limit: float = TIME_LIMIT,
     progress: ShowProgress = None,

@@ -306,7 +306,7 @@ def _given(scene: Scene, given: ArrayLike) -> FloatArray:
     allowed = f"must be a file, a mapping from contacts, or an array of {contacts} forces"
     try:
         values = np.asarray(given, np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise SceneError("peak_force", given, allowed) from None
     require(values.shape == (contacts,), "number of peak_force", values.size, allowed)
     allowed = "must be given for at least one contact"

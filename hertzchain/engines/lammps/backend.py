@@ -28,6 +28,7 @@ from hertzchain.engines.lammps.reading.own import examine_deck, own_deck
 from hertzchain.errors import HertzchainError, SceneError, require
 from hertzchain.limits import RTOL, TIME_LIMIT, Deadline
 from hertzchain.observables.result import Result
+from hertzchain.scene.arguments import checked
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 from hertzchain.scene.terms import ALL_TERMS
@@ -183,6 +184,7 @@ class Lammps(ExternalEngine):
         return super()._least_time(steps, granules / self.ranks)
 
 
+@checked
 def run_many(
     scenes: Iterable[Scene], lammps: Lammps | None = None
 ) -> Iterator[Result | HertzchainError]:

@@ -35,6 +35,7 @@ from hertzchain.observables.peaks import times_of_peaks
 from hertzchain.observables.result import Result
 from hertzchain.scene.chain import MOST_GRANULES, Chain
 from hertzchain.scene.given import SceneLike, to_scene
+from hertzchain.scene.keys import Count
 from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS
 from hertzchain.scene.pulse import PROFILES, Profile, Pulse
 from hertzchain.scene.ramp import SHAPES
@@ -220,7 +221,7 @@ def similar_peak_forces(
     granules: int,
     rtol: float = RTOL,
     time_limit: float = TIME_LIMIT,
-    cores: int | None = None,
+    cores: Count | None = None,
 ) -> Batch:
     """Compute peak forces over F0 of uniform chains of any material, from LM_ratio, n and N.
 
