@@ -9,7 +9,10 @@ from pathlib import Path
 
 
 class HertzchainError(Exception):
-    """Base of every error that a user can cause; its text is shown to users unchanged."""
+    """Base of every error that a user can cause; its text, on one line, is shown unchanged."""
+
+    def __init__(self, text: object = "") -> None:
+        super().__init__(on_one_line(str(text)))
 
 
 class SceneError(HertzchainError, ValueError):
@@ -131,6 +134,11 @@ def _short(value: object) -> str:
 
 def _shortened(text: str) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
+
+
+def on_one_line(text: str) -> str:
+    """Return text with escapes for all that is not printable, as names of files may have it."""
+    return "".join(one if one.isprintable() else repr(one)[1:-1] for one in text)
 
 
 def _printable(text: str) -> str:

@@ -7,12 +7,17 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from hertzchain.errors import POSITIVE, TooExpensive, is_positive, require
 
 RTOL = 1e-6  # default relative accuracy of the peaks: whether p is 9 or 10 can depend on 2e-5
 TOLERANCE = 1e-3  # default tolerance of a verdict: a tenth of the one per cent on which p depends
 TIME_LIMIT = 3600.0  # default time limit [s]
+
+
+class _OutOfTime(TooExpensive):
+    """A run that would take, or has taken, longer than a limit; not one of too much memory."""
 
 
 class Deadline:
@@ -32,10 +37,19 @@ class Deadline:
         left = self._end - time.monotonic()
         return left if self._uncounted is None else left + self._uncounted()
 
+    def spend(self, part: Callable[[float], Any]) -> Any:
+        """Return what a part computes in the time left [s]; it stops at the limit of the whole."""
+        if self.left <= 0:
+            raise self.passed()
+        try:
+            return part(self.left)
+        except _OutOfTime:
+            raise self.passed() from None
+
     def refuse(self, least: float, cheaper: str = "") -> None:
         """Refuse a run of at least ``least`` [s] above the limit; ``cheaper`` says what to do."""
         if least > self.limit:
-            raise TooExpensive(
+            raise _OutOfTime(
                 f"this scene takes at least {in_words(least)}, the time limit is"
                 f" {in_words(self.limit)}: shorten pulse, chain or end_time, ask for less accuracy,"
                 f" or raise the limit{cheaper}"
@@ -43,7 +57,7 @@ class Deadline:
 
     def passed(self) -> TooExpensive:
         """Return the error for a run that was stopped at the limit."""
-        return TooExpensive(
+        return _OutOfTime(
             f"stopped at the time limit of {in_words(self.limit)}: shorten pulse, chain or"
             " end_time, ask for less accuracy, or raise the limit"
         )

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
+
+from hertzchain.cli.program import say as say  # noqa: PLC0414 - the commands import it
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -35,12 +36,6 @@ def show(
     if not console.is_terminal:  # a pipe has no width to fit a table into
         console.width = max(console.width, 120)
     print_on(console)
-
-
-def say(text: str) -> None:
-    """Write a line to standard error, above a progress line, which Typer would write into."""
-    if sys.stderr is not None:  # closed from the start
-        sys.stderr.write(f"hertzchain: {text}\n")
 
 
 def progress() -> AbstractContextManager[Callable[[str], None]]:
@@ -92,4 +87,4 @@ def write_file(what: str, path: Path | None, write: Callable[[Path], object]) ->
     with progress() as report_progress:
         report_progress(f"writing {path}")
         write(path)
-    typer.echo(f"{what} written to {path}", err=True)
+    say(f"{what} written to {path}", "")

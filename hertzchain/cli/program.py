@@ -9,9 +9,10 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, NoReturn, TextIO
 
-from hertzchain.errors import HertzchainError
+from hertzchain.errors import HertzchainError, on_one_line
 
 if TYPE_CHECKING:
     from sys import UnraisableHookArgs
@@ -66,6 +67,7 @@ def _ignore(numbers: tuple[int, ...]) -> None:
 
 def main() -> None:
     """Run the command line; a user's mistake is one sentence and status 2."""
+    os.environ.pop("MPLBACKEND", None)  # figures have no window; Matplotlib refuses unknown names
     try:
         with _stoppable():
             from hertzchain.cli.commands import app
@@ -74,7 +76,7 @@ def main() -> None:
             app(with_variables(sys.argv[1:]), prog_name="hertzchain")
     except _Stopped as stop:
         number = stop.args[0]
-        _say("interrupted" if number == signal.SIGINT else "terminated")
+        say("interrupted" if number == signal.SIGINT else "terminated")
         sys.exit(128 + number)  # as in shells
     except HertzchainError as problem:
         _refuse(problem)
@@ -85,19 +87,41 @@ def main() -> None:
         if not isinstance(end.__context__, BrokenPipeError):
             raise
         sys.exit(_CLOSED_PIPE)
-    except OSError as problem:  # standard output is full
-        # The rest of its buffer must not fail again when Python ends.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        _refuse(problem)
+    except OSError as problem:
+        if _folder_is_gone():
+            _refuse("the current folder was deleted: change to another one")
+        _discard(sys.stdout)
+        _refuse(f"standard output cannot be written ({problem.strerror or problem})")
 
 
-def _say(what: object) -> None:
-    if sys.stderr is not None:  # closed from the start
-        sys.stderr.write(f"hertzchain: {what}\n")
+def _folder_is_gone() -> bool:
+    try:
+        Path.cwd()
+    except OSError:
+        return True
+    return False
 
 
-def _refuse(why: object) -> None:
+def say(text: object, before: str = "hertzchain: ") -> None:
+    """Write a line to stderr, above a progress line, which Typer would write into.
+
+    A stderr that is closed or full changes no result.
+    """
+    try:
+        if sys.stderr is not None:  # closed from the start
+            sys.stderr.write(f"{before}{on_one_line(str(text))}\n")
+            sys.stderr.flush()
+    except OSError:
+        _discard(sys.stderr)
+
+
+def _discard(stream: TextIO) -> None:
+    """Discard the rest of a stream's buffer: it must not fail again when Python ends."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+def _refuse(why: object) -> NoReturn:
     from hertzchain.cli.output import UNUSABLE
 
-    _say(why)
+    say(why)
     sys.exit(UNUSABLE)

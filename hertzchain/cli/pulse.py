@@ -78,9 +78,9 @@ def pulse(
     for warning in found.signal.warnings:
         say(warning)
     if output is not None:
-        typer.echo(
+        say(
             f"Pulse table written to {output}; a scene next to it takes it under [shock] as"
             f' profile = "table" and file = {json.dumps(output.name, ensure_ascii=False)}',
-            err=True,
+            "",
         )
     write_file("Plot", plot, lambda path: plot_pulse(found, inches).write(path))

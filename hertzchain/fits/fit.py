@@ -169,8 +169,12 @@ def _of_traces(
     scene: Scene, free: Free, measured: list[Traces], deadline: Deadline, shift: bool
 ) -> Model:
     first, files = free.scene(scene, np.ones(len(free.keys))), []
-    for one in measured:
-        known = expected(first, one.gauges, Native(rtol=1e-8, time_limit=deadline.left))
+    runs = deadline.spend(
+        lambda left: [
+            expected(first, one.gauges, Native(rtol=1e-8, time_limit=left)) for one in measured
+        ]
+    )
+    for one, known in zip(measured, runs, strict=True):
         files.append((*aligned(one, known, None if shift else 0.0), known))
     return OfTraces(scene, free, files, deadline, is_shifted=shift)
 

@@ -13,6 +13,8 @@ from hertzchain.errors import SceneError, require
 from hertzchain.fits.free import Free
 from hertzchain.fits.model import Model
 from hertzchain.limits import TOLERANCE, Deadline
+from hertzchain.observables.result import Result
+from hertzchain.pulses.recording import MOST_EXTENT
 from hertzchain.scene.scene import Scene
 
 _ACCURATE = 1e-8
@@ -38,15 +40,19 @@ class OfPeaks(Model):
         super().__init__(base, free, deadline)
         self._places = np.concatenate([np.flatnonzero(one > 0) for one in peaks])
         self._force = np.concatenate([one[one > 0] for one in peaks])
+        possible = bool(np.all((self._force > 1 / MOST_EXTENT) & (self._force < MOST_EXTENT)))
+        allowed = f"must be from {1 / MOST_EXTENT:g} to {MOST_EXTENT:g} N: check their unit"
+        require(possible, "peak forces", None, allowed)
         self._measured = np.ones(self._force.size)
         need = len(free.keys) + 1
         allowed = f"must be at least {need} for {len(free.keys)} free keys: measure more contacts"
         require(self.size >= need, "number of peaks", self.size, allowed)
 
     def _read(self, x: Array, rtol: float | None) -> FloatArray:
-        limit = max(self._deadline.left, 1e-3)
-        native = Native(rtol=rtol or _ACCURATE, time_limit=limit, wanted="all")
-        run = native.run(self.scene(x))
+        rtol, scene = rtol or _ACCURATE, self.scene(x)
+        run: Result = self._deadline.spend(
+            lambda left: Native(rtol=rtol, time_limit=left, wanted="all").run(scene)
+        )
         late = self._places[run.is_cut_off[self._places]]
         if late.size:
             contact = run.scene.contact_name(run.scene.contacts[late[0]])

@@ -203,10 +203,14 @@ def refuse_unstable(scene: Scene, legs: Sequence[Leg], interval: float, method: 
         )
 
 
+SHORTER = "ask for a smaller dt, or for a smaller rtol in place of dt"
+"""What to do about steps that are too long, whether or not a step was given."""
+
+
 def diverged(backend: str) -> StepUnstable:
     """Return the error for a run whose energy grows without bound."""
     return StepUnstable(
-        f"the {backend} run diverged: its step is too long for the method, choose a smaller dt"
+        f"the {backend} run diverged: its step is too long for the method, {SHORTER}"
     )
 
 

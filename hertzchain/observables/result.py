@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from numbers import Integral
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from hertzchain.errors import SceneError, require
 from hertzchain.observables.balance import Balance, LostDigits
 from hertzchain.observables.contact_errors import ContactErrors, columns
 from hertzchain.observables.definitions import context_of, provenance
+from hertzchain.observables.error_bound import SHORTER
 from hertzchain.observables.first_pulse import FirstPulses
 from hertzchain.observables.gauges import Reading, force_over_time
 from hertzchain.observables.history import History
@@ -177,7 +178,7 @@ class Result(ShownRun):
         elif self.error_estimate > ROUGH:
             found.append(
                 f"the peaks may be off by {self.error_estimate:.0%}, and p and all that follows"
-                " from them may be wrong: take a smaller dt, or rtol instead"
+                f" from them may be wrong: {SHORTER}"
             )
         end, of_shock = self.scene.end_time, self.scene.pulse_end
         if end < of_shock:
@@ -232,7 +233,7 @@ class Result(ShownRun):
         """Numbers of the contacts, 2 ... N, to N + 1 with a wall, from 1 with a near wall."""
         return np.array(self.scene.contacts)
 
-    def peak_at(self, contact: int) -> float:
+    def peak_at(self, contact: Annotated[int, "_place_of"]) -> float:
         """Peak force of one contact [N], by its number as in ``contact``.
 
         Raises
@@ -242,7 +243,7 @@ class Result(ShownRun):
         """
         return float(self.peak_force[self._place_of(contact)])
 
-    def force_at(self, contact: int) -> FloatArray:
+    def force_at(self, contact: Annotated[int, "_place_of"]) -> FloatArray:
         """Force over time in one contact [N], shape (times,), at the times ``history.time``.
 
         This is F(t) as recorded, without an error bound. Where the peak lies between two recorded

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 LEAST_SAMPLES = 8  # least number of samples of a recording; chosen
 _MOST_BYTES = 100_000_000  # of a file (chosen): about three million samples
 _LOOKED_AT = 2000  # lines at the beginning and at the end that show the layout (chosen)
-_MOST = 1e60  # largest s or N: its square, and sums of squares, can be represented
+MOST_EXTENT = 1e60  # largest s or N: its square, and sums of squares, can be represented
 _SHOWN = 3  # most wrong lines that are named
 
 _LAYOUTS = ((";", "."), (";", ","), ("\t", "."), ("\t", ","), (",", "."), (" ", "."), (" ", ","))
@@ -259,9 +259,9 @@ def read_recording(
         clock, forces = values[:, 0] * seconds, values[:, 1] * newtons
         extents = {"times": np.ptp(clock), "forces": np.ptp(forces)}
     for name, extent in extents.items():
-        possible = bool(extent == 0 or 1 / _MOST < extent < _MOST)
-        allowed = f"span {extent:g}, must be from {1 / _MOST:g} to {_MOST:g}: check unit and scale"
-        require(possible, name, None, allowed)
+        possible = bool(extent == 0 or 1 / MOST_EXTENT < extent < MOST_EXTENT)
+        allowed = f"span {extent:g}, must be from {1 / MOST_EXTENT:g} to {MOST_EXTENT:g}"
+        require(possible, name, None, f"{allowed}: check unit and scale")
     return Recording(clock, forces, newtons, facts)
 
 

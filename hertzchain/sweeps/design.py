@@ -6,7 +6,7 @@ import math
 import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -171,7 +171,7 @@ class Design:
 @checked
 def design(
     scene: SceneLike,
-    vary: Mapping[str, str | Iterable[Value]],
+    vary: Annotated[Mapping[str, str | Iterable[Value]], axis_of],
     samples: int | None = None,
     seed: int = 0,
     ties: Mapping[str, str] | None = None,

@@ -9,13 +9,12 @@ from contextlib import nullcontext
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from hertzchain.errors import OutputError, did_you_mean, require
 from hertzchain.limits import RTOL
 from hertzchain.observables.definitions import DEFINITIONS
 from hertzchain.scene.given import SceneLike
-from hertzchain.scene.keys import Count, Seed
 from hertzchain.scene.validity import DOUBTFUL_OVERLAP
 from hertzchain.showing import telling
 from hertzchain.sweeps import parts
@@ -160,12 +159,12 @@ class Counts:
 
 def sweep(
     scene: SceneLike,
-    vary: Mapping[str, str | Iterable[Value]],
+    vary: Annotated[Mapping[str, str | Iterable[Value]], design],
     *,
-    samples: Count | None = None,
-    seed: Seed = 0,
+    samples: Annotated[int | None, design] = None,
+    seed: Annotated[int, design] = 0,
     ties: Mapping[str, str] | None = None,
-    backends: str | Iterable[str | parts.Backend] = ("native",),
+    backends: Annotated[str | Iterable[str | parts.Backend], _backends] = ("native",),
     rtol: float = RTOL,
     peaks: bool = False,
     output: Path | str | None = None,
@@ -272,7 +271,11 @@ class _Counter:
 def _backends(given: str | Iterable[str | parts.Backend], rtol: float) -> tuple[parts.Backend, ...]:
     found: list[parts.Backend] = []
     each: Iterable[Any] = given
-    if isinstance(given, str) or not isinstance(given, Iterable):
+    if (
+        isinstance(given, str)
+        or not isinstance(given, Iterable)
+        or getattr(given, "shape", 1) == ()
+    ):
         each = (given,)
     for one in each:
         if isinstance(one, str):

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.duration import with_end
-from hertzchain.errors import require
 from hertzchain.limits import TIME_LIMIT, Deadline, usable_cores
 from hertzchain.observables.definitions import context_of
 from hertzchain.observables.result import Result
 from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.given import SceneLike, to_scene
-from hertzchain.scene.keys import Seed
+from hertzchain.scene.keys import Key, Seed
 from hertzchain.scene.run import Run
 from hertzchain.scene.scene import Scene
 from hertzchain.showing import ShowProgress, telling
@@ -165,7 +164,7 @@ class Spread:
 
 def spread(
     scene: SceneLike,
-    realisations: int = REALISATIONS,
+    realisations: Annotated[int, Key] = REALISATIONS,
     *,
     seed: Seed = 1,
     rtol: float = RTOL,
@@ -198,9 +197,7 @@ def spread(
         If it takes longer than the time limit.
     """
     scene = to_scene(scene)
-    is_count = isinstance(realisations, int) and not isinstance(realisations, bool)
-    allowed = f"must be a whole number from 16 to {MOST}"
-    require(is_count and 16 <= realisations <= MOST, "realisations", realisations, allowed)
+    Key(least=16, most=MOST, kind="int").check("realisations", realisations)
     count = 1 << (realisations - 1).bit_length()
     deadline = Deadline(time_limit)
     # One end for all runs: by default each run would search its own, at additional cost.
@@ -224,10 +221,9 @@ def spread(
 
 
 def _run(scene: Scene, rtol: float, deadline: Deadline) -> dict[tuple[str, str], float]:
-    if deadline.left <= 0:
-        raise deadline.passed()
-    native = Native(rtol=rtol, time_limit=deadline.left, peaks_only=True, wanted="first")
-    return results_of(native.run(scene))
+    return deadline.spend(  # type: ignore[no-any-return]
+        lambda left: results_of(Native(None, None, rtol, True, left, "first").run(scene))
+    )
 
 
 def results_of(found: Result) -> dict[tuple[str, str], float]:

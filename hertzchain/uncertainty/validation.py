@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
@@ -170,7 +170,7 @@ def validate(
     columns: Mapping[str, str] | None = None,
     tolerance: float = SEEN,
     shift: bool = True,
-    realisations: int = REALISATIONS,
+    realisations: Annotated[int, spread] = REALISATIONS,
     time_limit: float = TIME_LIMIT,
     progress: ShowProgress = None,
 ) -> Validation:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from numpy.typing import ArrayLike
 
@@ -124,7 +124,7 @@ class Comparison(ShownVerdict):
 
 def compare(
     scene: SceneLike,
-    engines: Sequence[str | Simulator] | None = None,
+    engines: Annotated[Sequence[str | Simulator] | None, _by_name] = None,
     *,
     record: ArrayLike | None = None,
     as_written: bool = False,

@@ -17,7 +17,7 @@ from hertzchain.errors import OverlapTooLarge, RunFailed
 from hertzchain.observables.balance import Balance
 from hertzchain.observables.contact_errors import Peaks
 from hertzchain.observables.damped_law import DampedLaw
-from hertzchain.observables.error_bound import diverged
+from hertzchain.observables.error_bound import SHORTER, diverged
 from hertzchain.observables.first_pulse import Contacts
 from hertzchain.observables.history import Recorder
 from hertzchain.observables.peaks import PeakWatch
@@ -128,8 +128,8 @@ class Observation:
         together = np.max(seen.overlap[:, :-1] + seen.overlap[:, 1:], initial=0.0)
         if max(alone, together) >= np.min(self._at_rest.diameter):
             raise OverlapTooLarge(
-                f"{self.code} would push granules through one another: choose a smaller dt, or"
-                " else a smaller force or a stiffer material"
+                f"{self.code} would push granules through one another: {SHORTER}, or else"
+                " a smaller force or a stiffer material"
             )
 
     def _balance(self, samples: Samples) -> Balance:

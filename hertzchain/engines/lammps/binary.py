@@ -24,6 +24,7 @@ from hertzchain.engines.lammps import deck, dialect, engine, state
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.errors import BackendMissing, RunFailed, StepUnstable, TooExpensive
 from hertzchain.limits import Deadline
+from hertzchain.observables.error_bound import SHORTER
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
@@ -180,7 +181,7 @@ def _explained(problem: RunFailed, said: str) -> RunFailed:
     if dialect.is_out_of_memory(said):
         return dialect.not_enough_memory()
     if dialect.motion_diverged(said):
-        return StepUnstable(f"{problem}; the step is too long: take a smaller dt")
+        return StepUnstable(f"{problem}; the step is too long: {SHORTER}")
     # Messages of MPICH's and of Open MPI's mpiexec on a rank that was killed or crashed.
     ended = re.search(r"EXIT STRING: (?P<how>.*) \(signal (?P<number>\d+)\)", said) or re.search(
         r"exited\s+on\s+signal\s+(?P<number>\d+)\s+\((?P<how>.*?)\)", said

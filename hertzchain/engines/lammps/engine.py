@@ -14,6 +14,7 @@ from typing import Any
 
 from hertzchain.engines.lammps import dialect
 from hertzchain.errors import BackendMissing, RunFailed, StepUnstable
+from hertzchain.observables.error_bound import SHORTER
 
 HOW_TO_GET_IT = f"install it with: {dialect.INSTALL}"
 _QUIET = ("-log", "none", "-screen", "none", "-nocite")
@@ -76,7 +77,7 @@ def _failure(problem: Exception) -> RunFailed:
     if dialect.is_out_of_memory(text):
         return dialect.not_enough_memory()
     if dialect.motion_diverged(text):
-        return StepUnstable(f"LAMMPS stopped: {text}; the step is too long: take a smaller dt")
+        return StepUnstable(f"LAMMPS stopped: {text}; the step is too long: {SHORTER}")
     return RunFailed(f"LAMMPS stopped: {text}")
 
 

@@ -196,9 +196,9 @@ def _one_by_one(scenes: Sequence[Scene], rtol: float, time_limit: float, wanted:
     deadline = Deadline(time_limit)
 
     def one(scene: Scene) -> Result:
-        if deadline.left <= 0:
-            raise deadline.passed()
-        return Native(rtol=rtol, time_limit=deadline.left, wanted=wanted).run(scene)
+        return deadline.spend(  # type: ignore[no-any-return]
+            lambda left: Native(rtol=rtol, time_limit=left, wanted=wanted).run(scene)
+        )
 
     with ThreadPoolExecutor(usable_cores()) as pool:
         results = list(pool.map(one, scenes))

@@ -146,7 +146,7 @@ def noted_pulses(
     count = record.noted[0]
     if count > record.notes.shape[0]:
         raise TooExpensive(
-            "first pulses take too much memory in so many steps: ask for less accuracy or larger"
-            " steps, or without first pulses"
+            "first pulses take too much memory in so many steps: add --wanted all (in Python"
+            ' wanted="all"), which leaves them out, or ask for less accuracy or larger steps'
         )
     return first_pulses(record.notes[:count], contacts, largest)

@@ -18,8 +18,9 @@ def motion_at(scene: Scene, time: FloatArray, rtol: float, deadline: Deadline) -
     bound the error, which are two thirds of the work. Nothing is refused.
     """
     if scene.contact is None:
-        native = Native(rtol=rtol, time_limit=max(deadline.left, 1e-3), wanted="first")
-        history = native.run(scene, time).history
+        history: History | None = deadline.spend(
+            lambda left: Native(rtol=rtol, time_limit=left, wanted="first").run(scene, time)
+        ).history
         assert history is not None
         return history
     units = scene.units

@@ -219,7 +219,7 @@ def _no_chain(
     )  # fmt: skip
     peaks = DeckCheck("peaks", "N", None, None, None, False, True, "the deck was not run",
                       "it is no chain", check.place)  # fmt: skip
-    truth = Native("reference", time_limit=deadline.left).run(scene)
+    truth = deadline.spend(lambda left: Native("reference", time_limit=left).run(scene))
     judged = np.zeros(truth.peak_force.size, bool)
     return DeckExamination(
         scene, deck, found, (check, peaks), truth, judged, tolerance, (),
@@ -233,7 +233,7 @@ def _truth(scene: Scene, end: float, deadline: Deadline) -> Result:
         raise RunFailed("this deck takes no step after its shock begins: it needs a run command")
     same = abs(end / scene.end_time - 1) < 1e-9
     watched = scene if same else replace(scene, run=Run(min(end, _LONGEST * scene.end_time)))
-    return Native("reference", time_limit=deadline.left).run(watched)
+    return deadline.spend(lambda left: Native("reference", time_limit=left).run(watched))  # type: ignore[no-any-return]
 
 
 def _remarks(case: Case) -> tuple[str, ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Annotated
 
 from numpy.typing import ArrayLike
 
@@ -15,7 +16,7 @@ from hertzchain.showing import ShowProgress, telling
 from hertzchain.verdict.judgement import Judgement, judged
 from hertzchain.verdict.results.reading import read
 
-Results = Path | str | Sequence[Path | str] | Mapping[int, float] | ArrayLike
+Results = Annotated[Path | str | Sequence[Path | str] | Mapping[int, float] | ArrayLike, read]
 """What can be judged; pandas tables are array-like, too."""
 
 

@@ -173,9 +173,10 @@ def _misfit(granules: Granules, scene: Scene, step: int) -> float:
     if granules.count != scene.chain.granules:
         return 0.0
     return sum(
-        float(np.sum(np.abs(found[::step] / np.median(found) - own / np.median(own)) > _UNLIKE))
+        float(np.sum(np.abs(found[::step] / np.median(found) - own / np.nanmedian(own)) > _UNLIKE))
         for found, own in (
-            (granules.radius, scene.granules.radius), (granules.mass, scene.granules.mass)
+            (granules.radius, scene.granules.radius),
+            (granules.mass, np.where(np.isinf(scene.granules.mass), np.nan, scene.granules.mass)),
         )
     )  # fmt: skip
 
