@@ -6,9 +6,11 @@ PYTEST_DONT_REWRITE, because otherwise pytest warns if this was imported before 
 from __future__ import annotations
 
 import importlib
-from typing import TYPE_CHECKING, Any
 
+TYPE_CHECKING = False  # typing takes time, in which Ctrl-C is not answered
 if TYPE_CHECKING:
+    from typing import Any
+
     from hertzchain import theory
     from hertzchain.engines.lammps.backend import Lammps
     from hertzchain.engines.liggghts.backend import Liggghts

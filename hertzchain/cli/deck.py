@@ -13,6 +13,7 @@ from hertzchain.cli import options
 from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, print_json, progress, write_file
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.registry import ENGINES
+from hertzchain.errors import on_one_line
 
 Engine = StrEnum(  # type: ignore[misc]
     "Engine", {name.upper(): name for name, engine in ENGINES.items() if engine.deck}
@@ -103,7 +104,7 @@ def lint(
     for file, findings in found.items():
         for finding in () if as_json else findings:
             where = f"{file}:{finding.line}: {finding.severity}"
-            typer.echo(f"{where}: {finding.text} [{finding.rule}]")
+            typer.echo(on_one_line(f"{where}: {finding.text} [{finding.rule}]"))
     severities = [finding.severity for findings in found.values() for finding in findings]
     numbers = {kind: severities.count(kind) for kind in ("error", "warning", "note")}
     counts = [f"{count} {kind}{'s' * (count != 1)}" for kind, count in numbers.items()]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from hertzchain.cli.program import say as say  # noqa: PLC0414 - the commands import it
+from hertzchain.cli.stderr import say as say  # noqa: PLC0414 - the commands import it
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -10,9 +10,10 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn, TextIO
+from typing import TYPE_CHECKING, NoReturn
 
-from hertzchain.errors import HertzchainError, on_one_line
+from hertzchain.cli.stderr import discard, say
+from hertzchain.errors import HertzchainError
 
 if TYPE_CHECKING:
     from sys import UnraisableHookArgs
@@ -90,7 +91,7 @@ def main() -> None:
     except OSError as problem:
         if _folder_is_gone():
             _refuse("the current folder was deleted: change to another one")
-        _discard(sys.stdout)
+        discard(sys.stdout)
         _refuse(f"standard output cannot be written ({problem.strerror or problem})")
 
 
@@ -100,24 +101,6 @@ def _folder_is_gone() -> bool:
     except OSError:
         return True
     return False
-
-
-def say(text: object, before: str = "hertzchain: ") -> None:
-    """Write a line to stderr, above a progress line, which Typer would write into.
-
-    A stderr that is closed or full changes no result.
-    """
-    try:
-        if sys.stderr is not None:  # closed from the start
-            sys.stderr.write(f"{before}{on_one_line(str(text))}\n")
-            sys.stderr.flush()
-    except OSError:
-        _discard(sys.stderr)
-
-
-def _discard(stream: TextIO) -> None:
-    """Discard the rest of a stream's buffer: it must not fail again when Python ends."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _refuse(why: object) -> NoReturn:

@@ -172,8 +172,8 @@ class Design:
 def design(
     scene: SceneLike,
     vary: Annotated[Mapping[str, str | Iterable[Value]], axis_of],
-    samples: int | None = None,
-    seed: int = 0,
+    samples: Annotated[int | None, is_whole] = None,
+    seed: Annotated[int, is_whole] = 0,
     ties: Mapping[str, str] | None = None,
 ) -> Design:
     """Return the scenes of a sweep.

@@ -69,7 +69,7 @@ def test_a_scene_file_that_is_not_there_is_named(function: Callable[[Any], Any])
 
 @pytest.mark.parametrize("given", ["short.toml", Path("short.toml"), SHORT, None, 3])
 def test_a_batch_is_of_a_list(given: Any) -> None:
-    with pytest.raises(SceneError, match=r"^scenes: must be a list of scenes, or of paths"):
+    with pytest.raises(SceneError, match=r"^scenes.*: must be a list, each entry a Scene, text"):
         hc.peak_forces(given)
 
 

@@ -174,7 +174,7 @@ def test_a_rough_run_warns() -> None:
     scene = scene_of_depth(1e-3)
     rough = hc.Native("rk4", 0.5 * scene.units.time, peaks_only=True).run(scene)
     assert rough.error_estimate > 0.01
-    assert "take a smaller dt" in rough.warnings[0]
+    assert "ask for a smaller dt" in rough.warnings[0]
     assert hc.Native("rk4", 0.05 * scene.units.time, peaks_only=True).run(scene).warnings == ()
 
 

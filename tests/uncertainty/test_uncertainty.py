@@ -266,7 +266,7 @@ def test_few_realisations_have_no_shares() -> None:
 
 @pytest.mark.parametrize("count", [15, 2**17 + 1, True, 20.0])
 def test_how_many_cannot_be(count: Any) -> None:
-    with pytest.raises(SceneError, match="must be a whole number from 16"):
+    with pytest.raises(SceneError, match="must be an integer from 16"):
         hc.spread(SCENE, count)
 
 
