@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
@@ -27,7 +27,7 @@ _Line = tuple[FloatArray, FloatArray, FloatArray, FloatArray]  # x, middle, low,
 
 
 def plot(
-    results: Mapping[str, Result | list[Result]],
+    results: Annotated[Mapping[str, Result | list[Result]], require],
     draw: str = "peaks",
     contacts: Sequence[int] | None = None,
     size: tuple[float, float] = (7.0, 4.5),

@@ -19,7 +19,7 @@ from hertzchain.cli import main
 from hertzchain.cli.commands import app
 from hertzchain.scene.scene import Scene
 from tests.cli.short_chain import SCENE, scene_file
-from tests.command_line import MAIN, Command, Outcome, is_refused, process
+from tests.command_line import MAIN, Command, Outcome, is_refused, process, python
 from tests.processes import ended, linux, names, posix, start
 
 # Files
@@ -61,6 +61,35 @@ def test_a_full_standard_output_is_refused() -> None:
     scene_file({"chain.granules": "6"})
     with Path("/dev/full").open("w") as full:
         is_refused(process("predict", "scene.toml", stdout=full), "No space left on device")
+
+
+@linux
+@pytest.mark.usefixtures("buffered")
+def test_a_full_standard_error_changes_no_status() -> None:
+    scene_file({"chain.granules": "6"})
+    with Path("/dev/full").open("w") as full:
+        done = python("-c", MAIN, "deck", "scene.toml", "-o", "in.chain", stderr=full)
+        wrong = python("-c", MAIN, "predict", "no.toml", stderr=full)
+    assert (done.returncode, wrong.returncode) == (0, 2)
+    assert names() == ["in.chain", "scene.toml"]
+
+
+@linux
+def test_a_deleted_current_folder_is_named(tmp_path: Path) -> None:
+    (tmp_path / "gone").mkdir()
+    gone = f"import os; os.chdir({str(tmp_path / 'gone')!r}); os.rmdir('../gone');"
+    outcome = process("init", "scene.toml", code=gone + MAIN)
+    is_refused(outcome, "the current folder was deleted: change to another one")
+
+
+def test_an_unknown_backend_of_matplotlib_does_not_matter(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("MPLBACKEND", "nonsense")
+    scene_file({"chain.granules": "6"})
+    outcome = process("compare", "scene.toml", "--backend", "native", "--plot", "a.png")
+    assert outcome.status == 0, outcome.err
+    assert names() == ["a.png", "scene.toml"]
 
 
 # Signals
@@ -138,6 +167,14 @@ def test_a_stop_at_the_start_is_one_line(
     outcome = process("run", "scene.toml", "-o", "peaks.csv", code=moment + MAIN)
     assert outcome == Outcome(status, "", f"hertzchain: {said}\n")
     assert names() == ["scene.toml"]
+
+
+@posix
+def test_an_interrupt_before_anything_is_loaded_has_no_traceback() -> None:
+    moment = AT_IMPORT.format(signal="SIGINT", module="hertzchain.cli", how="ring()")
+    by_default = "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+    outcome = process(code=moment + by_default + "import hertzchain.__main__")
+    assert outcome == Outcome(-signal.SIGINT, "", "")  # 130 in shells
 
 
 @posix

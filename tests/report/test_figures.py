@@ -290,7 +290,7 @@ def test_what_cannot_be_drawn_is_refused(runs: list[hc.Result]) -> None:
         axes_of({"a": runs[0]}, "speed")
     with pytest.raises(hc.HertzchainError, match="record"):
         axes_of({"a": runs[0], "b": replace(runs[0], history=None)}, "forces")
-    with pytest.raises(hc.HertzchainError, match="must be a mapping|must be results by name"):
+    with pytest.raises(hc.HertzchainError, match="must be results by name"):
         axes_of(runs[0])
     with pytest.raises(hc.HertzchainError, match="a result, or a list of them, for each name"):
         axes_of({"a": []})

@@ -7,6 +7,7 @@ import re
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -124,6 +125,28 @@ def test_a_run_is_stopped_at_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
         hc.Native("velocity-verlet", time_limit=1.0).run(scene)
     # The whole takes more than half a minute.
     assert reached[-1][1] < 0.5 * scene.end_time / scene.units.time
+
+
+@pytest.mark.parametrize(
+    "whole",
+    [
+        lambda scene: hc.peak_forces([scene], time_limit=5, wanted="first"),
+        lambda scene: hc.fit(scene, {2: 1.0, 3: 1.0, 4: 2.0}, ["chain.density"], time_limit=5),
+        lambda scene: hc.spread(
+            replace(scene, uncertain=(hc.Uncertain("chain.density", 0.1, True),)), 16, time_limit=5
+        ),
+    ],
+    ids=["batch", "fit", "spread"],
+)
+def test_a_stopped_part_names_the_limit_of_the_whole(
+    monkeypatch: pytest.MonkeyPatch, whole: Callable[[hc.Scene], object]
+) -> None:
+    def late(*_: object) -> None:
+        raise Deadline(1e-3).passed()
+
+    monkeypatch.setattr(hc.Native, "run", late)
+    with pytest.raises(TooExpensive, match="stopped at the time limit of 5 s"):
+        whole(paper_scene("cosine", 1.0, 2.0, granules=5))
 
 
 def test_a_batch_is_stopped_at_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:

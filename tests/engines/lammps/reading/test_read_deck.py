@@ -359,3 +359,12 @@ def test_without_a_scene_forces_are_read_over_twenty_contact_times() -> None:
     alone = Sizes().between(UNITS["si"], 1e-5)
     told = Sizes(contact_time=1e-5, shock_time=20e-5).between(UNITS["si"], 1e-5)
     assert alone == pytest.approx(told, rel=1e-15)
+
+
+def test_masses_of_fixed_granules_are_not_compared() -> None:
+    """They are infinite; the median of half of such granules is, too."""
+    chain = replace(SCENE.chain, fixed=[False, True] * (SCENE.chain.granules // 2))
+    scene = replace(SCENE, chain=chain, wall=None)
+    mass = np.full(chain.granules, scene.granules.mass[0])
+    granules = SimpleNamespace(count=chain.granules, radius=scene.granules.radius, mass=mass)
+    assert assembling._misfit(cast(Any, granules), scene, 1) == 0
