@@ -27,6 +27,19 @@ settings.register_profile("patient", deadline=None)
 settings.load_profile("patient")
 
 
+KEPT = ("CI", "CI_BROWSER", "CI_ENGINES", "HERTZCHAIN_TEST_LMPS", "HOME", "LD_LIBRARY_PATH",
+        "NUMBA_CACHE_DIR", "PATH", "TMPDIR")  # fmt: skip
+"""Variables of the environment that the tests and their processes have, besides those of pytest."""
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Let no other variable, and no settings of Matplotlib in the home folder, decide a test."""
+    for name in [*os.environ]:
+        if name not in KEPT and not name.startswith("PYTEST_"):
+            del os.environ[name]
+    os.environ["MPLCONFIGDIR"] = str(config.rootpath / ".pytest_cache" / "matplotlib")
+
+
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Let CI run the slow tests in turn."""
     parser.addoption(
@@ -91,12 +104,6 @@ def full_disk(tmp_path: Path) -> Iterator[Path]:
         yield there
     finally:
         subprocess.run(["umount", str(there)], check=True)  # noqa: S607
-
-
-@pytest.fixture(autouse=True)
-def _no_binary_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Tests of the command line run without its environment variables."""
-    monkeypatch.delenv("HERTZCHAIN_LMP", raising=False)
 
 
 NEEDS = {

@@ -43,7 +43,7 @@ def stopped(code: str, folder: Path) -> None:
 
 
 def test_what_it_says_is_returned(tmp_path: Path) -> None:
-    code = "import os, sys; print(os.getcwd()); print('two', file=sys.stderr)"
+    code = "import os, sys; print(os.getcwd(), flush=True); print('two', file=sys.stderr)"
     assert python(code, tmp_path).split() == [str(tmp_path.resolve()), "two"]
 
 

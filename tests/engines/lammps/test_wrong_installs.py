@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numba import config
 
 from tests.command_line import Command
 from tests.engines.lammps.test_faults import LAMMPS, SHORT, _no_process_is_left, folder
@@ -100,16 +101,20 @@ def read_small(folder: Path) -> int:
     half = runpy.run_path(str(folder / "small.py"))["half"]
     assert half(np.array([3.0])).tolist() == [1.5]
     assert half(np.array([3.0], np.float32)).tolist() == [1.5]
-    assert half.stats.cache_path == str(folder / "__pycache__")
+    assert Path(half.stats.cache_path).is_relative_to(folder)
     return sum(half.stats.cache_hits.values())
 
 
-def test_kernels_that_are_damaged_are_compiled_again(tmp_path: Path) -> None:
+@pytest.mark.parametrize("kernels", ["", "kernels"], ids=["by default", "in NUMBA_CACHE_DIR"])
+def test_kernels_that_are_damaged_are_compiled_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kernels: str
+) -> None:
+    monkeypatch.setattr(config, "CACHE_DIR", kernels and str(tmp_path / kernels))
     (tmp_path / "small.py").write_text(SMALL)
     assert [read_small(tmp_path) for _ in range(2)] == [0, 2]
-    kept = tmp_path / "__pycache__"
-    (index,) = kept.glob("*.nbi")
-    one, other = sorted(kept.glob("*.nbc"))
+    (index,) = tmp_path.rglob("*.nbi")
+    assert index.parents[kernels != ""].name == (kernels or "__pycache__")
+    one, other = sorted(tmp_path.rglob("*.nbc"))
     # An index and a code cut short, as a full disk leaves them, a code that is none, and one of
     # other types, as two processes can leave it that keep two versions at the same moment.
     for path, content in (
