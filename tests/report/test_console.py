@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+import re
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -90,6 +91,47 @@ def test_a_run_shows_the_transition_the_wave_the_error_and_the_cost(native: hc.C
     text = text_of(of_result(result), every=True)
     assert [int(row[0]) for row in rows_of(text)] == list(range(2, 13))
     assert "more contacts" not in text
+
+
+def test_columns_and_facts_have_their_numbers_and_units() -> None:
+    gauges = (hc.Gauge(contact=4), hc.Gauge(contact=9))
+    plain = replace(paper_scene("cosine", 1.0, 2.0, granules=12), gauges=gauges)
+    scene = replace(plain, precompression=hc.Precompression(force=20.0))
+    result = hc.Native(rtol=1e-4, wanted="first").run(scene)
+    text = run_text(result)
+    header, *rows = (re.split(r"\s{2,}", line.strip()) for line in text.splitlines()[1:12])
+    first, wave, gauge = result.first_columns, result.usual_wave, result.gauges[1]
+    columns = {
+        "contact": result.contact, "peak force [N]": result.peak_force,
+        "static force [N]": result.static_force, "peak time [s]": result.peak_time,
+        "first pulse [N]": first["first_peak_force_N"], "arrival [s]": first["arrival_time_s"],
+        "width [s]": first["first_width_s"],
+    }  # fmt: skip
+    assert header == [*columns]
+    shown = np.transpose([*columns.values()])[: len(rows)]
+    np.testing.assert_allclose(np.array(rows, np.float64), shown, rtol=1e-4)
+    pressed, metals = result.largest_pressure, "metals of yield strength"
+    for label, words, values in (
+        ("velocity at the end", "granule 1 # m/s, the last granule # m/s",
+         [result.velocity[0], result.velocity[-1]]),
+        ("end of the run", "# s", [scene.end_time]),
+        ("speed, contacts 2 to 5", "# m/s", [wave.speed]),
+        ("height and width, contact 5", "# N, # s, # granules",
+         [wave.height, wave.width, wave.width_granules]),
+        ("gauge, contact 9", "# N, arrival # s, width # s, # m/s from the gauge before",
+         [gauge.force, gauge.arrival, gauge.width, gauge.speed]),
+        ("error of first pulses, at most", "#", [max(first["first_peak_error"])]),
+        ("error of arrivals, at most", "# s", [max(first["arrival_error_s"])]),
+        ("largest overlap", "# radii", [result.overlap_ratio]),
+        ("largest pressure", f"# Pa, contact {pressed.contact} at # s; {metals} < # Pa yield",
+         [pressed.pressure, pressed.time, pressed.needed_strength]),
+        ("cost", f"# ms, # steps of at most # s (native, {result.method})",
+         [1e3 * result.wall_time, result.steps, result.dt]),
+    ):  # fmt: skip
+        pattern = re.escape(words).replace("\\#", "([0-9.e+-]+)")
+        numbers = re.fullmatch(pattern, line_of(text, label))
+        assert numbers is not None, label
+        assert [*map(float, numbers.groups())] == pytest.approx(values, rel=0.05), label
 
 
 def test_lines_end_between_words_and_never_within_a_command() -> None:

@@ -18,6 +18,7 @@ from hertzchain.report.comparison import of_comparison
 from hertzchain.report.figures import figure_of
 from hertzchain.report.picture import in_units
 from hertzchain.report.run import of_result
+from hertzchain.report.style import force_limits
 from hertzchain.report.tables import motion_frame, write_frame
 from hertzchain.report.waterfall import drawn_contacts, plot_times, while_moving
 from tests.conftest import paper_scene
@@ -127,6 +128,10 @@ def test_the_figure_draws_the_result(result: hc.Result) -> None:
     assert title.endswith(f", {result.method}, peaks within {result.error_estimate:.1e}")
     peaks, forces, space_time, *_ = figure.axes
     assert np.array_equal(peaks.lines[0].get_ydata(), result.peak_force)
+    is_band(peaks.collections[0], result)
+    largest = [np.max(result.peak_force), max(np.max(line.get_ydata()) for line in forces.lines)]
+    limits = [axes.get_ylim() for axes in (peaks, forces)]
+    np.testing.assert_allclose(limits, [(0.0, 1.08 * one) for one in largest], rtol=1e-12)
     assert (legend := forces.get_legend()) is not None
     assert [text.get_text() for text in legend.get_texts()] == [
         "applied force",
@@ -246,21 +251,43 @@ def axes_of(*given: Any) -> Any:
     return hc.plot(*given).axes
 
 
+def edges_of(band: Any) -> list[list[float]]:
+    """Return the lower and the upper edge of a band, at each x."""
+    x, y = band.get_paths()[0].vertices.T
+    return [[edge(y[x == at]) for at in np.unique(x)] for edge in (np.min, np.max)]
+
+
+def is_band(band: Any, result: hc.Result) -> None:
+    edges = [result.peak_force * (1 + sign * result.peak_errors) for sign in (-1, 1)]
+    np.testing.assert_allclose(edges_of(band), edges, rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("smallest", "largest", "ends"),
+    [(0, 100, (0, 108)), (50, 100, (0, 108)), (60, 100, (56.8, 103.2)), (100, 100, (92, 108)),
+     (0, 0, (0, 1))],
+)  # fmt: skip
+def test_an_axis_of_forces_has_all_forces_and_room(
+    smallest: float, largest: float, ends: tuple[float, float]
+) -> None:
+    assert force_limits(smallest, largest) == pytest.approx(ends)
+
+
 def test_peaks_have_bands_of_their_error_or_about_their_median(runs: list[hc.Result]) -> None:
     (axes,) = axes_of({"low": runs[0], "high": runs[1]})
     for line, result in zip(axes.lines, runs, strict=False):
         np.testing.assert_array_equal(line.get_ydata(), result.peak_force)
         np.testing.assert_array_equal(line.get_xdata(), result.contact)
-    (low, _) = axes.collections
-    heights = low.get_paths()[0].vertices[:, 1]
-    assert heights.max() == pytest.approx(np.max(runs[0].peak_force * (1 + runs[0].peak_errors)))
+    for band, result in zip(axes.collections, runs, strict=False):
+        is_band(band, result)
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["low", "high"]
     assert len({(line.get_linestyle(), line.get_marker()) for line in axes.lines}) == 2  # in grey
     (axes,) = axes_of({"all": runs})
     np.testing.assert_allclose(axes.lines[0].get_ydata(), runs[2].peak_force, rtol=1e-9)
     edges = np.percentile([run.peak_force for run in runs], (5, 95), axis=0)
-    heights = axes.collections[0].get_paths()[0].vertices[:, 1]
-    assert (heights.min(), heights.max()) == pytest.approx((edges[0].min(), edges[1].max()))
+    np.testing.assert_allclose(edges_of(axes.collections[0]), edges, rtol=1e-12)
+    low, high = np.min(edges), np.max(edges)
+    assert axes.get_ylim() == pytest.approx((1.08 * low - 0.08 * high, 1.08 * high - 0.08 * low))
 
 
 def test_forces_stand_one_above_the_other_or_in_one_panel(runs: list[hc.Result]) -> None:

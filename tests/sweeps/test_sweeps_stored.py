@@ -175,7 +175,8 @@ def test_a_folder_made_for_nothing_is_gone(
 def test_a_damaged_part_is_named(out: Path) -> None:
     part = out / "scenes" / "native-0000.parquet"
     part.write_bytes(b"nothing")
-    with pytest.raises(OutputError, match="the same sweep measures its scenes again") as problem:
+    words = r"cannot be read \(.* 7 bytes.*\).* the same sweep measures its scenes again"
+    with pytest.raises(OutputError, match=words) as problem:
         hc.Sweep.load(out).to_frame()
     assert str(part) in str(problem.value)
     assert hc.sweep(SHORT, GRID, output=out).count().done == 8

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -176,7 +177,26 @@ def test_a_page_and_a_figure(measured: pd.DataFrame, tmp_path: Path) -> None:
     judgement = hc.judge_traces(SCENE, measured, tolerance=1e-3)
     judgement.report(tmp_path / "page.html")
     assert "Judgement of measured traces" in (tmp_path / "page.html").read_text()
-    assert judgement.plot() is not None
+    (axes,) = judgement.plot().axes
+    time = measured["time_s"].to_numpy() - judgement.shift
+    shown = (time >= 0) & (time <= judgement.known.until)
+    native = hc.Native("reference").run(replace(SCENE, gauges=GAUGES), record=time[shown])
+    largest = native.to_traces().iloc[:, 1:].to_numpy().max()
+    for k, name in enumerate(measured.columns[1:]):
+        points, line = axes.lines[2 * k : 2 * k + 2]
+        for drawn in (points, line):
+            np.testing.assert_array_equal(drawn.get_xdata(), time[shown])
+        below = points.get_ydata() - measured[name].to_numpy()[shown]
+        assert below == pytest.approx((2 - k) * 1.1 * largest, abs=1e-4 * largest)
+        force = native.to_traces()[name].to_numpy()
+        assert line.get_ydata() - below == pytest.approx(force, abs=1e-4 * largest)
+    low, high = axes.get_ylim()
+    assert low < 0 < 3.2 * largest < high < 4 * largest
+    header, *rows = (re.split(r"\s{2,}", row.strip()) for row in str(judgement).splitlines()[3:7])
+    assert header == ["gauge", "measured", "native", "height", "width", "noise"]
+    shown = [[float(cell) for cell in row[1:3]] for row in rows]
+    heights = [measured.max()[1:], [gauge.force for gauge in native.gauges]]
+    np.testing.assert_allclose(shown, np.transpose(heights), rtol=1e-4)
 
 
 @pytest.mark.parametrize(
