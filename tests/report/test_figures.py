@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 import hertzchain as hc
 from hertzchain.report.comparison import of_comparison
 from hertzchain.report.figures import figure_of
-from hertzchain.report.picture import in_units
+from hertzchain.report.picture import in_units, legend_look
 from hertzchain.report.run import of_result
 from hertzchain.report.style import force_limits
 from hertzchain.report.tables import motion_frame, write_frame
@@ -128,6 +128,7 @@ def test_the_figure_draws_the_result(result: hc.Result) -> None:
     assert title.endswith(f", {result.method}, peaks within {result.error_estimate:.1e}")
     peaks, forces, space_time, *_ = figure.axes
     assert np.array_equal(peaks.lines[0].get_ydata(), result.peak_force)
+    assert peaks.lines[0].get_marker() == "."
     is_band(peaks.collections[0], result)
     for axes in (peaks, forces):
         largest = max(np.max(line.get_ydata()) for line in axes.lines)
@@ -202,6 +203,17 @@ def test_legends_leave_the_axes_their_width(compared: hc.Comparison) -> None:
             assert axes.get_position().width > 0.7
             if (legend := axes.get_legend()) is not None:
                 assert legend.get_window_extent().x1 <= figure.bbox.x1
+
+
+def test_a_legend_has_as_many_columns_as_fit() -> None:
+    axes, labels = Figure((9.0, 3.0)).subplots(), [f"contact {k}" for k in (2, 3, 40)]
+    for label in labels:
+        axes.plot([0, 1], label=label)
+    legend = axes.legend(**legend_look(labels, 9.0, is_small=False))
+    axes.figure.draw_without_rendering()
+    width = legend.get_window_extent().width / axes.figure.dpi
+    columns = [legend_look(labels, part * width, is_small=False)["ncols"] for part in (0.95, 1.05)]
+    assert columns == [2, 3]
 
 
 def test_fonts_of_pdf_are_true_type_and_settings_stay(result: hc.Result, tmp_path: Path) -> None:
