@@ -132,7 +132,7 @@ def test_the_figure_draws_the_result(result: hc.Result) -> None:
     is_band(peaks.collections[0], result)
     for axes in (peaks, forces):
         largest = max(np.max(line.get_ydata()) for line in axes.lines)
-        assert axes.get_ylim() == (0.0, pytest.approx(1.08 * largest))
+        assert axes.get_ylim() == pytest.approx((0.0, 1.08 * largest))
     assert (legend := forces.get_legend()) is not None
     assert [text.get_text() for text in legend.get_texts()] == [
         "applied force",

@@ -192,9 +192,9 @@ def test_a_page_and_a_figure(measured: pd.DataFrame, tmp_path: Path) -> None:
     assert axes.get_ylim() == pytest.approx((-0.165 * largest, 3.3 * largest), rel=1e-3)
     header, *rows = (re.split(r"\s{2,}", row.strip()) for row in str(judgement).splitlines()[3:7])
     assert header == ["gauge", "measured", "native", "height", "width", "noise"]
-    shown = [[float(cell) for cell in row[1:3]] for row in rows]
-    heights = [measured.max()[1:], [gauge.force for gauge in native.gauges]]
-    np.testing.assert_allclose(shown, np.transpose(heights), rtol=1e-4)
+    forces = [measured.iloc[:, 1:].max().tolist(), [gauge.force for gauge in native.gauges]]
+    cells = np.array([row[1:3] for row in rows], np.float64)
+    np.testing.assert_allclose(cells, np.array(forces, np.float64).T, rtol=1e-4)
 
 
 @pytest.mark.parametrize(
