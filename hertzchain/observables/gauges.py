@@ -7,8 +7,9 @@ gauge's pulse is found from their splines as first pulses are.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray, or_none
 from hertzchain.observables.first_pulse import FALLS, FLOOR
 from hertzchain.observables.history import History
-from hertzchain.observables.wave import places
+from hertzchain.observables.wave import NEAR_END, is_near_end, places, runs_forwards
 from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.scene import Scene
 
@@ -54,8 +55,9 @@ class Reading:
         Bounds: relative, [s] and [s].
     speed, speed_error
         From the gauge before it in the scene [m/s], by their places at rest and arrivals, and its
-        relative bound; NaN for the first gauge, and where the wave does not go from one to the
-        other.
+        relative bound; NaN for the first gauge, and where there is a ``speed_reason``.
+    speed_reason
+        Why there is no speed from the gauge before; None where there is one, or no such gauge.
     """
 
     gauge: Gauge
@@ -68,6 +70,7 @@ class Reading:
     width_error: float
     speed: float = np.nan
     speed_error: float = np.nan
+    speed_reason: str | None = field(default=None, kw_only=True)
 
     def to_dict(self, scene: Scene, history: History | None) -> dict[str, Any]:
         """Return the reading as a JSON object; null where there is no pulse.
@@ -79,7 +82,7 @@ class Reading:
             self.width_error, self.speed, self.speed_error,
         )  # fmt: skip
         known = zip((*_COLUMNS, "speed_m_s", "speed_error"), or_none(np.array(values)), strict=True)
-        read = {self.gauge.key: self.gauge.number, **dict(known)}
+        read = {self.gauge.key: self.gauge.number, **dict(known), "speed_reason": self.speed_reason}
         if history is None:
             return read
         force = force_over_time(scene, self.gauge, history)
@@ -129,27 +132,39 @@ def readings(
             found.append(_of_granule(scene, gauge, known, history, windows[gauge]))
         else:
             found.append(Reading(gauge, *[np.nan] * 7))
-    return _with_speeds(scene, found)
+    return _with_speeds(scene, found, known)
 
 
-def _with_speeds(scene: Scene, found: list[Reading]) -> tuple[Reading, ...]:
-    """Return readings with the speed from each to the next."""
-    of_contacts, of_granules = places(scene), scene.granules.position
-    at = [
-        of_granules[gauge.number - 1 + scene.first_granule]
-        if gauge.contact is None
-        else of_contacts[scene.contacts.index(gauge.number)]
-        for gauge in (one.gauge for one in found)
-    ]
-    speeds = found[:1]
-    for k in range(1, len(found)):
-        here, before = found[k], found[k - 1]
-        time, way = here.arrival - before.arrival, float(at[k] - at[k - 1])
-        off = (here.arrival_error + before.arrival_error) / abs(time or np.nan)
-        if way * time > 0 and off < 1:
-            here = replace(here, speed=way / time, speed_error=off / (1 - off))
-        speeds.append(here)
+def _with_speeds(
+    scene: Scene, readings: list[Reading], known: dict[str, NDArray[Any]]
+) -> tuple[Reading, ...]:
+    """Return readings with the speed from each to the next, or why there is none."""
+    speeds = readings[:1]
+    for pair in itertools.pairwise(readings):
+        (before, _), (after, _) = (_place(scene, read.gauge) for read in pair)
+        early, late = sorted(pair, key=lambda read: read.gauge.number)
+        contacts = [*_contacts(scene, early.gauge), *_contacts(scene, late.gauge)]
+        time, off = late.arrival - early.arrival, late.arrival_error + early.arrival_error
+        reason = None
+        if before != after:
+            reason = f"no speed from {before} to {after}: their pulses differ in shape"
+        elif is_near_end(scene, NEAR_END)[contacts].any():
+            reason = "no speed so near an end: the wave and its reflection are one pulse"
+        elif not (off < time and runs_forwards(known["arrival_time_s"], contacts)):
+            reason = "no speed: the arrivals show no wave from the gauge before"
+        way = _place(scene, late.gauge)[1] - _place(scene, early.gauge)[1]
+        speed, error = (np.nan, np.nan) if reason else (way / time, off / (time - off))
+        speeds.append(replace(pair[1], speed=speed, speed_error=error, speed_reason=reason))
     return tuple(speeds)
+
+
+def _place(scene: Scene, gauge: Gauge) -> tuple[str, float]:
+    """Return what a gauge reads, and the place of that at rest [m]; of a granule its centre."""
+    if gauge.granule is not None:
+        return "a granule", float(scene.granules.position[gauge.number - 1 + scene.first_granule])
+    is_wall = not 2 <= gauge.number <= scene.chain.granules
+    place = float(places(scene)[scene.contacts.index(gauge.number)])
+    return "a wall" if is_wall else "a contact", place
 
 
 def _of_contact(gauge: Gauge, known: dict[str, NDArray[Any]], place: int) -> Reading:

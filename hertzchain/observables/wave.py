@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,9 +13,11 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.scene import Scene
 
-_APART, _NEAR_END, _NEAR_END_IF_SLOW = 10, 2, 7
+_APART, NEAR_END, _NEAR_END_IF_SLOW = 10, 2, 7
 """Contacts from the first to the last of the usual pair, and between that and the end: there the
-incident and the reflected wave are one hump, the longer where contacts are damped or loaded."""
+incident and the reflected wave are one hump, the longer where contacts are damped or loaded. In the
+last two speeds are off by up to 7 %, before by 3e-4, or 1e-9 without damping and loads (measured on
+20 steel spheres)."""
 
 
 @dataclass(frozen=True)
@@ -80,17 +82,28 @@ def places(scene: Scene) -> FloatArray:
     return np.asarray(ahead[:size] + half)
 
 
-def is_near_end(scene: Scene) -> NDArray[np.bool_]:
+def is_near_end(scene: Scene, if_slow: int = _NEAR_END_IF_SLOW) -> NDArray[np.bool_]:
     """Whether contacts are so near the last that two waves are one hump there, (contacts,).
 
     If a fixed granule stands ahead of the shock, its contact counts as the last: no wave passes it.
+    ``if_slow`` contacts are near where contacts are damped or loaded.
     """
     is_slow = scene.contact is not None or scene.precompression is not None
     count = len(scene.contacts)
     fixed = scene.granules.fixed if scene.holds else np.zeros(0)
     last = np.min(fixed[fixed > scene.pushed], initial=count)
-    near = np.arange(count) >= last - (_NEAR_END_IF_SLOW if is_slow else _NEAR_END)
+    near = np.arange(count) >= last - (if_slow if is_slow else NEAR_END)
     return np.asarray(near)
+
+
+def runs_forwards(arrival: FloatArray, contacts: Sequence[int]) -> bool:
+    """Whether one wave runs from the first to the last of some contacts, counted from 0.
+
+    Two waves reach a contact between these before the first of them, or after the last.
+    """
+    between = arrival[min(contacts) : max(contacts) + 1]
+    begin, end = between[0], between[-1]
+    return bool(begin < end and not ((between < begin) | (between > end)).any())
 
 
 def wave_between(scene: Scene, known: Mapping[str, NDArray[Any]], first: int, last: int) -> Wave:
@@ -98,14 +111,15 @@ def wave_between(scene: Scene, known: Mapping[str, NDArray[Any]], first: int, la
     if not known:
         allowed = 'needs first pulses, which this run has not: ask for wanted="first"'
         raise SceneError("wave", None, allowed)
-    least, most = scene.contacts[0], scene.last_contact
-    allowed = f"must be two contacts from {least} to {most}, the later one last"
-    require(least <= first < last <= most, "contacts", (first, last), allowed)
+    most = scene.chain.granules
+    allowed = f"must be two contacts from 2 to {most}, between granules, the later one last"
+    require(2 <= first < last <= most, "contacts", (first, last), allowed)
     i, j = (scene.contacts.index(contact) for contact in (first, last))
     arrival, error = known["arrival_time_s"], known["arrival_error_s"]
     apart, time = np.diff(places(scene)[[i, j]])[0], arrival[j] - arrival[i]
-    if not (time > 0 and known["clear"][[i, j]].all()):
-        allowed = "must have clear first pulses that have ended, the later contact a later one"
+    is_clear = known["clear"][[i, j]].all() and not is_near_end(scene, NEAR_END)[j]
+    if not (is_clear and runs_forwards(arrival, (i, j))):
+        allowed = "must have clear first pulses of one wave, before the last two ahead of an end"
         raise SceneError("contacts", (first, last), allowed)
     speed, off = apart / time, (error[i] + error[j]) / time
     # A front lasts until another wave comes, so it has no width.
@@ -129,7 +143,6 @@ def usual_wave(scene: Scene, known: Mapping[str, NDArray[Any]]) -> Wave | None:
     if first >= last:
         return None
     pair = [scene.contacts.index(contact) for contact in (first, last)]
-    arrival, is_clear = known["arrival_time_s"][pair], known["clear"][pair]
-    if not (arrival[0] < arrival[1] and is_clear.all()):  # False for NaN, too
+    if not (runs_forwards(known["arrival_time_s"], pair) and known["clear"][pair].all()):
         return None
     return wave_between(scene, known, first, last)

@@ -131,6 +131,8 @@ def _facts_of_gauges(result: Result) -> list[tuple[str, str]]:
             if np.isfinite(read.speed):
                 speed = with_unit(read.speed, "m/s", read.speed_error)
                 said += f", {speed} from the gauge before"
+            elif read.speed_reason:
+                said += f", {read.speed_reason}"
         facts.append((f"gauge, {read.gauge.key} {read.gauge.number}", said))
     return facts
 

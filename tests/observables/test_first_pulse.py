@@ -311,19 +311,68 @@ def test_forces_over_time() -> None:
 
 
 def test_speed_from_gauge_to_gauge() -> None:
-    """Three granules over the difference of arrivals; the wall's contact is one radius further."""
+    """Three granules over the difference of arrivals, whichever gauge stands first."""
     result = hc.Native().run(TWO, record=50)
-    first, second, wall = result.gauges
-    radius = STEEL["radius"]
+    first, second, _ = result.gauges
     assert np.isnan(first.speed)
-    expected = 6 * radius / (second.arrival - first.arrival)
+    expected = 6 * STEEL["radius"] / (second.arrival - first.arrival)
     assert second.speed == pytest.approx(expected, rel=1e-12)
-    assert wall.speed == pytest.approx(5 * radius / (wall.arrival - second.arrival), rel=1e-12)
     accurate = hc.Native(rtol=1e-9).run(TWO).gauges[1].speed
     assert abs(second.speed / accurate - 1) <= second.speed_error < 1e-4
     assert list(result.to_traces())[1:] == ["gauge_3_N", "gauge_6_N", "wall_N"]
     backwards = hc.Native().run(replace(TWO, gauges=TWO.gauges[1::-1])).gauges[1]
     assert backwards.speed == pytest.approx(second.speed, rel=1e-12)
+
+
+def test_speed_between_unlike_granules() -> None:
+    """The way is from centre to centre: radii of 5 mm times 0.95 to the number of the granule."""
+    scene = replace(SCENES["taper"], gauges=(hc.Gauge(granule=3), hc.Gauge(granule=5)))
+    first, second = hc.Native().run(scene).gauges
+    way = 5e-3 * (0.95**2 + 2 * 0.95**3 + 0.95**4)
+    assert second.speed == pytest.approx(way / (second.arrival - first.arrival), rel=1e-12)
+
+
+WALLED = replace(SCENES["walled"], chain=hc.Chain(20, **STEEL))
+FREE = replace(WALLED, wall=None)
+AT_10 = replace(
+    FREE, shock=hc.Pulse("cosine", 100.0, 2.0, rise_time=2e-5, granule=10),
+    precompression=hc.Precompression(force=20.0),
+)  # fmt: skip
+TWO_WAVES = hc.Scene(hc.Chain(20, **STEEL, velocity=(1.0, *[0.0] * 18, -1.0)))
+
+
+@pytest.mark.parametrize(
+    ("scene", "places", "reason"),
+    [
+        (WALLED, "granule 12, granule 17", None),
+        (AT_10, "contact 12, contact 17", None),
+        (WALLED, "granule 12, contact 17", "no speed from a granule to a contact: their pulses"),
+        (WALLED, "contact 12, granule 17", "no speed from a contact to a granule: their pulses"),
+        (WALLED, "granule 17, contact 21", "no speed from a granule to a wall: their pulses"),
+        (WALLED, "contact 17, contact 21", "no speed from a contact to a wall: their pulses"),
+        (WALLED, "contact 12, contact 20", "no speed so near an end"),
+        (FREE, "granule 12, granule 20", "no speed so near an end"),
+        (FREE, "contact 12, contact 12", "no speed: the arrivals show no wave"),
+        (AT_10, "granule 8, granule 17", "no speed: the arrivals show no wave"),
+        (TWO_WAVES, "contact 5, contact 14", "no speed: the arrivals show no wave"),
+    ],
+)
+def test_speed_is_that_of_one_wave_in_like_gauges(
+    scene: hc.Scene, places: str, reason: str | None
+) -> None:
+    """It is that between contacts within 3 %; where there is none, all outputs say why."""
+    pairs = [place.split() for place in places.split(", ")]
+    given = tuple(hc.Gauge(**{key: int(number)}) for key, number in pairs)
+    result = hc.Native().run(replace(scene, gauges=given))
+    *_, read = result.to_dict()["gauges"]
+    shown = " ".join(str(result).split())
+    if reason is None:
+        assert read["speed_m_s"] == pytest.approx(result.wave(12, 17).speed, rel=0.03)
+        assert (read["speed_reason"], "m/s from the gauge before" in shown) == (None, True)
+    else:
+        assert (read["speed_m_s"], read["speed_error"]) == (None, None)
+        assert read["speed_reason"].startswith(reason)
+        assert reason in shown
 
 
 def test_traces_are_written(tmp_path: Path, hertzchain: Command) -> None:

@@ -62,9 +62,12 @@ def test_what_has_no_wave_is_refused() -> None:
     result = hc.Native(rtol=1e-6).run(replace(LONG, run=hc.Run(1e-4)))
     with pytest.raises(SceneError, match="must have clear first pulses"):
         result.wave(20, 40)
+    walled = hc.Native(rtol=1e-6).run(replace(LONG, wall=hc.Wall("rigid")))
+    with pytest.raises(SceneError, match="before the last two ahead of an end"):
+        walled.wave(20, 40)
     for pair in ((5, 5), (1, 4), (4, 41)):
-        with pytest.raises(SceneError, match="must be two contacts from 2 to 40"):
-            result.wave(*pair)
+        with pytest.raises(SceneError, match="must be two contacts from 2 to 40, between granules"):
+            walled.wave(*pair)
     with pytest.raises(SceneError, match="needs first pulses"):
         hc.Native(wanted="all").run(LONG).wave(20, 30)
 
