@@ -46,7 +46,7 @@ class Pulse(Shock):
     Parameters
     ----------
     profile
-        ``cosine``, ``triangular`` or ``cosine-triangular``.
+        ``cosine``, ``triangular`` or ``cosine-triangular``; a cosine is a raised one, 1 - cos.
     peak_force
         F0 [N].
     duration_ratio
