@@ -55,20 +55,11 @@ def there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     for name in FILES:
         (folder / name).write_text("1\n")
     (folder / "link").symlink_to(FILES[0])
-    (folder / "scene.toml").write_text(_scene())
+    SCENE.to_toml(folder / "scene.toml")
     before = sorted([*tmp_path.rglob("*"), folder / "in.mine", folder / "part.in"])
     yield folder
     (folder / "part.in").touch()
     assert sorted(tmp_path.rglob("*")) == before
-
-
-def _scene() -> str:
-    chain, rise = SCENE.chain, 2e-5
-    return (
-        f"[chain]\ngranules = {chain.granules}\nradius = 4e-3\nyoung_modulus = 70e9\n"
-        f"poisson_ratio = 0.25\ndensity = 2500\n[shock]\nprofile = 'cosine'\npeak_force = 20\n"
-        f"duration_ratio = 2\nrise_time = {rise}\n[run]\nend_time = 1e-4\n"
-    )
 
 
 def write(folder: Path, way: str, context: str) -> Path:
