@@ -253,9 +253,7 @@ def test_a_chain_in_another_style_is_a_chain(name: str) -> None:
 
 def test_where_lammps_stops_it_says_why() -> None:
     text = ROWS.replace("19.5 0 3", "19.5 0 0").replace("fix 1 all nve/sphere\n", "")
-    found = {
-        one.rule: one for one in lint(text.replace("create_atoms 1 region rows", "read_data none"))
-    }
+    found = {one.rule: one for one in lint(text.replace("1 region rows", "1 region none"))}
     assert set(found) == {"text-alone", "motion"}
     assert (found["text-alone"].severity, found["text-alone"].line) == ("error", 10)
     assert found["text-alone"].text.startswith("LAMMPS stopped: ERROR")

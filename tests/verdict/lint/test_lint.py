@@ -267,7 +267,7 @@ run $(2*v_a:%.17g) every ${a} "set group all density 1"
         (1, "variable|a|index|3"),
         (2, "print|a # that is none"),
         (3, "if|${a} > 2|then|set group all diameter 1.0|run $(v_a+1)|else|run 7"),
-        (5, "print|two\nlines"),
+        (5, "print|two lines"),
         (7, "run|$(2*v_a:%.17g)|every|${a}|set group all density 1"),
     ]
 
