@@ -19,6 +19,7 @@ from hertzchain.engines.lammps.engine import engine
 from hertzchain.errors import BackendMissing
 from hertzchain.scene.pulse import profile_named
 from tests.command_line import Command, run_here
+from tests.places import ROOT
 
 pytest_plugins = ["pytester"]
 
@@ -32,12 +33,11 @@ KEPT = ("CI", "CI_BROWSER", "CI_ENGINES", "HERTZCHAIN_TEST_LMPS", "HOME", "LD_LI
 """Variables of the environment that the tests and their processes have, besides those of pytest."""
 
 
-def pytest_configure(config: pytest.Config) -> None:
-    """Let no other variable, and no settings of Matplotlib in the home folder, decide a test."""
-    for name in [*os.environ]:
-        if name not in KEPT and not name.startswith("PYTEST_"):
-            del os.environ[name]
-    os.environ["MPLCONFIGDIR"] = str(config.rootpath / ".pytest_cache" / "matplotlib")
+# Before Matplotlib and Numba read them; nor do settings in the home folder decide a test.
+for _name in [*os.environ]:
+    if _name not in KEPT and not _name.startswith("PYTEST_"):
+        del os.environ[_name]
+os.environ["MPLCONFIGDIR"] = str(ROOT / ".pytest_cache" / "matplotlib")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
