@@ -169,9 +169,9 @@ def long_chains() -> Iterator[Measured]:
         scene = hc.Scene(replace(load("demo").chain, granules=granules), pulse)
         assert native(scene).error_estimate <= 1e-6
         spent = seconds(functools.partial(native, scene))
-        yield Measured("C", f"{granules:,} granules", spent, "s")
+        yield Measured("C", f"a wave down {granules:,} granules, with error", spent, "s")
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    yield Measured("C", "memory of the process so far", memory, "MB")
+    yield Measured("C", "memory of the process after that", memory, "MB")
 
 
 def batch_over_single_runs() -> Iterator[Measured]:
@@ -214,7 +214,8 @@ def fresh_processes() -> Iterator[Measured]:
     base = spent(sys.executable, "-c", "import numpy")
     run = spent(binary, "run", scene, "--rtol", "1e-6") - base
     yield Measured("G", "hertzchain run, more than importing NumPy", run, "s")
-    yield Measured("G", "hertzchain --help, more than that", spent(binary, "--help") - base, "s")
+    what = "hertzchain --help, more than importing NumPy"
+    yield Measured("G", what, spent(binary, "--help") - base, "s")
 
 
 def sweep_over_bare_batch() -> Iterator[Measured]:
