@@ -7,17 +7,28 @@ import collections.abc
 import functools
 import inspect
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 from types import FunctionType, NoneType, UnionType
-from typing import Annotated, Any, Literal, NamedTuple, TypeVar, Union, get_args, get_origin
+from typing import (
+    Annotated,
+    Any,
+    Literal,
+    NamedTuple,
+    NoReturn,
+    TypeVar,
+    Union,
+    get_args,
+    get_origin,
+)
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hertzchain.arrays import FloatArray
-from hertzchain.errors import SceneError, is_finite, require
+from hertzchain.errors import SceneError, is_finite
 from hertzchain.scene.keys import Key
 
 _Public = TypeVar("_Public")
@@ -25,12 +36,25 @@ _Public = TypeVar("_Public")
 _PLAIN: dict[Any, Key] = {float: Key(), int: Key(kind="int"), bool: Key(kind="bool")}
 """Keys of numbers whose annotation has no range of its own."""
 
+_CLASSES: dict[Any, tuple[str, Any]] = {
+    str: ("text", str),
+    Path: ("a path", os.PathLike),
+    os.PathLike: ("a path", os.PathLike),
+    NoneType: ("None", NoneType),
+    collections.abc.Callable: ("a function", collections.abc.Callable),
+}
+"""Words for classes whose name is not public, and the class of their values."""
+
 
 class _Kind(NamedTuple):
-    """An annotation: its words in a refusal, and a function that returns a value or refuses it."""
+    """An annotation: its words in a refusal, and a function that returns a value or raises."""
 
     words: str
-    read: Callable[[str, Any], Any]
+    read: Callable[[Any], Any]
+
+
+_ANYTHING = _Kind("anything", lambda value: value)
+_WRONG = (AttributeError, TypeError, ValueError, OverflowError)
 
 
 class _Names(dict[str, Any]):
@@ -87,8 +111,11 @@ def _checked(function: Any, fields: Mapping[str, Any]) -> Any:
     def call(*given: Any, **named: Any) -> Any:
         arguments = signature.bind(*given, **named)
         for name, value in arguments.arguments.items():
-            if name in kinds():
-                arguments.arguments[name] = kinds()[name].read(name, value)
+            kind = kinds().get(name, _ANYTHING)
+            try:
+                arguments.arguments[name] = kind.read(value)
+            except _WRONG:
+                raise SceneError(name, value, f"must be {kind.words}") from None
         return function(*arguments.args, **arguments.kwargs)
 
     return call
@@ -105,115 +132,78 @@ def _kind(annotation: Any) -> _Kind:  # noqa: PLR0911 - one for each kind of ann
     """Return how values of an annotation are read."""
     origin, inner = get_origin(annotation), get_args(annotation)
     if annotation in (ArrayLike, FloatArray):
-        return _Kind("an array of numbers", _read_array)
+        return _Kind("an array of numbers", _to_array)
     if origin in (Union, UnionType):
-        return _either([_kind(one) for one in inner])
+        kinds = [_kind(one) for one in inner]
+        words = _listed([kind.words for kind in kinds if kind.words != "None"])
+        return _Kind(words, lambda value: _first(kinds, value))
     if origin is Annotated:
-        return _of_key(inner[1]) if isinstance(inner[1], Key) else _kind(Any)
+        return _of_key(inner[1]) if isinstance(inner[1], Key) else _ANYTHING
     if origin is Literal:
         return _of_key(Key(kind="str", choices=inner))
     if annotation in _PLAIN:
         return _of_key(_PLAIN[annotation])
-    if annotation in (Path, os.PathLike) or origin is os.PathLike:
-        return _of_class("a path", os.PathLike)
+    if annotation in _CLASSES or origin in _CLASSES:
+        return _of_class(*_CLASSES[origin or annotation])
     if inspect.isclass(origin) and issubclass(origin, Mapping):
-        return _mapping(*map(_kind, inner))
+        keys, values = map(_kind, inner)
+        return _Kind(
+            "a mapping",
+            lambda given: {keys.read(key): values.read(one) for key, one in given.items()},
+        )
     if inspect.isclass(origin) and issubclass(origin, Iterable) and origin is not np.ndarray:
-        return _sequence(inner)
-    if origin is collections.abc.Callable:
-        return _of_class("a function", Callable)  # type: ignore[arg-type]
-    if annotation in (None, NoneType):
-        return _of_class("None", NoneType)
-    if annotation is str:
-        return _of_class("text", str)
+        kinds = [_kind(one) for one in inner if one is not Ellipsis]
+        count = len(kinds) if len(inner) > 1 and inner[-1] is not Ellipsis else None
+        words = "a list, each entry" if count is None else f"{count} values, each"
+        return _Kind(f"{words} {kinds[0].words}", lambda given: _to_list(kinds[0], count, given))
     is_protocol = getattr(annotation, "_is_protocol", False)
     if not inspect.isclass(annotation) or annotation in (Any, object) or is_protocol:
-        return _Kind("anything", lambda _, value: value)
-    kinds = annotation.__subclasses__() if inspect.isabstract(annotation) else [annotation]
-    words = [f"{'an' if one.__name__[0] in 'AEIOU' else 'a'} {one.__name__}" for one in kinds]
-    return _of_class(_listed(words), annotation)
+        return _ANYTHING
+    classes = annotation.__subclasses__() if inspect.isabstract(annotation) else [annotation]
+    names = [one.__name__ for one in classes]
+    words = _listed([f"{'an' if name[0] in 'AEIOU' else 'a'} {name}" for name in names])
+    return _of_class(words, annotation)
 
 
 def _of_class(words: str, kind: type) -> _Kind:
-    def read(name: str, value: Any) -> Any:
-        shown = None if value is None else type(value).__name__
-        require(isinstance(value, kind), name, shown, f"must be {words}")
-        return value
-
-    return _Kind(words, read)
+    return _Kind(words, lambda value: value if isinstance(value, kind) else _refuse())
 
 
 def _of_key(key: Key) -> _Kind:
-    def read(name: str, value: Any) -> Any:
+    def read(value: Any) -> Any:
         if isinstance(value, np.bool_) and key.kind == "bool":
             return bool(value)
-        key.check(name, value)
+        key.check("", value)
         return {"float": float, "int": int}.get(key.kind, lambda same: same)(value)
 
     return _Kind(key.allowed.removeprefix("must be "), read)
 
 
-def _read_array(name: str, value: Any) -> Any:
-    try:
-        array = np.asarray(value)
-        if array.dtype == object and all(map(is_finite, array.flat)):
-            array = value = array.astype(float)
-        possible = array.dtype.kind in "iuf"
-    except (TypeError, ValueError):  # rows of unlike length
-        possible = False
-    require(possible, name, value, "must be an array of numbers")
+def _refuse() -> NoReturn:
+    raise ValueError
+
+
+def _first(kinds: list[_Kind], value: Any) -> Any:
+    for kind in kinds:
+        with suppress(*_WRONG):
+            return kind.read(value)
+    return _refuse()
+
+
+def _to_array(value: Any) -> Any:
+    array = np.asarray(value)
+    if array.dtype == object and all(map(is_finite, array.flat)):
+        array = value = array.astype(float)
+    if array.dtype.kind not in "iuf":
+        _refuse()
     return value if isinstance(value, int) else array
 
 
-def _sequence(inner: tuple[Any, ...]) -> _Kind:
-    is_fixed = len(inner) > 1 and inner[-1] is not Ellipsis
-    kinds = [_kind(one) for one in inner if one is not Ellipsis]
-    words = f"a list, each entry {kinds[0].words}"
-    if is_fixed:
-        words = f"{len(kinds)} values, each {kinds[0].words}"
-
-    def read(name: str, values: Any) -> Any:
-        is_one = isinstance(values, str | bytes | Mapping) or getattr(values, "shape", None) == ()
-        require(isinstance(values, Iterable) and not is_one, name, values, f"must be {words}")
-        if isinstance(values, Iterator):  # it may be long
-            return (kinds[0].read(name, value) for value in values)
-        values = tuple(values)
-        require(not is_fixed or len(values) == len(kinds), name, values, f"must be {words}")
-        each = kinds if is_fixed else kinds * len(values)
-        return tuple(
-            kind.read(f"{name} {number}", value)
-            for number, (kind, value) in enumerate(zip(each, values, strict=True), start=1)
-        )
-
-    return _Kind(words, read)
-
-
-def _mapping(keys: _Kind, values: _Kind) -> _Kind:
-    def read(name: str, given: Any) -> Any:
-        require(isinstance(given, Mapping), name, given, "must be a mapping")
-        return {
-            keys.read(f"a key of {name}", key): values.read(f"{name} of {key}", value)
-            for key, value in given.items()
-        }
-
-    return _Kind("a mapping", read)
-
-
-def _either(kinds: list[_Kind]) -> _Kind:
-    several = [kind.words for kind in kinds if kind.words != "None"]
-
-    def read(name: str, value: Any) -> Any:
-        refusals = []
-        for kind in kinds:
-            try:
-                return kind.read(name, value)
-            except SceneError as refusal:
-                refusals.append(refusal)
-        if value is None or len(several) > 1:
-            raise SceneError(name, value, f"must be {_listed(several)}")
-        raise refusals[0]
-
-    return _Kind(_listed(several), read)
+def _to_list(kind: _Kind, count: int | None, values: Any) -> Any:
+    if isinstance(values, str | bytes | Mapping):
+        _refuse()
+    read = tuple(map(kind.read, values))
+    return read if count in (None, len(read)) else _refuse()
 
 
 def _listed(words: list[str]) -> str:

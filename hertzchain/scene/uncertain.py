@@ -51,7 +51,6 @@ class Uncertain:
     each: bool = False
 
     def __post_init__(self) -> None:
-        require(isinstance(self.key, str), "key", self.key, "must be a key of the scene file")
         require(is_positive(self.size), self.key, self.size, _FORM)
         if self.each:
             require(self.key in OF_GRANULES, self.key, None, f"must be {', '.join(OF_GRANULES)}")

@@ -144,6 +144,8 @@ class Spread:
 
     def values_of(self, result: str, at: str) -> FloatArray:
         """Values of a result by its names, such as ``arrival_time_s``, ``the wall``."""
+        known = " or ".join(map(str, self.names))
+        require((result, at) in self.names, "result", (result, at), f"must be one of {known}")
         return self.values[:, self.names.index((result, at))]
 
     def to_dict(self) -> dict[str, Any]:
