@@ -107,16 +107,22 @@ def _checked(function: Any, fields: Mapping[str, Any]) -> Any:
             and not (name in fields and fields[name].metadata)  # checked as keys of a scene
         }
 
+    names = tuple(signature.parameters)
+
+    def read(name: str, value: Any) -> Any:
+        kind = kinds().get(name)
+        if kind is None:
+            return value
+        try:
+            return kind.read(value)
+        except _WRONG:
+            raise SceneError(name, value, f"must be {kind.words}") from None
+
     @functools.wraps(function)
     def call(*given: Any, **named: Any) -> Any:
-        arguments = signature.bind(*given, **named)
-        for name, value in arguments.arguments.items():
-            kind = kinds().get(name, _ANYTHING)
-            try:
-                arguments.arguments[name] = kind.read(value)
-            except _WRONG:
-                raise SceneError(name, value, f"must be {kind.words}") from None
-        return function(*arguments.args, **arguments.kwargs)
+        # Quicker than binding them to the signature, and the function refuses what is too much.
+        first = [*map(read, names, given), *given[len(names) :]]
+        return function(*first, **{name: read(name, value) for name, value in named.items()})
 
     return call
 
@@ -134,9 +140,11 @@ def _kind(annotation: Any) -> _Kind:  # noqa: PLR0911 - one for each kind of ann
     if annotation in (ArrayLike, FloatArray):
         return _Kind("an array of numbers", _to_array)
     if origin in (Union, UnionType):
-        kinds = [_kind(one) for one in inner]
-        words = _listed([kind.words for kind in kinds if kind.words != "None"])
-        return _Kind(words, lambda value: _first(kinds, value))
+        kinds = [_kind(one) for one in inner if one is not NoneType]
+        words, optional = _listed([kind.words for kind in kinds]), NoneType in inner
+        return _Kind(
+            words, lambda value: None if optional and value is None else _first(kinds, value)
+        )
     if origin is Annotated:
         return _of_key(inner[1]) if isinstance(inner[1], Key) else _ANYTHING
     if origin is Literal:

@@ -11,6 +11,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.duration import with_end
+from hertzchain.errors import require
 from hertzchain.limits import TIME_LIMIT, Deadline, usable_cores
 from hertzchain.observables.definitions import context_of
 from hertzchain.observables.result import Result

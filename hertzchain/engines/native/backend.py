@@ -165,8 +165,11 @@ class Native:
             If it would take, or has taken, longer than the time limit.
         """
         scene = to_scene(scene)
-        if self.wanted is None:
-            return replace(self, wanted=usually_wanted(scene)).run(scene, record)
+        native = self if self.wanted else replace(self, wanted=usually_wanted(scene))
+        return native._prepared_run(scene, record)
+
+    def _prepared_run(self, scene: Scene, record: ArrayLike | None) -> Result:
+        """As ``run``, where it is known which forces are wanted."""
         refuse_hopeless_overlap(scene)
         refuse_strong_dampers(scene)
         import hertzchain.engines.native.elastic  # noqa: F401 - loaded before any clock starts

@@ -69,7 +69,7 @@ def integrate(
     relative, absolute = max(_PART * tolerance, _LEAST), _PART * tolerance
     ends_at_contacts = not scene.is_plain
 
-    for in_si in scene.schedule(math.inf):
+    for in_si in scene.schedule(scene.end_time):
         leg = in_si.in_units(units.time, units.force, units.length)
         if leg.stroke is not None:
             u, v = on_stroke(leg, u, v).values()
