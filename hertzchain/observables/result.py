@@ -35,7 +35,6 @@ if TYPE_CHECKING:
 
 
 ROUGH = 0.01  # error of the peaks above which p means nothing: p depends on changes of 1 %
-
 _STILL = 1e-6  # increase of a static force that is round-off, relative (chosen)
 
 
@@ -202,15 +201,11 @@ class Result(ShownRun):
         """
         if self.scene.is_plain and self.first_pulses is None:
             return ()
-        late = self.contact[self.is_cut_off].tolist()
-        return tuple(self.scene.contact_name(number) for number in late)
+        return tuple(self.scene.contact_name(k) for k in self.contact[self.is_cut_off].tolist())
 
     @property
     def is_cut_off(self) -> NDArray[np.bool_]:
-        """Whether the peak, or first pulse, of each contact may come after the end, (contacts,).
-
-        Also true for contacts that were never pressed harder than at the start.
-        """
+        """Whether peaks may come after the end, or are only the force at the start, (contacts,)."""
         late, first = ~self.peak_passed, self.first_pulses
         if first is not None:
             late = np.where(np.isnan(first.force), late, ~first.is_ended)
