@@ -47,6 +47,8 @@ def test_a_plot_has_a_point_for_every_number(
         off = np.abs(peaks / native.peak_force - 1)
         off[off == 0] = np.nan  # of which a logarithmic axis has none
         np.testing.assert_array_equal(below[label], (native.contact, off))
+    styles = {line.get_label(): line.get_linestyle() for line in figure.axes[1].lines}
+    assert styles["LAMMPS, error estimate"] == "--" != styles["reference, error estimate"]
     assert set(below["LAMMPS, error estimate"][1]) == {lammps.error_estimate}
     assert set(below["reference, error estimate"][1]) == {native.error_estimate}
 
