@@ -44,7 +44,7 @@ def stopped(code: str, folder: Path) -> None:
 
 def test_what_it_says_is_returned(tmp_path: Path) -> None:
     code = "import os, sys; print(os.getcwd(), flush=True); print('two', file=sys.stderr)"
-    assert python(code, tmp_path).split() == [str(tmp_path.resolve()), "two"]
+    assert python(code, tmp_path).splitlines() == [str(tmp_path.resolve()), "two"]
 
 
 def test_at_the_deadline_all_that_it_started_is_gone(tmp_path: Path) -> None:

@@ -213,5 +213,5 @@ def test_small_granules_have_one_neighbour_ahead(tmp_path: Path) -> None:
     scene = hc.Scene(hc.Chain(20, **{**STEEL, "radius": 5e-5}), pulse)
     log = tmp_path / "log.lammps"
     with engine() as lammps:
-        command(lammps, f"log {log}\n{whole_deck(scene, scene.end_time / 100)}log none")
+        command(lammps, f'log "{log}"\n{whole_deck(scene, scene.end_time / 100)}log none')
     assert set(re.findall(r"Total # of neighbors = (\d+)", log.read_text())) == {"19"}
