@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import astuple, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -77,11 +77,8 @@ class Reading:
 
         With a history it has ``time_s`` and ``force_N``, what the gauge reads over time.
         """
-        values = (
-            self.force, self.time, self.arrival, self.width, self.force_error, self.arrival_error,
-            self.width_error, self.speed, self.speed_error,
-        )  # fmt: skip
-        known = zip((*_COLUMNS, "speed_m_s", "speed_error"), or_none(np.array(values)), strict=True)
+        values = np.array(astuple(self)[1:-1])  # all but gauge and reason
+        known = zip((*_COLUMNS, "speed_m_s", "speed_error"), or_none(values), strict=True)
         read = {self.gauge.key: self.gauge.number, **dict(known), "speed_reason": self.speed_reason}
         if history is None:
             return read

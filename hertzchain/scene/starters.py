@@ -21,8 +21,7 @@ density = "7958 kg/m^3"{more}
 
 _COSINE = """
 [shock]                      # the force on granule 1
-profile = "cosine"           # a raised cosine, 1 - cos; triangular or cosine-triangular;
-                             # a half sine, as of a hammer, is a table: --from pulse-table
+profile = "cosine"           # 1 - cos, no half sine; or triangular, cosine-triangular
 peak_force = "100 N"
 duration_ratio = 2           # the pulse lasts this many rise times
 momentum_ratio = 1.0         # LM_ratio: 1 gives the momentum of one solitary wave of 100 N;

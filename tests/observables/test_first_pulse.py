@@ -347,7 +347,6 @@ TWO_WAVES = hc.Scene(hc.Chain(20, **STEEL, velocity=(1.0, *[0.0] * 18, -1.0)))
         (WALLED, "granule 12, granule 17", None),
         (AT_10, "contact 12, contact 17", None),
         (WALLED, "granule 12, contact 17", "no speed from a granule to a contact: their pulses"),
-        (WALLED, "contact 12, granule 17", "no speed from a contact to a granule: their pulses"),
         (WALLED, "granule 17, contact 21", "no speed from a granule to a wall: their pulses"),
         (WALLED, "contact 17, contact 21", "no speed from a contact to a wall: their pulses"),
         (WALLED, "contact 12, contact 20", "no speed so near an end"),
@@ -368,11 +367,10 @@ def test_speed_is_that_of_one_wave_in_like_gauges(
     shown = " ".join(str(result).split())
     if reason is None:
         assert read["speed_m_s"] == pytest.approx(result.wave(12, 17).speed, rel=0.03)
-        assert (read["speed_reason"], "m/s from the gauge before" in shown) == (None, True)
     else:
         assert (read["speed_m_s"], read["speed_error"]) == (None, None)
         assert read["speed_reason"].startswith(reason)
-        assert reason in shown
+    assert (reason or "m/s from the gauge before") in shown
 
 
 def test_traces_are_written(tmp_path: Path, hertzchain: Command) -> None:
