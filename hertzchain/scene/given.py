@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 
+from hertzchain.errors import require
 from hertzchain.scene.scene import Scene
 
 SceneLike = Scene | str | os.PathLike[str]
@@ -11,7 +12,10 @@ SceneLike = Scene | str | os.PathLike[str]
 
 
 def to_scene(given: SceneLike) -> Scene:
-    """Return the scene, read from its file where a path is given."""
+    """Return the scene, read from its file where a path is given; else raise a SceneError."""
     if isinstance(given, str | os.PathLike):
         return Scene.from_toml(os.fspath(given))
+    kind = None if given is None else type(given).__name__
+    allowed = "must be a Scene or the path of a scene file (TOML)"
+    require(isinstance(given, Scene), "scene", kind, allowed)
     return given
