@@ -19,7 +19,7 @@ from tests.conftest import paper_scene
 from tests.places import ROOT
 from validation import bench_before, extremes, judging, long_run
 from validation.bench_before import Compared, Worker, by_turns, judge, slower
-from validation.benchmarks import RESULTS, TERMS, Measured, keep
+from validation.benchmarks import TERMS, Measured, keep
 
 
 def with_ratio(ratio: float) -> Compared:
@@ -108,18 +108,6 @@ def test_a_worker_that_has_ended_is_reported(tmp_path: Path) -> None:
             worker.turn("demo")
     finally:
         worker.end()
-
-
-def test_the_page_on_speed_shows_what_was_measured() -> None:
-    """All but times of scenes with terms, which the picture has; `make bench` writes the file."""
-    bench = pd.read_csv(RESULTS / "bench.csv", comment="#", dtype=str, keep_default_na=False)
-    bench = bench[bench["group"] != "K"]
-    rows = (
-        "| " + bench["figure"] + " | " + (bench["value"] + " " + bench["unit"]).str.strip() + " |"
-    )
-    page = (ROOT / "docs" / "accuracy.md").read_text(encoding="utf-8")
-    table = page.split("| measured by `make bench` | |\n|---|---|\n")[1].split("\n\n")[0]
-    assert table.split("\n") == rows.tolist()
 
 
 @pytest.mark.parametrize("codes", [("native", "LAMMPS"), ("native", "LAMMPS", "LIGGGHTS")])
