@@ -163,7 +163,7 @@ def _kind(annotation: Any) -> _Kind:  # noqa: PLR0911 - one for each kind of ann
         kinds = [_kind(one) for one in inner if one is not Ellipsis]
         count = len(kinds) if len(inner) > 1 and inner[-1] is not Ellipsis else None
         words = "a list, each entry" if count is None else f"{count} values, each"
-        return _Kind(f"{words} {kinds[0].words}", lambda given: _to_list(kinds[0], count, given))
+        return _Kind(f"{words} {kinds[0].words}", lambda given: _to_list(kinds, count, given))
     is_protocol = getattr(annotation, "_is_protocol", False)
     if not inspect.isclass(annotation) or annotation in (Any, object) or is_protocol:
         return _ANYTHING
@@ -207,11 +207,14 @@ def _to_array(value: Any) -> Any:
     return value if isinstance(value, int) else array
 
 
-def _to_list(kind: _Kind, count: int | None, values: Any) -> Any:
+def _to_list(kinds: list[_Kind], count: int | None, values: Any) -> Any:
     if isinstance(values, str | bytes | Mapping):
         _refuse()
-    read = tuple(map(kind.read, values))
-    return read if count in (None, len(read)) else _refuse()
+    given = tuple(values)
+    if count not in (None, len(given)):
+        _refuse()
+    each = kinds if count is not None else kinds * len(given)
+    return tuple(kind.read(value) for kind, value in zip(each, given, strict=True))
 
 
 def _listed(words: list[str]) -> str:

@@ -62,7 +62,6 @@ def test_a_full_standard_output_is_refused() -> None:
 
 
 @linux
-@pytest.mark.usefixtures("buffered")
 def test_a_full_standard_error_changes_no_status() -> None:
     scene_file({"chain.granules": "6"})
     with Path("/dev/full").open("w") as full:

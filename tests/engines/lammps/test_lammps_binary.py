@@ -206,7 +206,7 @@ FAULTS: dict[str, tuple[str, type[HertzchainError], str]] = {
     ),
     "lost": (
         "echo 'ERROR: Lost atoms: original 5 current 4'; exit 1",
-        *(StepUnstable, "Lost atoms.*take a smaller dt$"),
+        *(StepUnstable, "Lost atoms.*ask for a smaller dt, or for a smaller rtol in place of dt$"),
     ),
     "memory": (
         "echo 'ERROR on proc 0: Failed to allocate 9 bytes'; exit 1",

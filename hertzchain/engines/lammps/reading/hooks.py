@@ -78,7 +78,7 @@ class Hooks(ABC):
         """Read forces after the present fixes; return the name of the hook."""
         name = f"hertzchain{self._made}"
         self._made += 1
-        with not_of_the_deck():
+        with not_of_the_deck("fix style"):  # others are for want of a box, as the deck's own
             self._give(f"fix {name} all {self._style}")
         self._names.append(name)
         self.sources.append(source)
