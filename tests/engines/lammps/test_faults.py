@@ -250,6 +250,11 @@ def test_isolated_or_not_is_the_same() -> None:
     assert peaks[0] == peaks[1]
 
 
+def servers() -> list[int]:
+    """The processes that run LAMMPS for this one, without the shells that watch over it."""
+    return [pid for pid in children(os.getpid()) if is_server(pid)]
+
+
 @linux
 @pytest.mark.lammps
 def test_scenes_are_unharmed_by_one_that_kills_lammps_and_one_that_hangs(
@@ -261,10 +266,10 @@ def test_scenes_are_unharmed_by_one_that_kills_lammps_and_one_that_hangs(
         yield SHORT
         yield deep
         for name in ("SIGSEGV", "SIGSTOP"):
-            before = children(os.getpid())[-1:]
+            before = servers()[-1:]
 
             def harm(number: int = getattr(signal, name), before: list[int] = before) -> None:
-                (pid,) = before or wait_for(lambda: children(os.getpid()))
+                (pid,) = before or wait_for(servers)
                 os.kill(pid, number)
                 if number == signal.SIGSTOP:
                     pass_time(LIMIT)
