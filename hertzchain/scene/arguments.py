@@ -7,7 +7,7 @@ import collections.abc
 import functools
 import inspect
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
@@ -210,6 +210,8 @@ def _to_array(value: Any) -> Any:
 def _to_list(kinds: list[_Kind], count: int | None, values: Any) -> Any:
     if isinstance(values, str | bytes | Mapping):
         _refuse()
+    if isinstance(values, Iterator):  # it may be long: each entry is checked where it is used
+        return values
     given = tuple(values)
     if count not in (None, len(given)):
         _refuse()

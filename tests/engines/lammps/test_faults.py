@@ -266,10 +266,9 @@ def test_scenes_are_unharmed_by_one_that_kills_lammps_and_one_that_hangs(
         yield SHORT
         yield deep
         for name in ("SIGSEGV", "SIGSTOP"):
-            before = servers()[-1:]
 
-            def harm(number: int = getattr(signal, name), before: list[int] = before) -> None:
-                (pid,) = before or wait_for(servers)
+            def harm(number: int = getattr(signal, name)) -> None:
+                (pid,) = wait_for(lambda: found if len(found := servers()) == 1 else [])
                 os.kill(pid, number)
                 if number == signal.SIGSTOP:
                     pass_time(LIMIT)
