@@ -69,7 +69,9 @@ class Unpredictable(RunFailed):
 
 
 class TooExpensive(RunFailed):
-    """A run would take, or has taken, longer than its time limit."""
+    """A run would take, or has taken, longer than its time limit, or too much memory."""
+
+    is_late = False  # whether time is the reason
 
 
 class OutputError(HertzchainError):

@@ -16,10 +16,6 @@ TOLERANCE = 1e-3  # default tolerance of a verdict: a tenth of the one per cent 
 TIME_LIMIT = 3600.0  # default time limit [s]
 
 
-class _OutOfTime(TooExpensive):
-    """A run that would take, or has taken, longer than a limit; not one of too much memory."""
-
-
 class Deadline:
     """Time limit of a run, counted from now on [s].
 
@@ -43,13 +39,13 @@ class Deadline:
             raise self.passed()
         try:
             return part(self.left)
-        except _OutOfTime:
-            raise self.passed() from None
+        except TooExpensive as problem:
+            raise (self.passed() if problem.is_late else problem) from None
 
     def refuse(self, least: float, cheaper: str = "") -> None:
         """Refuse a run of at least ``least`` [s] above the limit; ``cheaper`` says what to do."""
         if least > self.limit:
-            raise _OutOfTime(
+            raise _late(
                 f"this scene takes at least {in_words(least)}, the time limit is"
                 f" {in_words(self.limit)}: shorten pulse, chain or end_time, ask for less accuracy,"
                 f" or raise the limit{cheaper}"
@@ -57,10 +53,16 @@ class Deadline:
 
     def passed(self) -> TooExpensive:
         """Return the error for a run that was stopped at the limit."""
-        return _OutOfTime(
+        return _late(
             f"stopped at the time limit of {in_words(self.limit)}: shorten pulse, chain or"
             " end_time, ask for less accuracy, or raise the limit"
         )
+
+
+def _late(text: str) -> TooExpensive:
+    problem = TooExpensive(text)
+    problem.is_late = True
+    return problem
 
 
 def check_time_limit(seconds: float) -> None:
