@@ -52,7 +52,7 @@ def compiling(report_progress: Callable[[str], object], is_native: bool = True) 
         yield
         return
     from hertzchain.engines.native import elastic
-    from hertzchain.engines.native.preparation import Watched
+    from hertzchain.observables.preparation import Watched
 
     what = "compiling kernels for this kind of scene, once"
     if elastic.march.stats.cache_path is None:

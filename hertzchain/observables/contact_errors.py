@@ -2,7 +2,7 @@
 
 A difference of one contact may be small by chance. An error at one contact acts on all later events
 in the chain, so each contact takes the largest difference of all contacts whose peak or pulse came
-no later.
+no later, and of the next few.
 """
 
 from __future__ import annotations
@@ -20,6 +20,16 @@ from hertzchain.observables.peaks import ESTIMATED, any_rising, judged_contacts,
 
 _DIGIT = 0.1
 """Error of a force that has one right digit."""
+
+_AHEAD = 3
+"""Contacts ahead whose differences count, too (chosen): of the first contacts of a chain there are
+few before, and one difference was 13 times too small by chance."""
+
+COLUMNS = (
+    "first_peak_force_N", "first_peak_time_s", "arrival_time_s", "first_width_s",
+    "first_peak_error", "arrival_error_s", "first_width_error_s",
+)  # fmt: skip
+"""Numbers of a first pulse: those of a gauge, too."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +62,13 @@ class ContactErrors:
         if self.arrival is None or self.width is None:
             return self
         return replace(self, arrival=self.arrival * time, width=self.width * time)
+
+    def of_contacts(self, contacts: int) -> ContactErrors:
+        """Return the errors of contacts alone, without those of gauges in granules."""
+        if self.first is None:
+            return self
+        names = ("first", "arrival", "width", "dynamic")
+        return replace(self, **{name: getattr(self, name)[:contacts] for name in names})
 
     def alike(self, values: FloatArray) -> FloatArray:
         """Values of each contact; the largest of them where the errors of peaks are one number."""
@@ -95,12 +112,16 @@ class ContactErrors:
         return float(np.min(known[~np.isnan(known)], initial=np.inf))
 
 
-def bounds(bound: Callable[..., FloatArray], *differences: ContactErrors) -> ContactErrors:
+def bounds(
+    bound: Callable[..., FloatArray],
+    *differences: ContactErrors,
+    of_times: Callable[..., FloatArray] | None = None,
+) -> ContactErrors:
     """Return bounds of the errors of each contact, from one bound and the differences of runs.
 
     The bound is one of total forces, so a small pulse on a large static force has a larger relative
-    error. In natural time units arrivals are off by about the part of a unit that forces are of
-    themselves.
+    error. Arrivals and widths have another one, ``of_times``, or the same: in natural time units
+    they are off by about the part of a unit that forces are of themselves.
     """
     peak, dynamic = bound(*(found.peak for found in differences)), differences[0].dynamic
     if dynamic is None:
@@ -110,7 +131,8 @@ def bounds(bound: Callable[..., FloatArray], *differences: ContactErrors) -> Con
         found = [getattr(each, name) for each in differences]
         if any(each is None for each in found):
             return ContactErrors(peak)
-        of_pulses.append(bound(*(each * dynamic for each in found)) / dynamic)
+        one = bound if of_times is None or name == "first" else of_times
+        of_pulses.append(one(*(each * dynamic for each in found)) / dynamic)
     first, arrival, width = of_pulses
     return ContactErrors(peak, first, arrival, width, dynamic)
 
@@ -208,13 +230,14 @@ def _relative(found: Array, expected: Array, some: NDArray[np.bool_]) -> FloatAr
 
 
 def _causal(difference: FloatArray, time: Array) -> FloatArray:
-    """The largest finite difference so far, in the order of time, or a contact's own."""
+    """The largest finite difference so far and of the next few, in the order of time."""
     order = np.argsort(time, kind="stable")
     ordered = difference[order]
     so_far = np.maximum.accumulate(np.where(np.isfinite(ordered), ordered, 0.0))
-    found = np.empty_like(difference)
-    found[order] = np.where(np.isfinite(ordered), so_far, ordered)
-    return found
+    ahead = np.append(so_far[_AHEAD:], np.repeat(so_far[-1:], _AHEAD))[: so_far.size]
+    largest = np.empty_like(difference)
+    largest[order] = np.where(np.isfinite(ordered), ahead, ordered)
+    return largest
 
 
 def _largest(errors: FloatArray) -> float:

@@ -1,4 +1,4 @@
-"""Forces of contacts between samples: where they are highest, or cross a level.
+"""Forces of contacts between samples, and where they are highest.
 
 The overlap is the polynomial that matches all known derivatives at both ends. The force is that of
 the law times a ratio: the backend's force over that of the law, at the end with the larger force.
@@ -15,13 +15,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import Array
 from hertzchain.observables import hermite
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.samples import Samples
-
-_RESOLVED = 1e-13
-"""How near in an interval, or in force, a crossing is found."""
 
 _SHORTEST = 1e-9
 """Shortest time of contact in an interval, over the interval (chosen): lengths divide rates."""
@@ -148,34 +145,6 @@ class Curves:
         share = np.where(crossing, _NODES * _NODES, _NODES)
         places = begin + length * np.where(later, share, 1 - share)
         return places, _WEIGHTS * self.h * length * np.where(crossing, 2 * _NODES, 1.0)
-
-    def crossing(
-        self, level: Array, since: Array, until: Array, rises: NDArray[np.bool_]
-    ) -> FloatArray:
-        """Times at which forces cross a level upwards (``rises``) or downwards, within brackets."""
-        low, high = (np.clip((time - self.begin) / self.h, 0.0, 1.0) for time in (since, until))
-        s = low
-        sign = np.where(rises, 1.0, -1.0)
-        at_low, at_high = (sign * (self.force(s) - level) for s in (low, high))
-        high, at_high = np.where(at_low >= 0, low, high), np.where(at_low >= 0, 0.0, at_high)
-        was_beyond: Any = None
-        is_found = np.zeros(s.size, bool)
-        for _ in range(60):  # the method of Illinois; a dozen are enough
-            with np.errstate(divide="ignore", invalid="ignore"):
-                new = (low * at_high - high * at_low) / (at_high - at_low)
-            new = np.where((new > low) & (new < high), new, (low + high) / 2)
-            s = np.where(is_found, s, new)
-            found = sign * (self.force(s) - level)
-            beyond = found >= 0
-            # If the same end stays twice in a row, its value is halved.
-            stays = np.where(beyond == was_beyond, 0.5, 1.0)
-            at_low = np.where(beyond, stays * at_low, found)
-            at_high = np.where(beyond, found, stays * at_high)
-            low, high, was_beyond = np.where(beyond, low, s), np.where(beyond, s, high), beyond
-            is_found |= (high - low <= _RESOLVED) | (np.abs(found) <= _RESOLVED * level)
-            if is_found.all():
-                break
-        return np.asarray(self.begin + s * self.h)
 
 
 def openings(curve: Any, crossing: Any, later: Any) -> Any:

@@ -1,69 +1,43 @@
 """The first pulse of each contact: what an experiment sees before anything is reflected.
 
-f is the dynamic force of a contact (total less static; a pull is negative), M the largest so far.
-The first pulse ends the first time that f falls to M / 2, once M is at least a hundredth of the
-largest dynamic force of the run. Where the drive still acts at the end of the run, it also ends
-where f exceeds an M that has stood for ten time units of its contact by more than 1 %: a front.
-
-A run notes those intervals in which a contact is pressed harder than ever before, or falls through
-a level of ``FALLS``: see ``notes``. The first pulses follow from these notes, for every engine.
+``observer`` reads first pulses off a run and has their definition.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import math
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import FloatArray
 from hertzchain.contact import hertz
 from hertzchain.errors import require
-from hertzchain.observables.curves import Curves
 from hertzchain.observables.damped_law import DampedLaw
-from hertzchain.observables.peaks import SIGNIFICANT
+from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.natural_units import NaturalUnits
 from hertzchain.scene.scene import Scene
 
-FALLS = (0.6, 0.5, 0.4)
-"""Fractions of the largest force so far: a pulse ends at the middle one, and is clear where the
-others give the same force."""
+if TYPE_CHECKING:
+    from hertzchain.observables.observer import Watch
 
-FLOOR, _FLOORS = 0.01, (0.003, 0.03)
-"""Least force of a first pulse over the largest of the run, and two other choices to compare."""
-
-_SAME = 0.01
-"""Difference of forces up to which two choices give the same pulse."""
-
-_STEADY = 2.0
-"""How long a steady fall from the first of ``FALLS`` to the last takes at most, over what it would
-take at its steepest slope (exponential: 1.2). Otherwise the force may dip to a half and rise again,
-and the end has no right digit.
-"""
-
-_STANDS, _EXCEEDS = 10.0, 1.01
-"""A front: time without a larger force [time units of the contact], and the ratio that ends it."""
-
-LEAST = 1e-9
-"""Dynamic forces that are not noted, over the natural unit plus the static force: no pulse that
-counts is so weak."""
-
-COLUMNS = 15
-(CONTACT, BEGIN, LENGTH, START, END, FORCE, LARGEST, WHEN) = (0, 1, 2, 3, 7, 11, 13, 14)
-"""Columns of notes: contact, begin and length of the interval, then overlap and its first three
-derivatives at the start and at the end (the third NaN where it is not known), force at both, the
-largest force so far and its time, those within the interval included."""
+LATEST = 8.0
+"""The latest end over ``Scene.end_time`` (chosen): three times what light granules between heavy
+ones were seen to need."""
 
 WANTED = ("first", "all")
 """Choices of the forces for which the accuracy holds: first pulses, or the largest of a run."""
 
 _Mask = NDArray[np.bool_]
-_Places = NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False)
 class FirstPulses:
-    """First pulses of all contacts, (contacts,) each, in the units of the run; NaN where none is.
+    """First pulses of signals, (signals,) each, in the units of the run; NaN where none is.
+
+    The signals are all contacts and then, in the results of a run, gauges in granules.
 
     Parameters
     ----------
@@ -90,6 +64,10 @@ class FirstPulses:
     is_front: _Mask
     is_clear: _Mask
     is_steady: _Mask
+
+    def part(self, some: slice) -> FirstPulses:
+        """Return the first pulses of some signals."""
+        return FirstPulses(*(getattr(self, one.name)[some] for one in fields(self)))
 
     @property
     def is_ended(self) -> _Mask:
@@ -124,6 +102,17 @@ class FirstPulses:
         )  # fmt: skip
 
 
+def pulses_in(watch: Watch | None) -> FirstPulses | None:
+    """Return the first pulses at the end of a run that was watched; None where it was not."""
+    if watch is None:
+        return None
+    from hertzchain.observables.observer import read_off
+
+    read_off(watch)
+    pulses = {name: watch.pulses[name].copy() for name in watch.pulses.dtype.names}
+    return FirstPulses(static=watch.signals["static"].copy(), **pulses)
+
+
 def is_driven_to_the_end(scene: Scene) -> bool:
     """Return whether a force or a moving piston still acts at the end of a run."""
     if strokes := scene.shock.strokes:
@@ -131,166 +120,47 @@ def is_driven_to_the_end(scene: Scene) -> bool:
     return bool(scene.ramps) and scene.ramps[-1].end > scene.end_time
 
 
+def contacts_of(scene: Scene, gauge: Gauge) -> list[int]:
+    """Place of a gauge's contact, or of both contacts of its granule (one at a free end)."""
+    numbers = (gauge.number, *([] if gauge.granule is None else [gauge.number + 1]))
+    return [scene.contacts.index(number) for number in numbers if number in scene.contacts]
+
+
 @dataclass(frozen=True, eq=False)
-class Contacts:
-    """Data of the contacts that are needed to find first pulses, in the units of a run."""
+class Signals:
+    """The signals of a scene: its contacts, then gauges in granules, in the units of a run."""
 
     law: DampedLaw
-    static: FloatArray  # force at the start, (contacts,)
-    slowness: FloatArray | None  # time unit times F^(1/6); None where the drive has ended
+    static: FloatArray  # force of each contact at the start, (contacts,)
+    slowness: FloatArray  # time unit times F^(1/6) of each contact; 0 where the drive has ended
+    places: tuple[tuple[int, int], ...]  # the two contacts of each gauge in a granule, -1 for none
 
     @classmethod
-    def of(cls, scene: Scene) -> Contacts:
-        """Return the data of a scene's contacts in SI units."""
+    def of(cls, scene: Scene) -> Signals:
+        """Return the signals of a scene in SI units."""
         granules = scene.granules
         time = hertz.slowness(granules.stiffness, granules.contact_mass)
-        acts = is_driven_to_the_end(scene)
-        return cls(DampedLaw.of(scene), granules.static_force, time if acts else None)
+        if not is_driven_to_the_end(scene):
+            time = np.zeros_like(time)
+        in_granules = (gauge for gauge in scene.gauges if gauge.granule is not None)
+        pairs = ((*contacts_of(scene, gauge), -1) for gauge in in_granules)
+        places = tuple((pair[0], pair[1]) for pair in pairs)
+        return cls(DampedLaw.of(scene), granules.static_force, time, places)
 
-    def in_units(self, units: NaturalUnits) -> Contacts:
+    def in_units(self, units: NaturalUnits) -> Signals:
         """Return the same with all quantities in other units."""
-        slowness = self.slowness
-        if slowness is not None:
-            slowness = slowness / (units.time * units.force ** (1 / 6))
-        return Contacts(self.law.in_units(units), self.static / units.force, slowness)
+        slowness = self.slowness / (units.time * units.force ** (1 / 6))
+        law, static = self.law.in_units(units), self.static / units.force
+        return replace(self, law=law, static=static, slowness=slowness)
 
+    def watch(self, unit: float = 1.0) -> Watch:
+        """Return a watch for a run in these units; ``unit`` is the natural unit of force."""
+        from hertzchain.observables.observer import watch_of
 
-def first_pulses(notes: FloatArray, contacts: Contacts, largest: Array) -> FirstPulses:
-    """Return the first pulses that follow from the notes of a run.
-
-    Parameters
-    ----------
-    notes
-        In the order of time, shape (n, ``COLUMNS``).
-    contacts
-        The contacts in the units of the notes.
-    largest
-        Largest force of each contact in the whole run, static force included, shape (contacts,).
-    """
-    if not notes.size:
-        never, no = np.full(largest.size, np.nan), np.zeros(largest.size, bool)
-        return FirstPulses(never, never, never, never, contacts.static, no, no, no)
-    notes = notes[np.argsort(notes[:, CONTACT], kind="stable")]
-    here = notes[:, CONTACT].astype(np.intp)
-    static, count = contacts.static[here], largest.size
-    top, of_run = notes[:, LARGEST] - static, largest - contacts.static
-    counts = of_run >= SIGNIFICANT * np.max(of_run)
-    after = notes[:, FORCE + 1] - static
-
-    def ends(fall: float, floor: float) -> _Places:
-        """The first note of each contact in which its pulse ends; their number where none does."""
-        is_end = (after <= fall * top) & (top >= floor * of_run[here])
-        return _first(is_end, here, count)
-
-    falls = [ends(fall, FLOOR) for fall in FALLS]
-    end = falls[1]
-    fronts, stood = _fronts(notes, here, contacts, of_run)
-    is_front = fronts < end
-    last = np.append(np.flatnonzero(np.diff(here, append=count)), -1)
-    last_of = np.full(count, -1)
-    last_of[here[last[:-1]]] = last[:-1]
-
-    def force_at(end: _Places) -> Array:
-        """The force of each pulse that ends in these notes, with the last note, or as a front."""
-        return np.where(fronts < end, stood[0], top[np.where(end < here.size, end, last_of)])
-
-    counts &= last_of >= 0
-    force = np.where(counts, force_at(end), np.nan)
-    seen = notes[np.where(end < here.size, end, last_of), WHEN]
-    time = np.where(counts, np.where(is_front, stood[1], seen), np.nan)
-    is_clear = counts.copy()
-    for other in (falls[0], falls[2], *(ends(FALLS[1], floor) for floor in _FLOORS)):
-        with np.errstate(invalid="ignore"):
-            is_clear &= np.abs(force_at(other) - force) <= _SAME * force
-    is_steady = is_front | _falls_steadily(notes, force, falls)
-    end = np.minimum(end, fronts)
-    is_clear &= end < here.size
-    arrival, over = np.full(count, np.nan), np.full(count, np.nan)
-    felt = _first_felt(notes, here, force / 2 + contacts.static, time)
-    came, went = np.flatnonzero(felt < here.size), np.flatnonzero(counts & (end < here.size))
-    rise, down = notes[felt[came]], notes[end[went]]
-    leaves = np.where(is_front, _EXCEEDS, FALLS[1])[went] * force[went] + contacts.static[went]
-    # Where the pulse is highest within its first interval, it arrives before that.
-    until = np.where(rise[:, WHEN] > rise[:, BEGIN], rise[:, WHEN], np.inf)
-    found = curves_of(np.concatenate([rise, down]), contacts.law).crossing(
-        np.concatenate([force[came] / 2 + contacts.static[came], leaves]),
-        np.concatenate([rise[:, BEGIN], time[went]]),
-        np.concatenate([until, np.full(went.size, np.inf)]),
-        np.concatenate([np.ones(came.size, bool), is_front[went]]),
-    )
-    arrival[came], over[went] = found[: came.size], found[came.size :]
-    width = over - arrival
-    return FirstPulses(
-        force, time, arrival, width, contacts.static, is_front & counts, is_clear,
-        is_steady & counts,
-    )  # fmt: skip
-
-
-def _falls_steadily(notes: FloatArray, force: Array, ends: list[_Places]) -> _Mask:
-    """Whether each pulse falls from level to level about as fast as it falls at its end.
-
-    ``ends`` has the notes in which it falls through each of ``FALLS``.
-    """
-    is_whole = ends[-1] < len(notes)
-    falls = [notes[np.where(is_whole, one, 0)] for one in ends]
-    slope = np.max([(one[:, FORCE] - one[:, FORCE + 1]) / one[:, LENGTH] for one in falls], axis=0)
-    lasts = falls[-1][:, BEGIN] - falls[0][:, BEGIN] - falls[0][:, LENGTH]
-    with np.errstate(invalid="ignore"):
-        is_quick = lasts * slope <= _STEADY * (FALLS[0] - FALLS[-1]) * force
-    return np.asarray(is_whole & is_quick, bool)
-
-
-def _first(chosen: _Mask, here: _Places, count: int) -> _Places:
-    """Number of the first chosen note of each contact; that of all notes where there is none."""
-    found = np.full(count, here.size)
-    which = np.flatnonzero(chosen)
-    np.minimum.at(found, here[which], which)
-    return found
-
-
-def _fronts(
-    notes: FloatArray, here: _Places, contacts: Contacts, of_run: Array
-) -> tuple[_Places, tuple[Array, Array]]:
-    """Each contact's first note that exceeds a steady front; the front's force and its time."""
-    count, static = of_run.size, contacts.static[here]
-    if contacts.slowness is None:
-        never = np.full(count, np.nan)
-        return np.full(count, here.size), (never, never)
-    before, since = np.roll(notes[:, LARGEST], 1) - static, np.roll(notes[:, WHEN], 1)
-    same = (np.roll(here, 1) == here) & (np.arange(here.size) > 0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        unit = contacts.slowness[here] * (before + static) ** (-1 / 6)
-        stood = same & (notes[:, BEGIN] - since > _STANDS * unit)
-    first = _first(stood & (before >= FLOOR * of_run[here]), here, count)
-    is_known = first < here.size
-    force, time = (
-        np.where(is_known, values[np.where(is_known, first, 0)], np.nan)
-        for values in (before, since)
-    )
-    later = np.arange(here.size) >= first[here]
-    with np.errstate(invalid="ignore"):
-        exceeds = later & (notes[:, LARGEST] - static > _EXCEEDS * force[here])
-    return _first(exceeds, here, count), (force, time)
-
-
-def _first_felt(notes: FloatArray, here: _Places, level: Array, time: Array) -> _Places:
-    """The first note of each contact in which the force reaches a level, or the pulse its height.
-
-    It is the number of notes where there is no pulse.
-    """
-    with np.errstate(invalid="ignore"):
-        reached = (notes[:, FORCE + 1] >= level[here]) | (
-            notes[:, BEGIN] + notes[:, LENGTH] >= time[here]
-        )
-    return _first(reached, here, level.size)
-
-
-def curves_of(notes: FloatArray, law: DampedLaw) -> Curves:
-    """Return the forces within the intervals of notes."""
-    start, end = ([notes[:, first + k] for k in range(4)] for first in (START, END))
-    ends = notes[:, FORCE], notes[:, FORCE + 1]
-    contact = notes[:, CONTACT].astype(np.intp)
-    return Curves.of(start, end, notes[:, BEGIN], notes[:, LENGTH], ends, contact, law)
+        count = self.static.size
+        alone = np.stack([np.arange(count), np.full(count, -1)], axis=1)
+        places = np.concatenate([alone, np.reshape(np.array(self.places, np.int64), (-1, 2))])
+        return watch_of(places[:, 0], places[:, 1], self.static, self.slowness, self.law, unit)
 
 
 def check_wanted(wanted: str | None) -> None:
@@ -315,3 +185,20 @@ def reflects(scene: Scene) -> bool:
     """
     has_end = scene.striker is not None or scene.wall is not None or scene.moves or scene.holds
     return has_end or not {"unlike granules", "local shock"}.isdisjoint(scene.terms)
+
+
+def finds_end(scene: Scene) -> bool:
+    """Return whether a run of a scene finds its end itself: by default, where waves are reflected.
+
+    Where the drive acts as long as a run goes on, pulses may not end: it ends at
+    ``Scene.end_time``.
+    """
+    return scene.run.end_time is None and reflects(scene) and not is_driven_to_the_end(scene)
+
+
+def usual_end(scene: Scene) -> float:
+    """Return the end of a run if contacts are never pressed, natural units.
+
+    NaN where the scene gives its end.
+    """
+    return scene.end_time / scene.units.time if finds_end(scene) else math.nan

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from hertzchain.arrays import Array
 from hertzchain.observables.contact_errors import Peaks
 from hertzchain.observables.damped_law import DampedLaw
-from hertzchain.observables.first_pulse import Contacts
+from hertzchain.observables.first_pulse import Signals, pulses_in
 from hertzchain.observables.history import Recorder
-from hertzchain.observables.notes import NoteTaker
 from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.samples import Samples
 from hertzchain.observables.work import times_on_held, work_done
@@ -28,8 +29,8 @@ class Watch:
         The law of its contacts.
     inverse_mass
         1 / mass of each granule, shape (granules,); 0 for a piston.
-    contacts
-        The contacts, where first pulses are wanted.
+    signals
+        The signals, where first pulses are wanted.
     recorder
         Filled in, where a history is wanted.
     unit
@@ -37,13 +38,14 @@ class Watch:
     """
 
     def __init__(
-        self, scene: Scene, law: DampedLaw, inverse_mass: Array, contacts: Contacts | None,
+        self, scene: Scene, law: DampedLaw, inverse_mass: Array, signals: Signals | None,
         recorder: Recorder | None, unit: float = 1.0,
     ) -> None:  # fmt: skip
         held = times_on_held(law.stiffness.size, scene.wall is not None, scene.granules.fixed)
         self.seen = PeakWatch(law, inverse_mass, held, scene.piston is not None)
         self.recorder, self._law, self._pushed = recorder, law, scene.pushed
-        self._notes = None if contacts is None else NoteTaker(contacts, inverse_mass, unit)
+        self._inverse_mass = np.append(inverse_mass, 0.0)
+        self._observer = None if signals is None else signals.watch(unit)
         self.work: Any = 0.0  # of the applied force and the piston
         self.exchanged: Any = 0.0  # the same, with all parts counted as positive
 
@@ -51,8 +53,8 @@ class Watch:
         """Add samples on a leg; ``late`` is the delay of the velocities that damped the motion."""
         before = self.seen.piston_impulse
         self.seen.update(samples, late)
-        if self._notes is not None:
-            self._notes.update(samples, late)
+        if self._observer is not None:
+            self._observe(samples, late)
         if self.recorder is not None:
             self.recorder.update(samples, self._law)
         if leg.ramp is not None:
@@ -60,12 +62,21 @@ class Watch:
         if leg.stroke is not None:
             self._add((self.seen.piston_impulse - before) * leg.stroke.velocity)
 
+    def _observe(self, samples: Samples, late: float) -> None:
+        """Look for first pulses."""
+        from hertzchain.observables.observer import observe_samples
+
+        motion = [*samples.overlap_derivatives, np.full_like(samples.overlap, np.nan)][:4]
+        observe_samples(
+            self._observer, np.asarray(samples.time, np.float64), np.array(motion, np.float64),
+            np.asarray(samples.contact_force, np.float64), self._inverse_mass, late,
+        )  # fmt: skip
+
     def _add(self, work: Any) -> None:
         self.work, self.exchanged = self.work + work, self.exchanged + abs(work)
 
     @property
     def peaks(self) -> Peaks:
         """Peaks and first pulses of the contacts."""
-        seen, notes = self.seen, self._notes
-        first = None if notes is None else notes.first_pulses(seen.force)
-        return Peaks(seen.force, seen.time, seen.passed, first)
+        seen = self.seen
+        return Peaks(seen.force, seen.time, seen.passed, pulses_in(self._observer))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import functools
 import itertools
 import math
@@ -387,6 +388,17 @@ class Scene(Numbered, Shown):
             pushes.append(weakest_start(self.granules, *self.first_contact, self.force_at_start))
         wall, each = self.wall is not None or self.holds, self.granules.as_if_free
         return self.pulse_end + max(watched_with_terms(each, *push, wall=wall) for push in pushes)
+
+    def until(self, end_time: float) -> Scene:
+        """Return the scene with another end of its run [s]; what was derived of it is kept."""
+        scene = copy.copy(self)
+        object.__setattr__(scene, "run", Run(end_time))
+        depends = ["end_time", "applied_impulse"]
+        if self.piston is not None:  # its unit of force is that at the end, before a wall
+            depends += ["units", "contact_time"]
+        for name in depends:
+            scene.__dict__.pop(name, None)
+        return scene
 
     def applied_force(self, time: FloatArray) -> FloatArray:
         """F(t) [N] at any times [s], also before and after the pulse; shape of ``time``."""

@@ -93,7 +93,6 @@ plot . --x LM_ratio --y p => .: is no sweep, must be what hertzchain sweep -o wr
 plot no --x LM_ratio --y p => no: is no sweep, must be what hertzchain sweep -o wrote
 plot begun --x LM_ratio --y p => not measured yet
 fit scene.toml tiny.csv --free chain.density => peak forces: must be from 1e-60 to 1e+60 N
-run slow.toml => first pulses take too much memory; --wanted all
 pulse scope.csv => column 2 (CH1) is in V; --scale
 pulse scope.csv -o scope.csv --scale 25 => scope.csv: is an input, and must not be overwritten
 pulse scope.csv -o a.csv --scale -25 => pulls; a pulse pushes; --scale
@@ -112,25 +111,6 @@ init scene.toml => scene.toml: exists; delete it
 
 LINES = "'two\nlines{}'"
 """The name of a file, for a shell."""
-
-SLOW = """
-[chain]
-granules = 3
-radius = 4.75e-3
-young_modulus = 193e9
-poisson_ratio = 0.3
-density = 7958
-[shock]
-profile = "cosine"
-peak_force = 10
-duration_ratio = 2
-rise_time = 10e-3
-[wall]
-kind = "rigid"
-[precompression]
-force = 10
-"""
-"""A pulse a thousand times as long as a contact."""
 
 STEPS = ("0", "-1 ns", "inf", "nan", "1 m", "soon", "", "1e-320", "1 s s")
 
@@ -151,7 +131,6 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "peaks.csv").write_text("contact,peak_force_N\n2,100\n", encoding="utf-8")
     tiny = "contact,peak_force_N\n2,1e-298\n3,1e-298\n4,2e-298\n"
     (folder / "tiny.csv").write_text(tiny, encoding="utf-8")
-    (folder / "slow.toml").write_text(SLOW, encoding="utf-8")
     (folder / "my.py").write_text('"""A chain\nof granules."""\nimport lammps\n', encoding="utf-8")
     rows = "\n".join(f"{k},1" for k in range(3, 20))
     (folder / "text.csv").write_text(f"1,2\n2,x\n{rows}", encoding="utf-8")

@@ -11,10 +11,10 @@ import pandas as pd
 import pytest
 
 import hertzchain as hc
-from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError, SceneError
-from hertzchain.observables import first_pulse, gauges
+from hertzchain.observables import first_pulse
 from hertzchain.observables.damped_law import DampedLaw
+from hertzchain.observables.observer import observe_samples
 from tests.command_line import Command
 from tests.conftest import STEEL, paper_scene
 from tests.oracles.first_pulses import Trace
@@ -180,30 +180,32 @@ def test_what_was_not_asked_for_is_not_there() -> None:
         hc.Native(wanted="some")
 
 
-def note(
-    begin: float, length: float, before: float, after: float, largest: float, when: float
-) -> FloatArray:
-    """Note of one contact with k = 1, from forces at both ends."""
-    ends = [(force ** (2 / 3), 0.0, 0.0, np.nan) for force in (before, after)]
-    return np.array([0.0, begin, length, *ends[0], *ends[1], before, after, largest, when])
+@pytest.mark.parametrize("apart", [0.02, 0.5])
+def test_a_front_that_rises_slowly(apart: float) -> None:
+    """What stood for ten units is the pulse, in however many steps it is exceeded.
 
-
-@pytest.mark.parametrize("growth", [1.003, 1.05])
-def test_a_front_that_rises_slowly(growth: float) -> None:
-    """What stood for ten units is the pulse, in however many steps it is exceeded."""
-    notes = [note(0.0, 1.0, 0.0, 1.0, 1.0, 1.0)]
-    time, force = 20.0, 1.0
-    while force < 1.9:
-        notes.append(note(time, 0.1, force, growth * force, growth * force, time + 0.1))
-        time, force = time + 0.1, growth * force
+    The overlap of a contact with k = 1 rises to 1 within a unit, stays, and grows from 20 on.
+    """
+    time = np.arange(0.0, 25.0 + apart / 2, apart)
+    rise, later = np.polynomial.Polynomial([0, 0, 0, 10, -15, 6]), np.maximum(time - 20, 0)
+    motion = np.array([rise(time), *(rise.deriv(n)(time) for n in (1, 2, 3))])[:, :, np.newaxis]
+    motion[:, time > 1] = np.array([1.0, 0.0, 0.0, 0.0])[:, np.newaxis, np.newaxis]
+    motion[:3, :, 0] += 0.01 * np.array([later**3, 3 * later**2, 6 * later])
+    motion[3] = np.nan
     law = DampedLaw(np.ones(1), np.zeros(1), 0.5, False)
-    contacts = first_pulse.Contacts(law, np.zeros(1), np.ones(1))
-    found = first_pulse.first_pulses(np.array(notes), contacts, np.array([force]))
-    assert (found.force[0], found.time[0]) == (1.0, 1.0)
-    assert found.is_front[0]
-    assert found.is_clear[0]
-    ended = first_pulse.Contacts(law, np.zeros(1), None)
-    assert first_pulse.first_pulses(np.array(notes), ended, np.array([force])).force[0] == force
+    for drives in (True, False):
+        watch = first_pulse.Signals(law, np.zeros(1), np.full(1, float(drives)), ()).watch()
+        observe_samples(watch, time, motion, motion[0] ** 1.5, np.zeros(2), 0.0)
+        pulse = first_pulse.pulses_in(watch)
+        assert pulse.is_front[0] == pulse.is_clear[0] == drives
+        if drives:
+            assert pulse.force[0] == 1.0
+            assert rise(pulse.arrival[0]) ** 1.5 == pytest.approx(0.5, abs=1e-3)
+            # 1.01 of the force is 1.01^(2/3) of the overlap.
+            exceeded = 20 + np.cbrt((1.01 ** (2 / 3) - 1) / 0.01)
+            assert pulse.arrival[0] + pulse.width[0] == pytest.approx(exceeded, abs=1e-9)
+        else:
+            assert pulse.force[0] == pytest.approx(2.25**1.5)
 
 
 LIGHT_TAPER = hc.Chain(8, **{**STEEL, "radius": 5e-3 * 0.95 ** np.arange(8)})
@@ -320,7 +322,8 @@ def test_speed_from_gauge_to_gauge() -> None:
     accurate = hc.Native(rtol=1e-9).run(TWO).gauges[1].speed
     assert abs(second.speed / accurate - 1) <= second.speed_error < 1e-4
     assert list(result.to_traces())[1:] == ["gauge_3_N", "gauge_6_N", "wall_N"]
-    backwards = hc.Native().run(replace(TWO, gauges=TWO.gauges[1::-1])).gauges[1]
+    other_way = replace(TWO, gauges=TWO.gauges[1::-1])
+    backwards = hc.Native().run(other_way, record=50).gauges[1]
     assert backwards.speed == pytest.approx(second.speed, rel=1e-12)
 
 
@@ -385,20 +388,6 @@ def test_traces_are_written(tmp_path: Path, hertzchain: Command) -> None:
     refused = hertzchain("run", tmp_path / "plain.toml", "--traces", written)
     assert refused.status == 2
     assert "the scene needs a [[gauge]]" in refused.err
-
-
-@pytest.mark.parametrize("without", range(4))
-def test_a_gauge_without_a_whole_pulse_reads_nothing(
-    without: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The mean, its coarser samples and the forces on both sides have one each."""
-    calls, pulse = iter(range(4)), gauges._pulse
-    monkeypatch.setattr(
-        gauges, "_pulse", lambda curve: None if next(calls) == without else pulse(curve)
-    )
-    scene = replace(SCENES["plain"], gauges=(hc.Gauge(granule=4),))
-    (found,) = hc.Native(rtol=1e-4).run(scene).gauges
-    assert np.isnan([found.force, found.arrival, found.width, found.force_error]).all()
 
 
 def test_a_part_of_the_error_is_seen() -> None:

@@ -19,6 +19,7 @@ from hertzchain.errors import POSITIVE, Unpredictable, is_positive, require
 from hertzchain.observables import error_bound
 from hertzchain.observables.balance import LostDigits
 from hertzchain.observables.contact_errors import ContactErrors, Peaks, bounds
+from hertzchain.observables.gauges import readings
 from hertzchain.observables.history import History
 from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.result import Result
@@ -102,6 +103,8 @@ def run(
     error_bound.refuse_meaningless(code, answer.errors.least, too_long)
     refuse_deep_overlap(largest_overlap_ratio(scene, answer.peaks.force))
     history = None if times is None else runner.history(found.legs, times)
+    first = answer.errors.known(answer.peaks.first)
+    errors = answer.errors.in_units(scene.contact_time)
     return Result(
         scene=scene,
         backend=code.lower(),
@@ -125,8 +128,9 @@ def run(
             predicted_loss(scene, found.steps),
             answer.round_off,
         ),
-        first_pulses=answer.errors.known(answer.peaks.first),
-        errors=answer.errors.in_units(scene.contact_time),
+        first_pulses=first and first.part(slice(len(scene.contacts))),
+        errors=errors.of_contacts(len(scene.contacts)),
+        gauges=readings(scene, first, errors),
     )
 
 

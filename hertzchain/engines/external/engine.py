@@ -20,7 +20,6 @@ from hertzchain.engines.external.readings import Granules
 from hertzchain.engines.external.rescaling import softening
 from hertzchain.limits import RTOL, TIME_LIMIT, Deadline, check_time_limit
 from hertzchain.observables.first_pulse import check_wanted, usually_wanted
-from hertzchain.observables.gauges import readings
 from hertzchain.observables.history import wanted_times
 from hertzchain.observables.result import Result
 from hertzchain.scene.given import SceneLike, to_scene
@@ -141,9 +140,6 @@ class ExternalEngine(ABC):
         simulate = self._simulate(scene, Deadline(self.time_limit))
         method = self.method_of(scene)
         result = verlet.run(scene, simulate, self._steps, times, self.LABEL, method)
-        if scene.gauges:
-            found = readings(scene, result.first_columns, self._run)
-            result = replace(result, gauges=found)
         return replace(result, wall_time=time.perf_counter() - begin)
 
 

@@ -18,7 +18,7 @@ from hertzchain.observables.balance import Balance
 from hertzchain.observables.contact_errors import Peaks
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.error_bound import SHORTER, diverged
-from hertzchain.observables.first_pulse import Contacts
+from hertzchain.observables.first_pulse import Signals
 from hertzchain.observables.history import Recorder
 from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.samples import Samples
@@ -47,7 +47,7 @@ class Observation:
         self._scene, self._made, self._legs, self.code = scene, made, tuple(legs), code
         self.legs = [made.leg(leg) for leg in legs]  # the legs given to the code
         self._fastest, self._law = _fastest(scene), DampedLaw.of(scene)
-        self._contacts, wall = Contacts.of(scene) if first else None, scene.wall is not None
+        self._signals, wall = Signals.of(scene) if first else None, scene.wall is not None
         self._recorder = None if times is None else Recorder(times, scene.bodies, wall)
         self._given = 0.0
         self._samples: Samples | None = None
@@ -67,7 +67,7 @@ class Observation:
         at_rest = replace(at_rest, mass=np.where(fixed, math.inf, at_rest.mass))
         self._at_rest = at_rest
         self._watch = Watch(
-            self._scene, self._law, 1 / at_rest.mass, self._contacts, self._recorder,
+            self._scene, self._law, 1 / at_rest.mass, self._signals, self._recorder,
             self._scene.units.force,
         )  # fmt: skip
         made = self._made.scene(self._scene)

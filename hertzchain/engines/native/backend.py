@@ -31,13 +31,20 @@ from hertzchain.observables.error_bound import (
     refuse_strong_dampers,
     refuse_unstable,
 )
-from hertzchain.observables.first_pulse import check_wanted, usually_wanted
+from hertzchain.observables.first_pulse import (
+    LATEST,
+    check_wanted,
+    finds_end,
+    usual_end,
+    usually_wanted,
+)
 from hertzchain.observables.gauges import readings
 from hertzchain.observables.history import Recorder, wanted_times
 from hertzchain.observables.peaks import times_of_peaks
 from hertzchain.observables.result import Result
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.scene import Scene
+from hertzchain.scene.schedule import Leg
 from hertzchain.scene.validity import (
     largest_overlap_ratio,
     refuse_deep_overlap,
@@ -46,7 +53,7 @@ from hertzchain.scene.validity import (
 
 if TYPE_CHECKING:
     from hertzchain.engines.native.in_numpy import InNumpy
-    from hertzchain.engines.native.preparation import Watched
+    from hertzchain.observables.preparation import Watched
 
 
 AS_WRITTEN = ("numpy", "scipy")
@@ -173,7 +180,7 @@ class Native:
         refuse_hopeless_overlap(scene)
         refuse_strong_dampers(scene)
         import hertzchain.engines.native.elastic  # noqa: F401 - loaded before any clock starts
-        from hertzchain.engines.native.preparation import Watched
+        from hertzchain.observables.preparation import Watched
 
         versions(self.method)  # looked up once, which takes longer than most runs
         with Watched() as preparation:
@@ -183,7 +190,11 @@ class Native:
         """As ``run``; the time to prepare kernels is measured in ``preparation``."""
         begin = time.perf_counter()
         deadline = Deadline(self.time_limit, lambda: preparation.time)
-        scene = with_end(scene, record, self.time_limit)
+        chooses = self.method in (None, *AS_WRITTEN) and self.dt is None
+        # Piston and wall: the unit of force depends on the end.
+        finds = chooses and self._first and self.method is None and record is None
+        if not finds or scene.piston is not None:
+            scene = with_end(scene, record, self.time_limit)
         recorder = times = None
         if record is not None:
             allowed = "must not be given with peaks_only, which leaves granules behind"
@@ -193,7 +204,7 @@ class Native:
         if self.method == "numpy":
             allowed = "must be scipy or left out for damped contacts: NumPy integrates elastic ones"
             require(scene.contact is None, "method", self.method, allowed)
-        if self.method in (None, *AS_WRITTEN) and self.dt is None:
+        if chooses:
             rtol = RTOL if self.rtol is None else self.rtol
             found = self.accurate_enough(scene, recorder, deadline, rtol)
             refuse_meaningless("native", found[-1].least, too_long=False)
@@ -202,18 +213,24 @@ class Native:
         else:
             found = self._as_asked(scene, recorder, deadline)
         method, dt, run, errors = found
+        if self._first and finds_end(scene):
+            scene = scene.until(run.end * scene.units.time)
         if self.method in AS_WRITTEN:
             method = self.method
         units = scene.units
         peak_force = run.peaks.force * units.force
         refuse_deep_overlap(largest_overlap_ratio(scene, peak_force))
         peak_time = times_of_peaks(peak_force, run.peaks.time * units.time)
-        first, history = errors.known(run.peaks.first), None
+        first, history, contacts = errors.known(run.peaks.first), None, len(scene.contacts)
+        first, errors = (
+            first and first.in_units(units.force, units.time),
+            errors.in_units(units.time),
+        )
         if recorder is not None and times is not None:
             history = recorder.history(
                 times, units.length, units.velocity, units.force, scene.first_granule
             )
-        result = Result(
+        return Result(
             scene=scene,
             backend=self.name,
             method=method,
@@ -239,13 +256,10 @@ class Native:
             versions=versions(self.method),
             scheme=method,
             compile_time=preparation.compile_time,
-            first_pulses=first and first.in_units(units.force, units.time),
-            errors=errors.in_units(units.time),
+            first_pulses=first and first.part(slice(contacts)),
+            errors=errors.of_contacts(contacts),
+            gauges=readings(scene, first, errors),
         )
-        if scene.gauges:
-            again = replace(self, peaks_only=False).run
-            return replace(result, gauges=readings(scene, result.first_columns, again))
-        return result
 
     def _as_asked(
         self, scene: Scene, recorder: Recorder | None, deadline: Deadline
@@ -327,7 +341,8 @@ class Native:
         if scene.contact is not None:
             return _adaptive(scene, recorder, deadline, rtol, first)
         hard = amplifies_errors(scene)
-        plan = plans.cheapest(rtol, hard=hard)
+        tries = hard and first
+        plan = plans.tried_first(rtol) if tries else plans.cheapest(rtol, hard=hard)
         prepared = self._prepared(scene, deadline, plan.walker)
         before, cost, adaptive, aim = math.inf, 0.0, None, rtol
         expensive, refined = math.inf, 1.0
@@ -343,17 +358,20 @@ class Native:
                     if adaptive[-1].wanted <= rtol:
                         return adaptive
                     expensive = math.inf
-            run = prepared.simulate(legs, plan.walker, recorder, leave_behind=self.peaks_only)
+            scene, legs, run = self._once(prepared, scene, plan, recorder)
             rising = run.peaks.any_rising
-            if left and not hard and rising:
+            if left and rising and (tries or not hard):
                 # The result of such a contact is the force at one time, not a peak.
-                hard, plan, before = True, plans.cheapest(aim, hard=True), math.inf
+                tries, hard, plan, before = False, True, plans.cheapest(aim, hard=True), math.inf
                 continue
             again = scene.piston is not None or (before < math.inf and not scene.is_plain)
             errors = estimate(prepared, legs, plan, run, rising or again)
             error, cost = errors.wanted, run.evaluations * scene.bodies
             if error <= rtol or plan.hopeless(error, before, cost):
                 break
+            if tries:
+                tries, plan = False, plans.cheapest(aim, hard=True)
+                continue
             if left and (finer := max(rtol * errors.share, plans.TIGHTEST)) < aim:
                 # A weak pulse on a large static force needs as many digits more of the total.
                 aim, plan, before = finer, plans.cheapest(finer, hard=hard), math.inf
@@ -362,10 +380,28 @@ class Native:
                 break
             plan, before = plan.closer(rtol, error, has_terms=not scene.is_plain), error
         if adaptive is not None and adaptive[-1].wanted < error:
-            if recorder is None:
-                return adaptive
-            return _adaptive(scene, recorder, deadline, rtol, first)
+            again = recorder is not None
+            return _adaptive(scene, recorder, deadline, rtol, first) if again else adaptive
         return plan.method, max(leg.dt for leg in legs), run, errors
+
+    def _once(
+        self,
+        prepared: Prepared | InNumpy,
+        scene: Scene,
+        plan: plans.Plan,
+        recorder: Recorder | None,
+    ) -> tuple[Scene, tuple[Leg, ...], Simulation]:
+        """Run a scene by a plan; return it with the end of its run, its legs, and the run."""
+        step, cut = plan.step * scene.contact_time, plan.walker.cut
+        if not (self._first and finds_end(scene)):
+            legs = cut(scene.schedule(step))
+            run = prepared.simulate(legs, plan.walker, recorder, leave_behind=self.peaks_only)
+            return scene, legs, run
+        assert isinstance(prepared, Prepared)
+        legs = cut(scene.until(LATEST * scene.end_time).schedule(step))
+        run = prepared.simulate(legs, plan.walker, usual=usual_end(scene))
+        scene = scene.until(run.end * scene.units.time)
+        return scene, cut(scene.schedule(step)), run
 
 
 def _adaptive(

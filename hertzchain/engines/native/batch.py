@@ -309,7 +309,7 @@ def _accurate_enough(
     (calibrated, legs, 8). The others run as single scenes do, with an estimate of the error.
     """
     import hertzchain.engines.native.elastic  # noqa: F401 - loaded before any clock starts
-    from hertzchain.engines.native.preparation import Watched
+    from hertzchain.observables.preparation import Watched
 
     with Watched() as preparation:
         deadline = Deadline(time_limit, lambda: preparation.time)

@@ -12,7 +12,6 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native.compiling import compiled
 from hertzchain.engines.native.damped_contacts import (
     held,
     keep_history,
@@ -29,6 +28,7 @@ from hertzchain.engines.native.damped_events import (
     keep_ends,
     keep_maxima,
     lateness,
+    observe,
 )
 from hertzchain.engines.native.damped_state import copy
 from hertzchain.engines.native.damped_step import (
@@ -47,11 +47,15 @@ from hertzchain.engines.native.elastic_state import (
     TOO_MUCH,
     is_stopped,
 )
-from hertzchain.engines.native.notes import note_damped
+from hertzchain.observables.compiling import compiled
+from hertzchain.observables.observer import usual_end
 
 _MANY, _HARDLY = 5000, 1e-7
 """Number of steps after which a run must have advanced, on average by this part of the longest step
 (chosen): within a second even in long chains."""
+
+CHECK = 4.0
+"""Natural time units between two checks whether the run is over."""
 
 _LOOK = 1_000_000
 """Work between two checks whether the run is to be stopped: about 4 ms."""
@@ -122,14 +126,14 @@ def change_mode(at: Any, on: Any, i: int, run: Any, c: Any) -> None:
 def advance(
     start: Any, end: Any, on: Any, room: Any, c: Any, leg: Any, until: float, until_change: bool,
     run: Any, method: Any, tolerance: float, slowest: float, longest: float, stable: float,
-    most_work: float, seen: Any, control: Any, chosen: Any,
+    most_work: float, seen: Any, watch: Any, control: Any, chosen: Any,
 ) -> None:  # fmt: skip
     """Take steps up to a time or, with ``until_change``, until a contact begins or ends.
 
     Errors are judged by the largest speed of these granules, at least ``slowest``. Granule i of a
     part of the chain is ``chosen[i]`` of the chain.
     """
-    record = seen.record
+    record, leg_end = seen.record, until
     u0, v0, u1, v1 = start.u, start.v, end.u, end.v
     root = 4 if c.exponent == 1 else 2
     evaluate(start, on, leg, run.time, run.hi, c)
@@ -213,8 +217,8 @@ def advance(
         if not fresh:
             keep_maxima(start, end, seen, begin, h, hi, c)
         keep_ends(seen, end.f, after, hi)
-        if record.notes.shape[0] > 0:
-            note_damped(seen, start, end, begin, h, fresh, hi, c, chosen)
+        if watch is not None:
+            observe(watch, start, end, begin, h, fresh, hi, c, chosen)
         if run.kept < record.time.size and record.time[run.kept] <= after:
             run.kept = keep_history(record, run.kept, start, end, on, hi, begin, after, c)
         grown = min(4.0, 0.9 * max(error, 1e-10) ** (-1 / 8))
@@ -250,6 +254,10 @@ def advance(
         if was_fresh and not fresh:
             run.following = min(run.following, h)
         run.fresh = fresh
+        if watch is not None and after >= run.next_end:
+            run.next_end = after + CHECK
+            run.end = max(usual_end(watch, run.usual), after)
+            until = min(leg_end, run.end)
         if run.cost >= most_work:
             run.status = TOO_MUCH
         if run.steps >= run.steps_before + _MANY:

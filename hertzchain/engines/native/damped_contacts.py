@@ -15,8 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.engines.native.compiling import ONE, compiled
-from hertzchain.engines.native.interpolant import curvature_at, hermite, slope_at, value_at
+from hertzchain.observables.compiling import ONE, compiled
+from hertzchain.observables.interpolant import (
+    curvature_at,
+    hermite,
+    quintic,
+    slope_at,
+    value_at,
+)
 
 PARTS = 8
 """Parts of a step in which a beginning, an end, or a maximum is searched."""
@@ -124,22 +130,6 @@ def margin(d: float, w: float, i: int, pressing: bool, c: Any) -> float:
         # With an overlap of 0 a contact that has just begun would look as if it ended.
         return reduced if d > 0.0 or w > 0.0 else min(d, reduced)
     return min(d, reduced)
-
-
-@compiled
-def quintic(u0: Any, v0: Any, a0: Any, u1: Any, v1: Any, a1: Any, h: float) -> Any:
-    """Coefficients of the polynomial of degree 5 that meets value and two derivatives."""
-    p, b = v0 * h, a0 * h * h / 2
-    d = u1 - u0 - p - b
-    d1 = v1 * h - p - 2 * b
-    d2 = a1 * h * h - 2 * b
-    return (
-        u0, p, b,
-        10 * d - 4 * d1 + d2 / 2,
-        -15 * d + 7 * d1 - d2,
-        6 * d - 3 * d1 + d2 / 2,
-        0.0, 0.0,
-    )  # fmt: skip
 
 
 @compiled

@@ -5,10 +5,11 @@ See ``damped_contacts`` for what a mode is.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
-from hertzchain.engines.native.compiling import compiled
 from hertzchain.engines.native.damped_contacts import (
+    end_of_septic,
     first_change,
     highest,
     law,
@@ -17,7 +18,9 @@ from hertzchain.engines.native.damped_contacts import (
     overlap_curve,
     power_of,
 )
-from hertzchain.engines.native.interpolant import slope_at, value_at
+from hertzchain.observables.compiling import compiled
+from hertzchain.observables.interpolant import slope_at, value_at
+from hertzchain.observables.observer import has_news, look
 
 EVENT = 0.1
 """Error of velocity that a late change of mode may cause, over the tolerance of a step."""
@@ -176,10 +179,7 @@ def _maximum(start: Any, end: Any, i: int, above: float, h: float, c: Any) -> An
     """A maximum within a step of the force of contact i that is above a force, and its place."""
     f0, f1 = start.f[i + 1], end.f[i + 1]
     rise, end_rise, grown = start.r[i + 1] * h, end.r[i + 1] * h, f1 - f0
-    # Rates that are not too large for the change make a cubic that has no maximum.
-    if rise >= 0.0 and end_rise >= 0.0 and max(rise, end_rise) <= 3.0 * grown:
-        return 0.0, 0.0
-    if rise <= 0.0 and end_rise <= 0.0 and min(rise, end_rise) >= 3.0 * grown:
+    if _is_monotone(rise, end_rise, grown):
         return 0.0, 0.0
     reach = max(f0, f1) + max(abs(rise), abs(end_rise))
     if not reach > above:
@@ -206,6 +206,75 @@ def first_maximum(start: Any, end: Any, seen: Any, h: float, hi: int, c: Any) ->
         if force > 0.0 and NEAR < s < min(first, 1.0 - NEAR):
             first = s
     return first
+
+
+@compiled
+def observe(
+    watch: Any, start: Any, end: Any, begin: float, h: float, fresh: bool, hi: int, c: Any,
+    chosen: Any,
+) -> None:  # fmt: skip
+    """Look at the contacts, and at gauges in granules, within a step.
+
+    A step that is ``fresh`` has no rates at its start. Contact i is ``chosen[i]`` of the chain; in
+    a part of the chain contacts without stiffness are open, wherever their granules are.
+    """
+    nothing = (0.0, 0.0, 0.0, 0.0)
+    contacts = watch.contacts[0]
+    for n in range(min(hi, chosen.size)):
+        k = chosen[n]
+        if k < contacts:
+            acting = n if c.stiffness[n] > 0.0 else -1
+            _look(watch, k, acting, -1, start, end, begin, h, fresh, c, nothing)
+    for k in range(contacts, watch.signals.size):
+        s, i, j = watch.signals[k], -1, -1
+        for n in range(hi):
+            if chosen[n] == s.contact and c.stiffness[n] > 0.0:
+                i = n
+            if chosen[n] == s.other and c.stiffness[n] > 0.0:
+                j = n
+        if i >= 0 or j >= 0:
+            _look(watch, k, i, j, start, end, begin, h, fresh, c, nothing)
+
+
+@compiled
+def _is_monotone(rise: float, end_rise: float, grown: float) -> bool:
+    """Whether the cubic with these rates, times the step, and this growth has no extremum.
+
+    It tells where an overlap is too small for its digits to give a force within the step.
+    """
+    if rise >= 0.0 and end_rise >= 0.0:
+        return max(rise, end_rise) <= 3.0 * grown
+    return rise <= 0.0 and end_rise <= 0.0 and min(rise, end_rise) >= 3.0 * grown
+
+
+@compiled
+def _look(
+    watch: Any, k: int, i: int, j: int, start: Any, end: Any, begin: float, h: float, fresh: bool,
+    c: Any, nothing: Any,
+) -> None:  # fmt: skip
+    """Look at a signal whose contacts are i and j here; -1 for none, or one that does not act."""
+    s = watch.signals[k]
+    f0, f1, rise, end_rise = 0.0, 0.0, 0.0, 0.0
+    for n in (i, j):
+        if n >= 0:
+            f0, f1 = f0 + s.weight * start.f[n + 1], f1 + s.weight * end.f[n + 1]
+            rise, end_rise = (
+                rise + s.weight * h * start.r[n + 1],
+                end_rise + s.weight * h * end.r[n + 1],
+            )
+    smooth = not fresh and not _is_monotone(rise, end_rise, f1 - f0)
+    reach = math.inf if fresh else abs(rise) + abs(end_rise)
+    if not has_news(s, min(f0, f1) - reach, max(f0, f1) + reach):
+        return
+    first, last, before, after = nothing, nothing, nothing, nothing
+    if i >= 0:
+        first, last = end_of_septic(start, i, c), end_of_septic(end, i, c)
+    if j >= 0:
+        before, after = end_of_septic(start, j, c), end_of_septic(end, j, c)
+    if fresh:
+        first = first[0], first[1], first[2], math.nan
+        before = before[0], before[1], before[2], math.nan
+    look(watch, k, begin, h, first, last, before, after, 1.0, 1.0, f0, f1, smooth)
 
 
 @compiled

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from hertzchain.engines.native.compiling import compiled
+from hertzchain.observables.compiling import compiled
 
 NEVER = math.inf
 

@@ -7,8 +7,7 @@ import math
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native.compiling import compiled_and_kept
-from hertzchain.engines.native.damped_advance import Method, advance, change_mode, grain
+from hertzchain.engines.native.damped_advance import CHECK, Method, advance, change_mode, grain
 from hertzchain.engines.native.damped_contacts import held
 from hertzchain.engines.native.damped_events import IDLE, begins, in_wrong_mode, start_modes
 from hertzchain.engines.native.damped_flights import (
@@ -41,6 +40,8 @@ from hertzchain.engines.native.elastic_state import (
     is_stopped,
 )
 from hertzchain.engines.native.equations import Chain
+from hertzchain.observables.compiling import compiled_and_kept
+from hertzchain.observables.observer import Watch, usual_end
 
 _SLOW = 1e-3
 """Speed below which errors are no longer judged by the largest speed, natural units."""
@@ -59,6 +60,8 @@ def march(
     most_work: float,
     state: State,
     seen: Seen,
+    watch: Watch | None,
+    usual: float,
     control: FloatArray,
 ) -> Outcome:
     """Integrate a chain of damped contacts.
@@ -84,7 +87,7 @@ def march(
         Force evaluations of granules after which the run ends as TOO_MUCH.
     state
         Filled in, displacement and velocity at the end too.
-    seen, control
+    seen, watch, usual, control
         As for ``elastic.march``.
 
     Returns
@@ -100,6 +103,7 @@ def march(
     run.time, run.following, run.hi = legs[0, START], longest / 64, min(moving, granules)
     run.allowed = tolerance * max(np.max(np.abs(v)), _SLOW)
     run.status = STOPPED if is_stopped(control) else DONE
+    run.usual, run.end, run.next_end = usual, math.inf, math.inf if math.isnan(usual) else CHECK
     # Where granules fly, only a part of the chain is computed; loads, however, move them all.
     parted = np.any(c.gap > 0.0) and not np.any(c.constant) and record.time.size == 0
     parted = parted and c.pushed == 0 and c.fixed.size == 0
@@ -129,7 +133,7 @@ def march(
             if on[0] > 0.0 and begins(d, w, 0, min(run.following, longest), allowed, c):
                 run.fresh = True
         run.following = min(run.following, longest / 4)
-        while run.status == DONE and run.time < leg[END]:
+        while run.status == DONE and run.time < min(leg[END], run.end):
             is_pushed = leg[SHAPE] != 0.0
             acts = True
             run.cost += granules
@@ -142,7 +146,10 @@ def march(
                 since[:] = run.time
             if parted or not acts:
                 touch, which = next_touch(u, v, on, since, run.time, inside, c)
-            stop = min(leg[END], touch)
+            if watch is not None and not acts and run.next_end < math.inf:
+                run.end = max(usual_end(watch, usual), run.time)
+            leg_end = min(leg[END], run.end)
+            stop = min(leg_end, touch)
             if not acts:
                 if not parted:
                     fly(begun, end, on, run, c, stop, record)
@@ -150,8 +157,8 @@ def march(
                 run.following = min(run.following, longest / 4)
             elif not parted:
                 advance(
-                    begun, end, on, room, c, leg, leg[END], not is_pushed, run, method, tolerance,
-                    _SLOW, longest, stable, most_work, seen, control, everyone,
+                    begun, end, on, room, c, leg, leg_end, not is_pushed, run, method, tolerance,
+                    _SLOW, longest, stable, most_work, seen, watch, control, everyone,
                 )  # fmt: skip
             elif stop > run.time:
                 many = gather(c, inside, part_of_c, chosen)
@@ -176,7 +183,8 @@ def march(
                 advance(
                     own, end, part_on[:many], room, its, leg if chosen[0] == 0 else no_force, stop,
                     True, run, method, tolerance, max(_SLOW, np.max(np.abs(v))), longest, stable,
-                    most_work, Seen(part_force[:many], part_time[:many], record), control, chosen,
+                    most_work, Seen(part_force[:many], part_time[:many], record), watch, control,
+                    chosen,
                 )  # fmt: skip
                 run.hi = granules
                 for k in range(many):
@@ -194,7 +202,7 @@ def march(
                 d, w = u[which] - u[which + 1] - c.gap[which], v[which] - v[which + 1]
                 if begins(d, w, which, run.following, run.allowed, c):
                     run.fresh = True
-        if run.status != DONE:
+        if run.status != DONE or run.time >= run.end:
             break
     if parted:
         fly_on(u, v, since, run.time, 0, granules)

@@ -16,22 +16,22 @@ from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.kernel_input import (
     MOVING,
     leg_rows,
-    noted_pulses,
     room_for,
     start_of,
 )
-from hertzchain.engines.native.simulation import Simulation, stoppable
+from hertzchain.engines.native.simulation import LOOKS, Simulation, stoppable
 from hertzchain.errors import RunFailed, TooExpensive
 from hertzchain.limits import Deadline, refuse_memory
 from hertzchain.observables.contact_errors import ContactErrors, Peaks
 from hertzchain.observables.error_bound import diverged
-from hertzchain.observables.first_pulse import Contacts
+from hertzchain.observables.first_pulse import LATEST, Signals, finds_end, pulses_in, usual_end
 from hertzchain.observables.history import Recorder
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
 if TYPE_CHECKING:
     from hertzchain.engines.native.damped_advance import Method
+    from hertzchain.observables.observer import Watch
 
 METHOD = "dop853"
 """Name of the method in results: Dormand and Prince, order 8, steps of its own."""
@@ -63,6 +63,8 @@ def integrate_damped(
     control: FloatArray | None = None,
     most_work: float = math.inf,
     longer: float = 1.0,
+    watch: Watch | None = None,
+    usual: float = math.nan,
 ) -> Simulation:
     """Integrate a chain of damped contacts with the compiled kernel.
 
@@ -83,6 +85,8 @@ def integrate_damped(
         An ``elastic_state.Record``, and the array that stops the run, as in ``elastic.march``.
     most_work
         Force evaluations of a granule after which the run ends; a step counts as further 500.
+    watch, usual
+        As for ``elastic.march``.
     """
     from hertzchain.engines.native import damped_advance, damped_kernel
     from hertzchain.engines.native.damped_state import at_the_start
@@ -100,7 +104,7 @@ def integrate_damped(
         rows, method, chain.padded(), start if start.size else np.zeros((2, granules)),
         MOVING if has_front else granules, tolerance, longer * longest,
         longer * damped_advance.STABLE, most_work, state, Seen(force, time, record),
-        np.zeros(3) if control is None else control,
+        watch, usual, np.zeros(3) if control is None else control,
     )  # fmt: skip
     peaks = Peaks(force, time, time < found.end)
     return Simulation.of(found, state.start.u[:granules], state.start.v[:granules], peaks)
@@ -129,7 +133,7 @@ def simulate_damped(
     most_work: float = math.inf,
     first: bool = False,
 ) -> Simulation:
-    """Integrate a scene once; ``first``: first pulses are wanted.
+    """Integrate a scene once; ``first``: first pulses are wanted, and the end if it is not given.
 
     ``legs`` [s, N] have the applied force, by default that of the scene; with ``longer`` steps may
     be longer by that factor. Raises StepUnstable if the motion diverges, TooExpensive if the run
@@ -147,19 +151,28 @@ def simulate_damped(
         if most_work < math.inf:  # another method takes less
             raise TooMuchWork(str(problem)) from problem
         raise
+    units, usual, end_time = scene.units, math.nan, scene.end_time
+    if first and finds_end(scene):
+        usual, end_time = usual_end(scene), LATEST * end_time
     # Steps are cut by the integrator: of the legs only the corners count.
-    rows = leg_rows(legs or scene.schedule(scene.end_time), scene.units)
-    contacts = Contacts.of(scene).in_units(scene.units) if first else None
-    record = room_for(recorder, granules, contacts)
-    control, longest = np.zeros(3), longest_step(scene) / scene.units.time
+    rows = leg_rows(legs or scene.until(end_time).schedule(end_time), units)
+    signals = Signals.of(scene).in_units(units) if first else None
+    record = room_for(recorder, granules)
+    control, longest = np.zeros(3), longest_step(scene) / units.time
     chain, start = Chain.of(scene), start_of(scene)
-    found: Simulation = stoppable(
-        lambda: integrate_damped(
-            chain, rows, start, tolerance, longest, record, control, most_work, longer
-        ),
-        control,
-        deadline,
-    )
+
+    def integrate() -> tuple[Simulation, Watch | None]:
+        watch = None if signals is None else signals.watch()
+        run = integrate_damped(
+            chain, rows, start, tolerance, longest, record, control, most_work, longer, watch, usual
+        )
+        return run, watch
+
+    control[0] = LOOKS
+    found, watch = integrate()
+    if found.status == elastic_state.STOPPED:  # a long run
+        control[:] = 0.0
+        found, watch = stoppable(integrate, control, deadline)
     if found.status == elastic_state.DIVERGED:
         raise diverged("native")
     if found.status == elastic_state.STUCK:
@@ -173,8 +186,7 @@ def simulate_damped(
         recorder.displacement[:] = record.displacement
         recorder.velocity[:] = record.velocity
         recorder.contact_force[:] = record.contact_force
-    first_pulses = noted_pulses(record, contacts, found.peak_force)
-    return replace(found, peaks=replace(found.peaks, first=first_pulses))
+    return replace(found, peaks=replace(found.peaks, first=pulses_in(watch)))
 
 
 def accurate_enough(
@@ -194,9 +206,13 @@ def accurate_enough(
     allowed = iter((most_work,))
 
     def integrate(tolerance: float, longer: float, may_be_last: bool) -> Simulation:
+        nonlocal scene
         kept, most = recorder if may_be_last else None, next(allowed, 5 * most_work)
-        return simulate_damped(
+        run = simulate_damped(
             scene, tolerance, deadline, kept, longer=longer, most_work=most, first=first
         )
+        if first and finds_end(scene):
+            scene = scene.until(run.end * scene.units.time)
+        return run
 
     return accurate(integrate, rtol)

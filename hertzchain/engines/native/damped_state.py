@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native.compiling import compiled
 from hertzchain.engines.native.damped_contacts import keep_history
+from hertzchain.observables.compiling import compiled
 
 
 class Motion(NamedTuple):
@@ -45,7 +45,7 @@ RUN = np.dtype(
         (name, np.float64)
         for name in (
             "time", "following", "allowed", "cost", "look", "time_before", "given", "work",
-            "dissipated", "wall", "piston", "moved",
+            "dissipated", "wall", "piston", "moved", "usual", "end", "next_end",
         )
     ]
     + [("fresh", np.bool_)],
@@ -57,7 +57,8 @@ How it ended; granules 0 to hi - 1 move; frames of a history, steps, evaluations
 without a step; steps and time of the last look at whether steps advance. Then the next step, the
 error that it may have, the work so far in force evaluations of a granule, and when to look next;
 energy at the start, work, what was dissipated, impulses of wall and piston, work of a piston
-without its sign; and whether a contact has just begun."""
+without its sign; the end if contacts are never pressed, the end by the pulses so far, and when to
+look at them next; and whether a contact has just begun."""
 
 
 class State(NamedTuple):

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.engines.native.compiling import compiled
 from hertzchain.engines.native.damped_contacts import (
     accelerations,
     force_rates,
@@ -15,6 +14,7 @@ from hertzchain.engines.native.damped_contacts import (
     power_of,
 )
 from hertzchain.engines.native.elastic_chain import applied_force, applied_force_rate, has_piston
+from hertzchain.observables.compiling import compiled
 
 _AHEAD = 8
 """Granules that the window of moving granules grows by."""

@@ -18,7 +18,7 @@ from hertzchain.engines.native.simulation import Simulation
 from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
 from hertzchain.observables.damped_law import true_forces
 from hertzchain.observables.error_bound import diverged
-from hertzchain.observables.first_pulse import Contacts
+from hertzchain.observables.first_pulse import Signals
 from hertzchain.observables.history import Recorder
 from hertzchain.observables.samples import Samples, closing
 from hertzchain.scene.scene import Scene
@@ -56,7 +56,7 @@ def simulate_damped_verlet(
     at_start, blocks = state_at_start(scene, added=start), samples_of(scene, legs, deadline, start)
     run = simulation_of(
         scene, Chain.of(scene), at_start, blocks, deadline, recorder, is_verlet=True,
-        contacts=Contacts.of(scene).in_units(scene.units) if first else None,
+        signals=Signals.of(scene).in_units(scene.units) if first else None,
     )  # fmt: skip
     steps = sum(leg.steps for leg in legs)
     return replace(run, steps=steps, evaluations=steps)

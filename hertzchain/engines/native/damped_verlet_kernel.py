@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native.compiling import ONE, compiled, compiled_and_kept
 from hertzchain.engines.native.equations import Chain
+from hertzchain.observables.compiling import ONE, compiled, compiled_and_kept
 
 _ROOTS = 0.0, 0.25, 0.5
 """Exponents of the dampers of scenes, for which no power has to be computed."""

@@ -17,7 +17,6 @@ from __future__ import annotations
 import math
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native.compiling import compiled_and_kept
 from hertzchain.engines.native.elastic_chain import (
     END,
     FREE_END,
@@ -34,7 +33,7 @@ from hertzchain.engines.native.elastic_chain import (
     work_in_step,
 )
 from hertzchain.engines.native.elastic_legs import begin_run, is_diverged, pushed_legs, start_leg
-from hertzchain.engines.native.elastic_maxima import keep_ends, keep_peaks, scan
+from hertzchain.engines.native.elastic_maxima import keep_ends, keep_peaks, observe, scan
 from hertzchain.engines.native.elastic_state import (
     DEEPEST,
     DIVERGED,
@@ -50,8 +49,9 @@ from hertzchain.engines.native.elastic_state import (
 from hertzchain.engines.native.elastic_step import keep_start, symplectic_step
 from hertzchain.engines.native.elastic_window import is_settled, leave_behind_in
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.keeping import UNCOUNTED
-from hertzchain.engines.native.notes import note_elastic
+from hertzchain.observables.compiling import compiled_and_kept
+from hertzchain.observables.keeping import UNCOUNTED
+from hertzchain.observables.observer import Watch, usual_end
 
 _CHECK = 4.0
 """Natural time units between two checks whether to go on and what to leave behind."""
@@ -77,6 +77,8 @@ def march(
     moving: int,
     leave_behind: bool,
     seen: Seen,
+    watch: Watch | None,
+    usual: float,
     control: FloatArray,
 ) -> Outcome:
     """Integrate a chain.
@@ -101,6 +103,11 @@ def march(
         can change. There is no final state then. Only in a plain chain.
     seen
         Filled in; nothing is recorded with ``leave_behind``.
+    watch
+        Filled in where first pulses are wanted; otherwise None. Only with a chain.
+    usual
+        If it is not NaN, the run ends by itself when its first pulses are over: see
+        ``observer.usual_end``, which takes this as the end otherwise.
     control
         If [0] is set to -1 from outside, the run stops; a positive number there is the number of
         checks, one every million steps of a granule, after which the run stops by itself. [1] has
@@ -120,16 +127,17 @@ def march(
     if start.size > 0 or chain is not None:
         begin_run(u, v, g, start, granules, seen, run, chain)
     reason = _STOPPED if is_stopped(control) else _LEG_DONE
+    run_end, next_end = math.inf, math.inf if math.isnan(usual) else _CHECK
     for number in range(legs.shape[0]):
-        if reason != _LEG_DONE:
+        if reason != _LEG_DONE or time >= run_end:
             break
         leg, over = legs[number], number >= pushed
         start_leg(leg, u, v, g, seen, run, lo, chain)
-        in_leg = int(leg[STEPS])
-        full = (leg[END] - leg[START]) / leg[STEPS]
+        in_leg, since, until = int(leg[STEPS]), leg[START], leg[END]
+        full = usual_step = (until - since) / leg[STEPS]
         h, whole, part, level = full, 0, 0, 0
         while whole < in_leg:
-            begin = leg[START] + whole * full + part * h
+            begin = since + whole * full + part * h
             keep_start(u, v, g, u0, v0, a, lo, hi + 1)
             reached = hi
             hi = symplectic_step(u, v, g, run, steps, leg, begin, h, lo, hi, granules, chain)
@@ -163,7 +171,7 @@ def march(
             part += 1
             time = begin + h
             if whole + 1 == in_leg and part == 1 << level:
-                time = leg[END]
+                time = until
             off = h * h / 6 if verlet else 0.0
             on_wall = 1 if hi == granules and has_wall else 0
             if turns > 0 or dips:
@@ -171,8 +179,11 @@ def march(
                     seen, u0, v0, a, u, v, g, lo, hi + on_wall, leg, begin, time, h, off,
                     dips, h if verlet else 0.0, state.bernstein, chain,
                 )  # fmt: skip
-            if chain is not None and record.notes.shape[0] > 0:
-                note_elastic(seen, u0, v0, u, v, lo, hi + on_wall, leg, begin, time, h, off, chain)
+            if watch is not None:
+                observe(
+                    watch, u0, v0, a, u, v, g, lo, hi + on_wall, leg, begin, time, off, verlet,
+                    chain,
+                )  # fmt: skip
             if leg[SHAPE] != 0:
                 run.work += work_in_step(u0, v0, u, v, lo, leg, begin, h, off, chain)
             if chain is not None and on_wall == 1:
@@ -197,6 +208,13 @@ def march(
                     level, part, h = level - 1, part // 2, h * 2
                 if level == 0:
                     whole, part = whole + part, 0
+            if watch is not None and time >= next_end and level == 0:
+                next_end = time + _CHECK
+                run_end = max(usual_end(watch, usual), time)
+                if min(run_end, leg[END]) != until:  # the rest is cut into equal steps again
+                    whole, since, until = 0, time, min(run_end, leg[END])
+                    in_leg = math.ceil((until - since) / usual_step)
+                    h = full = (until - since) / max(in_leg, 1)
             if time >= next_check:
                 next_check = time + _CHECK
                 control[1] = time
@@ -283,7 +301,9 @@ def march_each(
             steps.starting,
         )  # fmt: skip
         seen = Seen(force[n], time[n], record)
-        found = march(its, state, granules, start, None, moving, True, seen, control)
+        found = march(
+            its, state, granules, start, None, moving, True, seen, None, math.nan, control
+        )
         if found.status == STOPPED:
             return
         end[n] = found.end

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.engines.native.compiling import part
-from hertzchain.engines.native.interpolant import (
+from hertzchain.observables.compiling import part
+from hertzchain.observables.interpolant import (
     hermite,
     hertz_force,
     hertz_force_rate,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from hertzchain.engines.native.compiling import part
 from hertzchain.engines.native.elastic_chain import (
     PLACE,
     SHAPE,
@@ -17,7 +16,8 @@ from hertzchain.engines.native.elastic_chain import (
     with_stiffness,
 )
 from hertzchain.engines.native.elastic_step import accelerate_pushed
-from hertzchain.engines.native.interpolant import hertz_force
+from hertzchain.observables.compiling import part
+from hertzchain.observables.interpolant import hertz_force
 
 DIVERGED_ENERGY = 10.0
 """Energy over the work done by the applied force in a run that has diverged. Stable steps that are

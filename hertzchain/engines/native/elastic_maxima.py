@@ -1,4 +1,4 @@
-"""Maxima of contact forces within the steps of elastic contacts, compiled."""
+"""What is observed within the steps of elastic contacts, compiled: maxima and first pulses."""
 
 from __future__ import annotations
 
@@ -6,9 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.engines.native.compiling import ONE, compiled_without_nan, larger, part
 from hertzchain.engines.native.elastic_chain import motion_of_contact, overlap_of, with_stiffness
-from hertzchain.engines.native.interpolant import hermite, hertz_force, highest_place, value_at
+from hertzchain.observables.compiling import (
+    ONE,
+    compiled,
+    compiled_without_nan,
+    larger,
+    part,
+)
+from hertzchain.observables.interpolant import hermite, hertz_force, highest_place, value_at
+from hertzchain.observables.observer import has_news, look
 
 DIP = 0.75
 """Factor on the step: see ``scan``. A half would suffice if overlap rates were parabolas."""
@@ -94,6 +101,75 @@ def keep_peaks(
         if s >= 0:
             peak_force[i] = with_stiffness(hertz_force(value_at(curve, s)), i, chain)
             peak_time[i] = begin + s * h
+
+
+@part
+def _range(
+    u0: Any, v0: Any, a: Any, u: Any, v: Any, g: Any, i: int, h: float, slack: float, chain: Any
+) -> Any:  # fmt: skip
+    """Bounds of a contact force within a step; twice 0 for a contact that stays open."""
+    r0, r1 = overlap_of(u0, i, chain), overlap_of(u, i, chain)
+    w0, w1 = float(v0[i] - v0[i + 1]), float(v[i] - v[i + 1])
+    least, most = min(r0, r1), max(r0, r1)
+    if most <= 0.0 and not w0 > 0.0 > w1:
+        return 0.0, 0.0
+    g0, g1 = float(a[i] - a[i + 1]), float(g[i] - g[i + 1])
+    near, both = slack * abs(g1 - g0), w0 + w1
+    towards, back = -both * g0, both * g1
+    turns = (w0 + near > 0.0) != (w1 - near > 0.0) or (w0 - near > 0.0) != (w1 + near > 0.0)
+    if turns or (towards > 0.0 and back > 0.0 and DIP * h * (towards + back) > both * both):
+        reach = h * (abs(w0) + abs(w1) + h * (abs(g0) + abs(g1)))
+        least, most = least - reach, most + reach
+    return (
+        with_stiffness(hertz_force(least), i, chain), with_stiffness(hertz_force(most), i, chain)
+    )  # fmt: skip
+
+
+@part
+def _ends(
+    u0: Any, v0: Any, u: Any, v: Any, i: int, lo: int, leg: Any, begin: float, h: float,
+    off: float, chain: Any,
+) -> Any:  # fmt: skip
+    """Motion of a contact at the start and the end of a step, and its force there."""
+    start = motion_of_contact(u0, v0, i, lo, leg, begin, off, chain)
+    end = motion_of_contact(u, v, i, lo, leg, begin + h, off, chain)
+    f0 = with_stiffness(hertz_force(start[0]), i, chain)
+    return start, end, f0, with_stiffness(hertz_force(end[0]), i, chain)
+
+
+@compiled
+def observe(
+    watch: Any, u0: Any, v0: Any, a: Any, u: Any, v: Any, g: Any, lo: int, hi: int, leg: Any,
+    begin: float, time: float, off: float, verlet: bool, chain: Any,
+) -> None:  # fmt: skip
+    """Look at the contacts of the window, and at gauges in granules, within a step.
+
+    Rates of velocity Verlet count as 0 near 0: see ``keep_peaks``.
+    """
+    h, nothing = time - begin, (0.0, 0.0, 0.0, 0.0)
+    slack = h if verlet else 0.0
+    for i in range(lo, hi - 1):
+        least, most = _range(u0, v0, a, u, v, g, i, h, slack, chain)
+        if has_news(watch.signals[i], least, most):
+            start, end, f0, f1 = _ends(u0, v0, u, v, i, lo, leg, begin, h, off, chain)
+            look(watch, i, begin, h, start, end, nothing, nothing, 1.0, 1.0, f0, f1, True)
+    for k in range(watch.contacts[0], watch.signals.size):
+        s = watch.signals[k]
+        i, j = s.contact, s.other
+        least, most = _range(u0, v0, a, u, v, g, i, h, slack, chain)
+        if j >= 0:
+            other_least, other_most = _range(u0, v0, a, u, v, g, j, h, slack, chain)
+            least, most = least + other_least, most + other_most
+        if has_news(s, s.weight * least, s.weight * most):
+            start, end, f0, f1 = _ends(u0, v0, u, v, i, lo, leg, begin, h, off, chain)
+            before, after = nothing, nothing
+            if j >= 0:
+                before, after, g0, g1 = _ends(u0, v0, u, v, j, lo, leg, begin, h, off, chain)
+                f0, f1 = f0 + g0, f1 + g1
+            look(
+                watch, k, begin, h, start, end, before, after, 1.0, 1.0, s.weight * f0,
+                s.weight * f1, True,
+            )  # fmt: skip
 
 
 @part

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hertzchain.arrays import Array, FloatArray
-from hertzchain.engines.native.compiling import part
+from hertzchain.observables.compiling import part
 
 DONE, DIVERGED, STOPPED, TOO_MUCH, STUCK = range(5)
 """How a run ended. The last two occur with adaptive steps: more work than allowed, and steps that
@@ -68,7 +68,7 @@ class Steps(NamedTuple):
 
 
 class Record(NamedTuple):
-    """Where to keep a history and notes of first pulses.
+    """Where to keep a history.
 
     Parameters
     ----------
@@ -76,25 +76,12 @@ class Record(NamedTuple):
         Wanted times, shape (times,).
     displacement, velocity, contact_force
         What is known then, shape (times, ...).
-    notes
-        See ``observables.first_pulse``; shape (0, columns) where none are wanted.
-    noted
-        Number of notes, shape (1,); if it is above the room for them, it is the room that they
-        need.
-    static
-        Force of each contact at the start, shape (contacts,).
-    fallen
-        Number of levels that each contact has fallen through since it was largest, (contacts,).
     """
 
     time: FloatArray
     displacement: FloatArray
     velocity: FloatArray
     contact_force: FloatArray
-    notes: FloatArray
-    noted: Any
-    static: FloatArray
-    fallen: Any
 
 
 class Seen(NamedTuple):

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.engines.native.compiling import ONE, compiled, part
 from hertzchain.engines.native.elastic_chain import SHAPE, applied_force
 from hertzchain.engines.native.elastic_state import AHEAD, LEAST
+from hertzchain.observables.compiling import ONE, compiled, part
 
 
 @compiled

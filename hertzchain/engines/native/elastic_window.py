@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.engines.native.compiling import ONE, part
 from hertzchain.engines.native.elastic_chain import energy_of, momentum_of
 from hertzchain.engines.native.elastic_step import accelerate_pushed
-from hertzchain.engines.native.interpolant import hertz_force
+from hertzchain.observables.compiling import ONE, part
+from hertzchain.observables.interpolant import hertz_force
 
 _QUIET_GRANULES = 8
 

@@ -26,7 +26,7 @@ from hertzchain.engines.native.sampled import (
 from hertzchain.engines.native.simulation import Simulation
 from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
 from hertzchain.observables.contact_errors import Peaks
-from hertzchain.observables.first_pulse import Contacts
+from hertzchain.observables.first_pulse import Signals
 from hertzchain.observables.history import Recorder
 from hertzchain.observables.samples import Samples
 from hertzchain.scene.scene import Scene
@@ -196,9 +196,9 @@ class InNumpy:
         start = state_at_start(scene, self.dtype, self.start)
         motion = start.copy()
         blocks = integrate(chain, natural, walker, motion)
-        contacts = Contacts.of(scene).in_units(scene.units) if self.first else None
+        signals = Signals.of(scene).in_units(scene.units) if self.first else None
         run = simulation_of(
-            scene, chain, start, blocks, self.deadline, recorder, motion=motion, contacts=contacts
+            scene, chain, start, blocks, self.deadline, recorder, motion=motion, signals=signals
         )
         return replace(run, evaluations=run.steps * walker.stepper.stages)
 

@@ -28,7 +28,7 @@ from hertzchain.engines.native.simulation import Simulation
 from hertzchain.errors import RunFailed
 from hertzchain.limits import Deadline
 from hertzchain.observables.contact_errors import ContactErrors
-from hertzchain.observables.first_pulse import Contacts
+from hertzchain.observables.first_pulse import Signals
 from hertzchain.observables.history import Recorder
 from hertzchain.observables.samples import Samples
 from hertzchain.scene.scene import Scene
@@ -138,9 +138,9 @@ def simulate_in_scipy(
     chain, counted = Chain.of(scene), list[int]()
     longest = longer * longest_step(scene) / scene.units.time
     blocks = integrate(scene, chain, tolerance, longest, counted, samples)
-    contacts = Contacts.of(scene).in_units(scene.units) if first else None
+    signals = Signals.of(scene).in_units(scene.units) if first else None
     run = simulation_of(
-        scene, chain, state_at_start(scene), blocks, deadline, recorder, contacts=contacts
+        scene, chain, state_at_start(scene), blocks, deadline, recorder, signals=signals
     )
     return replace(run, evaluations=sum(counted))
 

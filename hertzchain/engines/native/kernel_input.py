@@ -11,8 +11,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.methods import SymplecticNystrom, Walker
-from hertzchain.errors import RunFailed, TooExpensive
-from hertzchain.observables.first_pulse import COLUMNS, Contacts, FirstPulses, first_pulses
+from hertzchain.errors import RunFailed
 from hertzchain.observables.history import Recorder
 from hertzchain.scene.natural_units import NaturalUnits
 from hertzchain.scene.ramp import SHAPES
@@ -107,46 +106,15 @@ def steps_of(rows: FloatArray, walker: Walker, least: float = 1.0) -> Steps:
 
 @functools.cache
 def nothing_recorded() -> Record:
-    """Return the arrays of a run without a history and notes."""
+    """Return the arrays of a run without a history."""
     return room_for(None, 0)
 
 
-_NOTES, _NOTES_OF_A_UNIT, _MOST_NOTES = 2000.0, 30.0, 1_300_000
-"""Room for notes of first pulses: for each contact, and for each step in so many natural time units
-(measured: a pulse takes ten); and for all contacts, 160 MB."""
-
-
-def room_for(
-    recorder: Recorder | None, granules: int, contacts: Contacts | None = None, step: float = 1.0
-) -> Record:
-    """Return arrays for a history, all zero, and for notes of first pulses; empty without both.
-
-    ``step`` is the shortest, in natural units.
-    """
+def room_for(recorder: Recorder | None, granules: int) -> Record:
+    """Return arrays for a history, all zero; empty without a recorder."""
     from hertzchain.engines.native.elastic_state import Record
 
     times = np.zeros(0) if recorder is None else np.asarray(recorder.time, np.float64)
     of_granules = times.size, granules if times.size else 0
     forces = (0, 0) if recorder is None else recorder.contact_force.shape
-    static = np.zeros(0) if contacts is None else contacts.static
-    room = int(min(_MOST_NOTES, static.size * (_NOTES + _NOTES_OF_A_UNIT / step)))
-    return Record(
-        times, np.zeros(of_granules), np.zeros(of_granules), np.zeros(forces),
-        np.zeros((room, COLUMNS)), np.zeros(1, np.int64), static,
-        np.full(static.size, 3),
-    )  # fmt: skip
-
-
-def noted_pulses(
-    record: Record, contacts: Contacts | None, largest: FloatArray
-) -> FirstPulses | None:
-    """Return the first pulses from the notes of a run; TooExpensive if these need too much room."""
-    if contacts is None:
-        return None
-    count = record.noted[0]
-    if count > record.notes.shape[0]:
-        raise TooExpensive(
-            "first pulses take too much memory in so many steps: add --wanted all (in Python"
-            ' wanted="all"), which leaves them out, or ask for less accuracy or larger steps'
-        )
-    return first_pulses(record.notes[:count], contacts, largest)
+    return Record(times, np.zeros(of_granules), np.zeros(of_granules), np.zeros(forces))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -46,9 +47,12 @@ def estimate(
     if twice:
         others.append(_other_than(others[0], finer_run(legs).legs))
     differences = [run.peaks.differences(prepared.peaks(other, plan.coarser)) for other in others]
-    return bounds(
-        lambda *found: plan.estimate(np.maximum.reduce(found), run.evaluations), *differences
-    )
+
+    def bound(*found: FloatArray, of_times: bool = False) -> FloatArray:
+        largest = np.maximum.reduce(found)
+        return np.asarray(plan.estimate(largest, run.evaluations, of_times))
+
+    return bounds(bound, *differences, of_times=functools.partial(bound, of_times=True))
 
 
 def _other_than(before: Sequence[Leg], legs: Sequence[Leg]) -> tuple[Leg, ...]:

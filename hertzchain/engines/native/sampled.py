@@ -14,7 +14,7 @@ from hertzchain.engines.native.simulation import Simulation
 from hertzchain.limits import Deadline
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.error_bound import diverged
-from hertzchain.observables.first_pulse import Contacts
+from hertzchain.observables.first_pulse import Signals
 from hertzchain.observables.history import Recorder
 from hertzchain.observables.samples import Samples
 from hertzchain.observables.watch import Watch
@@ -68,18 +68,18 @@ def simulation_of(
     recorder: Recorder | None = None,
     is_verlet: bool = False,
     motion: Array | None = None,
-    contacts: Contacts | None = None,
+    signals: Signals | None = None,
 ) -> Simulation:
     """Return the results of a run from blocks of samples; all is in natural units.
 
     The first sample of a block is the last of the block before. ``start`` is displacement and
     velocity, shape (2, granules). With ``is_verlet`` damping is computed with the velocities half a
     step before, as in LAMMPS. ``motion`` holds displacement and velocity at the end after the last
-    block, where they are not those of its last sample. With ``contacts`` the results include first
+    block, where they are not those of its last sample. With ``signals`` the results include first
     pulses. Raises StepUnstable if the chain has far more energy than it was given, TooExpensive if
     the run has taken longer than the deadline.
     """
-    watch = Watch(scene, law_of(chain), chain.inverse_mass, contacts, recorder)
+    watch = Watch(scene, law_of(chain), chain.inverse_mass, signals, recorder)
     given, steps = start.dtype.type(chain.energy(*start)), 0
     displacement, velocity = start
     for leg, samples in blocks:

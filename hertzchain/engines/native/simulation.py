@@ -18,7 +18,6 @@ from hertzchain.engines.native.kernel_input import (
     chain_of,
     is_single_pulse,
     leg_rows,
-    noted_pulses,
     nothing_recorded,
     room_for,
     softest,
@@ -29,7 +28,7 @@ from hertzchain.engines.native.methods import Walker
 from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
 from hertzchain.observables.contact_errors import Peaks
 from hertzchain.observables.error_bound import diverged
-from hertzchain.observables.first_pulse import Contacts
+from hertzchain.observables.first_pulse import LATEST, Signals, pulses_in
 from hertzchain.observables.history import Recorder
 from hertzchain.scene.natural_units import force_scale
 from hertzchain.scene.scene import Scene
@@ -44,7 +43,7 @@ _LONG_RUN = 1e7
 _STEP_IN_EVALUATIONS = 500
 """Additional cost of a step, in force evaluations of a granule."""
 
-_LOOKS = 10.0
+LOOKS = 10.0
 """Number of checks, each after a million steps times granules, after which a run is long: 0.1 s."""
 
 _PEAKS_ALONE = "; peaks alone take less: Native(peaks_only=True), or hertzchain run"
@@ -73,6 +72,7 @@ class Simulation:
     wall_impulse: Scalar = 0.0  # integral of the force on the wall
     piston_impulse: Scalar = 0.0  # integral of the force of the piston
     dissipated: Scalar = 0.0  # energy lost by damping
+    end: float = math.nan  # time reached; NaN where it is the end that was given
     status: int = 0  # of compiled runs: ``elastic_state.DONE`` or one of the next constants there
 
     @classmethod
@@ -81,7 +81,7 @@ class Simulation:
         return cls(
             displacement, velocity, peaks, found.work, found.momentum, found.energy, found.steps,
             found.evaluations, found.wall_impulse, found.piston_impulse, found.dissipated,
-            found.status,
+            found.end, found.status,
         )  # fmt: skip
 
     @property
@@ -123,7 +123,7 @@ class Prepared:
     start: FloatArray  # displacement and velocity at the start, (2, N); (0, 0) at rest
     moving: int  # number of granules that may move at the start
     softest: float  # see ``kernel_input.softest``
-    contacts: Contacts | None = None  # where first pulses are wanted
+    signals: Signals | None = None  # where first pulses are wanted
 
     @classmethod
     def of(
@@ -149,7 +149,7 @@ class Prepared:
             own if start is None else start + own if own.size else start,
             MOVING if has_front else scene.bodies,
             1.0 if chain is None else softest(scene),
-            Contacts.of(scene).in_units(scene.units) if first else None,
+            Signals.of(scene).in_units(scene.units) if first else None,
         )
 
     def simulate(
@@ -158,11 +158,16 @@ class Prepared:
         walker: Walker,
         recorder: Recorder | None = None,
         leave_behind: bool = False,
+        usual: float = math.nan,
     ) -> Simulation:
-        """Integrate the scene once: see the function ``simulate``."""
+        """Integrate the scene once: see the function ``simulate``.
+
+        With ``usual``, a time in natural units, the run finds its end itself, on legs that go on
+        until the latest possible one: see ``elastic.march``.
+        """
         granules = self.scene.bodies
         leave_behind = leave_behind and self._can_leave_behind
-        peaks, found = self._march(legs, walker, leave_behind, recorder)
+        peaks, found = self._march(legs, walker, leave_behind, recorder, usual)
         outcome, displacement, velocity = found
         if leave_behind:
             displacement = velocity = np.full(granules, np.nan)
@@ -182,7 +187,7 @@ class Prepared:
     @property
     def _can_leave_behind(self) -> bool:
         """Whether granules may be dropped: a first pulse may not be over when peaks are."""
-        return self.own_start and self.contacts is None and is_single_pulse(self.scene)
+        return self.own_start and self.signals is None and is_single_pulse(self.scene)
 
     def _refuse(
         self,
@@ -210,39 +215,40 @@ class Prepared:
         walker: Walker,
         leave_behind: bool,
         recorder: Recorder | None = None,
+        usual: float = math.nan,
     ) -> tuple[Peaks, tuple[Outcome, Any, Any]]:
         """Return the peaks, and what the kernels return; fill in a recorder."""
         from hertzchain.engines.native import elastic, elastic_state
 
         granules, stages = self.scene.bodies, walker.stepper.stages
         rows = leg_rows(legs, self.scene.units)
-        work = work_of(self.scene, legs, stages)
+        work = work_of(self.scene, legs, stages) / (1.0 if math.isnan(usual) else LATEST)
         self._refuse(rows, work, stages, leave_behind, recorder)
-        record = nothing_recorded()
-        if recorder is not None or self.contacts is not None:
-            shortest = float(np.min((rows[:, 1] - rows[:, 0]) / rows[:, 2]))
-            record = room_for(recorder, granules, self.contacts, shortest)
+        record = nothing_recorded() if recorder is None else room_for(recorder, granules)
         contacts = len(self.scene.contacts)
         force, time, control = np.zeros(contacts), np.full(contacts, np.nan), np.zeros(3)
         steps = steps_of(rows, walker, self.softest)
         seen = elastic_state.Seen(force, time, record)
 
+        watch = None if self.signals is None else self.signals.watch()
+
         def run() -> Any:
             state = elastic_state.at_the_start(granules)
             outcome = elastic.march(
                 steps, state, granules, self.start, self.chain, self.moving, leave_behind, seen,
-                control,
+                watch, usual, control,
             )  # fmt: skip
             return outcome, state.rows[0, :granules], state.rows[1, :granules]
 
         is_long = work >= _LONG_RUN
         if not is_long:
-            control[0] = _LOOKS
+            control[0] = LOOKS
             found = run()
             # With many halved steps a short run becomes long.
             is_long = found[0].status == elastic_state.STOPPED
         if is_long:
-            control[:], force[:], time[:], record.noted[:] = 0.0, 0.0, np.nan, 0
+            control[:], force[:], time[:] = 0.0, 0.0, np.nan
+            watch = None if self.signals is None else self.signals.watch()
             found = stoppable(run, control, self.deadline)
         if found[0].status == elastic_state.DIVERGED:
             raise diverged("native")
@@ -250,8 +256,7 @@ class Prepared:
             recorder.displacement[:] = record.displacement
             recorder.velocity[:] = record.velocity
             recorder.contact_force[:] = record.contact_force
-        first = noted_pulses(record, self.contacts, force)
-        return Peaks(force, time, time < found[0].end, first), found
+        return Peaks(force, time, time < found[0].end, pulses_in(watch)), found
 
 
 def work_of(scene: Scene, legs: Sequence[Leg], stages: int) -> float:

@@ -181,7 +181,7 @@ def test_short_runs_that_become_long_obey_the_limit(monkeypatch: pytest.MonkeyPa
 
     monkeypatch.setattr(elastic, "march", noted)
     monkeypatch.setattr(simulation, "stoppable", too_late)
-    monkeypatch.setattr(simulation, "_LOOKS", 1.0)  # so that a hundredth of a second is long
+    monkeypatch.setattr(simulation, "LOOKS", 1.0)  # so that a hundredth of a second is long
     with pytest.raises(TooExpensive, match="stopped at the time limit"):
         hc.Native(peaks_only=True).run(scene)
     # Taken for a short one, which is stopped when it is not; then for one that obeys its limit,

@@ -84,7 +84,7 @@ def test_doctor_survives_a_lammps_that(
 
 
 SMALL = """
-from hertzchain.engines.native.compiling import (compiled_and_kept)
+from hertzchain.observables.compiling import (compiled_and_kept)
 
 @compiled_and_kept()
 def half(values):

@@ -15,11 +15,12 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.cli import main
-from hertzchain.engines.native import duration, elastic, preparation, simulation
-from hertzchain.engines.native.compiling import compiled_and_kept
+from hertzchain.engines.native import duration, elastic, simulation
 from hertzchain.engines.native.duration import with_end
-from hertzchain.engines.native.preparation import Watched, begins, ends
 from hertzchain.engines.native.simulation import Prepared
+from hertzchain.observables import preparation
+from hertzchain.observables.compiling import compiled_and_kept
+from hertzchain.observables.preparation import Watched, begins, ends
 from tests.conftest import STEEL, paper_scene
 from tests.oracles.first_pulses import Trace
 from tests.places import ROOT

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -51,7 +52,9 @@ def outcome(scene: hc.Scene, leave_behind: bool, step: float = 0.4, control: Any
     control = np.zeros(3) if control is None else control
     steps, at_rest = steps_of(rows, Walker(SRKN_11B)), np.zeros((0, 0))
     state, n = at_the_start(contacts + 1), contacts + 1
-    return elastic.march(steps, state, n, at_rest, None, 8, leave_behind, seen, control)
+    return elastic.march(
+        steps, state, n, at_rest, None, 8, leave_behind, seen, None, math.nan, control
+    )
 
 
 def test_the_window_is_as_wide_as_a_wave_however_long_the_chain() -> None:

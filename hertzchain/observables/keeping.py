@@ -12,7 +12,7 @@ from numba.core.caching import FunctionCache, NullCache
 from numba.core.options import DefaultOptions
 from numba.core.runtime.nrt import rtsys
 
-from hertzchain.engines.native.preparation import begins, ends
+from hertzchain.observables.preparation import begins, ends
 
 UNCOUNTED = {"_nrt": False} if hasattr(DefaultOptions, "_nrt") else {}
 """Code without arrays need not count references to them: counting costs a quarter of a run."""

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 from numba.extending import intrinsic, register_jitable
 
-from hertzchain.engines.native.keeping import UNCOUNTED, kept
+from hertzchain.observables.keeping import UNCOUNTED, kept
 
 ONE = np.uint64(1)
 
@@ -63,11 +63,12 @@ def _stamps(file: Path) -> tuple[tuple[str, float, int], ...]:
             status = file.stat()
             found[file] = file.name, status.st_mtime, status.st_size
             imported = _IMPORTED.findall(file.read_text(encoding="utf-8"))
-            waiting += [Path(__file__).with_name(f"{name}.py") for name in imported]
+            waiting += [_PACKAGE.joinpath(*name.split(".")).with_suffix(".py") for name in imported]
     return tuple(sorted(found.values()))
 
 
-_IMPORTED = re.compile(r"^from hertzchain\.engines\.native\.(\w+) import", re.MULTILINE)
+_IMPORTED = re.compile(r"^from hertzchain\.((?:observables|engines\.native)\.\w+) import", re.M)
+_PACKAGE = Path(__file__).parents[1]
 
 
 def compiled_without_nan(function: Any) -> Any:

@@ -1,7 +1,4 @@
-"""The polynomial of a step with given value and three derivatives at both ends; its maxima.
-
-Compiled; ``observables.hermite`` is the same in NumPy.
-"""
+"""The polynomial of a step with given value and derivatives at both ends; its maxima. Compiled."""
 
 from __future__ import annotations
 
@@ -10,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.engines.native.compiling import part
+from hertzchain.observables.compiling import part
 
 _BINOMIAL = (1.0, 6.0, 15.0, 20.0, 15.0, 6.0, 1.0)
 
@@ -46,6 +43,22 @@ def hermite(start: Any, end: Any, h: float) -> Any:
         -84 * d + 39 * d1 - 7 * d2 + d3 / 2,
         70 * d - 34 * d1 + 6.5 * d2 - d3 / 2,
         -20 * d + 10 * d1 - 2 * d2 + d3 / 6,
+    )  # fmt: skip
+
+
+@part
+def quintic(u0: Any, v0: Any, a0: Any, u1: Any, v1: Any, a1: Any, h: float) -> Any:
+    """Coefficients of the polynomial of degree 5 that meets value and two derivatives."""
+    p, b = v0 * h, a0 * h * h / 2
+    d = u1 - u0 - p - b
+    d1 = v1 * h - p - 2 * b
+    d2 = a1 * h * h - 2 * b
+    return (
+        u0, p, b,
+        10 * d - 4 * d1 + d2 / 2,
+        -15 * d + 7 * d1 - d2,
+        6 * d - 3 * d1 + d2 / 2,
+        0.0, 0.0,
     )  # fmt: skip
 
 
@@ -109,6 +122,19 @@ def _bernstein(c: Any, low: float, width: float, b: Any) -> None:
     for k in range(1, 7):
         for j in range(6, k - 1, -1):
             b[j] += b[j - 1]
+
+
+@part
+def is_monotone(c: Any, b: Any) -> bool:
+    """Whether a polynomial of degree 7 surely rises or falls all the way from 0 to 1.
+
+    ``b`` is room for coefficients, shape (7,).
+    """
+    _bernstein(c, 0.0, 1.0, b)
+    rises = falls = True
+    for k in range(7):
+        rises, falls = rises and b[k] >= 0.0, falls and b[k] <= 0.0
+    return rises or falls
 
 
 @part

@@ -1,0 +1,843 @@
+"""First pulses of contacts and of gauges in granules, from any sequence of steps, compiled.
+
+A signal is the dynamic force of a contact, or the mean of those of a granule's two contacts: total
+force less static. M is its largest value so far. The observer keeps each maximum after which the
+signal fell through one of ``FALLS``, with the times of these falls: the largest force of a run, on
+which the floor of a first pulse depends, is known only at its end. ``read_off`` has the definition.
+
+Within a step the overlap is the polynomial that meets it and its derivatives at both ends. Where
+the rate of the force changes its sign within the step, the force is followed from one extremum to
+the next, so that neither a dip nor a hump between the ends of a step is missed.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.arrays import FloatArray
+from hertzchain.observables.compiling import compiled, compiled_and_kept, part
+from hertzchain.observables.interpolant import (
+    curvature_at,
+    hermite,
+    is_monotone,
+    quintic,
+    slope_at,
+    value_at,
+)
+
+FALLS = (0.6, 0.5, 0.4)
+"""Fractions of M: a pulse ends at the middle one, and is clear where the others give the same
+force."""
+
+FLOOR, _FLOORS = 0.01, (0.003, 0.03)
+"""Least force of a first pulse over the largest of the run, and two other choices to compare."""
+
+_SAME = 0.01
+"""Difference of forces up to which two choices give the same pulse."""
+
+_STEADY = 2.0
+"""How long a steady fall from the first of ``FALLS`` to the last takes at most, over what it would
+take at its steepest slope (exponential: 1.2). Otherwise the force may dip to a half and rise again,
+and the end has no right digit.
+"""
+
+_STANDS, _EXCEEDS = 10.0, 1.01
+"""A front: time without a larger force [time units of the contact], and the ratio that ends it."""
+
+LEAST = 1e-9
+"""Dynamic forces that are not observed, over the natural unit plus the static force: no pulse that
+counts is so weak."""
+
+SIGNIFICANT = 1e-3
+"""Fraction of the largest force of a run below which forces of other contacts are not judged."""
+
+_LONGER, _PARTING = 2.0, 3.0
+"""Factor on the time at which the last first pulse is over, so that a run has a first reflection,
+too; and natural time units after that, in which two spheres part."""
+
+PULSES = 64
+"""Maxima that are kept of a signal, each larger than all before (chosen)."""
+
+PIECES = 128
+"""Parts of steps that are kept of a rise, from half of its height on (chosen). If there are more,
+neighbours are joined."""
+
+_JOINED = 1e-9
+"""How far the cubic over two pieces may be off where they meet, over the force there (chosen)."""
+
+_PARTS = 8
+"""Parts of a step in which extrema of a force are searched."""
+
+_SHORTEST = 1e-9
+"""Shortest time of contact in an interval, over the interval (chosen): lengths divide rates."""
+
+_EDGE = 1e-6
+"""Part of a step at its ends in which no extrema are searched (chosen): where a contact closes,
+rounding decides whether it is open at the very start."""
+
+_RESOLVED = 1e-13
+"""How near in a step, or in force, a crossing or an extremum is found."""
+
+SIGNAL = np.dtype(
+    [
+        (name, np.int64)
+        for name in ("contact", "other", "fallen", "pulses", "oldest", "pieces", "crowded")
+    ]
+    + [
+        (name, np.float64)
+        for name in (
+            "weight", "static", "least", "slowness", "stiffness", "damping", "other_stiffness",
+            "other_damping", "exponent", "attracts", "above", "below", "lost",
+        )
+    ],
+    align=True,
+)  # fmt: skip
+"""A signal: its contact, the other one of a gauge in a granule (-1: none); number of ``FALLS``
+passed since the largest force; number of maxima and of pieces, the oldest piece; whether maxima had
+to be given up. Then the weight of each force (1, or 1/2 in a granule) and the weighted
+static force; the least dynamic force that counts; time unit times F^(1/6), 0 where the drive has
+ended; the laws of the contacts; the total forces above and below which a step has something new."""
+
+MAXIMUM = np.dtype(
+    [(name, np.float64) for name in ("force", "time", "arrival", "slope", "exceeded")]
+)
+"""A maximum of a signal, its time, and when the signal first reached half of it; the steepest slope
+where it then fell through ``FALLS``; when it was exceeded if it had stood as a front (infinite
+while it is not, NaN if it had not)."""
+
+PULSE = np.dtype(
+    [(name, np.float64) for name in ("force", "time", "arrival", "width")]
+    + [(name, np.bool_) for name in ("is_clear", "is_front", "is_steady")],
+    align=True,
+)
+"""A first pulse: dynamic force and its time, when the signal first reached half of it, how long
+after that the pulse was over (NaN where its end was not seen); and what it is: see
+``first_pulse.FirstPulses``."""
+
+(_BEGIN, _LENGTH, _LOW, _HIGH, _FROM, _TOP, _START, _END, _SCALE, COLUMNS) = (
+    0, 1, 2, 3, 4, 5, 6, 14, 22, 24,
+)  # fmt: skip
+"""Columns of pieces: begin and length of a step, the part of it in which the signal rises, from 0
+to 1, and from where to where; overlap and three derivatives of both contacts at the start and at
+the end; forces over those of the law. In joined pieces the scale is 0, and the first columns of
+start and end have the rate of the signal."""
+
+
+class Watch(NamedTuple):
+    """What is observed in a run, and what was read off it; ``watch_of`` makes one.
+
+    Parameters
+    ----------
+    signals
+        See ``SIGNAL``, shape (signals,): first those of all contacts, then gauges in granules.
+    maxima, falls
+        See ``MAXIMUM``, shape (signals, ``PULSES``); when the signal then fell through each of
+        ``FALLS``, NaN where it did not, shape (signals, ``PULSES``, 3).
+    pieces
+        The last rise of each signal, shape (signals, ``PIECES``, ``COLUMNS``).
+    room
+        Room for places in a step, and coefficients, shape (``_PARTS`` + 10,).
+    contacts
+        Number of contacts, shape (1,).
+    pulses
+        What was read off at the end, shape (signals,): see ``PULSE``.
+    """
+
+    signals: Any
+    maxima: Any
+    falls: FloatArray
+    pieces: FloatArray
+    room: FloatArray
+    contacts: NDArray[np.int64]
+    pulses: Any
+
+
+class Piece(NamedTuple):
+    """The force of a signal in a step: begin, length, overlaps of both contacts, and scales."""
+
+    begin: float
+    h: float
+    a: Any
+    b: Any
+    scale: float
+    other_scale: float
+
+
+def watch_of(
+    contact: NDArray[np.int64], other: NDArray[np.int64], static: FloatArray, slowness: FloatArray,
+    law: Any, unit: float = 1.0,
+) -> Watch:  # fmt: skip
+    """Return a watch on the contacts of a chain and on gauges in its granules, in any units.
+
+    Parameters
+    ----------
+    contact, other
+        Places of the contacts of each signal, from 0; -1 for none, shape (signals,).
+    static
+        Static force of each contact, shape (contacts,).
+    slowness
+        Time unit times F^(1/6) of each contact; 0 where the drive has ended.
+    law
+        Stiffness and damping of each contact, exponent and attraction: a ``Chain`` or a
+        ``DampedLaw``.
+    unit
+        The natural unit of force.
+    """
+    count, contacts = contact.size, static.size
+    signals = np.zeros(count, SIGNAL)
+    is_granule = np.arange(count) >= contacts
+    has_other = other >= 0
+    signals["contact"], signals["other"] = contact, other
+    signals["weight"] = np.where(is_granule, 0.5, 1.0)
+    signals["fallen"] = len(FALLS)
+    for name, values in (("stiffness", law.stiffness), ("damping", law.damping)):
+        signals[name] = values[contact]
+        signals[f"other_{name}"] = np.where(has_other, values[other], 0.0)
+    held = static[contact] + np.where(has_other, static[other], 0.0)
+    signals["static"] = signals["weight"] * held
+    signals["least"] = LEAST * (unit + signals["static"])
+    signals["slowness"] = np.where(is_granule, 0.0, slowness[contact])
+    signals["exponent"], signals["attracts"] = law.exponent, law.attraction
+    signals["above"] = signals["static"] + signals["least"]
+    signals["below"] = -np.inf
+    pulses = np.zeros(count, PULSE)
+    for name in ("force", "time", "arrival", "width"):
+        pulses[name] = np.nan
+    return Watch(
+        signals, np.zeros((count, PULSES), MAXIMUM), np.zeros((count, PULSES, len(FALLS))),
+        np.zeros((count, PIECES, COLUMNS)), np.zeros(_PARTS + 10), np.array([contacts]), pulses,
+    )  # fmt: skip
+
+
+# ---- The force of a signal within a step
+
+
+@part
+def _power(d: float, exponent: float) -> float:
+    """Power of an overlap; roots are quicker than powers."""
+    if exponent == 0.5:
+        return math.sqrt(d)
+    return math.sqrt(math.sqrt(d)) if exponent == 0.25 else d**exponent
+
+
+@part
+def _law(d: float, w: float, stiffness: float, damping: float, s: Any) -> float:
+    """Force of a contact at an overlap and its rate."""
+    if d <= 0.0:
+        return 0.0
+    force = stiffness * d * math.sqrt(d)
+    if damping != 0.0:
+        force += damping * _power(d, s.exponent) * w
+        if s.attracts == 0.0:
+            force = max(force, 0.0)
+    return force
+
+
+@part
+def _law_rate(d: float, w: float, bend: float, stiffness: float, damping: float, s: Any) -> float:
+    """Rate of that force, where it is not limited to 0."""
+    if d <= 0.0:
+        return 0.0
+    rate = 1.5 * stiffness * math.sqrt(d) * w
+    if damping != 0.0:
+        rate += damping * _power(d, s.exponent) * (s.exponent * w * w / d + bend)
+    return rate
+
+
+@part
+def _force_at(p: Any, place: float, s: Any) -> float:
+    """Dynamic force of a signal at a place of a step, from 0 to 1."""
+    w = slope_at(p.a, place) / p.h
+    force = p.scale * _law(value_at(p.a, place), w, s.stiffness, s.damping, s)
+    if s.other_stiffness > 0.0:
+        w = slope_at(p.b, place) / p.h
+        force += p.other_scale * _law(
+            value_at(p.b, place), w, s.other_stiffness, s.other_damping, s
+        )
+    return s.weight * force - s.static
+
+
+@part
+def _rate_at(p: Any, place: float, s: Any) -> float:
+    """Rate of the force of a signal at a place of a step."""
+    w, bend = slope_at(p.a, place) / p.h, curvature_at(p.a, place) / (p.h * p.h)
+    rate = p.scale * _law_rate(value_at(p.a, place), w, bend, s.stiffness, s.damping, s)
+    if s.other_stiffness > 0.0:
+        w, bend = slope_at(p.b, place) / p.h, curvature_at(p.b, place) / (p.h * p.h)
+        rate += p.other_scale * _law_rate(
+            value_at(p.b, place), w, bend, s.other_stiffness, s.other_damping, s
+        )
+    return s.weight * rate
+
+
+@part
+def _curve(start: Any, end: Any, h: float) -> Any:
+    """The overlap in a step; of lower degree where a third derivative is not known."""
+    if start[3] != start[3] or end[3] != end[3]:
+        return quintic(start[0], start[1], start[2], end[0], end[1], end[2], h)
+    return hermite(start, end, h)
+
+
+@compiled
+def _place(
+    p: Any, level: float, low: float, high: float, at_low: float, at_high: float, of_rate: bool,
+    s: Any,
+) -> float:  # fmt: skip
+    """Place between low and high where the force, or its rate, crosses a level, by Illinois.
+
+    ``at_low`` and ``at_high`` are its values there: at a jump they are not those of the law.
+    """
+    rises = at_high > at_low
+    if (at_low >= level) == rises:
+        return low
+    if (at_high >= level) != rises:
+        return high
+    enough = _RESOLVED * max(abs(level), max(abs(at_low), abs(at_high)) if of_rate else 0.0)
+    at_low, at_high = at_low - level, at_high - level
+    side, place = 0, low
+    for _ in range(60):
+        place = (low * at_high - high * at_low) / (at_high - at_low)
+        if not low < place < high:
+            place = (low + high) / 2
+        value = (_rate_at(p, place, s) if of_rate else _force_at(p, place, s)) - level
+        if (value >= 0.0) == rises:
+            at_low = at_low / 2 if side == 1 else at_low
+            high, at_high, side = place, value, 1
+        else:
+            at_high = at_high / 2 if side == -1 else at_high
+            low, at_low, side = place, value, -1
+        if high - low <= _RESOLVED or abs(value) <= enough:
+            break
+    return place
+
+
+# ---- What is kept
+
+
+@part
+def _row(s: Any, n: int) -> int:
+    """Row of the n-th piece of a signal, from the oldest one on."""
+    return (s.oldest + n) % PIECES
+
+
+@part
+def _piece_of(row: Any) -> Any:
+    """The force of a signal in a kept piece."""
+    a = (row[6], row[7], row[8], row[9]), (row[14], row[15], row[16], row[17])
+    b = (row[10], row[11], row[12], row[13]), (row[18], row[19], row[20], row[21])
+    h = row[_LENGTH]
+    return Piece(row[_BEGIN], h, _curve(*a, h), _curve(*b, h), row[_SCALE], row[_SCALE + 1])
+
+
+@part
+def _cubic(s: float, f0: float, f1: float, rise0: float, rise1: float) -> float:
+    """The cubic with given values and slopes at 0 and 1."""
+    rest = 1.0 - s
+    blend = s * s * (3.0 - 2.0 * s)
+    return f0 + (f1 - f0) * blend + s * rest * (rise0 * rest - rise1 * s)
+
+
+@compiled
+def _reached(w: Any, k: int, level: float) -> float:
+    """When a signal first reached a level, at least half of its largest force so far.
+
+    NaN where pieces that low had to be given up.
+    """
+    s = w.signals[k]
+    for n in range(s.pieces):
+        row = w.pieces[k, _row(s, n)]
+        if not row[_TOP] >= level > s.lost:
+            continue
+        low, high = row[_LOW], row[_HIGH]
+        if row[_SCALE] == 0.0:
+            h = row[_LENGTH]
+            for _ in range(53):  # bisections: to the last digit
+                place = (low + high) / 2
+                rate = h * row[_START], h * row[_END]
+                if _cubic(place, row[_FROM], row[_TOP], rate[0], rate[1]) < level:
+                    low = place
+                else:
+                    high = place
+        else:
+            high = _place(_piece_of(row), level, low, high, row[_FROM], row[_TOP], False, s)
+        return float(row[_BEGIN] + row[_LENGTH] * high)
+    return math.nan
+
+
+@part
+def _rate_of_piece(row: Any, place: float, s: Any) -> float:
+    """Rate of the force at an end of a kept piece."""
+    if row[_SCALE] == 0.0:
+        return float(row[_START] if place == 0.0 else row[_END])
+    return _rate_at(_piece_of(row), place, s)
+
+
+@part
+def _copy(row: Any, to: Any) -> None:
+    """Copy a row."""
+    for n in range(row.size):
+        to[n] = row[n]
+
+
+@part
+def _joins(row: Any, later: Any, to: Any, s: Any) -> bool:
+    """Join two pieces into the cubic through both ends, if it is right where they meet."""
+    begin, middle = row[_BEGIN] + row[_LOW] * row[_LENGTH], row[_BEGIN] + row[_HIGH] * row[_LENGTH]
+    since, end = (
+        later[_BEGIN] + later[_LOW] * later[_LENGTH],
+        later[_BEGIN] + later[_HIGH] * later[_LENGTH],
+    )
+    h = end - begin
+    if abs(since - middle) > 1e-9 * h or middle == begin or since == end:
+        return False
+    before, after = _rate_of_piece(row, row[_LOW], s), _rate_of_piece(later, later[_HIGH], s)
+    first, last, met = row[_FROM], later[_TOP], row[_TOP]
+    off = _cubic((middle - begin) / h, first, last, h * before, h * after) - met
+    if abs(off) > _JOINED * (met + s.static):
+        return False
+    to[_BEGIN], to[_LENGTH], to[_LOW], to[_HIGH], to[_FROM], to[_TOP] = (
+        begin,
+        h,
+        0.0,
+        1.0,
+        first,
+        last,
+    )
+    to[_START], to[_END], to[_SCALE] = before, after, 0.0
+    return True
+
+
+@compiled
+def _join(w: Any, k: int) -> None:
+    """Join neighbouring pieces two by two; give up the oldest where none can be joined."""
+    s = w.signals[k]
+    kept, n = 0, 0
+    while n < s.pieces:
+        row, later = w.pieces[k, _row(s, n)], w.pieces[k, _row(s, n + 1)]
+        to = w.pieces[k, _row(s, kept)]
+        if n + 1 < s.pieces and _joins(row, later, to, s):
+            n += 1
+        else:
+            _copy(row, to)
+        kept, n = kept + 1, n + 1
+    if kept == s.pieces:
+        s.lost = w.pieces[k, s.oldest][_TOP]
+        s.oldest, kept = (s.oldest + 1) % PIECES, kept - 1
+    s.pieces = kept
+
+
+@compiled
+def _keep_piece(
+    w: Any, k: int, p: Any, start: Any, end: Any, other_start: Any, other_end: Any, low: float,
+    high: float, before: float, top: float,
+) -> None:  # fmt: skip
+    """Keep a part of a step in which a signal rises above all before; forget lower halves."""
+    s = w.signals[k]
+    while s.pieces > 0 and w.pieces[k, s.oldest][_TOP] < top / 2:
+        s.oldest, s.pieces = (s.oldest + 1) % PIECES, s.pieces - 1
+    if s.pieces == PIECES:
+        _join(w, k)
+    row = w.pieces[k, _row(s, s.pieces)]
+    s.pieces += 1
+    row[_BEGIN], row[_LENGTH], row[_LOW], row[_HIGH] = p.begin, p.h, low, high
+    row[_FROM], row[_TOP] = before, top
+    for n in range(4):
+        row[_START + n], row[_START + 4 + n] = start[n], other_start[n]
+        row[_END + n], row[_END + 4 + n] = end[n], other_end[n]
+    row[_SCALE], row[_SCALE + 1] = p.scale, p.other_scale
+
+
+@compiled
+def _begin_maximum(w: Any, k: int, force: float) -> None:
+    """Make room for a new maximum, larger than all before.
+
+    Those below the lowest floor go first, as no pulse can be so weak any more; then, never the
+    first one, that which exceeds the one before it least.
+    """
+    s, maxima, falls = w.signals[k], w.maxima[k], w.falls[k]
+    if s.pulses == PULSES:
+        gone, least = 0, math.inf
+        if maxima[0].force >= _FLOORS[0] * force:
+            s.crowded = 1
+            for n in range(1, PULSES):
+                if maxima[n].force / maxima[n - 1].force < least:
+                    gone, least = n, maxima[n].force / maxima[n - 1].force
+        for n in range(gone, PULSES - 1):
+            maxima[n] = maxima[n + 1]
+            _copy(falls[n + 1], falls[n])
+        s.pulses -= 1
+    n, s.pulses, s.fallen = s.pulses, s.pulses + 1, 0
+    maxima[n].arrival = maxima[n].exceeded = math.nan
+    maxima[n].slope = 0.0
+    falls[n, 0] = falls[n, 1] = falls[n, 2] = math.nan
+
+
+@part
+def _set_levels(s: Any, force: float) -> None:
+    """Set the total forces above and below which a step has something new."""
+    s.above = s.static + force
+    s.below = -math.inf
+    if s.fallen < 3:
+        s.below = s.static + FALLS[s.fallen] * force
+
+
+@compiled
+def _rise(
+    w: Any, k: int, p: Any, start: Any, end: Any, other_start: Any, other_end: Any, low: float,
+    high: float, before: float, top: float,
+) -> None:  # fmt: skip
+    """A signal rises within a part of a step to a dynamic force that is larger than all before."""
+    s, maxima = w.signals[k], w.maxima[k]
+    last = s.pulses - 1
+    stood = False
+    if last >= 0 and s.slowness > 0.0:
+        stands, since = maxima[last].force, maxima[last].time
+        unit = s.slowness * (stands + s.static) ** (-1 / 6)
+        stood = p.begin - since > _STANDS * unit
+        if stood and math.isnan(maxima[last].exceeded):
+            maxima[last].arrival = _reached(w, k, stands / 2)
+            maxima[last].exceeded = math.inf
+    if last < 0 or s.fallen > 0 or stood:
+        _begin_maximum(w, k, top)
+    _keep_piece(w, k, p, start, end, other_start, other_end, low, high, before, top)
+    maximum = maxima[s.pulses - 1]
+    maximum.force, maximum.time = top, p.begin + high * p.h
+    if s.slowness > 0.0:
+        for n in range(s.pulses - 1):
+            level = _EXCEEDS * maxima[n].force
+            if maxima[n].exceeded == math.inf and top > level:
+                place = _place(p, level, low, high, before, top, False, s)
+                maxima[n].exceeded = p.begin + p.h * place
+    s.fallen = 0
+    _set_levels(s, top)
+
+
+@compiled
+def _fall(
+    w: Any, k: int, p: Any, low: float, high: float, before: float, rest: float
+) -> None:  # fmt: skip
+    """A signal falls within a part of a step through one of ``FALLS``, or several."""
+    s = w.signals[k]
+    last = s.pulses - 1
+    maximum = w.maxima[k, last]
+    while s.fallen < 3 and rest <= FALLS[s.fallen] * maximum.force:
+        place = low
+        if high > low:
+            level = FALLS[s.fallen] * maximum.force
+            place = _place(p, level, low, high, before, rest, False, s)
+        w.falls[k, last, s.fallen] = p.begin + place * p.h
+        maximum.slope = max(maximum.slope, abs(_rate_at(p, place, s)))
+        if s.fallen == 1:
+            maximum.arrival = _reached(w, k, maximum.force / 2)
+        s.fallen += 1
+    _set_levels(s, maximum.force)
+
+
+@part
+def has_news(s: Any, least: float, most: float) -> bool:
+    """Whether a step matters in which the total force of a signal lies between two bounds."""
+    return most > s.above or least <= s.below
+
+
+@compiled
+def look(
+    w: Any, k: int, begin: float, h: float, start: Any, end: Any, other_start: Any, other_end: Any,
+    scale: float, other_scale: float, f0: float, f1: float, smooth: bool,
+) -> None:  # fmt: skip
+    """Look at a signal within a step.
+
+    Parameters
+    ----------
+    w, k
+        The watch, and the number of the signal.
+    begin, h
+        Begin and length of the step.
+    start, end, other_start, other_end
+        Overlap and its first three derivatives of both contacts at both ends; the third is NaN
+        where it is not known.
+    scale, other_scale
+        Forces of the run over those of the law.
+    f0, f1
+        Total force at both ends. They may differ from those of the law where the force jumps.
+    smooth
+        Whether the force is smooth from the start on; if not, as where a dashpot closes, no
+        extrema are searched: no polynomial has the force right after it.
+    """
+    s = w.signals[k]
+    p = Piece(
+        begin, h, _curve(start, end, h), _curve(other_start, other_end, h), scale, other_scale
+    )
+    places, count = w.room, 1
+    places[0], places[1] = 0.0, 1.0
+    is_elastic = s.damping == 0.0 and s.other_stiffness == 0.0
+    if smooth and not (is_elastic and is_monotone(p.a, w.room[_PARTS + 2 :])):
+        count = 0
+        before = _rate_at(p, _EDGE, s)
+        for n in range(1, _PARTS + 1):
+            rate = _rate_at(p, n / _PARTS, s)
+            if (before > 0.0) != (rate > 0.0) and count < _PARTS:
+                since = max((n - 1) / _PARTS, _EDGE)
+                place = _place(p, 0.0, since, n / _PARTS, before, rate, True, s)
+                if _EDGE < place < 1.0 - _EDGE:
+                    count += 1
+                    places[count] = place
+            before = rate
+        count += 1
+        places[count] = 1.0
+    force = f0 - s.static
+    if s.pulses > 0 and f0 <= s.below:  # the force jumps
+        _fall(w, k, p, 0.0, 0.0, force, force)
+    elif f0 > s.above:
+        _rise(w, k, p, start, end, other_start, other_end, 0.0, 0.0, force, force)
+    for n in range(1, count + 1):
+        low, high = places[n - 1], places[n]
+        before = force
+        force = f1 - s.static if n == count else _force_at(p, high, s)
+        if force > before and s.static + force > s.above:
+            _rise(w, k, p, start, end, other_start, other_end, low, high, before, force)
+        elif s.static + force <= s.below and s.pulses > 0:
+            _fall(w, k, p, low, high, before, force)
+
+
+# ---- What is read off
+
+
+@part
+def _end_of(w: Any, k: int, fall: int, floor: float) -> int:
+    """The first maximum of a signal that ends a pulse; the number of maxima where none does."""
+    s, maxima = w.signals[k], w.maxima[k]
+    least = floor * maxima[s.pulses - 1].force
+    for n in range(s.pulses):
+        if maxima[n].force >= least and not math.isnan(w.falls[k, n, fall]):
+            return n
+    return int(s.pulses)
+
+
+@part
+def _largest(w: Any) -> float:
+    """The largest dynamic force of all contacts so far."""
+    most = 0.0
+    for k in range(w.contacts[0]):
+        if w.signals[k].pulses > 0:
+            most = max(most, w.maxima[k, w.signals[k].pulses - 1].force)
+    return most
+
+
+@part
+def _rounded_up(time: float) -> float:
+    """A time with two digits."""
+    unit = 10.0 ** (math.floor(math.log10(time)) - 1)
+    return math.ceil(time / unit * (1 - 1e-12)) * unit
+
+
+@compiled
+def usual_end(w: Any, otherwise: float) -> float:
+    """The default end of a run that has gone so far, natural units.
+
+    It is twice the time at which the last first pulse was over, or a force was highest that has not
+    fallen since, plus three: but no later than ``otherwise``, if that is three units after this
+    time. While a contact has not been pressed it is ``otherwise``, or twice the time at which the
+    last one of the others was first pressed, and three units. It is rounded up to two digits, so
+    that rounding errors do not show.
+    """
+    least, latest, newest, are_all_pressed = SIGNIFICANT * _largest(w), 0.0, 0.0, True
+    for k in range(w.contacts[0]):
+        count = w.signals[k].pulses
+        if count == 0 or not w.maxima[k, count - 1].force >= least:
+            are_all_pressed = False
+            continue
+        n = _end_of(w, k, 1, FLOOR)
+        latest = max(latest, w.falls[k, n, 1] if n < count else w.maxima[k, count - 1].time)
+        newest = max(newest, w.maxima[k, 0].time)
+    if not are_all_pressed:
+        return max(_rounded_up(_LONGER * newest + _PARTING), otherwise)
+    end = _rounded_up(_LONGER * latest + _PARTING)
+    return min(end, max(otherwise, _rounded_up(latest + _PARTING)))
+
+
+@part
+def _force_of(w: Any, k: int, n: int, front: int) -> float:
+    """The force of the pulse that ends at a maximum, with the last one, or before as a front."""
+    s, maxima = w.signals[k], w.maxima[k]
+    if front >= 0 and (n == s.pulses or maxima[front].exceeded < w.falls[k, n, 1]):
+        return float(maxima[front].force)
+    return float(maxima[min(n, s.pulses - 1)].force)
+
+
+@compiled_and_kept()
+def read_off(w: Watch) -> None:
+    """Fill in the first pulse of each signal at the end of a run.
+
+    A first pulse ends the first time that the signal falls to M / 2, once M is at least ``FLOOR``
+    times the largest value of the run. Where the drive acts until the end, it also ends where the
+    signal exceeds an M that has stood for ten time units of its contact by more than 1 %: a front.
+    """
+    most = _largest(w)
+    for k in range(w.signals.size):
+        s, maxima, pulse = w.signals[k], w.maxima[k], w.pulses[k]
+        count = s.pulses
+        if count == 0 or not maxima[count - 1].force >= SIGNIFICANT * most:
+            continue
+        n, front = _end_of(w, k, 1, FLOOR), -1
+        for m in range(count):
+            stood = not math.isnan(maxima[m].exceeded)
+            if stood and maxima[m].force >= FLOOR * maxima[count - 1].force:
+                front = m
+                break
+        if front >= 0 and not maxima[front].exceeded < math.inf:
+            front = -1
+        is_front = front >= 0 and (n == count or maxima[front].exceeded < w.falls[k, n, 1])
+        chosen = front if is_front else min(n, count - 1)
+        force = maxima[chosen].force
+        pulse.force, pulse.time = force, maxima[chosen].time
+        is_ended = is_front or n < count
+        over = math.nan
+        if is_ended:
+            over = maxima[front].exceeded if is_front else w.falls[k, n, 1]
+        pulse.arrival = maxima[chosen].arrival if is_ended else _reached(w, k, force / 2)
+        pulse.width = over - pulse.arrival
+        first, last = _end_of(w, k, 0, FLOOR), _end_of(w, k, 2, FLOOR)
+        is_clear = not math.isnan(pulse.width) and (s.crowded == 0 or chosen == 0)
+        for other in (
+            first, last, _end_of(w, k, 1, _FLOORS[0]), _end_of(w, k, 1, _FLOORS[1]),
+        ):  # fmt: skip
+            is_clear = is_clear and abs(_force_of(w, k, other, front) - force) <= _SAME * force
+        pulse.is_clear, pulse.is_front = is_clear, is_front
+        pulse.is_steady = is_front
+        if not is_front and last < count:
+            slope = max(maxima[first].slope, maxima[last].slope, maxima[n].slope)
+            lasts = w.falls[k, last, 2] - w.falls[k, first, 0]
+            pulse.is_steady = lasts * slope <= _STEADY * (FALLS[0] - FALLS[2]) * force
+
+
+# ---- Samples of codes that are read
+
+
+@part
+def touch(
+    start: Any, end: Any, h: float, force: float, damping: float, inverse_mass: float, late: float
+) -> Any:
+    """When a dashpot closes within an interval, at whose end it is pressed, and how.
+
+    No polynomial crosses the jump of its force, so that the interval begins there. The motion
+    before it is that without this contact.
+
+    Parameters
+    ----------
+    start, end
+        Overlap and its derivatives at both ends.
+    h
+        Length of the interval.
+    force
+        Force of the contact at the end.
+    damping, inverse_mass
+        Coefficient of the dashpot, and the sum of 1 / mass of both granules.
+    late
+        Delay of the velocities that damped the motion.
+
+    Returns
+    -------
+    Time from the start; overlap, rate and two derivatives right after that; and a bound of the
+    error of the rate: it holds while the acceleration lies between those of both ends.
+    """
+    after = end[2] + inverse_mass * (force - late * damping * end[2])
+    growth, bend = start[2], (after - start[2]) / h
+    low, high = 0.0, h if start[0] < 0.0 else 0.0
+    for _ in range(53):  # bisections: to the last digit
+        middle = (low + high) / 2
+        rise = middle * (start[1] + middle * (growth / 2 + middle * bend / 6))
+        low, high = (middle, high) if start[0] + rise < 0.0 else (low, middle)
+    speed = start[1] + high * (growth + high * bend / 2)
+    change = growth + high * bend - inverse_mass * damping * speed
+    doubt = high * abs(after - growth)
+    return min(high, h * (1.0 - _SHORTEST)), (0.0, speed, change, math.nan), doubt
+
+
+@part
+def _rate_of(d: float, w: float, bend: float, scale: float, s: Any, of_other: bool) -> float:
+    """Rate of the force of a contact of a signal at an end of a step."""
+    stiffness = s.other_stiffness if of_other else s.stiffness
+    damping = s.other_damping if of_other else s.damping
+    return scale * _law_rate(max(d, 0.0), w, bend, stiffness, damping, s)
+
+
+@compiled_and_kept()
+def observe_samples(
+    w: Watch,
+    time: FloatArray,
+    motion: FloatArray,
+    force: FloatArray,
+    inverse_mass: FloatArray,
+    late: float,
+) -> None:
+    """Look at all signals in the intervals between samples.
+
+    Parameters
+    ----------
+    time
+        Increasing, shape (samples,).
+    motion
+        Overlaps and their first three derivatives, shape (4, samples, contacts); the third is NaN
+        where it is not known.
+    force
+        Contact forces of the run, shape (samples, contacts). They may differ from those of the law:
+        between samples the force is that of the law times the ratio at the harder pressed end.
+    inverse_mass
+        1 / mass of each granule, and 0 after the last, shape (granules + 1,).
+    late
+        Delay of the velocities that damped the motion: see ``touch``.
+    """
+    nothing = (0.0, 0.0, 0.0, 0.0)
+    for n in range(time.size - 1):
+        for k in range(w.signals.size):
+            s = w.signals[k]
+            i, j = s.contact, s.other
+            is_apart = motion[0, n, i] <= 0.0 and motion[0, n + 1, i] <= 0.0
+            if is_apart and (j < 0 or (motion[0, n, j] <= 0.0 and motion[0, n + 1, j] <= 0.0)):
+                continue
+            begin, h = time[n], time[n + 1] - time[n]
+            start = motion[0, n, i], motion[1, n, i], motion[2, n, i], motion[3, n, i]
+            end = (
+                motion[0, n + 1, i], motion[1, n + 1, i], motion[2, n + 1, i], motion[3, n + 1, i],
+            )  # fmt: skip
+            f0, f1, scale, smooth = force[n, i], force[n + 1, i], 1.0, True
+            if j < 0 and s.damping > 0.0 and s.exponent == 0.0 and start[0] <= 0.0 < end[0]:
+                shift, start, _ = touch(
+                    start, end, h, f1, s.damping, inverse_mass[i] + inverse_mass[i + 1], late
+                )
+                begin, h = begin + shift, h - shift
+                f0, smooth = s.damping * max(start[1], 0.0), False
+            at = end if f1 > f0 else start
+            law = _law(at[0], at[1], s.stiffness, s.damping, s)
+            if law > 0.0:
+                scale = max(f0, f1, 0.0) / law
+            other_start, other_end, other_scale = nothing, nothing, 1.0
+            rate0 = _rate_of(start[0], start[1], start[2], scale, s, False)
+            rate1 = _rate_of(end[0], end[1], end[2], scale, s, False)
+            if j >= 0:
+                g0, g1 = force[n, j], force[n + 1, j]
+                other_start = motion[0, n, j], motion[1, n, j], motion[2, n, j], motion[3, n, j]
+                other_end = (
+                    motion[0, n + 1, j], motion[1, n + 1, j], motion[2, n + 1, j],
+                    motion[3, n + 1, j],
+                )  # fmt: skip
+                at = other_end if g1 > g0 else other_start
+                law = _law(at[0], at[1], s.other_stiffness, s.other_damping, s)
+                if law > 0.0:
+                    other_scale = max(g0, g1, 0.0) / law
+                rate0 += _rate_of(
+                    other_start[0], other_start[1], other_start[2], other_scale, s, True
+                )
+                rate1 += _rate_of(other_end[0], other_end[1], other_end[2], other_scale, s, True)
+                f0, f1 = f0 + g0, f1 + g1
+            f0, f1 = s.weight * f0, s.weight * f1
+            spread = s.weight * h * (abs(rate0) + abs(rate1))
+            if has_news(s, min(f0, f1) - spread, max(f0, f1) + spread):
+                look(
+                    w, k, begin, h, start, end, other_start, other_end, scale, other_scale, f0, f1,
+                    smooth,
+                )  # fmt: skip
