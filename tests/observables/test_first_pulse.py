@@ -38,7 +38,8 @@ def shares(scene: hc.Scene, backend: hc.Native | hc.Lammps) -> list[float]:
     """
     result = backend.run(scene)
     first, errors, unit = result.first_pulses, result.errors, scene.contact_time
-    truth = traced(scene).first_pulses(scene.granules.static_force)
+    seen_to = max(scene, result.scene, key=lambda one: one.end_time)
+    truth = traced(seen_to).first_pulses(scene.granules.static_force)
     found = []
     for k in np.flatnonzero(first.is_clear & first.is_ended & ~first.is_front):
         true = truth[k]
