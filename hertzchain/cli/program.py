@@ -91,6 +91,8 @@ def main() -> None:
     except OSError as problem:
         if _folder_is_gone():
             _refuse("the current folder was deleted: change to another one")
+        if problem.filename is not None:
+            _refuse(f"{problem.filename}: {problem.strerror}")
         discard(sys.stdout)
         _refuse(f"standard output cannot be written ({problem.strerror or problem})")
 

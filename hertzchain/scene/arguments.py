@@ -7,6 +7,7 @@ import collections.abc
 import functools
 import inspect
 import os
+import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from importlib import import_module
@@ -58,13 +59,10 @@ _WRONG = (AttributeError, TypeError, ValueError, OverflowError)
 
 
 class _Names(dict[str, Any]):
-    """Names in annotations; a name that only type checkers import is a module or anything."""
+    """Names in annotations; a name that only type checkers import is pandas or anything."""
 
     def __missing__(self, name: str) -> Any:
-        try:
-            return import_module(name)
-        except ImportError:
-            return Any
+        return import_module(name) if name == "pandas" else Any
 
 
 def checked(public: _Public) -> _Public:
@@ -75,7 +73,10 @@ def checked(public: _Public) -> _Public:
     methods, and its constructor if it has rules for its fields (``__post_init__``).
     """
     if isinstance(public, FunctionType):
-        return _checked(public, {})  # type: ignore[no-any-return]
+        wrapped, home = _checked(public, {}), sys.modules[public.__module__]
+        if getattr(home, public.__name__, None) is public:  # pickle finds a function by its home
+            setattr(home, public.__name__, wrapped)
+        return wrapped  # type: ignore[no-any-return]
     if not inspect.isclass(public):
         return public
     bases = [base for base in public.__mro__ if base.__module__.startswith("hertzchain.")]

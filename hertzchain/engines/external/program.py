@@ -31,7 +31,9 @@ _CLEAR = 'for k in 1 2 3 4 5; do rm -rf -- "$TARGET" && exit; sleep 1; done'
 def if_killed(script: str, target: object) -> Iterator[None]:
     """Have a shell carry out a script, on its ``$TARGET``, if this process ends in the context.
 
-    The shell waits at a pipe from this process, also where that is killed. Windows has no shell.
+    The shell waits at a pipe from this process, also where that is killed: unlike Linux's
+    PR_SET_PDEATHSIG it reaches what a program has started, and does not act where a thread ends. A
+    fork of this process without another program keeps the pipe open. Windows has no shell.
     """
     quiet = "exec > /dev/null 2>&1; cd /; read -r end"
     environment = {"PATH": os.defpath, "TARGET": str(target)}

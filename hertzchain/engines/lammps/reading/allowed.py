@@ -130,6 +130,7 @@ class Rules:
     folders: tuple[Path, ...]
     missing: set[str] = field(default_factory=set)  # fixes
     unset: dict[str, str] = field(default_factory=dict)  # variables, and why
+    restarted: bool = False  # whether the pair style is one that a restart file names
     reads_outside: bool = False  # whether the last command reads a file that is not the deck's
 
     def decide(self, words: list[str]) -> Given:
@@ -143,6 +144,12 @@ class Rules:
             raise _refused(name, "commands")
         if name not in ("print", "variable") and any(word.endswith(_COMPRESSED) for word in words):
             raise _compressed(next(word for word in words if word.endswith(_COMPRESSED)))
+        self.restarted = name == "read_restart" or (self.restarted and name != "pair_style")
+        if name == "pair_coeff" and self.restarted:
+            raise RunFailed(
+                "pair_coeff follows read_restart, whose pair style is not known here: give the"
+                " pair_style before it"
+            )
         special = {
             "fix": self._fix,
             "compute": _compute,

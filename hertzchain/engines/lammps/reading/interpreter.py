@@ -269,6 +269,7 @@ class Interpreter:
             raise Ended
         self._ran = False
         self._rules.missing.clear()
+        self._rules.restarted = False
 
     def _run(self, values: list[str], index: int, where: Executed) -> None:
         _need(values, 1, "run")

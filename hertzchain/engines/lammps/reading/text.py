@@ -141,8 +141,10 @@ def quoted(text: str) -> str:
         raise RunFailed(f"{text!a} has a character that is no letter: leave it out")
     if _BARE.fullmatch(text):
         return text
-    if "$(" in text:  # LAMMPS evaluates it in texts that it prints, and in conditions
-        check_format("".join(re.findall(r":(%[^)]*)", text)))
+    # LAMMPS evaluates formulas in texts that it prints, and in conditions.
+    for formula in re.finditer(r"\$\(", text):
+        inner = text[formula.end() : closed(text, formula.end() - 1)]
+        check_format(inner[inner.find(":%") :] if ":%" in inner else "")
     # LAMMPS counts triple quotes, in other quotes too, to know whether the next line belongs here.
     for mark in ('"', "'", _TRIPLE) if _TRIPLE not in text else ():
         if mark not in text and mark[0] not in text[:1] + text[-1:]:

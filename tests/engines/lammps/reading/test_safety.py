@@ -182,6 +182,7 @@ variable a file lost => refused
 variable a file /etc/passwd => refused
 variable a format b %8.3f => variable a format b %8.3f
 variable a format b %n => refused
+print "$(1:%g()%s)" => refused
 thermo_modify format float %20.15g => thermo_modify format float %20.15g
 thermo_modify format line '%d %*f' => refused
 fix 1 all ave/time 1 1 1 c_x format %999f => refused
