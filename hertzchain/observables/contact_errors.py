@@ -2,7 +2,7 @@
 
 A difference of one contact may be small by chance. An error at one contact acts on all later events
 in the chain, so each contact takes the largest difference of all contacts whose peak or pulse came
-no later, and of the next few.
+no later.
 """
 
 from __future__ import annotations
@@ -20,10 +20,6 @@ from hertzchain.observables.peaks import ESTIMATED, any_rising, judged_contacts,
 
 _DIGIT = 0.1
 """Error of a force that has one right digit."""
-
-_AHEAD = 3
-"""Contacts ahead whose differences count, too (chosen): of the first contacts of a chain there are
-few before, and one difference was 13 times too small by chance."""
 
 COLUMNS = (
     "first_peak_force_N", "first_peak_time_s", "arrival_time_s", "first_width_s",
@@ -230,13 +226,12 @@ def _relative(found: Array, expected: Array, some: NDArray[np.bool_]) -> FloatAr
 
 
 def _causal(difference: FloatArray, time: Array) -> FloatArray:
-    """The largest finite difference so far and of the next few, in the order of time."""
+    """The largest finite difference so far, in the order of time, or a contact's own."""
     order = np.argsort(time, kind="stable")
     ordered = difference[order]
     so_far = np.maximum.accumulate(np.where(np.isfinite(ordered), ordered, 0.0))
-    ahead = np.append(so_far[_AHEAD:], np.repeat(so_far[-1:], _AHEAD))[: so_far.size]
     largest = np.empty_like(difference)
-    largest[order] = np.where(np.isfinite(ordered), ahead, ordered)
+    largest[order] = np.where(np.isfinite(ordered), so_far, ordered)
     return largest
 
 
