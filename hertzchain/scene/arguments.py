@@ -73,9 +73,10 @@ def checked(public: _Public) -> _Public:
     methods, and its constructor if it has rules for its fields (``__post_init__``).
     """
     if isinstance(public, FunctionType):
-        wrapped, home = _checked(public, {}), sys.modules[public.__module__]
-        if getattr(home, public.__name__, None) is public:  # pickle finds a function by its home
-            setattr(home, public.__name__, wrapped)
+        function: Any = public
+        wrapped, home = _checked(function, {}), sys.modules[function.__module__]
+        if getattr(home, function.__name__, None) is public:  # pickle finds a function there
+            setattr(home, function.__name__, wrapped)
         return wrapped  # type: ignore[no-any-return]
     if not inspect.isclass(public):
         return public
