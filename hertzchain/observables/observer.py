@@ -28,6 +28,7 @@ from hertzchain.observables.interpolant import (
     slope_at,
     value_at,
 )
+from hertzchain.observables.peaks import SIGNIFICANT
 
 FALLS = (0.6, 0.5, 0.4)
 """Fractions of M: a pulse ends at the middle one, and is clear where the others give the same
@@ -51,9 +52,6 @@ _STANDS, _EXCEEDS = 10.0, 1.01
 LEAST = 1e-9
 """Dynamic forces that are not observed, over the natural unit plus the static force: no pulse that
 counts is so weak."""
-
-SIGNIFICANT = 1e-3
-"""Fraction of the largest force of a run below which forces of other contacts are not judged."""
 
 _LONGER, _PARTING = 2.0, 3.0
 """Factor on the time at which the last first pulse is over, so that a run has a first reflection,
