@@ -165,7 +165,11 @@ class Peaks:
         return np.nan_to_num(self.first.force)
 
     def differences(self, other: Peaks) -> ContactErrors:
-        """Differences from another run, each at least those of all contacts that peaked before."""
+        """Differences from another run, each at least those of all contacts that peaked before.
+
+        Peaks after a contact's first pulse come of waves that met more than once: they differ
+        erratically, and each takes the largest difference of all contacts.
+        """
         mine, its = self.first, other.first
         if mine is None or its is None:
             return ContactErrors(np.asarray(largest_difference(other.force, self.force, ESTIMATED)))
@@ -174,7 +178,10 @@ class Peaks:
             never = np.full(self.force.size, np.nan)
             wrong = np.where(other.force > 0, 1.0, 0.0)
             return ContactErrors(wrong, never, never, never, never)
-        peak = _causal(_relative(other.force, self.force, judged), self.time)
+        peak = _relative(other.force, self.force, judged)
+        ended = np.where(mine.is_ended, mine.arrival + mine.width, np.inf)[: peak.size]
+        later = judged & (self.time > ended)
+        peak = _causal(np.where(later, np.max(peak[judged]), peak), self.time)
         has = ~np.isnan(mine.force)
         first = _relative(its.force, mine.force, has)
         same = (mine.is_ended == its.is_ended) & (mine.is_front == its.is_front)
@@ -183,6 +190,7 @@ class Peaks:
             np.where(np.isinf(first), np.inf, np.where(has, np.abs(difference), np.nan))
             for difference in (its.arrival - mine.arrival, its.width - mine.width)
         )
+        width = np.maximum(width, arrival)  # both ends of a pulse may move alike
         width[has & ~mine.is_steady] = np.inf
         dynamic = mine.force / (mine.force + mine.static)
         first, arrival, width = (_causal(each, mine.time) for each in (first, arrival, width))
