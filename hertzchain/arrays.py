@@ -5,14 +5,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.floating[Any]]
-"""An array of any floating-point precision."""
-
 FloatArray = NDArray[np.float64]
-"""An array as the package returns it."""
+"""An array of numbers."""
 
-Scalar = float | np.floating[Any]
-"""A number of any precision."""
+Array = FloatArray
 
 
 def or_none(values: NDArray[Any]) -> list[Any]:

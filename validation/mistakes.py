@@ -24,6 +24,7 @@ from hertzchain.engines.native.in_numpy import simulate_in_numpy
 from hertzchain.engines.native.simulation import Prepared
 from hertzchain.observables.contact_errors import Peaks
 from hertzchain.observables.peaks import PeakWatch
+from hertzchain.observables.samples import Samples
 from hertzchain.scene import schedule
 from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.ramp import Ramp
@@ -61,7 +62,18 @@ def force_that_stays() -> AbstractContextManager[Any]:
 
 def peaks_of_samples() -> AbstractContextManager[Any]:
     """Peaks are the largest samples, in the watch that LAMMPS and NumPy share."""
-    return patch.object(PeakWatch, "_keep_found", lambda *_: None)
+
+    def of_samples(watch: PeakWatch, samples: Samples, late: float = 0.0) -> None:
+        at = np.argmax(samples.contact_force, axis=0)
+        forces = np.max(samples.contact_force, axis=0)
+        before = watch.force.copy(), watch.time.copy()
+        update(watch, samples, late)
+        larger = forces > before[0]
+        watch.force[:] = np.where(larger, forces, before[0])
+        watch.time[:] = np.where(larger, samples.time[at], before[1])
+
+    update = PeakWatch.update
+    return patch.object(PeakWatch, "update", of_samples)
 
 
 @contextmanager

@@ -314,7 +314,7 @@ def _covariance(model: Model, x: FloatArray, slopes: FloatArray, variance: float
     samples, as where damped contacts begin with a collision: intervals from slopes alone were up
     to three times too narrow there.
     """
-    covariance = variance * np.linalg.pinv(slopes.T @ slopes)
+    covariance = np.asarray(variance * np.linalg.pinv(slopes.T @ slopes), np.float64)
     for _ in range(_MOST_LOOKS):
         moves = _moves(covariance)
         over = np.array([_change(model, x, move, slopes) for move in moves.T])

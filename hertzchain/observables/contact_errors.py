@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import FloatArray
 from hertzchain.observables.first_pulse import FirstPulses
 from hertzchain.observables.peaks import ESTIMATED, any_rising, judged_contacts, largest_difference
 
@@ -228,12 +228,12 @@ def columns(first: FirstPulses | None, errors: ContactErrors | None) -> dict[str
     }
 
 
-def _relative(found: Array, expected: Array, some: NDArray[np.bool_]) -> FloatArray:
+def _relative(found: FloatArray, expected: FloatArray, some: NDArray[np.bool_]) -> FloatArray:
     """Relative differences of some values; NaN for all others."""
     return np.asarray(np.abs(found / np.where(some, expected, np.nan) - 1.0), np.float64)
 
 
-def _causal(difference: FloatArray, time: Array) -> FloatArray:
+def _causal(difference: FloatArray, time: FloatArray) -> FloatArray:
     """The largest finite difference so far, in the order of time, or a contact's own."""
     order = np.argsort(time, kind="stable")
     ordered = difference[order]

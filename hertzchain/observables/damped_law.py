@@ -8,15 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.arrays import Array
+from hertzchain.arrays import FloatArray
 from hertzchain.contact import hertz
 from hertzchain.observables.samples import Samples
 from hertzchain.scene.natural_units import NaturalUnits
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
-
-_NOTHING = 1e-60
-"""Overlap in any units below which the force of a damper that begins is ignored (chosen)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,8 +30,8 @@ class DampedLaw:
         Whether F may be negative; if not, negative values are set to 0.
     """
 
-    stiffness: Array
-    damping: Array
+    stiffness: FloatArray
+    damping: FloatArray
     exponent: float
     attraction: bool
 
@@ -48,7 +45,7 @@ class DampedLaw:
         return cls(granules.stiffness, granules.damping, contact.exponent, contact.attraction)
 
     @classmethod
-    def of_elastic(cls, stiffness: Array) -> DampedLaw:
+    def of_elastic(cls, stiffness: FloatArray) -> DampedLaw:
         """Return the law of elastic contacts."""
         return cls(stiffness, np.zeros_like(stiffness), 0.5, attraction=False)
 
@@ -61,7 +58,7 @@ class DampedLaw:
             damping=self.damping * per_rate,
         )
 
-    def elastic(self, overlap: Array, contacts: Any = slice(None)) -> Array:
+    def elastic(self, overlap: FloatArray, contacts: Any = slice(None)) -> FloatArray:
         """Elastic force without damping; the last axis of the overlaps has some or all contacts."""
         return np.asarray(hertz.force_of(self.stiffness[contacts], overlap))
 
@@ -70,48 +67,31 @@ class DampedLaw:
         """Whether any contact loses energy."""
         return bool(self.damping.any())
 
-    def damper(self, overlap: Array, rate: Array, contacts: Any = slice(None)) -> Array:
+    def damper(
+        self, overlap: FloatArray, rate: FloatArray, contacts: Any = slice(None)
+    ) -> FloatArray:
         """Force that damping adds to the elastic force; rates have the shape of the overlaps."""
         added = self.damping[contacts] * self._power(overlap) * rate
         if self.attraction:
             return np.asarray(added)
         return np.asarray(np.maximum(added, -self.elastic(overlap, contacts)))
 
-    def _power(self, overlap: Array) -> Array:
+    def _power(self, overlap: FloatArray) -> FloatArray:
         """Powers of overlaps with the exponent of damping; 0 for open contacts."""
         pressed = np.maximum(overlap, 0.0)
         if self.exponent == 0:
             return np.where(overlap > 0, 1.0, 0.0)
         return np.sqrt(np.sqrt(pressed)) if self.exponent == 0.25 else pressed**self.exponent
 
-    def force(self, overlap: Array, rate: Array, contacts: Any = slice(None)) -> Array:
+    def force(
+        self, overlap: FloatArray, rate: FloatArray, contacts: Any = slice(None)
+    ) -> FloatArray:
         """Total force of contacts, limited to 0 where contacts do not attract."""
-        return np.asarray(self.elastic(overlap, contacts) + self.damper(overlap, rate, contacts))
+        return self.elastic(overlap, contacts) + self.damper(overlap, rate, contacts)
 
-    def growth(
-        self, overlap: Array, rate: Array, bend: Array, contacts: Any = slice(None)
-    ) -> Array:
-        """Rate of the forces, where they are not limited to 0, from two derivatives of the overlap.
-
-        Where a contact is open it has the sign of the rate.
-        """
-        elastic = 1.5 * self.stiffness[contacts] * np.sqrt(np.abs(overlap)) * rate
-        if not self.is_damped:
-            return np.asarray(elastic)
-        steep = self.exponent * rate**2 / np.where(overlap > _NOTHING, overlap, np.inf)
-        return np.asarray(elastic + self.damping[contacts] * self._power(overlap) * (steep + bend))
-
-    def scale_of(
-        self, force: Array, overlap: Array, rate: Array, contacts: Any = slice(None),
-        otherwise: Array | float = 1.0,
-    ) -> Array:  # fmt: skip
-        """Return a backend's forces over those of the law, and ``otherwise`` where these are 0."""
-        expected = self.force(overlap, rate, contacts)
-        sure = expected > 0
-        pressed = np.maximum(force, 0.0)
-        return np.asarray(np.where(sure, pressed, otherwise) / np.where(sure, expected, 1.0))
-
-    def with_rate(self, force: Array, overlap: Array, felt: Array, rate: Array) -> Array:
+    def with_rate(
+        self, force: FloatArray, overlap: FloatArray, felt: FloatArray, rate: FloatArray
+    ) -> FloatArray:
         """Convert forces that a backend computed with the rate ``felt`` to the rate ``rate``.
 
         All arrays have the shape (samples, contacts). Velocity Verlet computes forces before it has

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from numbers import Integral
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, require
 from hertzchain.limits import refuse_memory
-from hertzchain.observables import hermite
-from hertzchain.observables.curves import Curves
-from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.samples import Samples
 
 
@@ -70,31 +68,27 @@ class Recorder:
     Where there is a wall, the last contact is the one with the wall.
     """
 
-    def __init__(self, time: Array, granules: int, wall: bool = False) -> None:
+    def __init__(self, time: FloatArray, granules: int, wall: bool = False) -> None:
         self.time = np.asarray(time)
         refuse_memory(8.0 * 3 * self.time.size * granules)
         self.displacement = np.full((self.time.size, granules), np.nan)
         self.velocity = np.full((self.time.size, granules), np.nan)
         self.contact_force = np.full((self.time.size, granules - 1 + wall), np.nan)
 
-    def update(self, samples: Samples, law: DampedLaw) -> None:
-        """Interpolate at the wanted times that lie within these samples, of contacts with a law."""
+    def update(self, samples: Samples, signals: Any) -> None:
+        """Interpolate at the wanted times that lie within these samples.
+
+        ``signals`` are those of the contacts: see ``observer.signals_of``.
+        """
+        from hertzchain.observables.intervals import forces_at, motion_at
+
         wanted = np.nonzero((self.time >= samples.time[0]) & (self.time <= samples.time[-1]))[0]
         if not wanted.size:
             return
-        last = samples.time.size - 2
-        at = np.clip(np.searchsorted(samples.time, self.time[wanted], "right") - 1, 0, last)
-        h = (samples.time[at + 1] - samples.time[at])[:, None]
-        s = (self.time[wanted] - samples.time[at])[:, None] / h
-        start, end = ([values[at + k] for values in samples.granule_derivatives] for k in (0, 1))
-        curve = hermite.coefficients(start, end, h)
-        self.displacement[wanted] = hermite.evaluate(curve, s)
-        self.velocity[wanted] = hermite.evaluate(hermite.derivative(curve), s) / h
-        contacts = self.contact_force.shape[1]
-        contact = np.tile(np.arange(contacts), wanted.size)
-        curves = Curves.within(samples, np.repeat(at, contacts), contact, law)
-        force = curves.force(np.repeat(s[:, 0], contacts))
-        self.contact_force[wanted] = force.reshape(-1, contacts)
+        part = slice(wanted[0], wanted[-1] + 1)
+        times, moved = self.time[part], (self.displacement[part], self.velocity[part])
+        motion_at(times, *samples.of_granules(), *moved)
+        forces_at(signals, times, *samples.of_contacts, self.contact_force[part])
 
     def history(
         self,

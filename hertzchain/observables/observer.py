@@ -67,15 +67,18 @@ neighbours are joined."""
 _JOINED = 1e-9
 """How far the cubic over two pieces may be off where they meet, over the force there (chosen)."""
 
-_PARTS = 8
+PARTS = 8
 """Parts of a step in which extrema of a force are searched."""
 
-_SHORTEST = 1e-9
-"""Shortest time of contact in an interval, over the interval (chosen): lengths divide rates."""
+ROOM = PARTS + 10
+"""Room for places of extrema and both ends, and for the coefficients of a slope."""
 
 _EDGE = 1e-6
 """Part of a step at its ends in which no extrema are searched (chosen): where a contact closes,
 rounding decides whether it is open at the very start."""
+
+_ALMOST_NOTHING = 1e-200
+"""Rate of the force of an open contact over the rate of its overlap."""
 
 _RESOLVED = 1e-13
 """How near in a step, or in force, a crossing or an extremum is found."""
@@ -138,7 +141,7 @@ class Watch(NamedTuple):
     pieces
         The last rise of each signal, shape (signals, ``PIECES``, ``COLUMNS``).
     room
-        Room for places in a step, and coefficients, shape (``_PARTS`` + 10,).
+        Room for places in a step, and coefficients, shape (``ROOM``,).
     contacts
         Number of contacts, shape (1,).
     pulses
@@ -185,21 +188,10 @@ def watch_of(
     unit
         The natural unit of force.
     """
-    count, contacts = contact.size, static.size
-    signals = np.zeros(count, SIGNAL)
-    is_granule = np.arange(count) >= contacts
-    has_other = other >= 0
-    signals["contact"], signals["other"] = contact, other
-    signals["weight"] = np.where(is_granule, 0.5, 1.0)
-    signals["fallen"] = len(FALLS)
-    for name, values in (("stiffness", law.stiffness), ("damping", law.damping)):
-        signals[name] = values[contact]
-        signals[f"other_{name}"] = np.where(has_other, values[other], 0.0)
-    held = static[contact] + np.where(has_other, static[other], 0.0)
-    signals["static"] = signals["weight"] * held
+    count = contact.size
+    signals = signals_of(contact, other, static, law)
     signals["least"] = LEAST * (unit + signals["static"])
-    signals["slowness"] = np.where(is_granule, 0.0, slowness[contact])
-    signals["exponent"], signals["attracts"] = law.exponent, law.attraction
+    signals["slowness"][: slowness.size] = slowness
     signals["above"] = signals["static"] + signals["least"]
     signals["below"] = -np.inf
     pulses = np.zeros(count, PULSE)
@@ -207,8 +199,29 @@ def watch_of(
         pulses[name] = np.nan
     return Watch(
         signals, np.zeros((count, PULSES), MAXIMUM), np.zeros((count, PULSES, len(FALLS))),
-        np.zeros((count, PIECES, COLUMNS)), np.zeros(_PARTS + 10), np.array([contacts]), pulses,
+        np.zeros((count, PIECES, COLUMNS)), np.zeros(ROOM), np.array([static.size]), pulses,
     )  # fmt: skip
+
+
+def signals_of(
+    contact: NDArray[np.int64], other: NDArray[np.int64], static: FloatArray, law: Any
+) -> Any:
+    """Return the signals of contacts, then of gauges in granules, with their law and static force.
+
+    Arguments are those of ``watch_of``.
+    """
+    signals = np.zeros(contact.size, SIGNAL)
+    has_other = other >= 0
+    signals["contact"], signals["other"] = contact, other
+    signals["weight"] = np.where(np.arange(contact.size) >= static.size, 0.5, 1.0)
+    signals["fallen"] = len(FALLS)
+    for name, values in (("stiffness", law.stiffness), ("damping", law.damping)):
+        signals[name] = values[contact]
+        signals[f"other_{name}"] = np.where(has_other, values[other], 0.0)
+    held = static[contact] + np.where(has_other, static[other], 0.0)
+    signals["static"] = signals["weight"] * held
+    signals["exponent"], signals["attracts"] = law.exponent, law.attraction
+    return signals
 
 
 # ---- The force of a signal within a step
@@ -223,7 +236,7 @@ def _power(d: float, exponent: float) -> float:
 
 
 @part
-def _law(d: float, w: float, stiffness: float, damping: float, s: Any) -> float:
+def law_of(d: float, w: float, stiffness: float, damping: float, s: Any) -> float:
     """Force of a contact at an overlap and its rate."""
     if d <= 0.0:
         return 0.0
@@ -236,10 +249,14 @@ def _law(d: float, w: float, stiffness: float, damping: float, s: Any) -> float:
 
 
 @part
-def _law_rate(d: float, w: float, bend: float, stiffness: float, damping: float, s: Any) -> float:
-    """Rate of that force, where it is not limited to 0."""
+def law_rate(d: float, w: float, bend: float, stiffness: float, damping: float, s: Any) -> float:
+    """Rate of that force, where it is not limited to 0.
+
+    That of an open contact is almost 0, with the sign of the overlap's rate: so an extremum is
+    found next to the place where a contact closes or opens.
+    """
     if d <= 0.0:
-        return 0.0
+        return _ALMOST_NOTHING * w
     rate = 1.5 * stiffness * math.sqrt(d) * w
     if damping != 0.0:
         rate += damping * _power(d, s.exponent) * (s.exponent * w * w / d + bend)
@@ -247,33 +264,33 @@ def _law_rate(d: float, w: float, bend: float, stiffness: float, damping: float,
 
 
 @part
-def _force_at(p: Any, place: float, s: Any) -> float:
+def force_at(p: Any, place: float, s: Any) -> float:
     """Dynamic force of a signal at a place of a step, from 0 to 1."""
     w = slope_at(p.a, place) / p.h
-    force = p.scale * _law(value_at(p.a, place), w, s.stiffness, s.damping, s)
+    force = p.scale * law_of(value_at(p.a, place), w, s.stiffness, s.damping, s)
     if s.other_stiffness > 0.0:
         w = slope_at(p.b, place) / p.h
-        force += p.other_scale * _law(
+        force += p.other_scale * law_of(
             value_at(p.b, place), w, s.other_stiffness, s.other_damping, s
         )
     return s.weight * force - s.static
 
 
 @part
-def _rate_at(p: Any, place: float, s: Any) -> float:
+def rate_at(p: Any, place: float, s: Any) -> float:
     """Rate of the force of a signal at a place of a step."""
     w, bend = slope_at(p.a, place) / p.h, curvature_at(p.a, place) / (p.h * p.h)
-    rate = p.scale * _law_rate(value_at(p.a, place), w, bend, s.stiffness, s.damping, s)
+    rate = p.scale * law_rate(value_at(p.a, place), w, bend, s.stiffness, s.damping, s)
     if s.other_stiffness > 0.0:
         w, bend = slope_at(p.b, place) / p.h, curvature_at(p.b, place) / (p.h * p.h)
-        rate += p.other_scale * _law_rate(
+        rate += p.other_scale * law_rate(
             value_at(p.b, place), w, bend, s.other_stiffness, s.other_damping, s
         )
     return s.weight * rate
 
 
 @part
-def _curve(start: Any, end: Any, h: float) -> Any:
+def curve_of(start: Any, end: Any, h: float) -> Any:
     """The overlap in a step; of lower degree where a third derivative is not known."""
     if start[3] != start[3] or end[3] != end[3]:
         return quintic(start[0], start[1], start[2], end[0], end[1], end[2], h)
@@ -301,7 +318,7 @@ def _place(
         place = (low * at_high - high * at_low) / (at_high - at_low)
         if not low < place < high:
             place = (low + high) / 2
-        value = (_rate_at(p, place, s) if of_rate else _force_at(p, place, s)) - level
+        value = (rate_at(p, place, s) if of_rate else force_at(p, place, s)) - level
         if (value >= 0.0) == rises:
             at_low = at_low / 2 if side == 1 else at_low
             high, at_high, side = place, value, 1
@@ -311,6 +328,26 @@ def _place(
         if high - low <= _RESOLVED or abs(value) <= enough:
             break
     return place
+
+
+@compiled
+def extrema(p: Any, edge: float, places: FloatArray, s: Any) -> int:
+    """Fill in where in a step a force has extrema, from [1] on, and return how many.
+
+    Maxima and minima take turns. An ``edge`` at both ends of the step is left out.
+    """
+    count = 0
+    before = rate_at(p, edge, s)
+    for n in range(1, PARTS + 1):
+        rate = rate_at(p, n / PARTS, s)
+        if (before > 0.0) != (rate > 0.0):
+            since = max((n - 1) / PARTS, edge)
+            place = _place(p, 0.0, since, n / PARTS, before, rate, True, s)
+            if edge <= place <= 1.0 - edge:
+                count += 1
+                places[count] = place
+        before = rate
+    return count
 
 
 # ---- What is kept
@@ -328,7 +365,7 @@ def _piece_of(row: Any) -> Any:
     a = (row[6], row[7], row[8], row[9]), (row[14], row[15], row[16], row[17])
     b = (row[10], row[11], row[12], row[13]), (row[18], row[19], row[20], row[21])
     h = row[_LENGTH]
-    return Piece(row[_BEGIN], h, _curve(*a, h), _curve(*b, h), row[_SCALE], row[_SCALE + 1])
+    return Piece(row[_BEGIN], h, curve_of(*a, h), curve_of(*b, h), row[_SCALE], row[_SCALE + 1])
 
 
 @part
@@ -371,7 +408,7 @@ def _rate_of_piece(row: Any, place: float, s: Any) -> float:
     """Rate of the force at an end of a kept piece."""
     if row[_SCALE] == 0.0:
         return float(row[_START] if place == 0.0 else row[_END])
-    return _rate_at(_piece_of(row), place, s)
+    return rate_at(_piece_of(row), place, s)
 
 
 @part
@@ -528,7 +565,7 @@ def _fall(
             level = FALLS[s.fallen] * maximum.force
             place = _place(p, level, low, high, before, rest, False, s)
         w.falls[k, last, s.fallen] = p.begin + place * p.h
-        maximum.slope = max(maximum.slope, abs(_rate_at(p, place, s)))
+        maximum.slope = max(maximum.slope, abs(rate_at(p, place, s)))
         if s.fallen == 1:
             maximum.arrival = _reached(w, k, maximum.force / 2)
         s.fallen += 1
@@ -567,25 +604,14 @@ def look(
     """
     s = w.signals[k]
     p = Piece(
-        begin, h, _curve(start, end, h), _curve(other_start, other_end, h), scale, other_scale
+        begin, h, curve_of(start, end, h), curve_of(other_start, other_end, h), scale, other_scale
     )
     places, count = w.room, 1
-    places[0], places[1] = 0.0, 1.0
+    places[0] = 0.0
     is_elastic = s.damping == 0.0 and s.other_stiffness == 0.0
-    if smooth and not (is_elastic and is_monotone(p.a, w.room[_PARTS + 2 :])):
-        count = 0
-        before = _rate_at(p, _EDGE, s)
-        for n in range(1, _PARTS + 1):
-            rate = _rate_at(p, n / _PARTS, s)
-            if (before > 0.0) != (rate > 0.0) and count < _PARTS:
-                since = max((n - 1) / _PARTS, _EDGE)
-                place = _place(p, 0.0, since, n / _PARTS, before, rate, True, s)
-                if _EDGE < place < 1.0 - _EDGE:
-                    count += 1
-                    places[count] = place
-            before = rate
-        count += 1
-        places[count] = 1.0
+    if smooth and not (is_elastic and is_monotone(p.a, w.room[PARTS + 2 :])):
+        count += extrema(p, _EDGE, places, s)
+    places[count] = 1.0
     force = f0 - s.static
     if s.pulses > 0 and f0 <= s.below:  # the force jumps
         _fall(w, k, p, 0.0, 0.0, force, force)
@@ -594,7 +620,7 @@ def look(
     for n in range(1, count + 1):
         low, high = places[n - 1], places[n]
         before = force
-        force = f1 - s.static if n == count else _force_at(p, high, s)
+        force = f1 - s.static if n == count else force_at(p, high, s)
         if force > before and s.static + force > s.above:
             _rise(w, k, p, start, end, other_start, other_end, low, high, before, force)
         elif s.static + force <= s.below and s.pulses > 0:
@@ -710,132 +736,3 @@ def read_off(w: Watch) -> None:
             slope = max(maxima[first].slope, maxima[last].slope, maxima[n].slope)
             lasts = w.falls[k, last, 2] - w.falls[k, first, 0]
             pulse.is_steady = lasts * slope <= _STEADY * (FALLS[0] - FALLS[2]) * force
-
-
-# ---- Samples of codes that are read
-
-
-@part
-def touch(
-    start: Any, end: Any, h: float, force: float, damping: float, inverse_mass: float, late: float
-) -> Any:
-    """When a dashpot closes within an interval, at whose end it is pressed, and how.
-
-    No polynomial crosses the jump of its force, so that the interval begins there. The motion
-    before it is that without this contact.
-
-    Parameters
-    ----------
-    start, end
-        Overlap and its derivatives at both ends.
-    h
-        Length of the interval.
-    force
-        Force of the contact at the end.
-    damping, inverse_mass
-        Coefficient of the dashpot, and the sum of 1 / mass of both granules.
-    late
-        Delay of the velocities that damped the motion.
-
-    Returns
-    -------
-    Time from the start; overlap, rate and two derivatives right after that; and a bound of the
-    error of the rate: it holds while the acceleration lies between those of both ends.
-    """
-    after = end[2] + inverse_mass * (force - late * damping * end[2])
-    growth, bend = start[2], (after - start[2]) / h
-    low, high = 0.0, h if start[0] < 0.0 else 0.0
-    for _ in range(53):  # bisections: to the last digit
-        middle = (low + high) / 2
-        rise = middle * (start[1] + middle * (growth / 2 + middle * bend / 6))
-        low, high = (middle, high) if start[0] + rise < 0.0 else (low, middle)
-    speed = start[1] + high * (growth + high * bend / 2)
-    change = growth + high * bend - inverse_mass * damping * speed
-    doubt = high * abs(after - growth)
-    return min(high, h * (1.0 - _SHORTEST)), (0.0, speed, change, math.nan), doubt
-
-
-@part
-def _rate_of(d: float, w: float, bend: float, scale: float, s: Any, of_other: bool) -> float:
-    """Rate of the force of a contact of a signal at an end of a step."""
-    stiffness = s.other_stiffness if of_other else s.stiffness
-    damping = s.other_damping if of_other else s.damping
-    return scale * _law_rate(max(d, 0.0), w, bend, stiffness, damping, s)
-
-
-@compiled_and_kept()
-def observe_samples(
-    w: Watch,
-    time: FloatArray,
-    motion: FloatArray,
-    force: FloatArray,
-    inverse_mass: FloatArray,
-    late: float,
-) -> None:
-    """Look at all signals in the intervals between samples.
-
-    Parameters
-    ----------
-    time
-        Increasing, shape (samples,).
-    motion
-        Overlaps and their first three derivatives, shape (4, samples, contacts); the third is NaN
-        where it is not known.
-    force
-        Contact forces of the run, shape (samples, contacts). They may differ from those of the law:
-        between samples the force is that of the law times the ratio at the harder pressed end.
-    inverse_mass
-        1 / mass of each granule, and 0 after the last, shape (granules + 1,).
-    late
-        Delay of the velocities that damped the motion: see ``touch``.
-    """
-    nothing = (0.0, 0.0, 0.0, 0.0)
-    for n in range(time.size - 1):
-        for k in range(w.signals.size):
-            s = w.signals[k]
-            i, j = s.contact, s.other
-            is_apart = motion[0, n, i] <= 0.0 and motion[0, n + 1, i] <= 0.0
-            if is_apart and (j < 0 or (motion[0, n, j] <= 0.0 and motion[0, n + 1, j] <= 0.0)):
-                continue
-            begin, h = time[n], time[n + 1] - time[n]
-            start = motion[0, n, i], motion[1, n, i], motion[2, n, i], motion[3, n, i]
-            end = (
-                motion[0, n + 1, i], motion[1, n + 1, i], motion[2, n + 1, i], motion[3, n + 1, i],
-            )  # fmt: skip
-            f0, f1, scale, smooth = force[n, i], force[n + 1, i], 1.0, True
-            if j < 0 and s.damping > 0.0 and s.exponent == 0.0 and start[0] <= 0.0 < end[0]:
-                shift, start, _ = touch(
-                    start, end, h, f1, s.damping, inverse_mass[i] + inverse_mass[i + 1], late
-                )
-                begin, h = begin + shift, h - shift
-                f0, smooth = s.damping * max(start[1], 0.0), False
-            at = end if f1 > f0 else start
-            law = _law(at[0], at[1], s.stiffness, s.damping, s)
-            if law > 0.0:
-                scale = max(f0, f1, 0.0) / law
-            other_start, other_end, other_scale = nothing, nothing, 1.0
-            rate0 = _rate_of(start[0], start[1], start[2], scale, s, False)
-            rate1 = _rate_of(end[0], end[1], end[2], scale, s, False)
-            if j >= 0:
-                g0, g1 = force[n, j], force[n + 1, j]
-                other_start = motion[0, n, j], motion[1, n, j], motion[2, n, j], motion[3, n, j]
-                other_end = (
-                    motion[0, n + 1, j], motion[1, n + 1, j], motion[2, n + 1, j],
-                    motion[3, n + 1, j],
-                )  # fmt: skip
-                at = other_end if g1 > g0 else other_start
-                law = _law(at[0], at[1], s.other_stiffness, s.other_damping, s)
-                if law > 0.0:
-                    other_scale = max(g0, g1, 0.0) / law
-                rate0 += _rate_of(
-                    other_start[0], other_start[1], other_start[2], other_scale, s, True
-                )
-                rate1 += _rate_of(other_end[0], other_end[1], other_end[2], other_scale, s, True)
-                f0, f1 = f0 + g0, f1 + g1
-            f0, f1 = s.weight * f0, s.weight * f1
-            spread = s.weight * h * (abs(rate0) + abs(rate1))
-            if has_news(s, min(f0, f1) - spread, max(f0, f1) + spread):
-                look(
-                    w, k, begin, h, start, end, other_start, other_end, scale, other_scale, f0, f1,
-                    smooth,
-                )  # fmt: skip

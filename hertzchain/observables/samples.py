@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from hertzchain.arrays import Array
+from hertzchain.arrays import FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,28 +18,45 @@ class Samples:
     displacements.
     """
 
-    time: Array  # increasing, shape (samples,)
-    displacement: Array  # shape (samples, granules), as velocity and acceleration
-    velocity: Array
-    acceleration: Array
-    overlap: Array  # shape (samples, contacts), negative where there is a gap
-    contact_force: Array  # shape (samples, contacts); with a wall its contact is the last
-    jerk: Array | None = None  # rate of the acceleration, shape (samples, granules), where known
+    time: FloatArray  # increasing, shape (samples,)
+    displacement: FloatArray  # shape (samples, granules), as velocity and acceleration
+    velocity: FloatArray
+    acceleration: FloatArray
+    overlap: FloatArray  # shape (samples, contacts), negative where there is a gap
+    contact_force: FloatArray  # shape (samples, contacts); with a wall its contact is the last
+    jerk: FloatArray | None = None  # rate of the acceleration, as it, where known
 
     @property
-    def granule_derivatives(self) -> tuple[Array, ...]:
+    def granule_derivatives(self) -> tuple[FloatArray, ...]:
         """Displacement and its time derivatives, as many as are known."""
         known = (self.displacement, self.velocity, self.acceleration)
         return known if self.jerk is None else (*known, self.jerk)
 
     @property
-    def overlap_derivatives(self) -> tuple[Array, ...]:
+    def overlap_derivatives(self) -> tuple[FloatArray, ...]:
         """Overlap and its time derivatives, as many as are known."""
         contacts = self.overlap.shape[1]
         return (self.overlap, *(closing(d, contacts) for d in self.granule_derivatives[1:]))
 
+    @property
+    def of_contacts(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Times, overlaps and three derivatives, (4, samples, contacts), and forces: for kernels.
 
-def closing(values: Array, contacts: int) -> Array:
+        Derivatives that are not known are NaN.
+        """
+        force = np.ascontiguousarray(self.contact_force)
+        return self.time, _of_four(self.overlap_derivatives), force
+
+    def of_granules(self, which: slice = slice(None)) -> tuple[FloatArray, FloatArray]:
+        """Times, displacements and three derivatives of some granules, (4, samples, granules)."""
+        return self.time, _of_four([values[:, which] for values in self.granule_derivatives])
+
+
+def _of_four(known: Sequence[FloatArray]) -> FloatArray:
+    return np.array([*known, np.full_like(known[0], np.nan)][:4])
+
+
+def closing(values: FloatArray, contacts: int) -> FloatArray:
     """Return the changes of overlaps from the motions of granules, shape (samples, contacts).
 
     The motions have the shape (samples, granules). If there are as many contacts as granules, the

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.arrays import Array
+from hertzchain.arrays import FloatArray
 from hertzchain.observables.contact_errors import Peaks
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.first_pulse import Signals, pulses_in
@@ -38,12 +38,12 @@ class Watch:
     """
 
     def __init__(
-        self, scene: Scene, law: DampedLaw, inverse_mass: Array, signals: Signals | None,
+        self, scene: Scene, law: DampedLaw, inverse_mass: FloatArray, signals: Signals | None,
         recorder: Recorder | None, unit: float = 1.0,
     ) -> None:  # fmt: skip
         held = times_on_held(law.stiffness.size, scene.wall is not None, scene.granules.fixed)
         self.seen = PeakWatch(law, inverse_mass, held, scene.piston is not None)
-        self.recorder, self._law, self._pushed = recorder, law, scene.pushed
+        self.recorder, self._pushed = recorder, scene.pushed
         self._inverse_mass = np.append(inverse_mass, 0.0)
         self._observer = None if signals is None else signals.watch(unit)
         self.work: Any = 0.0  # of the applied force and the piston
@@ -56,7 +56,7 @@ class Watch:
         if self._observer is not None:
             self._observe(samples, late)
         if self.recorder is not None:
-            self.recorder.update(samples, self._law)
+            self.recorder.update(samples, self.seen.signals)
         if leg.ramp is not None:
             self._add(work_done(samples, leg.ramp, self._pushed))
         if leg.stroke is not None:
@@ -64,12 +64,10 @@ class Watch:
 
     def _observe(self, samples: Samples, late: float) -> None:
         """Look for first pulses."""
-        from hertzchain.observables.observer import observe_samples
+        from hertzchain.observables.intervals import observe_samples
 
-        motion = [*samples.overlap_derivatives, np.full_like(samples.overlap, np.nan)][:4]
         observe_samples(
-            self._observer, np.asarray(samples.time, np.float64), np.array(motion, np.float64),
-            np.asarray(samples.contact_force, np.float64), self._inverse_mass, late,
+            self._observer, *samples.of_contacts, self._inverse_mass, late
         )  # fmt: skip
 
     def _add(self, work: Any) -> None:

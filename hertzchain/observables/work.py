@@ -7,27 +7,24 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.observables import hermite
 from hertzchain.observables.samples import Samples
 from hertzchain.scene.ramp import Ramp
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 
-def work_done(samples: Samples, ramp: Ramp, pushed: int = 0) -> Any:
+def work_done(samples: Samples, ramp: Ramp, pushed: int = 0) -> float:
     """Return the integral of force times velocity of a granule over a leg, in the ramp's units.
 
     ``pushed`` is the granule, counted from 0.
     """
-    h = np.diff(samples.time)
-    its = [values[:, pushed] for values in samples.granule_derivatives]
-    curve = hermite.coefficients([d[:-1] for d in its], [d[1:] for d in its], h)
-    travelled = hermite.derivative(curve)  # velocity times h
-    total = samples.time.dtype.type(0)
-    for node, weight in zip((_NODES + 1) / 2, _WEIGHTS / 2, strict=True):
-        force = ramp.force(samples.time[:-1] + node * h)
-        total += weight * np.sum(force * hermite.evaluate(travelled, np.full_like(h, node)))
-    return total
+    from hertzchain.observables.intervals import motion_at
+
+    h = np.diff(samples.time)[:, np.newaxis]
+    times = np.ravel(samples.time[:-1, np.newaxis] + (_NODES + 1) / 2 * h)
+    displacement, velocity = np.zeros((2, times.size, 1))
+    motion_at(times, *samples.of_granules(slice(pushed, pushed + 1)), displacement, velocity)
+    return float(np.sum(np.ravel(_WEIGHTS / 2 * h) * ramp.force(times) * velocity[:, 0]))
 
 
 def times_on_held(contacts: int, has_wall: bool, fixed: Any) -> FloatArray:

@@ -184,7 +184,7 @@ def _verlet(
 def _farthest_peak(peak_force: FloatArray, expected: FloatArray) -> int:
     """Return the place of the judged contact whose peak differs most."""
     judged = judged_contacts(expected)
-    return farthest(peak_force / np.where(judged, expected, np.inf), 1.0 * judged)
+    return farthest(peak_force / np.where(judged, expected, np.inf), judged.astype(np.float64))
 
 
 def _grown(

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.interpolate import BPoly
 from scipy.optimize import minimize_scalar
 
 import hertzchain as hc
@@ -23,7 +24,6 @@ from hertzchain.engines.external.step_error import (
     rival_errors,
 )
 from hertzchain.errors import StepUnstable, Unpredictable
-from hertzchain.observables import hermite
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.error_bound import (
     SecondRun,
@@ -203,15 +203,13 @@ def test_a_wave_between_two_readings_is_covered() -> None:
     spacing = float(wave.x[1] - wave.x[0]) / wave.speed
     rates = 2j * np.pi * np.fft.rfftfreq(wave.x.size, spacing)
     overlap = [np.fft.irfft(np.fft.rfft(wave.overlap) * rates**k, wave.x.size) for k in range(4)]
-    top, h = int(np.argmax(wave.overlap)), np.full(1, 4 * spacing)
-    start, end = ([d[k : k + 1] for d in overlap] for k in (top - 2, top + 2))
-    curve = hermite.coefficients(start, end, h)
-    place = minimize_scalar(
-        lambda s: -float(hermite.evaluate(curve, np.full(1, s))[0]), bounds=(0, 1), method="bounded"
-    ).x
-    off = float(np.abs(hermite.evaluate(curve, np.full(1, place)) - 1)[0])
+    top, h = int(np.argmax(wave.overlap)), 4 * spacing
+    start, end = ([d[k] for d in overlap] for k in (top - 2, top + 2))
+    curve = BPoly.from_derivatives([0.0, h], [start, end])
+    place = minimize_scalar(lambda t: -float(curve(t)), bounds=(0, h), method="bounded").x
+    off = abs(float(curve(place)) - 1)
     # Relative, of the force; time goes as F^(-1/6).
-    needed = 1.5 * off / float(h[0]) ** 8 * STRONGEST ** (8 / 6)
+    needed = 1.5 * off / h**8 * STRONGEST ** (8 / 6)
     scene = paper_scene("cosine", 2.0, 2.0, 10)
     legs = (Leg(0.0, 0.3 * scene.units.time, 1000, None),)
     # In steps so short the rest of the bound, which goes as their square, is less than 1e-3 of it.
@@ -232,10 +230,9 @@ def test_a_contact_that_opens_between_two_readings_is_covered() -> None:
             factor = (1 / 8.75, -1 / 2.5, 1.0, -1.5)[k]
             return np.asarray(factor * np.maximum(opens - s, 0.0) ** (3.5 - k))
 
-        start, end = ([overlap(np.full((1, 1), s), k) for k in range(4)] for s in (0.0, 1.0))
-        curve = hermite.coefficients(start, end, np.ones((1, 1)))[:, 0, 0]
-        found = np.polynomial.Polynomial(curve)(place)
-        largest = max(largest, float(np.max(np.abs(found - overlap(place, 0)))))
+        ends = [[float(overlap(np.array(s), k)) for k in range(4)] for s in (0.0, 1.0)]
+        curve = BPoly.from_derivatives([0.0, 1.0], ends)
+        largest = max(largest, float(np.max(np.abs(curve(place) - overlap(place, 0)))))
     velocity = (STRONGEST / 1.013) ** (5 / 6)
     needed = 1.5 * velocity**1.5 * largest  # of a contact pressed by F0, at an interval of 1
     easy, hard = (paper_scene("cosine", 2.0, 2.0, granules) for granules in (10, 9))

@@ -28,7 +28,7 @@ from tests.oracles.first_pulses import Trace
 
 PHASE = np.array([0.0, 0.4, 1.1])
 
-LAW = DampedLaw.of_elastic(np.ones(2))
+SIGNALS = PeakWatch(DampedLaw.of_elastic(np.ones(2)), np.ones(3)).signals
 
 
 def motion(time: Array, k: int) -> Array:
@@ -61,7 +61,7 @@ def samples_of(
 def recorded(wanted: Array, *blocks: Samples) -> History:
     recorder = Recorder(wanted, 3)
     for block in blocks:
-        recorder.update(block, LAW)
+        recorder.update(block, SIGNALS)
     return recorder.history(np.asarray(wanted, np.float64))
 
 
@@ -98,7 +98,7 @@ def test_blocks_vs_one_block(split: int) -> None:
 
 def test_units_scale_what_was_recorded() -> None:
     recorder = Recorder(np.array([0.55]), 3)
-    recorder.update(samples_of(np.linspace(0.0, 1.0, 11)), LAW)
+    recorder.update(samples_of(np.linspace(0.0, 1.0, 11)), SIGNALS)
     plain = recorder.history(np.array([0.55]))
     scaled = recorder.history(np.array([5.5]), length=2.0, velocity=4.0, force=8.0)
     assert scaled.time.tolist() == [5.5]

@@ -79,7 +79,7 @@ PHASES = np.linspace(0.0, 1.0, 17)[:-1]
 def cosine_error(h: float, jerk: bool) -> float:
     """Largest relative error of the force of cosines with maxima at all places of an interval."""
     peak_time = 2.0 + h * PHASES
-    time = 2.0 + h * np.arange(-3, 5)
+    time = 2.0 + h * np.arange(-3.0, 5.0)
     force = watched(samples_of(cosines(np.ones(16), peak_time), time, jerk)).force
     return float(np.max(np.abs(force - 1.0)))
 
@@ -122,7 +122,7 @@ def test_blocks_vs_one_block(split: int) -> None:
 
 def test_a_maximum_on_a_sample_is_found_once_and_exactly() -> None:
     overlap = cosines(np.array([1.0]), np.array([2.0]))
-    time = 2.0 + 0.25 * np.arange(-4, 5)
+    time = 2.0 + 0.25 * np.arange(-4.0, 5.0)
     watch = watched(samples_of(overlap, time[:5]), samples_of(overlap, time[4:]))
     assert watch.force[0] == 1.0
     # The rate there is 6e-17 and not 0.

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import FloatArray
 from hertzchain.observables.damped_law import DampedLaw, true_forces
 from hertzchain.observables.samples import Samples, closing
 from hertzchain.scene.schedule import Leg
@@ -160,7 +160,7 @@ def _with_true_derivatives(samples: Samples, mass: FloatArray, leg: Leg, pushed:
     )
 
 
-def _applied(time: Array, leg: Leg) -> tuple[Array, Array]:
+def _applied(time: FloatArray, leg: Leg) -> tuple[FloatArray, FloatArray]:
     """Return rate [N/s] and second derivative [N/s^2] of the applied force, shape (readings,)."""
     if leg.ramp is None:
         return np.zeros_like(time), np.zeros_like(time)
@@ -168,7 +168,7 @@ def _applied(time: Array, leg: Leg) -> tuple[Array, Array]:
     return rate(time), (rate(time + leg.dt) - rate(time - leg.dt)) / (2 * leg.dt)
 
 
-def _net(contact: Array, applied: Array, granules: int, pushed: int) -> Array:
+def _net(contact: FloatArray, applied: FloatArray, granules: int, pushed: int) -> FloatArray:
     """Net forces, or derivatives, from contact forces, (readings, contacts), and applied ones."""
     passed_on = np.zeros((contact.shape[0], granules + 1))
     passed_on[:, 1 : 1 + contact.shape[1]] = contact

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.step_error import damped_interval_at
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.sampled import law_of, simulation_of, state_at_start
@@ -142,7 +142,7 @@ def stride_of(scene: Scene, leg: Leg) -> int:
     return max(1, stride)
 
 
-def _samples(time: FloatArray, states: FloatArray, gap: Array) -> Samples:
+def _samples(time: FloatArray, states: FloatArray, gap: FloatArray) -> Samples:
     u, v, a, f = states
     overlap = closing(u, gap.size) - gap
     return Samples(time, u, v, a, overlap, f[:, : gap.size])

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import FloatArray
 from hertzchain.observables.compiling import part
 
 DONE, DIVERGED, STOPPED, TOO_MUCH, STUCK = range(5)
@@ -110,7 +110,7 @@ class State(NamedTuple):
         Zero at the start, shape (1,): see ``PROGRESS``.
     """
 
-    rows: Array
+    rows: FloatArray
     bernstein: FloatArray
     progress: Any
 

@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hertzchain.arrays import Array
+from hertzchain.arrays import FloatArray
 from hertzchain.scene.scene import Scene
 
 _NONE = np.zeros(0, np.int64)
@@ -57,28 +57,27 @@ class Chain(NamedTuple):
         Granules that never move, counted from 0.
     """
 
-    stiffness: Array
-    inverse_mass: Array
-    gap: Array
-    constant: Array
-    damping: Array
+    stiffness: FloatArray
+    inverse_mass: FloatArray
+    gap: FloatArray
+    constant: FloatArray
+    damping: FloatArray
     exponent: float = 0.5
     attraction: bool = False
     pushed: int = 0
     fixed: Any = _NONE
 
     @classmethod
-    def plain(cls, granules: int, dtype: type[np.floating[Any]] = np.float64) -> Chain:
+    def plain(cls, granules: int) -> Chain:
         """Return the paper's chain."""
-        none = np.zeros(granules - 1, dtype)
-        at_rest = np.zeros(granules, dtype)
-        return cls(none + dtype(1), at_rest + dtype(1), none, at_rest, none)
+        none, at_rest = np.zeros(granules - 1), np.zeros(granules)
+        return cls(none + 1, at_rest + 1, none, at_rest, none)
 
     @classmethod
-    def of(cls, scene: Scene, dtype: type[np.floating[Any]] = np.float64) -> Chain:
+    def of(cls, scene: Scene) -> Chain:
         """Return the chain of a scene."""
         if scene.is_plain:
-            return cls.plain(scene.chain.granules, dtype)
+            return cls.plain(scene.chain.granules)
         granules, units, contact = scene.granules, scene.units, scene.contact
         mass_unit = units.force * units.time**2 / units.length
         damping, q = np.zeros(granules.stiffness.size), 0.5  # any q will do without damping
@@ -86,7 +85,7 @@ class Chain(NamedTuple):
             assert granules.damping is not None
             damping, q = granules.damping, contact.exponent
         stiffness, inverse_mass, gap, constant, damping = (
-            values.astype(dtype)
+            np.array(values)
             for values in (
                 granules.stiffness * (units.length**1.5 / units.force),
                 mass_unit / granules.mass,
@@ -118,21 +117,21 @@ class Chain(NamedTuple):
         return bool(self.damping.any())
 
     @property
-    def mass(self) -> Array:
+    def mass(self) -> FloatArray:
         """M of each granule, shape (granules,); 0 for a piston, which counts in no balance."""
         moves = self.inverse_mass > 0
         return np.where(moves, 1 / np.where(moves, self.inverse_mass, 1), 0)
 
-    def closing(self, motion: Array) -> Array:
+    def closing(self, motion: FloatArray) -> FloatArray:
         """Return u_i - u_{i+1} of each contact, (..., contacts), from motions, (..., granules)."""
         between = motion[..., :-1] - motion[..., 1:]
         return np.concatenate([between, motion[..., -1:]], -1) if self.has_wall else between
 
-    def overlap(self, displacement: Array) -> Array:
+    def overlap(self, displacement: FloatArray) -> FloatArray:
         """Return d_i, shape (..., contacts), of displacements, (..., granules)."""
         return self.closing(displacement) - self.gap
 
-    def contact_force(self, overlap: Array, rate: Array | float = 0.0) -> Array:
+    def contact_force(self, overlap: FloatArray, rate: FloatArray | float = 0.0) -> FloatArray:
         """Return F_i of overlaps, (..., contacts); where damped, of their rates too."""
         force = self.stiffness * hertz(overlap)
         if self.is_damped:
@@ -142,40 +141,47 @@ class Chain(NamedTuple):
                 force = np.maximum(force, 0)
         return force
 
-    def moved_by(self, force: Array, applied_force: Array | float) -> Array:
+    def moved_by(self, force: FloatArray, applied_force: FloatArray | float) -> FloatArray:
         """Return u_i'', shape (..., granules), of F_i, (..., contacts), and F(t), (...)."""
         net = net_force(force, applied_force, self.inverse_mass.size, self.pushed)
         return self.inverse_mass * net + self.constant
 
     def acceleration(
-        self, displacement: Array, applied_force: Array | float, velocity: Array | None = None
-    ) -> Array:
+        self,
+        displacement: FloatArray,
+        applied_force: FloatArray | float,
+        velocity: FloatArray | None = None,
+    ) -> FloatArray:
         """Return u_i'' of a state, (..., granules); velocities are needed by damped contacts."""
         rate = 0.0 if velocity is None else self.closing(velocity)
         return self.moved_by(self.contact_force(self.overlap(displacement), rate), applied_force)
 
-    def jerk(self, overlap: Array, rate: Array, applied_rate: Array | float) -> Array:
+    def jerk(
+        self, overlap: FloatArray, rate: FloatArray, applied_rate: FloatArray | float
+    ) -> FloatArray:
         """Return u_i''' of elastic contacts, shape (..., granules); F'(t) has the shape (...)."""
         force_rate = 1.5 * self.stiffness * np.sqrt(np.maximum(overlap, 0)) * rate
         granules = self.inverse_mass.size
         return self.inverse_mass * net_force(force_rate, applied_rate, granules, self.pushed)
 
-    def energy(self, displacement: Array, velocity: Array) -> Any:
+    def energy(self, displacement: FloatArray, velocity: FloatArray) -> Any:
         """Return the energy of motion and of the contacts of a state, without the constants."""
         overlap = np.maximum(self.overlap(displacement), 0)
         stored = 0.4 * np.sum(self.stiffness * hertz(overlap) * overlap)
         return 0.5 * np.sum(self.mass * velocity**2) + stored
 
 
-def hertz(overlap: Array) -> Array:
+def hertz(overlap: FloatArray) -> FloatArray:
     """Return d^(3/2) of each contact; 0 where granules are apart."""
     pressed = np.maximum(overlap, 0)
     return pressed * np.sqrt(pressed)
 
 
-def net_force(force: Array, applied_force: Array | float, granules: int, pushed: int = 0) -> Array:
+def net_force(
+    force: FloatArray, applied_force: FloatArray | float, granules: int, pushed: int = 0
+) -> FloatArray:
     """Return F_{i-1} - F_i, shape (..., granules), of F_i, (..., contacts), and F(t), (...)."""
-    net = np.zeros((*force.shape[:-1], granules), force.dtype)
+    net = np.zeros((*force.shape[:-1], granules))
     net[..., pushed] = applied_force
     net[..., 1:] += force[..., : granules - 1]
     net[..., : force.shape[-1]] -= force

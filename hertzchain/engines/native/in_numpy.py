@@ -1,6 +1,6 @@
 """Eq. 1 integrated in plain NumPy, written like the formulas, in natural units.
 
-The compiled kernels compute the same up to round-off. Any floating-point precision of NumPy works.
+The compiled kernels compute the same up to round-off.
 Contacts are elastic: the tables of methods are for forces that do not depend on velocities, so
 damped contacts are integrated by SciPy alone (``in_scipy``).
 """
@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.arrays import Array, Scalar
+from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.kernel_input import softest
 from hertzchain.engines.native.methods import Stepper, SymplecticNystrom, Walker
@@ -47,13 +47,13 @@ _ARRAYS = 20
 class State:
     """Displacement, velocity and acceleration of all granules, each of shape (granules,)."""
 
-    displacement: Array
-    velocity: Array
-    acceleration: Array
+    displacement: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
 
 
 def step(
-    chain: Chain, stepper: Stepper, state: State, time: Scalar, h: Scalar, applied: AppliedForce
+    chain: Chain, stepper: Stepper, state: State, time: float, h: float, applied: AppliedForce
 ) -> State:
     """Take one step of length h from ``time``."""
     if isinstance(stepper, SymplecticNystrom):
@@ -65,8 +65,8 @@ def _symplectic_step(
     chain: Chain,
     stepper: SymplecticNystrom,
     state: State,
-    time: Scalar,
-    h: Scalar,
+    time: float,
+    h: float,
     applied: AppliedForce,
 ) -> State:
     displacement = state.displacement.copy()
@@ -82,7 +82,7 @@ def _symplectic_step(
 
 
 def _runge_kutta_step(
-    chain: Chain, state: State, time: Scalar, h: Scalar, applied: AppliedForce
+    chain: Chain, state: State, time: float, h: float, applied: AppliedForce
 ) -> State:
     u, v, first = state.displacement, state.velocity, state.acceleration
     middle, end = applied(time + h / 2), applied(time + h)
@@ -95,8 +95,8 @@ def _runge_kutta_step(
 
 
 def _walk(
-    chain: Chain, walker: Walker, state: State, time: Scalar, h: Scalar, applied: AppliedForce
-) -> Iterator[tuple[Scalar, State]]:
+    chain: Chain, walker: Walker, state: State, time: float, h: float, applied: AppliedForce
+) -> Iterator[tuple[float, State]]:
     """Go from ``time`` to ``time + h``; yield time and state after each step."""
     waiting = [(time, h)]
     while waiting:
@@ -110,7 +110,7 @@ def _walk(
 
 
 def _crosses_kink(
-    chain: Chain, walker: Walker, before: State, after: State, time: Scalar, h: Scalar
+    chain: Chain, walker: Walker, before: State, after: State, time: float, h: float
 ) -> bool:
     """Return whether a contact opens or closes so fast within a step that the step is halved."""
     d0, d1 = chain.overlap(before.displacement), chain.overlap(after.displacement)
@@ -124,26 +124,25 @@ def _crosses_kink(
 
 
 def integrate(
-    chain: Chain, legs: Iterable[Leg], walker: Walker, motion: Array
+    chain: Chain, legs: Iterable[Leg], walker: Walker, motion: FloatArray
 ) -> Iterator[tuple[Leg, Samples]]:
     """Integrate a chain; yield each leg with successive samples, of which the first is known.
 
-    ``motion``, displacement and velocity at the start, shape (2, granules), sets the precision;
-    after each yield it is the motion at the end of the samples. Legs are in natural units. Raises
-    StepUnstable if the motion diverges.
+    ``motion`` is displacement and velocity at the start, shape (2, granules), and after each yield
+    at the end of the samples. Legs are in natural units. Raises StepUnstable if the motion
+    diverges.
     """
-    dtype = motion.dtype.type
     state = State(motion[0].copy(), motion[1].copy(), np.zeros_like(motion[0]))
     for leg in legs:
         applied = leg.ramp.force if leg.ramp is not None else lambda _: 0.0
-        begin, end = dtype(leg.start), dtype(leg.end)
+        begin, end = leg.start, leg.end
         h = (end - begin) / leg.steps
         if leg.stroke is not None:
             state = replace(state, **on_stroke(leg, state.displacement, state.velocity))
         # Where the applied force jumps, the acceleration jumps with it.
         pushed = chain.acceleration(state.displacement, applied(begin))
         state = replace(state, acceleration=pushed)
-        block: list[tuple[Scalar, State]] = [(begin, state)]
+        block: list[tuple[float, State]] = [(begin, state)]
         for k in range(leg.steps):
             with np.errstate(over="ignore", invalid="ignore"):
                 block += _walk(chain, walker, state, begin + k * h, h, applied)
@@ -157,7 +156,7 @@ def integrate(
                 block = block[-1:]
 
 
-def _samples(chain: Chain, leg: Leg, block: Sequence[tuple[Scalar, State]], order: int) -> Samples:
+def _samples(chain: Chain, leg: Leg, block: Sequence[tuple[float, State]], order: int) -> Samples:
     time = np.array([reached for reached, _ in block])
     displacement = np.array([state.displacement for _, state in block])
     velocity = np.array([state.velocity for _, state in block])
@@ -175,8 +174,7 @@ class InNumpy:
 
     scene: Scene
     deadline: Deadline
-    dtype: type[np.floating[Any]] = np.float64
-    start: Array | None = None
+    start: FloatArray | None = None
     first: bool = False  # whether first pulses are wanted
 
     def simulate(
@@ -189,11 +187,11 @@ class InNumpy:
         """Integrate the scene once, on legs [s, N] that are cut; no granule is left behind."""
         scene, units = self.scene, self.scene.units
         refuse_memory(8.0 * _ARRAYS * _BLOCK * scene.bodies)
-        chain = Chain.of(scene, self.dtype)
+        chain = Chain.of(scene)
         # An opening contact costs in proportion to stiffness over mass.
         walker = replace(walker, tolerance=walker.tolerance * softest(scene))
         natural = [leg.in_units(units.time, units.force, units.length) for leg in legs]
-        start = state_at_start(scene, self.dtype, self.start)
+        start = state_at_start(scene, self.start)
         motion = start.copy()
         blocks = integrate(chain, natural, walker, motion)
         signals = Signals.of(scene).in_units(scene.units) if self.first else None
@@ -212,15 +210,14 @@ def simulate_in_numpy(
     legs: Sequence[Leg],
     walker: Walker,
     recorder: Recorder | None = None,
-    dtype: type[np.floating[Any]] = np.float64,
-    start: Array | None = None,
+    start: FloatArray | None = None,
     deadline: Deadline | None = None,
 ) -> Simulation:
     """Integrate a scene once, on given legs [s, N], as ``simulate`` does with the kernels.
 
-    Any floating-point precision of NumPy works. ``start`` has displacement and velocity in natural
+    ``start`` has displacement and velocity in natural
     units, shape (2, granules), added to those of the scene; 0 by default.
     The default deadline is an hour from now.
     """
-    made = InNumpy(scene, deadline or Deadline(TIME_LIMIT), dtype, start)
+    made = InNumpy(scene, deadline or Deadline(TIME_LIMIT), start)
     return made.simulate(walker.cut(legs), walker, recorder)

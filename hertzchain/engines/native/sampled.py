@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
 
-from hertzchain.arrays import Array
+from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.kernel_input import start_of
 from hertzchain.engines.native.simulation import Simulation
@@ -22,14 +21,14 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
 
-def state_at_start(scene: Scene, dtype: Any = np.float64, added: Array | None = None) -> Array:
+def state_at_start(scene: Scene, added: FloatArray | None = None) -> FloatArray:
     """Return displacement and velocity at the start, natural units, shape (2, granules)."""
     own = start_of(scene)
     start = own if own.size else np.zeros((2, scene.bodies))
-    return (start if added is None else start + added).astype(dtype)
+    return np.array(start if added is None else start + added)
 
 
-def on_stroke(leg: Leg, displacement: Array, velocity: Array) -> dict[str, Array]:
+def on_stroke(leg: Leg, displacement: FloatArray, velocity: FloatArray) -> dict[str, FloatArray]:
     """Return the motion of all granules when a stroke begins, with that of the piston set."""
     assert leg.stroke is not None
     displacement, velocity = displacement.copy(), velocity.copy()
@@ -38,7 +37,7 @@ def on_stroke(leg: Leg, displacement: Array, velocity: Array) -> dict[str, Array
 
 
 def samples_of_states(
-    chain: Chain, leg: Leg, time: Array, displacement: Array, velocity: Array
+    chain: Chain, leg: Leg, time: FloatArray, displacement: FloatArray, velocity: FloatArray
 ) -> Samples:
     """Return samples of states on a leg, (samples, granules); StepUnstable if they diverge."""
     if not np.all(np.isfinite(velocity[-1])):
@@ -62,12 +61,12 @@ def samples_of_states(
 def simulation_of(
     scene: Scene,
     chain: Chain,
-    start: Array,
+    start: FloatArray,
     blocks: Iterable[tuple[Leg, Samples]],
     deadline: Deadline,
     recorder: Recorder | None = None,
     is_verlet: bool = False,
-    motion: Array | None = None,
+    motion: FloatArray | None = None,
     signals: Signals | None = None,
 ) -> Simulation:
     """Return the results of a run from blocks of samples; all is in natural units.
@@ -80,7 +79,7 @@ def simulation_of(
     the run has taken longer than the deadline.
     """
     watch = Watch(scene, law_of(chain), chain.inverse_mass, signals, recorder)
-    given, steps = start.dtype.type(chain.energy(*start)), 0
+    given, steps = chain.energy(*start), 0
     displacement, velocity = start
     for leg, samples in blocks:
         if deadline.left <= 0:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hertzchain.arrays import FloatArray, Scalar
+from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.kernel_input import (
     MOVING,
@@ -64,14 +64,14 @@ class Simulation:
     displacement: Any  # at the end, shape (granules,); NaN where granules were dropped
     velocity: Any
     peaks: Peaks
-    work: Scalar  # work of the applied force or the piston, plus the energy at the start
-    momentum: Scalar  # of all granules except a piston at the end
-    energy: Scalar  # of the same granules at the end, with that of constant forces
+    work: float  # work of the applied force or the piston, plus the energy at the start
+    momentum: float  # of all granules except a piston at the end
+    energy: float  # of the same granules at the end, with that of constant forces
     steps: int
     evaluations: int  # evaluations of the force; compiled runs include refused steps
-    wall_impulse: Scalar = 0.0  # integral of the force on the wall
-    piston_impulse: Scalar = 0.0  # integral of the force of the piston
-    dissipated: Scalar = 0.0  # energy lost by damping
+    wall_impulse: float = 0.0  # integral of the force on the wall
+    piston_impulse: float = 0.0  # integral of the force of the piston
+    dissipated: float = 0.0  # energy lost by damping
     end: float = math.nan  # time reached; NaN where it is the end that was given
     status: int = 0  # of compiled runs: ``elastic_state.DONE`` or one of the next constants there
 

@@ -157,7 +157,7 @@ def shift_of(traces: Traces, known: Expected) -> float:
     require(size > _COARSE, "times", None, allowed)
     require(size < 100 * _MOST_TIMES, "times", None, "last far longer than the run: check the unit")
     grid = traces.time[0] + step * np.arange(size)
-    own = step * np.arange(int(known.until / step) + 1)
+    own = step * np.arange(int(known.until / step) + 1, dtype=np.float64)
     product = np.zeros(size + own.size - 1)
     energy, total = np.zeros_like(product), 0.0
     for k in whole:

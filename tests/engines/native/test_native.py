@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import math
 import sys
 import threading
 import time
@@ -13,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.interpolate import BPoly, PPoly
 
 import hertzchain as hc
 from hertzchain.engines.native import (
@@ -39,7 +39,7 @@ from hertzchain.engines.native.methods import (
 )
 from hertzchain.engines.native.simulation import simulate, stoppable
 from hertzchain.limits import Deadline
-from hertzchain.observables import hermite, interpolant
+from hertzchain.observables import interpolant
 from hertzchain.observables.history import Recorder
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.ramp import SHAPES, Ramp
@@ -49,17 +49,11 @@ from tests import scenes
 from tests.conftest import STEEL, paper_scene
 
 REFERENCE = METHODS["reference"].walker
-WIDER = np.finfo(np.longdouble).eps < np.finfo(np.float64).eps
 
 
-def natural_peaks(
-    scene: hc.Scene, step: float, walker: Any = REFERENCE, dtype: Any = np.float64
-) -> Any:
+def natural_peaks(scene: hc.Scene, step: float, walker: Any = REFERENCE) -> Any:
     """Peaks in natural units of one run with a step in natural units."""
-    legs = scene.schedule(step * scene.units.time)
-    if dtype is np.longdouble:  # which the kernels cannot
-        return simulate_in_numpy(scene, legs, walker, dtype=dtype).peaks.force
-    return simulate(scene, legs, walker).peaks.force
+    return simulate(scene, scene.schedule(step * scene.units.time), walker).peaks.force
 
 
 def test_forces_are_those_of_equation_1() -> None:
@@ -87,23 +81,6 @@ def test_reference_stays_when_its_step_is_quartered(name: str) -> None:
     scene, step = scenes.load(name), METHODS["reference"].step
     moved = largest_difference(natural_peaks(scene, step), natural_peaks(scene, step / 4))
     assert moved < 1e-10  # measured: at most 2e-13
-
-
-@pytest.mark.skipif(not WIDER, reason="long double is no wider than float64 on this machine")
-@pytest.mark.parametrize(
-    ("scene", "tolerance"),
-    [(("cosine-triangular", 2.0, 2.0), 1e-12), (("cosine", 0.5, 6.0), 1e-10)],
-)
-def test_long_double_confirms_the_reference(
-    scene: tuple[str, float, float], tolerance: float
-) -> None:
-    # Half the step and a thousandth of the refinement tolerance leave round-off as the difference.
-    finer = Walker(SRKN_11B, 1e-13, 32, math.inf)
-    chosen = paper_scene(*scene, granules=16)
-    true = natural_peaks(chosen, 0.025, finer, np.longdouble)
-    assert true.dtype == np.longdouble
-    step = METHODS["reference"].step
-    assert largest_difference(natural_peaks(chosen, step), true) < tolerance
 
 
 def slope(steps: list[float], errors: list[float]) -> float:
@@ -268,20 +245,6 @@ def test_order_of_the_displacement(demo: hc.Scene, stepper: Stepper, steps: list
     assert stepper.order - 0.05 < slope(steps, errors) < stepper.order + 0.5
 
 
-def test_interpolation_vs_hermite() -> None:
-    rng = np.random.default_rng(1)
-    start, end, h = rng.normal(size=4), rng.normal(size=4), 0.37
-    ours = interpolant.hermite(tuple(start), tuple(end), h)
-    columns = [np.array([[value]]) for value in start], [np.array([[value]]) for value in end]
-    expected = hermite.coefficients(*columns, np.array([[h]]))
-    # Coefficients of up to a few hundred that cancel.
-    assert ours == pytest.approx(expected[:, 0, 0], rel=0, abs=1e-12)
-    curve = np.polynomial.Polynomial(ours)
-    for s in (0.0, 0.3, 1.0):
-        assert interpolant.slope_at(ours, s) == pytest.approx(curve.deriv()(s), abs=1e-10)
-        assert interpolant.curvature_at(ours, s) == pytest.approx(curve.deriv(2)(s), abs=1e-10)
-
-
 @pytest.mark.parametrize(("place", "moment"), [(threading.Thread, "start"), (simulation, "_wait")])
 def test_an_interrupt_stops_a_run(place: Any, moment: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The interrupt comes while the thread starts, or while the main thread waits for it."""
@@ -359,11 +322,8 @@ def test_a_maximum_in_a_step_whose_rate_is_no_parabola(
         (overlap, rate, force - 2 * overlap**1.5, slope - 3 * np.sqrt(overlap) * rate)
         for (overlap, rate), force in zip((start, end), pushed, strict=True)
     ]
-    before, after = ([np.array([[value]]) for value in known] for known in derivatives)
-    coefficients = hermite.coefficients(before, after, np.ones((1, 1)))[:, 0, 0]
-    curve = np.polynomial.Polynomial(coefficients)
-    roots: Any = curve.deriv().roots()
-    turns = [float(t.real) for t in roots if abs(t.imag) < 1e-9 and 0 < t.real < 1]
+    curve = PPoly.from_bernstein_basis(BPoly.from_derivatives([0.0, 1.0], derivatives))
+    turns = curve.derivative().roots(extrapolate=False).tolist()
     highest = max(turns, key=lambda t: float(curve(t)))
     assert curve(highest) > 1.05 * max(start[0], end[0])
     assert len(turns) == 2

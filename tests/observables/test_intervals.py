@@ -1,4 +1,4 @@
-"""Curves through samples: Hermite interpolation, their maxima, and forces of damped contacts."""
+"""Curves through samples: interpolation, first touches, and forces of damped contacts."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 
-from hertzchain.arrays import Array, FloatArray
-from hertzchain.observables import hermite
-from hertzchain.observables.curves import Curves, first_touch
+from hertzchain.observables import intervals
 from hertzchain.observables.damped_law import DampedLaw, true_forces
+from hertzchain.observables.interpolant import curvature_at, slope_at, value_at
+from hertzchain.observables.observer import curve_of
 from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.samples import Samples
 from hertzchain.scene.schedule import Leg
@@ -22,56 +22,7 @@ from hertzchain.scene.schedule import Leg
 numbers = st.floats(-1.0, 1.0)
 
 
-def maxima(overlap: Array) -> Array:
-    """Places of the maxima of curves, (degree + 1, n), of elastic contacts, from 0 to 1."""
-    ones = np.ones_like(overlap[0])
-    law = DampedLaw.of_elastic(np.ones(1, overlap.dtype))
-    return Curves(0 * ones, ones, np.zeros(ones.size, np.intp), overlap, ones, law).maxima()[1]
-
-
-positions = st.floats(0.01, 0.99)
-
-
-def curve_with_slope(slope: Polynomial, dtype: type[np.floating[Any]]) -> Array:
-    """Coefficients, as one column, of a curve that starts at 1."""
-    return np.array(slope.integ().coef + np.eye(1, slope.degree() + 2)[0], dtype)[:, None]
-
-
-@pytest.mark.parametrize("dtype", [np.float64, np.longdouble])
-@given(peak=positions, a=numbers, b=numbers, c=numbers, d=numbers)
-def test_maximum_of_a_sextic(
-    dtype: type[np.floating[Any]], peak: float, a: float, b: float, c: float, d: float
-) -> None:
-    """Slope -(s - peak) times two positive parabolas: one maximum, at the peak."""
-    slope = (
-        Polynomial([peak, -1.0]) * (Polynomial([b, a]) ** 2 + 0.1) * (Polynomial([d, c]) ** 2 + 0.1)
-    )
-    found = maxima(curve_with_slope(slope, dtype))
-    # Coefficients up to 9 in double precision, over a steepness of at least 0.01.
-    assert float(found[0]) == pytest.approx(peak, rel=0, abs=1e-12)
-
-
-def test_maxima_at_the_very_ends_are_found() -> None:
-    curve = np.array([[1.0, 1.0, 1.0], [1e-12, 2.0, 2 - 1e-12], [-1.0, -1.0, -1.0]])
-    # Roundings of 1 only: a parabola has its maximum at half its slope.
-    assert maxima(curve) == pytest.approx([5e-13, 1.0, 1 - 5e-13], rel=0, abs=1e-15)
-
-
-def test_maxima_of_a_polynomial() -> None:
-    slope = Polynomial.fromroots([0.25, 0.5, 0.875, -1.0, 2.0]) * Polynomial([-1.0, 0.0, -1.0])
-    curve = np.asarray(slope.integ().coef, np.float64)
-    assert maxima(curve[:, None]) == pytest.approx([0.5], rel=0, abs=1e-10)
-    assert np.sort(maxima(-curve[:, None])) == pytest.approx([0.25, 0.875], rel=0, abs=1e-10)
-    assert maxima(np.array([[1.0], [1.0], [0.0], [0.0]])).size == 0
-
-
-def interpolant(function: list[Any], start: float, h: float) -> FloatArray:
-    """Coefficients for a function given with its derivatives."""
-    first, last = ([np.array(f(t)) for f in function] for t in (start, start + h))
-    return np.asarray(hermite.coefficients(first, last, np.array(h)), np.float64)
-
-
-@pytest.mark.parametrize("m", [1, 2, 3])
+@pytest.mark.parametrize("m", [2, 3])
 @given(data=st.data(), start=numbers, h=st.floats(0.1, 2.0))
 @settings(max_examples=50)
 def test_polynomials_up_to_degree_2m_plus_1_are_met(
@@ -79,14 +30,19 @@ def test_polynomials_up_to_degree_2m_plus_1_are_met(
 ) -> None:
     terms = data.draw(st.lists(numbers, min_size=2 * m + 2, max_size=2 * m + 2))
     polynomial = Polynomial(terms)
-    curve = interpolant([polynomial.deriv(k) if k else polynomial for k in range(m + 1)], start, h)
-    s = np.linspace(0.0, 1.0, 21)
+    ends = [np.full(4, np.nan) for _ in range(2)]
+    for values, time in zip(ends, (start, start + h), strict=True):
+        values[: m + 1] = [polynomial(time), *(polynomial.deriv(k)(time) for k in range(1, m + 1))]
+    curve = curve_of(*(tuple(values.tolist()) for values in ends), h)
     # Values and scaled derivatives go up to 1e5 (degree 7 at t = 3, third derivative times 2^3),
     # and the basis has coefficients up to 84.
     largest = np.abs(Polynomial(np.abs(terms))(abs(start) + h)) + 1
     tolerance = 1e-13 * (1 + h) ** m * math.factorial(2 * m + 1) * largest
-    expected = polynomial(start + s * h)
-    assert hermite.evaluate(curve[:, None], s) == pytest.approx(expected, rel=0, abs=tolerance)
+    for s in np.linspace(0.0, 1.0, 21).tolist():
+        slope, curvature = (polynomial.deriv(k)(start + s * h) * h**k for k in (1, 2))
+        expected = polynomial(start + s * h), slope, curvature
+        ours = value_at(curve, s), slope_at(curve, s), curvature_at(curve, s)
+        assert ours == pytest.approx(expected, rel=0, abs=42 * tolerance)
 
 
 LEG = Leg(1.0, 1.3, 3, None)
@@ -136,15 +92,20 @@ def test_contacts_that_may_not_pull_do_not_in_a_softer_code(attraction: bool, pu
 ROUND_OFF = 1e-14
 
 
+def at_touch(before: tuple[float, float, float], after: float, h: float) -> Any:
+    """What ``touch`` tells of a contact without a damper; ``after`` is the acceleration at h."""
+    nan = math.nan
+    return intervals.touch((*before, nan), (nan, nan, after, nan), h, 0.0, 0.0, 0.0, 0.0)
+
+
 def test_first_touch_of_a_cubic_motion_is_exact() -> None:
     """-2 - t^2 / 2 + t^3 from 1 to 3."""
     exact = next(t.real for t in np.roots([1, -0.5, 0, -2]) if abs(t.imag) < ROUND_OFF)
-    at_one = (np.array([-1.5]), np.array([2.0]), np.array([5.0]))
-    later, speed, growth, doubt = first_touch(at_one, np.array([17.0]), np.array([2.0]))
-    assert 1 + later[0] == pytest.approx(exact, rel=ROUND_OFF, abs=0)
-    assert speed[0] == pytest.approx(3 * exact**2 - exact, rel=ROUND_OFF, abs=0)
-    assert growth[0] == pytest.approx(6 * exact - 1, rel=ROUND_OFF, abs=0)
-    assert doubt[0] == pytest.approx(12 * (exact - 1), rel=ROUND_OFF, abs=0)
+    later, (_, speed, growth, _), doubt = at_touch((-1.5, 2.0, 5.0), 17.0, 2.0)
+    assert 1 + later == pytest.approx(exact, rel=ROUND_OFF, abs=0)
+    assert speed == pytest.approx(3 * exact**2 - exact, rel=ROUND_OFF, abs=0)
+    assert growth == pytest.approx(6 * exact - 1, rel=ROUND_OFF, abs=0)
+    assert doubt == pytest.approx(12 * (exact - 1), rel=ROUND_OFF, abs=0)
 
 
 def pushed_by_a_damper(t: float) -> tuple[float, float, float]:
@@ -162,11 +123,10 @@ def test_the_speed_of_first_touch_is_of_third_order_and_within_its_bound(offset:
     errors = []
     for h in (0.2, 0.1, 0.05):
         begin = TOUCH - offset * h
-        before = tuple(np.array([value]) for value in pushed_by_a_damper(begin))
-        after = np.array([pushed_by_a_damper(begin + h)[2]])
-        _, speed, _, doubt = first_touch(before, after, np.array([h]))
-        errors.append(abs(speed[0] - pushed_by_a_damper(TOUCH)[1]))
-        assert errors[-1] < doubt[0]
+        after = pushed_by_a_damper(begin + h)[2]
+        _, (_, speed, *_), doubt = at_touch(pushed_by_a_damper(begin), after, h)
+        errors.append(abs(speed - pushed_by_a_damper(TOUCH)[1]))
+        assert errors[-1] < doubt
     order = np.log2(np.array(errors[:-1]) / errors[1:])
     assert np.all(np.abs(order - 3) < 0.3), order
 
@@ -176,7 +136,7 @@ def test_the_speed_of_first_touch_is_of_third_order_and_within_its_bound(offset:
 def test_a_force_that_decays_faster_than_samples_come(interval: float, offset: float) -> None:
     """A sphere of mass 1 and speed 2 flies at a heavy one: the dashpot presses hardest at once."""
     damping, speed = 5.0, 2.0
-    time = interval * (np.arange(4) - 1 - offset)
+    time = interval * (np.arange(4.0) - 1 - offset)
     later = np.maximum(time, 0.0)
     decay = np.exp(-damping * later)
     place = np.where(time < 0, speed * time, speed * (1 - decay) / damping)
