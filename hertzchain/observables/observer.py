@@ -53,9 +53,10 @@ LEAST = 1e-9
 """Dynamic forces that are not observed, over the natural unit plus the static force: no pulse that
 counts is so weak."""
 
-_LONGER, _PARTING = 2.0, 3.0
+_LONGER, _PARTING, _SLOW = 2.0, 3.0, 10.0
 """Factor on the time at which the last first pulse is over, so that a run has a first reflection,
-too; and natural time units after that, in which two spheres part."""
+too; natural time units after that, in which two spheres part; and the time from half of a force on
+in which a wave would have passed: what grows for longer, loads do (chosen)."""
 
 PULSES = 64
 """Maxima that are kept of a signal, each larger than all before (chosen)."""
@@ -659,28 +660,39 @@ def _rounded_up(time: float) -> float:
 
 
 @compiled
-def usual_end(w: Any, otherwise: float) -> float:
-    """The default end of a run that has gone so far, natural units.
+def usual_end(w: Any, otherwise: float, at: float, before: float) -> float:
+    """The default end of a run, as it is known at a time ``at``, natural units.
 
-    It is twice the time at which the last first pulse was over, or a force was highest that has not
-    fallen since, plus three: but no later than ``otherwise``, if that is three units after this
-    time. While a contact has not been pressed it is ``otherwise``, or twice the time at which the
+    ``at`` is what a run was to reach: the last step may end later. ``before`` is the end that was
+    known before; the run is over if that is what is returned.
+
+    It is twice the time at which the last first pulse was over, plus three: but no later than
+    ``otherwise``, if that is three units after this time. A force that grows still is waited for;
+    if it reached half of its value more than ``_SLOW`` units before, only until ``otherwise``.
+    While a contact has not been pressed the end is ``otherwise``, or twice the time at which the
     last one of the others was first pressed, and three units. It is rounded up to two digits, so
     that rounding errors do not show.
     """
     least, latest, newest, are_all_pressed = SIGNIFICANT * _largest(w), 0.0, 0.0, True
+    over = 0.0
     for k in range(w.contacts[0]):
         count = w.signals[k].pulses
         if count == 0 or not w.maxima[k, count - 1].force >= least:
             are_all_pressed = False
             continue
-        n = _end_of(w, k, 1, FLOOR)
-        latest = max(latest, w.falls[k, n, 1] if n < count else w.maxima[k, count - 1].time)
-        newest = max(newest, w.maxima[k, 0].time)
-    if not are_all_pressed:
-        return max(_rounded_up(_LONGER * newest + _PARTING), otherwise)
-    end = _rounded_up(_LONGER * latest + _PARTING)
-    return min(end, max(otherwise, _rounded_up(latest + _PARTING)))
+        n, last = _end_of(w, k, 1, FLOOR), w.maxima[k, count - 1]
+        time = w.falls[k, n, 1] if n < count else min(last.time, at)
+        latest, newest = max(latest, time), max(newest, w.maxima[k, 0].time)
+        if n < count or not time - _reached(w, k, last.force / 2) > _SLOW:
+            over = max(over, time)
+    if are_all_pressed:
+        end = _rounded_up(_LONGER * latest + _PARTING)
+        end = min(end, max(otherwise, _rounded_up(over + _PARTING)))
+    else:
+        end = max(_rounded_up(_LONGER * newest + _PARTING), otherwise)
+    if end > at:
+        return end
+    return at if at == before else _rounded_up(at + 1.0)
 
 
 @part

@@ -9,6 +9,7 @@ overlap, at most w tau^m, has all its digits in every stage.
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 from hertzchain.arrays import FloatArray
@@ -255,8 +256,8 @@ def advance(
             run.following = min(run.following, h)
         run.fresh = fresh
         if watch is not None and after >= run.next_end:
-            run.next_end = after + CHECK
-            run.end = max(usual_end(watch, run.usual), after)
+            run.end = max(usual_end(watch, run.usual, run.next_end, run.end), after)
+            run.next_end = min(run.next_end + CHECK, run.end) if run.end > after else math.inf
             until = min(leg_end, run.end)
         if run.cost >= most_work:
             run.status = TOO_MUCH

@@ -147,7 +147,8 @@ def march(
             if parted or not acts:
                 touch, which = next_touch(u, v, on, since, run.time, inside, c)
             if watch is not None and not acts and run.next_end < math.inf:
-                run.end = max(usual_end(watch, usual), run.time)
+                run.end = usual_end(watch, usual, run.time, run.end)
+                run.next_end = run.end
             leg_end = min(leg[END], run.end)
             stop = min(leg_end, touch)
             if not acts:

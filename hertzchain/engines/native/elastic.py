@@ -209,8 +209,8 @@ def march(
                 if level == 0:
                     whole, part = whole + part, 0
             if watch is not None and time >= next_end and level == 0:
-                next_end = time + _CHECK
-                run_end = max(usual_end(watch, usual), time)
+                run_end = max(usual_end(watch, usual, next_end, run_end), time)
+                next_end = min(next_end + _CHECK, run_end) if run_end > time else math.inf
                 if min(run_end, leg[END]) != until:  # the rest is cut into equal steps again
                     whole, since, until = 0, time, min(run_end, leg[END])
                     in_leg = math.ceil((until - since) / usual_step)
