@@ -663,8 +663,8 @@ def _rounded_up(time: float) -> float:
 def usual_end(w: Any, otherwise: float, at: float, before: float) -> float:
     """The default end of a run, as it is known at a time ``at``, natural units.
 
-    ``at`` is what a run was to reach: the last step may end later. ``before`` is the end that was
-    known before; the run is over if that is what is returned.
+    ``at`` is what a run was to reach: the last step may end up to a unit later. ``before`` is the
+    end that was known before; the run is over if that is what is returned.
 
     It is twice the time at which the last first pulse was over, plus three: but no later than
     ``otherwise``, if that is three units after this time. A force that grows still is waited for;
@@ -690,9 +690,9 @@ def usual_end(w: Any, otherwise: float, at: float, before: float) -> float:
         end = min(end, max(otherwise, _rounded_up(over + _PARTING)))
     else:
         end = max(_rounded_up(_LONGER * newest + _PARTING), otherwise)
-    if end > at:
-        return end
-    return at if at == before else _rounded_up(at + 1.0)
+    if at == before:
+        return max(end, at)
+    return max(end, _rounded_up(at + 1.0))
 
 
 @part

@@ -256,7 +256,8 @@ def advance(
             run.following = min(run.following, h)
         run.fresh = fresh
         if watch is not None and after >= run.next_end:
-            run.end = max(usual_end(watch, run.usual, run.next_end, run.end), after)
+            at = max(run.next_end, after - 1.0)
+            run.end = max(usual_end(watch, run.usual, at, run.end), after)
             run.next_end = min(run.next_end + CHECK, run.end) if run.end > after else math.inf
             until = min(leg_end, run.end)
         if run.cost >= most_work:

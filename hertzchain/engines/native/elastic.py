@@ -133,8 +133,12 @@ def march(
             break
         leg, over = legs[number], number >= pushed
         start_leg(leg, u, v, g, seen, run, lo, chain)
-        in_leg, since, until = int(leg[STEPS]), leg[START], leg[END]
-        full = usual_step = (until - since) / leg[STEPS]
+        since, until = leg[START], min(leg[END], run_end)
+        usual_step = (leg[END] - since) / leg[STEPS]
+        in_leg = int(leg[STEPS])
+        if until < leg[END]:
+            in_leg = math.ceil((until - since) / usual_step)
+        full = (until - since) / in_leg
         h, whole, part, level = full, 0, 0, 0
         while whole < in_leg:
             begin = since + whole * full + part * h
