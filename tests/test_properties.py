@@ -20,13 +20,13 @@ from hypothesis.internal.constants_ast import Constants
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.in_numpy import State, step
 from hertzchain.engines.native.methods import METHODS, SRKN_11B
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.errors import Unpredictable
 from hertzchain.observables.peaks import largest_difference
 from tests.drawn_scenes import any_scene, powers_of_ten, pulsed, tabled, under_a_force
 from tests.oracles.eighth_order import solve
+from tests.oracles.in_numpy import State, step
 
 EPS = float(np.finfo(np.float64).eps)
 

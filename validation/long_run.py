@@ -22,9 +22,10 @@ from matplotlib.figure import Figure
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native.in_numpy import simulate_in_numpy
+from hertzchain.engines.native.as_written import RungeKutta
 from hertzchain.engines.native.methods import METHODS, SymplecticNystrom
 from hertzchain.engines.native.simulation import Simulation, simulate
+from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.scene.run import Run
 from hertzchain.theory.solitary_wave import solitary_wave
 from validation.drawing import new_figure
@@ -85,7 +86,7 @@ def carried(contender: Contender) -> pandas.DataFrame:
         legs = scene.schedule(STEP * scene.units.time)
         walker = METHODS[contender.method].walker
         if not isinstance(walker.stepper, SymplecticNystrom):
-            return simulate_in_numpy(scene, legs, walker)
+            return RungeKutta(scene, Deadline(TIME_LIMIT)).simulate(legs, walker)
         return simulate(scene, legs, walker, leave_behind=True)
 
     whole = run()

@@ -20,7 +20,6 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps import deck
 from hertzchain.engines.native import kernel_input, simulation
-from hertzchain.engines.native.in_numpy import simulate_in_numpy
 from hertzchain.engines.native.simulation import Prepared
 from hertzchain.observables.contact_errors import Peaks
 from hertzchain.observables.peaks import PeakWatch
@@ -30,6 +29,7 @@ from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.schedule import Leg
 from hertzchain.verdict import run_checks
+from tests.oracles.in_numpy import simulate_in_numpy
 from validation.mistakes_in_damping import MISTAKES_IN_DAMPING, by_collision
 from validation.mistakes_with_terms import MISTAKES_WITH_TERMS
 from validation.planting import DAMPING, POSITION, STIFFNESS, Mistake, Plant, in_set_up

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from hertzchain.observables.result import Result
 
 _METHODS = (
-    "velocity-verlet", "rk4", "srkn-6b", "srkn-11b", "reference", "numpy", "scipy",
+    "velocity-verlet", "rk4", "srkn-6b", "srkn-11b", "reference", "scipy",
 )  # fmt: skip
 MethodName = StrEnum("MethodName", {name.upper(): name for name in _METHODS})  # type: ignore[misc]
 """The native methods."""
@@ -112,7 +112,6 @@ def run(
         limit = options.to_time_limit(time_limit)
         _run_uncertain(scene, uncertainty, rtol, limit, output, plot, size, every, as_json)
         return
-    from hertzchain.engines.native.backend import AS_WRITTEN
     from hertzchain.engines.native.duration import with_end
     from hertzchain.report.run import of_result
     from hertzchain.report.waterfall import frame_times, plot_times
@@ -140,7 +139,7 @@ def run(
         elif plot is not None or report is not None:
             times = plot_times(loaded)
         if backend == "native":
-            parameters["peaks_only"] = times is None and method not in AS_WRITTEN
+            parameters["peaks_only"] = times is None and method != "scipy"
         result = ENGINES[backend].make(time_limit=limit, **parameters).run(loaded, times)
     document = of_result(result)
     shown.print(document, f"in {output}" if output and record is None else None)

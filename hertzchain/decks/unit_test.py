@@ -12,7 +12,6 @@ from hertzchain.decks.unit_test_deck import KnownMotion, Moment
 from hertzchain.engines.external.terms import wall_position
 from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.equations import hertz, net_force
-from hertzchain.engines.native.in_numpy import State
 from hertzchain.errors import RunFailed, SceneError
 from hertzchain.limits import RTOL
 from hertzchain.observables.damped_law import DampedLaw
@@ -116,12 +115,12 @@ def let_go(
     behind = far / units.length, hardness
     in_coordinates = _walk(position / units.length, speed, diameter / units.length, law, behind)
 
-    def moments(states: list[State], origin: FloatArray) -> list[Moment]:
+    def moments(states: list[Moment], origin: FloatArray) -> list[Moment]:
         return [
             Moment(
-                origin + np.asarray(state.displacement, np.float64) * units.length,
+                origin + np.asarray(state.position, np.float64) * units.length,
                 np.asarray(state.velocity, np.float64) * units.velocity,
-                np.asarray(state.acceleration, np.float64) * units.force,
+                np.asarray(state.force, np.float64) * units.force,
             )
             for state in states
         ]
@@ -152,7 +151,7 @@ def _walk(
     diameter: float,
     law: DampedLaw | None,
     wall: tuple[float, float],
-) -> list[State]:
+) -> list[Moment]:
     """States by velocity Verlet in natural units, from displacements or, with a diameter, places.
 
     The wall is a place like those of granules, and a stiffness, 0 for none.
@@ -170,7 +169,7 @@ def _walk(
         return np.asarray(net_force(passed_on, 0.0, place.size), np.float64)
 
     place, pushed = start, force(start, velocity)
-    found = [State(place, velocity, pushed)]
+    found = [Moment(place, velocity, pushed)]
     for steps in SEGMENTS:
         pushed = force(place, velocity)
         for _ in range(steps):
@@ -178,7 +177,7 @@ def _walk(
             place = place + STEP * half
             pushed = force(place, half)
             velocity = half + STEP / 2 * pushed
-        found.append(State(place, velocity, pushed))
+        found.append(Moment(place, velocity, pushed))
     return found
 
 

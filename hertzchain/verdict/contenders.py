@@ -129,7 +129,7 @@ def _scipy(scene: Scene, rtol: float) -> Outcome:
 
     With terms it ends at each contact that opens or closes, too.
     """
-    from hertzchain.engines.native.in_scipy import SAMPLES, simulate_in_scipy
+    from hertzchain.engines.native.as_written import SAMPLES, simulate_in_scipy
 
     samples, limit = SAMPLES if scene.contact is None else _SAMPLES_OF_DAMPERS, Deadline(TIME_LIMIT)
     run = simulate_in_scipy(scene, rtol, limit, longer=_LONGER, samples=samples)

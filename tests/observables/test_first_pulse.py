@@ -117,12 +117,11 @@ def test_plain_scenes() -> None:
 @pytest.mark.parametrize(
     "backend",
     [
-        hc.Native("numpy", rtol=1e-6, wanted="first"),
         hc.Native("scipy", rtol=1e-4, wanted="first"),
         hc.Native("velocity-verlet", 2e-9, wanted="first"),
         hc.Lammps(rtol=1e-4, wanted="first"),
     ],
-    ids=["numpy", "scipy", "verlet", "LAMMPS"],
+    ids=["scipy", "verlet", "LAMMPS"],
 )
 def test_others_see_the_same(backend: hc.Native | hc.Lammps) -> None:
     scene = replace(TAPER, chain=hc.Chain(8, **STEEL), run=hc.Run(2e-4))

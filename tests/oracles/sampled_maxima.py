@@ -8,10 +8,10 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.decks.known_answer import looks_at_damped
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.in_numpy import integrate
 from hertzchain.engines.native.methods import METHODS
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.observables.history import Recorder
+from tests.oracles.in_numpy import integrate
 
 
 def sampled_maxima(scene: hc.Scene, step: float, watch_every: int) -> FloatArray:

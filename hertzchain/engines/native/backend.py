@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from hertzchain.engines.native import damped_runs
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.duration import with_end
-from hertzchain.engines.native.methods import METHODS, SymplecticNystrom, Walker
+from hertzchain.engines.native.methods import METHODS
 from hertzchain.engines.native.run_error import error_bound, estimate
 from hertzchain.engines.native.simulation import Prepared, Simulation, work_of
 from hertzchain.errors import POSITIVE, StepUnstable, is_positive, require
@@ -52,12 +52,9 @@ from hertzchain.scene.validity import (
 )
 
 if TYPE_CHECKING:
-    from hertzchain.engines.native.in_numpy import InNumpy
+    from hertzchain.engines.native.as_written import RungeKutta
     from hertzchain.observables.preparation import Watched
 
-
-AS_WRITTEN = ("numpy", "scipy")
-"""Methods that integrate Eq. 1 as ``equations`` writes it."""
 
 _CLOSER = 1e-3
 """Accuracy of the second accurate run, which gives the error, over that of the first (chosen)."""
@@ -84,16 +81,15 @@ class Native:
     ----------
     method
         ``reference``, ``srkn-11b``, ``srkn-6b``, ``velocity-verlet`` or ``rk4``; by default the
-        cheapest that gives peaks of accuracy ``rtol``. ``numpy`` and ``scipy`` integrate Eq. 1 as
-        ``equations.py`` writes it, a hundred times more slowly: elastic contacts by the methods
-        here in plain NumPy, any contacts by ``scipy.integrate.solve_ivp``. ``rk4`` is integrated in
-        plain NumPy, too.
+        cheapest that gives peaks of accuracy ``rtol``. ``scipy`` integrates Eq. 1 as
+        ``equations.py`` writes it by ``scipy.integrate.solve_ivp``, a hundred times more slowly;
+        ``rk4``, the paper's method, is plain NumPy, too.
     dt
         The largest step [s]; the default depends on the method: peaks right to about 1e-12
         (reference), 1e-8 (rk4), 1e-6 (velocity-verlet).
     rtol
         Wanted relative accuracy of the peaks, from 1e-10 to 0.01; excludes dt and all methods but
-        ``numpy`` and ``scipy``. 1e-6 by default where neither a step nor another method is given.
+        ``scipy``. 1e-6 by default where neither a step nor another method is given.
         Where amplified rounding errors are larger, ``error_estimate`` of the result has the
         accuracy reached.
     peaks_only
@@ -127,20 +123,19 @@ class Native:
 
     def __post_init__(self) -> None:
         if self.method is not None:
-            known = (*METHODS, *AS_WRITTEN)
+            known = (*METHODS, "scipy")
             names = ", ".join(known)
             require(self.method in known, "method", self.method, f"must be one of {names}")
         if self.dt is not None:
             require(is_positive(self.dt), "dt", self.dt, f"{POSITIVE} [s]")
         if self.rtol is not None:
-            alone = self.method in (None, *AS_WRITTEN) and self.dt is None
+            alone = self.method in (None, "scipy") and self.dt is None
             allowed = "chooses method and step: leave out method and dt, or rtol"
             require(alone, "rtol", self.rtol, allowed)
             plans.check(self.rtol)
-        if self.method in AS_WRITTEN:
-            allowed = f"must be left out for method {self.method}, which drops no granules"
-            require(not self.peaks_only, "peaks_only", self.peaks_only, allowed)
         if self.method == "scipy":
+            allowed = "must be left out for method scipy, which drops no granules"
+            require(not self.peaks_only, "peaks_only", self.peaks_only, allowed)
             allowed = "must be left out for method scipy, which chooses its own steps"
             require(self.dt is None, "dt", self.dt, allowed)
         check_wanted(self.wanted)
@@ -190,7 +185,7 @@ class Native:
         """As ``run``; the time to prepare kernels is measured in ``preparation``."""
         begin = time.perf_counter()
         deadline = Deadline(self.time_limit, lambda: preparation.time)
-        chooses = self.method in (None, *AS_WRITTEN) and self.dt is None
+        chooses = self.method in (None, "scipy") and self.dt is None
         # Piston and wall: the unit of force depends on the end.
         finds = chooses and self._first and self.method is None and record is None
         if not finds or scene.piston is not None:
@@ -201,9 +196,6 @@ class Native:
             require(not self.peaks_only, "record", record, allowed)
             times = wanted_times(record, scene.end_time)
             recorder = Recorder(times / scene.units.time, scene.bodies, scene.wall is not None)
-        if self.method == "numpy":
-            allowed = "must be scipy or left out for damped contacts: NumPy integrates elastic ones"
-            require(scene.contact is None, "method", self.method, allowed)
         if chooses:
             rtol = RTOL if self.rtol is None else self.rtol
             found = self.accurate_enough(scene, recorder, deadline, rtol)
@@ -215,7 +207,7 @@ class Native:
         method, dt, run, errors = found
         if self._first and finds_end(scene):
             scene = scene.until(run.end * scene.units.time)
-        if self.method in AS_WRITTEN:
+        if self.method == "scipy":
             method = self.method
         units = scene.units
         peak_force = run.peaks.force * units.force
@@ -277,7 +269,7 @@ class Native:
 
             run = simulate_damped_verlet(scene, legs, deadline, recorder, first=self._first)
         else:
-            prepared = self._prepared(scene, deadline, method.walker)
+            prepared = self._prepared(scene, deadline)
             run = prepared.simulate(legs, method.walker, recorder, leave_behind=self.peaks_only)
         if is_damped or (not scene.is_plain and (method.walker.stepper.order == 2 or is_long)):
             errors = self._true_errors(scene, run, deadline)
@@ -286,14 +278,13 @@ class Native:
         refuse_meaningless("native", errors.least, is_long)
         return name, longest, run, errors
 
-    def _prepared(self, scene: Scene, deadline: Deadline, walker: Walker) -> Prepared | InNumpy:
-        """Return the integrator of a scene with elastic contacts: compiled, or as it is written."""
-        is_symplectic = isinstance(walker.stepper, SymplecticNystrom)
-        if self.method != "numpy" and is_symplectic:
+    def _prepared(self, scene: Scene, deadline: Deadline) -> Prepared | RungeKutta:
+        """Return the integrator of a scene with elastic contacts: compiled, or the paper's."""
+        if self.method != "rk4":
             return Prepared.of(scene, deadline, first=self._first)
-        from hertzchain.engines.native.in_numpy import InNumpy
+        from hertzchain.engines.native.as_written import RungeKutta
 
-        return InNumpy(scene, deadline, first=self._first)
+        return RungeKutta(scene, deadline, self._first)
 
     @property
     def _first(self) -> bool:
@@ -334,7 +325,7 @@ class Native:
         """Return method, longest step [s], run and its error, by the cheapest way to ``rtol``."""
         first = self._first
         if self.method == "scipy":
-            from hertzchain.engines.native.in_scipy import accurate_in_scipy, longest_step
+            from hertzchain.engines.native.as_written import accurate_in_scipy, longest_step
 
             found = accurate_in_scipy(scene, rtol, deadline, recorder, first)
             return "scipy", longest_step(scene), *found
@@ -343,10 +334,10 @@ class Native:
         hard = amplifies_errors(scene)
         tries = hard and first
         plan = plans.tried_first(rtol) if tries else plans.cheapest(rtol, hard=hard)
-        prepared = self._prepared(scene, deadline, plan.walker)
+        prepared = self._prepared(scene, deadline)
         before, cost, adaptive, aim = math.inf, 0.0, None, rtol
         expensive, refined = math.inf, 1.0
-        if not (scene.is_plain or self.method == "numpy"):
+        if not scene.is_plain:
             expensive, refined = _EXPENSIVE, 1 + _REFINED * float(np.mean(scene.granules.gap > 0))
         for left in reversed(range(plans.TRIES)):
             legs = plan.walker.cut(scene.schedule(plan.step * scene.contact_time))
@@ -386,7 +377,7 @@ class Native:
 
     def _once(
         self,
-        prepared: Prepared | InNumpy,
+        prepared: Prepared | RungeKutta,
         scene: Scene,
         plan: plans.Plan,
         recorder: Recorder | None,

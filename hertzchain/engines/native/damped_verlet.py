@@ -12,13 +12,12 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.step_error import damped_interval_at
+from hertzchain.engines.native.as_written import law_of, simulation_of, start_of_motion
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.sampled import law_of, simulation_of, state_at_start
 from hertzchain.engines.native.simulation import Simulation
 from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
 from hertzchain.observables.damped_law import true_forces
 from hertzchain.observables.error_bound import diverged
-from hertzchain.observables.first_pulse import Signals
 from hertzchain.observables.history import Recorder
 from hertzchain.observables.samples import Samples, closing
 from hertzchain.scene.scene import Scene
@@ -53,11 +52,10 @@ def simulate_damped_verlet(
     an hour by default.
     """
     deadline = deadline or Deadline(TIME_LIMIT)
-    at_start, blocks = state_at_start(scene, added=start), samples_of(scene, legs, deadline, start)
+    at_start, blocks = start_of_motion(scene, start), samples_of(scene, legs, deadline, start)
     run = simulation_of(
-        scene, Chain.of(scene), at_start, blocks, deadline, recorder, is_verlet=True,
-        signals=Signals.of(scene).in_units(scene.units) if first else None,
-    )  # fmt: skip
+        scene, Chain.of(scene), at_start, blocks, deadline, recorder, first, late=0.5
+    )
     steps = sum(leg.steps for leg in legs)
     return replace(run, steps=steps, evaluations=steps)
 
@@ -81,7 +79,7 @@ def samples_of(
     chain, unit = Chain.of(scene), scene.units
     refuse_memory(8.0 * scene.bodies * 20 * _BLOCK)
     law = law_of(chain)
-    displacement, velocity = state_at_start(scene, added=start)
+    displacement, velocity = start_of_motion(scene, start)
     walk = Walk.of(chain, displacement, velocity, (chain.pushed,))
     for leg in legs:
         stride = every or stride_of(scene, leg)

@@ -1,7 +1,7 @@
 """The loop over time for elastic contacts, compiled: Eq. 1 in natural units by symplectic methods.
 
-Results are those of ``in_numpy`` and ``peaks``, which read like the formulas; tests check that both
-are equal to round-off. Two things are done only here, to save time:
+Results are those of ``equations``, which read like the formulas: tests and ``compare`` check that.
+Two things are done only here, to save time:
 
 - Granules ahead of the front are not touched. They rest until a force of more than the square root
   of the smallest number reaches them; as the front falls off double-exponentially, the omitted

@@ -15,7 +15,7 @@ granule 1 with a velocity at the start; any other granule may have one, too. A p
 with 1/m = 0: it moves by its strokes. The paper's chain has k = m = 1, no gap, no damping and no
 constants.
 
-``in_numpy`` and ``in_scipy`` integrate these lines; the compiled kernels are compared with them.
+``as_written`` integrates these lines; the compiled kernels are compared with them.
 """
 
 from __future__ import annotations

@@ -1,6 +1,5 @@
 """Integration methods: tables of coefficients, how steps are halved, and methods by name.
 
-``in_numpy.step`` applies them to u'' = f(t, u).
 Adaptive steps take SciPy's DOP853 (``damped_runs``).
 """
 

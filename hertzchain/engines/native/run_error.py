@@ -24,11 +24,11 @@ from hertzchain.observables.error_bound import (
 from hertzchain.scene.schedule import Leg
 
 if TYPE_CHECKING:
-    from hertzchain.engines.native.in_numpy import InNumpy
+    from hertzchain.engines.native.as_written import RungeKutta
 
 
 def estimate(
-    prepared: Prepared | InNumpy,
+    prepared: Prepared | RungeKutta,
     legs: Sequence[Leg],
     plan: plans.Plan,
     run: Simulation,
@@ -64,7 +64,7 @@ def _other_than(before: Sequence[Leg], legs: Sequence[Leg]) -> tuple[Leg, ...]:
 
 
 def error_bound(
-    prepared: Prepared | InNumpy, legs: Sequence[Leg], method: Method, run: Simulation
+    prepared: Prepared | RungeKutta, legs: Sequence[Leg], method: Method, run: Simulation
 ) -> ContactErrors:
     """Return upper bounds of the errors of a run with a given method and step."""
     scene = prepared.scene

@@ -16,7 +16,6 @@ from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.engines.lammps.state import granules
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.in_numpy import integrate
 from hertzchain.engines.native.methods import METHODS
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.errors import RunFailed, SceneError
@@ -27,6 +26,7 @@ from hertzchain.scene.schedule import Leg
 from tests import scenes
 from tests.conftest import STEEL, paper_scene
 from tests.engines.native.test_native import constant_force, slope
+from tests.oracles.in_numpy import integrate
 
 pytestmark = pytest.mark.lammps
 

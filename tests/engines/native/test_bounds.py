@@ -9,13 +9,13 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.external import step_error
-from hertzchain.engines.native.in_numpy import simulate_in_numpy
 from hertzchain.engines.native.methods import METHODS
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.errors import OverlapTooLarge, StepUnstable, Unpredictable
 from hertzchain.observables.error_bound import stable_step
 from tests.conftest import STEEL, paper_scene
 from tests.oracles import eighth_order
+from tests.oracles.in_numpy import simulate_in_numpy
 from validation.random_scenes import KINDS
 
 ORACLE = 1e-13

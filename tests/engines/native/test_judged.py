@@ -13,6 +13,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.native.duration import with_end
+from hertzchain.engines.native.equations import Chain
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.verdict.reference_checks import as_written_check, is_quickly_written
 from hertzchain.verdict.run_checks import balance_checks
@@ -216,21 +217,17 @@ def test_the_compiled_reference_agrees_and_the_check_is_there(name: str) -> None
     assert is_quickly_written(reference)
     check = as_written_check(reference)
     assert (check.name, check.passed) == (NAME, True)
-    assert check.tolerance < 1e-6
-    if reference.scene.contact is None:
-        assert check.measured < 1e-13  # round-off of equal steps: at most 3.1e-14 was seen
+    assert check.tolerance < 1e-7
 
 
 @pytest.mark.parametrize(
     ("name", "method"),
     [
-        ("demo", "numpy"),
         ("demo", "scipy"),
-        ("terms/piston", "numpy"),
         ("terms/piston", "scipy"),
-        ("terms/striker_on_a_wall", "numpy"),
-        ("terms/precompressed", "numpy"),
-        ("terms/clamped", "numpy"),
+        ("terms/striker_on_a_wall", "scipy"),
+        ("terms/precompressed", "scipy"),
+        ("terms/clamped", "scipy"),
         ("terms/local_shock", "scipy"),
         ("terms/upright_column", "scipy"),
         ("terms/damped_striker_on_a_wall", "scipy"),
@@ -262,8 +259,8 @@ SHORT = hc.Scene(hc.Chain(5, **STEEL), hc.Pulse("cosine", 100.0, 2.0, momentum_r
 
 def test_a_given_step_and_a_wanted_accuracy() -> None:
     true = hc.Native("reference").run(SHORT)
-    by_step = hc.Native("numpy", dt=0.1 * SHORT.units.time).run(SHORT)
-    assert by_step.dt <= 0.1 * SHORT.units.time
+    by_step = hc.Native("rk4", dt=0.02 * SHORT.units.time).run(SHORT)
+    assert by_step.dt <= 0.02 * SHORT.units.time
     for found in (by_step, hc.Native("scipy", rtol=1e-4).run(SHORT)):
         assert largest_difference(found.peak_force, true.peak_force) <= found.error_estimate < 1e-4
 
@@ -275,6 +272,44 @@ def test_the_tolerance_of_the_check_on_both_sides(contact: hc.Contact | None) ->
     for part, passes in ((3.0, False), (1 / 3, True)):
         wrong = replace(reference, peak_force=reference.peak_force * (1 + part * tolerance))
         assert as_written_check(wrong).passed is passes
+
+
+WITH_TERMS = hc.Scene(
+    hc.Chain(5, **{**STEEL, "radius": 5e-3 * np.array([1.0, 0.9, 1.1, 1.0, 0.8])}),
+    hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0),
+    precompression=hc.Precompression(force=50.0),
+    wall=hc.Wall("same"),
+    run=hc.Run(1e-4),
+)
+DASHPOTS = replace(SHORT, contact=hc.Contact("dashpot", coefficient=100.0))
+LOSSY = replace(WITH_TERMS, contact=hc.Contact("restitution", restitution=0.8))
+
+
+@pytest.mark.parametrize(
+    ("scene", "term", "part"),
+    [
+        *((WITH_TERMS, term, 1e-8) for term in ("stiffness", "inverse_mass", "gap", "constant")),
+        *((LOSSY, term, 1e-8) for term in ("stiffness", "inverse_mass", "gap", "constant")),
+        (LOSSY, "damping", 1e-8),
+        (DASHPOTS, "damping", 1e-8),
+        *((scene, "stiffness", 0.0) for scene in (WITH_TERMS, LOSSY, DASHPOTS)),
+    ],
+)
+def test_small_errors_of_the_compiled_loops_fail_the_check(
+    scene: hc.Scene, term: str, part: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A term that is off by a part of itself in the kernels alone."""
+    original = Chain.of
+
+    def planted(scene: hc.Scene) -> Chain:
+        chain = original(scene)
+        return chain._replace(**{term: getattr(chain, term) * (1 + part)})
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Chain, "of", planted)
+        wrong = hc.Native("reference").run(scene)
+    check = as_written_check(wrong)
+    assert check.passed is (part == 0.0), (check.measured, check.tolerance)
 
 
 def test_long_runs_are_left_out_unless_they_are_asked_for() -> None:

@@ -332,9 +332,8 @@ REFUSED: list[tuple[str, Callable[[], object]]] = [
         (f"{key}.*left out for damped", lambda how=how: hc.Native(**how).run(DAMPED))
         for key, how in (("method", {"method": "rk4"}), ("dt", {"dt": 1e-7}))
     ),
-    ("must be scipy or left out for damped contacts", lambda: hc.Native("numpy").run(DAMPED)),
     ("must be left out for method scipy", lambda: hc.Native("scipy", dt=1e-6)),
-    ("must be left out for method numpy", lambda: hc.Native("numpy", peaks_only=True)),
+    ("must be left out for method scipy", lambda: hc.Native("scipy", peaks_only=True)),
     ("peaks_only", lambda: hc.Native(peaks_only=True).run(FOUR, record=[1e-5])),
     ("scenes", lambda: peak_forces([])),
     ("granules", lambda: peak_forces([FOUR, FIVE])),

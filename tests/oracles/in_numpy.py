@@ -1,8 +1,6 @@
-"""Eq. 1 integrated in plain NumPy, written like the formulas, in natural units.
+"""Symplectic steps of Eq. 1 in plain NumPy, in natural units.
 
-The compiled kernels compute the same up to round-off.
-Contacts are elastic: the tables of methods are for forces that do not depend on velocities, so
-damped contacts are integrated by SciPy alone (``in_scipy``).
+Contacts are elastic: the tables of methods are for forces that do not depend on velocities.
 """
 
 from __future__ import annotations
@@ -14,19 +12,17 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
+from hertzchain.engines.native.as_written import (
+    on_stroke,
+    samples_of,
+    simulation_of,
+    start_of_motion,
+)
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.kernel_input import softest
 from hertzchain.engines.native.methods import Stepper, SymplecticNystrom, Walker
-from hertzchain.engines.native.sampled import (
-    on_stroke,
-    samples_of_states,
-    simulation_of,
-    state_at_start,
-)
 from hertzchain.engines.native.simulation import Simulation
-from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
-from hertzchain.observables.contact_errors import Peaks
-from hertzchain.observables.first_pulse import Signals
+from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.history import Recorder
 from hertzchain.observables.samples import Samples
 from hertzchain.scene.scene import Scene
@@ -37,10 +33,6 @@ AppliedForce = Callable[[Any], Any]
 
 _BLOCK = 256
 """Samples passed on together (chosen): enough for NumPy's cost per call, and little memory."""
-
-
-_ARRAYS = 20
-"""Numbers kept for each granule and sample of a block, at most (counted)."""
 
 
 @dataclass(frozen=True)
@@ -56,19 +48,7 @@ def step(
     chain: Chain, stepper: Stepper, state: State, time: float, h: float, applied: AppliedForce
 ) -> State:
     """Take one step of length h from ``time``."""
-    if isinstance(stepper, SymplecticNystrom):
-        return _symplectic_step(chain, stepper, state, time, h, applied)
-    return _runge_kutta_step(chain, state, time, h, applied)
-
-
-def _symplectic_step(
-    chain: Chain,
-    stepper: SymplecticNystrom,
-    state: State,
-    time: float,
-    h: float,
-    applied: AppliedForce,
-) -> State:
+    assert isinstance(stepper, SymplecticNystrom)
     displacement = state.displacement.copy()
     velocity = state.velocity.copy()
     kick = state.acceleration
@@ -79,19 +59,6 @@ def _symplectic_step(
         kick = chain.acceleration(displacement, applied(time))
     velocity += stepper.kicks[-1] * h * kick
     return State(displacement, velocity, kick)
-
-
-def _runge_kutta_step(
-    chain: Chain, state: State, time: float, h: float, applied: AppliedForce
-) -> State:
-    u, v, first = state.displacement, state.velocity, state.acceleration
-    middle, end = applied(time + h / 2), applied(time + h)
-    second = chain.acceleration(u + h / 2 * v, middle)
-    third = chain.acceleration(u + h / 2 * (v + h / 2 * first), middle)
-    fourth = chain.acceleration(u + h * (v + h / 2 * second), end)
-    displacement = u + h * (v + h / 6 * (first + second + third))
-    velocity = v + h / 6 * (first + 2 * second + 2 * third + fourth)
-    return State(displacement, velocity, chain.acceleration(displacement, end))
 
 
 def _walk(
@@ -138,7 +105,8 @@ def integrate(
         begin, end = leg.start, leg.end
         h = (end - begin) / leg.steps
         if leg.stroke is not None:
-            state = replace(state, **on_stroke(leg, state.displacement, state.velocity))
+            u, v = on_stroke(leg, state.displacement, state.velocity)
+            state = replace(state, displacement=u, velocity=v)
         # Where the applied force jumps, the acceleration jumps with it.
         pushed = chain.acceleration(state.displacement, applied(begin))
         state = replace(state, acceleration=pushed)
@@ -160,7 +128,7 @@ def _samples(chain: Chain, leg: Leg, block: Sequence[tuple[float, State]], order
     time = np.array([reached for reached, _ in block])
     displacement = np.array([state.displacement for _, state in block])
     velocity = np.array([state.velocity for _, state in block])
-    found = samples_of_states(chain, leg, time, displacement, velocity)
+    found = samples_of(chain, leg, time, displacement, velocity)
     if order > 2 or found.jerk is None:
         return found
     # The error of velocity Verlet's velocities, which are central differences of displacements.
@@ -168,56 +136,22 @@ def _samples(chain: Chain, leg: Leg, block: Sequence[tuple[float, State]], order
     return replace(found, velocity=velocity - h**2 / 6 * found.jerk)
 
 
-@dataclass(frozen=True, eq=False)
-class InNumpy:
-    """A scene of elastic contacts for one run or several, with the methods of ``Prepared``."""
-
-    scene: Scene
-    deadline: Deadline
-    start: FloatArray | None = None
-    first: bool = False  # whether first pulses are wanted
-
-    def simulate(
-        self,
-        legs: Sequence[Leg],
-        walker: Walker,
-        recorder: Recorder | None = None,
-        leave_behind: bool = False,  # noqa: ARG002 - as Prepared
-    ) -> Simulation:
-        """Integrate the scene once, on legs [s, N] that are cut; no granule is left behind."""
-        scene, units = self.scene, self.scene.units
-        refuse_memory(8.0 * _ARRAYS * _BLOCK * scene.bodies)
-        chain = Chain.of(scene)
-        # An opening contact costs in proportion to stiffness over mass.
-        walker = replace(walker, tolerance=walker.tolerance * softest(scene))
-        natural = [leg.in_units(units.time, units.force, units.length) for leg in legs]
-        start = state_at_start(scene, self.start)
-        motion = start.copy()
-        blocks = integrate(chain, natural, walker, motion)
-        signals = Signals.of(scene).in_units(scene.units) if self.first else None
-        run = simulation_of(
-            scene, chain, start, blocks, self.deadline, recorder, motion=motion, signals=signals
-        )
-        return replace(run, evaluations=run.steps * walker.stepper.stages)
-
-    def peaks(self, legs: Sequence[Leg], walker: Walker) -> Peaks:
-        """Return the peaks of a run, natural units."""
-        return self.simulate(legs, walker).peaks
-
-
 def simulate_in_numpy(
-    scene: Scene,
-    legs: Sequence[Leg],
-    walker: Walker,
-    recorder: Recorder | None = None,
+    scene: Scene, legs: Sequence[Leg], walker: Walker, recorder: Recorder | None = None,
     start: FloatArray | None = None,
-    deadline: Deadline | None = None,
-) -> Simulation:
+) -> Simulation:  # fmt: skip
     """Integrate a scene once, on given legs [s, N], as ``simulate`` does with the kernels.
 
-    ``start`` has displacement and velocity in natural
-    units, shape (2, granules), added to those of the scene; 0 by default.
-    The default deadline is an hour from now.
+    ``start`` has displacement and velocity in natural units, shape (2, granules), added to those of
+    the scene; 0 by default.
     """
-    made = InNumpy(scene, deadline or Deadline(TIME_LIMIT), start)
-    return made.simulate(walker.cut(legs), walker, recorder)
+    units, chain = scene.units, Chain.of(scene)
+    # An opening contact costs in proportion to stiffness over mass.
+    walker = replace(walker, tolerance=walker.tolerance * softest(scene))
+    natural = [leg.in_units(units.time, units.force, units.length) for leg in walker.cut(legs)]
+    begin = start_of_motion(scene, start)
+    motion = begin.copy()
+    blocks = integrate(chain, natural, walker, motion)
+    deadline = Deadline(TIME_LIMIT)
+    run = simulation_of(scene, chain, begin, blocks, deadline, recorder, motion=motion)
+    return replace(run, evaluations=run.steps * walker.stepper.stages)

@@ -1,0 +1,305 @@
+"""Eq. 1 as ``equations`` writes it, in NumPy: by SciPy's ``solve_ivp``, or by the paper's method.
+
+The compiled loops are compared with these runs. All is in natural units.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.native.damped_plan import accurate
+from hertzchain.engines.native.equations import Chain
+from hertzchain.engines.native.kernel_input import start_of
+from hertzchain.engines.native.methods import Walker
+from hertzchain.engines.native.simulation import Simulation
+from hertzchain.errors import RunFailed
+from hertzchain.limits import Deadline, refuse_memory
+from hertzchain.observables.contact_errors import ContactErrors, Peaks
+from hertzchain.observables.damped_law import DampedLaw
+from hertzchain.observables.error_bound import diverged
+from hertzchain.observables.first_pulse import Signals
+from hertzchain.observables.history import Recorder
+from hertzchain.observables.samples import Samples
+from hertzchain.observables.watch import Watch
+from hertzchain.scene.scene import Scene
+from hertzchain.scene.schedule import Leg
+
+LONGEST = 0.2
+"""The longest step of SciPy, natural time units of the fastest contact (chosen): a granule that
+flies at another does not pass through its contact within a step."""
+
+_PART, _LEAST = 0.01, 3e-14
+"""Tolerance of SciPy over the wanted one; and the least relative tolerance that SciPy takes.
+SciPy's error is a mean that includes resting granules, and scales with displacements of granules
+that fly off: a part of 1 lost 1.4e-6 of the demo's energy at 2e-8, this one 7e-9."""
+
+SAMPLES = 4
+"""Samples of the dense output in the longest step (chosen): peaks between them are interpolated."""
+
+_CLOSE_SAMPLES = 16
+"""The same of damped contacts, whose forces bend more, where peaks judge the compiled loops."""
+
+_TOUCH = 10.0
+"""Gap at which a contact has opened, over the absolute tolerance (chosen): granules ahead of the
+wave rest within errors of this size."""
+
+_BLOCK, _ARRAYS = 256, 20
+"""Samples passed on together by the paper's method (chosen): enough for NumPy's cost per call, and
+little memory; and the numbers kept for each granule and sample (counted)."""
+
+_TIGHT, _LOOSER, _SHORTER = 1e-10, 10.0, 0.6
+"""Tolerance of the run that judges the compiled loops, how much looser another one is, and how much
+shorter its longest step: a dashpot that opens and closes within a step is missed."""
+
+
+def integrate(
+    scene: Scene, chain: Chain, tolerance: float, longest: float, counted: list[int],
+    samples: int = SAMPLES,
+) -> Iterator[tuple[Leg, Samples]]:  # fmt: skip
+    """Integrate a scene by SciPy; yield each leg with successive samples, the first one known.
+
+    A call of DOP853 ends at a corner of the shock and, unless the chain is plain, where a contact
+    opens or closes: a dashpot's force jumps there, and no method of order 8 keeps its order across
+    a kink. ``tolerance`` is in natural units, ``longest`` the longest step, in which there are so
+    many ``samples``; force evaluations are appended to ``counted``. RunFailed where SciPy fails.
+    """
+    from scipy.integrate import solve_ivp
+
+    units, granules = scene.units, scene.bodies
+    u, v = start_of_motion(scene)
+    relative, absolute = max(_PART * tolerance, _LEAST), _PART * tolerance
+    for in_si in scene.schedule(scene.end_time):
+        leg = in_si.in_units(units.time, units.force, units.length)
+        if leg.stroke is not None:
+            u, v = on_stroke(leg, u, v)
+        time = leg.start
+        while time < leg.end:
+            acting, changes = chain, None
+            if not scene.is_plain:
+                acting, changes = _until_a_change(chain, u, _TOUCH * absolute)
+
+            def rates(
+                time: float, state: FloatArray, leg: Leg = leg, acting: Chain = acting
+            ) -> Any:
+                u, v = state[:granules], state[granules:]
+                rate = v if acting.is_damped else None
+                return np.concatenate([v, acting.acceleration(u, _force(leg, time), rate)])
+
+            run = solve_ivp(
+                rates, (time, leg.end), np.concatenate([u, v]), method="DOP853",
+                rtol=relative, atol=absolute, max_step=longest, dense_output=True,
+                events=changes,
+            )  # fmt: skip
+            counted.append(run.nfev)
+            if not run.success or run.sol is None or not run.t[-1] > time:
+                raise RunFailed(f"SciPy: {run.message}")
+            begin, time = time, float(run.t[-1])
+            count = max(1, math.ceil((time - begin) / longest * samples))
+            seen = np.union1d(np.linspace(begin, time, count + 1), run.t)
+            states = run.sol(seen).T
+            u, v = np.split(run.y[:, -1], 2)
+            yield leg, samples_of(chain, leg, seen, *np.split(states, 2, axis=1))
+
+
+def _until_a_change(chain: Chain, at_start: FloatArray, opened: float) -> tuple[Chain, Any]:
+    """Return the chain without the contacts that are open, and an event of SciPy that ends a call.
+
+    It ends where an open contact closes, or a closed one opens. One that has a gap of ``opened`` is
+    open.
+    """
+    granules, closed = at_start.size, chain.overlap(at_start) > -opened / 2
+    threshold, sign = np.where(closed, -opened, 0.0), np.where(closed, 1.0, -1.0)
+
+    def event(_: float, state: FloatArray) -> float:
+        return float(np.min(sign * (chain.overlap(state[:granules]) - threshold)))
+
+    event.terminal = True  # type: ignore[attr-defined]
+    acting = chain._replace(stiffness=chain.stiffness * closed, damping=chain.damping * closed)
+    return acting, event
+
+
+def _force(leg: Leg, time: float) -> float:
+    return 0.0 if leg.ramp is None else float(leg.ramp.force(time))
+
+
+def start_of_motion(scene: Scene, added: FloatArray | None = None) -> FloatArray:
+    """Return displacement and velocity at the start, natural units, shape (2, granules)."""
+    start = start_of(scene)
+    start = start if start.size else np.zeros((2, scene.bodies))
+    return np.array(start if added is None else start + added)
+
+
+def law_of(chain: Chain) -> DampedLaw:
+    """Return the law of the contacts of a chain, for its ``Watch``."""
+    return DampedLaw(chain.stiffness, chain.damping, chain.exponent, chain.attraction)
+
+
+def on_stroke(leg: Leg, displacement: FloatArray, velocity: FloatArray) -> tuple[FloatArray, ...]:
+    """Return the motion of all granules when a stroke begins, with that of the piston set."""
+    assert leg.stroke is not None
+    displacement, velocity = displacement.copy(), velocity.copy()
+    displacement[0], velocity[0] = leg.stroke.displacement_at(leg.start), leg.stroke.velocity
+    return displacement, velocity
+
+
+def samples_of(
+    chain: Chain, leg: Leg, time: FloatArray, displacement: FloatArray, velocity: FloatArray
+) -> Samples:
+    """Return samples of states on a leg, (samples, granules); StepUnstable if they diverge."""
+    if not np.all(np.isfinite(velocity[-1])):
+        raise diverged("native")
+    ramp, overlap, rate = leg.ramp, chain.overlap(displacement), chain.closing(velocity)
+    force, jerk = chain.contact_force(overlap, rate), None
+    if not chain.is_damped:  # damping has no rate where it begins
+        jerk = chain.jerk(overlap, rate, ramp.force_rate(time) if ramp else 0.0)
+    moved = chain.moved_by(force, ramp.force(time) if ramp else 0.0)
+    return Samples(time, displacement, velocity, moved, overlap, force, jerk)
+
+
+def simulation_of(
+    scene: Scene, chain: Chain, start: FloatArray, blocks: Iterable[tuple[Leg, Samples]],
+    deadline: Deadline, recorder: Recorder | None = None, first: bool = False,
+    late: float = 0.0, motion: FloatArray | None = None,
+) -> Simulation:  # fmt: skip
+    """Return the results of a run from blocks of samples; all is in natural units.
+
+    The first sample of a block is the last of the block before. ``start`` is displacement and
+    velocity, shape (2, granules). ``late`` is the part of a step by which the velocities that damp
+    the motion are late: 1/2 in velocity Verlet, as in LAMMPS. ``motion`` holds displacement and
+    velocity at the end after the last block, where they are not those of its last sample.
+    ``first``: the results include first pulses. Raises StepUnstable if the chain has far more
+    energy than it was given, TooExpensive if the run has taken longer than the deadline.
+    """
+    signals = Signals.of(scene).in_units(scene.units) if first else None
+    watch = Watch(scene, law_of(chain), chain.inverse_mass, signals, recorder)
+    given, steps = chain.energy(*start), 0
+    displacement, velocity = start
+    for leg, samples in blocks:
+        if deadline.left <= 0:
+            raise deadline.passed()
+        watch.update(samples, leg, late * leg.dt)
+        steps += samples.time.size - 1
+        displacement, velocity = samples.displacement[-1], samples.velocity[-1]
+    if motion is not None:
+        displacement, velocity = motion
+    constant = np.sum(chain.mass * chain.constant * displacement)
+    energy = chain.energy(displacement, velocity) - constant
+    if not abs(energy) <= 10 * (abs(given) + watch.exchanged):
+        raise diverged("native")
+    return Simulation(
+        displacement, velocity, watch.peaks, given + watch.work, np.sum(chain.mass * velocity),
+        energy, steps, steps, wall_impulse=watch.seen.wall_impulse,
+        piston_impulse=watch.seen.piston_impulse, dissipated=watch.seen.dissipated,
+    )  # fmt: skip
+
+
+def longest_step(scene: Scene) -> float:
+    """The longest step of SciPy [s]."""
+    return LONGEST * scene.contact_time
+
+
+def simulate_in_scipy(
+    scene: Scene, tolerance: float, deadline: Deadline, recorder: Recorder | None = None,
+    longer: float = 1.0, first: bool = False, samples: int = SAMPLES,
+) -> Simulation:  # fmt: skip
+    """Integrate a scene once, with a tolerance; steps may be longer by a factor.
+
+    ``first``: first pulses are wanted. ``samples``: of the longest step.
+    """
+    chain, counted = Chain.of(scene), list[int]()
+    longest = longer * longest_step(scene) / scene.units.time
+    blocks = integrate(scene, chain, tolerance, longest, counted, samples)
+    run = simulation_of(scene, chain, start_of_motion(scene), blocks, deadline, recorder, first)
+    return replace(run, evaluations=sum(counted))
+
+
+def accurate_in_scipy(
+    scene: Scene, rtol: float, deadline: Deadline, recorder: Recorder | None = None,
+    first: bool = False,
+) -> tuple[Simulation, ContactErrors]:  # fmt: skip
+    """Integrate with three tolerances, until peaks have the wanted accuracy; the last is returned.
+
+    The differences of the three bound the error, as for the compiled adaptive steps.
+    """
+
+    def integrated(tolerance: float, longer: float, is_wanted: bool) -> Simulation:
+        kept = recorder if is_wanted else None
+        return simulate_in_scipy(scene, tolerance, deadline, kept, longer, first)
+
+    return accurate(integrated, rtol)
+
+
+def judging_peaks(scene: Scene, deadline: Deadline) -> tuple[FloatArray, float]:
+    """Return peak forces, (contacts,), to some 1e-10, and a bound of their relative error.
+
+    It is twice the difference from a second run of SciPy, with a looser tolerance.
+    """
+    samples, shorter = (SAMPLES, 1.0) if scene.contact is None else (_CLOSE_SAMPLES, _SHORTER)
+    tight, loose = (
+        simulate_in_scipy(scene, tolerance, deadline, None, longest, samples=samples).peaks
+        for tolerance, longest in ((_TIGHT, 1.0), (_LOOSER * _TIGHT, shorter))
+    )
+    return np.asarray(tight.force), 2.0 * float(tight.differences(loose).peak)
+
+
+@dataclass(frozen=True, eq=False)
+class RungeKutta:
+    """A scene of elastic contacts for the paper's own method, with the methods of ``Prepared``."""
+
+    scene: Scene
+    deadline: Deadline
+    first: bool = False  # whether first pulses are wanted
+
+    def simulate(
+        self, legs: Sequence[Leg], walker: Walker, recorder: Recorder | None = None,
+        leave_behind: bool = False,  # noqa: ARG002 - as Prepared
+    ) -> Simulation:  # fmt: skip
+        """Integrate the scene once, on legs [s, N] that are cut; no granule is left behind."""
+        scene, units = self.scene, self.scene.units
+        refuse_memory(8.0 * _ARRAYS * _BLOCK * scene.bodies)
+        chain, start = Chain.of(scene), start_of_motion(scene)
+        natural = [leg.in_units(units.time, units.force, units.length) for leg in legs]
+        blocks = runge_kutta(chain, natural, start)
+        run = simulation_of(scene, chain, start, blocks, self.deadline, recorder, self.first)
+        return replace(run, evaluations=run.steps * walker.stepper.stages)
+
+    def peaks(self, legs: Sequence[Leg], walker: Walker) -> Peaks:
+        """Return the peaks of a run, natural units."""
+        return self.simulate(legs, walker).peaks
+
+
+def runge_kutta(
+    chain: Chain, legs: Iterable[Leg], start: FloatArray
+) -> Iterator[tuple[Leg, Samples]]:
+    """Integrate a chain by the classical method; yield each leg with successive samples.
+
+    ``start`` is displacement and velocity, shape (2, granules); legs are in natural units.
+    """
+    u, v = start
+    for leg in legs:
+        if leg.stroke is not None:
+            u, v = on_stroke(leg, u, v)
+        block = [(leg.start, u, v)]
+        h = leg.dt
+        for k in range(leg.steps):
+            begin = leg.start + k * h
+            before, middle, after = (_force(leg, begin + part * h) for part in (0.0, 0.5, 1.0))
+            with np.errstate(over="ignore", invalid="ignore"):
+                first = chain.acceleration(u, before)
+                second = chain.acceleration(u + h / 2 * v, middle)
+                third = chain.acceleration(u + h / 2 * (v + h / 2 * first), middle)
+                fourth = chain.acceleration(u + h * (v + h / 2 * second), after)
+                u = u + h * (v + h / 6 * (first + second + third))
+                v = v + h / 6 * (first + 2 * second + 2 * third + fourth)
+            is_last = k == leg.steps - 1
+            block.append((leg.end if is_last else begin + h, u, v))
+            if len(block) > _BLOCK or is_last:
+                states = (np.array(values) for values in zip(*block, strict=True))
+                yield leg, samples_of(chain, leg, *states)
+                block = block[-1:]
