@@ -19,7 +19,7 @@ from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.duration import with_end
 from hertzchain.engines.native.methods import METHODS
 from hertzchain.engines.native.run_error import error_bound, estimate
-from hertzchain.engines.native.simulation import Prepared, Simulation, work_of
+from hertzchain.engines.native.simulation import Prepared, Run, Simulation, work_of
 from hertzchain.errors import POSITIVE, StepUnstable, is_positive, require
 from hertzchain.limits import RTOL, TIME_LIMIT, Deadline, check_time_limit
 from hertzchain.observables.balance import Balance
@@ -198,22 +198,20 @@ class Native:
             recorder = Recorder(times / scene.units.time, scene.bodies, scene.wall is not None)
         if chooses:
             rtol = RTOL if self.rtol is None else self.rtol
-            found = self.accurate_enough(scene, recorder, deadline, rtol)
-            refuse_meaningless("native", found[-1].least, too_long=False)
+            run = self.accurate_enough(scene, recorder, deadline, rtol)
+            refuse_meaningless("native", run.errors.least, too_long=False)
         elif scene.contact is not None:
-            found = self._damped(scene, recorder, deadline)
+            run = self._damped(scene, recorder, deadline)
         else:
-            found = self._as_asked(scene, recorder, deadline)
-        method, dt, run, errors = found
+            run = self._as_asked(scene, recorder, deadline)
+        simulation, errors = run.simulation, run.errors
         if self._first and finds_end(scene):
-            scene = scene.until(run.end * scene.units.time)
-        if self.method == "scipy":
-            method = self.method
+            scene = scene.until(simulation.end * scene.units.time)
         units = scene.units
-        peak_force = run.peaks.force * units.force
+        peak_force = simulation.peaks.force * units.force
         refuse_deep_overlap(largest_overlap_ratio(scene, peak_force))
-        peak_time = times_of_peaks(peak_force, run.peaks.time * units.time)
-        first, history, contacts = errors.known(run.peaks.first), None, len(scene.contacts)
+        peak_time = times_of_peaks(peak_force, simulation.peaks.time * units.time)
+        first, history, contacts = errors.known(simulation.peaks.first), None, len(scene.contacts)
         first, errors = (
             first and first.in_units(units.force, units.time),
             errors.in_units(units.time),
@@ -225,38 +223,36 @@ class Native:
         return Result(
             scene=scene,
             backend=self.name,
-            method=method,
-            dt=dt,
-            steps=run.steps,
-            force_evaluations=run.evaluations,
+            method=run.method,
+            dt=run.longest_step,
+            steps=simulation.steps,
+            force_evaluations=simulation.evaluations,
             peak_force=peak_force,
             peak_time=peak_time,
-            peak_passed=run.peaks.passed,
+            peak_passed=simulation.peaks.passed,
             error_estimate=errors.largest,
-            displacement=run.displacement[scene.first_granule :] * units.length,
-            velocity=run.velocity[scene.first_granule :] * units.velocity,
+            displacement=simulation.displacement[scene.first_granule :] * units.length,
+            velocity=simulation.velocity[scene.first_granule :] * units.velocity,
             balance=Balance(
                 impulse=scene.given_impulse
-                + float(run.piston_impulse - run.wall_impulse) * units.momentum,
-                momentum=float(run.momentum) * units.momentum,
-                work=float(run.work) * units.energy,
-                energy=float(run.energy) * units.energy,
-                dissipated=float(run.dissipated) * units.energy,
+                + float(simulation.piston_impulse - simulation.wall_impulse) * units.momentum,
+                momentum=float(simulation.momentum) * units.momentum,
+                work=float(simulation.work) * units.energy,
+                energy=float(simulation.energy) * units.energy,
+                dissipated=float(simulation.dissipated) * units.energy,
             ),
             history=history,
             wall_time=time.perf_counter() - begin - preparation.time,
             versions=versions(self.method),
-            scheme=method,
+            scheme=run.method,
             compile_time=preparation.compile_time,
             first_pulses=first and first.part(slice(contacts)),
             errors=errors.of_contacts(contacts),
             gauges=readings(scene, first, errors),
         )
 
-    def _as_asked(
-        self, scene: Scene, recorder: Recorder | None, deadline: Deadline
-    ) -> tuple[str, float, Simulation, ContactErrors]:
-        """Return method, longest step [s], run and its error, for the given method and step."""
+    def _as_asked(self, scene: Scene, recorder: Recorder | None, deadline: Deadline) -> Run:
+        """Return a run with the given method and step."""
         name = self.method if self.method in METHODS else "reference"
         method, is_damped = METHODS[name], scene.contact is not None
         dt = self.dt if self.dt is not None else method.step * scene.contact_time
@@ -276,7 +272,7 @@ class Native:
         else:
             errors = error_bound(prepared, legs, method, run)
         refuse_meaningless("native", errors.least, is_long)
-        return name, longest, run, errors
+        return Run(name, longest, run, errors)
 
     def _prepared(self, scene: Scene, deadline: Deadline) -> Prepared | RungeKutta:
         """Return the integrator of a scene with elastic contacts: compiled, or the paper's."""
@@ -298,16 +294,14 @@ class Native:
         hardest.
         """
         for rtol in (RTOL, _CLOSER * RTOL):
-            *_, accurate, errors = self.accurate_enough(scene, None, deadline, rtol)
-            differences = accurate.peaks.differences(run.peaks)
+            accurate = self.accurate_enough(scene, None, deadline, rtol)
+            differences, errors = accurate.simulation.peaks.differences(run.peaks), accurate.errors
             if differences.wanted > _CLEAR * errors.wanted:
                 break
         refuse_meaningless("native", errors.least, too_long=False)
         return bounds(lambda found, least: found + (1 + found) * least, differences, errors)
 
-    def _damped(
-        self, scene: Scene, recorder: Recorder | None, deadline: Deadline
-    ) -> tuple[str, float, Simulation, ContactErrors]:
+    def _damped(self, scene: Scene, recorder: Recorder | None, deadline: Deadline) -> Run:
         """Return the same as ``_as_asked`` for damped contacts."""
         if self.method == "velocity-verlet":
             return self._as_asked(scene, recorder, deadline)
@@ -315,20 +309,20 @@ class Native:
         require(self.method in (None, "reference"), "method", self.method, names)
         allowed = "must be left out for damped contacts, or stand with method velocity-verlet"
         require(self.dt is None, "dt", self.dt, allowed)
-        found = self.accurate_enough(scene, recorder, deadline, plans.TIGHTEST)
-        refuse_meaningless("native", found[-1].least, too_long=False)
-        return found
+        run = self.accurate_enough(scene, recorder, deadline, plans.TIGHTEST)
+        refuse_meaningless("native", run.errors.least, too_long=False)
+        return run
 
     def accurate_enough(
         self, scene: Scene, recorder: Recorder | None, deadline: Deadline, rtol: float
-    ) -> tuple[str, float, Simulation, ContactErrors]:
-        """Return method, longest step [s], run and its error, by the cheapest way to ``rtol``."""
+    ) -> Run:
+        """Return a run by the cheapest way to ``rtol``."""
         first = self._first
         if self.method == "scipy":
             from hertzchain.engines.native.as_written import accurate_in_scipy, longest_step
 
-            found = accurate_in_scipy(scene, rtol, deadline, recorder, first)
-            return "scipy", longest_step(scene), *found
+            accurate = accurate_in_scipy(scene, rtol, deadline, recorder, first)
+            return Run("scipy", longest_step(scene), *accurate)
         if scene.contact is not None:
             return _adaptive(scene, recorder, deadline, rtol, first)
         hard = amplifies_errors(scene)
@@ -346,7 +340,7 @@ class Native:
                 expensive = 2 * cost
                 with suppress(damped_runs.TooMuchWork, StepUnstable):
                     adaptive = _adaptive(scene, recorder, deadline, rtol, first, _SHARE * cost)
-                    if adaptive[-1].wanted <= rtol:
+                    if adaptive.errors.wanted <= rtol:
                         return adaptive
                     expensive = math.inf
             scene, legs, run = self._once(prepared, scene, plan, recorder)
@@ -370,10 +364,10 @@ class Native:
             if errors.share * error <= aim:
                 break
             plan, before = plan.closer(rtol, error, has_terms=not scene.is_plain), error
-        if adaptive is not None and adaptive[-1].wanted < error:
+        if adaptive is not None and adaptive.errors.wanted < error:
             again = recorder is not None
             return _adaptive(scene, recorder, deadline, rtol, first) if again else adaptive
-        return plan.method, max(leg.dt for leg in legs), run, errors
+        return Run(plan.method, max(leg.dt for leg in legs), run, errors)
 
     def _once(
         self,
@@ -402,10 +396,10 @@ def _adaptive(
     rtol: float,
     first: bool,
     most_work: float = math.inf,
-) -> tuple[str, float, Simulation, ContactErrors]:
+) -> Run:
     """Return the same as ``Native.accurate_enough``, by adaptive steps."""
     run, errors = damped_runs.accurate_enough(scene, rtol, deadline, recorder, most_work, first)
-    return damped_runs.METHOD, damped_runs.longest_step(scene), run, errors
+    return Run(damped_runs.METHOD, damped_runs.longest_step(scene), run, errors)
 
 
 @functools.cache

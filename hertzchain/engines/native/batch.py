@@ -332,7 +332,8 @@ def _accurate_enough(
         def one(k: int) -> None:
             if deadline.left <= 0:
                 raise deadline.passed()
-            *_, run, errors = native.accurate_enough(scene_of(k), None, deadline, rtol)
+            single = native.accurate_enough(scene_of(k), None, deadline, rtol)
+            run, errors = single.simulation, single.errors
             force[k], time[k], passed[k] = run.peaks.force, run.peaks.time, run.peaks.passed
             error[k], evaluations[k] = errors.largest, run.evaluations
 

@@ -26,7 +26,7 @@ from hertzchain.engines.native.kernel_input import (
 )
 from hertzchain.engines.native.methods import Walker
 from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
-from hertzchain.observables.contact_errors import Peaks
+from hertzchain.observables.contact_errors import ContactErrors, Peaks
 from hertzchain.observables.error_bound import diverged
 from hertzchain.observables.first_pulse import LATEST, Signals, pulses_in
 from hertzchain.observables.history import Recorder
@@ -88,6 +88,16 @@ class Simulation:
     def peak_force(self) -> Any:
         """Peak force of each contact, shape (contacts,)."""
         return self.peaks.force
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A simulation, how it was made, and bounds of its errors, natural units."""
+
+    method: str
+    longest_step: float  # [s]
+    simulation: Simulation
+    errors: ContactErrors
 
 
 def simulate(
