@@ -19,8 +19,8 @@ from hertzchain.observables.contact_errors import ContactErrors, bounds
 LONGEST = 0.8
 """Longest step, natural time units of the fastest contact."""
 
-LOOSEST, TIGHTEST = 1e-7, 1e-12
-"""Tolerances: above, errors of strong dampers were up to 100 tolerances; below is round-off."""
+LOOSEST, TIGHTEST = 2e-5, 1e-12
+"""Tolerances: a thousandth of the wanted accuracy is enough above; below is round-off."""
 
 _FIRST = 0.02
 """The first tolerance over the wanted accuracy: in 19 of 20 random chains no second is needed."""
