@@ -209,6 +209,15 @@ def first_maximum(start: Any, end: Any, seen: Any, h: float, hi: int, c: Any) ->
 
 
 @compiled
+def _acting(contact: int, chosen: Any, hi: int, c: Any) -> int:
+    """Place in a part of the chain of one of its contacts; -1 where it is not there, or open."""
+    for n in range(hi):
+        if chosen[n] == contact and c.stiffness[n] > 0.0:
+            return n
+    return -1
+
+
+@compiled
 def observe(
     watch: Any, start: Any, end: Any, begin: float, h: float, fresh: bool, hi: int, c: Any,
     chosen: Any,
@@ -224,14 +233,10 @@ def observe(
         k = chosen[n]
         if k < contacts:
             acting = n if c.stiffness[n] > 0.0 else -1
-            _look(watch, k, acting, -1, start, end, begin, h, fresh, c, nothing)
+            _look(watch, k, acting, watch.signals[k].other, start, end, begin, h, fresh, c, nothing)
     for k in range(contacts, watch.signals.size):
-        s, i, j = watch.signals[k], -1, -1
-        for n in range(hi):
-            if chosen[n] == s.contact and c.stiffness[n] > 0.0:
-                i = n
-            if chosen[n] == s.other and c.stiffness[n] > 0.0:
-                j = n
+        i = _acting(watch.signals[k].contact, chosen, hi, c)
+        j = _acting(watch.signals[k].other, chosen, hi, c)
         if i >= 0 or j >= 0:
             _look(watch, k, i, j, start, end, begin, h, fresh, c, nothing)
 

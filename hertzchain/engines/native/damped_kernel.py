@@ -183,7 +183,7 @@ def march(
                 run.hi = many
                 advance(
                     own, end, part_on[:many], room, its, leg if chosen[0] == 0 else no_force, stop,
-                    True, run, method, tolerance, max(_SLOW, np.max(np.abs(v))), longest, stable,
+                    parted, run, method, tolerance, max(_SLOW, np.max(np.abs(v))), longest, stable,
                     most_work, Seen(part_force[:many], part_time[:many], record), watch, control,
                     chosen,
                 )  # fmt: skip
