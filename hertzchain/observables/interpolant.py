@@ -1,4 +1,4 @@
-"""The polynomial of a step with given value and derivatives at both ends; its maxima. Compiled."""
+"""The polynomial of a step with given value and derivatives at both ends, compiled."""
 
 from __future__ import annotations
 
@@ -10,10 +10,6 @@ import numpy as np
 from hertzchain.observables.compiling import part
 
 _BINOMIAL = (1.0, 6.0, 15.0, 20.0, 15.0, 6.0, 1.0)
-
-_DEEPEST_HALF = 12
-"""Halvings of the interpolant of a step in the search for its maxima: two that lie closer than a
-four-thousandth of a step are as high as each other, to round-off."""
 
 
 @part
@@ -87,28 +83,6 @@ def curvature_at(c: Any, s: float) -> float:
 
 
 @part
-def _maximum(c: Any, low: float, high: float) -> float:
-    """Where between low and high a polynomial that rises at low and falls at high is highest."""
-    at_low, at_high = slope_at(c, low), slope_at(c, high)
-    s = low + (high - low) * at_low / (at_low - at_high)
-    if not low < s < high:
-        s = (low + high) / 2
-    for _ in range(50):
-        slope = slope_at(c, s)
-        if slope > 0:
-            low = s
-        else:
-            high = s
-        following = s - slope / curvature_at(c, s)
-        if not low <= following <= high:
-            following = (low + high) / 2
-        if abs(following - s) <= 1e-15:
-            return following
-        s = following
-    return s
-
-
-@part
 def _bernstein(c: Any, low: float, width: float, b: Any) -> None:
     """Bernstein coefficients of the slope from low to low + width, times width."""
     for k in range(7):
@@ -135,45 +109,3 @@ def is_monotone(c: Any, b: Any) -> bool:
     for k in range(7):
         rises, falls = rises and b[k] >= 0.0, falls and b[k] <= 0.0
     return rises or falls
-
-
-@part
-def highest_place(c: Any, known: float, b: Any) -> float:
-    """Where in [0, 1] a polynomial of degree 7 is highest between its ends; -1 where nowhere.
-
-    The slope has no more zeros in an interval than its Bernstein coefficients have changes of sign
-    there (Descartes). If there is more than one change, the interval is halved, unless the
-    coefficients show that no force is above ``known``.
-
-    Parameters
-    ----------
-    c
-        The polynomial, an overlap.
-    known
-        A force that has to be exceeded.
-    b
-        Room for the coefficients, shape (7,).
-    """
-    at, level, place = -1.0, 0, 0
-    while True:
-        width = 1.0 / (1 << level)
-        low = place * width
-        _bernstein(c, low, width, b)
-        changes, steepest = 0, max(b[0], 0.0)
-        for k in range(1, 7):
-            changes += (b[k - 1] > 0) != (b[k] > 0)
-            steepest = max(steepest, b[k])
-        if changes > 0 and hertz_force(value_at(c, low) + steepest) > known:
-            if changes > 1 and level < _DEEPEST_HALF:
-                level, place = level + 1, 2 * place
-                continue
-            if b[0] > 0 and b[6] <= 0:
-                s = _maximum(c, low, low + width)
-                force = hertz_force(value_at(c, s))
-                if force > known:
-                    at, known = s, force
-        while place % 2 == 1:
-            level, place = level - 1, place // 2
-        if level == 0:
-            return at
-        place += 1

@@ -158,6 +158,19 @@ class Watch(NamedTuple):
     pulses: Any
 
 
+class Law(NamedTuple):
+    """The law of one contact, with the names that a signal has."""
+
+    stiffness: float
+    damping: float
+    exponent: float
+    attracts: float
+    other_stiffness: float
+    other_damping: float
+    weight: float
+    static: float
+
+
 class Piece(NamedTuple):
     """The force of a signal in a step: begin, length, overlaps of both contacts, and scales."""
 
@@ -229,29 +242,31 @@ def signals_of(
 
 
 @part
-def _power(d: float, exponent: float) -> float:
+def power_of(d: float, exponent: float) -> float:
     """Power of an overlap; roots are quicker than powers."""
+    if exponent == 0.0:
+        return 1.0
     if exponent == 0.5:
         return math.sqrt(d)
     return math.sqrt(math.sqrt(d)) if exponent == 0.25 else d**exponent
 
 
 @part
-def law_of(d: float, w: float, stiffness: float, damping: float, s: Any) -> float:
-    """Force of a contact at an overlap and its rate."""
+def acting_force(d: float, w: float, stiffness: float, damping: float, exponent: float) -> float:
+    """Force of a contact at an overlap and its rate, without a limit."""
     if d <= 0.0:
         return 0.0
     force = stiffness * d * math.sqrt(d)
     if damping != 0.0:
-        force += damping * _power(d, s.exponent) * w
-        if s.attracts == 0.0:
-            force = max(force, 0.0)
+        force += damping * power_of(d, exponent) * w
     return force
 
 
 @part
-def law_rate(d: float, w: float, bend: float, stiffness: float, damping: float, s: Any) -> float:
-    """Rate of that force, where it is not limited to 0.
+def acting_rate(
+    d: float, w: float, bend: float, stiffness: float, damping: float, exponent: float
+) -> float:
+    """Rate of that force.
 
     That of an open contact is almost 0, with the sign of the overlap's rate: so an extremum is
     found next to the place where a contact closes or opens.
@@ -260,8 +275,21 @@ def law_rate(d: float, w: float, bend: float, stiffness: float, damping: float, 
         return _ALMOST_NOTHING * w
     rate = 1.5 * stiffness * math.sqrt(d) * w
     if damping != 0.0:
-        rate += damping * _power(d, s.exponent) * (s.exponent * w * w / d + bend)
+        rate += damping * power_of(d, exponent) * (exponent * w * w / d + bend)
     return rate
+
+
+@part
+def law_of(d: float, w: float, stiffness: float, damping: float, s: Any) -> float:
+    """Force of a contact of a signal; 0 or more where contacts do not attract."""
+    force = acting_force(d, w, stiffness, damping, s.exponent)
+    return force if s.attracts != 0.0 else max(force, 0.0)
+
+
+@part
+def law_rate(d: float, w: float, bend: float, stiffness: float, damping: float, s: Any) -> float:
+    """Rate of that force, where it is not limited to 0."""
+    return acting_rate(d, w, bend, stiffness, damping, s.exponent)
 
 
 @part
@@ -349,6 +377,30 @@ def extrema(p: Any, edge: float, places: FloatArray, s: Any) -> int:
                 places[count] = place
         before = rate
     return count
+
+
+@compiled
+def highest(
+    start: Any, end: Any, h: float, stiffness: float, damping: float, exponent: float,
+    attracts: float,
+) -> Any:  # fmt: skip
+    """The highest maximum of the force of a contact within a step, and its place from 0 to 1.
+
+    Twice 0 where there is none. Arguments are as for ``look``.
+    """
+    nothing = (0.0, 0.0, 0.0, 0.0)
+    s = Law(stiffness, damping, exponent, attracts, 0.0, 0.0, 1.0, 0.0)
+    p = Piece(0.0, h, curve_of(start, end, h), curve_of(nothing, nothing, h), 1.0, 1.0)
+    force, place = 0.0, 0.0
+    rate = rate_at(p, 0.0, s)
+    for n in range(1, PARTS + 1):
+        before, rate = rate, rate_at(p, n / PARTS, s)
+        if before > 0.0 and not rate > 0.0:
+            at = _place(p, 0.0, (n - 1) / PARTS, n / PARTS, before, rate, True, s)
+            top = force_at(p, at, s)
+            if top > force:
+                force, place = top, at
+    return force, place
 
 
 # ---- What is kept

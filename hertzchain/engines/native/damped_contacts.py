@@ -17,18 +17,15 @@ import numpy as np
 
 from hertzchain.observables.compiling import ONE, compiled
 from hertzchain.observables.interpolant import (
-    curvature_at,
     hermite,
     quintic,
     slope_at,
     value_at,
 )
+from hertzchain.observables.observer import acting_force, acting_rate, power_of
 
 PARTS = 8
 """Parts of a step in which a beginning, an end, or a maximum is searched."""
-
-_SUMMIT = 1e-12
-"""Rate of a force at its maximum over the rate nearby; and the accuracy of its place in a step."""
 
 
 # Loops over all granules take single arrays: passing a whole chain costs more than a short loop.
@@ -86,31 +83,15 @@ def lightest(i: int, c: Any) -> float:
 
 
 @compiled
-def power_of(d: float, exponent: float) -> float:
-    """d^q, and 1 for q = 0; d is not below 0."""
-    if exponent == 0.0:
-        return 1.0
-    root = math.sqrt(d)
-    return root if exponent == 0.5 else math.sqrt(root)
-
-
-@compiled
 def law(d: float, w: float, i: int, c: Any) -> float:
     """Force of contact i at overlap d and closing speed w, without a limit; 0 for d <= 0."""
-    if d <= 0.0:
-        return 0.0
-    return c.stiffness[i] * d * math.sqrt(d) + c.damping[i] * power_of(d, c.exponent) * w
+    return acting_force(d, w, c.stiffness[i], c.damping[i], c.exponent)
 
 
 @compiled
 def law_rate(d: float, w: float, bend: float, i: int, c: Any) -> float:
     """Rate of the force of ``law``; ``bend`` is the second derivative of the overlap."""
-    if d <= 0.0:
-        return 0.0
-    grown = c.exponent * w * w / d + bend
-    return 1.5 * c.stiffness[i] * math.sqrt(d) * w + (
-        c.damping[i] * power_of(d, c.exponent) * grown
-    )
+    return acting_rate(d, w, bend, c.stiffness[i], c.damping[i], c.exponent)
 
 
 @compiled
@@ -192,55 +173,6 @@ def _narrowed(
     if is_beyond:
         return left, s, at_left / 2 if side == 1 else at_left, value, 1
     return s, right, value, at_right / 2 if side == -1 else at_right, -1
-
-
-@compiled
-def highest(start: Any, end: Any, i: int, h: float, c: Any) -> Any:
-    """The highest maximum of the force of contact i in a step, and its place from 0 to 1; or 0, 0.
-
-    The overlap is the polynomial of degree 7 that meets it and its first three derivatives at both
-    ends.
-    """
-    curve = septic(start, end, i, h, c)
-    force, place, rate = 0.0, 0.0, _growth(curve, 0.0, h, i, c)
-    for part in range(1, PARTS + 1):
-        before, rate = rate, _growth(curve, part / PARTS, h, i, c)
-        if not before > 0.0 or rate > 0.0:
-            continue
-        s = _summit(curve, h, i, (part - 1) / PARTS, part / PARTS, before, rate, c)
-        found = law(value_at(curve, s), slope_at(curve, s) / h, i, c)
-        if found > force:
-            force, place = found, s
-    return force, place
-
-
-@compiled
-def _growth(curve: Any, s: float, h: float, i: int, c: Any) -> float:
-    """Rate of the force of contact i at a place of a step."""
-    w = slope_at(curve, s) / h
-    return float(law_rate(value_at(curve, s), w, curvature_at(curve, s) / (h * h), i, c))
-
-
-@compiled
-def _summit(
-    curve: Any, h: float, i: int, low: float, high: float, at_low: float, at_high: float, c: Any
-) -> float:
-    """Place where the force of contact i is highest, between low and high, by Illinois.
-
-    At low it grows, at high it does not.
-    """
-    side, enough = 0, _SUMMIT * (at_low - at_high)
-    for _ in range(60):
-        s = (low * at_high - high * at_low) / (at_high - at_low)
-        if not low < s < high:
-            break
-        value = _growth(curve, s, h, i, c)
-        if abs(value) <= enough or high - low <= _SUMMIT:
-            return s
-        low, high, at_low, at_high, side = _narrowed(
-            low, high, at_low, at_high, s, value, value <= 0.0, side
-        )
-    return high if at_high == 0.0 else low
 
 
 @compiled

@@ -11,16 +11,14 @@ from typing import Any
 from hertzchain.engines.native.damped_contacts import (
     end_of_septic,
     first_change,
-    highest,
     law,
     law_rate,
     lightest,
     overlap_curve,
-    power_of,
 )
 from hertzchain.observables.compiling import compiled
 from hertzchain.observables.interpolant import slope_at, value_at
-from hertzchain.observables.observer import has_news, look
+from hertzchain.observables.observer import has_news, highest, look, power_of
 
 EVENT = 0.1
 """Error of velocity that a late change of mode may cause, over the tolerance of a step."""
@@ -184,7 +182,10 @@ def _maximum(start: Any, end: Any, i: int, above: float, h: float, c: Any) -> An
     reach = max(f0, f1) + max(abs(rise), abs(end_rise))
     if not reach > above:
         return 0.0, 0.0
-    force, s = highest(start, end, i, h, c)
+    force, s = highest(
+        end_of_septic(start, i, c), end_of_septic(end, i, c), h, c.stiffness[i], c.damping[i],
+        c.exponent, 1.0 if c.attraction else 0.0,
+    )  # fmt: skip
     return (force, s) if reach >= force > above else (0.0, 0.0)
 
 

@@ -11,10 +11,10 @@ from hertzchain.engines.native.damped_contacts import (
     accelerations,
     force_rates,
     forces,
-    power_of,
 )
 from hertzchain.engines.native.elastic_chain import applied_force, applied_force_rate, has_piston
 from hertzchain.observables.compiling import compiled
+from hertzchain.observables.observer import power_of
 
 _AHEAD = 8
 """Granules that the window of moving granules grows by."""

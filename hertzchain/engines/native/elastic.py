@@ -181,7 +181,7 @@ def march(
             if turns > 0 or dips:
                 keep_peaks(
                     seen, u0, v0, a, u, v, g, lo, hi + on_wall, leg, begin, time, h, off,
-                    dips, h if verlet else 0.0, state.bernstein, chain,
+                    dips, h if verlet else 0.0, chain,
                 )  # fmt: skip
             if watch is not None:
                 observe(

@@ -14,8 +14,8 @@ from hertzchain.observables.compiling import (
     larger,
     part,
 )
-from hertzchain.observables.interpolant import hermite, hertz_force, highest_place, value_at
-from hertzchain.observables.observer import has_news, look
+from hertzchain.observables.interpolant import hertz_force
+from hertzchain.observables.observer import has_news, highest, look
 
 DIP = 0.75
 """Factor on the step: see ``scan``. A half would suffice if overlap rates were parabolas."""
@@ -60,7 +60,7 @@ def scan(
 @part
 def keep_peaks(
     seen: Any, u0: Any, v0: Any, a: Any, u: Any, v: Any, g: Any, lo: int, hi: int,
-    leg: Any, begin: float, time: float, h: float, off: float, dips: bool, slack: float, b: Any,
+    leg: Any, begin: float, time: float, h: float, off: float, dips: bool, slack: float,
     chain: Any,
 ) -> None:  # fmt: skip
     """The maxima of contact forces within a step, of the contacts that ``scan`` finds.
@@ -93,14 +93,9 @@ def keep_peaks(
             peak_time[i] = time if r1 > r0 else begin
         start = motion_of_contact(u0, v0, i, lo, leg, begin, off, chain)
         end = motion_of_contact(u, v, i, lo, leg, begin + h, off, chain)
-        curve = hermite(start, end, h)
-        known = peak_force[i]
-        if chain is not None:
-            known /= chain.stiffness[i]
-        s = highest_place(curve, known, b)
-        if s >= 0:
-            peak_force[i] = with_stiffness(hertz_force(value_at(curve, s)), i, chain)
-            peak_time[i] = begin + s * h
+        force, s = highest(start, end, h, with_stiffness(1.0, i, chain), 0.0, 0.5, 0.0)
+        if force > peak_force[i]:
+            peak_force[i], peak_time[i] = force, begin + s * h
 
 
 @part

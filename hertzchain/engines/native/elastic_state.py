@@ -104,14 +104,11 @@ class State(NamedTuple):
     rows
         The motion, zero at the start, shape (6, columns): displacement, velocity and acceleration,
         then the same three at the start of the step. There are N + 1 columns.
-    bernstein
-        Room for ``interpolant.highest_place``, shape (7,).
     progress
         Zero at the start, shape (1,): see ``PROGRESS``.
     """
 
     rows: FloatArray
-    bernstein: FloatArray
     progress: Any
 
 
@@ -163,4 +160,4 @@ def is_stopped(control: Any) -> bool:
 
 def at_the_start(granules: int) -> State:
     """Return a state for the start of a run."""
-    return State(np.zeros((6, granules + 1)), np.zeros(7), np.zeros(1, PROGRESS))
+    return State(np.zeros((6, granules + 1)), np.zeros(1, PROGRESS))

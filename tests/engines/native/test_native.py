@@ -38,7 +38,7 @@ from hertzchain.engines.native.methods import (
 )
 from hertzchain.engines.native.simulation import simulate, stoppable
 from hertzchain.limits import Deadline
-from hertzchain.observables import interpolant
+from hertzchain.observables import observer
 from hertzchain.observables.history import Recorder
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.ramp import SHAPES, Ramp
@@ -301,7 +301,7 @@ def test_a_maximum_in_a_step_whose_rate_is_no_parabola(
     If the rate were a parabola that reaches 0, the sum of both rates would be half of the change of
     acceleration at most. Here it is 0.658 and 0.748 of it.
     """
-    for module in (elastic_maxima, interpolant):
+    for module in (elastic_maxima, observer):
         for name, function in vars(module).items():
             if hasattr(function, "py_func"):  # nothing is compiled for two steps
                 monkeypatch.setattr(module, name, function.py_func)
@@ -315,7 +315,7 @@ def test_a_maximum_in_a_step_whose_rate_is_no_parabola(
     found, at = np.zeros(1), np.full(1, np.nan)
     elastic_maxima.keep_peaks(
         Seen(found, at, nothing_recorded()), u0, v0, a, u, v, g, 0, 2, leg, 0.0, 1.0, 1.0, 0.0,
-        True, 0.0, np.zeros(7), None,
+        True, 0.0, None,
     )  # fmt: skip
     slope = pushed[1] - pushed[0]
     derivatives = [
