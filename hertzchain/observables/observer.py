@@ -53,10 +53,14 @@ LEAST = 1e-9
 """Dynamic forces that are not observed, over the natural unit plus the static force: no pulse that
 counts is so weak."""
 
-_LONGER, _PARTING, _SLOW = 2.0, 3.0, 10.0
+_LONGER, _PARTING = 2.0, 3.0
 """Factor on the time at which the last first pulse is over, so that a run has a first reflection,
-too; natural time units after that, in which two spheres part; and the time from half of a force on
-in which a wave would have passed: what grows for longer, loads do (chosen)."""
+too; and natural time units after that, in which two spheres part."""
+
+_SLOW, _SLOWLY = 10.0, 0.25
+"""A force that is not over so many time units after its half was reached, or such a part of that
+time, if it is longer, is no wave: loads that settle grow as slowly (chosen). Waves past light beads
+lasted a sixth of the time of their half."""
 
 PULSES = 64
 """Maxima that are kept of a signal, each larger than all before (chosen)."""
@@ -719,14 +723,14 @@ def usual_end(w: Any, otherwise: float, at: float, before: float) -> float:
     end that was known before; the run is over if that is what is returned.
 
     It is twice the time at which the last first pulse was over, plus three: but no later than
-    ``otherwise``, if that is three units after this time. A force that grows still is waited for;
-    if it reached half of its value more than ``_SLOW`` units before, only until ``otherwise``.
+    ``otherwise``, if that is three units after this time. A first pulse that is not over is waited
+    for; if it grows slowly (``_SLOW``), only until ``otherwise``.
     While a contact has not been pressed the end is ``otherwise``, or twice the time at which the
     last one of the others was first pressed, and three units. It is rounded up to two digits, so
     that rounding errors do not show.
     """
     least, latest, newest, are_all_pressed = SIGNIFICANT * _largest(w), 0.0, 0.0, True
-    over = 0.0
+    over, are_all_over = 0.0, True
     for k in range(w.contacts[0]):
         count = w.signals[k].pulses
         if count == 0 or not w.maxima[k, count - 1].force >= least:
@@ -735,11 +739,19 @@ def usual_end(w: Any, otherwise: float, at: float, before: float) -> float:
         n, last = _end_of(w, k, 1, FLOOR), w.maxima[k, count - 1]
         time = w.falls[k, n, 1] if n < count else min(last.time, at)
         latest, newest = max(latest, time), max(newest, w.maxima[k, 0].time)
-        if n < count or not time - _reached(w, k, last.force / 2) > _SLOW:
+        if n < count:
             over = max(over, time)
+        else:
+            half = _reached(w, k, last.force / 2)
+            are_all_over = are_all_over and at - half > max(_SLOW, _SLOWLY * half)
     if are_all_pressed:
         end = _rounded_up(_LONGER * latest + _PARTING)
-        end = min(end, max(otherwise, _rounded_up(over + _PARTING)))
+        if not are_all_over:
+            end = min(end, max(otherwise, at + 1.0))
+        elif over + _PARTING > otherwise:
+            end = min(end, _rounded_up(over + _PARTING))
+        else:
+            end = min(end, otherwise)
     else:
         end = max(_rounded_up(_LONGER * newest + _PARTING), otherwise)
     if at == before:
