@@ -49,6 +49,25 @@ def test_the_end_is_after_the_last_first_pulse(name: str) -> None:
     assert hc.Native(rtol=1e-3).run(scene).scene.end_time == end
 
 
+@pytest.mark.parametrize("small", [0.3e-3, 0.62e-3, 1.33e-3])
+def test_a_slow_wave_past_light_beads_is_waited_for(small: float) -> None:
+    """It takes up to five times as long as the usual end; no step decides when the run ends."""
+    radius = np.where(np.arange(15) % 2 == 0, 5e-3, small)
+    scene = replace(WALLED, chain=hc.Chain(15, **{**STEEL, "radius": radius}), wall=None)
+    runs = [hc.Native(rtol=rtol).run(scene) for rtol in (1e-3, 1e-5, 1e-7)]
+    assert len({run.scene.end_time for run in runs} | {with_end(scene).end_time}) == 1
+    assert runs[0].cut_off == ()
+
+
+def test_a_load_that_settles_slowly_does_not_keep_a_run_going() -> None:
+    """Strong viscoelastic damping: forces creep to those of the load long after the pulse."""
+    scene = replace(
+        WALLED, contact=hc.Contact("dashpot", coefficient=3000.0),
+        precompression=hc.Precompression(force=0.1),
+    )  # fmt: skip
+    assert with_end(scene).end_time <= 2 * scene.end_time
+
+
 def test_an_end_that_is_given_stays_and_so_do_plain_scenes() -> None:
     given = replace(WALLED, run=hc.Run(1e-4))
     plain = paper_scene("cosine", 1.0, 2.0, 8)
