@@ -34,7 +34,7 @@ from hertzchain.scene.starters import STARTERS, write_starter
 from hertzchain.scene.validity import refuse_hopeless_overlap
 from hertzchain.verdict.deck.expected import applied_force
 from hertzchain.verdict.formulas import formulas
-from hertzchain.verdict.mistakes import with_rise_time
+from hertzchain.verdict.slips import with_rise_time
 from tests.command_line import Command
 from tests.conftest import paper_scene
 from tests.decks.test_standalone_deck import run, verdict

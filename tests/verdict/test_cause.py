@@ -16,9 +16,9 @@ from hertzchain.arrays import Array, FloatArray
 from hertzchain.limits import Deadline
 from hertzchain.report.console import print_document
 from hertzchain.report.judgement import of_judgement
-from hertzchain.verdict import cause, judgement
+from hertzchain.verdict import judgement, slips
 from hertzchain.verdict.case import Case, Found, Mistake, jumps_like_noise
-from hertzchain.verdict.mistakes import Family
+from hertzchain.verdict.slips import Family
 from tests.conftest import paper_scene
 
 NOTHING = "no single known mistake explains these peaks"
@@ -42,7 +42,7 @@ def shared(truth: hc.Result, size: float, tolerance: float = 1e-3) -> Case:
 
 def explained(
     monkeypatch: pytest.MonkeyPatch, case: Case, noisy: bool = False, **left: float
-) -> tuple[cause.Explanation, list[str]]:
+) -> tuple[slips.Explanation, list[str]]:
     """Return the explanation by mistakes that leave given parts, and the list of those tried.
 
     Those whose name begins with ``costly`` are costly.
@@ -63,8 +63,8 @@ def explained(
         return Family(name, mistakes, is_costly=name.startswith("costly"))
 
     made = tuple(family(name, left[name]) for name in left)
-    monkeypatch.setattr("hertzchain.verdict.mistakes.FAMILIES", made)
-    return cause.likely_cause(case), tried
+    monkeypatch.setattr("hertzchain.verdict.slips.FAMILIES", made)
+    return slips.likely_cause(case), tried
 
 
 @pytest.mark.parametrize(
