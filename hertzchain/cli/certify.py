@@ -43,9 +43,9 @@ def certify(
     one. Status 0: all that was tested is right; 1: a row is wrong; 2: rows could not run.
     """
     from hertzchain.files import check_outputs, make_folder, write_text
+    from hertzchain.known.certificate import certify as measure
     from hertzchain.report.certificate import print_certificates, suite
     from hertzchain.report.junit import to_xml
-    from hertzchain.verdict.certificate import certify as measure
 
     check_outputs([], [junit])
     if folder is not None:

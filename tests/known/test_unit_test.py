@@ -14,10 +14,9 @@ import yaml
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.decks.unit_test import SEGMENTS, known_motion, let_go
-from hertzchain.decks.unit_test_deck import unit_test
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.errors import HertzchainError
+from hertzchain.known.unit_test import SEGMENTS, known_motion, let_go, unit_test
 from tests import scenes
 from tests.command_line import Command
 from tests.conftest import STEEL, paper_scene

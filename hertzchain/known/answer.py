@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from importlib.metadata import version
 from typing import Any
@@ -12,23 +12,15 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.decks.layout import (
-    ROOM,
-    ROUNDING,
-    KnownAnswer,
-    Layout,
-    plain,
-    similar,
-    what_is_softer,
-)
-from hertzchain.decks.standalone import standalone
-from hertzchain.engines.external.rescaling import NONE, predicted_loss
+from hertzchain.engines.external.engine import ProgramEngine
+from hertzchain.engines.external.rescaling import predicted_loss
 from hertzchain.engines.lammps.deck import refuse_pair_style
 from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.damped_verlet import samples_of, simulate_damped_verlet
 from hertzchain.engines.native.duration import with_end
 from hertzchain.engines.native.methods import METHODS
 from hertzchain.engines.native.simulation import simulate
+from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import (
     POSITIVE,
     SceneError,
@@ -37,6 +29,8 @@ from hertzchain.errors import (
     is_positive,
     require,
 )
+from hertzchain.known import deck
+from hertzchain.known.deck import ROOM, ROUNDING, KnownAnswer, Layout, similar
 from hertzchain.limits import RTOL
 from hertzchain.observables.error_bound import (
     refuse_strong_dampers,
@@ -49,7 +43,6 @@ from hertzchain.observables.peaks import judged_contacts, largest_difference
 from hertzchain.scene.run import Run
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
-from hertzchain.scene.validity import refuse_terms
 
 _FINEST = 1e-9  # least relative error of the peaks: needs three million steps
 _PILOT_STEP = 0.04  # natural time units; step of the first run in the search for a wanted error
@@ -260,48 +253,37 @@ def lammps_deck(scene: Scene, dt: float | None, rtol: float | None, title: str, 
     """
     scene = with_end(scene)
     layout = lay_out(scene, dt, rtol, title=title, **how)
-    return standalone(scene, layout, known_answer(scene, layout))
+    return deck.deck(scene, layout, known_answer(scene, layout))
 
 
-def liggghts_deck(scene: Scene, dt: float | None, rtol: float | None, title: str) -> str:
-    """Return a deck for LIGGGHTS that finds the peaks of a scene."""
-    from hertzchain.engines.liggghts.deck import deck
-
-    return _deck_to_run(scene, dt, rtol, title, "LIGGGHTS", deck)
-
-
-def yade_deck(scene: Scene, dt: float | None, rtol: float | None, title: str) -> str:
-    """Return a script for Yade that finds the peaks of a scene."""
-    from hertzchain.engines.yade.deck import deck
-
-    return _deck_to_run(scene, dt, rtol, title, "Yade", deck)
-
-
-def _deck_to_run(
-    scene: Scene,
-    dt: float | None,
-    rtol: float | None,
-    title: str,
-    code: str,
-    write: Callable[[Scene, Sequence[Leg], Sequence[str]], str],
+def program_deck(
+    engine: str, scene: Scene, dt: float | None, rtol: float | None, title: str
 ) -> str:
-    """Return a deck without expected answers, which ``hertzchain judge`` has."""
-    refuse_terms(scene, f"a deck of {code}")  # contact forces are sums from the free end
+    """Return a deck for LIGGGHTS or Yade that finds the peaks of a scene.
+
+    RunFailed for a scene that the engine cannot simulate.
+    """
+    writer = ENGINES[engine].make()
+    assert isinstance(writer, ProgramEngine)
+    scene = with_end(scene)
+    writer.refuse(scene)
     step = deck_step(scene, dt, rtol)
     _lost_digits(scene, step)
     legs, made = similar(scene, step)
     steps, longest = sum(leg.steps for leg in legs), max(leg.dt for leg in legs)
-    count = scene.chain.granules
+    elastic = " elastic" if scene.contact is None else ""
+    which = f"with {' and '.join(scene.terms)}" if scene.terms else "pushed at one end"
+    chain = f"a chain of {scene.chain.granules}{elastic} spheres in Hertz contact"
     about = [
-        f"{plain(title)}: a chain of {count} elastic spheres in Hertz contact, pushed at one end.",
+        f"{deck.plain(title)}: {chain}, {which}.",
         f"Written by hertzchain {version('hertzchain')}. SI units throughout.",
-        f"{steps} steps of at most {longest:.4g} s, ending at the corners of the pulse.",
+        f"{steps} steps of at most {longest:.4g} s, ending at the corners of the shock.",
         "It prints the peak force of each contact, and writes them to peaks.csv. To judge them:",
         "hertzchain judge SCENE peaks.csv",
+        *textwrap.wrap(deck.what_is_softer(made), 96),
     ]
-    if made != NONE:
-        about += textwrap.wrap(what_is_softer(made), 96)
-    return write(made.scene(scene), legs, about)
+    text: str = writer.WRITER.deck(made.scene(scene), legs, about)
+    return text
 
 
 def _lost_digits(scene: Scene, step: float) -> float:
