@@ -119,14 +119,15 @@ _STRETCH = {"stiffness": 1 / 3, "mass": -1 / 2, "pulse": 1.0}
 
 def slips_in(scene: Scene) -> tuple[Slip, ...]:
     """Return all slips in one number that can be made in a scene."""
-    nu, contact, pulse = float(scene.granules.poisson_ratio[0]), scene.contact, scene.pulse
+    contact, pulse = scene.contact, scene.pulse
+    nu, radius = (float(x[0]) for x in (scene.granules.poisson_ratio, scene.granules.radius))
     rows = [
         Slip("stiffness", "effective modulus E in place of E/(2 (1 - nu^2))", 2 * (1 - nu**2)),
         Slip("stiffness", "E in place of E/(1 - nu^2)", 1 - nu**2),
         Slip("stiffness", "1 - nu in place of 1 - nu^2", 1 + nu),
         Slip("stiffness", "shear modulus in place of E", 0.5 / (1 + nu)),
         # Spheres have the diameter 1 of LAMMPS when they get their mass.
-        Slip("mass", "density set before the diameter", float(2 * scene.chain.radius) ** -3.0),
+        Slip("mass", "density set before the diameter", (2 * radius) ** -3.0),
         Slip("peaks", "in units of F0", 1 / scene.units.force),
     ]
     if pulse is not None:
@@ -136,13 +137,9 @@ def slips_in(scene: Scene) -> tuple[Slip, ...]:
         ]
     if contact is not None and contact.restitution is not None:
         right = math.sqrt(5) * damping_ratio(e := contact.restitution)
-        old, new = (
-            f"damping tsuji of LAMMPS {at} for {e:g}" for at in (BEFORE_ROOT_2, WITH_ROOT_2)
-        )
-        rows += [
-            Slip("restitution", old, tsuji(e, root_2=False) / right),
-            Slip("restitution", new, tsuji(e, root_2=True) / right),
-        ]
+        for version, root_2 in ((BEFORE_ROOT_2, False), (WITH_ROOT_2, True)):
+            words = f"damping tsuji of LAMMPS {version} for {e:g}"
+            rows.append(Slip("restitution", words, tsuji(e, root_2) / right))
         if not {"unlike granules", "wall", "near wall"} & set(scene.terms):
             rows += [
                 Slip("restitution", "m in place of m*", 2**0.5),
@@ -500,8 +497,7 @@ def families_for(scene: Scene) -> list[Family]:
     return [family for family in FAMILIES if family.terms is None or terms <= set(family.terms)]
 
 
-@dataclass(frozen=True)
-class Explanation:
+class Explanation(NamedTuple):
     """Sentences on the cause of wrong peaks; None where there is no such sentence."""
 
     cause: str | None = None  # the mistake that explains the differences

@@ -509,9 +509,10 @@ def test_with_other_terms_damping_units_and_numbers_are_tried() -> None:
     assert judged.remarks == (f"causes that were tried in a scene with striker, wall: {tried}",)
     judged = hc.judge(replace(made, contact=E), peaks_of(made))
     assert (judged.cause or "").startswith("damping of restitution 0.85 in place of 0.8 ")
-    force = peaks_of(elastic)
-    for given, cause in ((force / 1000, "in units of kN"), (force[::-1], "from the far end")):
-        assert cause in (hc.judge(elastic, dict(enumerate(given.tolist(), 2))).cause or "")
+    for scene in (elastic, replace(elastic, chain=replace(elastic.chain, radius=[4e-3, 5e-3] * 6))):
+        force = peaks_of(scene)
+        for given, cause in ((force / 1000, "in units of kN"), (force[::-1], "from the far end")):
+            assert cause in (hc.judge(scene, dict(enumerate(given.tolist(), 2))).cause or "")
 
 
 def test_what_is_tried() -> None:
