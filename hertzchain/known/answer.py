@@ -155,14 +155,14 @@ def known_answer(scene: Scene, layout: Layout) -> KnownAnswer | None:
         off = off + ROUNDING * ratio * _made_of_rounding(scene, layout.step)
     # Contacts that are never pressed are not judged.
     error = off / np.where(ratio > 0, ratio, 1.0) + truth.error_estimate
-    known = KnownAnswer(ratio, error, _lost_digits(scene, layout.step))
-    if ROOM * known.largest_error >= 1:  # an error of 1 would accept a force of 0
+    answer = KnownAnswer(ratio, error, _lost_digits(scene, layout.step))
+    if ROOM * answer.largest_error >= 1:  # an error of 1 would accept a force of 0
         raise Unpredictable(
             f"this deck would judge nothing: steps of {layout.step * scene.units.time:.3g} s,"
             f" {layout.watch_every} from one look to the next, can miss whole peaks; take a smaller"
             " watch_every, rtol or dt, or a later end_time"
         )
-    return known
+    return answer
 
 
 def looked_at(scene: Scene, step: float, watch_every: int) -> tuple[FloatArray, FloatArray]:
@@ -177,8 +177,8 @@ def looked_at(scene: Scene, step: float, watch_every: int) -> tuple[FloatArray, 
         every = max(1, watch_every // _PHASES)
         # One more, because samples at the ends of legs are closer together.
         apart = watch_every if every == 1 else -(-watch_every // every) + 1
-        found = looks_at_damped(scene, legs, every, apart)
-        return np.maximum(_verlet_peaks(scene, legs), found.max(axis=0)), found.min(axis=0)
+        sampled = looks_at_damped(scene, legs, every, apart)
+        return np.maximum(_verlet_peaks(scene, legs), sampled.max(axis=0)), sampled.min(axis=0)
     walker = METHODS["velocity-verlet"].walker
     peaks = simulate(scene, legs, walker, leave_behind=True).peaks
     least = np.array(peaks.force)
@@ -192,8 +192,8 @@ def looked_at(scene: Scene, step: float, watch_every: int) -> tuple[FloatArray, 
     for some in np.array_split(order, -(-order.size * granules // _READINGS) or 1):
         recorder = Recorder(np.clip(looks[some], 0.0, end), granules, scene.wall is not None)
         simulate(scene, legs, walker, recorder)
-        found = recorder.contact_force[np.arange(some.size), contacts[some]]
-        np.minimum.at(least, contacts[some], found)
+        sampled = recorder.contact_force[np.arange(some.size), contacts[some]]
+        np.minimum.at(least, contacts[some], sampled)
     return peaks.force, least
 
 
@@ -203,15 +203,15 @@ def looks_at_damped(scene: Scene, legs: Sequence[Leg], every: int, apart: int) -
     Samples are ``every`` times ``apart`` steps apart. The first row has samples from the start of
     the run on, the next row samples that begin ``every`` steps later, and so on.
     """
-    found: FloatArray = np.zeros((apart, scene.granules.stiffness.size))
+    largest: FloatArray = np.zeros((apart, scene.granules.stiffness.size))
     done = 0
     for _, samples in samples_of(scene, legs, every=every):
         force = samples.contact_force[min(done, 1) :]  # the first was the last of the piece before
         for row in range(apart):
             seen = force[(row - done) % apart :: apart]
-            np.maximum(found[row], seen.max(axis=0, initial=0.0), out=found[row])
+            np.maximum(largest[row], seen.max(axis=0, initial=0.0), out=largest[row])
         done += len(force)
-    return found
+    return largest
 
 
 def _made_of_rounding(scene: Scene, step: float) -> FloatArray:
@@ -230,8 +230,8 @@ def _made_of_rounding(scene: Scene, step: float) -> FloatArray:
     for _ in range(_SHIFTS):
         start = np.zeros((2, granules))
         start[0] = size * rng.standard_normal(granules)
-        found = _verlet_peaks(scene, legs, start)
-        change = np.maximum(change, np.abs(found - peaks))
+        shifted = _verlet_peaks(scene, legs, start)
+        change = np.maximum(change, np.abs(shifted - peaks))
     pressed = judged_contacts(peaks)
     relative = np.where(pressed, change / np.where(pressed, peaks, 1.0), 0.0)
     return np.maximum(relative, float(np.median(relative[pressed])))
@@ -269,7 +269,7 @@ def program_deck(
     writer.refuse(scene)
     step = deck_step(scene, dt, rtol)
     _lost_digits(scene, step)
-    legs, made = similar(scene, step)
+    legs, scaling = similar(scene, step)
     steps, longest = sum(leg.steps for leg in legs), max(leg.dt for leg in legs)
     elastic = " elastic" if scene.contact is None else ""
     which = f"with {' and '.join(scene.terms)}" if scene.terms else "pushed at one end"
@@ -280,16 +280,16 @@ def program_deck(
         f"{steps} steps of at most {longest:.4g} s, ending at the corners of the shock.",
         "It prints the peak force of each contact, and writes them to peaks.csv. To judge them:",
         "hertzchain judge SCENE peaks.csv",
-        *textwrap.wrap(deck.what_is_softer(made), 96),
+        *textwrap.wrap(deck.what_is_softer(scaling), 96),
     ]
-    text: str = writer.WRITER.deck(made.scene(scene), legs, about)
+    text: str = writer.WRITER.deck(scaling.scene(scene), legs, about)
     return text
 
 
 def _lost_digits(scene: Scene, step: float) -> float:
     """Return the relative error of the peaks by coordinates; Unpredictable if it is too large."""
-    legs, made = similar(scene, step)
-    lost = predicted_loss(scene, sum(leg.steps for leg in legs), made)
+    legs, scaling = similar(scene, step)
+    lost = predicted_loss(scene, sum(leg.steps for leg in legs), scaling)
     if lost > _MOST_LOST:
         raise Unpredictable(
             f"coordinates would cost the peaks of this scene about {lost:.0e}, even in a deck of"

@@ -287,12 +287,12 @@ def _simulated(
     legs = scene.schedule(case.dt)
     damped = scene.contact is not None
     strides = [stride_of(scene, leg) if damped else READ_EVERY for leg in legs]
-    made = softening(scene, sum(leg.steps for leg in legs))
+    scaling = softening(scene, sum(leg.steps for leg in legs))
     if isinstance(program, ProgramEngine):
         label, code = program.LABEL, program.code_of(scene, deadline, edit)
     else:
         parts = program.command, program.ranks, program.build, program.options
         watched = _Watched(*parts, edit, styles)
         label, code = "LAMMPS", Binary(case.pair_style, deadline, watched).run
-    seen = Observation(scene, made, legs, None, label)
-    return seen.simulation(code(made.scene(scene), seen.legs, strides, seen))
+    seen = Observation(scene, scaling, legs, None, label)
+    return seen.simulation(code(scaling.scene(scene), seen.legs, strides, seen))

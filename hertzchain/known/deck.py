@@ -93,20 +93,20 @@ def similar(scene: Scene, step: float) -> tuple[list[Leg], Softening]:
     """
     legs = scene.schedule(step * scene.units.time)
     steps = sum(leg.steps for leg in legs)
-    made = softening(scene, steps)
-    if made.power >= 0 and predicted_loss(scene, steps) <= WANTED:
-        made = NONE
-    return [made.leg(leg) for leg in legs], made
+    scaling = softening(scene, steps)
+    if scaling.power >= 0 and predicted_loss(scene, steps) <= WANTED:
+        scaling = NONE
+    return [scaling.leg(leg) for leg in legs], scaling
 
 
-def what_is_softer(made: Softening) -> str:
+def what_is_softer(scaling: Softening) -> str:
     """Return the difference of a deck's chain from that of its scene, in words; "" for NONE."""
-    if made == NONE:
+    if (k := scaling.power) == NONE.power:
         return ""
     return (
         "Coordinates of whole granules leave few digits to overlaps as small as those of this"
-        f" scene. The deck has E / 8^{made.power}: overlaps and displacements are 4^{made.power}"
-        f" times and all times 2^{made.power} times those of the scene; forces are the same."
+        f" scene. The deck has E / 8^{k}: overlaps and displacements are 4^{k} times and all times"
+        f" 2^{k} times those of the scene; forces are the same."
     )
 
 
@@ -118,8 +118,8 @@ def deck(scene: Scene, layout: Layout, answer: KnownAnswer | None = None) -> str
     if (answer is None) != (layout.watch_every == 0):
         raise SceneError("watch_every", layout.watch_every, "must be 0 where no peaks are known")
     refuse_pair_style(scene, layout.pair_style)
-    legs, made = similar(scene, layout.step)
-    softer, every = made.scene(scene), layout.dump_every
+    legs, scaling = similar(scene, layout.step)
+    softer, every = scaling.scene(scene), layout.dump_every
     options, trajectory, watch = [], [], []
     after = [write_dump("chain.final", ("x", "vx", "fx"))]
     if answer is not None:
@@ -141,7 +141,7 @@ def deck(scene: Scene, layout: Layout, answer: KnownAnswer | None = None) -> str
             "dump_modify states sort id",
         ]
     sections = [
-        _header(scene, layout, answer, sum(leg.steps for leg in legs), made),
+        _header(scene, layout, answer, sum(leg.steps for leg in legs), scaling),
         ["# ---- Parameters", *options] if options else [],
         [
             "# ---- The granules, shared out among processors along the chain",
@@ -162,7 +162,7 @@ def deck(scene: Scene, layout: Layout, answer: KnownAnswer | None = None) -> str
 
 
 def _header(
-    scene: Scene, layout: Layout, answer: KnownAnswer | None, steps: int, made: Softening
+    scene: Scene, layout: Layout, answer: KnownAnswer | None, steps: int, scaling: Softening
 ) -> list[str]:
     run = f"lmp -in {plain(layout.name)}"
     terms, needed = scene.terms, oldest(scene)
@@ -186,7 +186,7 @@ def _header(
         f"#   mpiexec -n 2 {run}    on two processors, the same result",
         *([] if answer is None else [f"#   {run} -var watch 1    a look at every step"]),
         "#",
-        *comment(" ".join([what_is_softer(made), _expected(scene, answer), fixed]).lstrip()),
+        *comment(" ".join([what_is_softer(scaling), _expected(scene, answer), fixed]).lstrip()),
     ]
 
 

@@ -112,8 +112,8 @@ def known_motion(scene: Scene) -> KnownMotion:
 
 def _refuse(scene: Scene) -> None:
     """Refuse terms that a few separate granules cannot have; walls have no damping here."""
-    known = ("striker", "wall" if scene.contact is None else "damping")
-    refuse_terms(scene, "a unit test for LAMMPS", known)
+    terms = ("striker", "wall" if scene.contact is None else "damping")
+    refuse_terms(scene, "a unit test for LAMMPS", terms)
     if scene.striker is not None and scene.striker != Striker(scene.striker.velocity):
         raise RunFailed("a unit test for LAMMPS does not support strikers unlike the chain")
 
@@ -207,10 +207,10 @@ def _displacement(position: FloatArray, diameter: float) -> FloatArray:
     return np.array([float(place - site) for place, site in zip(places, sites, strict=True)])
 
 
-def _difference(one: FloatArray, other: FloatArray) -> float:
+def _difference(measured: FloatArray, expected: FloatArray) -> float:
     """Return a relative difference as LAMMPS's test drivers measure it."""
-    smaller = np.minimum(np.abs(one), np.abs(other))
-    return float(np.max(np.abs(one - other) / np.where(smaller == 0, 1.0, smaller)))
+    smaller = np.minimum(np.abs(measured), np.abs(expected))
+    return float(np.max(np.abs(measured - expected) / np.where(smaller == 0, 1.0, smaller)))
 
 
 # ---- The text

@@ -330,22 +330,12 @@ def past_corners(scene: Scene, dt: float) -> list[Leg] | None:
 
 def _long_steps(case: Case) -> Iterator[Mistake]:
     """Yield velocity Verlet with too long steps, whose length is fitted."""
-    scene = case.scene
-
-    def peaks(dt: float) -> FloatArray:
-        how: dict[str, Any] = {"leave_behind": True, "deadline": case.deadline}
-        try:
-            run = simulate(scene, scene.schedule(dt), _VERLET.walker, **how)
-        except TooExpensive:
-            raise
-        except RunFailed:
-            return np.full_like(case.given, np.nan)
-        return np.asarray(run.peaks.force * scene.units.force)
-
-    longest = 0.8 * stable_step(scene, _VERLET.interval)
+    longest = 0.8 * stable_step(case.scene, _VERLET.interval)
     trials = (longest * np.geomspace(0.02, 1.0, 14)).tolist()
     yield Mistake(
-        lambda dt: f"what velocity Verlet with steps of about {dt:.3g} s has", peaks, trials
+        lambda dt: f"what velocity Verlet with steps of about {dt:.3g} s has",
+        lambda dt: case.of(case.scene, dt),
+        trials,
     )
 
 
