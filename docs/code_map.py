@@ -17,8 +17,8 @@ COMPARISON = ("check", "comparison", "formulas", "reference_checks", "run_checks
 """Modules of ``verdict/`` that compare; the others judge what was computed elsewhere."""
 
 PLACES = (
-    "   cli", "  fits uncertainty", "   sweeps", "   report", "   verdict",
-    " comparison  decks pulses",
+    "   cli", "  fits uncertainty", "   sweeps", "   report", "   verdict known",
+    " comparison  pulses",
     "theory native lammps liggghts yade", "  lammps.reading", " external", " observables",
     " scene", " contact",
 )  # fmt: skip

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from hertzchain.errors import HertzchainError
     from hertzchain.fits.fit import fit
     from hertzchain.fits.fitted import Fit
+    from hertzchain.known.certificate import Certificate, certify
     from hertzchain.observables.result import Result
     from hertzchain.report.several import plot
     from hertzchain.report.trajectory import write_trajectory
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
     from hertzchain.sweeps import Sweep, sweep
     from hertzchain.uncertainty.spread import Spread, spread
     from hertzchain.uncertainty.validation import Validation, validate
-    from hertzchain.verdict.certificate import Certificate, certify
     from hertzchain.verdict.comparison import Comparison, compare
     from hertzchain.verdict.deck import DeckCheck, DeckExamination, examine
     from hertzchain.verdict.judgement import Judgement
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 
 _HOME = {
     "Batch": "hertzchain.engines.native.batch",
-    "Certificate": "hertzchain.verdict.certificate",
+    "Certificate": "hertzchain.known.certificate",
     "Chain": "hertzchain.scene.chain",
     "Comparison": "hertzchain.verdict.comparison",
     "DeckCheck": "hertzchain.verdict.deck",
@@ -76,7 +76,7 @@ _HOME = {
     "Validation": "hertzchain.uncertainty.validation",
     "Wall": "hertzchain.scene.terms",
     "Yade": "hertzchain.engines.yade.backend",
-    "certify": "hertzchain.verdict.certificate",
+    "certify": "hertzchain.known.certificate",
     "compare": "hertzchain.verdict.comparison",
     "examine": "hertzchain.verdict.deck",
     "fit": "hertzchain.fits.fit",

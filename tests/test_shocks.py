@@ -12,14 +12,13 @@ import pytest
 
 import hertzchain as hc
 from hertzchain import theory
-from hertzchain.decks import known_answer
 from hertzchain.engines.external.rescaling import Softening
 from hertzchain.engines.liggghts import deck as liggghts
 from hertzchain.engines.native.methods import METHODS
 from hertzchain.engines.native.simulation import simulate
-from hertzchain.engines.registry import ENGINES
 from hertzchain.engines.yade import deck as yade
 from hertzchain.errors import HertzchainError
+from hertzchain.known.answer import lammps_deck, program_deck
 from hertzchain.observables.error_bound import amplifies_errors
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.report.comparison import of_comparison
@@ -34,10 +33,10 @@ from hertzchain.scene.starters import STARTERS, write_starter
 from hertzchain.scene.validity import refuse_hopeless_overlap
 from hertzchain.verdict.deck.expected import applied_force
 from hertzchain.verdict.formulas import formulas
-from hertzchain.verdict.mistakes import with_rise_time
+from hertzchain.verdict.slips import with_rise_time
 from tests.command_line import Command
 from tests.conftest import paper_scene
-from tests.decks.test_standalone_deck import run, verdict
+from tests.known.test_deck import verdict
 from tests.oracles.json_schema import problems
 from tests.report.test_json_schema import scene_from, through_json
 
@@ -122,19 +121,17 @@ def test_other_engines_have_its_force(scene: hc.Scene) -> None:
 
 
 @pytest.mark.lammps
-@pytest.mark.parametrize("engine", [name for name, one in ENGINES.items() if one.deck])
-def test_decks(scene: hc.Scene, engine: str, tmp_path: Path) -> None:
-    """That of LAMMPS passes in it; of others those with terms are refused in one sentence."""
-    write = getattr(known_answer, ENGINES[engine].deck)
-    if engine != "lammps" and not scene.is_plain:
-        with pytest.raises(HertzchainError, match="take a scene without"):
-            write(scene, None, 1e-3, "trial")
-        return
+def test_decks(scene: hc.Scene, tmp_path: Path) -> None:
+    """That of LAMMPS passes in it; those of other codes are refused where their runs are."""
     path = tmp_path / "in.chain"
-    path.write_text(write(scene, None, 1e-3, "trial"), encoding="utf-8")
-    if engine == "lammps":
-        status, screen = run(path, tmp_path)
-        assert (status, verdict(screen)) == (0, "PASS"), screen
+    path.write_text(lammps_deck(scene, None, 1e-3, "trial"), encoding="utf-8")
+    assert verdict(path) == "PASS"
+    held = [*[False] * (scene.chain.granules - 1), True]
+    fixed = replace(scene, chain=replace(scene.chain, fixed=held))
+    for engine in ("liggghts", "yade"):
+        assert "peaks.csv" in program_deck(engine, scene, None, 1e-3, "trial")
+        with pytest.raises(HertzchainError, match="not support fixed granules: take a scene"):
+            program_deck(engine, fixed, None, 1e-3, "trial")
 
 
 def test_predict(scene: hc.Scene) -> None:

@@ -6,10 +6,9 @@ import re
 from dataclasses import dataclass
 
 import hertzchain as hc
-from hertzchain.decks.known_answer import known_answer, lay_out
-from hertzchain.decks.layout import Layout
-from hertzchain.decks.standalone import standalone
 from hertzchain.files import write_texts
+from hertzchain.known.answer import known_answer, lay_out
+from hertzchain.known.deck import Layout, deck
 from validation.shipped import HERE, load
 
 FOLDER = HERE.parent / "lammps_inputs"
@@ -48,7 +47,7 @@ class Entry:
         """The deck."""
         scene = self.load()
         layout = self.layout(scene)
-        return standalone(scene, layout, known_answer(scene, layout))
+        return deck(scene, layout, known_answer(scene, layout))
 
 
 GALLERY = (

@@ -43,39 +43,36 @@ def certify(
     one. Status 0: all that was tested is right; 1: a row is wrong; 2: rows could not run.
     """
     from hertzchain.files import check_outputs, make_folder, write_text
+    from hertzchain.known.certificate import certify as measure
     from hertzchain.report.certificate import print_certificates, suite
     from hertzchain.report.junit import to_xml
-    from hertzchain.verdict.certificate import certify as measure
 
     check_outputs([], [junit])
     if folder is not None:
         make_folder(folder)
-    begun = datetime.now(UTC)
+    begun, certificates = datetime.now(UTC), []
     named: list[str | None] = [*lmp] if lmp else [options.named_binary(None)]
-    folders = [folder] * len(named)
-    if folder is not None and len(named) > 1:  # decks differ from version to version
-        for k in range(len(named)):
-            folders[k] = own = folder / f"{k + 1}"
-            make_folder(own)
     with output.progress() as report_progress, output.compiling(report_progress):
-        found = [
-            measure(
-                one,
-                suffix=suffix,
-                ranks=1 if ranks is None else ranks,
-                folder=kept,
-                progress=report_progress,
+        for k, program in enumerate(named, start=1):
+            decks = folder
+            if folder is not None and len(named) > 1:  # decks differ from version to version
+                decks = folder / f"{k}"
+                make_folder(decks)
+            count = 1 if ranks is None else ranks
+            certificates.append(
+                measure(program, suffix=suffix, ranks=count, folder=decks, progress=report_progress)
             )
-            for one, kept in zip(named, folders, strict=True)
-        ]
-    status = 1 if any(one.status == 1 for one in found) else max(one.status for one in found)
+    statuses = [certificate.status for certificate in certificates]
+    status = 1 if 1 in statuses else max(statuses)
     document = {
         "hertzchain": version("hertzchain"),
         "status": status,
-        "certificates": [one.to_dict() for one in found],
+        "certificates": [certificate.to_dict() for certificate in certificates],
     }
-    output.show(as_json, lambda: document, lambda console: print_certificates(console, found))
-    xml = to_xml([suite(one, begun) for one in found])
+    output.show(
+        as_json, lambda: document, lambda console: print_certificates(console, certificates)
+    )
+    xml = to_xml([suite(certificate, begun) for certificate in certificates])
     if folder is not None:
         write_text(folder / "certify.json", json.dumps(document, indent=2, allow_nan=False))
         write_text(folder / "certify.xml", xml)

@@ -16,7 +16,7 @@ from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import on_one_line
 
 Engine = StrEnum(  # type: ignore[misc]
-    "Engine", {name.upper(): name for name, engine in ENGINES.items() if engine.deck}
+    "Engine", {name.upper(): name for name, engine in ENGINES.items() if engine.writes_decks}
 )
 PairStyle = StrEnum("PairStyle", {style: style for style in PAIR_STYLES})  # type: ignore[misc]
 LAMMPS, GRANULAR = Engine("lammps"), PairStyle("granular")
@@ -49,12 +49,11 @@ def deck(
     """Write a deck of a scene for LAMMPS, LIGGGHTS or Yade.
 
     The deck finds the peak forces by itself. A deck for LAMMPS compares them with the true ones and
-    says PASS or FAIL; the others write peaks.csv for hertzchain judge. For scenes with unlike,
-    moving or fixed granules, gaps, striker, piston, wall, static loads or damping there are only
-    decks for LAMMPS, with pair style granular.
+    says PASS or FAIL; the others write peaks.csv for hertzchain judge. Pair style
+    gran/hertz/history is for granules of one material, elastic or with viscoelastic damping.
     """
-    from hertzchain.decks import known_answer
     from hertzchain.files import check_outputs
+    from hertzchain.known import answer
 
     loaded = options.load_scene(scene)
     options.refuse_step_and_accuracy(rtol, dt)
@@ -68,14 +67,14 @@ def deck(
     longest = options.to_seconds("--dt", dt)
     with progress() as report_progress:
         report_progress("native: the step, and what the deck has to find")
-        how = {
-            "watch_every": watch_every,
-            "pair_style": pair_style.value,
-            "dump_every": dump_every,
-            "name": "THIS_FILE" if output is None else output.name,
-        }
-        write = getattr(known_answer, ENGINES[engine.value].deck)
-        text = write(loaded, longest, rtol, scene.stem, **(how if engine is LAMMPS else {}))
+        if engine is LAMMPS:
+            text = answer.lammps_deck(
+                loaded, longest, rtol, scene.stem, watch_every=watch_every,
+                pair_style=pair_style.value, dump_every=dump_every,
+                name="THIS_FILE" if output is None else output.name,
+            )  # fmt: skip
+        else:
+            text = answer.program_deck(engine.value, loaded, longest, rtol, scene.stem)
     _write("deck", output, text)
 
 
@@ -118,9 +117,9 @@ def unit_test(scene: options.SceneFile, output: OutputFile = None) -> None:
     The test has the wave or the impact of the scene, with its motion by Eq. 1. The file is of
     the form of unittest/granular/tests/dem02-*.yaml in the sources of LAMMPS.
     """
-    from hertzchain.decks.unit_test import known_motion
-    from hertzchain.decks.unit_test_deck import unit_test as test_text
     from hertzchain.files import check_outputs
+    from hertzchain.known.unit_test import known_motion
+    from hertzchain.known.unit_test import unit_test as test_text
 
     loaded = options.load_scene(scene)
     check_outputs([scene], [output])

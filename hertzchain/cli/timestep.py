@@ -16,7 +16,7 @@ def timestep(
 
     The step is that of any velocity Verlet.
     """
-    from hertzchain.decks.known_answer import deck_step
+    from hertzchain.known.answer import deck_step
 
     loaded = load_scene(scene)
     with progress() as report_progress, compiling(report_progress):

@@ -47,7 +47,7 @@ class Engine:
     compared: bool = False  # compared by default
     swept: bool = False  # can measure the scenes of sweeps
     program: str | None = None  # program that a user has to install, if any
-    deck: str = ""  # function of decks.known_answer that writes its deck; empty for none
+    writes_decks: bool = False  # whether there are decks for it to run elsewhere
 
     def make(self, **parameters: Any) -> Simulator:
         """Return the engine with numerical parameters: a frozen object with ``run``."""
@@ -67,15 +67,15 @@ _ALL = (
     ),
     Engine(
         "lammps", "LAMMPS", "hertzchain.engines.lammps.backend", "Lammps",
-        "#0072B2", "o", compared=True, swept=True, deck="lammps_deck",
+        "#0072B2", "o", compared=True, swept=True, writes_decks=True,
     ),
     Engine(
         "liggghts", "LIGGGHTS", "hertzchain.engines.liggghts.backend", "Liggghts",
-        "#CC79A7", "x", program="liggghts", deck="liggghts_deck",
+        "#CC79A7", "x", program="liggghts", writes_decks=True,
     ),
     Engine(
         "yade", "Yade", "hertzchain.engines.yade.backend", "Yade",
-        "#E69F00", "+", program="yade", deck="yade_deck",
+        "#E69F00", "+", program="yade", writes_decks=True,
     ),
 )  # fmt: skip
 

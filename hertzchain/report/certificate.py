@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from datetime import datetime
 from typing import TYPE_CHECKING
 
+from hertzchain.known.certificate import WRONG, Certificate, Row
 from hertzchain.report.console import print_prose, table
 from hertzchain.report.junit import ERROR, FAILURE, SKIPPED, Case, Suite
-from hertzchain.verdict.certificate import WRONG, Certificate, Row
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -88,13 +88,19 @@ class Case:
         known = np.isfinite(ratio)
         return np.log(ratio[known]) if np.count_nonzero(~known) <= 1 else np.zeros(0)
 
-    def of(self, scene: Scene) -> FloatArray:
-        """Return true peaks of another scene [N]; NaN where there are none."""
+    def of(self, scene: Scene, dt: float | None = None) -> FloatArray:
+        """Return true peaks of another scene [N], or those of velocity Verlet at a step [s].
+
+        They are NaN where there are none.
+        """
         try:
             if scene.contact is not None:
                 return self._damped(scene)
+            method: dict[str, Any] = {"rtol": _RTOL}
+            if dt is not None:
+                method = {"method": "velocity-verlet", "dt": dt}
             native = Native(
-                rtol=_RTOL, peaks_only=True, time_limit=max(self.deadline.left, 1e-3),
+                **method, peaks_only=True, time_limit=max(self.deadline.left, 1e-3),
                 wanted="first" if self.of_first_pulses else "all",
             )  # fmt: skip
             run = native.run(scene)

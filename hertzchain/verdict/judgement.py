@@ -21,9 +21,7 @@ from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
 from hertzchain.showing import ShownVerdict
 from hertzchain.verdict.case import Case
-from hertzchain.verdict.cause import likely_cause
-from hertzchain.verdict.mistakes import families_for
-from hertzchain.verdict.step_mistakes import velocity_verlet
+from hertzchain.verdict.slips import families_for, likely_cause, velocity_verlet
 
 if TYPE_CHECKING:
     import pandas

@@ -6,10 +6,10 @@ import numpy as np
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.decks.known_answer import looks_at_damped
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.methods import METHODS
 from hertzchain.engines.native.simulation import simulate
+from hertzchain.known.answer import looks_at_damped
 from hertzchain.observables.history import Recorder
 from tests.oracles.in_numpy import integrate
 

@@ -20,14 +20,14 @@ import tomli_w
 
 import hertzchain as hc
 from hertzchain import theory
+from hertzchain.known.certificate import ROUND_OFF, UNTESTED, Certificate, Row
+from hertzchain.known.rows import CASES
 from hertzchain.observables.balance import LostDigits
 from hertzchain.observables.definitions import DEFINITIONS
 from hertzchain.pulses.measured import measured_pulse
 from hertzchain.pulses.recording import read_recording
 from hertzchain.pulses.signal import pulse_of
 from hertzchain.scene.sections import sections_of
-from hertzchain.verdict.certificate import ROUND_OFF, UNTESTED, Certificate, Row
-from hertzchain.verdict.certified import CASES
 from hertzchain.verdict.tradeoff import tradeoff
 from tests.conftest import STEEL, paper_scene
 from tests.docs.test_docs import blocks

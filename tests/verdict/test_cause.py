@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from io import StringIO
 
@@ -16,9 +16,9 @@ from hertzchain.arrays import Array, FloatArray
 from hertzchain.limits import Deadline
 from hertzchain.report.console import print_document
 from hertzchain.report.judgement import of_judgement
-from hertzchain.verdict import cause, judgement
+from hertzchain.verdict import judgement, slips
 from hertzchain.verdict.case import Case, Found, Mistake, jumps_like_noise
-from hertzchain.verdict.mistakes import Family
+from hertzchain.verdict.slips import Family
 from tests.conftest import paper_scene
 
 NOTHING = "no single known mistake explains these peaks"
@@ -30,41 +30,46 @@ def case_of(truth: hc.Result, given: FloatArray, tolerance: float = 1e-3) -> Cas
     return Case(truth.scene, truth, given, judged, None, tolerance, Deadline(60.0), False)
 
 
-def signs(count: int = 59) -> Array:
-    """Differences that are no noise: four of a sign, in turn."""
-    return np.where(np.arange(count) % 8 < 4, 1.0, -1.0)
-
-
 def shared(truth: hc.Result, size: float, tolerance: float = 1e-3) -> Case:
-    """Peaks that are too high or too low, all by the same."""
-    return case_of(truth, truth.peak_force * np.exp(size * signs()), tolerance)
+    """Peaks that are too high or too low, all by the same: four of a sign, in turn, no noise."""
+    signs = np.where(np.arange(59) % 8 < 4, 1.0, -1.0)
+    return case_of(truth, truth.peak_force * np.exp(size * signs), tolerance)
 
 
-def explained(
-    monkeypatch: pytest.MonkeyPatch, case: Case, noisy: bool = False, **left: float
-) -> tuple[cause.Explanation, list[str]]:
-    """Return the explanation by mistakes that leave given parts, and the list of those tried.
+Explain = Callable[..., tuple[slips.Explanation, list[str]]]
+
+
+@pytest.fixture
+def explain(monkeypatch: pytest.MonkeyPatch) -> Explain:
+    """Explains a case by mistakes that leave given parts; also returns the list of those tried.
 
     Those whose name begins with ``costly`` are costly.
     """
-    tried: list[str] = []
-    known: dict[object, Found] = {}
-    noise = np.random.default_rng(0).standard_normal(case.judged.sum()) if noisy else None
 
-    def family(name: str, part: float) -> Family:
-        def mistakes(case: Case) -> Iterator[Mistake]:
-            tried.append(name)
-            found = Found(0.0, part * case.size, noise)
-            mistake = Mistake(lambda _: name, lambda _: case.given)
-            monkeypatch.setattr(Case, "fit", lambda _, made, __: known[made])
-            known[mistake.made] = found
-            yield mistake
+    def explained(case: Case, noisy: bool = False, **left: float) -> object:
+        tried: list[str] = []
+        fits: dict[object, Found] = {}
+        noise = np.random.default_rng(0).standard_normal(case.judged.sum()) if noisy else None
 
-        return Family(name, mistakes, is_costly=name.startswith("costly"))
+        def family(name: str) -> Family:
+            def mistakes(case: Case) -> Iterator[Mistake]:
+                tried.append(name)
+                mistake = Mistake(lambda _: name, lambda _: case.given)
+                fits[mistake.made] = Found(0.0, left[name] * case.size, noise)
+                yield mistake
 
-    made = tuple(family(name, left[name]) for name in left)
-    monkeypatch.setattr("hertzchain.verdict.mistakes.FAMILIES", made)
-    return cause.likely_cause(case), tried
+            return Family(name, mistakes, is_costly=name.startswith("costly"))
+
+        monkeypatch.setattr(Case, "fit", lambda _, made, __: fits[made])
+        monkeypatch.setattr(slips, "FAMILIES", tuple(map(family, left)))
+        return slips.likely_cause(case), tried
+
+    return explained  # type: ignore[return-value]
+
+
+@pytest.fixture
+def truth(demo_reference: hc.Result) -> hc.Result:
+    return demo_reference
 
 
 @pytest.mark.parametrize(
@@ -87,92 +92,72 @@ def explained(
         # A residual of 0 counts as 1e-4.
         (1e-3, False, {"this": 0.0, "that": 2.94e-4}, "this; or that; leaves 1e-06"),
         (1e-3, False, {"this": 0.0, "that": 3.06e-4}, "this; leaves 1e-06"),
+        # A hint names what is nearest, if it leaves little.
+        (1e-6, False, {"this": 0.069}, f"{NOTHING}. The nearest is: this; it leaves 6.9 % of the"),
+        (1e-6, False, {"this": 0.071}, FAR),
+        (1e-6, False, {"this": 0.5}, FAR),
     ],
 )
-def test_a_cause_is_named(
-    demo_reference: hc.Result,
-    monkeypatch: pytest.MonkeyPatch,
+def test_a_cause_or_a_hint(
+    truth: hc.Result,
+    explain: Explain,
     tolerance: float,
     noisy: bool,
     left: dict[str, float],
     words: str | None,
 ) -> None:
-    case = shared(demo_reference, 0.01, tolerance)
-    found, _ = explained(monkeypatch, case, noisy, **left)
-    assert (found.hint is None) is (words is not None)
-    assert found.cause is None if words is None else (found.cause or "").startswith(words)
+    result, _ = explain(shared(truth, 0.01, tolerance), noisy, **left)
+    is_cause = words is not None and not words.startswith(NOTHING)
+    assert ((result.cause is None), (result.hint is None)) == (not is_cause, is_cause)
+    assert (result.cause or result.hint or "").startswith(words or NOTHING)
 
 
 @pytest.mark.parametrize(("left", "tried"), [(0.98e-4, ["this"]), (1.02e-4, ["this", "costly"])])
 def test_costly_mistakes_are_tried_unless_one_leaves_a_ten_thousandth(
-    demo_reference: hc.Result, monkeypatch: pytest.MonkeyPatch, left: float, tried: list[str]
+    truth: hc.Result, explain: Explain, left: float, tried: list[str]
 ) -> None:
-    case = shared(demo_reference, 0.01)
-    assert explained(monkeypatch, case, this=left, costly=0.5)[1] == tried
+    case = shared(truth, 0.01)
+    assert explain(case, this=left, costly=0.5)[1] == tried
 
 
+@pytest.mark.parametrize(
+    ("contacts", "error", "size", "sought"),
+    [
+        (5, 0.0, 0.01, False),
+        (6, 0.0, 0.01, True),
+        (59, 0.0, 0.98e-7, False),
+        (59, 0.0, 1.02e-7, True),
+        (59, 1e-5, 0.98e-4, False),
+        (59, 1e-5, 1.02e-4, True),
+    ],
+)
 def test_a_cause_is_sought_where_enough_contacts_are_off_enough(
-    demo_reference: hc.Result, monkeypatch: pytest.MonkeyPatch
+    truth: hc.Result, explain: Explain, contacts: int, error: float, size: float, sought: bool
 ) -> None:
-    case = shared(demo_reference, 0.01)
-    for contacts, sought in ((5, False), (6, True)):
-        few = replace(case, judged=np.arange(59) < contacts)
-        found, tried = explained(monkeypatch, few, this=0.5)
-        assert bool(tried) is sought
-        assert (found.remark is None) is sought
-    rough = replace(demo_reference, error_estimate=1e-5)
-    for truth, size, sought in (
-        (demo_reference, 0.98e-7, False),
-        (demo_reference, 1.02e-7, True),
-        (rough, 0.98e-4, False),
-        (rough, 1.02e-4, True),
-    ):
-        _, tried = explained(monkeypatch, shared(truth, size), this=0.5)
-        assert bool(tried) is sought
+    truth = replace(truth, error_estimate=error) if error else truth
+    few = replace(shared(truth, size), judged=np.arange(59) < contacts)
+    result, tried = explain(few, this=0.5)
+    assert bool(tried) is sought
+    assert (result.remark is None) is (contacts > 5)
 
 
 @pytest.mark.parametrize(
     ("times", "contact", "named"),
-    [
-        (98.0, 5, False),
-        (102.0, 5, True),
-        # Mistakes move the last two contacts by themselves.
-        (1000.0, 58, True),
-        (1000.0, 59, False),
-    ],
+    # Mistakes move the last two contacts by themselves.
+    [(98.0, 5, False), (102.0, 5, True), (1000.0, 58, True), (1000.0, 59, False)],
 )
 def test_a_contact_alone_is_a_hundred_times_as_far_off_as_the_others(
-    demo_reference: hc.Result,
-    monkeypatch: pytest.MonkeyPatch,
-    times: float,
-    contact: int,
-    named: bool,
+    truth: hc.Result, explain: Explain, times: float, contact: int, named: bool
 ) -> None:
-    peaks = demo_reference.peak_force * (1 + 1e-5)
+    peaks = truth.peak_force * (1 + 1e-5)
     peaks[contact - 2] *= 1 + times * 1e-5 - 1e-5
-    found, tried = explained(monkeypatch, case_of(demo_reference, peaks), this=0.5)
-    alone = (found.cause or "").startswith(f"contact {contact} alone")
-    assert alone is named
+    result, tried = explain(case_of(truth, peaks), this=0.5)
+    assert (result.cause or "").startswith(f"contact {contact} alone") is named
     assert bool(tried) is not named
-    exact = demo_reference.peak_force.copy()
+    exact = truth.peak_force.copy()
     exact[3] = 0.0
-    others = explained(monkeypatch, case_of(demo_reference, exact), this=0.5)[0].cause or ""
+    others = explain(case_of(truth, exact), this=0.5)[0].cause or ""
     assert others.endswith("contact 5 alone, as if a number had slipped: the others are right")
-
-
-@pytest.mark.parametrize(
-    ("left", "hint"),
-    [
-        (0.069, f"{NOTHING}. The nearest is: this; it leaves 6.9 % of the differences"),
-        (0.071, FAR),
-        (0.5, FAR),
-    ],
-)
-def test_the_hint_says_what_is_nearest_and_what_it_leaves(
-    demo_reference: hc.Result, monkeypatch: pytest.MonkeyPatch, left: float, hint: str
-) -> None:
-    found, _ = explained(monkeypatch, shared(demo_reference, 0.01, 1e-6), this=left)
-    assert found.hint == hint
 
 
 @pytest.mark.parametrize(
@@ -189,8 +174,8 @@ def test_the_hint_says_what_is_nearest_and_what_it_leaves(
     ],
 )
 def test_differences_look_like_noise(
-    demo_reference: hc.Result,
-    monkeypatch: pytest.MonkeyPatch,
+    truth: hc.Result,
+    explain: Explain,
     count: int,
     rms: float,
     largest: float,
@@ -203,10 +188,10 @@ def test_differences_look_like_noise(
     # The size of one that makes it ``largest`` times the root mean square of all.
     off[8] = largest * rest / math.sqrt(count - largest**2)
     off *= rms / np.sqrt(np.mean(off[:count] ** 2))
-    case = case_of(demo_reference, demo_reference.peak_force * (1 + off))
+    case = case_of(truth, truth.peak_force * (1 + off))
     case = replace(case, judged=np.arange(59) < count)
-    found, _ = explained(monkeypatch, case, this=0.5)
-    assert ("look like noise" in (found.hint or "")) is named
+    result, _ = explain(case, this=0.5)
+    assert ("look like noise" in (result.hint or "")) is named
 
 
 @pytest.mark.parametrize(
@@ -223,29 +208,29 @@ def test_differences_look_like_noise(
     ],
 )
 def test_rounding_is_named(
-    monkeypatch: pytest.MonkeyPatch, rounded: object, words: str | None
+    explain: Explain, rounded: Callable[[float], float], words: str | None
 ) -> None:
-    assert callable(rounded)
     truth = hc.Native("reference").run(paper_scene("cosine", 1.0, 2.0, 16))
-    peaks = truth.peak_force.copy()
-    peaks *= np.linspace(0.6, 1.4, 15)  # peaks in more than one decade
+    peaks = truth.peak_force * np.linspace(0.6, 1.4, 15)  # in more than one decade
     truth = replace(truth, peak_force=peaks)
     given = np.array([rounded(float(force)) for force in peaks], np.float64)
-    found, _ = explained(monkeypatch, case_of(truth, given), this=0.5)
-    start = "rounding: these are the scene's own peaks"
-    assert found.cause is None if words is None else (found.cause or "").startswith(start)
-    assert words is None or words in (found.cause or "")
+    cause = explain(case_of(truth, given), this=0.5)[0].cause
+    if words is None:
+        assert cause is None
+    else:
+        assert (cause or "").startswith(f"rounding: these are the scene's own peaks {words},")
 
 
 def test_the_hint_of_a_scene_with_terms_says_what_was_tried() -> None:
     scene = replace(paper_scene("cosine", 1.0, 2.0, 16), wall=hc.Wall("rigid"))
     peaks = hc.Native("reference").run(scene).peak_force
-    found = hc.judge(scene, peaks * (1 + 0.01 * np.random.default_rng(0).standard_normal(16)))
-    assert found.cause is None
-    assert (found.hint or "").startswith("no mistake that was tried explains these peaks")
-    assert found.to_dict()["hint"] == found.hint
-    document = of_judgement(found)
-    assert [(one.name, one.advice) for one in document.verdict.failures] == [("Hint", found.hint)]
+    judged = hc.judge(scene, peaks * (1 + 0.01 * np.random.default_rng(0).standard_normal(16)))
+    assert judged.cause is None
+    assert (judged.hint or "").startswith("no mistake that was tried explains these peaks")
+    assert judged.to_dict()["hint"] == judged.hint
+    document = of_judgement(judged)
+    failures = [(failure.name, failure.advice) for failure in document.verdict.failures]
+    assert failures == [("Hint", judged.hint)]
     text = StringIO()
     print_document(Console(file=text, width=1000), document)
     assert "\nNo mistake that was tried explains these peaks" in text.getvalue()
@@ -253,49 +238,56 @@ def test_the_hint_of_a_scene_with_terms_says_what_was_tried() -> None:
 
 
 def test_a_minute_is_not_spent_on_the_cause(
-    demo_reference: hc.Result, monkeypatch: pytest.MonkeyPatch
+    truth: hc.Result, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(judgement, "PATIENCE", 1e-3)
-    found = hc.judge(demo_reference.scene, 1.1 * demo_reference.peak_force[::-1])
-    assert found.cause is None
-    (remark,) = found.remarks
+    judged = hc.judge(truth.scene, 1.1 * truth.peak_force[::-1])
+    assert judged.cause is None
+    (remark,) = judged.remarks
     assert "not everything was tried" in remark
 
 
 # A case
 
 
-def test_noise_jumps() -> None:
-    assert jumps_like_noise(np.random.default_rng(0).standard_normal(59))
-    assert not jumps_like_noise(np.cos(np.linspace(0, 6, 59)))
+def _alternating(value: float) -> Array:
+    return np.where(np.arange(1000) % 2, 1.0, value)
+
+
+@pytest.mark.parametrize(
+    ("values", "is_noise"),
+    [
+        (np.random.default_rng(0).standard_normal(59), True),
+        (np.cos(np.linspace(0, 6, 59)), False),
+        (np.append(1e-3 * np.random.default_rng(0).standard_normal(58), 1.0), False),
+        # The square of jumps over that of values, 1 and x in turn: 2 (1 - x)^2 / (1 + x^2).
+        (_alternating(0.2), True),
+        (_alternating(0.22), False),
+    ],
+)
+def test_noise_jumps(values: FloatArray, is_noise: bool) -> None:
+    assert jumps_like_noise(values) is is_noise
+    assert Found(0.0, 0.0, values).leaves_noise is is_noise
     assert not Found(0.0, 0.0).leaves_noise  # as far as is known
-    last_alone = np.append(1e-3 * np.random.default_rng(0).standard_normal(58), 1.0)
-    assert not jumps_like_noise(last_alone)
-    # The square of jumps over that of values, of values 1 and x in turn: 2 (1 - x)^2 / (1 + x^2).
-    for x, is_noise in ((0.2, True), (0.22, False)):
-        assert jumps_like_noise(np.where(np.arange(1000) % 2, 1.0, x)) is is_noise
 
 
 @pytest.mark.parametrize(("part", "as_if"), [(0.0, 1e-9), (0.5e-9, 1e-9), (2e-9, 2e-9)])
 def test_peaks_below_a_billionth_are_as_good_as_none(
-    demo_reference: hc.Result, part: float, as_if: float
+    truth: hc.Result, part: float, as_if: float
 ) -> None:
-    expected = demo_reference.peak_force
-    left = case_of(demo_reference, part * expected).residual(expected)
+    expected = truth.peak_force
+    left = case_of(truth, part * expected).residual(expected)
     assert left == pytest.approx(-math.log(as_if), rel=1e-12, abs=0)
 
 
-def test_a_parameter_half_way_between_two_trials_is_fitted(demo_reference: hc.Result) -> None:
-    """Both trials leave the same, to the last digit."""
-    truth = demo_reference.peak_force
-    case = case_of(demo_reference, truth)
-    found = case.fit(lambda x: truth * np.exp(x * x), [-1.5, -0.5, 0.5, 1.5])
+def test_a_parameter_is_fitted_half_way_between_trials_and_in_every_valley(
+    truth: hc.Result,
+) -> None:
+    peaks = truth.peak_force
+    fit = case_of(truth, peaks).fit(lambda x: peaks * np.exp(x * x), [-1.5, -0.5, 0.5, 1.5])
     # x is known to a billionth of the distance of two trials, or where x^2 is below round-off.
-    assert found.value == pytest.approx(0.0, abs=1e-7)
-    assert found.left < 1e-14
-
-
-def test_the_best_factor_is_found_in_a_valley_that_is_not_the_deepest_trial() -> None:
+    assert fit.value == pytest.approx(0.0, abs=1e-7)
+    assert fit.left < 1e-14
     chain = hc.Chain(20, 4.75e-3, 193e9, 0.3, 7958.0)
     scene = hc.Scene(chain, hc.Pulse("cosine", 200.0, 2.0, rise_time=20e-6))
     wrong = replace(scene, chain=replace(chain, young_modulus=math.sqrt(2) * 193e9))

@@ -7,6 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import ModuleType
 from typing import ClassVar
 
 from numpy.typing import ArrayLike
@@ -166,6 +167,9 @@ class ProgramEngine(ExternalEngine):
     INSTALL: ClassVar[str]
     """Command that installs the program."""
 
+    WRITER: ClassVar[ModuleType]
+    """Module of the decks: ``watched`` writes readings, ``deck`` finds peaks by itself."""
+
     ENVIRONMENT: ClassVar[dict[str, str]] = {}
     """Environment variables of the program."""
 
@@ -178,10 +182,6 @@ class ProgramEngine(ExternalEngine):
     wanted: str | None = None
 
     @abstractmethod
-    def _deck(self, scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
-        """Return the file that makes the program run the scene and write its readings."""
-
-    @abstractmethod
     def _command(self, program: str) -> list[str]:
         """Return the command that runs ``FILE``."""
 
@@ -189,8 +189,14 @@ class ProgramEngine(ExternalEngine):
     def _found(self, folder: Path, scene: Scene) -> Found:
         """Read the results that the program left in its folder."""
 
+    def refuse(self, scene: Scene) -> None:
+        """Raise RunFailed for a scene that the code cannot simulate."""
+        refuse_terms(scene, self.LABEL, self.TERMS)
+        self._refuse(scene)
+
+    @abstractmethod
     def _refuse(self, scene: Scene) -> None:
-        """Refuse a scene that the code cannot simulate; the default refuses none."""
+        """Raise RunFailed for terms of a kind that the code does not have."""
 
     def _code(self, scene: Scene, deadline: Deadline) -> Code:
         return self.code_of(scene, deadline)
@@ -203,13 +209,13 @@ class ProgramEngine(ExternalEngine):
         RunFailed for a scene that it cannot simulate.
         """
         program = find_program(self.program, f"install it with: {self.INSTALL}")
-        self._refuse(scene)
+        self.refuse(scene)
 
         def run(
             scene: Scene, legs: Sequence[Leg], strides: Sequence[int], seen: Observation
         ) -> str:
             recorded.refuse_large(legs, strides, scene.bodies)
-            text = edit(self._deck(scene, legs, strides))
+            text = edit(self.WRITER.watched(scene, legs, strides))
             with work_folder(self.LABEL) as folder:
                 (folder / self.FILE).write_text(text, encoding="ascii")
                 command = self._command(program)

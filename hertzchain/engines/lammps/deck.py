@@ -29,7 +29,13 @@ from hertzchain.engines.external.terms import (
     weighty_density,
 )
 from hertzchain.engines.lammps.damping import by_version, damping_of, refuse_old
-from hertzchain.engines.lammps.dialect import LET_GO, NO_FRICTION, PAIR_STYLES, WALL
+from hertzchain.engines.lammps.dialect import (
+    LET_GO,
+    NO_FRICTION,
+    PAIR_STYLES,
+    WALL,
+    WITHOUT_ATTRACTION,
+)
 from hertzchain.errors import RunFailed, require
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.ramp import Ramp
@@ -45,8 +51,8 @@ START = (
     "comm_modify vel yes",
 )
 
-_WITH_TERMS = "granular"
-"""The only pair style with a stiffness for each pair of materials."""
+_ANY = "granular"
+"""Pair style with a law for each pair of types; the others have one law for all pairs."""
 
 
 def set_up(scene: Scene, pair_style: str = "granular", version: str | None = None) -> str:
@@ -71,11 +77,18 @@ def chain(scene: Scene, pair_style: str) -> list[str]:
 def refuse_pair_style(scene: Scene, pair_style: str) -> None:
     """Raise RunFailed for a pair style without the contacts of a scene."""
     check_pair_style(pair_style)
-    if pair_style != _WITH_TERMS and not scene.is_plain:
-        raise RunFailed(
-            f"pair style {pair_style} has one stiffness for all contacts: take {_WITH_TERMS} for a"
-            f" scene with {' and '.join(scene.terms)}"
-        )
+    if pair_style == _ANY or scene.is_plain:
+        return
+    problem, contact = "", scene.contact
+    if contact is not None and contact.damping != "viscoelastic":
+        problem = f"has viscoelastic damping alone, this scene has that of a {contact.damping}"
+    elif scene.near_wall is not None:
+        problem = "has one stiffness for all contacts, that of a near wall is another"
+    elif len(_kinds(scene)[0]) > 1:
+        each = "material" if contact is None else "material or mass"
+        problem = f"has one law for all contacts, the granules of this scene differ in {each}"
+    if problem:
+        raise RunFailed(f"pair style {pair_style} {problem}: take {_ANY}")
 
 
 def check_pair_style(pair_style: str) -> None:
@@ -116,8 +129,11 @@ def granules(scene: Scene, pair_style: str) -> list[str]:
         kinds, of_each = _kinds(scene)
         radius = float(np.min(scene.granules.radius))
         made = _one_by_one(scene, of_each, len(kinds))
-        laws = _pairs(kinds, scene, (of_each[0], of_each[1]))
-        law = [*by_version(scene), f"pair_style {_WITH_TERMS}", *laws]
+        if pair_style == _ANY:
+            laws = _pairs(kinds, scene, (of_each[0], of_each[1]))
+            law = [*by_version(scene), f"pair_style {_ANY}", *laws]
+        else:
+            law = _of_all(scene.contact, pair_style)
     return [
         *_moduli(kinds),
         "",
@@ -251,6 +267,17 @@ def _pairs(kinds: list[_Kind], scene: Scene, first: tuple[int, int]) -> list[str
                 f"pair_coeff {i} {j} {_law(k, mass, contact, own)}",
             ]
     return lines
+
+
+def _of_all(contact: Contact | None, pair_style: str) -> list[str]:
+    """Return the law of a pair style that has one for all pairs, with viscoelastic damping."""
+    commands = list(PAIR_STYLES[pair_style])
+    if contact is None:
+        return commands
+    number = damping_of(contact)[0].format(k="v_stiffness", mass="v_m1/2")
+    limit = "" if contact.attraction else f" {WITHOUT_ATTRACTION}"
+    damped = f"NULL $({number}:%.17g) 0.0 0.0 0{limit}"
+    return [line.replace("NULL 0.0 0.0 0.0 0", damped) for line in commands]
 
 
 def _law(k: str, mass: str, contact: Contact | None, restitution: str = "restitution") -> str:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import ClassVar
 
 import numpy as np
@@ -18,7 +18,6 @@ from hertzchain.engines.liggghts import deck
 from hertzchain.engines.liggghts.contacts import models, refuse_damping
 from hertzchain.errors import RunFailed
 from hertzchain.scene.scene import Scene
-from hertzchain.scene.schedule import Leg
 from hertzchain.scene.terms import ALL_TERMS
 
 _LOG = "log.liggghts"
@@ -67,6 +66,8 @@ class Liggghts(ProgramEngine):
     )
     ENVIRONMENT: ClassVar[dict[str, str]] = {"OMP_NUM_THREADS": "1"}
 
+    WRITER: ClassVar[ModuleType] = deck
+
     program: str = "liggghts"
 
     def method_of(self, scene: Scene) -> str:
@@ -83,9 +84,6 @@ class Liggghts(ProgramEngine):
                     f"LIGGGHTS has no Poisson's ratio below 0, this {whose} has {ratio:g}: take"
                     " another backend"
                 )
-
-    def _deck(self, scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
-        return deck.watched(scene, legs, strides)
 
     def _command(self, program: str) -> list[str]:
         return [program, "-in", self.FILE, "-log", _LOG, "-echo", "none"]

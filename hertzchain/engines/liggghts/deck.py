@@ -185,8 +185,7 @@ _SAMPLED = 0.005  # natural time units between two samples of a contact force: c
 def deck(scene: Scene, legs: Sequence[Leg], about: Sequence[str]) -> str:
     """Return a deck for ``liggghts -in FILE`` that prints peaks and writes them to peaks.csv.
 
-    Contact forces are sums of net forces from the free end, so the scene has no terms. The lines
-    ``about`` stand above the deck.
+    The lines ``about`` stand above the deck.
     """
     interval = max(1, int(_SAMPLED * scene.units.time / max(leg.dt for leg in legs)))
     contacts = range(2, scene.chain.granules + 1)
@@ -195,39 +194,79 @@ def deck(scene: Scene, legs: Sequence[Leg], about: Sequence[str]) -> str:
         "# Run it with: liggghts -in THIS_FILE",
         "",
         set_up(scene),
-        *_sample_peaks(contacts, interval),
+        *_sample_peaks(scene, contacts, interval),
         "",
     ]
     for before, leg in zip((None, *legs[:-1]), legs, strict=True):
         until = "the force follows a ramp" if leg.ramp else "no force"
+        until = "the piston moves" if leg.stroke else until
         lines += [
             f"# {leg.start:.6g} s to {leg.end:.6g} s: {until}",
             *leg_commands(scene, leg, before),
+            *([NO_FORCE] if scene.pushed and leg.ramp is None else []),
             f"run {leg.steps}",
             "",
         ]
     lines += [
         'print "contact,peak_force_N" file peaks.csv',
         *(f'print "{contact},$(v_largest[{contact}])" append peaks.csv' for contact in contacts),
+        *([] if scene.wall is None else [_WALL_PEAK.format(scene.last_contact, contacts[-1])]),
     ]
     return "\n".join(lines) + "\n"
 
 
-def _sample_peaks(contacts: Sequence[int], interval: int) -> list[str]:
+NO_FORCE = "variable force equal 0.0"
+"""Command that gives the variable of the applied force a value where no force acts."""
+
+_WALL_PEAK = 'print "{},$(v_largest_wall[{}])" append peaks.csv'
+
+
+def _sample_peaks(scene: Scene, contacts: Sequence[int], interval: int) -> list[str]:
     """Return the commands that keep the largest force of each contact, from samples.
 
     Samples are ``interval`` steps apart, and up to twice as many where a leg begins, because each
     leg counts steps from 0.
     """
-    beyond = " + ".join(f"(id<={contact})*fx[{contact}]" for contact in contacts)
+    fx, pressed, last = [f"(id<={k})*fx[{k}]" for k in contacts], scene.precompression, contacts[-1]
+    walls = [f"f_force_{name}" for name, _, _ in _walls(scene)]
+    outside = [f"(0-{wall}[{last}][1])" for wall in walls]
+    if pressed is not None and pressed.gravity:
+        outside += [f"(id<={k})*mass[{k}]*(0-{pressed.gravity!r})" for k in contacts]
+    if pressed is not None and (loaded := scene.shock.loaded_granule):
+        outside.append(f"(id<={loaded + 1})*(0-{pressed.force!r})")
+    if scene.held_load:
+        outside.append(repr(scene.held_load))
+    if scene.pushed:
+        outside.append(f"(id<={scene.pushed + 1})*(0-v_force)")
+    forces = {"": " + ".join([*fx, *outside])}
+    if walls:
+        forces["_wall"] = " + ".join(f"(0-{wall}[1])" for wall in walls)
+
+    def larger(new: str, old: str) -> str:
+        return f"{new}*({new}>{old}) + {old}*({new}<={old})"
+
     return [
         "# The force in a contact is the sum of fx over all granules beyond it. Each granule keeps",
         f"# the largest force of the contact before it, of samples {interval} steps apart.",
-        f'variable contact atom "{beyond}"',
-        'variable peak atom "f_contact*(f_contact>f_peak) + f_peak*(f_contact<=f_peak)"',
+        *(["# Forces that are not those of contacts are taken off the sum."] if outside else []),
+        *([NO_FORCE] if scene.pushed else []),
+        *(
+            line
+            for of, force in forces.items()
+            for line in (
+                f'variable contact{of} atom "{force}"',
+                f'variable peak{of} atom "{larger(f"f_contact{of}", f"f_peak{of}")}"',
+            )
+        ),
         "run 0  # without a run before it fix store/state crashes",
-        f"fix contact all store/state {interval} v_contact",
-        f"fix peak all store/state {interval} v_peak",
+        *(
+            f"fix {what}{of} all store/state {interval} v_{what}{of}"
+            for of in forces
+            for what in ("contact", "peak")
+        ),
         "# With the force at the end of the run.",
-        'variable largest atom "v_contact*(v_contact>f_peak) + f_peak*(v_contact<=f_peak)"',
+        *(
+            f'variable largest{of} atom "{larger(f"v_contact{of}", f"f_peak{of}")}"'
+            for of in forces
+        ),
     ]

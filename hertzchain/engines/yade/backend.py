@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import ClassVar
 
 from hertzchain.engines.external import recorded
@@ -14,7 +14,6 @@ from hertzchain.engines.external.terms import refuse_damping_of_wall
 from hertzchain.engines.yade import deck
 from hertzchain.engines.yade.damping import refuse_damping
 from hertzchain.scene.scene import Scene
-from hertzchain.scene.schedule import Leg
 from hertzchain.scene.terms import ALL_TERMS
 
 
@@ -64,6 +63,8 @@ class Yade(ProgramEngine):
     # Yade's own Python cannot use the modules of this one.
     ENVIRONMENT: ClassVar[dict[str, str]] = {"PYTHONPATH": ""}
 
+    WRITER: ClassVar[ModuleType] = deck
+
     program: str = "yade"
 
     def method_of(self, scene: Scene) -> str:  # noqa: ARG002 - the same for all
@@ -73,9 +74,6 @@ class Yade(ProgramEngine):
     def _refuse(self, scene: Scene) -> None:
         refuse_damping(scene.contact)
         refuse_damping_of_wall("Yade", scene)
-
-    def _deck(self, scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
-        return deck.watched(scene, legs, strides)
 
     def _command(self, program: str) -> list[str]:
         return [program, "-n", "-x", "-j1", self.FILE]

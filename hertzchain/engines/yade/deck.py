@@ -163,10 +163,10 @@ plane = O.bodies.append(wall(
     {wall_position(scene)!r}, axis=0, sense=-1,
     material=FrictMat(young={modulus!r}, poisson={poisson!r}, density=1.0, frictionAngle=0.0),
 ))
-contact = createInteraction(plane, granules - 1)
+wall_contact = createInteraction(plane, granules - 1)
 # Yade takes R/2 for 1/(1/R + 1/R), as if the wall were a sphere like the granule. It is a plane:
 # R* is R, and the stiffness goes as the root of it.
-contact.phys.kno *= 2**0.5
+wall_contact.phys.kno *= 2**0.5
 """
 
 
@@ -275,7 +275,7 @@ def watched(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
     skip = "" if scene.contact is None else _SKIP
     if scene.wall is not None:
         before = "wall_force = []\n"
-        watch = "    wall_force.append(abs(contact.phys.normalForce[0]))\n"
+        watch = "    wall_force.append(abs(wall_contact.phys.normalForce[0]))\n"
         after = f"np.save({WALL_FORCE!r}, wall_force)\n"
     return f"""\
 from yade import config
@@ -309,34 +309,52 @@ READING_INTERVAL = 0.01  # natural time units between readings; error of a parab
 def deck(scene: Scene, legs: Sequence[Leg], about: Sequence[str]) -> str:
     """Return a script for ``yade -n -x FILE.py`` that prints peaks and writes them to peaks.csv.
 
-    Contact forces are sums of net forces from the free end, so the scene has no terms. The lines
-    ``about`` stand above the script.
+    The lines ``about`` stand above the script.
     """
     strides = [max(1, int(READING_INTERVAL * scene.units.time / leg.dt)) for leg in legs]
-    lines = "\n".join(about)
+    lines, outside = "\n".join(about), []
+    pressed, wall, loaded = scene.precompression, "", scene.shock.loaded_granule
+    if pressed is not None and pressed.gravity:
+        outside.append(f"force[1:] -= {pressed.gravity!r} * mass[1:]")
+    if pressed is not None and loaded:
+        outside.append(f"force[{loaded}] -= {pressed.force!r}")
+    if scene.held_load:
+        outside.append(f"force[-1] += {scene.held_load!r}")
+    if scene.pushed:
+        outside.append(f"force[{scene.pushed}] -= applied_force()")
+    if scene.wall is not None:
+        wall = "contact = np.append(contact, on_wall)"
+        outside += ["on_wall = abs(wall_contact.phys.normalForce[0])", "force[-1] += on_wall"]
+    peaks = _PEAKS.format(
+        skip="" if scene.contact is None else _SKIP,
+        first=0 if scene.contact is None else 1,
+        outside="".join(f"    {line}\n" for line in outside and ["force = force.copy()", *outside]),
+        wall=f"    {wall}\n" if wall else "",
+        contacts="granules" if wall else "granules - 1",
+    )
     return f'''\
 """{lines}
 
 Run it with: yade -n -x THIS_FILE (whose name has to end in .py, or Yade takes it for no script)
 """
 
-{motion(scene, legs, strides)}
-{_PEAKS}'''
+{motion(scene, legs, strides)}{_wall(scene)}
+{peaks}'''
 
 
 _PEAKS = '''
-peaks = np.zeros(granules - 1)
+peaks = np.zeros({contacts})
 last = []  # times and contact forces of up to three successive readings
 begin = np.cumsum([0.0] + [row[0] * row[1] for row in legs])
 
 
 def see(position, velocity, force):
     """Keep the largest force of each contact: the top of the parabola through three readings."""
-    if leg > 0 and done == 0:
+{skip}    if leg > {first} and done == 0:
         return  # the end of the leg before
-    # Nothing pushes the granules beyond a contact but that contact.
+{outside}    # Nothing pushes the granules beyond a contact but that contact.
     contact = np.cumsum(force[:0:-1])[::-1]
-    np.maximum(peaks, contact, out=peaks)
+{wall}    np.maximum(peaks, contact, out=peaks)
     last.append((begin[leg] + done * legs[leg][1], contact))
     if len(last) == 3:
         (t, a), (u, b), (w, c) = last
@@ -349,7 +367,7 @@ def see(position, velocity, force):
 
 
 O.run(sum(row[0] for row in legs) + 1, wait=True)
-rows = [f"{contact},{force!r}" for contact, force in enumerate(peaks.tolist(), start=2)]
+rows = [f"{{contact}},{{force!r}}" for contact, force in enumerate(peaks.tolist(), start=2)]
 table = "\\n".join(["contact,peak_force_N", *rows])
 with open("peaks.csv", "w") as file:
     file.write(table + "\\n")

@@ -123,16 +123,46 @@ ONE_TERM = {
 }
 
 
+ONE_LAW = ONE_TERM | {
+    "large striker": hc.Scene(THREE, hc.Striker(1.0, radius=8e-3)),
+    "damping": hc.Scene(THREE, PULSE, contact=hc.Contact("viscoelastic", relaxation_time=1e-6)),
+    "damping that pulls": hc.Scene(
+        THREE, PULSE, contact=hc.Contact("viscoelastic", relaxation_time=1e-5, attraction=True)
+    ),
+}
+
+
 @pytest.mark.lammps
-@pytest.mark.parametrize("term", ONE_TERM)
-def test_another_pair_style_is_refused(term: str) -> None:
-    scene = ONE_TERM[term]
-    assert term in scene.terms
-    lammps = hc.Lammps(0.01 * scene.contact_time, "gran/hertz/history")
-    named = " and ".join(scene.terms)
-    said = f"one stiffness for all contacts: take granular for a scene with {named}$"
-    with pytest.raises(RunFailed, match=said):
-        lammps.run(scene)
+@pytest.mark.parametrize("name", ONE_LAW)
+def test_a_pair_style_with_one_law_for_all_pairs_gives_the_same(name: str) -> None:
+    scene = ONE_LAW[name]
+    closed, granular = (
+        hc.Lammps(0.01 * scene.contact_time, style).run(scene)
+        for style in ("gran/hertz/history", "granular")
+    )
+    # Both compute one law; roundings differ.
+    assert closed.peak_force == pytest.approx(granular.peak_force, rel=1e-11, abs=0)
+
+
+@pytest.mark.parametrize(
+    ("other", "said"),
+    [
+        (
+            {"chain": replace(THREE, poisson_ratio=[0.3, 0.3, 0.2]), "contact": None},
+            "in material: take",
+        ),
+        ({"near_wall": WALL}, "that of a near wall is another: take granular$"),
+        ({"contact": hc.Contact("dashpot", coefficient=1.0)}, "has that of a dashpot: take gran"),
+        ({"chain": replace(THREE, radius=[1e-3, 1e-3, 2e-3])}, "in material or mass: take gran"),
+        ({"shock": hc.Piston(1.0)}, "the granules of this scene differ in material or mass"),
+    ],
+)
+def test_a_pair_style_with_one_law_is_refused_where_there_are_two(
+    other: dict[str, Any], said: str
+) -> None:
+    scene = replace(ONE_LAW["damping"], **other)
+    with pytest.raises(RunFailed, match=f"^pair style gran/hertz/history .*{said}"):
+        set_up(scene, "gran/hertz/history")
 
 
 def refuse_another(scene: hc.Scene, **other: Any) -> None:

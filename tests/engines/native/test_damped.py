@@ -11,7 +11,6 @@ import pytest
 from numpy.typing import NDArray
 
 import hertzchain as hc
-from hertzchain.decks.known_answer import deck_step
 from hertzchain.engines.external.rescaling import Softening
 from hertzchain.engines.native import damped_advance, elastic_state
 from hertzchain.engines.native.damped_plan import accurate, first_tolerance
@@ -20,6 +19,7 @@ from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.kernel_input import room_for
 from hertzchain.errors import SceneError, StepUnstable
+from hertzchain.known.answer import deck_step
 from hertzchain.observables.error_bound import (
     _highest_frequency,
     highest_rate,

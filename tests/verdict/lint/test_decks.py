@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.decks.layout import KnownAnswer, Layout
-from hertzchain.decks.standalone import standalone
 from hertzchain.engines.lammps.dialect import NO_FRICTION, PAIR_STYLES
 from hertzchain.engines.lammps.reading import reading
+from hertzchain.known.deck import KnownAnswer, Layout, deck
 from hertzchain.verdict.lint.deck import Finding
 from hertzchain.verdict.lint.rules import lint_file
 from tests import scenes
@@ -300,7 +299,7 @@ def generated(scene: hc.Scene, watch_every: int, pair_style: str = "granular") -
     layout = Layout(0.05, watch_every, pair_style, dump_every=20 * watch_every)
     ones = np.ones(scene.chain.granules - 1)
     known = KnownAnswer(ones, 1e-3 * ones) if watch_every else None
-    return standalone(scene, layout, known)
+    return deck(scene, layout, known)
 
 
 @pytest.mark.parametrize("watch_every", [0, 2])

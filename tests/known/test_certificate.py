@@ -16,9 +16,9 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.errors import SceneError
+from hertzchain.known.certificate import ROUND_OFF, UNSUPPORTED, UNTESTED, WRONG, certify
+from hertzchain.known.rows import CASES
 from hertzchain.report.certificate import suite
-from hertzchain.verdict.certificate import ROUND_OFF, UNSUPPORTED, UNTESTED, WRONG, certify
-from hertzchain.verdict.certified import CASES
 from tests.command_line import Command
 from tests.oracles.json_schema import problems
 
@@ -240,7 +240,7 @@ def test_the_command(hertzchain: Command, tmp_path: Path, monkeypatch: pytest.Mo
         "LIGGGHTS (liggghts-none): 19 not tested",
     ]
     few = {name: CASES[name] for name in (*FORCES, "striker")}
-    monkeypatch.setattr("hertzchain.verdict.certificate.CASES", few)
+    monkeypatch.setattr("hertzchain.known.certificate.CASES", few)
     folder, junit = tmp_path / "out", tmp_path / "junit.xml"
     rows = ["half the force"]
     program = fake(tmp_path, next(edits for name, edits, *_ in DEFECTS if name in rows))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from importlib.metadata import version
 from typing import Any
@@ -12,23 +12,15 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.decks.layout import (
-    ROOM,
-    ROUNDING,
-    KnownAnswer,
-    Layout,
-    plain,
-    similar,
-    what_is_softer,
-)
-from hertzchain.decks.standalone import standalone
-from hertzchain.engines.external.rescaling import NONE, predicted_loss
+from hertzchain.engines.external.engine import ProgramEngine
+from hertzchain.engines.external.rescaling import predicted_loss
 from hertzchain.engines.lammps.deck import refuse_pair_style
 from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.damped_verlet import samples_of, simulate_damped_verlet
 from hertzchain.engines.native.duration import with_end
 from hertzchain.engines.native.methods import METHODS
 from hertzchain.engines.native.simulation import simulate
+from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import (
     POSITIVE,
     SceneError,
@@ -37,6 +29,8 @@ from hertzchain.errors import (
     is_positive,
     require,
 )
+from hertzchain.known import deck
+from hertzchain.known.deck import ROOM, ROUNDING, KnownAnswer, Layout, similar
 from hertzchain.limits import RTOL
 from hertzchain.observables.error_bound import (
     refuse_strong_dampers,
@@ -49,7 +43,6 @@ from hertzchain.observables.peaks import judged_contacts, largest_difference
 from hertzchain.scene.run import Run
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
-from hertzchain.scene.validity import refuse_terms
 
 _FINEST = 1e-9  # least relative error of the peaks: needs three million steps
 _PILOT_STEP = 0.04  # natural time units; step of the first run in the search for a wanted error
@@ -162,14 +155,14 @@ def known_answer(scene: Scene, layout: Layout) -> KnownAnswer | None:
         off = off + ROUNDING * ratio * _made_of_rounding(scene, layout.step)
     # Contacts that are never pressed are not judged.
     error = off / np.where(ratio > 0, ratio, 1.0) + truth.error_estimate
-    known = KnownAnswer(ratio, error, _lost_digits(scene, layout.step))
-    if ROOM * known.largest_error >= 1:  # an error of 1 would accept a force of 0
+    answer = KnownAnswer(ratio, error, _lost_digits(scene, layout.step))
+    if ROOM * answer.largest_error >= 1:  # an error of 1 would accept a force of 0
         raise Unpredictable(
             f"this deck would judge nothing: steps of {layout.step * scene.units.time:.3g} s,"
             f" {layout.watch_every} from one look to the next, can miss whole peaks; take a smaller"
             " watch_every, rtol or dt, or a later end_time"
         )
-    return known
+    return answer
 
 
 def looked_at(scene: Scene, step: float, watch_every: int) -> tuple[FloatArray, FloatArray]:
@@ -184,8 +177,8 @@ def looked_at(scene: Scene, step: float, watch_every: int) -> tuple[FloatArray, 
         every = max(1, watch_every // _PHASES)
         # One more, because samples at the ends of legs are closer together.
         apart = watch_every if every == 1 else -(-watch_every // every) + 1
-        found = looks_at_damped(scene, legs, every, apart)
-        return np.maximum(_verlet_peaks(scene, legs), found.max(axis=0)), found.min(axis=0)
+        sampled = looks_at_damped(scene, legs, every, apart)
+        return np.maximum(_verlet_peaks(scene, legs), sampled.max(axis=0)), sampled.min(axis=0)
     walker = METHODS["velocity-verlet"].walker
     peaks = simulate(scene, legs, walker, leave_behind=True).peaks
     least = np.array(peaks.force)
@@ -199,8 +192,8 @@ def looked_at(scene: Scene, step: float, watch_every: int) -> tuple[FloatArray, 
     for some in np.array_split(order, -(-order.size * granules // _READINGS) or 1):
         recorder = Recorder(np.clip(looks[some], 0.0, end), granules, scene.wall is not None)
         simulate(scene, legs, walker, recorder)
-        found = recorder.contact_force[np.arange(some.size), contacts[some]]
-        np.minimum.at(least, contacts[some], found)
+        sampled = recorder.contact_force[np.arange(some.size), contacts[some]]
+        np.minimum.at(least, contacts[some], sampled)
     return peaks.force, least
 
 
@@ -210,15 +203,15 @@ def looks_at_damped(scene: Scene, legs: Sequence[Leg], every: int, apart: int) -
     Samples are ``every`` times ``apart`` steps apart. The first row has samples from the start of
     the run on, the next row samples that begin ``every`` steps later, and so on.
     """
-    found: FloatArray = np.zeros((apart, scene.granules.stiffness.size))
+    largest: FloatArray = np.zeros((apart, scene.granules.stiffness.size))
     done = 0
     for _, samples in samples_of(scene, legs, every=every):
         force = samples.contact_force[min(done, 1) :]  # the first was the last of the piece before
         for row in range(apart):
             seen = force[(row - done) % apart :: apart]
-            np.maximum(found[row], seen.max(axis=0, initial=0.0), out=found[row])
+            np.maximum(largest[row], seen.max(axis=0, initial=0.0), out=largest[row])
         done += len(force)
-    return found
+    return largest
 
 
 def _made_of_rounding(scene: Scene, step: float) -> FloatArray:
@@ -237,8 +230,8 @@ def _made_of_rounding(scene: Scene, step: float) -> FloatArray:
     for _ in range(_SHIFTS):
         start = np.zeros((2, granules))
         start[0] = size * rng.standard_normal(granules)
-        found = _verlet_peaks(scene, legs, start)
-        change = np.maximum(change, np.abs(found - peaks))
+        shifted = _verlet_peaks(scene, legs, start)
+        change = np.maximum(change, np.abs(shifted - peaks))
     pressed = judged_contacts(peaks)
     relative = np.where(pressed, change / np.where(pressed, peaks, 1.0), 0.0)
     return np.maximum(relative, float(np.median(relative[pressed])))
@@ -260,54 +253,43 @@ def lammps_deck(scene: Scene, dt: float | None, rtol: float | None, title: str, 
     """
     scene = with_end(scene)
     layout = lay_out(scene, dt, rtol, title=title, **how)
-    return standalone(scene, layout, known_answer(scene, layout))
+    return deck.deck(scene, layout, known_answer(scene, layout))
 
 
-def liggghts_deck(scene: Scene, dt: float | None, rtol: float | None, title: str) -> str:
-    """Return a deck for LIGGGHTS that finds the peaks of a scene."""
-    from hertzchain.engines.liggghts.deck import deck
-
-    return _deck_to_run(scene, dt, rtol, title, "LIGGGHTS", deck)
-
-
-def yade_deck(scene: Scene, dt: float | None, rtol: float | None, title: str) -> str:
-    """Return a script for Yade that finds the peaks of a scene."""
-    from hertzchain.engines.yade.deck import deck
-
-    return _deck_to_run(scene, dt, rtol, title, "Yade", deck)
-
-
-def _deck_to_run(
-    scene: Scene,
-    dt: float | None,
-    rtol: float | None,
-    title: str,
-    code: str,
-    write: Callable[[Scene, Sequence[Leg], Sequence[str]], str],
+def program_deck(
+    engine: str, scene: Scene, dt: float | None, rtol: float | None, title: str
 ) -> str:
-    """Return a deck without expected answers, which ``hertzchain judge`` has."""
-    refuse_terms(scene, f"a deck of {code}")  # contact forces are sums from the free end
+    """Return a deck for LIGGGHTS or Yade that finds the peaks of a scene.
+
+    RunFailed for a scene that the engine cannot simulate.
+    """
+    writer = ENGINES[engine].make()
+    assert isinstance(writer, ProgramEngine)
+    scene = with_end(scene)
+    writer.refuse(scene)
     step = deck_step(scene, dt, rtol)
     _lost_digits(scene, step)
-    legs, made = similar(scene, step)
+    legs, scaling = similar(scene, step)
     steps, longest = sum(leg.steps for leg in legs), max(leg.dt for leg in legs)
-    count = scene.chain.granules
+    elastic = " elastic" if scene.contact is None else ""
+    which = f"with {' and '.join(scene.terms)}" if scene.terms else "pushed at one end"
+    chain = f"a chain of {scene.chain.granules}{elastic} spheres in Hertz contact"
     about = [
-        f"{plain(title)}: a chain of {count} elastic spheres in Hertz contact, pushed at one end.",
+        f"{deck.plain(title)}: {chain}, {which}.",
         f"Written by hertzchain {version('hertzchain')}. SI units throughout.",
-        f"{steps} steps of at most {longest:.4g} s, ending at the corners of the pulse.",
+        f"{steps} steps of at most {longest:.4g} s, ending at the corners of the shock.",
         "It prints the peak force of each contact, and writes them to peaks.csv. To judge them:",
         "hertzchain judge SCENE peaks.csv",
+        *textwrap.wrap(deck.what_is_softer(scaling), 96),
     ]
-    if made != NONE:
-        about += textwrap.wrap(what_is_softer(made), 96)
-    return write(made.scene(scene), legs, about)
+    text: str = writer.WRITER.deck(scaling.scene(scene), legs, about)
+    return text
 
 
 def _lost_digits(scene: Scene, step: float) -> float:
     """Return the relative error of the peaks by coordinates; Unpredictable if it is too large."""
-    legs, made = similar(scene, step)
-    lost = predicted_loss(scene, sum(leg.steps for leg in legs), made)
+    legs, scaling = similar(scene, step)
+    lost = predicted_loss(scene, sum(leg.steps for leg in legs), scaling)
     if lost > _MOST_LOST:
         raise Unpredictable(
             f"coordinates would cost the peaks of this scene about {lost:.0e}, even in a deck of"

