@@ -22,8 +22,8 @@ from hertzchain.engines.lammps import deck
 from hertzchain.engines.native import kernel_input, simulation
 from hertzchain.engines.native.simulation import Prepared
 from hertzchain.observables.contact_errors import Peaks
-from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.samples import Samples
+from hertzchain.observables.watch import PeakWatch
 from hertzchain.scene import schedule
 from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.ramp import Ramp

@@ -34,7 +34,8 @@ from hertzchain.observables.error_bound import (
     second_order_safety,
     second_order_step,
 )
-from hertzchain.observables.peaks import PeakWatch, largest_difference
+from hertzchain.observables.peaks import largest_difference
+from hertzchain.observables.watch import PeakWatch
 from hertzchain.scene.schedule import Leg
 from hertzchain.theory.solitary_wave import solitary_wave
 from tests import scenes

@@ -19,8 +19,8 @@ from hertzchain.arrays import Array
 from hertzchain.errors import SceneError, TooExpensive
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.history import MOST_FRAMES, History, Recorder, wanted_times
-from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.samples import Samples
+from hertzchain.observables.watch import PeakWatch
 from hertzchain.observables.work import work_done
 from hertzchain.scene.ramp import Ramp
 from tests.conftest import paper_scene

@@ -15,8 +15,8 @@ from hertzchain.observables import intervals
 from hertzchain.observables.damped_law import DampedLaw, true_forces
 from hertzchain.observables.interpolant import curvature_at, slope_at, value_at
 from hertzchain.observables.observer import curve_of
-from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.samples import Samples
+from hertzchain.observables.watch import PeakWatch
 from hertzchain.scene.schedule import Leg
 
 numbers = st.floats(-1.0, 1.0)

@@ -11,8 +11,9 @@ import pytest
 
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.observables.damped_law import DampedLaw
-from hertzchain.observables.peaks import PeakWatch, largest_difference
+from hertzchain.observables.peaks import largest_difference
 from hertzchain.observables.samples import Samples
+from hertzchain.observables.watch import PeakWatch
 
 Overlap = Callable[[Array, int], Array]
 """The k-th time derivative of the overlap of each contact at given times."""

@@ -21,8 +21,8 @@ from hertzchain.observables.balance import LostDigits
 from hertzchain.observables.contact_errors import ContactErrors, Peaks, bounds
 from hertzchain.observables.gauges import readings
 from hertzchain.observables.history import History
-from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.result import Result
+from hertzchain.observables.watch import PeakWatch
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 from hertzchain.scene.validity import (

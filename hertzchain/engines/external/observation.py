@@ -20,9 +20,8 @@ from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.error_bound import SHORTER, diverged
 from hertzchain.observables.first_pulse import Signals
 from hertzchain.observables.history import Recorder
-from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.samples import Samples
-from hertzchain.observables.watch import Watch
+from hertzchain.observables.watch import PeakWatch, Watch
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 

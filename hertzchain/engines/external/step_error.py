@@ -13,7 +13,8 @@ from hertzchain.arrays import FloatArray
 from hertzchain.limits import RTOL
 from hertzchain.observables.contact_errors import Peaks
 from hertzchain.observables.error_bound import amplifies_errors, fly_at_others, highest_rate
-from hertzchain.observables.peaks import ESTIMATED, PeakWatch, judged_contacts
+from hertzchain.observables.peaks import ESTIMATED, judged_contacts
+from hertzchain.observables.watch import PeakWatch
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 

@@ -20,8 +20,9 @@ from hertzchain.engines.native.methods import METHODS
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.errors import RunFailed, SceneError
 from hertzchain.observables.damped_law import DampedLaw
-from hertzchain.observables.peaks import PeakWatch, largest_difference
+from hertzchain.observables.peaks import largest_difference
 from hertzchain.observables.samples import Samples
+from hertzchain.observables.watch import PeakWatch
 from hertzchain.scene.schedule import Leg
 from tests import scenes
 from tests.conftest import STEEL, paper_scene

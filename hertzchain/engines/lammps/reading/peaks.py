@@ -14,8 +14,8 @@ from hertzchain.engines.lammps.reading.found import FoundWall
 from hertzchain.engines.lammps.reading.prober import DEPTHS
 from hertzchain.engines.lammps.reading.probing import Probes
 from hertzchain.observables.damped_law import DampedLaw
-from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.samples import Samples
+from hertzchain.observables.watch import PeakWatch
 
 _SURE = 1e3  # rounding errors of a coordinate above which an overlap counts
 
