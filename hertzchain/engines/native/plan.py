@@ -76,9 +76,9 @@ _KNOWN_RATIOS, _KNOWN_DURATIONS, _KNOWN_GRANULES = (0.05, 10.0), (1.1, 60.0), 50
 _SAFETY_IF_HARD = 6.0
 """The same factor where errors are erratic (``error_bound.amplifies_errors``): measured 2.4."""
 
-_FINER, _LOOSEST_TRIED, _SAFETY_IF_TRIED = 16.0, 2.5e-5, 12.0
-"""Wanted accuracy over that of the plan that such scenes try first, its largest, and its factor: 9
-was needed in the worst of 500 scenes with terms at 1e-3. The method of looser plans is more
+_FINER, _LOOSEST_TRIED, _SAFETY_IF_TRIED = 24.0, 2.5e-5, 15.0
+"""Wanted accuracy over that of the plan that such scenes try first, its largest, and its factor: 12
+was needed in the worst of 1,000 scenes with terms at 1e-3. The method of looser plans is more
 erratic: with it two peaks were off by 1.1 and 2.1 bounds at the factor 8."""
 
 _SAFETY_OF_TIMES = 2.0
