@@ -202,9 +202,7 @@ def make_folder(folder: Path) -> None:
     if folder.exists() and not folder.is_dir():
         raise OutputError(f"{folder}: is a file, must be a folder")
     try:
-        folder.mkdir(exist_ok=True)
-    except FileNotFoundError:
-        raise OutputError(f"{folder}: {folder.parent} does not exist, create it first") from None
+        folder.mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or problem
         raise OutputError(f"{folder}: cannot be made ({reason})") from None

@@ -16,7 +16,7 @@ from hertzchain.errors import SceneError
 from hertzchain.scene.pulse import PROFILES
 from hertzchain.sweeps.columns import PARAMETERS
 from hertzchain.sweeps.design import MOST_SCENES, design
-from hertzchain.sweeps.parts import MOST_PEAKS, cut, part_size
+from hertzchain.sweeps.loop import MOST_PEAKS, cut, part_size
 from tests.sweeps.made import GRID, SHORT, all_scenes
 
 
