@@ -10,6 +10,7 @@ sweeping    the functions for users: sweep, Sweep
 drawing     a sweep as a picture
 """
 
+from hertzchain.sweeps.design import scenes
 from hertzchain.sweeps.sweeping import Counts, Sweep, sweep
 
-__all__ = ["Counts", "Sweep", "sweep"]
+__all__ = ["Counts", "Sweep", "scenes", "sweep"]

@@ -19,7 +19,7 @@ from hertzchain.errors import HertzchainError, SceneError, require
 from hertzchain.report.facts import in_prefixed
 from hertzchain.scene.parts import key_named
 from hertzchain.scene.quantities import to_si
-from hertzchain.sweeps.axes import Axis, Listed, Span
+from hertzchain.sweeps.axes import Axis, Listed, Span, Tabled
 from hertzchain.sweeps.columns import (
     OTHER_MEASURE,
     TEXT,
@@ -169,7 +169,11 @@ def _selected(
     """Return the rows of a sweep that have the wanted values, and sentences on missing ones."""
     manifest = sweep.manifest
     axes = {
-        one["name"]: Span(**one) if "low" in one else Listed(one["name"], tuple(one["values"]))
+        one["name"]: Span(**one)
+        if "low" in one
+        else Listed(one["name"], tuple(one["values"]))
+        if "values" in one
+        else Tabled(one["name"], np.zeros(0))
         for one in manifest["vary"]
     }
     numbers = [name for name in dict.fromkeys(names) if name is not None]
@@ -181,14 +185,14 @@ def _selected(
     crossed = [axis for axis in axes.values() if axis.count is not None]
     drawn = manifest["samples"]
     shape = [axis.count or 0 for axis in crossed] + ([drawn["count"]] if drawn else [])
-    places = np.unravel_index(frame["scene"].to_numpy(np.int64), shape)
+    places = np.unravel_index(frame["scene"].to_numpy(np.int64), shape) if shape else ()
     for axis, place in zip(crossed, places, strict=False):
         frame[axis.name] = axis.at(np.arange(axis.count or 0))[place]
     for name, value in where.items():
         if name != "backend":
             allowed = f"does not vary in this sweep; what does: {', '.join(axes)}"
             require(name in axes, name, None, allowed)
-            allowed = "was sampled, so that hardly two rows share a value: it cannot be fixed"
+            allowed = "was sampled or is of a table, whose rows share no values: it cannot be fixed"
             require(axes[name].count is not None, name, None, allowed)
         frame = frame[frame[name] == _meant(name, value, frame[name].unique())]
     lacking = [name for name in numbers if name not in TEXT and frame[name].isna().any()]

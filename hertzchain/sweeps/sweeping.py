@@ -161,11 +161,10 @@ class Counts:
 
 def sweep(
     scene: SceneLike,
-    vary: Annotated[Mapping[str, str | Iterable[Value]], design],
+    vary: Annotated[Mapping[str, str | Iterable[Value]] | pandas.DataFrame, design],
     *,
     samples: Annotated[int | None, design] = None,
     seed: Annotated[int, design] = 0,
-    ties: Mapping[str, str] | None = None,
     backends: Annotated[str | Iterable[str | Backend], _backends] = ("native",),
     rtol: float = RTOL,
     peaks: bool = False,
@@ -179,8 +178,8 @@ def sweep(
     ----------
     scene
         The scene that all others are derived from, or the path of its file.
-    vary, samples, seed, ties
-        Parameters that vary and their values, and those that follow from them; see
+    vary, samples, seed
+        Parameters that vary and their values, or a table with a row for each scene; see
         ``hertzchain.sweeps.design``.
     backends
         Backends that measure each scene: ``native``, ``lammps``, or a ``Native`` or ``Lammps`` with
@@ -216,7 +215,7 @@ def sweep(
     RunFailed
         If the scheduler cannot be reached, or its workers are lost.
     """
-    found = design(scene, vary, samples, seed, ties)
+    found = design(scene, vary, samples, seed)
     chosen = _backends(backends, rtol)
     manifest = {
         "hertzchain": version("hertzchain"),

@@ -72,7 +72,11 @@ deck scene.toml -o in.chain --dump-every -1 => dump_every = -1
 unit-test scene.toml -o scene.toml => name
 sweep scene.toml -o out --vary shock.colour=1,2 => cannot vary; what can vary
 sweep scene.toml -o out --vary shock.momentum_ratio= => must be NAME=VALUE, such as
-sweep scene.toml -o out GRID --tie chain.granules => --tie chain.granules: must be NAME=VALUE
+sweep scene.toml -o out => --vary or --table: name what varies
+sweep scene.toml -o out GRID --table peaks.csv => --vary or --table: name what varies
+sweep scene.toml -o out --table peaks.csv => contact: cannot vary; the scene has no [contact]
+sweep scene.toml -o out --table scene.toml => scene.toml: must be a table of scenes; .csv or .parquet
+sweep scene.toml -o out --table no.csv => no.csv; No such file
 sweep scene.toml -o out GRID --rtol 1e-30 => rtol = 1e-30: must be
 sweep scene.toml -o out GRID --time-limit '-1 s' => --time-limit = '-1 s'
 sweep scene.toml -o out GRID --backend native --backend native => must not be given twice

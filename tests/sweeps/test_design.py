@@ -154,7 +154,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"vary": {"shock.profile": "cosine:triangular:2"}}, "has no range: name its values"),
     (
         {"vary": {"shock.momentum_ratio": "1:2:3", "shock.rise_time": "1 us,2 us"}},
-        "replace each other",
+        "replaces shock.rise_time: only one of the two",
     ),
     ({"vary": {"shock.momentum_ratio": "1:2"}}, "draw with --samples (in Python: samples=)"),
     ({"vary": GRID, "samples": 5}, "are drawn from ranges without a count"),
