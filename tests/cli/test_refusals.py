@@ -29,8 +29,11 @@ run scene.toml --backend yade => yade is missing or not a program: install it wi
 run scene.toml --backend liggghts --method rk4 => has only velocity-verlet
 run scene.toml -o peaks.xls => peaks.xls; .csv; .parquet
 run scene.toml --record 20 => --record; -o, --plot, --report
-run scene.toml --uncertainty 16 --record 5 => --record is not for --uncertainty
-run scene.toml --uncertainty 16 --ranks 5 => --ranks is not for --uncertainty
+run scene.toml --uncertainty 16 => is a command of its own: hertzchain spread scene.toml -n 16
+spread scene.toml => nothing is uncertain: add [uncertainty] or [scatter]
+spread scene.toml -n 5 => realisations = 5: must be an integer from 16
+spread scene.toml -o a.xls => a.xls; .csv; .parquet
+spread scene.toml --size 3x2 => --size; --plot
 run scene.toml --record 20 -o motion.json => motion.json; .parquet
 run scene.toml --plot run.gif => run.gif; .png
 run scene.toml --plot a.png -o a.png => a.png
