@@ -56,9 +56,9 @@ MOST_ROWS, MOST_PEAKS = 10_000, 500_000  # scenes and contacts of a part, chosen
 _ALONE = 50  # scenes of a part that are run one by one; chosen: a kill loses as many
 _LEAST_PARTS = 16  # least number of parts; chosen, so that few scenes keep all cores busy
 _COUNTED = 500  # number of scenes whose granules are counted
-_SHORT, _SMALL = 400_000, 60
+_SHORT, _SMALL = 2_000_000, 40
 """Scenes times granules squared, at least those of a small chain, below which no process is started
-(chosen): two take 2 s to start, and 110 scenes of 60 granules less than that.
+(measured): two take 2 s to start, as long as 1,200 elastic scenes of 31 granules or 550 of 60.
 """
 _LONG = 1e8  # natural time units times granules, about 1 s: longer scenes run by themselves
 _YEAR = 3e7  # no time limit [s]
@@ -127,9 +127,11 @@ def _is_batched(design: Design, backend: Backend) -> bool:
 def _is_short(design: Design, backend: Backend) -> bool:
     """Return whether scenes are few and chains short, and one process is enough.
 
-    LAMMPS and given steps take longer than starting processes.
+    LAMMPS, given steps and damped contacts take longer than starting processes.
     """
     if isinstance(backend, Lammps) or backend.dt is not None or backend.method is not None:
+        return False
+    if design.base.contact is not None:
         return False
     return design.scenes * max(_largest(design), _SMALL) ** 2 < _SHORT
 
