@@ -1,17 +1,19 @@
 """The folder of a sweep: a manifest, and Parquet parts that are complete or absent.
 
-A folder has sweep.json and files scenes/native-0000.parquet, .... Pages of a part have checksums:
-parts that are damaged are measured again.
+A folder has sweep.json and files scenes/native-0000.parquet, .... A part is done when sha256sums
+has the checksum of its file; parts that are damaged are measured again.
 """
 
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import json
 import os
 import shutil
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +24,7 @@ from hertzchain.sweeps.loop import Part
 if TYPE_CHECKING:
     import pandas
 
-MANIFEST, TABLE = "sweep.json", "scenes"
+MANIFEST, CHECKSUMS, TABLE = "sweep.json", "sha256sums", "scenes"
 
 _LONGEST_VALUE = 60  # characters of a value in a message on another sweep, chosen
 
@@ -47,33 +49,41 @@ class Memory(dict[str, "pandas.DataFrame"]):
 class Folder:
     """Parts in a folder."""
 
-    def __init__(self, path: Path, columns: Sequence[str]) -> None:
-        self.path, self._columns = path, list(columns)
+    def __init__(self, path: Path) -> None:
+        self.path = path
 
     def keep(self, part: Part, table: pandas.DataFrame) -> None:
         """Store a measured part."""
 
         def write(path: Path) -> None:
-            table.to_parquet(path, engine="pyarrow", index=False, write_page_checksum=True)
+            table.to_parquet(path, engine="pyarrow", index=False)
             with path.open("rb+") as stream:  # otherwise a power failure leaves an empty file
                 os.fsync(stream.fileno())
 
-        write_with(self._path(part), write)
+        path = self._path(part)
+        write_with(path, write)
+        name = path.relative_to(self.path).as_posix()
+        try:
+            with (self.path / CHECKSUMS).open("a", encoding="utf-8", newline="\n") as stream:
+                stream.write(f"{_checksum(path)}  {name}\n")
+        except OSError as problem:
+            reason = f"{self.path / CHECKSUMS}: cannot be written ({problem.strerror})"
+            raise OutputError(reason) from None
 
     def has(self, part: Part) -> bool:
-        """Return whether a part is done: its file can be read, and has its scenes."""
-        import pyarrow
-        from pyarrow import parquet
+        """Return whether a part is done: its file has the checksum that it was given."""
+        path = self._path(part)
+        checksum = self._checksums.get(path.relative_to(self.path).as_posix(), "")
+        return _checksum(path) == checksum
 
-        try:
-            path = self._path(part)
-            table = parquet.ParquetFile(path, page_checksum_verification=True).read()
-        except (OSError, ValueError, pyarrow.ArrowException):
-            return False
-        if table.column_names != self._columns or table.num_rows != part.size:
-            return False
-        rows = table.select(["scene", "backend"]).slice(0, 1).to_pylist()
-        return bool(rows == [{"scene": part.start, "backend": part.name.partition("-")[0]}])
+    @cached_property
+    def _checksums(self) -> dict[str, str]:
+        """Checksums of files by their names in the folder."""
+        with contextlib.suppress(OSError):  # where it cannot be written, either, keep reports that
+            lines = (self.path / CHECKSUMS).read_text("utf-8", "replace").splitlines()
+            words = (line.partition("  ") for line in lines)
+            return {name: checksum for checksum, _, name in words}
+        return {}
 
     def frames(self, columns: Sequence[str] | None = None) -> Iterator[pandas.DataFrame]:
         """Yield the table part by part."""
@@ -159,6 +169,15 @@ def read_manifest(path: Path) -> Mapping[str, Any]:
     if there is None:
         raise OutputError(f"{path}: is no sweep, must be what hertzchain sweep -o wrote")
     return there
+
+
+def _checksum(path: Path) -> str | None:
+    """Return the checksum of a file; None if it cannot be read."""
+    try:
+        with path.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError:
+        return None
 
 
 def _read(folder: Path) -> Mapping[str, Any] | None:

@@ -56,7 +56,7 @@ class Sweep:
         """
         folder = Path(folder)
         manifest = read_manifest(folder)
-        return cls(manifest, manifest["rows"], Folder(folder, _columns(manifest)))
+        return cls(manifest, manifest["rows"], Folder(folder))
 
     def __repr__(self) -> str:
         varies = ", ".join(axis["name"] for axis in self.manifest["vary"])
@@ -229,7 +229,7 @@ def sweep(
         "rows": found.scenes * len(chosen),
     }
     folder = None if output is None else Path(output)
-    store = Memory() if folder is None else Folder(folder, _columns(manifest))
+    store = Memory() if folder is None else Folder(folder)
     claim = nullcontext() if folder is None else claimed(folder, manifest)
     engine = nullcontext(loop_here) if scheduler is None else loop_on(scheduler)
     with telling(progress is True) as tell, engine as measured, claim:
@@ -255,13 +255,6 @@ def settings(backend: Backend) -> dict[str, Any]:
     if kept.get("lmp") is not None:
         kept["lmp"] = str(kept["lmp"])
     return {"name": NAMES[type(backend)], **kept}
-
-
-def _columns(manifest: Mapping[str, Any]) -> list[str]:
-    """Return the names of all columns of a part."""
-    columns = columns_in(manifest)
-    of_peaks = peak_columns(columns)[2:] if manifest["peaks"] else ()
-    return [*(column.name for column in columns), *of_peaks]
 
 
 def _aim(settings: Mapping[str, Any]) -> float:

@@ -44,7 +44,9 @@ start = partial(processes.start, start_new_session=True)
 
 def done_in(folder: Path) -> set[str]:
     """Return the names of the files of parts that are done."""
-    return {path.name for path in (folder / "scenes").glob("*.parquet")}
+    path = folder / "sha256sums"
+    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+    return {line.partition("  scenes/")[2] for line in lines} - {""}
 
 
 def parts(folder: Path) -> int:

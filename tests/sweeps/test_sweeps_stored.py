@@ -179,8 +179,8 @@ def test_a_damaged_part_is_named(out: Path) -> None:
 
 
 def changed_byte(content: bytes) -> bytes:
-    """Return the file with one byte of its first column changed."""
-    return content[:40] + bytes([content[40] ^ 1]) + content[41:]
+    """Return the file with one bit of its description changed."""
+    return content[:-2000] + bytes([content[-2000] ^ 1]) + content[-1999:]
 
 
 @pytest.mark.parametrize(
@@ -210,6 +210,8 @@ def test_parts_that_are_lost_or_damaged_are_measured_again(
         (resumed.peaks_to_frame(), whole.peaks_to_frame()),
     ):
         pd.testing.assert_frame_equal(frame, expected, check_exact=True)
+    (tmp_path / "sha256sums").unlink()
+    assert hc.sweep(SHORT, GRID, peaks=True, output=tmp_path).count().done == 8
 
 
 def test_a_sweep_inside_of_another_is_refused(out: Path) -> None:
