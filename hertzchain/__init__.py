@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from hertzchain.scene.striker import Striker
     from hertzchain.scene.terms import Contact, Precompression, Wall
     from hertzchain.scene.uncertain import Uncertain
-    from hertzchain.sweeps import Sweep, sweep
+    from hertzchain.sweeps import Sweep, scenes, sweep
     from hertzchain.uncertainty.spread import Spread, spread
     from hertzchain.uncertainty.validation import Validation, validate
     from hertzchain.verdict.comparison import Comparison, compare
@@ -84,6 +84,7 @@ _HOME = {
     "judge_traces": "hertzchain.verdict.traces.judging",
     "peak_forces": "hertzchain.engines.native.batch",
     "plot": "hertzchain.report.several",
+    "scenes": "hertzchain.sweeps",
     "similar_peak_forces": "hertzchain.engines.native.batch",
     "spread": "hertzchain.uncertainty.spread",
     "sweep": "hertzchain.sweeps",
@@ -131,6 +132,7 @@ __all__ = [
     "judge_traces",
     "peak_forces",
     "plot",
+    "scenes",
     "similar_peak_forces",
     "spread",
     "sweep",

@@ -104,6 +104,7 @@ def _write(writers: Mapping[Path, Callable[[Path], object]]) -> None:
                     target = part = path
                     if not path.exists() or path.is_file():  # a pipe or a device stays what it is
                         target = path.resolve()  # target of a link
+                        target.parent.mkdir(parents=True, exist_ok=True)
                         folders.append(tempfile.mkdtemp(prefix=".hertzchain-", dir=target.parent))
                         part = Path(folders[-1]) / path.name
                         moves.append((part, target))
@@ -157,7 +158,7 @@ class _Undisturbed:
 
 
 def check_writable(path: Path | str) -> None:
-    """Raise an OutputError, before any work is done, if a file cannot be written."""
+    """Raise an OutputError, before any work is done, if a file or its folder cannot be written."""
     path = Path(path)
     try:
         path.stat()
@@ -168,9 +169,13 @@ def check_writable(path: Path | str) -> None:
     if path.is_dir():
         raise OutputError(f"{path}: is a directory, must be the name of a file")
     folder = path.resolve().parent if path.is_symlink() else path.parent
+    try:
+        while not folder.exists():  # it is made when the file is written
+            folder = folder.parent
+    except OSError as problem:  # a name too long
+        raise _unwritable(path, problem) from None
     if not folder.is_dir():
-        reason = "is not a folder" if folder.exists() else "does not exist, create it first"
-        raise OutputError(f"{path}: {folder} {reason}")
+        raise OutputError(f"{path}: {folder} is not a folder")
     target = path if path.exists() and not path.is_file() else folder
     if not os.access(target, os.W_OK) or (path.is_file() and not os.access(path, os.W_OK)):
         raise OutputError(f"{path}: no permission to write here, choose another place")
@@ -202,9 +207,7 @@ def make_folder(folder: Path) -> None:
     if folder.exists() and not folder.is_dir():
         raise OutputError(f"{folder}: is a file, must be a folder")
     try:
-        folder.mkdir(exist_ok=True)
-    except FileNotFoundError:
-        raise OutputError(f"{folder}: {folder.parent} does not exist, create it first") from None
+        folder.mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or problem
         raise OutputError(f"{folder}: cannot be made ({reason})") from None

@@ -53,7 +53,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
             "cores": 1,
         },
     ),
-    "design": (design, {"scene": SCENE, "vary": VARY, "seed": 0, "ties": None}),
+    "design": (design, {"scene": SCENE, "vary": VARY, "seed": 0}),
     "plot": (hc.plot, {"results": {"a": RESULT}, "draw": "peaks", "size": (7.0, 4.0)}),
     "peak_at": (RESULT.peak_at, {"contact": 2}),
     "wave": (RESULT.wave, {"first": 2, "last": 3}),

@@ -54,7 +54,7 @@ def test_the_public_names_are_those_of_the_contract() -> None:
     Batch Certificate Chain Comparison Contact DeckCheck DeckExamination Fit Gauge HertzchainError
     Judgement Lammps Liggghts Moving Native Piston Precompression Pulse PulseTable Result
     Run Scene Sine Spread Striker Sweep TraceJudgement Uncertain Validation Wall Yade certify
-    compare examine fit judge judge_traces peak_forces plot similar_peak_forces spread sweep
+    compare examine fit judge judge_traces peak_forces plot scenes similar_peak_forces spread sweep
     theory validate write_trajectory
     """
     assert hc.__all__ == expected.split()

@@ -18,6 +18,7 @@ from hertzchain.cli.plot import plot
 from hertzchain.cli.predict import predict
 from hertzchain.cli.pulse import pulse
 from hertzchain.cli.run import run
+from hertzchain.cli.spread import spread
 from hertzchain.cli.sweep import sweep
 from hertzchain.cli.timestep import timestep
 from hertzchain.cli.tradeoff import tradeoff
@@ -54,7 +55,7 @@ def _options(
 
 # A command is a function with options; --help lists them in this order.
 for command in (
-    *(init, pulse, run, compare, judge, fit, examine, tradeoff, timestep, sweep, plot, predict),
-    *(deck, lint, unit_test, certify, doctor),
+    *(init, pulse, run, compare, judge, fit, examine, tradeoff, timestep, spread, sweep, plot),
+    *(predict, deck, lint, unit_test, certify, doctor),
 ):
     app.command()(command)

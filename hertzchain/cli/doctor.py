@@ -21,13 +21,10 @@ _LONGEST = 60.0  # seconds after which a start of LAMMPS counts as hanging (chos
 
 PACKAGES = (
     *("hertzchain", "numpy", "scipy", "pandas", "matplotlib", "ase", "filelock"),
-    *("jinja2", "numba", "pint", "rich", "tomli-w", "typer"),
+    *("jinja2", "numba", "pint", "pyarrow", "rich", "tomli-w", "typer"),
 )
 
-OPTIONAL = (
-    ("pyarrow", "parquet", "for Parquet: the tables of a sweep, -o FILE.parquet"),
-    ("distributed", "cluster", "for sweep --scheduler: Dask"),
-)
+OPTIONAL = (("distributed", "cluster", "for sweep --scheduler: Dask"),)
 """Optional packages: name, hertzchain's extra that installs it, and its purpose."""
 
 

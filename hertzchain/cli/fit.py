@@ -16,6 +16,8 @@ from hertzchain.cli.output import (
     write_file,
 )
 
+_TIE = "chain.granules='0.2 / (2 * chain.radius)'"
+
 
 def fit(
     scene: options.SceneFile,
@@ -33,7 +35,12 @@ def fit(
         " wanted, KEY=LOW:HIGH; repeatable. gain: the ratio of measured to true forces, the same"
         " for all gauges.",
     ),
-    tie: options.Ties = None,
+    tie: list[str] | None = typer.Option(
+        None,
+        metavar="KEY=FORMULA",
+        help="A key that follows from others by a formula of their full names, in SI units;"
+        f" repeatable. A fixed length: {_TIE}.",
+    ),
     column: list[str] | None = typer.Option(
         None,
         metavar="WHAT=NAME",
@@ -60,7 +67,7 @@ def fit(
     columns = options.by_name("--column", column or [], "gauge_16=CH1")
     limit = options.to_time_limit(time_limit)
     loaded = options.load_scene(scene)
-    ties = options.by_name("--tie", tie or [], options.TIE)
+    ties = options.by_name("--tie", tie or [], _TIE)
     with progress() as report_progress, compiling(report_progress):
         found = fits.fit(
             loaded, traces, free, ties=ties, columns=columns, shift=not no_shift,

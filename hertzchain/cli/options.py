@@ -53,15 +53,6 @@ TimeLimit = Annotated[
         help='How long each simulation may take, seconds or with a unit ("10 min").',
     ),
 ]
-TIE = "chain.granules='0.2 / (2 * chain.radius)'"
-Ties = Annotated[
-    list[str] | None,
-    typer.Option(
-        metavar="KEY=FORMULA",
-        help="A key that follows from others by a formula of their full names, in SI units;"
-        f" repeatable. A fixed length: {TIE}.",
-    ),
-]
 LargestStep = Annotated[
     str | None,
     typer.Option(

@@ -11,11 +11,9 @@ import typer
 from hertzchain.cli import options
 from hertzchain.cli.output import (
     OUT_OF_TOLERANCE,
-    check_files,
     compiling,
     progress,
     say,
-    show,
     write_file,
 )
 from hertzchain.cli.shown import Shown
@@ -89,29 +87,16 @@ def run(
     report: Path | None = typer.Option(
         None, metavar="FILE", help="Write a page (html): plots, tables, all numbers."
     ),
-    uncertainty: int | None = typer.Option(
-        None,
-        min=16,
-        metavar="N",
-        help="Run the scene N times with values drawn from its [uncertainty] and [scatter]: the"
-        " spread of every result, and which input causes it. Right to 1e-4 unless --rtol.",
-    ),
+    uncertainty: int | None = typer.Option(None, hidden=True),
     every: options.EveryContact = False,
     as_json: options.AsJson = False,
 ) -> None:
     """Simulate a scene: peaks, p, F_SW, speed, pressure and error."""
     if uncertainty is not None:
-        for name, given in {
-            "backend": backend != options.NATIVE, "method": method, "dt": dt, "lmp": lmp,
-            "wanted": wanted, "record": record, "traces": traces, "report": report,
-            "isolate": isolate, "ranks": ranks,
-        }.items():  # fmt: skip
-            if given:
-                raise HertzchainError(f"--{name} is not for --uncertainty: leave one of them out")
-        options.refuse_without_need(plot is not None, size=size is not None)
-        limit = options.to_time_limit(time_limit)
-        _run_uncertain(scene, uncertainty, rtol, limit, output, plot, size, every, as_json)
-        return
+        raise HertzchainError(
+            f"--uncertainty {uncertainty} is a command of its own: hertzchain spread {scene} -n"
+            f" {uncertainty}"
+        )
     from hertzchain.engines.native.duration import with_end
     from hertzchain.report.run import of_result
     from hertzchain.report.waterfall import frame_times, plot_times
@@ -159,30 +144,6 @@ def run(
         reached = f"wanted {asked:g}, reached {known:.1g}"
         say(f"{reached}: {why}")
         raise typer.Exit(OUT_OF_TOLERANCE)
-
-
-def _run_uncertain(
-    scene: Path, realisations: int, rtol: float | None, limit: float, output: Path | None,
-    plot: Path | None, size: str | None, every: bool, as_json: bool,
-) -> None:  # fmt: skip
-    """Print the spread of a scene's results, and write its table and its picture."""
-    from hertzchain.report.tables import write_result
-    from hertzchain.uncertainty.shown import plot_spread, print_spread
-    from hertzchain.uncertainty.spread import RTOL, spread
-
-    check_files([scene], result=output, plot=plot)
-    loaded, inches = options.load_scene(scene), options.to_inches(size)
-    with progress() as report_progress, compiling(report_progress):
-        found = spread(
-            loaded,
-            realisations,
-            rtol=RTOL if rtol is None else rtol,
-            time_limit=limit,
-            progress=report_progress,
-        )
-    show(as_json, found.to_dict, lambda console: print_spread(console, found, every))
-    write_file("Spread", output, lambda path: write_result(found, path))
-    write_file("Plot", plot, lambda path: plot_spread(found, inches).write(path))
 
 
 def _write(result: Result, output: Path | None, traces: Path | None, is_motion: bool) -> None:

@@ -37,8 +37,8 @@ Source = StrEnum("Source", {name.upper(): name for name in _SWEPT})  # type: ign
 
 def sweep(
     scene: options.SceneFile,
-    vary: list[str] = typer.Option(
-        ...,
+    vary: list[str] | None = typer.Option(
+        None,
         metavar="NAME=VALUES",
         help="A parameter, as the scene file names it (segments by their numbers:"
         " chain.segments.1.radius), and its values; repeatable."
@@ -58,7 +58,13 @@ def sweep(
         " count together.",
     ),
     seed: int = typer.Option(0, help="Seed of the points that are drawn."),
-    tie: options.Ties = None,
+    table: Path | None = typer.Option(
+        None,
+        metavar="FILE",
+        help="Instead of --vary: a table (.csv, .parquet) with one row for each scene, whose"
+        " columns are keys, also with a unit: chain.radius [mm]. Empty cells have the value of the"
+        " scene.",
+    ),
     backend: list[Source] | None = typer.Option(
         None,
         help="Backend that measures each scene; repeatable. Default: native.",
@@ -95,8 +101,13 @@ def sweep(
     # An accuracy that no simulation has is refused before the scene is read.
     lammps = Lammps(lmp=options.named_binary(None), **common)
     loaded = options.load_scene(scene)
-    varied = options.by_name("--vary", vary, "shock.momentum_ratio=0.1:10:50:log")
-    options.remark_on_units_of(varied, loaded)
+    if (table is None) == (not vary):
+        raise HertzchainError("--vary or --table: name what varies by one of the two")
+    varied: Any = options.by_name("--vary", vary or [], "shock.momentum_ratio=0.1:10:50:log")
+    if table is None:
+        options.remark_on_units_of(varied, loaded)
+    else:
+        varied = _read_table(table)
     backends = [lammps if one == "lammps" else Native(**common) for one in wanted]
     begin = time.perf_counter()
     with _going_on(output), _counting("native" in wanted) as report_progress:
@@ -105,7 +116,6 @@ def sweep(
             varied,
             samples=samples,
             seed=seed,
-            ties=options.by_name("--tie", tie or [], options.TIE),
             backends=backends,
             peaks=peaks,
             output=output,
@@ -131,6 +141,22 @@ def sweep(
         typer.echo(f"{counts.done:,} rows in {output}, {how}")
     _warn(counts, rtol)
     raise typer.Exit(OUT_OF_TOLERANCE if counts.failed or counts.missed else DONE)
+
+
+def _read_table(path: Path) -> Any:
+    """Return the table in a file."""
+    import pandas
+
+    allowed = f"{path}: must be a table of scenes that ends in .csv or .parquet"
+    try:
+        if path.suffix.lower() == ".parquet":
+            return pandas.read_parquet(path)
+        if path.suffix.lower() == ".csv":
+            return pandas.read_csv(path, skipinitialspace=True)
+    except (OSError, ValueError) as problem:
+        reason = getattr(problem, "strerror", None) or str(problem).partition("\n")[0]
+        raise HertzchainError(f"{allowed} and can be read ({reason})") from None
+    raise HertzchainError(allowed)
 
 
 @contextmanager

@@ -101,7 +101,8 @@ def fit(
         ``chain.gap=1 um:9 um``; ``gain`` is the ratio of the measured to the true force, the same
         for all gauges.
     ties
-        Formulas of keys that follow from others, as for ``sweep``.
+        Formulas of keys that follow from others, in SI units by full names:
+        ``{"chain.granules": "0.2 / (2 * chain.radius)"}`` keeps the length.
     columns, shift, progress
         As for ``judge_traces``; the shift of each clock is fitted, too.
     time_limit

@@ -11,11 +11,11 @@ import numpy as np
 
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.errors import SceneError, require
+from hertzchain.fits.ties import Tie, tied, ties_of
 from hertzchain.scene.scene import Scene
 from hertzchain.sweeps.axes import Span, axis_of
 from hertzchain.sweeps.columns import is_whole, unit_of
 from hertzchain.sweeps.keys import base_values, changed, full_name
-from hertzchain.sweeps.ties import Tie, tied, ties_of
 
 GAIN = "gain"
 """A key that no scene has: ratio of measured to true force, the same for all gauges."""

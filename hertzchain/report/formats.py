@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 from pathlib import Path
 
 from hertzchain.errors import OutputError
@@ -28,7 +27,3 @@ def check_format(path: Path | str | None, kind: str) -> None:
     if suffix not in known:
         listed = (" or " if kind in ("page", "trajectory") else ", ").join(known)
         raise OutputError(f"{path}: {words} must end in {listed}")
-    if suffix == ".parquet" and importlib.util.find_spec("pyarrow") is None:
-        raise OutputError(
-            f"{path}: Parquet needs pyarrow: pip install 'hertzchain[parquet]', or write a .csv"
-        )

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from numbers import Integral
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,9 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.parts import key_named
 from hertzchain.scene.quantities import to_si
+
+if TYPE_CHECKING:
+    import pandas
 
 MOST_GRANULES = 1_000_000  # of a chain, chosen: a part may hold its peaks several times
 _MOST_LISTED = 100_000  # most values of one list (chosen); kept in memory and with the sweep
@@ -98,7 +102,55 @@ class Span:
         return np.where(fraction == 0, self.low, np.where(fraction == 1, self.high, inside))
 
 
-Axis = Listed | Span
+@dataclass(frozen=True, eq=False)
+class Tabled:
+    """A column of a table: a parameter, and its value in each row, in SI or as text.
+
+    An empty cell is NaN or "": the row has the value of the base.
+    """
+
+    name: str
+    cells: NDArray[Any]
+    count: None = None
+
+    @property
+    def ends(self) -> tuple[Value, ...]:
+        """Values to check: if these are possible, all are."""
+        return tuple(np.unique(self.cells[is_given(self.cells)]).tolist())
+
+    def at(self, index: NDArray[np.int64]) -> NDArray[Any]:
+        """Return the cells of these rows."""
+        return np.asarray(self.cells[index])
+
+
+Axis = Listed | Span | Tabled
+"""A parameter that varies; those of a table vary together."""
+
+_WITH_UNIT = re.compile(r"(.+?)\s*\[(.+)\]\s*")
+"""The head of a column with a unit, such as ``chain.radius [mm]``."""
+
+
+def is_given(cells: NDArray[Any]) -> NDArray[np.bool_]:
+    """Return which cells of a table are not empty."""
+    return np.asarray(cells != "" if cells.dtype.kind == "U" else ~np.isnan(cells))
+
+
+def axes_of_table(table: pandas.DataFrame, full: Callable[[str], str]) -> tuple[Tabled, ...]:
+    """Return the columns of a table; ``full`` gives the full name of a parameter."""
+    axes = []
+    for place, head in enumerate(table.columns):
+        match = _WITH_UNIT.fullmatch(str(head))
+        name = full(match[1] if match else str(head).strip())
+        unit = f" {match[2]}" if match else ""
+        cells = table.iloc[:, place]
+        values = {
+            cell: _value(name, f"{cell}{unit}" if unit else cell)
+            for cell in cells.dropna().unique().tolist()
+        }
+        empty, kind = ("", str) if _kind(name) == "str" else (np.nan, float)
+        column = cells.map(values).astype(object).where(cells.notna(), empty)
+        axes.append(Tabled(name, column.to_numpy().astype(kind)))
+    return tuple(axes)
 
 
 def axis_of(name: str, given: str | Iterable[Value]) -> Axis:

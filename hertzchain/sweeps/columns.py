@@ -227,8 +227,7 @@ def unit_of(name: str) -> str:
 
 def columns_in(manifest: Mapping[str, Any]) -> tuple[Column, ...]:
     """Return the columns of a sweep from its manifest."""
-    varied = [axis["name"] for axis in manifest["vary"]]
-    return columns_of(manifest["scene"], [*varied, *manifest.get("ties", ())])
+    return columns_of(manifest["scene"], [axis["name"] for axis in manifest["vary"]])
 
 
 def columns_of(

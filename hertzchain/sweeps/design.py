@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,18 @@ from hertzchain.scene.arguments import checked
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.sections import sections_of
-from hertzchain.sweeps.axes import Axis, Span, Value, axis_of, check_granules, is_whole, key_of
+from hertzchain.sweeps.axes import (
+    Axis,
+    Span,
+    Tabled,
+    Value,
+    axes_of_table,
+    axis_of,
+    check_granules,
+    is_given,
+    is_whole,
+    key_of,
+)
 from hertzchain.sweeps.columns import (
     ALL,
     OTHER_MEASURE,
@@ -26,7 +38,9 @@ from hertzchain.sweeps.columns import (
     columns_of,
 )
 from hertzchain.sweeps.keys import WALLS, base_values, changed, full_name
-from hertzchain.sweeps.ties import Tie, tied, ties_of
+
+if TYPE_CHECKING:
+    import pandas
 
 _OF_ELASTIC = {f"{wall}.{key}" for wall in WALLS for key in ("young_modulus", "poisson_ratio")}
 _TRIED = 64  # scenes that are tried before a sweep, if the first are impossible, chosen
@@ -45,20 +59,18 @@ class Design:
     axes: tuple[Axis, ...]
     samples: int | None = None
     seed: int = 0
-    ties: tuple[Tie, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
         """Parameters that differ from the base."""
-        return (*(axis.name for axis in self.axes), *(tie.key for tie in self.ties))
+        return tuple(axis.name for axis in self.axes)
 
     @property
     def are_plain(self) -> bool:
         """True if no scene can have terms."""
         known = all(axis.name in PARAMETERS for axis in self.axes)
         free = self.base.is_plain and not self.base.gauges
-        # A formula may give impossible values; only building the scene shows that.
-        return known and free and self.base.chain.section is None and not self.ties
+        return known and free and self.base.chain.section is None
 
     @property
     def columns(self) -> tuple[Column, ...]:
@@ -80,6 +92,8 @@ class Design:
     @property
     def shape(self) -> tuple[int, ...]:
         """Values of each axis that is crossed, then the number of samples."""
+        if rows := [len(axis.cells) for axis in self.axes if isinstance(axis, Tabled)]:
+            return (rows[0],)
         counts = [axis.count or 0 for axis in self.grid]
         return (*counts, self.samples) if self.samples is not None else tuple(counts)
 
@@ -91,8 +105,7 @@ class Design:
     def parameters(self, scenes: NDArray[np.int64]) -> dict[str, NDArray[Any]]:
         """Return all parameters of scenes in SI, by name, shape (some,); NaN or "" for none."""
         names = [one.name for one in self.columns if "." in one.name]
-        used = (key for tie in self.ties for key in tie.uses)
-        base = base_values(self.base, {*names, *self.names, *used})
+        base = base_values(self.base, {*names, *self.names})
         found = {name: np.full(scenes.size, value) for name, value in base.items()}
         numbers = np.unravel_index(scenes, self.shape)
         for axis, number in zip(self.grid, numbers, strict=False):
@@ -101,11 +114,17 @@ class Design:
             points = self._points(numbers[-1].astype(np.int64))
             for axis, fraction in zip(self.sampled, points.T, strict=True):
                 found[axis.name] = axis.between(fraction)
-        for name, value in tied(self.base, self.ties, found).items():
-            found[name] = np.full(scenes.size, value)
-        for given, other in OTHER_MEASURE.items():
-            if given in self.names:
-                found[other] = np.full(scenes.size, np.nan)
+        given = {name: np.ones(scenes.size, np.bool_) for name in self.names}
+        for axis in self.axes:
+            if isinstance(axis, Tabled):
+                cells, values = axis.at(scenes), found[axis.name]
+                given[axis.name] = is_given(cells)
+                kind = cells.dtype if values.dtype.kind == "U" else values.dtype
+                column = np.where(given[axis.name], cells, values)
+                found[axis.name] = column if kind.kind == "U" else column.astype(kind)
+        for name, other in OTHER_MEASURE.items():
+            if name in given:
+                found[other] = np.where(given[name], np.nan, found[other])
         return self._of_file(found)
 
     def _of_file(self, found: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
@@ -141,20 +160,10 @@ class Design:
         return points
 
     def scene(self, parameters: Mapping[str, NDArray[Any]], k: int) -> Scene:
-        """Return the k-th scene of these parameters."""
-        try:
-            return changed(self.base, {name: parameters[name][k].item() for name in self.names})
-        except SceneError as problem:
-            tie = next((one for one in self.ties if one.key == problem.key), None)
-            if tie is None:
-                raise
-            values = {name: parameters[name][k] for name in tie.uses}
-            # A key that another replaced is NaN by now.
-            given = (f", {name} = {x:.6g}" for name, x in values.items() if not np.isnan(x))
-            allowed = f"{problem.allowed}; it is tied by {tie.formula}{''.join(given)}"
-            number = tie.number(values)
-            value = problem.value if np.isfinite(number) else number
-            raise SceneError(problem.key, value, allowed) from None
+        """Return the k-th scene of these parameters; a missing one is as in the base."""
+        cells = {name: parameters[name][[k]] for name in self.names}
+        given = {name: cell.item() for name, cell in cells.items() if is_given(cell).all()}
+        return changed(self.base, given)
 
     def to_dict(self) -> dict[str, Any]:
         """Return all data that identify this design, as a JSON object."""
@@ -163,18 +172,21 @@ class Design:
             from importlib.metadata import version
 
             drawn = {"count": self.samples, "seed": self.seed, "scipy": version("scipy")}
-        ties = {"ties": {tie.key: tie.formula for tie in self.ties}} if self.ties else {}
-        vary = [asdict(axis) for axis in self.axes]
-        return {"scene": sections_of(self.base), "vary": vary, "samples": drawn, **ties}
+        vary = [
+            {"name": axis.name, "rows": len(axis.cells), "sha256": _checksum(axis.cells)}
+            if isinstance(axis, Tabled)
+            else asdict(axis)
+            for axis in self.axes
+        ]
+        return {"scene": sections_of(self.base), "vary": vary, "samples": drawn}
 
 
 @checked
 def design(
     scene: SceneLike,
-    vary: Annotated[Mapping[str, str | Iterable[Value]], axis_of],
+    vary: Annotated[Mapping[str, str | Iterable[Value]] | pandas.DataFrame, axis_of],
     samples: Annotated[int | None, is_whole] = None,
     seed: Annotated[int, is_whole] = 0,
-    ties: Mapping[str, str] | None = None,
 ) -> Design:
     """Return the scenes of a sweep.
 
@@ -188,15 +200,14 @@ def design(
         ``"LOW:HIGH:COUNT:log"``, including both ends; or ``"LOW:HIGH"`` and ``"LOW:HIGH:log"``,
         between which points are sampled. Text may have units (``"1 mm:10 mm:5"``).
         ``shock.momentum_ratio`` and ``shock.rise_time`` replace each other. Segments and the
-        granules of their cells are counted from 1: ``chain.segments.2.cell.1.radius``.
+        granules of their cells are counted from 1: ``chain.segments.2.cell.1.radius``. Or a pandas
+        table with one row for each scene and these names as columns, also with a unit
+        (``chain.radius [mm]``); an empty cell has the value of the scene.
     samples
         Number of points for all sampled ranges together, from a scrambled Sobol sequence. Every
         combination of the other parameters gets all of these points.
     seed
         Seed of the sequence: another number gives other points.
-    ties
-        Formulas of keys that follow from others, in SI units by full names:
-        ``{"chain.granules": "0.2 / (2 * chain.radius)"}`` keeps the length.
 
     Raises
     ------
@@ -206,15 +217,19 @@ def design(
         where no scene is possible.
     """
     scene = to_scene(scene)
-    allowed = "must be a mapping of at least one parameter to its values"
-    require(isinstance(vary, Mapping) and len(vary) > 0, "vary", None, allowed)
-    axes = tuple(axis_of(full_name(name, scene), given) for name, given in vary.items())
+    axes: tuple[Axis, ...]
+    if not isinstance(vary, Mapping) and hasattr(vary, "iloc"):
+        axes = axes_of_table(vary, lambda name: full_name(name, scene))
+        require(len(axes) > 0 and len(vary) > 0, "table", None, "must have columns and rows")
+    else:
+        allowed = "must be a mapping of at least one parameter to its values, or a table"
+        require(isinstance(vary, Mapping) and len(vary) > 0, "vary", None, allowed)
+        axes = tuple(axis_of(full_name(name, scene), given) for name, given in vary.items())
     allowed = "must be a whole number of at least 1"
     require(samples is None or is_whole(samples, 1), "samples", samples, allowed)
     within = is_whole(seed, 0) and seed < 2**32
     require(within, "seed", seed, "must be a whole number from 0 to 4294967295")
-    follow = ties_of(scene, ties or {}, [axis.name for axis in axes])
-    found = Design(scene, axes, None if samples is None else int(samples), int(seed), follow)
+    found = Design(scene, axes, None if samples is None else int(samples), int(seed))
     if found.sampled and samples is None:
         allowed = (
             "has no count: give one (LOW:HIGH:COUNT), or say how many samples to draw with"
@@ -241,6 +256,33 @@ def design(
         require({*own} == {"elastic"}, name, None, allowed)
     _refuse_impossible(found)
     return found
+
+
+def scenes(
+    scene: SceneLike,
+    table: Annotated[Mapping[str, str | Iterable[Value]] | pandas.DataFrame, design],
+    samples: Annotated[int | None, design] = None,
+    seed: Annotated[int, design] = 0,
+) -> list[Scene]:
+    """Return the scenes of a table, one for each row, in the order of the rows.
+
+    Parameters
+    ----------
+    scene, table, samples, seed
+        As for ``design``: a pandas table, or the values of each parameter.
+
+    Raises
+    ------
+    SceneError
+        As ``design``, and for values that are impossible together.
+    """
+    every = design(scene, table, samples, seed)
+    parameters = every.parameters(np.arange(every.scenes))
+    return [every.scene(parameters, k) for k in range(every.scenes)]
+
+
+def _checksum(values: NDArray[Any]) -> str:
+    return hashlib.sha256(values.tobytes()).hexdigest()
 
 
 def _refuse_impossible(found: Design) -> None:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError, SceneError, require
-from hertzchain.report.facts import in_prefixed
+from hertzchain.report.facts import in_prefixed, prefixed
+from hertzchain.report.style import COLOURS, distinct
 from hertzchain.scene.parts import key_named
 from hertzchain.scene.quantities import to_si
-from hertzchain.sweeps.axes import Axis, Listed, Span
+from hertzchain.sweeps.axes import Axis, Listed, Span, Tabled
 from hertzchain.sweeps.columns import (
     OTHER_MEASURE,
     TEXT,
@@ -28,7 +29,6 @@ from hertzchain.sweeps.columns import (
     full_name,
     is_whole,
 )
-from hertzchain.sweeps.looks import colour_bar, legend, looks_of
 
 if TYPE_CHECKING:
     import pandas
@@ -39,10 +39,11 @@ if TYPE_CHECKING:
 SIZE = (8.0, 5.0)  # width and height by default [inches]
 _LETTERS, _LETTERS_OF_TITLE = 15, 9  # letters in an inch of width: remarks, title
 _MOST_LINES = 1000  # most lines, chosen: more cannot be distinguished, and each costs a millisecond
-_MOST_MARKED = 60  # most points of a line with markers; more would overlap
 _MOST_VECTORS = 5000  # number of points from which PDF and SVG contain a bitmap of them
 _AS_GIVEN = 1e-3  # largest relative difference of a given value from the sweep's: three digits
 _DECADES = 100.0  # ratio of the largest value to the smallest from which an axis is logarithmic
+_MARKERS = "os^Dv<>P"  # as many as values in a legend; more numbers get a colour bar
+_BLUE = "#0072B2"  # where colours show nothing
 
 _ALONG = ("peak_force_N", "peak_time_s")  # columns that can be drawn along the chain
 
@@ -81,10 +82,6 @@ class _Rows:
         """Return the values of a crossed axis, increasing."""
         axis = self.axes[name]
         return np.sort(axis.at(np.arange(axis.count or 0)))
-
-    def bar(self, axes: Axes, name: str) -> Any:
-        """Draw a colour bar for a column of numbers; return the colours of its values."""
-        return colour_bar(axes, self.frame[name], name, self.is_log(name))
 
     def is_log(self, name: str) -> bool:
         """Return whether logarithms of a column are equally spaced, or its values span decades."""
@@ -169,7 +166,11 @@ def _selected(
     """Return the rows of a sweep that have the wanted values, and sentences on missing ones."""
     manifest = sweep.manifest
     axes = {
-        one["name"]: Span(**one) if "low" in one else Listed(one["name"], tuple(one["values"]))
+        one["name"]: Span(**one)
+        if "low" in one
+        else Listed(one["name"], tuple(one["values"]))
+        if "values" in one
+        else Tabled(one["name"], np.zeros(0))
         for one in manifest["vary"]
     }
     numbers = [name for name in dict.fromkeys(names) if name is not None]
@@ -181,14 +182,14 @@ def _selected(
     crossed = [axis for axis in axes.values() if axis.count is not None]
     drawn = manifest["samples"]
     shape = [axis.count or 0 for axis in crossed] + ([drawn["count"]] if drawn else [])
-    places = np.unravel_index(frame["scene"].to_numpy(np.int64), shape)
+    places = np.unravel_index(frame["scene"].to_numpy(np.int64), shape) if shape else ()
     for axis, place in zip(crossed, places, strict=False):
         frame[axis.name] = axis.at(np.arange(axis.count or 0))[place]
     for name, value in where.items():
         if name != "backend":
             allowed = f"does not vary in this sweep; what does: {', '.join(axes)}"
             require(name in axes, name, None, allowed)
-            allowed = "was sampled, so that hardly two rows share a value: it cannot be fixed"
+            allowed = "was sampled or is of a table, whose rows share no values: it cannot be fixed"
             require(axes[name].count is not None, name, None, allowed)
         frame = frame[frame[name] == _meant(name, value, frame[name].unique())]
     lacking = [name for name in numbers if name not in TEXT and frame[name].isna().any()]
@@ -226,18 +227,76 @@ def _meant(name: str, wanted: Any, values: NDArray[Any]) -> Any:
 # Lines and points
 
 
+def _looks(
+    axes: Axes, rows: _Rows, name: str | None
+) -> tuple[Callable[[Any], dict[str, Any]], Any]:
+    """Draw the legend of a column, or the colour bar of many numbers.
+
+    Return the look of each of its values, and the colour bar, if any.
+    """
+    from matplotlib import colormaps
+    from matplotlib.lines import Line2D
+
+    from hertzchain.report.picture import SMALL, legend_look, parts_of
+
+    if name is None:
+        return lambda _: {"color": _BLUE, "marker": "o"}, None
+    values = rows.frame[name]
+    several = list(values.unique()) if name in TEXT else np.unique(values).tolist()
+    if name not in TEXT and len(several) > len(_MARKERS):
+        bar = _colour_bar(axes, rows, name)
+        return lambda value: {"color": bar.to_rgba(value), "marker": "."}, bar
+    before, unit, after = parts_of(column_named(name).label)
+    in_unit, scale = ("", 1.0) if name in TEXT else prefixed(float(several[-1]), unit)
+    shades = colormaps["viridis"](np.linspace(0, 0.88, len(several)))
+    looks: dict[Any, dict[str, Any]] = {
+        value: {
+            "color": COLOURS.get(value, distinct(k)) if name in TEXT else shades[k],
+            "marker": _MARKERS[k % len(_MARKERS)],
+            "fillstyle": "full" if k == 0 else "none",
+        }
+        for k, value in enumerate(several)
+    }
+    labels = several if name in TEXT else [f"{value / scale:.6g}" for value in several]
+    figure: Any = axes.figure
+    width = figure.get_figwidth()
+    figure.legend(
+        [Line2D([], [], **look) for look in looks.values()], labels, loc="outside upper center",
+        title=f"{before}{f' [{in_unit}]' if in_unit else ''}{after}",
+        **legend_look(labels, width, width < SMALL),
+    )  # fmt: skip
+    return looks.__getitem__, None
+
+
+def _colour_bar(axes: Axes, rows: _Rows, name: str) -> Any:
+    """Draw a colour bar for a column of numbers; return the colours of its values."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import LogNorm, Normalize
+
+    from hertzchain.report.picture import at_whole_numbers, in_units
+
+    low, high, is_log = rows.frame[name].min(), rows.frame[name].max(), rows.is_log(name)
+    colours = ScalarMappable((LogNorm if is_log else Normalize)(low, high), "viridis")
+    bar: Any = axes.figure.colorbar(colours, ax=axes)
+    if is_whole(name) and not is_log:
+        bar.locator = at_whole_numbers()
+        bar.update_ticks()
+    in_units(bar.ax.yaxis, column_named(name).label)
+    return colours
+
+
 def _draw_over(axes: Axes, rows: _Rows, x: str, y: str, colour: str | None) -> list[str]:
     """Draw lines where x belongs to a parameter on a grid, otherwise points."""
     along = rows.behind(x)
     across = [name for name in rows.left if name != along]
     lines = []
     if all(map(rows.is_crossed, (along, *across))):
-        found = rows.frame.groupby(across, sort=False) if across else [((), rows.frame)]
+        groups = rows.frame.groupby(across, sort=False) if across else [((), rows.frame)]
         allowed = f"must be {_MOST_LINES:,} at most to be told apart: fix {' or '.join(across)}"
-        few = len(found) <= _MOST_LINES
-        require(few, "lines", len(found), f"{allowed} to one value (--where NAME=VALUE)")
+        few = len(groups) <= _MOST_LINES
+        require(few, "lines", len(groups), f"{allowed} to one value (--where NAME=VALUE)")
         values = rows.values(str(along))  # one without a row is a gap
-        lines = [line.set_index(along, drop=False).reindex(values) for _, line in found]
+        lines = [line.set_index(along, drop=False).reindex(values) for _, line in groups]
     if lines and (colour is None or all(line[colour].nunique() < 2 for line in lines)):
         _draw_lines(axes, rows, lines, x, y, colour)
         how = "all values are lines of one colour; --colour tells them apart"
@@ -252,45 +311,29 @@ def _draw_lines(
     axes: Axes, rows: _Rows, lines: Sequence[pandas.DataFrame], x: str, y: str, colour: str | None
 ) -> None:
     """Draw lines, each of one colour; a missing point is a gap."""
-    looks = {} if colour is None else looks_of(rows.frame[colour], colour)
-    bar: Any = None if looks or colour is None else rows.bar(axes, colour)
-    named: set[Any] = set()
+    look_of, _ = _looks(axes, rows, colour)
     for line in lines:
-        look: dict[str, Any] = {"color": "#0072B2", "marker": "o", "markersize": 4}
-        at, to = line[x].to_numpy(), line[y].to_numpy()
-        if colour is not None:
-            value = line[colour].dropna().iloc[0]
-            look |= looks[value] if looks else {"color": bar.to_rgba(value)}
-            look |= {"label": "_"} if value in named else {}
-            named.add(value)
-        if len(line) > _MOST_MARKED or bar is not None:  # a point between two gaps has no line
-            look |= {"marker": "." if np.isnan(to).any() else "", "markersize": 2}
+        value = None if colour is None else line[colour].dropna().iloc[0]
+        look = {"linewidth": 1.2, "markersize": 4, **look_of(value)}
         if is_whole(y):  # there is no p between 9 and 10
             look["drawstyle"] = "steps-mid"
-        axes.plot(at, to, **({"linewidth": 1.2} | look))
-    if looks and colour is not None:
-        legend(axes, rows.frame[colour], colour)
+        axes.plot(line[x].to_numpy(), line[y].to_numpy(), **look)
 
 
 def _draw_points(axes: Axes, rows: _Rows, x: str, y: str, colour: str | None) -> None:
-    known = rows.frame
-    rasterized = len(known) > _MOST_VECTORS
-    looks = {} if colour is None else looks_of(rows.frame[colour], colour)
-    if colour is not None and not looks:
-        bar = rows.bar(axes, colour)
+    frame = rows.frame
+    look_of, bar = _looks(axes, rows, colour)
+    size = min(4.0, max(1.0, 140 / math.sqrt(len(frame))))
+    is_bitmap = len(frame) > _MOST_VECTORS
+    if bar is not None and colour is not None:
         axes.scatter(
-            known[x], known[y], s=min(36.0, max(2.0, 20_000 / len(known))), c=known[colour],
-            norm=bar.norm, cmap=bar.cmap, rasterized=rasterized,
+            frame[x], frame[y], s=size**2, c=frame[colour], norm=bar.norm, cmap=bar.cmap,
+            rasterized=is_bitmap,
         )  # fmt: skip
         return
-    for value, look in looks.items() or [(None, {})]:
-        own = known if colour is None else known[known[colour] == value]
-        style: dict[str, Any] = {"marker": "o", "color": "#0072B2", "markersize": 4} | look
-        if len(own) > _MOST_MARKED:
-            style["markersize"] *= 0.6 if len(own) < 1000 else 0.3
-        axes.plot(own[x], own[y], **(style | {"linestyle": "none", "rasterized": rasterized}))
-    if colour is not None:
-        legend(axes, rows.frame[colour], colour)
+    for value, group in [(None, frame)] if colour is None else frame.groupby(colour, sort=False):
+        style = look_of(value) | {"linestyle": "none", "markersize": size}
+        axes.plot(group[x], group[y], **style, rasterized=is_bitmap)
 
 
 def _draw_chains(axes: Axes, sweep: Any, rows: _Rows, y: str, colour: str | None) -> list[str]:
@@ -334,7 +377,7 @@ def _draw_cells(axes: Axes, rows: _Rows, x: str, y: str, colour: str) -> None:
     values = rows.values(x), rows.values(y)
     cells = rows.frame.pivot_table(colour, y, x).reindex(values[1], columns=values[0])
     edges = [cell_edges(at, rows.is_log(name)) for at, name in zip(values, (x, y), strict=True)]
-    bar = rows.bar(axes, colour)
+    bar = _colour_bar(axes, rows, colour)
     axes.set_facecolor("0.85")
     shown = np.ma.masked_invalid(cells.to_numpy())
     axes.pcolormesh(*edges, shown, norm=bar.norm, cmap=bar.cmap, rasterized=True)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import nullcontext
-from dataclasses import dataclass
+from contextlib import closing, nullcontext
+from dataclasses import dataclass, fields
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -17,13 +17,12 @@ from hertzchain.observables.definitions import DEFINITIONS
 from hertzchain.scene.given import SceneLike
 from hertzchain.scene.validity import DOUBTFUL_OVERLAP
 from hertzchain.showing import telling
-from hertzchain.sweeps import parts
 from hertzchain.sweeps.axes import Value
-from hertzchain.sweeps.cluster import cluster
-from hertzchain.sweeps.columns import columns_in
+from hertzchain.sweeps.columns import columns_in, peak_columns
 from hertzchain.sweeps.design import design
-from hertzchain.sweeps.running import measure_here
-from hertzchain.sweeps.store import Folder, Memory, check_parquet, read_manifest
+from hertzchain.sweeps.folder import Folder, Memory, claimed, read_manifest
+from hertzchain.sweeps.loop import KINDS, NAMES, Backend, cut, loop_here, loop_on, part_size
+from hertzchain.sweeps.table import long_table
 
 if TYPE_CHECKING:
     import pandas
@@ -44,7 +43,7 @@ class Sweep:
 
     manifest: Mapping[str, Any]
     rows: int
-    _store: Memory | Folder
+    _parts: Memory | Folder
 
     @classmethod
     def load(cls, folder: Path | str) -> Sweep:
@@ -57,7 +56,7 @@ class Sweep:
         """
         folder = Path(folder)
         manifest = read_manifest(folder)
-        return cls(manifest, manifest["rows"], Folder(folder, manifest))
+        return cls(manifest, manifest["rows"], Folder(folder))
 
     def __repr__(self) -> str:
         varies = ", ".join(axis["name"] for axis in self.manifest["vary"])
@@ -66,7 +65,7 @@ class Sweep:
     @property
     def folder(self) -> Path | None:
         """Folder of the sweep; None in memory."""
-        return self._store.folder
+        return self._parts.path if isinstance(self._parts, Folder) else None
 
     def to_frame(self, columns: Sequence[str] | None = None) -> pandas.DataFrame:
         """Return one row per scene and backend: scene, backend, parameters in SI, and results.
@@ -85,11 +84,14 @@ class Sweep:
         for name in columns or ():
             allowed = f"is no column of this sweep, which has {', '.join(known)}"
             require(name in known, name, None, allowed + did_you_mean(str(name), known))
-        return _joined(self._store.frames("scenes", columns))
+        return _joined(self._parts.frames(known if columns is None else columns))
 
     def peaks_to_frame(self) -> pandas.DataFrame:
         """Return one row per scene, backend and contact; OutputError if peaks were not kept."""
-        return _joined(self._store.frames("peaks"))
+        if not self.manifest["peaks"]:
+            raise OutputError("the sweep has no peaks of all contacts: sweep again with --peaks")
+        columns = peak_columns(columns_in(self.manifest))
+        return _joined(map(long_table, self._parts.frames(columns)))
 
     def plot(
         self,
@@ -113,7 +115,7 @@ class Sweep:
         reason = None
         aims = {each["name"]: _aim(each) for each in self.manifest["backends"]}
         read = ["backend", error, "overlap_ratio", "failure", *late]
-        for frame in self._store.frames("scenes", read):
+        for frame in self._parts.frames(read):
             failures = frame["failure"].dropna()
             done, failed = done + len(frame), failed + len(failures)
             if reason is None and len(failures):
@@ -159,12 +161,11 @@ class Counts:
 
 def sweep(
     scene: SceneLike,
-    vary: Annotated[Mapping[str, str | Iterable[Value]], design],
+    vary: Annotated[Mapping[str, str | Iterable[Value]] | pandas.DataFrame, design],
     *,
     samples: Annotated[int | None, design] = None,
     seed: Annotated[int, design] = 0,
-    ties: Mapping[str, str] | None = None,
-    backends: Annotated[str | Iterable[str | parts.Backend], _backends] = ("native",),
+    backends: Annotated[str | Iterable[str | Backend], _backends] = ("native",),
     rtol: float = RTOL,
     peaks: bool = False,
     output: Path | str | None = None,
@@ -177,8 +178,8 @@ def sweep(
     ----------
     scene
         The scene that all others are derived from, or the path of its file.
-    vary, samples, seed, ties
-        Parameters that vary and their values, and those that follow from them; see
+    vary, samples, seed
+        Parameters that vary and their values, or a table with a row for each scene; see
         ``hertzchain.sweeps.design``.
     backends
         Backends that measure each scene: ``native``, ``lammps``, or a ``Native`` or ``Lammps`` with
@@ -214,37 +215,46 @@ def sweep(
     RunFailed
         If the scheduler cannot be reached, or its workers are lost.
     """
-    found = design(scene, vary, samples, seed, ties)
+    found = design(scene, vary, samples, seed)
     chosen = _backends(backends, rtol)
-    if output is not None:
-        check_parquet()
     manifest = {
         "hertzchain": version("hertzchain"),
         "definitions": DEFINITIONS,
         "format": "parquet",
         **({} if found.are_plain else {"columns": [column.name for column in found.columns]}),
         **found.to_dict(),
-        "backends": [parts.settings(backend) for backend in chosen],
+        "backends": [settings(backend) for backend in chosen],
         "peaks": peaks,
-        "parts": {
-            parts.NAMES[type(backend)]: parts.part_size(found, backend) for backend in chosen
-        },
+        "parts": {NAMES[type(backend)]: part_size(found, backend) for backend in chosen},
         "rows": found.scenes * len(chosen),
     }
-    store = Memory() if output is None else Folder(Path(output), manifest)
-    engine = nullcontext(measure_here) if scheduler is None else cluster(scheduler)
-    with telling(progress is True) as tell, engine as measure, store:
+    folder = None if output is None else Path(output)
+    store = Memory() if folder is None else Folder(folder)
+    claim = nullcontext() if folder is None else claimed(folder, manifest)
+    engine = nullcontext(loop_here) if scheduler is None else loop_on(scheduler)
+    with telling(progress is True) as tell, engine as measured, claim:
 
         def in_words(done: int, total: int) -> object:
             return tell(f"sweep: {done:,} of {total:,} rows")
 
-        counted = progress if callable(progress) else in_words
-        counter = _Counter(found.scenes * len(chosen), counted)
-        there = {part.name: part for part in parts.cut(found, chosen) if store.has(part)}
-        counter.add(sum(part.stop - part.start for part in there.values()))
-        todo = (part for part in parts.cut(found, chosen) if part.name not in there)
-        measure(found, todo, peaks, store.keep, counter.add)
+        counter = _Counter(manifest["rows"], progress if callable(progress) else in_words)
+        there = {part.name: part.size for part in cut(found, chosen) if store.has(part)}
+        counter.add(sum(there.values()))
+        left = (part for part in cut(found, chosen) if part.name not in there)
+        with closing(measured(found, left, peaks, counter.add)) as tables:
+            for part, table in tables:
+                store.keep(part, table)
     return Sweep(manifest, counter.total, store)
+
+
+def settings(backend: Backend) -> dict[str, Any]:
+    """Return the settings of a backend that change numbers, as a JSON object."""
+    of_runs = {"time_limit", "isolated", "peaks_only"}
+    given = {field.name: getattr(backend, field.name) for field in fields(backend)}
+    kept = {name: value for name, value in given.items() if name not in of_runs}
+    if kept.get("lmp") is not None:
+        kept["lmp"] = str(kept["lmp"])
+    return {"name": NAMES[type(backend)], **kept}
 
 
 def _aim(settings: Mapping[str, Any]) -> float:
@@ -268,8 +278,8 @@ class _Counter:
             self._progress(self._done, self.total)
 
 
-def _backends(given: str | Iterable[str | parts.Backend], rtol: float) -> tuple[parts.Backend, ...]:
-    found: list[parts.Backend] = []
+def _backends(given: str | Iterable[str | Backend], rtol: float) -> tuple[Backend, ...]:
+    found: list[Backend] = []
     each: Iterable[Any] = given
     if (
         isinstance(given, str)
@@ -279,13 +289,13 @@ def _backends(given: str | Iterable[str | parts.Backend], rtol: float) -> tuple[
         each = (given,)
     for one in each:
         if isinstance(one, str):
-            require(one in parts.KINDS, "backends", one, f"must be one of {', '.join(parts.KINDS)}")
-            found.append(parts.KINDS[one](rtol=rtol))
+            require(one in KINDS, "backends", one, f"must be one of {', '.join(KINDS)}")
+            found.append(KINDS[one](rtol=rtol))
         else:
             allowed = "must be Native, Lammps or the name of a backend"
-            require(isinstance(one, parts.Backend), "backends", one, allowed)
+            require(isinstance(one, Backend), "backends", one, allowed)
             found.append(one)
-    names = [parts.NAMES[type(backend)] for backend in found]
+    names = [NAMES[type(backend)] for backend in found]
     require(len(names) > 0, "backends", None, "must be at least one")
     require(len(set(names)) == len(names), "backends", names, "must not be given twice")
     return tuple(found)

@@ -42,7 +42,8 @@ class Rows:
             if is_result(column.name)
         }
         self._failure: NDArray[Any] = np.full(numbers.size, None, object)
-        self._peaks: list[pandas.DataFrame] | None = [] if peaks else None
+        names = peak_columns(columns)[2:] if peaks else ()
+        self._peaks = {name: np.full(numbers.size, None, object) for name in names}
         self.versions: Mapping[str, str] = {}
 
     def fail(self, row: int, problem: HertzchainError) -> None:
@@ -55,11 +56,13 @@ class Rows:
         for name in self._found.keys() & numbers.keys():
             if (value := numbers[name]) is not None:
                 self._found[name][row] = value
-        if self._peaks is not None:
-            frame = found.to_frame().assign(scene=self.numbers[row])
-            measured = frame.columns.intersection([*peak_columns(self._columns)[3:]])
-            frame.loc[found.is_cut_off, measured] = np.nan
-            self._peaks.append(frame)
+        if self._peaks:
+            columns = {**found.first_columns, "contact": found.contact}
+            columns |= {"peak_force_N": found.peak_force, "peak_time_s": found.peak_time}
+            for name, cells in self._peaks.items():
+                values = columns.get(name, np.full(found.contact.size, np.nan))
+                is_lost = found.is_cut_off & (name != "contact")
+                cells[row] = np.where(is_lost, np.nan, values) if is_lost.any() else values
 
     def add_batch(self, rows: NDArray[np.intp], batch: Batch, *units: FloatArray) -> Any:
         """Fill in results of a batch of similar scenes, in natural units of [N], [m], [s].
@@ -74,21 +77,19 @@ class Rows:
         for name, found in numbers.items():
             values = self._found[name]
             values[rows] = np.where(lost, values[rows], found)
-        if self._peaks is not None:
-            import pandas
-
-            there, contacts = self.numbers[rows[~lost]], 2 + np.arange(peak_force.shape[1])
-            columns = {
-                "scene": np.repeat(there, contacts.size),
-                "contact": np.tile(contacts, there.size),
-                "peak_force_N": peak_force[~lost].ravel(),
-                "peak_time_s": peak_time[~lost].ravel(),
-            }
-            self._peaks.append(pandas.DataFrame(columns))
+        if self._peaks:
+            contacts = 2 + np.arange(peak_force.shape[1])
+            for k in np.flatnonzero(~lost).tolist():
+                self._peaks["contact"][rows[k]] = contacts
+                self._peaks["peak_force_N"][rows[k]] = peak_force[k]
+                self._peaks["peak_time_s"][rows[k]] = peak_time[k]
         return lost
 
     def table(self) -> pandas.DataFrame:
-        """Return one row per scene, with the columns of the sweep; NaN for failed scenes."""
+        """Return one row per scene, with the columns of the sweep; NaN for failed scenes.
+
+        Where peaks are wanted, further columns have a list of all contacts in each cell.
+        """
         import pandas
 
         scene_columns = {"scene": self.numbers, "backend": np.full(self.numbers.size, self.backend)}
@@ -100,20 +101,26 @@ class Rows:
         }
         failure = pandas.array(self._failure, dtype="string")
         columns = {**scene_columns, **self._parameters, **found, "failure": failure}
-        return pandas.DataFrame({column.name: columns[column.name] for column in self._columns})
+        table = {column.name: columns[column.name] for column in self._columns}
+        return pandas.DataFrame({**table, **self._peaks})
 
-    def peaks(self) -> pandas.DataFrame | None:
-        """Return one row per scene and contact, with the columns of ``peak_columns``."""
-        if self._peaks is None:
-            return None
-        import pandas
 
-        kinds = {"scene": np.int64, "backend": object, "contact": np.int64}
-        names = peak_columns(self._columns)
-        if not self._peaks:
-            return pandas.DataFrame({name: np.zeros(0, kinds.get(name, float)) for name in names})
-        each = pandas.concat(self._peaks).sort_values(["scene", "contact"], ignore_index=True)
-        return each.assign(backend=self.backend).reindex(columns=names)
+def long_table(frame: pandas.DataFrame) -> pandas.DataFrame:
+    """Return one row per contact of rows whose cells have lists of all contacts."""
+    import pandas
+
+    frame = frame[frame["contact"].notna()]
+    counts = frame["contact"].map(len)
+    return pandas.DataFrame(
+        {
+            name: np.repeat(frame[name].to_numpy(), counts)
+            if name in ("scene", "backend")
+            else np.concatenate(
+                [np.zeros(0, np.int64 if name == "contact" else float), *frame[name]]
+            )
+            for name in frame
+        }
+    )
 
 
 def of_batch(

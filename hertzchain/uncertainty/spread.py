@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,9 +9,10 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.backend import Native
+from hertzchain.engines.native.batch import run_each
 from hertzchain.engines.native.duration import with_end
 from hertzchain.errors import require
-from hertzchain.limits import TIME_LIMIT, Deadline, usable_cores
+from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.definitions import context_of
 from hertzchain.observables.result import Result
 from hertzchain.scene.gauge import Gauge
@@ -206,27 +206,19 @@ def spread(
     # One end for all runs: by default each run would search its own, at additional cost.
     until = Run(with_end(scene, time_limit=time_limit).end_time)
     drawn = Realisations(replace(scene, run=until), count, seed)
-    nominal = _run(replace(scene, run=until), rtol, deadline)
-
-    def row(one: Scene) -> list[float]:
-        found = _run(one, rtol, deadline)
-        return [found.get(name, np.nan) for name in nominal]
-
+    native = Native(rtol=rtol, peaks_only=True, wanted="first")
+    (middle_run,) = run_each([replace(scene, run=until)], native, deadline)
+    nominal = results_of(middle_run)
     values = np.empty((count, len(nominal)))
-    with telling(progress) as report_progress, ThreadPoolExecutor(usable_cores()) as pool:
-        for done, found in enumerate(pool.map(row, drawn)):
-            values[done] = found
+    with telling(progress) as report_progress:
+        for done, run in enumerate(run_each(drawn, native, deadline)):
+            results = results_of(run)
+            values[done] = [results.get(name, np.nan) for name in nominal]
             if done % 64 == 0:
                 report_progress(f"native: {done} of {count} realisations")
     shares = first_order(drawn.inputs, drawn.drawn, values)
     inputs, middle = tuple(one.name for one in drawn.inputs), np.array([*nominal.values()])
     return Spread(scene, inputs, tuple(nominal), middle, values, shares, rtol)
-
-
-def _run(scene: Scene, rtol: float, deadline: Deadline) -> dict[tuple[str, str], float]:
-    return deadline.spend(  # type: ignore[no-any-return]
-        lambda left: results_of(Native(None, None, rtol, True, left, "first").run(scene))
-    )
 
 
 def results_of(found: Result) -> dict[tuple[str, str], float]:

@@ -25,7 +25,7 @@ from tests.processes import ended, linux, names, posix, start
 # Files
 
 
-@pytest.mark.parametrize("name", ["no/there.png", pytest.param("full.png", marks=linux)])
+@pytest.mark.parametrize("name", ["scene.toml/there.png", pytest.param("full.png", marks=linux)])
 @pytest.mark.parametrize(
     "command",
     [

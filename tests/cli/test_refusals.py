@@ -29,8 +29,11 @@ run scene.toml --backend yade => yade is missing or not a program: install it wi
 run scene.toml --backend liggghts --method rk4 => has only velocity-verlet
 run scene.toml -o peaks.xls => peaks.xls; .csv; .parquet
 run scene.toml --record 20 => --record; -o, --plot, --report
-run scene.toml --uncertainty 16 --record 5 => --record is not for --uncertainty
-run scene.toml --uncertainty 16 --ranks 5 => --ranks is not for --uncertainty
+run scene.toml --uncertainty 16 => is a command of its own: hertzchain spread scene.toml -n 16
+spread scene.toml => nothing is uncertain: add [uncertainty] or [scatter]
+spread scene.toml -n 5 => realisations = 5: must be an integer from 16
+spread scene.toml -o a.xls => a.xls; .csv; .parquet
+spread scene.toml --size 3x2 => --size; --plot
 run scene.toml --record 20 -o motion.json => motion.json; .parquet
 run scene.toml --plot run.gif => run.gif; .png
 run scene.toml --plot a.png -o a.png => a.png
@@ -72,13 +75,17 @@ deck scene.toml -o in.chain --dump-every -1 => dump_every = -1
 unit-test scene.toml -o scene.toml => name
 sweep scene.toml -o out --vary shock.colour=1,2 => cannot vary; what can vary
 sweep scene.toml -o out --vary shock.momentum_ratio= => must be NAME=VALUE, such as
-sweep scene.toml -o out GRID --tie chain.granules => --tie chain.granules: must be NAME=VALUE
+sweep scene.toml -o out => --vary or --table: name what varies
+sweep scene.toml -o out GRID --table peaks.csv => --vary or --table: name what varies
+sweep scene.toml -o out --table peaks.csv => contact: cannot vary; the scene has no [contact]
+sweep scene.toml -o out --table scene.toml => scene.toml: must be a table of scenes; .csv or .parquet
+sweep scene.toml -o out --table no.csv => no.csv; No such file
 sweep scene.toml -o out GRID --rtol 1e-30 => rtol = 1e-30: must be
 sweep scene.toml -o out GRID --time-limit '-1 s' => --time-limit = '-1 s'
 sweep scene.toml -o out GRID --backend native --backend native => must not be given twice
 sweep scene.toml -o out GRID --scheduler abc => the scheduler 'abc' cannot be
 sweep scene.toml -o out.csv GRID => is to be a folder
-sweep scene.toml -o no/out GRID => does not exist
+sweep scene.toml -o scene.toml/out GRID => cannot be made
 plot swept --x lm --y p => lm: is no column; scene, backend, chain.granules
 plot swept --x LM_ratio --y profile => shock.profile: is text; --colour
 plot swept --x backend --y p => backend: is text
@@ -86,7 +93,7 @@ plot swept --x LM_ratio --y p --colour failure => cannot be a colour
 plot swept --x LM_ratio --y momentum_ratio => shock.momentum_ratio: given twice
 plot swept --x LM_ratio --y p --colour p => transition_granules: given twice
 plot swept --x LM_ratio --y p -o plot.gif => plot.gif; png; svg
-plot swept --x LM_ratio --y p -o no/plot.png => no/plot.png; does not exist
+plot swept --x LM_ratio --y p -o scene.toml/plot.png => scene.toml/plot.png: cannot be written
 plot swept --x LM_ratio --y p --where profile => --where profile; NAME=VALUE
 plot swept --x LM_ratio --y p --where backend=native --where backend=lammps => --where backend; twice
 plot . --x LM_ratio --y p => .: is no sweep, must be what hertzchain sweep -o wrote
@@ -102,7 +109,7 @@ pulse scope.csv --scale 25 --rows 2 => --rows = 2: must be at least 3
 pulse scope.csv --plot a.gif => cannot be drawn
 pulse no.csv => no.csv: cannot be read
 pulse text.csv => line 2: has no finite time and force
-init no/mine.toml => does not exist
+init scene.toml/mine.toml => cannot be written
 init new.csv --from pulse-table => new.csv: is the name of the pulse table; new.toml
 init . => is a directory, must be the name of a file
 init scene.toml => scene.toml: exists; delete it
@@ -149,7 +156,7 @@ CASES = [line.replace("GRID", GRID) for line in REFUSED.strip().splitlines()]
 CASES += [f"run scene.toml --dt {shlex.quote(step)} => dt" for step in STEPS]
 CASES += [
     f"run scene.toml -o {LINES.format('.xls')} => two\\nlines.xls: cannot be written",
-    f"run scene.toml -o {LINES.format('/a.csv')} => two\\nlines does not exist",
+    f"run scene.toml -o peaks.csv/{LINES.format('/a.csv')} => lines/a.csv: cannot be written",
     f"examine steel.toml {LINES.format('')} => two\\nlines: cannot be read",
     f"run scene.toml --backend lammps --lmp {LINES.format('')} => two\\nlines is missing",
 ]

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from hertzchain.cli.sweep import Source
-from hertzchain.sweeps.parts import KINDS
+from hertzchain.sweeps.loop import KINDS
 from tests.command_line import Command, Outcome, is_refused
 from tests.conftest import paper_scene
 from tests.places import ROOT
@@ -89,14 +89,6 @@ def test_ends_that_look_like_a_wrong_unit_are_asked_about_once(
     assert outcome.err == question
 
 
-def test_without_pyarrow_a_sweep_says_what_to_do(
-    hertzchain: Command, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
-    done = hertzchain("sweep", "scene.toml", *GRID, "-o", "out")
-    is_refused(done, "needs pyarrow: pip install 'hertzchain[parquet]'")
-
-
 def test_lammps_that_is_missing_is_one_sentence(
     hertzchain: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -110,7 +102,7 @@ def test_without_a_terminal_there_is_a_line_from_time_to_time(
     hertzchain: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("hertzchain.cli.sweep._LINES", 0.0)
-    monkeypatch.setattr("hertzchain.sweeps.parts.MOST_ROWS", 4)
+    monkeypatch.setattr("hertzchain.sweeps.loop.MOST_ROWS", 4)
     monkeypatch.setattr("time.monotonic", iter(range(1, 100_000)).__next__)
     done = hertzchain("sweep", "scene.toml", *GRID, "-o", "out")
     assert done.status == 0

@@ -158,6 +158,10 @@ DOCUMENTS: dict[str, tuple[str, Callable[[], dict[str, Any]]]] = {
     ),
     "examine": ("examine.json", examination),
     "sweep": ("sweep.json", lambda: manifest(vary={"shock.profile": ["cosine", "triangular"]})),
+    "sweep, table": (
+        "sweep.json",
+        lambda: manifest(vary=pd.DataFrame({"chain.radius [mm]": [1, None]}), peaks=True),
+    ),
     "sweep, drawn": (
         "sweep.json",
         lambda: manifest(vary={"chain.radius": "1 mm:2 mm", "peak_force": "1:9:2"}, samples=2),

@@ -218,6 +218,7 @@ def test_what_cannot_be_written_is_refused_before_the_work(
         raise AssertionError("nothing may be computed")
 
     monkeypatch.setattr(hc.Native, "run", work)
+    (tmp_path / "no").touch()
     there = tmp_path / "no" / "junit.xml"
     for arguments in (("compare", scene), ("judge", scene, "a.csv"), ("examine", scene, "in.a")):
-        is_refused(hertzchain(*arguments, "--junit", there), "does not exist, create it first")
+        is_refused(hertzchain(*arguments, "--junit", there), "cannot be written")

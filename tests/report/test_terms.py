@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import importlib.util
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +17,6 @@ from ase.io import read
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import OutputError, SceneError
-from hertzchain.report.formats import check_format
 from hertzchain.report.tables import motion_frame, write_result
 from hertzchain.report.trajectory import power_of_1000
 from hertzchain.report.waterfall import frame_times
@@ -129,17 +127,6 @@ def test_results_in_three_formats(tmp_path: Path, demo_reference: hc.Result) -> 
     assert rows[0] == list(columns)
     for name, cells in zip(rows[0], zip(*rows[1:], strict=True), strict=True):
         assert [float(cell) for cell in cells] == columns[name]
-
-
-def test_parquet_without_pyarrow_is_refused_before_any_work(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def nothing(name: str, _: str | None = None) -> None:
-        assert name == "pyarrow"
-
-    monkeypatch.setattr(importlib.util, "find_spec", nothing)
-    with pytest.raises(OutputError, match=r"pip install 'hertzchain\[parquet\]'"):
-        check_format(tmp_path / "peaks.parquet", "result")
 
 
 # Scenes with terms: terminal, page, trajectory, table

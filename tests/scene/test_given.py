@@ -247,7 +247,8 @@ def test_a_written_table_lies_beside_the_scene(tmp_path: Path) -> None:
 
 
 def test_a_scene_that_cannot_be_written_is_an_error(tmp_path: Path, demo: hc.Scene) -> None:
-    for path in (tmp_path, tmp_path / "no" / "scene.toml"):
+    (tmp_path / "file").touch()
+    for path in (tmp_path, tmp_path / "file" / "scene.toml"):
         with pytest.raises(OutputError):
             demo.to_toml(path)
-    assert list(tmp_path.iterdir()) == []
+    assert list(tmp_path.iterdir()) == [tmp_path / "file"]

@@ -22,7 +22,7 @@ def segmented(tmp_path: Path) -> hc.Scene:
 def one_core() -> Iterator[None]:
     """One process of LAMMPS: each takes a second of a processor to start."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("hertzchain.sweeps.running.usable_cores", lambda: 1)
+        patch.setattr("hertzchain.sweeps.loop.usable_cores", lambda: 1)
         yield
 
 

@@ -16,7 +16,7 @@ from hertzchain.errors import SceneError
 from hertzchain.scene.pulse import PROFILES
 from hertzchain.sweeps.columns import PARAMETERS
 from hertzchain.sweeps.design import MOST_SCENES, design
-from hertzchain.sweeps.parts import MOST_PEAKS, cut, part_size
+from hertzchain.sweeps.loop import MOST_PEAKS, cut, part_size
 from tests.sweeps.made import GRID, SHORT, all_scenes
 
 
@@ -154,7 +154,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"vary": {"shock.profile": "cosine:triangular:2"}}, "has no range: name its values"),
     (
         {"vary": {"shock.momentum_ratio": "1:2:3", "shock.rise_time": "1 us,2 us"}},
-        "replace each other",
+        "replaces shock.rise_time: only one of the two",
     ),
     ({"vary": {"shock.momentum_ratio": "1:2"}}, "draw with --samples (in Python: samples=)"),
     ({"vary": GRID, "samples": 5}, "are drawn from ranges without a count"),

@@ -17,8 +17,7 @@ from hertzchain.errors import HertzchainError, SceneError
 from hertzchain.scene.keys import keys_of
 from hertzchain.scene.parts import KEYS
 from hertzchain.scene.pulse import PROFILES
-from hertzchain.sweeps import measuring
-from hertzchain.sweeps import parts as parts_of_sweeps
+from hertzchain.sweeps import loop
 from hertzchain.sweeps.columns import (
     ALL,
     COLUMNS,
@@ -31,7 +30,6 @@ from hertzchain.sweeps.columns import (
     numbers_of,
 )
 from hertzchain.sweeps.design import design
-from hertzchain.sweeps.parts import Part, is_batched, is_short
 from hertzchain.sweeps.table import Rows
 from tests.command_line import MAIN, process
 from tests.conftest import STEEL, paper_scene
@@ -51,7 +49,7 @@ IN_BATCHES = [one.name for one in ALL if is_result(one.name)]
 def pairs() -> list[tuple[dict[str, Any], hc.Result]]:
     """Each row of a batch, and the scene run by itself."""
     found = design(SMALL, VARY)
-    assert is_batched(found, hc.Native())
+    assert loop._is_batched(found, hc.Native())
     rows: list[Any] = hc.sweep(SMALL, VARY, rtol=1e-7).to_frame().to_dict("records")
     parameters = found.parameters(np.arange(found.scenes))
     scenes = [found.scene(parameters, k) for k in range(found.scenes)]
@@ -194,10 +192,10 @@ def test_scenes_that_take_long_are_measured_one_by_one(
 ) -> None:
     found = design(SHORT, {"chain.granules": [6, 12]})
     longest = max(one.end_time / one.units.time * one.chain.granules for one in all_scenes(found))
-    monkeypatch.setattr(measuring, "_LONG", room * longest)
+    monkeypatch.setattr(loop, "_LONG", room * longest)
     told: list[int] = []
-    measuring.measure(
-        found, Part("native-0000", hc.Native(), 0, 2), peaks=False, report_progress=told.append
+    loop.measure(
+        found, loop.Part("native-0000", hc.Native(), 0, 2), peaks=False, report_progress=told.append
     )
     assert told == ([1, 1] if room < 1 else [2])
 
@@ -300,7 +298,7 @@ def test_a_scene_that_fails_is_a_row_with_the_reason_a_single_run_has() -> None:
 
 def test_accuracy_that_is_missed_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     """Under a long pulse repeated collisions of a short chain amplify rounding errors."""
-    monkeypatch.setattr("hertzchain.sweeps.running.is_short", lambda *_: True)  # no processes
+    monkeypatch.setattr("hertzchain.sweeps.loop._is_short", lambda *_: True)  # no processes
     knocked: dict[str, Any] = {"shock.momentum_ratio": [1.0, 300.0], "chain.granules": [4]}
     sweep = hc.sweep(SHORT, knocked, rtol=1e-9)
     counts, table = sweep.count(), sweep.to_frame()
@@ -330,16 +328,18 @@ def test_backends_that_cannot_be_are_refused(backends: Iterable[Any], words: str
 @pytest.mark.parametrize(
     ("backend", "scenes", "short"),
     [
-        (hc.Native(rtol=1e-4), 100, True),
-        (hc.Native(rtol=1e-4), 120, False),
+        (hc.Native(rtol=1e-4), 1200, True),
+        (hc.Native(rtol=1e-4), 1300, False),
         (hc.Native("reference"), 2, False),
         (hc.Native(dt=1e-7), 2, False),
         (hc.Lammps(rtol=1e-2), 2, False),
     ],
 )
 def test_few_scenes_start_no_process(backend: Any, scenes: int, short: bool) -> None:
-    found = design(SHORT, {"shock.momentum_ratio": f"0.5:2:{scenes}"})
-    assert is_short(found, backend) == short
+    vary = {"shock.momentum_ratio": f"0.5:2:{scenes}"}
+    assert loop._is_short(design(SHORT, vary), backend) == short
+    damped = replace(SHORT, contact=hc.Contact("restitution", restitution=0.9))
+    assert not loop._is_short(design(damped, vary), backend)
 
 
 @pytest.mark.parametrize(
@@ -351,7 +351,7 @@ def test_few_scenes_start_no_process(backend: Any, scenes: int, short: bool) -> 
     ],
 )
 def test_scenes_with_terms_or_an_end_are_no_batch(scene: hc.Scene, vary: dict[str, str]) -> None:
-    assert not is_batched(design(scene, vary), hc.Native())
+    assert not loop._is_batched(design(scene, vary), hc.Native())
 
 
 @pytest.mark.usefixtures("one_core")
@@ -359,7 +359,7 @@ def test_where_scenes_are_measured_changes_no_value(monkeypatch: pytest.MonkeyPa
     vary = {"run.end_time": "5e-5:2e-4:12"}  # not for the batch
     found = []
     for most in (0, 10**9):
-        monkeypatch.setattr(parts_of_sweeps, "_SHORT", most)
+        monkeypatch.setattr(loop, "_SHORT", most)
         swept = hc.sweep(SHORT, vary, peaks=True)
         found.append((swept.to_frame(), swept.peaks_to_frame()))
     for one, other in zip(*found, strict=True):

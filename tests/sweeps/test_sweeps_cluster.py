@@ -18,7 +18,7 @@ from pandas.testing import assert_frame_equal
 
 import hertzchain as hc
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed
-from hertzchain.sweeps import cluster
+from hertzchain.sweeps import loop
 from tests.command_line import python
 from tests.conftest import paper_scene
 from tests.places import ROOT
@@ -188,8 +188,8 @@ def test_a_part_that_ends_workers_is_named(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setenv("DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES", "0")
     deadly = tmp_path / "deadly.py"
     deadly.write_text(
-        "import os\nfrom hertzchain.sweeps import cluster\n"
-        "cluster.measure = lambda *_, **__: os._exit(1)\n",
+        "import os\nfrom hertzchain.sweeps import loop\n"
+        "loop.measure = lambda *_, **__: os._exit(1)\n",
         encoding="utf-8",
     )
     lost = pytest.raises(RunFailed, match="was lost with worker after worker")
@@ -257,7 +257,7 @@ def test_workers_without_this_hertzchain_are_named(
                     changed.setenv("PYTHONPATH", path)
                     stack.enter_context(worker(lonely, tmp_path, "--no-nanny"))
 
-        waiting = logging.getLogger(cluster.__name__)
+        waiting = logging.getLogger(loop.__name__)
         waiting.addHandler(handler := Handler())
         stack.callback(waiting.removeHandler, handler)
         with pytest.raises(error, match=said) as it:

@@ -43,7 +43,7 @@ start = partial(processes.start, start_new_session=True)
 
 
 def done_in(folder: Path) -> set[str]:
-    """Return the names of the scenes of parts that are done."""
+    """Return the names of the files of parts that are done."""
     path = folder / "sha256sums"
     lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
     return {line.partition("  scenes/")[2] for line in lines} - {""}
@@ -99,8 +99,7 @@ def test_a_sweep_that_is_killed_and_then_stopped_goes_on_and_ends_as_if_it_had_n
     )
     assert len(said) == 2
     assert not any(map(runs, inside))
-    # Done parts are not measured twice, and nothing is missing. A part is done when its checksums
-    # are there; the one that was stopped may have left its peaks alone.
+    # Done parts are not measured twice, and nothing is missing.
     finished = done_in(folder / "out")
     written = {
         path: path.stat().st_mtime_ns

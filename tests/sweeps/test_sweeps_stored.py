@@ -13,8 +13,9 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.errors import OutputError, SceneError
-from hertzchain.sweeps import parts as parts_of_sweeps
-from hertzchain.sweeps.store import Folder
+from hertzchain.sweeps import loop
+from hertzchain.sweeps.folder import claimed
+from hertzchain.sweeps.sweeping import settings
 from tests.sweeps.made import GRID, SHORT
 
 
@@ -38,18 +39,19 @@ def test_a_folder_has_what_memory_has_and_opens_in_pandas_and_polars(tmp_path: P
         pd.testing.assert_frame_equal(found, table, check_exact=True)
     pd.testing.assert_frame_equal(kept.peaks_to_frame(), memory.peaks_to_frame(), check_exact=True)
     assert kept.count() == memory.count()
-    for name, expected in (("scenes", table), ("peaks", kept.peaks_to_frame())):
-        opened = {
-            "pandas": pd.read_parquet(out / name),
-            "polars": polars.read_parquet(out / name / "*.parquet").to_pandas(),
-        }
-        for who, frame in opened.items():
-            assert list(frame.columns) == list(expected.columns), who
-            whole = frame.sort_values(list(expected.columns[:3]), ignore_index=True)
-            wanted = expected.sort_values(list(expected.columns[:3]), ignore_index=True)
-            pd.testing.assert_frame_equal(
-                whole, wanted, check_dtype=False, check_exact=True, obj=who
-            )
+    opened = {
+        "pandas": pd.read_parquet(out / "scenes"),
+        "polars": polars.read_parquet(out / "scenes" / "*.parquet").to_pandas(),
+    }
+    lists = ["contact", "peak_force_N", "peak_time_s"]
+    for who, frame in opened.items():
+        assert list(frame.columns) == [*table.columns, *lists], who
+        whole = frame.sort_values(["backend", "scene"], ignore_index=True)
+        same: Any = {"check_dtype": False, "check_exact": True, "obj": who}
+        pd.testing.assert_frame_equal(whole[table.columns], table, **same)
+        long = whole.dropna(subset=lists).explode(lists, ignore_index=True)
+        peaks = kept.peaks_to_frame()
+        pd.testing.assert_frame_equal(long[peaks.columns].astype(peaks.dtypes), peaks, **same)
 
 
 def test_a_sweep_that_is_there_is_not_measured_again(out: Path) -> None:
@@ -74,7 +76,7 @@ def test_a_sweep_that_is_there_is_not_measured_again(out: Path) -> None:
 def test_what_changes_no_number_does_not_make_another_sweep(
     one: hc.Native | hc.Lammps, other: hc.Native | hc.Lammps, same: bool
 ) -> None:
-    first, second = map(parts_of_sweeps.settings, (one, other))
+    first, second = map(settings, (one, other))
     assert (first == second) is same
 
 
@@ -129,30 +131,24 @@ def test_another_seed_or_version_is_another_sweep(
         hc.sweep(SHORT, **asked, output=tmp_path)
 
 
-def test_a_part_is_there_whole_or_not_at_all_and_its_peaks_before_it(
+def test_a_part_is_there_whole_or_not_at_all(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    out = tmp_path / "out"
     whole = pd.DataFrame.to_parquet
-    written: list[str] = []
 
     def dies(frame: pd.DataFrame, path: Path, **options: Any) -> None:
         whole(frame, path, **options)
-        written.append("contact" if "contact" in frame else "scene")
-        if len(written) == 2:
-            path.write_bytes(path.read_bytes()[:100])
-            raise KeyboardInterrupt
+        path.write_bytes(path.read_bytes()[:100])
+        raise KeyboardInterrupt
 
-    monkeypatch.setattr(pd.DataFrame, "to_parquet", dies)
-    out.mkdir()  # or it would be gone with the rest: nothing is done
-    with pytest.raises(KeyboardInterrupt):
-        hc.sweep(SHORT, GRID, peaks=True, output=out)
-    assert written == ["contact", "scene"]
-    assert [path.name for path in out.rglob("*.parquet")] == ["native-0000.parquet"]
-    assert (out / "peaks" / "native-0000.parquet").exists()
-    again = hc.sweep(SHORT, GRID, peaks=True, output=out)
+    with monkeypatch.context() as dying:
+        dying.setattr(pd.DataFrame, "to_parquet", dies)
+        with pytest.raises(KeyboardInterrupt):
+            hc.sweep(SHORT, GRID, peaks=True, output=tmp_path)
+    assert not list(tmp_path.rglob("*.parquet"))
+    resumed = hc.sweep(SHORT, GRID, peaks=True, output=tmp_path)
     there = hc.sweep(SHORT, GRID, peaks=True).to_frame()
-    pd.testing.assert_frame_equal(again.to_frame(), there, check_exact=True)
+    pd.testing.assert_frame_equal(resumed.to_frame(), there, check_exact=True)
 
 
 @pytest.mark.parametrize("was_there", [False, True])
@@ -182,19 +178,23 @@ def test_a_damaged_part_is_named(out: Path) -> None:
     assert hc.sweep(SHORT, GRID, output=out).count().done == 8
 
 
-@pytest.mark.parametrize("table", ["scenes", "peaks"])
+def changed_byte(content: bytes) -> bytes:
+    """Return the file with one bit of its description changed."""
+    return content[:-2000] + bytes([content[-2000] ^ 1]) + content[-1999:]
+
+
 @pytest.mark.parametrize(
     "damage",
-    [None, lambda content: content[:-9], lambda content: content[::-1], "another"],
-    ids=["lost", "truncated", "other bytes", "another part"],
+    [None, lambda content: content[:-9], changed_byte, lambda content: content[::-1], "another"],
+    ids=["lost", "truncated", "a byte", "other bytes", "another part"],
 )
-def test_parts_with_a_file_that_is_lost_or_damaged_are_measured_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, table: str, damage: Any
+def test_parts_that_are_lost_or_damaged_are_measured_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, damage: Any
 ) -> None:
-    monkeypatch.setattr(parts_of_sweeps, "MOST_ROWS", 3)
+    monkeypatch.setattr(loop, "MOST_ROWS", 3)
     hc.sweep(SHORT, GRID, peaks=True, output=tmp_path)
     whole = hc.sweep(SHORT, GRID, peaks=True)
-    path, other = (tmp_path / table / f"native-000{k}.parquet" for k in (1, 0))
+    path, other = (tmp_path / "scenes" / f"native-000{k}.parquet" for k in (1, 0))
     if damage is None:
         path.unlink()
     else:
@@ -214,11 +214,6 @@ def test_parts_with_a_file_that_is_lost_or_damaged_are_measured_again(
     assert hc.sweep(SHORT, GRID, peaks=True, output=tmp_path).count().done == 8
 
 
-def test_in_memory_a_sweep_needs_no_pyarrow(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hertzchain.sweeps.store.importlib.util.find_spec", lambda _: None)
-    assert hc.sweep(SHORT, GRID).count().done == 8
-
-
 def test_a_sweep_inside_of_another_is_refused(out: Path) -> None:
     for inside in (out / "x", out / "scenes" / "x"):
         with pytest.raises(OutputError, match="is inside of the sweep"):
@@ -234,7 +229,7 @@ def test_a_folder_with_other_things_is_left_as_it_is(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
     for where, words in (
         (tmp_path / "thesis.tex", "is a file, must be a folder"),
-        (tmp_path / "no" / "out", "does not exist, create it first"),
+        (tmp_path / "thesis.tex" / "out", "cannot be made"),
     ):
         with pytest.raises(OutputError, match=words):
             hc.sweep(SHORT, GRID, output=where)
@@ -252,24 +247,17 @@ def test_a_folder_with_other_things_is_left_as_it_is(tmp_path: Path) -> None:
 
 def test_two_processes_do_not_work_on_one_sweep(out: Path) -> None:
     manifest = json.loads((out / "sweep.json").read_text())
-    with Folder(out, manifest), pytest.raises(OutputError, match="another process is at work"):
+    with claimed(out, manifest), pytest.raises(OutputError, match="another process is at work"):
         hc.sweep(SHORT, GRID, output=out)
     assert hc.sweep(SHORT, GRID, output=out).count().done == 8
 
 
-def test_what_was_half_written_is_cleared_away_and_no_part_is_read_by_halves(
-    tmp_path: Path,
-) -> None:
-    out = tmp_path / "out"
-    first = hc.sweep(SHORT, GRID, output=out, peaks=True).to_frame()
-    assert not list(out.rglob(".hertzchain-*"))
-    killed = [out / name / ".hertzchain-killed" for name in ("", "scenes", "peaks")]
-    for left in killed:
+def test_what_was_half_written_is_cleared_away(out: Path) -> None:
+    first = hc.Sweep.load(out).to_frame()
+    for left in (out / ".hertzchain-killed", out / "scenes" / ".hertzchain-killed"):
         left.mkdir()
         (left / "native-0000.parquet").write_bytes(b"PAR1 and no more")
-    (out / "scenes" / "native-0000.parquet").unlink()  # its peaks are there: killed in between
-    again = hc.sweep(SHORT, GRID, output=out, peaks=True)
-    pd.testing.assert_frame_equal(again.to_frame(), first, check_exact=True)
+    pd.testing.assert_frame_equal(hc.sweep(SHORT, GRID, output=out).to_frame(), first)
     assert not list(out.rglob(".hertzchain-*"))
 
 
@@ -279,5 +267,5 @@ def test_a_full_disk_is_one_error_and_what_is_done_stays(full_disk: Path) -> Non
 
 
 def test_nothing_is_found_where_nothing_was_asked_for() -> None:
-    with pytest.raises(OutputError, match="has no such rows"):
+    with pytest.raises(OutputError, match="has no peaks of all contacts"):
         hc.sweep(SHORT, GRID).peaks_to_frame()

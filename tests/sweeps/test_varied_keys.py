@@ -1,22 +1,18 @@
-"""Keys that cannot vary, and keys that follow from others by a formula."""
+"""Keys that cannot vary, and tables of scenes."""
 
 from __future__ import annotations
 
 import pickle
-import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 import pytest
 
 import hertzchain as hc
 from hertzchain.errors import SceneError
-from hertzchain.sweeps import sweep
 from hertzchain.sweeps.design import design
-from hertzchain.sweeps.ties import Tie, ties_of
 from tests.command_line import Command
 from tests.conftest import STEEL
 from tests.sweeps.made import CHAIN_SECTION, SHOCK
@@ -117,90 +113,83 @@ def test_a_chain_with_other_values_has_no_segments(segmented: hc.Scene) -> None:
         design(replace(segmented, chain=other), {"chain.radius": [1.0, 2.0]})
 
 
-# Ties
+# Tables
 
 
 SCENE = hc.Scene(hc.Chain(20, **STEEL), hc.Striker(0.5))
-GRANULES = "chain.granules"
-LENGTH = {GRANULES: "0.2 / (2 * chain.radius)"}
+PULSE = hc.Scene(SCENE.chain, hc.Pulse("cosine", 10.0, 3.0, rise_time=3e-5))
 
 
-def test_a_fixed_length(tmp_path: Path, hertzchain: Command) -> None:
-    """By the command, as plain runs; radii of 5 and 10 mm make 20 and 10 granules."""
+@pytest.mark.parametrize("suffix", ["csv", "parquet"])
+def test_a_table_is_measured_row_by_row(tmp_path: Path, hertzchain: Command, suffix: str) -> None:
+    """What follows from other keys is computed in pandas, here the granules of a fixed length."""
     SCENE.to_toml(tmp_path / "scene.toml")
-    tied = ("--vary", "chain.radius=5 mm:10 mm:2", "--tie", f"chain.granules={LENGTH[GRANULES]}")
-    done = hertzchain("sweep", tmp_path / "scene.toml", *tied, "-o", tmp_path / "out")
+    table = pd.DataFrame({"chain.radius [mm]": [5.0, 10.0, 4.0]})
+    table["granules"] = (200 / (2 * table["chain.radius [mm]"])).where(lambda count: count < 25)
+    table["chain.young_modulus"] = ["193 GPa", None, "70e9"]
+    path = tmp_path / f"table.{suffix}"
+    table.to_csv(path, index=False) if suffix == "csv" else table.to_parquet(path)
+    done = hertzchain("sweep", tmp_path / "scene.toml", "--table", path, "-o", tmp_path / "out")
     assert done.status == 0, done.err
-    found = hc.Sweep.load(tmp_path / "out")
-    assert found.manifest["ties"] == LENGTH
-    table = found.to_frame()
-    assert table[GRANULES].tolist() == [20, 10]
-    for radius, granules, peak in zip(
-        (5e-3, 10e-3), (20, 10), table["largest_peak_force_N"], strict=True
-    ):
-        chain = hc.Chain(granules, **{**STEEL, "radius": radius})
-        plain = hc.Native().run(hc.Scene(chain, hc.Striker(0.5)))
-        assert peak == pytest.approx(plain.peak_force.max(), rel=2e-5)
+    rows = hc.Sweep.load(tmp_path / "out").to_frame()
+    assert rows["chain.granules"].tolist() == [20, 10, 20]
+    assert rows["chain.radius"].tolist() == [5e-3, 10e-3, 4e-3]
+    assert rows["chain.young_modulus"].tolist() == [193e9, 193e9, 70e9]
+    for scene, peak in zip(hc.scenes(SCENE, table), rows["largest_peak_force_N"], strict=True):
+        chain = hc.Chain(scene.chain.granules, **{
+            **STEEL, "radius": scene.chain.radius, "young_modulus": scene.chain.young_modulus,
+        })  # fmt: skip
+        assert scene == replace(SCENE, chain=chain)
+        assert peak == pytest.approx(hc.Native().run(scene).peak_force.max(), rel=1e-9)
 
 
-def test_a_tie_over_a_tie_and_a_value_that_no_scene_has() -> None:
-    """A row says why a tied density is impossible; the others are measured."""
-    ties = {
-        "chain.gap": "chain.radius / 1000",
-        "chain.density": "8000 * (1.4 - 50000 * chain.gap - striker.velocity)",
-    }
-    vary = {"chain.radius": "5 mm, 10 mm", "striker.velocity": "0.5, 1"}
-    table = sweep(SCENE, vary, ties=ties).to_frame()
-    assert table["chain.density"].tolist() == pytest.approx([5200, 1200, 3200, -800])
-    assert table["failure"].isna().tolist() == [True, True, True, False]
-    assert "density" in table["failure"][3]
+def test_an_empty_cell_has_what_the_scene_has() -> None:
+    """The rise time, where LM_ratio is empty; and the profile."""
+    table = pd.DataFrame({"momentum_ratio": [2.0, None], "profile": [None, "triangular"]})
+    first, second = hc.scenes(PULSE, table)
+    assert (first.momentum_ratio, second.rise_time) == (2.0, PULSE.rise_time)
+    assert [scene.shock.profile_name for scene in (first, second)] == ["cosine", "triangular"]
+    rows = hc.sweep(PULSE, table).to_frame()
+    assert rows["shock.rise_time"].tolist() == pytest.approx([first.rise_time, second.rise_time])
+    for scene, peak in zip((first, second), rows["largest_peak_force_N"], strict=True):
+        assert peak == pytest.approx(hc.Native().run(scene).peak_force.max(), rel=2e-6)
 
 
-def test_a_division_by_zero_in_a_tie_is_said_in_its_row() -> None:
-    formula = "1 / (striker.velocity - 0.5)"
-    table = sweep(SCENE, {"velocity": "0.5, 0.75"}, ties={"chain.granules": formula}).to_frame()
-    assert table["failure"].isna().tolist() == [False, True]
-    said = re.escape(f"; it is tied by {formula}, striker.velocity = 0.5")
-    assert re.fullmatch(f"chain.granules = inf: must be an integer .*{said}", table["failure"][0])
-
-
-def test_arithmetic() -> None:
-    tie = Tie("chain.radius", "-chain.gap**2 + sqrt(chain.density) / 2 * pi - 1e0")
-    values = {"chain.gap": np.array([1.0, 3.0]), "chain.density": 16.0}
-    assert tie.value(values) == pytest.approx([2 * np.pi - 2, 2 * np.pi - 10])
+def test_scenes_of_a_grid_are_those_of_its_table() -> None:
+    vary: dict[str, Any] = {"chain.radius": "1 mm,2 mm", "velocity": [0.5, 1.0]}
+    table = pd.DataFrame(
+        {"chain.radius": ["1 mm", "1 mm", "2 mm", "2 mm"], "velocity": [0.5, 1.0] * 2}
+    )
+    assert hc.scenes(SCENE, vary) == hc.scenes(SCENE, table)
 
 
 @pytest.mark.parametrize(
-    ("ties", "words"),
+    ("table", "words"),
     [
-        ({"chain.radius": "__import__('os').getpid()"}, "must be + - * / **"),
-        ({"chain.radius": "chain.gap.__class__"}, "cannot vary"),
-        ({"chain.radius": "sqrt.real"}, "cannot vary"),
-        ({"chain.radius": "1 +"}, "must be + - * / **"),
-        ({"chain.radius": "sqrt2*1e-3"}, "must be + - * / **"),
-        ({"chain.radius": "(" * 900}, "must be + - * / **"),
-        ({"chain.radius": "-" * 200_000 + "1"}, "must be + - * / **"),
-        ({"chain.radius": "2 * chain.radius"}, "tied to itself"),
-        ({"chain.gap": "striker.velocity", "striker.velocity": "1.0"}, "stands below it"),
-        ({"chain.young_modulus": "1e9"}, "both free and tied"),
-        ({"chain.raduis": "1"}, "did you mean"),
-        ({"chain.gap": "1.0", "gap": "2.0"}, "tied twice"),
+        ({"chain.raduis": [1.0]}, "did you mean"),
+        ({"chain.radius": [1e-3, -1.0]}, "chain.radius = -1.0: must be"),
+        ({"chain.radius [GPa]": [1.0]}, "wrong dimension"),
+        ({"chain.radius [mm]": ["1 mm"]}, "must be a number"),
+        ({"granules": [9], "chain.granules": [9]}, "given twice"),
+        ({"granules": [2.5]}, "must be a whole number"),
+        ({}, "must have columns and rows"),
+        ({"chain.radius": []}, "must have columns and rows"),
     ],
 )
-def test_what_is_no_tie(ties: dict[str, str], words: str) -> None:
+def test_what_is_no_table_of_scenes(table: dict[str, list[Any]], words: str) -> None:
     with pytest.raises(SceneError) as caught:
-        ties_of(SCENE, ties, ["chain.young_modulus"])
+        hc.scenes(SCENE, pd.DataFrame(table))
     assert words in str(caught.value)
 
 
-def test_two_measures_of_one_pulse_are_not_both_given() -> None:
-    both = {"shock.momentum_ratio": "3.0"}
-    with pytest.raises(SceneError, match="replace each other"):
-        ties_of(
-            hc.Scene(SCENE.chain, hc.Pulse("cosine", 10.0, 3.0, rise_time=3e-5)),
-            both,
-            ["shock.rise_time"],
-        )
+def test_values_that_exclude_one_another_are_a_row_with_the_reason(tmp_path: Path) -> None:
+    base = hc.Scene(replace(SCENE.chain, gap=0.0), SCENE.shock, wall=hc.Wall("rigid"))
+    table = pd.DataFrame({"chain.radius [mm]": [5.0, 5.0], "velocity": [0.5, 1e4]})
+    swept = hc.sweep(base, table, output=tmp_path / "out")
+    assert swept.to_frame()["failure"].isna().tolist() == [True, False]
+    other = table.assign(velocity=[0.5, 1.0])
+    with pytest.raises(hc.HertzchainError, match=r"belongs to another sweep, vary\.2\.sha256 is "):
+        hc.sweep(base, other, output=tmp_path / "out")
 
 
 def test_a_scene_without_memory_is_a_row_with_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -210,8 +199,3 @@ def test_a_scene_without_memory_is_a_row_with_the_reason(monkeypatch: pytest.Mon
     monkeypatch.setattr(hc.Native, "run", run)
     rows = hc.sweep(STRIKER, {"striker.velocity": "0.5,1"}).to_frame()
     assert rows["failure"].tolist() == ["there is not enough memory for this scene"] * 2
-
-
-def test_a_formula_has_full_names(segmented: hc.Scene) -> None:
-    with pytest.raises(SceneError, match=r"stands in a formula by its full name, chain\.segments"):
-        ties_of(segmented, {"chain.segments.1.radius": "2 * segments.2.radius"}, [])

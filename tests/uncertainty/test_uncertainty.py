@@ -273,7 +273,7 @@ def test_how_many_cannot_be(count: Any) -> None:
 def test_the_command(hertzchain: Command, tmp_path: Path) -> None:
     file = tmp_path / "scene.toml"
     SCENE.to_toml(file)
-    run = ("run", file, "--uncertainty", "16")
+    run = ("spread", file, "-n", "16")
     done = hertzchain(*run, "-o", tmp_path / "spread.csv", "--plot", tmp_path / "spread.png")
     assert done.status == 0
     assert "realisations: 16" in done.out

@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import itertools
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import threading
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
 from dataclasses import dataclass, field, replace
 from numbers import Integral
 from typing import TYPE_CHECKING, Any
@@ -19,8 +21,14 @@ from numpy.typing import ArrayLike, NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.backend import Native
-from hertzchain.engines.native.kernel_input import code_of, leg_rows
-from hertzchain.engines.native.many import march_all, run_in_context
+from hertzchain.engines.native.kernel_input import (
+    MOVING,
+    code_of,
+    leg_rows,
+    nothing_recorded,
+    steps_of,
+)
+from hertzchain.engines.native.methods import Walker
 from hertzchain.errors import POSITIVE, SceneError, require
 from hertzchain.limits import (
     RTOL,
@@ -52,6 +60,9 @@ _ANY = {"radius": 1.0, "young_modulus": 1e9, "poisson_ratio": 0.0, "density": 10
 _WEAK = 1e-6
 """Material [SI units] and peak force [N] of scenes that are given by numbers alone: any values with
 small overlaps will do, as results are in natural units."""
+
+_PARTS_PER_CORE = 8
+"""Number of parts of a batch (chosen), so that all cores end at about the same time."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -191,17 +202,10 @@ def _common_length(scenes: Sequence[Scene]) -> int:
 
 
 def _one_by_one(scenes: Sequence[Scene], rtol: float, time_limit: float, wanted: str) -> Batch:
-    """Run scenes one by one, in parallel on all cores."""
+    """Return the peaks of scenes that are run one by one."""
     _common_length(scenes)
-    deadline = Deadline(time_limit)
-
-    def one(scene: Scene) -> Result:
-        return deadline.spend(  # type: ignore[no-any-return]
-            lambda left: Native(rtol=rtol, time_limit=left, wanted=wanted).run(scene)
-        )
-
-    with ThreadPoolExecutor(usable_cores()) as pool:
-        results = list(pool.map(one, scenes))
+    native = Native(rtol=rtol, wanted=wanted)
+    results = list(run_each(scenes, native, Deadline(time_limit)))
     first = [result.first_columns for result in results]
     return Batch(
         np.array([result.peak_force for result in results]),
@@ -212,6 +216,18 @@ def _one_by_one(scenes: Sequence[Scene], rtol: float, time_limit: float, wanted:
         {name: np.array([columns[name] for columns in first]) for name in first[0]},
         scenes[0].contacts[0],
     )
+
+
+def run_each(scenes: Iterable[Scene], native: Native, deadline: Deadline) -> Iterator[Result]:
+    """Yield the results of scenes in their order; they are run one by one, on all cores."""
+
+    def run(scene: Scene) -> Result:
+        return deadline.spend(  # type: ignore[no-any-return]
+            lambda left: replace(native, time_limit=left).run(scene)
+        )
+
+    with ThreadPoolExecutor(usable_cores()) as pool:
+        yield from pool.map(run, scenes)
 
 
 def similar_peak_forces(
@@ -320,7 +336,7 @@ def _accurate_enough(
         passed = np.zeros(force.shape, np.bool_)
         if known.size:
             plan = plans.cheapest(rtol, checked=False)
-            force[known], time[known], end, taken = march_all(
+            force[known], time[known], end, taken = _march_all(
                 rows, plan.walker, granules, deadline, cores
             )
             # A motion that diverged has no meaningful number of evaluations.
@@ -338,5 +354,54 @@ def _accurate_enough(
             error[k], evaluations[k] = errors.largest, run.evaluations
 
         with ThreadPoolExecutor(cores) as pool:
-            list(pool.map(run_in_context(one), np.flatnonzero(~(error <= rtol)).tolist()))
+            list(pool.map(_run_in_context(one), np.flatnonzero(~(error <= rtol)).tolist()))
         return Batch(force, time, error, passed, evaluations)
+
+
+def _march_all(
+    rows: FloatArray,
+    walker: Walker,
+    granules: int,
+    deadline: Deadline,
+    cores: int,
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return peak forces and times, (scenes, contacts); time reached and evaluations, (scenes,).
+
+    ``rows`` has the legs of one pulse each in the form of the kernels, shape (scenes, legs, 8).
+    Raises TooExpensive after the deadline.
+    """
+    from hertzchain.engines.native import elastic, elastic_state
+
+    scenes = len(rows)
+    force, time = np.zeros((scenes, granules - 1)), np.full((scenes, granules - 1), np.nan)
+    found = force, time, np.zeros(scenes), np.zeros(scenes)
+    steps, control = steps_of(rows[0], walker), np.zeros(3)
+    at_rest, nothing = np.zeros((0, 0)), nothing_recorded()
+
+    def part(some: slice) -> None:
+        state, blank = (elastic_state.at_the_start(granules) for _ in range(2))
+        elastic.march_each(
+            rows[some], steps, state, blank, granules, at_rest, MOVING, force[some], time[some],
+            nothing, found[2][some], found[3][some], control,
+        )  # fmt: skip
+
+    size = max(1, -(-scenes // (cores * _PARTS_PER_CORE)))
+    parts = [slice(start, start + size) for start in range(0, scenes, size)]
+    limit = min(max(0.0, deadline.left), threading.TIMEOUT_MAX)
+    with ThreadPoolExecutor(cores) as pool:
+        try:
+            list(pool.map(_run_in_context(part), parts, timeout=limit))
+        except BaseException as problem:
+            control[0] = -1
+            pool.shutdown(cancel_futures=True)
+            if isinstance(problem, TimeoutError):
+                raise deadline.passed() from None
+            raise
+    return found
+
+
+def _run_in_context(part: Callable[[Any], None]) -> Callable[[Any], None]:
+    """Return a function for other threads, whose time for compiling counts for the run here."""
+    context = copy_context()
+    # One context cannot be entered twice at once.
+    return lambda some: context.copy().run(part, some)

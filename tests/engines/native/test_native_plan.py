@@ -13,7 +13,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native import many
+from hertzchain.engines.native import batch
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.batch import peak_forces, similar_peak_forces
 from hertzchain.engines.native.kernel_input import leg_rows
@@ -110,14 +110,14 @@ def test_a_batch_checks_what_was_not_measured() -> None:
     # Beyond the longest pulse measured the error is estimated from a second run, and by chance
     # alone it would be the one that measured scenes are said to have.
     n = np.array([DURATIONS[1], 1.01 * DURATIONS[1]])
-    for batch in (
+    for both in (
         hc.similar_peak_forces("cosine", 2.0, n, 10, 1e-6),
         hc.peak_forces([paper_scene("cosine", 2.0, float(k), 10) for k in n], 1e-6),
     ):
         known = plans.cheapest(1e-6, checked=False).error
         # Round-off of a few thousand evaluations, 4e-14, is added.
-        assert batch.error_estimate[0] == pytest.approx(known, rel=1e-6, abs=0)
-        assert abs(batch.error_estimate[1] / known - 1) > 0.01
+        assert both.error_estimate[0] == pytest.approx(known, rel=1e-6, abs=0)
+        assert abs(both.error_estimate[1] / known - 1) > 0.01
 
 
 @pytest.mark.parametrize(
@@ -195,7 +195,7 @@ def test_a_batch_vs_runs_of_its_scenes_bit_for_bit() -> None:
     rows[7] = leg_rows(paper_scene("cosine", 1.0, 2.0, 30).schedule(1.0), scenes[0].units)
     for k, (scene, its) in enumerate(zip(scenes, legs, strict=True)):
         rows[k + (k >= 7)][: len(its)] = leg_rows(its, scene.units)
-    force, time, _, evaluations = many.march_all(rows, HALVED, 30, Deadline(600.0), 2)
+    force, time, _, evaluations = batch._march_all(rows, HALVED, 30, Deadline(600.0), 2)
     assert np.flatnonzero(np.isnan(evaluations)).tolist() == [7]
     for k, (scene, its) in enumerate(zip(scenes, legs, strict=True)):
         at = k + (k >= 7)

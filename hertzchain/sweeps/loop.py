@@ -1,0 +1,481 @@
+"""One loop over the scenes of a sweep, part by part: on this machine or on a Dask cluster.
+
+LAMMPS and long work run in processes of their own. Workers of a cluster measure and write nothing;
+if one is lost, another measures its parts.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import math
+import pickle
+import queue
+import threading
+import time
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    CancelledError,
+    Future,
+    ThreadPoolExecutor,
+    wait,
+)
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, replace
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.engines.lammps.backend import Lammps
+from hertzchain.engines.lammps.isolation import Child
+from hertzchain.engines.native.backend import Native
+from hertzchain.errors import BackendMissing, HertzchainError, RunFailed, TooExpensive
+from hertzchain.limits import RTOL, usable_cores
+from hertzchain.scene.pulse import profile_named
+from hertzchain.sweeps.design import Design
+from hertzchain.sweeps.similarity import Natural, natural
+from hertzchain.sweeps.table import Rows
+
+if TYPE_CHECKING:
+    import pandas
+
+    from hertzchain.engines.native.batch import Batch
+    from hertzchain.observables.result import Result
+
+Backend = Native | Lammps
+
+KINDS: dict[str, type[Backend]] = {"native": Native, "lammps": Lammps}
+"""Names of the backends in the table."""
+
+NAMES: dict[type, str] = {kind: name for name, kind in KINDS.items()}
+
+MOST_ROWS, MOST_PEAKS = 10_000, 500_000  # scenes and contacts of a part, chosen: about 30 MB
+_ALONE = 50  # scenes of a part that are run one by one; chosen: a kill loses as many
+_LEAST_PARTS = 16  # least number of parts; chosen, so that few scenes keep all cores busy
+_COUNTED = 500  # number of scenes whose granules are counted
+_SHORT, _SMALL = 2_000_000, 40
+"""Scenes times granules squared, at least those of a small chain, below which no process is started
+(measured): two take 2 s to start, as long as 1,200 elastic scenes of 31 granules or 550 of 60.
+"""
+_LONG = 1e8  # natural time units times granules, about 1 s: longer scenes run by themselves
+_YEAR = 3e7  # no time limit [s]
+
+_INTERVAL = 1.0  # longest time between two checks of the workers [s]
+_MOMENT = 0.05  # time between two checks of processes that are to end [s]
+_PATIENCE = 10.0  # waiting time for a scheduler that does not answer [s]
+_FAREWELL = 3.0  # waiting time for the connection to close [s]
+_AHEAD = 3  # parts sent for each thread of a cluster: no thread waits, and memory does not grow
+
+_log = logging.getLogger(__name__)
+
+Report = Callable[[int], object]
+Tables = Generator[tuple["Part", "pandas.DataFrame"], None, None]
+Loop = Callable[[Design, Iterable["Part"], bool, Report], Tables]
+
+
+@dataclass(frozen=True)
+class Part:
+    """Scenes from ``start`` to before ``stop``, measured by one backend and stored together."""
+
+    name: str
+    backend: Backend
+    start: int
+    stop: int
+
+    @property
+    def size(self) -> int:
+        """Number of scenes."""
+        return self.stop - self.start
+
+
+def cut(design: Design, backends: Sequence[Backend]) -> Iterator[Part]:
+    """Yield the parts of a sweep, one backend after another; the cut is always the same."""
+    for backend in backends:
+        size = part_size(design, backend)
+        starts = range(0, design.scenes, size)
+        digits = max(4, len(str(len(starts) - 1)))
+        for number, start in enumerate(starts):
+            name = f"{NAMES[type(backend)]}-{number:0{digits}d}"
+            yield Part(name, backend, start, min(start + size, design.scenes))
+
+
+def part_size(design: Design, backend: Backend) -> int:
+    """Return the number of scenes in a part."""
+    size = min(MOST_ROWS, MOST_PEAKS // _largest(design))
+    if not _is_batched(design, backend):
+        size = min(size, _ALONE, math.ceil(design.scenes / _LEAST_PARTS))
+    return max(size, 1)
+
+
+def _largest(design: Design) -> int:
+    """Return the granules of the longest chain of some scenes."""
+    some = np.linspace(0, design.scenes - 1, min(design.scenes, _COUNTED)).astype(np.int64)
+    return int(np.max(design.parameters(some)["chain.granules"]))
+
+
+def _is_batched(design: Design, backend: Backend) -> bool:
+    """Return whether the compiled batch takes these scenes: single pulses, default end time."""
+    if not isinstance(backend, Native) or backend.method is not None or backend.dt is not None:
+        return False
+    fits = design.are_plain and design.base.pulse is not None
+    return fits and "run.end_time" not in design.names and design.base.run.end_time is None
+
+
+def _is_short(design: Design, backend: Backend) -> bool:
+    """Return whether scenes are few and chains short, and one process is enough.
+
+    LAMMPS, given steps and damped contacts take longer than starting processes.
+    """
+    if isinstance(backend, Lammps) or backend.dt is not None or backend.method is not None:
+        return False
+    if design.base.contact is not None:
+        return False
+    return design.scenes * max(_largest(design), _SMALL) ** 2 < _SHORT
+
+
+# One part
+
+
+def measure(
+    design: Design,
+    part: Part,
+    peaks: bool,
+    cores: int | None = None,
+    child: Child | None = None,
+    report_progress: Report = lambda _: None,
+) -> pandas.DataFrame:
+    """Measure the scenes of a part; a scene that fails has a row with the reason.
+
+    The numbers are the same on every machine and in every call. The compiled batch uses all
+    ``cores`` by default, LAMMPS runs in ``child`` or a process for this part, and
+    ``report_progress`` is called with the number of further scenes done.
+    """
+    begin = time.perf_counter()
+    numbers = np.arange(part.start, part.stop)
+    given = design.parameters(numbers)
+    parameters = dict(given)
+    if design.are_plain:
+        similar = natural(given)
+        parameters["shock.momentum_ratio"] = similar.momentum_ratio
+        parameters["shock.rise_time"] = similar.rise_time
+    rows = Rows(numbers, NAMES[type(part.backend)], parameters, peaks, design.columns)
+    alone = np.ones(numbers.size, np.bool_)
+    if _is_batched(design, part.backend):
+        assert isinstance(part.backend, Native)
+        alone = _batches(given, similar, rows, part.backend, cores or usable_cores())
+        report_progress(int(np.sum(~alone)))
+    with _runner(part.backend, child) as run:
+        for row in np.nonzero(alone)[0].tolist():
+            try:
+                scene = design.scene(given, row)
+                if scene.shock.section == "shock" and not (design.are_plain and scene.pulse):
+                    parameters["shock.momentum_ratio"][row] = scene.momentum_ratio
+                    if scene.rise_time is not None:
+                        parameters["shock.rise_time"][row] = scene.rise_time
+                rows.fill(row, run(scene))
+            except BackendMissing:
+                raise
+            except HertzchainError as problem:
+                rows.fail(row, problem)
+            except MemoryError:
+                rows.fail(row, RunFailed("there is not enough memory for this scene"))
+            report_progress(1)
+    table = rows.table()
+    table.attrs["hertzchain"] = {
+        "wall_time_s": time.perf_counter() - begin,
+        "versions": {"hertzchain": version("hertzchain"), **rows.versions},
+    }
+    return table
+
+
+def _batches(
+    given: Mapping[str, NDArray[Any]], similar: Natural, rows: Rows, native: Native, cores: int
+) -> NDArray[np.bool_]:
+    """Measure scenes in the compiled batch, by profile and length; return those left, (scenes,)."""
+    from hertzchain.engines.native import backend
+    from hertzchain.engines.native.batch import similar_peak_forces
+
+    rtol = RTOL if native.rtol is None else native.rtol
+    profile, granules = given["shock.profile"], given["chain.granules"]
+    fit = similar.is_moderate & (similar.duration * granules < _LONG)
+    alike = [
+        np.nonzero((profile == shape) & (granules == count) & fit)[0]
+        for shape in np.unique(profile)
+        for count in np.unique(granules[(profile == shape) & fit])
+    ]
+    # Many small batches keep all cores busy side by side, a few large ones each by itself.
+    at_once = cores if len(alike) >= 2 * cores else 1
+
+    def batch(some: NDArray[np.intp]) -> Batch | None:
+        ratio, n = similar.momentum_ratio[some], given["shock.duration_ratio"][some]
+        shape, count = profile_named(str(profile[some[0]])), int(granules[some[0]])
+        limit = min(native.time_limit * some.size, _YEAR)
+        try:
+            return similar_peak_forces(shape, ratio, n, count, rtol, limit, cores // at_once)
+        except TooExpensive:  # measured one by one, the failing scene gets the reason
+            return None
+
+    left = np.ones(fit.size, np.bool_)
+    rows.versions = backend.versions()
+    with ThreadPoolExecutor(at_once) as pool:
+        batches = map(batch, alike) if at_once == 1 else pool.map(batch, alike)
+        for some, batched in zip(alike, batches, strict=True):
+            if batched is not None:
+                force, length = given["shock.peak_force"][some], similar.length[some]
+                left[some] = rows.add_batch(some, batched, force, length, similar.time[some])
+    return left
+
+
+@contextmanager
+def _runner(backend: Backend, child: Child | None) -> Iterator[Callable[[Any], Result]]:
+    """Yield a function that measures one scene; LAMMPS runs in a process that may crash."""
+    if isinstance(backend, Native):
+        yield replace(backend, peaks_only=True).run
+    elif backend.lmp is not None:  # a binary is a separate process anyway
+        yield backend.run
+    else:
+        from hertzchain.engines.lammps.backend import run_in
+
+        with Child() as new:
+            yield lambda scene: run_in(child or new, backend, scene)
+
+
+# All parts
+
+
+def _in_turn(
+    submit: Callable[[Part], Future[Any]], room: Callable[[], int], parts: Iterable[Part]
+) -> Iterator[tuple[Part, Future[Any]]]:
+    """Submit parts, as many at once as there is room for, and yield those that are done."""
+    waiting, at_work = iter(parts), dict[Future[Any], Part]()
+    while True:
+        while len(at_work) < room() and (part := next(waiting, None)) is not None:
+            future = submit(part)
+            at_work[future] = part
+            if future.done():  # stored before another is measured
+                break
+        if not at_work:
+            return
+        for future in wait(at_work, timeout=_INTERVAL, return_when=FIRST_COMPLETED).done:
+            yield at_work.pop(future), future
+
+
+class _Stopped(Exception):
+    """Raised to stop work on a part that is no longer wanted."""
+
+
+def loop_here(
+    design: Design, parts: Iterable[Part], peaks: bool, report_progress: Report
+) -> Tables:
+    """Measure parts in one thread for each core, each with a process that may crash.
+
+    Batches use all cores by themselves, and short work starts no process.
+    """
+    cores, stopped = usable_cores(), threading.Event()
+    children = [Child() for _ in range(cores)]
+    idle: queue.SimpleQueue[Child] = queue.SimpleQueue()
+    for child in children:
+        idle.put(child)
+    is_simple: dict[Backend, bool] = {}
+
+    def report(scenes: int) -> None:
+        if stopped.is_set():
+            raise _Stopped
+        report_progress(scenes)
+
+    def in_process(part: Part) -> pandas.DataFrame:
+        child = idle.get()
+        try:
+            if isinstance(part.backend, Lammps):
+                return measure(design, part, peaks, child=child, report_progress=report)
+            given, who = (design, part, peaks, 1), NAMES[type(part.backend)]
+            table: pandas.DataFrame = child.call(measure, *given, time_limit=_YEAR, who=who)
+        finally:
+            idle.put(child)
+        report(part.size)
+        return table
+
+    def submit(part: Part) -> Future[pandas.DataFrame]:
+        backend = part.backend
+        if backend not in is_simple:
+            is_simple[backend] = _is_batched(design, backend) or _is_short(design, backend)
+        if not is_simple[backend]:
+            return pool.submit(in_process, part)
+        future = Future[Any]()
+        future.set_result(measure(design, part, peaks, report_progress=report_progress))
+        return future
+
+    with ThreadPoolExecutor(cores) as pool:
+        try:
+            for part, future in _in_turn(submit, lambda: cores, parts):
+                yield part, future.result()
+        finally:
+            stopped.set()
+            pool.shutdown(wait=False, cancel_futures=True)
+            while idle.qsize() < cores:  # a thread may be about to start its process again
+                for child in children:
+                    child.end()
+                time.sleep(_MOMENT)
+            for child in children:
+                child.end()
+
+
+@contextmanager
+def loop_on(scheduler: str) -> Iterator[Loop]:
+    """Yield ``loop_here`` for the workers of a Dask scheduler at ``tcp://host:8786``."""
+    try:
+        from distributed import Client
+    except ModuleNotFoundError:
+        raise BackendMissing(
+            "sweeps on a cluster need distributed: pip install 'hertzchain[cluster]'"
+        ) from None
+    with _quiet():
+        try:
+            with ThreadPoolExecutor(1) as pool:  # a notebook has an event loop of its own
+                pool.submit(asyncio.run, _check_scheduler(scheduler)).result()
+            client = Client(scheduler, timeout=_PATIENCE, set_as_default=False)
+        except (OSError, ValueError, TypeError, ImportError) as problem:
+            reason = str(problem).partition("\n")[0] or "it does not answer"
+            raise RunFailed(
+                f"the scheduler {scheduler!r} cannot be reached ({reason}): is it running, and is"
+                " this its address, such as tcp://host:8786?"
+            ) from None
+        room, executor = _Room(client, scheduler), client.get_executor(pure=False)
+
+        def loop(
+            design: Design, parts: Iterable[Part], peaks: bool, report_progress: Report
+        ) -> Tables:
+            def submit(part: Part) -> Future[Any]:
+                future: Future[Any] = executor.submit(
+                    pickle.loads, pickle.dumps(Task(design, part, peaks))
+                )
+                return future
+
+            for part, future in _in_turn(submit, room.now, parts):
+                table = _outcome(future, part, scheduler)
+                report_progress(part.size)
+                yield part, table
+
+        try:
+            yield loop
+        finally:  # parts that are not done are dropped
+            with suppress(OSError):
+                client.close(timeout=_FAREWELL)
+
+
+async def _check_scheduler(address: str) -> None:
+    """Check that a scheduler answers: with any other program a client would wait without end."""
+    from distributed import Security
+    from distributed.comm.core import connect
+
+    options = Security().get_connection_args("client")
+    there = await asyncio.wait_for(connect(address, timeout=_PATIENCE, **options), _PATIENCE + 1)
+    there.abort()
+
+
+@dataclass(frozen=True)
+class Task:
+    """A part sent to a worker: pickled here, measured where it is unpickled.
+
+    Versions are compared before the part is read.
+    """
+
+    design: Design
+    part: Part
+    peaks: bool
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return the call that pickle.loads makes."""
+        packed = pickle.dumps((self.design, self.part, self.peaks))
+        return work, (version("hertzchain"), packed)
+
+
+def work(wanted: str, packed: bytes) -> pandas.DataFrame:
+    """Measure the part of a ``Task``, in a thread of a worker that must have the wanted version."""
+    from distributed import get_worker
+
+    who, installed = f"the worker {get_worker().address}", version("hertzchain")
+    if installed != wanted:
+        raise RunFailed(
+            f"{who} has hertzchain {installed}, this is {wanted}: install the same on both"
+        )
+    design, part, peaks = pickle.loads(packed)  # noqa: S301 - whoever sends it may run anything
+    try:
+        return measure(design, part, peaks, cores=1)
+    except BackendMissing as problem:
+        raise BackendMissing(f"on {who}: {problem}") from None
+
+
+class _Room:
+    """The number of parts that the present workers take."""
+
+    def __init__(self, client: Any, scheduler: str) -> None:
+        self._client, self._scheduler = client, scheduler
+        self._threads, self._next_check, self._waits = 0, 0.0, False
+
+    def now(self) -> int:
+        """Return enough parts for the workers; report if there are none."""
+        if time.monotonic() >= self._next_check:
+            if self._client.status != "running":
+                raise _lost(self._scheduler)
+            with suppress(OSError):  # a scheduler that answers slowly, or is lost
+                there = self._client.sync(self._client.nthreads, callback_timeout=_PATIENCE)
+                self._threads = sum(there.values())
+                if self._threads == 0 and not self._waits:
+                    _log.warning(
+                        "hertzchain: %s has no workers: the sweep waits for some", self._scheduler
+                    )
+                self._waits = self._threads == 0
+            self._next_check = time.monotonic() + _INTERVAL
+        return _AHEAD * max(self._threads, 1)
+
+
+def _outcome(future: Future[Any], part: Part, scheduler: str) -> pandas.DataFrame:
+    """Return the table of a part, or raise an error that says why there is none."""
+    from distributed import KilledWorker
+
+    try:
+        table: pandas.DataFrame = future.result()
+    except HertzchainError:
+        raise
+    except KilledWorker:
+        raise RunFailed(
+            f"part {part.name} was lost with worker after worker: look into their logs, they"
+            " may be short of memory; the same command resumes the sweep"
+        ) from None
+    except (ImportError, AttributeError) as problem:  # the latter in another version
+        raise BackendMissing(
+            f"a worker of {scheduler} cannot import {problem.name or problem}: pip"
+            f" install 'hertzchain=={version('hertzchain')}' there"
+        ) from None
+    except (CancelledError, OSError):
+        raise _lost(scheduler) from None
+    return table
+
+
+def _lost(scheduler: str) -> RunFailed:
+    return RunFailed(
+        f"the scheduler {scheduler} is gone: start it again; the same command resumes the sweep"
+    )
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Silence Dask's loggers; errors are reported in one sentence."""
+    # Dask gives some of its loggers their own level and handler.
+    loggers = [
+        logger
+        for name, logger in logging.root.manager.loggerDict.items()
+        if isinstance(logger, logging.Logger) and name.partition(".")[0] == "distributed"
+    ]
+    before = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for logger, level in zip(loggers, before, strict=True):
+            logger.setLevel(level)
