@@ -18,7 +18,7 @@ COMPARISON = ("check", "comparison", "formulas", "reference_checks", "run_checks
 
 PLACES = (
     "   cli", "  fits uncertainty", "   sweeps", "   report", "   verdict",
-    " comparison  decks pulses",
+    " comparison examiner decks pulses",
     "theory native lammps liggghts yade", "  lammps.reading", " external", " observables",
     " scene", " contact",
 )  # fmt: skip

@@ -20,6 +20,7 @@ from hertzchain.engines.native.simulation import simulate
 from hertzchain.engines.registry import ENGINES
 from hertzchain.engines.yade import deck as yade
 from hertzchain.errors import HertzchainError
+from hertzchain.examiner.expected import applied_force
 from hertzchain.observables.error_bound import amplifies_errors
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.report.comparison import of_comparison
@@ -32,7 +33,6 @@ from hertzchain.scene.sections import sections_of
 from hertzchain.scene.shock import Shock
 from hertzchain.scene.starters import STARTERS, write_starter
 from hertzchain.scene.validity import refuse_hopeless_overlap
-from hertzchain.verdict.deck.expected import applied_force
 from hertzchain.verdict.formulas import formulas
 from hertzchain.verdict.mistakes import with_rise_time
 from tests.command_line import Command

@@ -91,7 +91,7 @@ def lint(
     """
     from dataclasses import asdict
 
-    from hertzchain.verdict.lint.rules import lint_file
+    from hertzchain.examiner.lint.rules import lint_file
 
     given = options.by_name("--var", variables or [], "F0=100")
     found = {str(path): lint_file(path, given) for path in decks}

@@ -14,7 +14,8 @@ from hertzchain.report.style import LABELS
 
 if TYPE_CHECKING:
     from hertzchain.engines.lammps.reading.found import Executed
-    from hertzchain.verdict.deck import DeckCheck, DeckExamination
+    from hertzchain.examiner.case import DeckCheck
+    from hertzchain.examiner.examined import DeckExamination
 
 _NO_CHANGE = 1e-9  # relative change of peaks that is round-off (chosen)
 
