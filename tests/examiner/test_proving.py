@@ -190,7 +190,7 @@ def test_corrections(name: str, scene: hc.Scene, right: FoundDeck) -> None:
             assert check.command == ("\n".join(own[0]) if own else "")
     assert len(deck.tried) == len({frozenset(one.items()) for one in deck.tried})  # none twice
     printed = repr(done)
-    assert printed.count("right only together with") == sum(one[2] for one in findings)
+    assert printed.count("correct only together with") == sum(one[2] for one in findings)
     assert printed.count("this follows from 1") == sum(one[3] == 0 for one in findings)
 
 

@@ -98,6 +98,10 @@ TABLE: list[tuple[Commands, Callable[[], Case], list[str] | None]] = [
      ["group others subtract all first", "fix motion others nve"]),
     (right.motion_commands, later("fixed"),
      ["group fixed id 9", "group others subtract all fixed", "fix motion others nve"]),
+    (right.freeze_commands, later("fixed"), []),  # only damping takes note of it
+    (right.piston_commands, later("wall"), []),
+    (right.piston_commands, later("piston", "cgs"),
+     ["fix piston first move linear 20 0.0 0.0 units box"]),
     (right.shock_commands, later("wall"), []),
     (right.shock_commands, later("precompressed", **ASLANT), None),
     (right.shock_commands, later("column", "cgs", **DOWN),
@@ -225,3 +229,10 @@ def test_both_sides_of_one_material(off: float, one: bool) -> None:
     young = 193e9 * (1 + 1e-9 * off * (np.arange(12) > 5))
     scene = replace(made.scene, chain=replace(made.scene.chain, young_modulus=young.tolist()))
     assert (right.law_commands(replace(made, scene=scene)) is not None) == one
+
+
+def test_fixed_granules_of_damped_contacts_are_frozen() -> None:
+    damped = replace(case("fixed").scene, contact=hc.Contact("restitution", restitution=0.9))
+    assert right.freeze_commands(replace(case("fixed"), scene=damped)) == [
+        "group fixed id 9", "fix freeze fixed freeze"
+    ]  # fmt: skip

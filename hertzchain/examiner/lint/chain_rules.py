@@ -160,11 +160,13 @@ def lattice_units(deck: Deck) -> Found:
     A ``v_name`` is in units of the deck (LAMMPS's documentation of ``velocity``).
     """
     spacing: Command | None = None
-    for command in deck.named("lattice", "velocity"):
+    for command in deck.named("lattice", "velocity", "fix"):
         if command.name == "lattice":
             spacing = command
             continue
         given = {"set": command.words[3:6], "ramp": command.words[4:6]}.get(command.word(2), ())
+        if command.name == "fix":
+            given = command.words[5:8] if command.words[3:5] == ("move", "linear") else ()
         is_scaled = any(number(word) for word in given) and command.after("units") != "box"
         if is_scaled and spacing is not None and number(spacing.word(2)) != 1:
             text = (
@@ -190,8 +192,13 @@ def force_frozen(deck: Deck) -> Found:
 
 
 def force_on_all(deck: Deck) -> Found:
-    """A shock hits one end."""
+    """A shock hits one end; an atom-style variable gives each granule a force of its own."""
+    each = {
+        f"v_{command.word(1)}" for command in deck.named("variable") if command.word(2) == "atom"
+    }
     for fix in deck.fixes("addforce"):
+        if each & {*fix.words[4:7]}:
+            continue
         largest = None if fix.index is None else deck.pushes.get(fix.index)
         zero = all(number(word) == 0 or word == "NULL" for word in fix.words[4:7])
         many = "every granule" if fix.word(2) == "all" and not zero else None

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hertzchain.errors import HertzchainError
+from hertzchain.errors import HertzchainError, TooExpensive
 from hertzchain.examiner.lint import chain_rules, traps
 from hertzchain.examiner.lint.deck import MOST_BYTES, Command, Deck, Finding, Found, script_of
 from hertzchain.files import read_bytes
@@ -21,7 +21,7 @@ from hertzchain.files import read_bytes
 if TYPE_CHECKING:
     from hertzchain.engines.lammps.reading.reading import Look
 
-_TIME_LIMIT = 60.0  # time limit for LAMMPS to read a deck [s]
+LINT_TIME_LIMIT = 60.0  # for LAMMPS to read a deck [s] (chosen)
 
 
 _OF_DECKS = "units", "atom_style", "pair_style", "run", "include", "read_restart"
@@ -124,7 +124,9 @@ def findings(commands: Sequence[Command], look: Look | None = None) -> list[Find
     return sorted(found, key=lambda finding: (finding.line, finding.rule, finding.text))
 
 
-def lint_file(path: Path, variables: Mapping[str, str] | None = None) -> list[Finding]:
+def lint_file(
+    path: Path, variables: Mapping[str, str] | None = None, time_limit: float = LINT_TIME_LIMIT
+) -> list[Finding]:
     """Return the findings in a deck and in included files, at the lines that include them.
 
     LAMMPS reads the deck, in a process of its own, and runs it without motion. If it cannot, a note
@@ -140,7 +142,10 @@ def lint_file(path: Path, variables: Mapping[str, str] | None = None) -> list[Fi
     from hertzchain.engines.lammps.reading.reading import look
 
     try:
-        seen = look(path, given, _TIME_LIMIT)
+        seen = look(path, given, time_limit)
+    except TooExpensive:
+        said = f"not read to its end in {time_limit:g} s: shorten its loops, or raise the limit"
+        return [Finding(1, "text-alone", "note", said), *findings(commands)]
     except HertzchainError as problem:
         said = f"LAMMPS could not be asked, the deck was read as text: {problem}"
         return [Finding(1, "text-alone", "note", said), *findings(commands)]

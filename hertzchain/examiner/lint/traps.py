@@ -80,8 +80,9 @@ TRAPS = (
          rf"(?:hybrid\S* .*)?gran/h(?:ooke|ertz)/history\S* \S+ {_ZERO} ",
          "Kt = 0: where granules slide LAMMPS divides by it; write NULL (2/7 of Kn) and a friction"
          " of 0.0 as the fifth number, which takes the tangential force away", of_any=True),
-    Trap("wall", "error", "fix", _FIX + rf"wall/gran\S* hertz/history \S+ \S+ {_ZERO} ",
-         "wall/gran hertz/history with gamma_n = 0 makes positions NaN at the first touch"
+    Trap("wall", "error", "fix",
+         _FIX + rf"wall/gran\S* (?P<law>hertz|hooke)/history \S+ \S+ {_ZERO} ",
+         "wall/gran {law}/history with gamma_n = 0 makes positions NaN at the first touch"
          f" ({dialect.WALL_IS_NAN}): write wall/gran granular hertz K 0.0 {dialect.NO_FRICTION}"
          " with K = 4/3 E*", of_any=True),
     Trap("wall", "warning", "fix", _FIX + r"wall/gran\S* granular hertz/material ",
