@@ -110,7 +110,10 @@ def suspects(deck: FoundDeck) -> list[int]:
         return (words[0] in ("fix", "unfix") and words[1] in shock) or words[3:4] == ["addforce"]
 
     later = [k for k in done if k > deck.first_run and _CHANGES.match(texts[k])]
-    odd = [k for k in done if texts[k].startswith("fix ") and not _USUAL.match(f"{texts[k]} ")]
+    odd = [
+        k for k in done if texts[k].startswith("fix ")
+        and (not _USUAL.match(f"{texts[k]} ") or re.search(r"\s(?:wiggle|shear)\s", texts[k]))
+    ]  # fmt: skip
     return [*(k for k in later if not is_of_shock(k)), *(k for k in odd if k not in later)]
 
 

@@ -815,7 +815,11 @@ def _random(case: Case) -> Numbers | None:
     """Random forces: no run repeats another."""
     fixes = [k for k in commands_of(case.deck, "random")
              if case.deck.commands[k].text.startswith("fix")]  # fmt: skip
-    return Numbers(len(fixes), 0, effect=case.whole_effect, at=fixes[0]) if fixes else None
+    if not fixes:
+        return None
+    what = " ".join(case.deck.commands[fixes[0]].text.split()[:4])
+    return Numbers(len(fixes), 0, effect=case.whole_effect, at=fixes[0],
+                   sentence=f"{what} changes velocities by more than the forces of the scene")  # fmt: skip
 
 
 def _in_motion(case: Case) -> Numbers:
@@ -969,8 +973,8 @@ def _pulse(case: Case) -> Numbers:
         force[k], expected[k], name="applied force over time", room=-1.0,
         digits=0.0 if held > 1 or whole == 0 else extra / whole,
         twin=lambda _: _pushing(case, case.twin.pushed),
-        sentence=f"the applied force {f'is held for {held} steps: ' * (held > 1)}at {time[k]:.4g} s"
-        f" it {values(float(force[k]), float(expected[k]), 'N')}",
+        sentence=f"the applied force{f', held for {held} steps,' * (held > 1)} at {time[k]:.4g} s"
+        f" {values(float(force[k]), float(expected[k]), 'N')}",
     )  # fmt: skip
     share = float(force @ expected / (expected @ expected)) if np.any(expected) else 0.0
     alike = bool(np.max(np.abs(force - share * expected)) < _ALIKE * scene.peak_force)
@@ -1177,7 +1181,7 @@ def _final(case: Case) -> Numbers | None:
            for each, room in zip(both, rooms, strict=True)]  # fmt: skip
     name, what, unit, measured, expected, _ = both[int(np.argmax(off))]
     return Numbers(
-        measured, expected, room=rooms[int(np.argmax(off))], effect=0.0, unit=unit, digits=math.inf,
+        measured, expected, room=rooms[int(np.argmax(off))], unit=unit,
         name=f"motion, by {name} at the end",
         sentence=lambda k: f"the {what} of {case.granule_name(k)} at the end is"
         f" {(f' {unit}, the numbers of the deck make ').join(apart(measured[k], expected[k]))}"
