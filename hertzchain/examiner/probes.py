@@ -818,8 +818,8 @@ def _random(case: Case) -> Numbers | None:
     if not fixes:
         return None
     what = " ".join(case.deck.commands[fixes[0]].text.split()[:4])
-    return Numbers(len(fixes), 0, effect=case.whole_effect, at=fixes[0],
-                   sentence=f"{what} changes velocities by more than the forces of the scene")  # fmt: skip
+    sentence = f"{what} changes velocities by more than the forces of the scene"
+    return Numbers(len(fixes), 0, effect=case.whole_effect, at=fixes[0], sentence=sentence)
 
 
 def _in_motion(case: Case) -> Numbers:
