@@ -987,7 +987,26 @@ def _pulse(case: Case) -> Numbers:
             sentence=f"the largest applied force {values(measured, right, 'N')}",
             stands=lambda _: pairs,
         )  # fmt: skip
+    elif held == 1 and not case.exact and (stretch := _stretch(case, time, force)):
+        times = [part * whole / case.units.time for whole in (scene.pulse_end, scene.rise_time)
+                 if whole for part in (1.0, 0.5, 2.0)]  # fmt: skip
+        pairs = [(stretch * each, each) for each in times]
+        pairs += [(1 / wrong, 1 / right) for wrong, right in pairs]
+        numbers = replace(numbers, stands=lambda _: pairs)
     return _of_shock(case, numbers)
+
+
+def _stretch(case: Case, time: FloatArray, force: FloatArray) -> float | None:
+    """How many times as long as the scene's the pulse of a deck is; None if it is another pulse."""
+
+    def misfit(stretch: float) -> float:
+        return float(np.max(np.abs(applied_force(case.scene, time / stretch) - force)))
+
+    tried, best = np.geomspace(0.2, 5.0, 129), 1.0
+    for _ in range(5):
+        best = float(min(tried, key=misfit))
+        tried = best * (tried[1] / tried[0]) ** np.linspace(-1, 1, 21)
+    return best if misfit(best) < _ALIKE * case.scene.peak_force else None
 
 
 def _held(case: Case, time: FloatArray, force: FloatArray) -> int:
