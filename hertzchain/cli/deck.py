@@ -51,7 +51,7 @@ def deck(
     The deck finds the peak forces by itself. A deck for LAMMPS compares them with the true ones and
     says PASS or FAIL; the others write peaks.csv for hertzchain judge. For scenes with unlike,
     moving or fixed granules, gaps, striker, piston, wall, static loads or damping there are only
-    decks for LAMMPS, with pair style granular.
+    decks for LAMMPS; those with damping or several materials need pair style granular.
     """
     from hertzchain.decks import known_answer
     from hertzchain.files import check_outputs

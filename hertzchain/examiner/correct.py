@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from hertzchain.engines.lammps.reading.found import Executed, FoundDeck
+from hertzchain.engines.lammps.reading.found import FoundDeck
 from hertzchain.engines.lammps.reading.text import Edits
 from hertzchain.errors import RunFailed
 from hertzchain.examiner.case import ACTS, Case, DeckCheck
@@ -26,6 +26,7 @@ from hertzchain.examiner.places import (
     commands_of,
     formula_of,
     is_of,
+    key_of,
     place_at,
 )
 from hertzchain.examiner.right_commands import (
@@ -44,11 +45,6 @@ from hertzchain.examiner.right_commands import (
 # ---- Edits
 
 
-def _key(place: Place | Executed) -> tuple[str, int, str]:
-    """The key of a command in changes."""
-    return place.file, place.line, place.written
-
-
 def _without(case: Case, indices: Iterable[int]) -> Changes:
     """Return changes that remove some commands, and the commands that name their fixes."""
     commands, gone = case.deck.commands, list(indices)
@@ -56,7 +52,7 @@ def _without(case: Case, indices: Iterable[int]) -> Changes:
     users = [[word, name] for word in ("unfix", "fix_modify") for name in fixes]
     gone += [k for k, command in enumerate(commands) if command.text.split()[:2] in users]
     places = [place_at(case.deck, k) for k in gone]
-    return {_key(place): (f"# {place.written}",) for place in places}
+    return {key_of(place): (f"# {place.written}",) for place in places}
 
 
 def _whole(case: Case, lines: Sequence[str], old: Sequence[int]) -> Iterator[Changes]:
@@ -74,10 +70,10 @@ def _whole(case: Case, lines: Sequence[str], old: Sequence[int]) -> Iterator[Cha
             lines[k] = " ".join(["fix", next(fixes, words[1]), *words[2:]])
     gone = _without(case, old)
     if old:
-        yield {**gone, _key(place_at(case.deck, old[0])): tuple(lines)} if lines else gone
+        yield {**gone, key_of(place_at(case.deck, old[0])): tuple(lines)} if lines else gone
     if lines:
         run = commands[case.deck.first_run]
-        yield {**gone, _key(run): (*lines, run.written)}
+        yield {**gone, key_of(run): (*lines, run.written)}
 
 
 # ---- Trials with a single command
@@ -161,7 +157,7 @@ def _trials(case: Case, check: DeckCheck) -> Iterator[Changes]:
         where = place_at(case.deck, k)
         for command, words, right in _WORDS:
             if re.match(command, where.written):
-                yield {_key(where): (re.sub(words, right, where.written, count=1),)}
+                yield {key_of(where): (re.sub(words, right, where.written, count=1),)}
     for k in candidates[:_MOST]:
         yield _without(case, [k])
 
@@ -173,10 +169,10 @@ def _formula(case: Case, _: DeckCheck) -> Iterator[Changes]:
     """Set the clock to 0, or replace the formula of the shock."""
     early = case.deck.commands[: case.deck.first_run]
     for command in [each for each in early if each.text.startswith("reset_timestep")][-1:]:
-        yield {_key(command): ("reset_timestep 0",)}
+        yield {key_of(command): ("reset_timestep 0",)}
     lines = shock_commands(case)
     for k in _pushing(case, of_time=True) if lines else ():
-        yield {_key(formula_of(case.deck, place_at(case.deck, k))): tuple(lines or ())[:1]}
+        yield {key_of(formula_of(case.deck, place_at(case.deck, k))): tuple(lines or ())[:1]}
 
 
 def _as_many_steps(case: Case, check: DeckCheck) -> Iterator[Changes]:
@@ -185,7 +181,7 @@ def _as_many_steps(case: Case, check: DeckCheck) -> Iterator[Changes]:
     if where is None or check.expected is None or not deck.runs:
         return
     old, new = max(run.dt for run in deck.runs), check.expected
-    blamed, kept = _key(where), _kept(case, check, where)
+    blamed, kept = key_of(where), _kept(case, check, where)
     runs: Changes = {}
     last = min(deck.end_time, case.start + case.scene.end_time)
     for run in deck.runs:
@@ -194,7 +190,7 @@ def _as_many_steps(case: Case, check: DeckCheck) -> Iterator[Changes]:
         if run.dt == old and len(words) > 1 and words[0] == "run" and words[1].isdigit():
             end = min(run.start + run.steps * old, last)
             steps = max(1, math.ceil((end - run.start) / new * (1 - 1e-12)))
-            runs[_key(where)] = (" ".join([words[0], str(steps), *words[2:]]),)
+            runs[key_of(where)] = (" ".join([words[0], str(steps), *words[2:]]),)
     yield {blamed: (check.command, *runs.pop(blamed, kept)), **runs}
 
 
@@ -210,7 +206,7 @@ def _longer(case: Case, check: DeckCheck) -> Iterator[Changes]:
     words = [] if where is None or case.deck.before == 0 else where.written.split()
     if where is not None and words[1:] and words[0] == "run" and words[1].isdigit():
         for times in (3, 10):
-            yield {_key(where): (" ".join(["run", str(times * int(words[1])), *words[2:]]),)}
+            yield {key_of(where): (" ".join(["run", str(times * int(words[1])), *words[2:]]),)}
 
 
 # ---- Commands that set a number
@@ -299,7 +295,7 @@ def with_trials(case: Case, check: DeckCheck) -> DeckCheck:
     if check.passed:
         return replace(check, command="")
     distinct: list[Changes] = []
-    for edits in trials(case, check):
+    for edits in (*check.corrections[:_MOST], *trials(case, check)):
         changes = any(lines != (where[2],) for where, lines in edits.items())
         if edits and changes and edits not in distinct:
             distinct.append(edits)
@@ -307,10 +303,10 @@ def with_trials(case: Case, check: DeckCheck) -> DeckCheck:
 
 
 def trials(case: Case, check: DeckCheck) -> Iterator[Changes]:
-    """Yield trials for a check: its number set right, single commands, the scene's commands."""
+    """Yield further trials for a check: its right command, single ones, the scene's commands."""
     where = check.place
     if where is not None and check.command:
-        yield {_key(where): (check.command, *_kept(case, check, where))}
+        yield {key_of(where): (check.command, *_kept(case, check, where))}
     if check.kind == "damping" and (freezing := freeze_commands(case)):
         yield from _whole(case, freezing, [])
     singles = list(_trials(case, check))

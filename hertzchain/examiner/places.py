@@ -71,7 +71,6 @@ ROLES: dict[str, tuple[str, ...]] = {
 """Commands that can set each kind of number, as patterns of their beginnings."""
 
 _IN_TIME = re.compile(r"\b(?:time|step|elapsed|elaplong|ramp|swiggle|cwiggle|vdisplace|next)\b")
-_FALLBACK = ("run",)  # named for a missing command: the run that started without it
 
 
 @dataclass(frozen=True)
@@ -97,16 +96,6 @@ class Place:
         return f"{self.file}:{self.line}"
 
 
-def numbers_in(text: str) -> list[float]:
-    """Return the numbers in a command, without their signs."""
-    return [float(found.group()) for found in SIZES.finditer(text)]
-
-
-def is_same(number: float, other: float) -> bool:
-    """Whether a number of a deck is the one that was measured."""
-    return math.isclose(number, other, rel_tol=_SAME)
-
-
 def is_of(found: FoundDeck, index: int, role: str) -> bool:
     """Whether a command can set a number of a role."""
     text = f"{found.commands[index].text} "
@@ -119,61 +108,41 @@ def commands_of(found: FoundDeck, role: str) -> list[int]:
     return [k for k, one in commands if one.carried_out and is_of(found, k, role)]
 
 
-def place(found: FoundDeck, role: str, stands: Pairs = (), at: int | None = None) -> Place | None:
-    """Return the line that sets a number of a role; for a missing command, that of the first run.
+def place(found: FoundDeck, role: str, at: int | None = None) -> Place | None:
+    """Return the last line that can set a number of a role, or that of a command, if it is known.
 
-    Parameters
-    ----------
-    found
-        The deck.
-    role
-        A key of ``ROLES``.
-    stands
-        Pairs of the measured and the right number, in units of the deck. The line contains a
-        measured one, and is among the commands of the role and the variables that they use.
-    at
-        Index of the command, if known: only it and its variables are searched.
+    For a missing command it is that of the first run; None if there is none either.
     """
-    commands, pairs, mains = found.commands, _known(stands), commands_of(found, role)
+    commands, mains = found.commands, commands_of(found, role)
     # In styles of the family gran, pair_coeff * * has no numbers.
-    empty = [index for index in mains if commands[index].text.split()[1:] == ["*", "*"]]
-    mains = [index for index in mains if index not in empty] or mains
-    mains = mains if at is None else [at]
-    if not mains:
-        return None if role in _FALLBACK else place(found, "run")
-    for index in reversed(mains):
-        for k in (index, *variables_of(commands, index)):
-            for number in numbers_in(commands[k].written):
-                if any(is_same(number, old) for old, _ in pairs):
-                    # A variable that other commands also use is right; only its use here may be
-                    # wrong.
-                    is_right = any(is_same(number, new) for _, new in pairs)
-                    taken = k != index and is_right and _is_used_besides(commands, k, index)
-                    return place_at(found, index if taken else k)
-    for index in reversed(mains):  # a formula may set it: its numbers are substituted there
-        numbers = numbers_in(commands[index].text)
-        if any(is_same(number, old) for number in numbers for old, _ in pairs):
-            return place_at(found, index)
-    return place_at(found, mains[-1])
+    full = [index for index in mains if commands[index].text.split()[1:] != ["*", "*"]] or mains
+    candidates = [at] if at is not None else full or commands_of(found, "run")
+    return place_at(found, candidates[-1]) if candidates else None
 
 
-def _known(stands: Pairs) -> list[tuple[float, float]]:
-    """Return the pairs whose wrong number can be recognised, by numbers without signs."""
-    return [
-        (abs(old), math.copysign(1.0, old) * new)
-        for old, new in stands
-        if math.isfinite(old) and old != 0
-    ]
+def with_numbers(
+    found: FoundDeck, role: str, stands: Pairs, at: int | None = None
+) -> list[tuple[Place, str]]:
+    """Return lines with a wrong number, the most likely first, and the right commands for them.
 
-
-def _is_used_besides(commands: Sequence[Executed], variable: int, index: int) -> bool:
-    """Whether commands of another kind, other than variables, use a variable."""
-    name, kind = commands[variable].written.split()[1], commands[index].text.split()[0]
-    return any(
-        one.carried_out and one.text.split()[0] not in ("variable", kind)
-        and name in _names(one.written)
-        for one in commands
-    )  # fmt: skip
+    ``stands`` are pairs of the measured and the right number, in units of the deck. A line is a
+    command of the role, the one at ``at`` first, or a variable that it uses. The values of
+    variables stand in its place where no variable has the number, except in a loop.
+    """
+    fitting: dict[tuple[str, int], tuple[Place, str]] = {}
+    commands = found.commands
+    mains = [*([] if at is None else [at]), *reversed(commands_of(found, role))] if stands else []
+    for index in dict.fromkeys(mains):
+        once = [(one.file, one.line) for one in commands].count(
+            (commands[index].file, commands[index].line)
+        )
+        texts = [(k, commands[k].written) for k in (index, *variables_of(commands, index))]
+        texts += [(index, commands[index].text)] if once == 1 else []
+        for k, text in texts:
+            where, right = place_at(found, k), with_number(text.strip(), stands)
+            if right is not None:
+                fitting.setdefault((where.file, where.line), (where, right))
+    return [*fitting.values()]
 
 
 def formula_of(found: FoundDeck, where: Place) -> Place:
@@ -193,6 +162,11 @@ def place_at(found: FoundDeck, index: int) -> Place:
     """The line of a command."""
     one = found.commands[index]
     return Place(one.file, one.line, one.written.strip(), index)
+
+
+def key_of(command: Place | Executed) -> tuple[str, int, str]:
+    """Return the key of a command in changes."""
+    return command.file, command.line, command.written
 
 
 def variables_of(commands: Sequence[Executed], index: int) -> list[int]:
@@ -219,18 +193,14 @@ def _names(text: str) -> set[str]:
     return {next(name for name in names if name) for names in found}
 
 
-def with_number(found: FoundDeck, where: Place, stands: Pairs) -> str | None:
-    """Return the line with its wrong number replaced by the right one; None without one.
+def with_number(text: str, stands: Pairs) -> str | None:
+    """Return a command with its wrong number replaced by the right one; None without one.
 
-    The first pair that fits counts. In a line of a loop variables are not substituted.
+    The first pair that fits counts; signs of numbers are those of the command.
     """
-    texts = [where.written]
-    if sum((one.file, one.line) == (where.file, where.line) for one in found.commands) == 1:
-        texts.append(found.commands[where.index].text)
-    for text in texts:
-        for old, new in _known(stands):
-            for match in SIZES.finditer(text):
-                if is_same(float(match.group()), old):
-                    start, end = match.span()
-                    return f"{text[:start]}{new:.10g}{text[end:]}"
+    for old, new in stands:
+        for match in SIZES.finditer(text) if math.isfinite(old) and old != 0 else ():
+            if math.isclose(float(match.group()), abs(old), rel_tol=_SAME):
+                start, end = match.span()
+                return f"{text[:start]}{math.copysign(1.0, old) * new:.10g}{text[end:]}"
     return None

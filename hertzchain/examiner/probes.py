@@ -44,9 +44,10 @@ from hertzchain.examiner.places import (
     commands_of,
     formula_of,
     is_of,
+    key_of,
     place,
     place_at,
-    with_number,
+    with_numbers,
 )
 from hertzchain.examiner.right_commands import wall_plane
 from hertzchain.examiner.twin import change_of_peaks
@@ -234,16 +235,14 @@ def _difference(
     role, stands = _at(numbers.role, k) or probe.role, numbers.stands(k)
     at = _at(numbers.at, k)
     at = _at(numbers.guess, k) if at is None else at
-    for where in (place(case.deck, role, stands, at), place(case.deck, role, stands)):
-        command = (None if where is None else with_number(case.deck, where, stands)) or ""
-        if command:
-            break
-    else:
-        where = place(case.deck, role, stands, at)
+    lines = with_numbers(case.deck, role, stands, at)
+    where = lines[0][0] if lines else place(case.deck, role, at)
+    sure = bool(lines) or _at(numbers.at, k) is not None or _is_only(case, role)
     return DeckCheck(
         _at(numbers.name, alike) or probe.name_of(case, alike), unit, None, None, effect,
-        bool(passed), True, _at(numbers.sentence, k), reason, where, command or numbers.command,
-        role=role, is_sure=bool(command) or _at(numbers.at, k) is not None or _is_only(case, role),
+        bool(passed), True, _at(numbers.sentence, k), reason, where,
+        "" if lines else numbers.command, role=role, is_sure=sure,
+        corrections=tuple({key_of(line): (right,)} for line, right in lines),
     )  # fmt: skip
 
 
@@ -865,7 +864,7 @@ def _of_shock(case: Case, numbers: Numbers) -> Numbers:
     at = _last_fix(case, lambda fix: float(np.max(fix.largest, initial=0.0)) > least
                    and "wall" not in fix.style and fix.style != "gravity")  # fmt: skip
     if not numbers.stands(0):
-        where = place(deck, "shock", (), at)
+        where = place(deck, "shock", at)
         at = None if where is None else formula_of(deck, where).index
     return replace(numbers, guess=at)
 

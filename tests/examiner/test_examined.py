@@ -279,10 +279,13 @@ def test_the_line_that_makes_a_number(right: FoundDeck) -> None:
     deck = changed(right, commands=tuple(commands))
     for stands, line in (
         ([(8.0, 9.0), (3979.0, 7958.0)], 1), ([(8.0, 9.0), (1200.0, 7958.0)], 2),
-        ([(1200.0, 7958.0), (8.0, 9.0)], 2), ([(8.0, 9.0)], 3), ([], 3),
+        ([(1200.0, 7958.0), (8.0, 9.0)], 2), ([(8.0, 9.0)], None), ([], None),
     ):  # fmt: skip
-        where = places.place(deck, "mass", stands)
-        assert where.line == line
+        lines = [where.line for where, _ in places.with_numbers(deck, "mass", stands)]
+        assert lines == ([] if line is None else [line])
+    last = places.place(deck, "mass")
+    assert last is not None
+    assert last.line == 3
 
 
 def test_what_cannot_be_examined(scene: hc.Scene) -> None:

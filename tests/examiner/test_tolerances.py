@@ -255,8 +255,9 @@ def test_both_sides_of_a_contact_without_force(
 
 @pytest.mark.parametrize("factor", [1, -1])
 def test_both_sides_of_a_number_that_stands_in_a_line(factor: int) -> None:
-    assert places.is_same(3.0, 3.0 * (1 + factor * 2e-3 / 3))
-    assert not places.is_same(3.0, 3.0 * (1 + factor * 6e-3))
+    for off, stands in ((2e-3 / 3, True), (6e-3, False)):
+        pairs = [(3.0 * (1 + factor * off), 4.0)]
+        assert places.with_number("set all 3.0", pairs) == ("set all 4" if stands else None)
 
 
 def test_both_sides_of_what_unlike_granules_are_allowed() -> None:

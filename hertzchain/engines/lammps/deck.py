@@ -71,10 +71,10 @@ def chain(scene: Scene, pair_style: str) -> list[str]:
 def refuse_pair_style(scene: Scene, pair_style: str) -> None:
     """Raise RunFailed for a pair style without the contacts of a scene."""
     check_pair_style(pair_style)
-    if pair_style != _WITH_TERMS and not scene.is_plain:
+    if pair_style != _WITH_TERMS and (scene.contact is not None or len(_kinds(scene)[0]) > 1):
         raise RunFailed(
-            f"pair style {pair_style} has one stiffness for all contacts: take {_WITH_TERMS} for a"
-            f" scene with {' and '.join(scene.terms)}"
+            f"pair style {pair_style} has one stiffness for all contacts, and none of the scene's"
+            f" damping: take {_WITH_TERMS} for a scene with {' and '.join(scene.terms)}"
         )
 
 
@@ -117,7 +117,11 @@ def granules(scene: Scene, pair_style: str) -> list[str]:
         radius = float(np.min(scene.granules.radius))
         made = _one_by_one(scene, of_each, len(kinds))
         laws = _pairs(kinds, scene, (of_each[0], of_each[1]))
-        law = [*by_version(scene), f"pair_style {_WITH_TERMS}", *laws]
+        laws = [f"pair_style {_WITH_TERMS}", *laws]
+        law = [
+            *by_version(scene),
+            *(laws if pair_style == _WITH_TERMS else PAIR_STYLES[pair_style]),
+        ]
     return [
         *_moduli(kinds),
         "",

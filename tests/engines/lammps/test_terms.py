@@ -125,14 +125,21 @@ ONE_TERM = {
 
 @pytest.mark.lammps
 @pytest.mark.parametrize("term", ONE_TERM)
-def test_another_pair_style_is_refused(term: str) -> None:
+def test_another_pair_style(term: str) -> None:
+    """It has one stiffness for all contacts, which is enough for granules of one material."""
     scene = ONE_TERM[term]
     assert term in scene.terms
-    lammps = hc.Lammps(0.01 * scene.contact_time, "gran/hertz/history")
-    named = " and ".join(scene.terms)
-    said = f"one stiffness for all contacts: take granular for a scene with {named}$"
-    with pytest.raises(RunFailed, match=said):
-        lammps.run(scene)
+    lammps = hc.Lammps(STEP * scene.contact_time, "gran/hertz/history")
+    assert all(check.passed for check in same_steps_checks(lammps.run(scene)))
+    chain = replace(scene.chain, young_modulus=[1e9, 2e9, 3e9])
+    others = (
+        replace(scene, chain=chain),
+        replace(scene, contact=hc.Contact("dashpot", coefficient=1.0)),
+    )
+    for other in others:
+        named = " and ".join(other.terms)
+        with pytest.raises(RunFailed, match=f"damping: take granular for a scene with {named}$"):
+            lammps.run(other)
 
 
 def refuse_another(scene: hc.Scene, **other: Any) -> None:
