@@ -295,7 +295,9 @@ def with_trials(case: Case, check: DeckCheck) -> DeckCheck:
     if check.passed:
         return replace(check, command="")
     distinct: list[Changes] = []
-    for edits in (*check.corrections[:_MOST], *trials(case, check)):
+    shocks = _pushing(case, of_time=True) if check.role == "shock" else []
+    doubled = [_without(case, [k]) for k in reversed(shocks) if len(shocks) > 1]
+    for edits in (*doubled, *check.corrections[:_MOST], *trials(case, check)):
         changes = any(lines != (where[2],) for where, lines in edits.items())
         if edits and changes and edits not in distinct:
             distinct.append(edits)
