@@ -181,7 +181,8 @@ def _as_many_steps(case: Case, check: DeckCheck) -> Iterator[Changes]:
     if where is None or check.expected is None or not deck.runs:
         return
     old, new = max(run.dt for run in deck.runs), check.expected
-    blamed, kept = key_of(where), _kept(case, check, where)
+    blamed, kept = key_of(where), _kept(case, where)
+    command = check.corrections[0][blamed] if check.corrections else (check.command,)
     runs: Changes = {}
     last = min(deck.end_time, case.start + case.scene.end_time)
     for run in deck.runs:
@@ -191,12 +192,12 @@ def _as_many_steps(case: Case, check: DeckCheck) -> Iterator[Changes]:
             end = min(run.start + run.steps * old, last)
             steps = max(1, math.ceil((end - run.start) / new * (1 - 1e-12)))
             runs[key_of(where)] = (" ".join([words[0], str(steps), *words[2:]]),)
-    yield {blamed: (check.command, *runs.pop(blamed, kept)), **runs}
+    yield {blamed: (*command, *runs.pop(blamed, kept)), **runs}
 
 
-def _kept(case: Case, check: DeckCheck, where: Place) -> tuple[str, ...]:
+def _kept(case: Case, where: Place) -> tuple[str, ...]:
     """Return the run that is named for a missing command, which it then follows."""
-    is_run = is_of(case.deck, where.index, "run") and not check.command.startswith("run")
+    is_run = is_of(case.deck, where.index, "run")
     return (where.written,) if is_run else ()
 
 
@@ -308,7 +309,7 @@ def trials(case: Case, check: DeckCheck) -> Iterator[Changes]:
     """Yield further trials for a check: its right command, single ones, the scene's commands."""
     where = check.place
     if where is not None and check.command:
-        yield {key_of(where): (check.command, *_kept(case, check, where))}
+        yield {key_of(where): (check.command, *_kept(case, where))}
     if check.kind == "damping" and (freezing := freeze_commands(case)):
         yield from _whole(case, freezing, [])
     singles = list(_trials(case, check))
