@@ -598,6 +598,8 @@ def _elsewhere(case: Case) -> Numbers | None:
             each = case.rounding(k, law.overlap) if case.exact else np.full(forces.size, _BENT)
             worst = int(np.argmax(np.abs(forces - 1) / each))
             farthest[k], allowed[k] = forces[worst], each[worst]
+    if np.all(np.abs(farthest - 1) <= allowed):
+        return None
     return Numbers(
         farthest, np.ones(count), room=allowed, role=_role(case),
         name=lambda alike: f"force of {case.contact_name(alike[:1])} at other overlaps",
@@ -687,10 +689,8 @@ def _extra_walls(case: Case) -> Numbers:
 
 def _damping(case: Case) -> Numbers | None:
     """Damping of approaching and parting granules: the force added to a law of one power."""
-    each, law = dampers(case.deck, case.scene), _elsewhere(case)
-    if law is not None and np.any(np.abs(np.subtract(law.measured, 1)) > law.room):
-        return None
-    if not any(damper.added.size for damper in each):
+    each = dampers(case.deck, case.scene)
+    if _elsewhere(case) is not None or not any(damper.added.size for damper in each):
         return None
     contact = np.concatenate([np.full(damper.added.size, k) for k, damper in enumerate(each)])
     added, expected, elastic, closing = (
