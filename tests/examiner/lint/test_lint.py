@@ -176,11 +176,13 @@ def test_a_deck_without_a_run_is_read_and_said_to_take_no_step() -> None:
     ("said", "count"),
     [
         ("set 1.0 0.0 0.0", 1), ("set 1.0 0.0 0.0 units box", 0), ("set 0 NULL 0.0", 0),
-        ("set v_push 0.0 0.0", 0), ("ramp vx 0.0 1.0 x 0 1", 1),
+        ("set v_push 0.0 0.0", 0), ("ramp vx 0.0 1.0 x 0 1", 1), ("linear 1.0 0.0 0.0", 1),
+        ("linear 1.0 0.0 0.0 units box", 0),
     ],
 )  # fmt: skip
 def test_velocities_are_in_spacings_of_the_lattice_unless_said(said: str, count: int) -> None:
-    text = CLEAN.replace("timestep 5e-8", f"velocity first {said}\ntimestep 5e-8")
+    command = "fix led first move" if said.startswith("linear") else "velocity first"
+    text = CLEAN.replace("timestep 5e-8", f"{command} {said}\ntimestep 5e-8")
     assert [one.rule for one in lint(text)].count("lattice-units") == count
     fine = text.replace("set group all diameter", "lattice none 1.0\nset group all diameter")
     assert "lattice-units" not in {one.rule for one in lint(fine)}
@@ -229,6 +231,10 @@ def test_static_loads_are_no_staircase_and_push_one_granule_each() -> None:
     held = "".join(f"fix p{k} first addforce {k} 0.0 0.0\n" for k in (1, 2, 3))
     text = CLEAN.replace("timestep 5e-8", f"group last id 30\n{held}timestep 5e-8")
     assert lint(text) == []
+    weight = "variable w atom -9.81*mass\nfix g all addforce v_w 0.0 0.0\n"
+    assert "force-on-all" not in {
+        finding.rule for finding in lint(CLEAN.replace("timestep 5e-8", f"{weight}timestep 5e-8"))
+    }  # fmt: skip
 
 
 @pytest.mark.lammps
@@ -364,6 +370,9 @@ def test_the_command(tmp_path: Path, hertzchain: Command) -> None:
     good.write_text(damped, encoding="utf-8")
     noted = hertzchain("lint", good)
     assert (noted.status, ": note: " in noted.out) == (0, True)
+    good.write_text(f"{CLEAN}label more\nvariable u equal 1\njump SELF more\n", encoding="utf-8")
+    late = hertzchain("lint", good, "--time-limit", "1 s")
+    assert "not read to its end in 1 s: shorten its loops, or raise the limit" in late.out
 
 
 def test_included_files_are_looked_at(tmp_path: Path) -> None:
