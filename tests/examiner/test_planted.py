@@ -38,15 +38,20 @@ between steps, which lie elsewhere in a corrected run."""
 
 
 def is_found(examined: hc.DeckExamination, mistake: Mistake) -> None:
-    """Assert that a check of the mistake failed, and that its line is blamed or corrected."""
+    """Assert that a check of the mistake failed, and that its line is blamed or corrected.
+
+    What follows from another finding has the line of that one.
+    """
     blamed = [
         (
             check.name,
-            [check.place.written if check.place else "", *(one.written for one in by.correction)],
+            [check.place.written if check.place else "",
+             *(one.written for one in (by if by.follows is None
+                                       else examined.findings[by.follows]).correction)],
         )
         for by in examined.findings
         for check in by.checks
-    ]
+    ]  # fmt: skip
     assert any(
         name.startswith(mistake.check) and any(mistake.line in line for line in lines)
         for name, lines in blamed
