@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from hertzchain.engines.native.batch import Batch, peak_forces, similar_peak_forces
     from hertzchain.engines.yade.backend import Yade
     from hertzchain.errors import HertzchainError
+    from hertzchain.examiner.case import DeckCheck
+    from hertzchain.examiner.examined import DeckExamination
+    from hertzchain.examiner.examining import examine
     from hertzchain.fits.fit import fit
     from hertzchain.fits.fitted import Fit
     from hertzchain.known.certificate import Certificate, certify
@@ -39,7 +42,6 @@ if TYPE_CHECKING:
     from hertzchain.uncertainty.spread import Spread, spread
     from hertzchain.uncertainty.validation import Validation, validate
     from hertzchain.verdict.comparison import Comparison, compare
-    from hertzchain.verdict.deck import DeckCheck, DeckExamination, examine
     from hertzchain.verdict.judgement import Judgement
     from hertzchain.verdict.results.judging import judge
     from hertzchain.verdict.traces.judging import TraceJudgement, judge_traces
@@ -49,8 +51,8 @@ _HOME = {
     "Certificate": "hertzchain.known.certificate",
     "Chain": "hertzchain.scene.chain",
     "Comparison": "hertzchain.verdict.comparison",
-    "DeckCheck": "hertzchain.verdict.deck",
-    "DeckExamination": "hertzchain.verdict.deck",
+    "DeckCheck": "hertzchain.examiner.case",
+    "DeckExamination": "hertzchain.examiner.examined",
     "Fit": "hertzchain.fits.fitted",
     "Gauge": "hertzchain.scene.gauge",
     "HertzchainError": "hertzchain.errors",
@@ -78,7 +80,7 @@ _HOME = {
     "Yade": "hertzchain.engines.yade.backend",
     "certify": "hertzchain.known.certificate",
     "compare": "hertzchain.verdict.comparison",
-    "examine": "hertzchain.verdict.deck",
+    "examine": "hertzchain.examiner.examining",
     "fit": "hertzchain.fits.fit",
     "judge": "hertzchain.verdict.results.judging",
     "judge_traces": "hertzchain.verdict.traces.judging",

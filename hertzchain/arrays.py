@@ -1,5 +1,6 @@
-"""Type names of arrays."""
+"""Type names of arrays; numbers in words."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -16,3 +17,12 @@ def or_none(values: NDArray[Any]) -> list[Any]:
     if values.dtype == object:
         return list(values.tolist())
     return [value if np.isfinite(value) else None for value in values.tolist()]
+
+
+def apart(measured: float, expected: float, least: int = 4) -> tuple[str, str]:
+    """Return two numbers with ``least`` digits or more, until they differ."""
+    off, largest = abs(measured - expected), max(abs(measured), abs(expected))
+    digits = least
+    if 0 < off < largest:
+        digits = min(17, max(least, 2 - math.floor(math.log10(off / largest))))
+    return f"{measured:.{digits}g}", f"{expected:.{digits}g}"

@@ -18,6 +18,7 @@ from hertzchain.engines.native.methods import METHODS
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.engines.yade import deck as yade
 from hertzchain.errors import HertzchainError
+from hertzchain.examiner.expected import applied_force
 from hertzchain.known.answer import lammps_deck, program_deck
 from hertzchain.observables.error_bound import amplifies_errors
 from hertzchain.observables.peaks import largest_difference
@@ -31,7 +32,6 @@ from hertzchain.scene.sections import sections_of
 from hertzchain.scene.shock import Shock
 from hertzchain.scene.starters import STARTERS, write_starter
 from hertzchain.scene.validity import refuse_hopeless_overlap
-from hertzchain.verdict.deck.expected import applied_force
 from hertzchain.verdict.formulas import formulas
 from hertzchain.verdict.slips import with_rise_time
 from tests.command_line import Command

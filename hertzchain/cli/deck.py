@@ -81,6 +81,7 @@ def deck(
 def lint(
     decks: list[Path] = typer.Argument(..., metavar="DECK", help="LAMMPS input files."),
     variables: options.Variables = None,
+    time_limit: options.TimeLimit = "1 min",
     as_json: options.AsJson = False,
 ) -> None:
     """Find known traps in any LAMMPS deck of a chain.
@@ -90,10 +91,11 @@ def lint(
     """
     from dataclasses import asdict
 
-    from hertzchain.verdict.lint.rules import lint_file
+    from hertzchain.examiner.lint.rules import lint_file
 
     given = options.by_name("--var", variables or [], "F0=100")
-    found = {str(path): lint_file(path, given) for path in decks}
+    limit = options.to_time_limit(time_limit)
+    found = {str(path): lint_file(path, given, limit) for path in decks}
     if as_json:
         files = [
             {"file": file, "findings": [asdict(finding) for finding in findings]}

@@ -18,6 +18,9 @@ def examine(
     lmp: options.LammpsBinary = None,
     tolerance: options.Tolerance = TOLERANCE,
     time_limit: options.TimeLimit = "1 h",
+    strict: bool = typer.Option(
+        False, "--strict", help="Also fail differences that change no peak."
+    ),
     as_json: options.AsJson = False,
     plot: options.Plot = None,
     size: options.Size = None,
@@ -32,9 +35,9 @@ def examine(
     Every number is examined, then the peaks. LAMMPS reads and runs the deck in a separate process;
     no file of the deck's own is written.
     """
+    from hertzchain.examiner.examining import examine as examined
     from hertzchain.files import write_text
     from hertzchain.report.examination import of_examination
-    from hertzchain.verdict.deck import examine as examined
 
     shown = Shown(scene, [deck], as_json, plot, report, junit, size=size, others={"": fix})
     given = options.by_name("--var", variables or [], "F0=100")
@@ -48,6 +51,7 @@ def examine(
             tolerance=tolerance,
             lmp=options.named_binary(lmp),
             time_limit=limit,
+            strict=strict,
             progress=report_progress,
         )
     if examination.edits:

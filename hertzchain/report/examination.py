@@ -14,7 +14,8 @@ from hertzchain.report.style import LABELS
 
 if TYPE_CHECKING:
     from hertzchain.engines.lammps.reading.found import Executed
-    from hertzchain.verdict.deck import DeckCheck, DeckExamination
+    from hertzchain.examiner.case import DeckCheck
+    from hertzchain.examiner.examined import DeckExamination
 
 _NO_CHANGE = 1e-9  # relative change of peaks that is round-off (chosen)
 
@@ -100,7 +101,7 @@ def _effect(check: DeckCheck) -> str:
     if check.effect is None:
         return ""
     if not math.isfinite(check.effect):
-        return "spoils the peaks"
+        return "no bound of its effect on the peaks"
     return (
         "changes no peak" if check.effect < _NO_CHANGE else f"changes peaks by {check.effect:.1e}"
     )
@@ -119,7 +120,7 @@ def _findings(examination: DeckExamination) -> list[Finding]:
         if one.follows is not None:
             note = f"this follows from {one.follows + 1}"
         elif one.with_others:
-            note = "right only together with all other corrections"
+            note = "correct only together with the other corrections"
         found.append(
             Finding(
                 [_with_effect(check) for check in one.checks],
@@ -152,9 +153,10 @@ def _peaks(examination: DeckExamination) -> Peaks:
 
 def _remarks(examination: DeckExamination) -> list[str]:
     """Return sentences on parts not examined, and on commands left out."""
-    left = [
+    left = [  # an output that is not written changes nothing
         f"{one.file}:{one.line}: “{one.written.strip()}” was left out: {one.why_not}"
         for one in _once(examination.left_out)
+        if one.text.split()[0] != "print" and "write files" not in str(one.why_not)
     ]
     return [*examination.remarks, *left]
 

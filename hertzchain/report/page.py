@@ -8,11 +8,11 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hertzchain.arrays import apart
 from hertzchain.files import write_text
 from hertzchain.report.document import Document, Section, Table
 from hertzchain.report.facts import describe, difference
 from hertzchain.report.formats import check_format
-from hertzchain.verdict.check import apart
 
 if TYPE_CHECKING:
     from markupsafe import Markup

@@ -76,15 +76,6 @@ class Check:
         }
 
 
-def apart(measured: float, expected: float, least: int = 4) -> tuple[str, str]:
-    """Return two numbers with ``least`` digits or more, until they differ."""
-    off, largest = abs(measured - expected), max(abs(measured), abs(expected))
-    digits = least
-    if 0 < off < largest:
-        digits = min(17, max(least, 2 - math.floor(math.log10(off / largest))))
-    return f"{measured:.{digits}g}", f"{expected:.{digits}g}"
-
-
 def unmeasured(kind: Kind, engine: str, reason: str) -> Check:
     """Return a check that could not be made, with the reason."""
     return Check(kind, engine, None, None, None, passed=False, reason=reason)

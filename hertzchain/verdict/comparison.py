@@ -26,8 +26,8 @@ from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.scene import Scene
 from hertzchain.showing import ShownVerdict, ShowProgress, telling
 from hertzchain.verdict.check import FAILED, NOT_RUN, Check, unmeasured
-from hertzchain.verdict.deck.own import examined
 from hertzchain.verdict.formulas import Formulas, formulas
+from hertzchain.verdict.generated_deck import examined
 from hertzchain.verdict.reference_checks import (
     as_written_check,
     is_quickly_written,

@@ -18,9 +18,9 @@ from hertzchain.engines.native import elastic
 from hertzchain.scene.starters import STARTERS
 from tests.cli.short_chain import GET_IT, scene_file
 from tests.command_line import Command, is_refused
+from tests.examiner.corpus import FOLDER
 from tests.places import ROOT
 from tests.processes import names
-from tests.verdict.deck.corpus import FOLDER
 
 
 def test_a_scene_to_start_from(

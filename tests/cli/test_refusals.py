@@ -14,8 +14,8 @@ import pytest
 import hertzchain as hc
 from tests.cli.short_chain import scene_file
 from tests.command_line import Command, is_refused
+from tests.examiner.corpus import FOLDER
 from tests.recordings import write_scope
-from tests.verdict.deck.corpus import FOLDER
 
 GRID = "--vary shock.momentum_ratio=0.5,1"
 

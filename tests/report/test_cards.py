@@ -23,9 +23,9 @@ from hertzchain.report.progress import shown_progress
 from hertzchain.verdict.check import Check, Kind
 from tests.command_line import Command
 from tests.conftest import paper_scene
+from tests.examiner.corpus import scene_of
+from tests.examiner.made import changed, examined, found
 from tests.recordings import write_scope
-from tests.verdict.deck.corpus import scene_of
-from tests.verdict.deck.made import changed, examined, found
 
 MOST_LINES = 15  # of the issue
 

@@ -31,12 +31,12 @@ from hertzchain.scene.sections import sections_of
 from hertzchain.verdict.tradeoff import tradeoff
 from tests.conftest import STEEL, paper_scene
 from tests.docs.test_docs import blocks
+from tests.examiner.corpus import scene_of
+from tests.examiner.made import changed, examined, found
 from tests.oracles import scene_schema
 from tests.oracles.json_schema import FOLDER, problems, read
 from tests.places import ROOT
 from tests.recordings import GAIN, write_scope
-from tests.verdict.deck.corpus import scene_of
-from tests.verdict.deck.made import changed, examined, found
 
 SHORT = paper_scene("cosine", 1.0, 2.0, granules=8)
 

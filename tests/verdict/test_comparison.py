@@ -12,11 +12,11 @@ import pytest
 
 import hertzchain as hc
 from hertzchain import theory
-from hertzchain.arrays import FloatArray
+from hertzchain.arrays import FloatArray, apart
 from hertzchain.errors import BackendMissing, SceneError, TooExpensive
 from hertzchain.limits import TIME_LIMIT
 from hertzchain.verdict import comparison
-from hertzchain.verdict.check import Check, Kind, apart
+from hertzchain.verdict.check import Check, Kind
 from hertzchain.verdict.formulas import formulas
 from hertzchain.verdict.reference_checks import (
     is_quickly_written,

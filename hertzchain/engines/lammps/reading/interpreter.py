@@ -124,7 +124,10 @@ class Interpreter:
                 raise RunFailed(f"{place}: {why}") from None
             to_blame = self._variable_in(str(problem)) or self.here
             place = f"{to_blame.file}:{to_blame.line}"
-            raise type(problem)(f"{place}: {problem}") from None
+            said = str(problem)
+            if self.here.text.startswith("minimize"):  # which takes no steps in time
+                said = said.split("; the step is too long", maxsplit=1)[0]
+            raise type(problem)(f"{place}: {said}") from None
 
     @property
     def _is_outside(self) -> bool:
@@ -181,6 +184,9 @@ class Interpreter:
             raise RunFailed(
                 f"the deck is not over after {_MOST_COMMANDS} commands: it seems to have no end"
             )
+        if "$" in text and (why := self._why_left_out(text)):
+            self._note(replace(where, carried_out=False, why_not=why))
+            return
         if "$" in text:
             text = " ".join(in_ascii(self._lammps.expanded(text)).splitlines()).strip()
         words = words_of(text)
@@ -204,6 +210,15 @@ class Interpreter:
         )
         if given is not None:
             self._player.give(given, index)
+
+    def _why_left_out(self, text: str) -> str | None:
+        """Return why a command with a variable that was left out is left out itself, if it is."""
+        name = text.split(maxsplit=1)[0]
+        needs = any(re.search(rf"\$\{{?{re.escape(unset)}\b", text) for unset in self._rules.unset)
+        if not needs or name in CONTROL or not name.isidentifier():
+            return None
+        given, why = self._rules.decide([name])
+        return why if given is None else None
 
     def _note(self, done: Executed) -> int:
         """Record a command; return its index."""

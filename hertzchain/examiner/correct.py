@@ -1,0 +1,552 @@
+"""Corrections of a deck: each is tried, as LAMMPS reads and runs the deck with it.
+
+A trial is a set of edits: commands that replace some lines, one command each. The command that a
+proven trial changes is the one to blame.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from hertzchain.engines.lammps.reading.found import FoundDeck
+from hertzchain.engines.lammps.reading.text import Edits
+from hertzchain.errors import RunFailed
+from hertzchain.examiner.case import ACTS, Case, DeckCheck
+from hertzchain.examiner.examined import Correction, DeckExamination, Finding, by_command
+from hertzchain.examiner.measured import far_wall
+from hertzchain.examiner.places import (
+    Changes,
+    Place,
+    commands_of,
+    formula_of,
+    is_of,
+    key_of,
+    place_at,
+)
+from hertzchain.examiner.right_commands import (
+    freeze_commands,
+    granule_commands,
+    law_commands,
+    load_commands,
+    motion_commands,
+    piston_commands,
+    place_commands,
+    shock_commands,
+    velocity_commands,
+    wall_commands,
+)
+
+# ---- Edits
+
+
+def _without(case: Case, indices: Iterable[int]) -> Changes:
+    """Return changes that remove some commands, and the commands that name their fixes."""
+    commands, gone = case.deck.commands, list(indices)
+    fixes = {commands[k].text.split()[1] for k in gone if commands[k].text.startswith("fix ")}
+    users = [[word, name] for word in ("unfix", "fix_modify") for name in fixes]
+    gone += [k for k, command in enumerate(commands) if command.text.split()[:2] in users]
+    places = [place_at(case.deck, k) for k in gone]
+    return {key_of(place): (f"# {place.written}",) for place in places}
+
+
+def _whole(case: Case, lines: Sequence[str], old: Sequence[int]) -> Iterator[Changes]:
+    """Yield changes that put lines in place of old commands, or before the deck's first run.
+
+    New fixes keep the names of those that they replace.
+    """
+    commands, lines = case.deck.commands, list(lines)
+    while old and lines and commands[old[0]].text.split() == lines[0].split():
+        old, lines = old[1:], lines[1:]
+    fixes = (commands[k].text.split()[1] for k in old if commands[k].text.startswith("fix "))
+    for k, line in enumerate(lines):
+        words = line.split()
+        if words[0] == "fix":
+            lines[k] = " ".join(["fix", next(fixes, words[1]), *words[2:]])
+    gone = _without(case, old)
+    if old:
+        yield {**gone, key_of(place_at(case.deck, old[0])): tuple(lines)} if lines else gone
+    if lines:
+        run = commands[case.deck.first_run]
+        yield {**gone, key_of(run): (*lines, run.written)}
+
+
+# ---- Trials with a single command
+
+
+_CHANGES = re.compile(
+    r"(?:pair_coeff|pair_style|set|velocity|displace_atoms|change_box|delete_atoms|create_atoms"
+    r"|unfix|fix|reset_timestep)\s"
+)
+"""Commands that change a chain between two runs."""
+
+_USUAL = re.compile(r"fix\s+\S+\s+\S+\s+(?:nve|nve/sphere|addforce|gravity|wall/gran\S*|move)\s")
+
+_WORDS = (
+    (r"fix\s+\S+\s+\S+\s+wall/", r"\s(?:wiggle|shear)\s.*$", ""),
+    (r"fix\s+\S+\s+\S+\s+addforce", r"\s+(?:every|region)\s+\S+", ""),
+    (r"(?:velocity|fix\s+\S+\s+\S+\s+move)\s(?!.*units\s)", r"\s*$", " units box"),
+)
+"""Commands, and words in them whose absence or presence is tried: pattern and replacement."""
+
+
+def suspects(deck: FoundDeck) -> list[int]:
+    """Commands that may disturb a motion: changes after the first run, then unusual fixes."""
+    texts = [command.text for command in deck.commands]
+    done = [k for k, command in enumerate(deck.commands) if command.carried_out]
+    shock = {texts[fix.command].split()[1] for fix in deck.fixes if fix.style == "addforce"}
+
+    def is_of_shock(k: int) -> bool:
+        words = texts[k].split()
+        return (words[0] in ("fix", "unfix") and words[1] in shock) or words[3:4] == ["addforce"]
+
+    later = [k for k in done if k > deck.first_run and _CHANGES.match(texts[k])]
+    odd = [
+        k for k in done if texts[k].startswith("fix ")
+        and (not _USUAL.match(f"{texts[k]} ") or re.search(r"\s(?:wiggle|shear)\s", texts[k]))
+    ]  # fmt: skip
+    return [*(k for k in later if not is_of_shock(k)), *(k for k in odd if k not in later)]
+
+
+def _acting(case: Case) -> list[int]:
+    """Fixes that exert forces other than those of walls."""
+    least = ACTS * case.scene.units.force
+    return [
+        fix.command for fix in case.deck.fixes
+        if not fix.moves and not fix.style.startswith("wall")
+        and not np.max(np.append(fix.largest, fix.largest_in_motion)) <= least
+    ]  # fmt: skip
+
+
+_OF_FORCES = ("constant force", "drag", "random", "pushed", "shock", "motion", "piston")
+_REMOVED = {
+    "velocity": "velocities", "spin": "velocities", "place": "displaced", "run": "ends",
+    "granules": "displaced", "neighbours": "neighbours", "contacts": "excludes",
+    "wall in motion": "wall in motion", "random": "random", "motion": "integrators",
+    "piston": "piston",
+}  # fmt: skip
+"""By the role of a number: the roles of commands whose removal is tried."""
+
+
+def _candidates(case: Case, check: DeckCheck) -> list[int]:
+    """Commands without which a number may be right, the most likely first."""
+    deck, role = case.deck, check.role
+    blamed = [check.place.index] if check.place is not None and check.is_sure else []
+    of_role = commands_of(deck, _REMOVED[role]) if role in _REMOVED else []
+    of_role = [] if role == "motion" and len(of_role) == 1 else of_role
+    acting = _acting(case)
+    forces: list[int] = []
+    if role in _OF_FORCES:
+        shocks = [k for k in acting if case.is_of_time(k)]
+        kept = shocks if role == "motion" or len(shocks) == 1 else []
+        forces = [*suspects(deck), *(k for k in reversed(acting) if k not in kept)]
+    each = dict.fromkeys((*blamed, *forces, *reversed(of_role)))
+    return [k for k in each if not is_of(deck, k, "needed")]
+
+
+def _trials(case: Case, check: DeckCheck) -> Iterator[Changes]:
+    """Yield changes of single commands: of words in them, then their removal."""
+    candidates = _candidates(case, check)
+    of_role = commands_of(case.deck, check.role)
+    for k in dict.fromkeys((*candidates, *reversed(of_role))):
+        where = place_at(case.deck, k)
+        for command, words, right in _WORDS:
+            if re.match(command, where.written):
+                yield {key_of(where): (re.sub(words, right, where.written, count=1),)}
+    for k in candidates[:_MOST]:
+        yield _without(case, [k])
+
+
+# ---- Changes of single lines
+
+
+def _formula(case: Case, _: DeckCheck) -> Iterator[Changes]:
+    """Set the clock to 0, or replace the formula of the shock."""
+    early = case.deck.commands[: case.deck.first_run]
+    for command in [each for each in early if each.text.startswith("reset_timestep")][-1:]:
+        yield {key_of(command): ("reset_timestep 0",)}
+    lines = shock_commands(case)
+    for k in _pushing(case, of_time=True) if lines else ():
+        yield {key_of(formula_of(case.deck, place_at(case.deck, k))): tuple(lines or ())[:1]}
+
+
+def _as_many_steps(case: Case, check: DeckCheck) -> Iterator[Changes]:
+    """Shorten the time step, with more steps in each run accordingly."""
+    deck, where = case.deck, check.place
+    if where is None or check.expected is None or not deck.runs:
+        return
+    old, new = max(run.dt for run in deck.runs), check.expected
+    blamed, kept = key_of(where), _kept(case, where)
+    command = check.corrections[0][blamed] if check.corrections else (check.command,)
+    runs: Changes = {}
+    last = min(deck.end_time, case.start + case.scene.end_time)
+    for run in deck.runs:
+        where = place_at(deck, run.command)
+        words = where.written.split()
+        if run.dt == old and len(words) > 1 and words[0] == "run" and words[1].isdigit():
+            end = min(run.start + run.steps * old, last)
+            steps = max(1, math.ceil((end - run.start) / new * (1 - 1e-12)))
+            runs[key_of(where)] = (" ".join([words[0], str(steps), *words[2:]]),)
+    yield {blamed: (*command, *runs.pop(blamed, kept)), **runs}
+
+
+def _kept(case: Case, where: Place) -> tuple[str, ...]:
+    """Return the run that is named for a missing command, which it then follows."""
+    is_run = is_of(case.deck, where.index, "run")
+    return (where.written,) if is_run else ()
+
+
+def _longer(case: Case, check: DeckCheck) -> Iterator[Changes]:
+    """Let a chain settle three and ten times as long before the shock."""
+    where = check.place
+    words = [] if where is None or case.deck.before == 0 else where.written.split()
+    if where is not None and words[1:] and words[0] == "run" and words[1].isdigit():
+        for times in (3, 10):
+            yield {key_of(where): (" ".join(["run", str(times * int(words[1])), *words[2:]]),)}
+
+
+# ---- Commands that set a number
+
+
+def _nothing(_: Case, __: DeckCheck) -> list[int]:
+    return []
+
+
+def _all_of(role: str) -> Callable[[Case, DeckCheck], list[int]]:
+    """All commands of a role."""
+    return lambda case, _: [k for k in commands_of(case.deck, role)
+                            if not is_of(case.deck, k, "restart")]  # fmt: skip
+
+
+def _named(name: str) -> Callable[[Case, DeckCheck], list[int]]:
+    """The command that is named, if it has this name."""
+
+    def blamed(_: Case, check: DeckCheck) -> list[int]:
+        place = check.place
+        return [place.index] if place is not None and place.written.startswith(name) else []
+
+    return blamed
+
+
+def _wall(case: Case, check: DeckCheck) -> list[int]:
+    """The wall at the far end; the command that is named if the wall meets no granule."""
+    wall = far_wall(case.deck)
+    return _named("fix")(case, check) if wall is None else [wall.command]
+
+
+def _pushing(case: Case, of_time: bool) -> list[int]:
+    """Fixes that push along the chain, by a force that changes in time or does not."""
+    styles = ("gravity", "addforce", "setforce", "aveforce", "efield")
+    return [
+        fix.command
+        for fix in case.deck.fixes
+        if not fix.moves and fix.style in styles and not np.all(fix.largest == 0)
+        and case.is_of_time(fix.command) == of_time
+    ]  # fmt: skip
+
+
+def _loads(case: Case, _: DeckCheck) -> list[int]:
+    return _pushing(case, of_time=False)
+
+
+def _shocks(case: Case, _: DeckCheck) -> list[int]:
+    return _pushing(case, of_time=True) or _pushing(case, of_time=False)
+
+
+def _movers(case: Case, _: DeckCheck) -> list[int]:
+    """Fixes that integrate the motion of granules."""
+    return [fix.command for fix in case.deck.fixes if fix.moves and fix.style != "move"]
+
+
+_BY_LINE = {
+    "shock": _formula, "motion": _formula, "timestep": _as_many_steps, "run": _longer,
+}  # fmt: skip
+"""Changes of single lines, by the role of a number."""
+
+_SETTINGS = {
+    "radius": (granule_commands, _nothing),
+    "mass": (granule_commands, _nothing),
+    "place": (place_commands, _nothing),
+    "velocity": (velocity_commands, _named("velocity")),
+    "spin": (velocity_commands, _named("velocity")),
+    "contacts": (law_commands, _all_of("contacts")),
+    "wall": (wall_commands, _wall),
+    "wall in motion": (wall_commands, _wall),
+    "constant force": (load_commands, _loads),
+    "shock": (shock_commands, _shocks),
+    "pushed": (shock_commands, _shocks),
+    "motion": (motion_commands, _movers),
+    "piston": (piston_commands, _all_of("piston")),
+}
+"""By the role of a number: the scene's commands that set it, and the commands to remove.
+
+The former are None where no command can set it.
+"""
+
+_MOST = 6  # commands whose removal is tried for one check (chosen)
+
+
+def with_trials(case: Case, check: DeckCheck) -> DeckCheck:
+    """Return a failed check with the trials that may make it pass, without repetitions."""
+    if check.passed:
+        return replace(check, command="")
+    distinct: list[Changes] = []
+    shocks = _pushing(case, of_time=True) if check.role == "shock" else []
+    doubled = [_without(case, [k]) for k in reversed(shocks) if len(shocks) > 1]
+    for edits in (*doubled, *check.corrections[:_MOST], *trials(case, check)):
+        changes = any(lines != (where[2],) for where, lines in edits.items())
+        if edits and changes and edits not in distinct:
+            distinct.append(edits)
+    return replace(check, command="", corrections=tuple(distinct))
+
+
+def trials(case: Case, check: DeckCheck) -> Iterator[Changes]:
+    """Yield further trials for a check: its right command, single ones, the scene's commands."""
+    where = check.place
+    if where is not None and check.command:
+        yield {key_of(where): (check.command, *_kept(case, where))}
+    if check.kind == "damping" and (freezing := freeze_commands(case)):
+        yield from _whole(case, freezing, [])
+    singles = list(_trials(case, check))
+    is_formula = where is not None and where.written.startswith("variable")
+    by_line = list(_BY_LINE.get(check.role, lambda *_: ())(case, check))
+    yield from (
+        (*by_line, *singles) if is_formula and len(_acting(case)) < 2 else (*singles, *by_line)
+    )
+    if check.role in _SETTINGS:
+        commands, replaced = _SETTINGS[check.role]
+        lines = commands(case)
+        if lines is not None:
+            yield from _whole(case, lines, replaced(case, check))
+
+
+# ---- Proofs
+
+_WORSE = 1e-2, 1e-5
+"""Increase of the error of a peak that a correction may cause, relative to it and absolute:
+readings are at other times, and the error of the steps changes with any number (chosen)."""
+
+_MOST_STEPS = 30  # most corrections in succession (chosen)
+_PATIENCE = 16.0, 8.0  # time for all proofs: readings of the deck, or seconds (chosen)
+
+_NOT_ALL = (
+    "not all corrections were tried in the time for that, sixteen readings of the deck or 8 s:"
+    " correct what is shown, and examine the deck again"
+)
+
+Try = Callable[[Edits, float], DeckExamination]
+Proof = tuple[Edits, DeckExamination]
+
+
+@dataclass
+class Prover:
+    """Tries edits of a deck and keeps the results."""
+
+    first: DeckExamination
+    attempt: Try
+    seconds: float  # time of the first examination
+    cut_short: bool = False  # whether the time was over before all were tried
+    _tried: dict[object, DeckExamination | None] = field(default_factory=dict)
+    _begun: float = field(default_factory=time.monotonic)
+
+    @property
+    def left(self) -> float:
+        """Time for further proofs [s]."""
+        readings, seconds = _PATIENCE
+        return max(readings * self.seconds, seconds) - (time.monotonic() - self._begun)
+
+    def examined(self, edits: Edits) -> DeckExamination | None:
+        """Return the examination of the deck with edits; None if LAMMPS stops, or time is over."""
+        if not edits:
+            return self.first
+        key = frozenset(edits.items())
+        if key not in self._tried:
+            if self.left <= 0:
+                self.cut_short = True
+                return None
+            try:
+                self._tried[key] = self.attempt(edits, self.left)
+            except RunFailed:  # LAMMPS stops with an error, or takes too long
+                self._tried[key] = None
+        return self._tried[key]
+
+    def known(self, changes: Changes) -> DeckExamination | None:
+        """Return the examination of the deck with changes, if that was tried."""
+        edits = combined({}, changes)
+        return None if edits is None else self._tried.get(frozenset(edits.items()))
+
+    def proofs(
+        self, base: Edits, before: DeckExamination, checks: Sequence[DeckCheck], peaks: bool = True
+    ) -> Iterator[Proof]:
+        """Return edits by which some checks pass, if nothing else fails and no peak is worse."""
+        kinds = {check.kind for check in checks}
+        for check in checks:
+            for changes in check.corrections:
+                whole = combined(base, changes)
+                after = None if whole is None else self.examined(whole)
+                if whole is None or after is None:
+                    continue
+                left = [one for one in after.to_correct if one.kind in kinds]
+                if left and len(checks) > 1 and len(left) < len(checks):  # others on that line
+                    yield from self.proofs(whole, before, left, peaks)
+                elif not left and is_no_worse(before, after, peaks):
+                    yield whole, after
+
+
+def with_findings(prover: Prover) -> DeckExamination:
+    """Return the first examination with findings by command, and proven corrections."""
+    first = prover.first
+    groups, proofs = by_command(first.to_correct), list[Proof | None]()
+    for checks in groups:
+        follows = _cause(checks, proofs) is not None
+        proofs.append(None if follows else next(prover.proofs({}, first, checks), None))
+    # A later finding may be the cause of an earlier one.
+    causes = [
+        _cause(checks, proofs) if proof is None else None
+        for checks, proof in zip(groups, proofs, strict=True)
+    ]
+    whole, steps = _together(prover)
+    if prover.cut_short:  # what is shown as right is in the fixed deck, though it was not tried
+        for proof in proofs:
+            more = {} if proof is None else proof[0]
+            if not more.keys() & whole.keys():
+                whole = {**whole, **more}
+    corrections, known = [], {check.kind for check in first.to_correct}
+    for checks, proof, cause in zip(groups, proofs, causes, strict=True):
+        # A check that fails only then belongs to the same number, such as the stiffness of the
+        # wall.
+        left = {check.kind for check in (proof[1].to_correct if proof else checks)}
+        later = [one for named, one in steps if named & (left - known if proof else left)]
+        edits = {**(proof[0] if proof else {}), **(later[0] if later else {})}
+        corrections.append(first.corrections_of(edits) if edits and cause is None else ())
+    right = {
+        id(check): _blamed(prover, check, corrections[k])
+        for k, checks in enumerate(groups)
+        for check in checks
+    }
+
+    def with_command(check: DeckCheck) -> DeckCheck:
+        return right.get(id(check), check)
+
+    # Findings that follow from another one are listed after it.
+    heads = [k if cause is None else cause for k, cause in enumerate(causes)]
+    order = sorted(range(len(groups)), key=lambda k: (heads[k], heads[k] != k))
+    findings = [
+        Finding(
+            tuple(map(with_command, groups[k])), corrections[k],
+            with_others=proofs[k] is None and bool(corrections[k]),
+            follows=None if heads[k] == k else order.index(heads[k]),
+        )
+        for k in order
+    ]  # fmt: skip
+    return replace(
+        first, checks=tuple(map(with_command, first.checks)), findings=tuple(findings), edits=whole,
+        remarks=(*first.remarks, *[_NOT_ALL] * prover.cut_short),
+    )  # fmt: skip
+
+
+def _blamed(prover: Prover, check: DeckCheck, lines: Sequence[Correction]) -> DeckCheck:
+    """Return a check with its proven command, at the line that a trial shows to be its cause."""
+    at, commands = check.place, prover.first.found.commands
+
+    def place_of(file: str, line: int, written: str) -> Place | None:
+        index = next((k for k, command in enumerate(commands) if command.written == written
+                      and (command.file, command.line) == (file, line)), None)  # fmt: skip
+        return None if index is None else place_at(prover.first.found, index)
+
+    changed = [line for line in lines if line.written not in line.commands]
+    at_line = (at.file, at.line) if at else None
+    fitting = next((line for line in lines if (line.file, line.line) == at_line), None)
+    if fitting is None and changed:
+        fitting = changed[0]
+        at = place_of(fitting.file, fitting.line, fitting.written) or at
+    if fitting is not None:
+        return replace(check, command="\n".join(fitting.commands), place=at)
+    for changes in check.corrections:
+        after = prover.known(changes)
+        checks = () if after is None or after.found.stopped else after.checks
+        each = [other.passed for other in checks if other.kind == check.kind]
+        if each and all(each):
+            key = next(
+                key for key, new in changes.items() if key[2] not in new or len(changes) == 1
+            )
+            if key[2] not in changes[key]:
+                return replace(check, place=place_of(*key) or at)
+    return check if check.is_sure else replace(check, place=None)
+
+
+def _cause(checks: Sequence[DeckCheck], proofs: Sequence[Proof | None]) -> int | None:
+    """Return the correction of another finding that makes some checks pass, too."""
+    kinds = {check.kind for check in checks}
+    for k, proof in enumerate(proofs):
+        after = None if proof is None else proof[1]
+        if after is None or after.found.stopped:
+            continue
+        if not kinds & {check.kind for check in after.to_correct}:
+            return k
+    return None
+
+
+def is_no_worse(before: DeckExamination, after: DeckExamination, peaks: bool = True) -> bool:
+    """Whether all checks that passed before still pass, and no peak is worse."""
+    if after.found.stopped and not before.found.stopped:
+        return False
+    passed = {check.kind for check in before.checks if check.passed}
+    passed -= {check.kind for check in before.to_correct}
+    if any(check.kind in passed for check in after.to_correct):
+        return False
+    if not peaks or before.found.stopped:
+        return True
+    count = min(before.judged.size, after.judged.size)
+    both = before.judged[:count] & after.judged[:count]
+    was, now = (one.error_of_peaks(both) for one in (before, after))
+    share, least = _WORSE
+    return bool(now <= was * (1 + share) + least)
+
+
+def _together(prover: Prover) -> tuple[Edits, list[tuple[set[str], Edits]]]:
+    """Combine corrections in succession until none helps; return what each of them adds."""
+    edits: Edits = {}
+    done = prover.first
+    steps: list[tuple[set[str], Edits]] = []
+    for peaks in (True, False):  # errors that make up for one another: only all of them help
+        tried, state, own = edits, done, list[tuple[set[str], Edits]]()
+        stuck: set[str] = set()
+        for _ in range(_MOST_STEPS):
+            checks = next(
+                (group for group in by_command(state.to_correct)
+                 if not {check.kind for check in group} & stuck), None,
+            )  # fmt: skip
+            if checks is None:
+                break
+            kinds = {check.kind for check in checks}
+            proof = next(prover.proofs(tried, state, checks, peaks), None)
+            if proof is None:
+                stuck |= kinds
+                continue
+            added = {at: lines for at, lines in proof[0].items() if tried.get(at) != lines}
+            own.append((kinds, added))
+            tried, state = proof
+        if peaks or is_no_worse(done, state):
+            edits, done = tried, state
+            steps += own
+        if done.passed:
+            break
+    return edits, steps
+
+
+def combined(base: Edits, changes: Changes) -> Edits | None:
+    """Return edits with further changes; None if a command that these change is gone."""
+    whole = dict(base)
+    for (file, line, written), lines in changes.items():
+        own = whole.get((file, line), (written,))
+        if written not in own:
+            return None
+        k = own.index(written)
+        whole[file, line] = (*own[:k], *lines, *own[k + 1 :])
+    return whole

@@ -1,0 +1,358 @@
+"""Numbers of a deck in SI units, from its probes: contact laws, damping, start of the shock."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.reading.found import FoundDeck, FoundWall, scaled
+from hertzchain.engines.lammps.reading.prober import DAMPED, DEPTHS
+from hertzchain.engines.lammps.reading.units import UNITS, Units
+from hertzchain.errors import RunFailed
+from hertzchain.examiner.twin import Stretch, twin_of
+from hertzchain.observables.damped_law import DampedLaw
+from hertzchain.scene.piston import Piston
+from hertzchain.scene.scene import Scene
+
+_FITS = 1e-2  # of the largest force: a shock that begins at another time fits as well (chosen)
+_WHOLE = 0.02  # fraction of a step: a measured start so near to a step is that step (chosen)
+EXPONENT = 0.01  # of 3/2: two tries of a law of Hertz are within 1e-9, Hooke's is 0.5 off (chosen)
+_NO_FORCE = 1e-6  # fraction of Hertz's force: a contact with less does not push (chosen)
+_HELD = 1e-5  # fraction of its overlap: a granule that moves less may also be held (chosen)
+_STAYS = 0.05  # fraction of the whole time: a static load acts for longer after the shock (chosen)
+_LATE = 1e-8  # fraction of an overlap: uncertainty by rounding of where a force begins (chosen)
+_QUIET = 1e-9  # of the largest force: a force below is round-off (chosen; 1e-12 is usual)
+
+
+def in_si(found: FoundDeck, scene: Scene) -> tuple[FoundDeck, Units]:
+    """Return the found deck in SI units, and the units of the deck.
+
+    A deck in lj units gets those in which the median radius, mass and stiffness are the scene's:
+    all other numbers are then judged as ratios.
+    """
+    if found.units != "lj":
+        return found, UNITS[found.units]
+    granules = scene.granules
+    count = min(found.radius.size, granules.radius.size)
+    pressed = found.contact_force > 0
+    per_overlap = (
+        np.where(pressed, found.contact_force, np.nan)
+        / np.where(pressed, found.overlap, 1.0) ** 1.5
+    )
+    if not pressed.any() or count < 2:
+        raise RunFailed(
+            "no contact of this deck pushes, so that its lj units of length, mass and time cannot"
+            " be found: look at its pair_style and pair_coeff"
+        )
+    contacts = min(per_overlap.shape[1], granules.stiffness.size)
+    ratio = granules.stiffness[:contacts] / per_overlap[:, :contacts]
+    length = float(np.median(granules.radius[:count] / found.radius[:count]))
+    mass = float(np.median(granules.mass[:count] / found.mass[:count]))
+    force = float(np.nanmedian(ratio)) * length**1.5
+    units = Units("lj", length, mass, float(np.sqrt(mass * length / force)))
+    return scaled(found, units), units
+
+
+@dataclass(frozen=True, eq=False)
+class Law:
+    """The force of one contact by its probes: ``stiffness`` overlap^``exponent`` near an overlap.
+
+    ``ratios`` is the force over Hertz's with the scene's stiffness at each ``overlap`` tried,
+    ``ratio`` that by the law at the overlap that matters: a law of another exponent has a stiffness
+    in another unit.
+    """
+
+    stiffness: float
+    exponent: float
+    overlap: FloatArray
+    ratios: FloatArray
+    ratio: float
+
+    @property
+    def is_missing(self) -> bool:
+        """Whether there is no force."""
+        return not self.ratio > _NO_FORCE
+
+    @property
+    def is_bent(self) -> bool:
+        """Whether the force does not follow Hertz's law."""
+        return not self.is_missing and abs(self.exponent - 1.5) > EXPONENT
+
+
+def law_of(overlap: FloatArray, force: FloatArray, stiffness: float, near: float) -> Law:
+    """The law of a contact from its forces at some overlaps, shape (tries,).
+
+    ``stiffness`` is what the scene has, ``near`` the overlap at which it matters most [m].
+    """
+    tried = np.isfinite(force) & (overlap > 0)
+    order = np.argsort(overlap[tried])
+    depth, push = overlap[tried][order], force[tried][order]
+    tries = depth, push / (stiffness * depth**1.5)
+    depth, push = depth[push > 0], push[push > 0]
+    exponent, at = 1.5, 0
+    if depth.size == 0:
+        return Law(0.0, exponent, *tries, 0.0)
+    if depth.size > 1:
+        at = int(np.clip(np.searchsorted(depth, near), 1, depth.size - 1))
+        exponent = float(np.log(push[at] / push[at - 1]) / np.log(depth[at] / depth[at - 1]))
+    own = float(push[at] / depth[at] ** exponent)
+    return Law(own, exponent, *tries, own * near ** (exponent - 1.5) / stiffness)
+
+
+def _tries(found: FoundDeck, scene: Scene) -> list[list[FloatArray]]:
+    """Probes of each contact of a scene that the deck has, a wall's last.
+
+    They are overlaps and forces; then overlaps, speeds of approach and forces.
+    """
+    count, wall = scene.bodies, far_wall(found)
+    columns = (
+        found.overlap, found.contact_force,
+        found.damped_overlap, found.closing, found.damped_force,
+    )  # fmt: skip
+    between = min(count - 1, found.contact_force.shape[1])
+    made = [[column[:, k] for column in columns] for k in range(between)]
+    if scene.wall is not None and wall is not None and between == count - 1:
+        # A gap is not probed there.
+        made.append([np.append(np.nan, wall.overlap), np.append(np.nan, wall.force),
+                     wall.damped_overlap, wall.closing, wall.damped_force])  # fmt: skip
+    return made
+
+
+def laws(found: FoundDeck, scene: Scene, near: FloatArray) -> list[Law]:
+    """The law of each contact of a scene that the deck has, a wall's last."""
+    stiffness = scene.granules.stiffness
+    return [
+        law_of(overlap, force, float(stiffness[k]), float(near[k]))
+        for k, (overlap, force, *_) in enumerate(_tries(found, scene))
+    ]
+
+
+def far_wall(found: FoundDeck) -> FoundWall | None:
+    """The wall at the far end, if the deck has one, from where its force begins.
+
+    By Hertz's law the force may begin a little before it is noticed among others.
+    """
+    wall = next((wall for wall in found.walls if wall.end == "last"), None)
+    if wall is None:
+        return None
+    deep, overlap = wall.force[-2:] ** (2 / 3), wall.overlap
+    with np.errstate(all="ignore"):
+        late = float(deep[1] * (overlap[-1] - overlap[-2]) / (deep[1] - deep[0]) - overlap[-1])
+    if not abs(late) < _LATE * overlap[-1]:
+        return wall
+    return replace(wall, position=wall.position - late, overlap=overlap + late,
+                   damped_overlap=wall.damped_overlap + late)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Damper:
+    """Force of damping in one contact at each try [N], in the deck and in the scene."""
+
+    added: FloatArray
+    expected: FloatArray
+    elastic: FloatArray
+    closing: FloatArray  # m/s
+    overlap: FloatArray  # m
+
+
+def dampers(found: FoundDeck, scene: Scene) -> list[Damper]:
+    """Damping of each contact, the wall's last: force in motion less force at rest."""
+    law = None if scene.contact is None else DampedLaw.of(scene)
+    dampings = []
+    at_rest = [DEPTHS.index(depth) for depth, _ in DAMPED]
+    for k, (_, force, *tries) in enumerate(_tries(found, scene)):
+        tried = np.isfinite(tries[2]) & (tries[0] > 0)
+        overlap, closing, damped = (values[tried] for values in tries)
+        elastic = force[at_rest][tried]
+        expected = np.zeros_like(overlap)
+        if law is not None:
+            added = law.damper(overlap[:, None], closing[:, None], np.array([k]))[:, 0]
+            expected = np.asarray(added, np.float64)
+        dampings.append(Damper(damped - elastic, expected, elastic, closing, overlap))
+    return dampings
+
+
+def with_loads(found: FoundDeck, scene: Scene) -> FoundDeck:
+    """Return the deck with constant forces of its formulas before and after the shock as loads.
+
+    Such a force counts only if the scene has static loads, or if it keeps its value for a while.
+    """
+    force, time = found.applied_force, found.applied_time
+    if force.shape[0] < 2:
+        return found
+    least = _QUIET * float(np.max(np.abs(force), initial=0.0))
+    rests = np.abs(force - force[0]) <= least
+    # Start of the load on each granule: after the last reading without it.
+    since = np.max(np.where(rests, -np.inf, time[:, np.newaxis]), axis=0, initial=-np.inf)
+    stays = rests[-1] & (since < found.end_time - _STAYS * (found.end_time - time[0]))
+    if np.any(scene.granules.constant_force):
+        stays = rests[-1]
+    load = np.where(stays, force[0], 0.0)
+    constant = found.constant_force + load[:, np.newaxis] * np.array([1.0, 0.0, 0.0])
+    return replace(found, applied_force=force - load, constant_force=constant)
+
+
+def with_held(found: FoundDeck, made: Sequence[Law], moved: float) -> FoundDeck:
+    """Return the deck with a static load in place of a held last granule.
+
+    Both are the same if the shock does not reach it: ``moved`` is its displacement in the scene
+    [m].
+    """
+    last = found.radius.size - 1
+    if found.integrated[last] != 0 or np.any(found.velocity[last]) or len(made) != last:
+        return found
+    overlap = found.radius[-2] + found.radius[-1] - found.position[-1] + found.position[-2]
+    if overlap <= 0 or moved > _HELD * overlap:
+        return found
+    constant, integrated = found.constant_force.copy(), found.integrated.copy()
+    constant[last, 0] = -made[-1].stiffness * overlap ** made[-1].exponent
+    integrated[last] = 1
+    return replace(found, constant_force=constant, integrated=integrated)
+
+
+def start_of_shock(found: FoundDeck, scene: Scene) -> float:
+    """Time at which the shock begins in the deck [s]: 0, or the start of one of its runs.
+
+    A deck may let the chain settle first. It is the start at which the forces agree best with those
+    of the scene; without forces, the time when granules get their velocities, or granule 1 begins
+    its prescribed motion.
+    """
+    starts = [0.0, *(run.start for run in found.runs if run.start > 0)]
+    if not scene.ramps:
+        return _start_of_motion(found)
+    force = np.sum(found.applied_force, axis=1)
+    acts = np.flatnonzero(np.abs(force) > _QUIET * scene.peak_force)
+    if acts.size == 0:
+        return 0.0
+    first = found.applied_time[acts[0]]
+    starts = [start for start in starts if start <= first]
+
+    def misfit(start: float) -> float:
+        expected = scene.applied_force(found.applied_time - start)
+        return float(np.sum((force - expected) ** 2))
+
+    begun = min(starts, key=misfit)
+    # A formula may begin at any time: then that start fits, and no start of a run.
+    tried = first + scene.pulse_end * np.linspace(-0.05, 0.05, 41)
+    for _ in range(4):
+        best = float(min(tried, key=misfit))
+        tried = best + (tried[1] - tried[0]) * np.linspace(-1, 1, 21)
+    exact = np.max(np.abs(force - scene.applied_force(found.applied_time - best)))
+    step = found.runs[0].dt
+    if abs(best / step - round(best / step)) < _WHOLE:
+        best = round(best / step) * step
+    if best > 0 and exact < _FITS * scene.peak_force and misfit(best) < 0.25 * misfit(begun):
+        return best
+    return begun
+
+
+def _start_of_motion(found: FoundDeck) -> float:
+    """Time at which granules of a deck without a pushing force begin to move [s]."""
+    if found.driven_time.size:
+        return float(found.driven_time[0])
+    given = [k for k, one in enumerate(found.commands) if one.text.split()[0] == "velocity"]
+    if np.any(found.velocity) or not given:
+        return 0.0
+    return next((run.start for run in found.runs if run.command > given[-1]), 0.0)
+
+
+def readings_of_runs(found: FoundDeck) -> list[tuple[FloatArray, FloatArray]]:
+    """Times [s] and applied forces [N] of each run; two readings where one follows another."""
+    time, force = found.applied_time, found.applied_force
+    pieces, first = [], 0
+    for k, run in enumerate(found.runs):
+        end, room = run.start + run.steps * run.dt, 1e-6 * run.dt + 1e-12 * abs(run.start)
+        last = first
+        while last < time.size and time[last] <= end + room:
+            last += 1
+            reached = last < time.size and abs(time[last - 1] - end) <= room
+            if reached and k + 1 < len(found.runs) and abs(time[last] - end) <= room:
+                break  # the next reading is the first one of the next run
+        pieces.append((time[first:last], force[first:last]))
+        first = last
+    return pieces
+
+
+def stretches_of(
+    found: FoundDeck,
+    scene: Scene,
+    start: float,
+    pushed: NDArray[np.intp] | None = None,
+    use_driven: bool = False,
+) -> tuple[Stretch, ...]:
+    """The runs of a deck with the scene's shock or, if granules are ``pushed``, the deck's.
+
+    With ``use_driven`` granule 1 has its prescribed motion of the deck.
+    """
+    stretches = []
+    for run, (at, force) in zip(found.runs, readings_of_runs(found), strict=True):
+        time = np.asarray(run.start - start + run.dt * np.arange(run.steps + 1), np.float64)
+        if pushed is None:  # a sum of steps may end before a corner by a rounding error
+            applied = np.asarray(scene.applied_force(time + 1e-9 * run.dt))[:, np.newaxis]
+        else:  # between two readings the force is that of the line between them
+            applied = np.zeros((time.size, pushed.size))
+            for column, granule in enumerate(pushed if at.size else ()):
+                applied[:, column] = np.interp(time, at - start, force[:, granule])
+        led = _interpolated(found, time + start) if use_driven else _led(scene, time)
+        stretches.append(Stretch(run.dt, applied, led))
+    return tuple(stretches)
+
+
+def _led(scene: Scene, time: FloatArray) -> FloatArray:
+    """Displacement of the scene's piston [m]; of shape (0,) without one."""
+    return np.zeros(0) if scene.piston is None else displacement(scene.piston, time)
+
+
+def displacement(piston: Piston, time: FloatArray) -> FloatArray:
+    """Displacement of a piston at times from the start of the shock [m]."""
+    if piston.velocity is not None:
+        return np.asarray(piston.velocity * np.maximum(time, 0.0), np.float64)
+    assert piston.time is not None
+    assert piston.displacement is not None
+    return np.interp(time, piston.time, piston.displacement)
+
+
+def _interpolated(found: FoundDeck, time: FloatArray) -> FloatArray:
+    """Prescribed displacement of granule 1 in the deck [m]."""
+    return np.interp(time, found.driven_time, found.driven_displacement)
+
+
+QUIET = 1e-7  # of a contact force: forces below are round-off (chosen)
+
+
+def damping_of(found: FoundDeck, scene: Scene) -> dict[str, Any]:
+    """Numbers of a twin with the damping of the deck: c overlap^q d' from the largest tries."""
+    # Round-off has no exponent.
+    each = [
+        replace(one, added=np.where(np.abs(one.added) > QUIET * one.elastic, one.added, 0.0))
+        for one in dampers(found, scene)
+    ]
+    twin = twin_of(scene)
+    power = twin.damping_exponent if scene.contact is not None else _power_of(each)
+    damping, pulls = np.array(twin.damping), False
+    for k, damper in enumerate(each):
+        closing = damper.closing > 0
+        if not closing.any():
+            continue
+        deep = int(np.argmax(np.where(closing, damper.overlap, 0.0)))
+        damping[k] = damper.added[deep] / (damper.overlap[deep] ** power * damper.closing[deep])
+        pulls = pulls or bool(np.any(damper.elastic + damper.added < -QUIET * damper.elastic))
+    return {"damping": damping, "damping_exponent": power, "attraction": pulls}
+
+
+def _power_of(each: Sequence[Damper]) -> float:
+    """Exponent q of damping that the scene lacks, from the smallest and the largest overlap."""
+    for damper in each:
+        closing = (damper.closing > 0) & (np.abs(damper.added) > 0)
+        if np.count_nonzero(closing) >= 2:
+            overlap, rate = damper.overlap[closing], damper.added[closing] / damper.closing[closing]
+            low, high = int(np.argmin(overlap)), int(np.argmax(overlap))
+            if overlap[high] > overlap[low] and rate[high] * rate[low] > 0:
+                power = np.log(rate[high] / rate[low]) / np.log(overlap[high] / overlap[low])
+                return float(round(4 * float(power)) / 4)
+    return 0.5

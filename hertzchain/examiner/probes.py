@@ -1,0 +1,1336 @@
+"""The numbers of a deck against those of a scene: one table of probes, and one rule for all."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hertzchain.arrays import FloatArray, apart
+from hertzchain.engines.lammps.reading.found import FoundFix
+from hertzchain.engines.lammps.reading.units import UNITS
+from hertzchain.engines.native.methods import METHODS
+from hertzchain.examiner.case import (
+    ACTS,
+    DIGITS,
+    EXAMINED,
+    PLACES,
+    ROUND_OFF,
+    Case,
+    DeckCheck,
+    Indices,
+    groups,
+    values,
+)
+from hertzchain.examiner.expected import applied_force, constant_force, length, places
+from hertzchain.examiner.measured import (
+    EXPONENT,
+    QUIET,
+    dampers,
+    damping_of,
+    displacement,
+    far_wall,
+    law_of,
+    stretches_of,
+)
+from hertzchain.examiner.places import (
+    NUMBER,
+    Pairs,
+    commands_of,
+    formula_of,
+    is_of,
+    key_of,
+    place,
+    place_at,
+    with_numbers,
+)
+from hertzchain.examiner.right_commands import wall_plane
+from hertzchain.examiner.twin import change_of_peaks
+from hertzchain.observables.error_bound import stable_step
+from hertzchain.scene.chain import granule_mass
+from hertzchain.verdict.slips import near, slips_of_stiffness
+
+HARMLESS = 0.1  # of the tolerance: what changes no peak by more gets a remark (chosen)
+_ALIKE = 1e-3  # fraction of the largest force: another size, but the same profile (chosen)
+_BENT = 0.01  # of the force at other overlaps than the largest expected (chosen)
+_CLEAR = 1e4  # times the rounding error, above which damping is wrong (chosen)
+_FITTED = 1e-2  # of the largest effect of a failed check: what fitting its law misses (chosen)
+_LATE = 0.02  # fraction of the largest: late collisions amplify differences of digits (chosen)
+_MISSED = 0.1  # fraction of the largest overlap: contacts that act later are missed (chosen)
+_MIXED = "2023"  # older versions mix E and nu of a wall with themselves (measured: 2022)
+_MORE = 1.1  # times the force at rest: readings of one force at other times differ by less (chosen)
+_ORDER_ERROR = 0.5  # of velocity Verlet with a step of 1 in natural units, by its order (chosen)
+_MARGIN = 0.8  # of the longest step with the wanted accuracy: a rounder number fits below (chosen)
+_ROUNDED = 8 * float(np.finfo(np.float64).eps)  # of a force from which a load is taken (chosen)
+_TIED = 1e-6  # relative: of differences that are as large the first is shown (chosen)
+_SAME_UNIT = 0.1  # relative: lengths in other units are off by 100 or more (chosen)
+
+
+@dataclass(frozen=True, eq=False)
+class Numbers:
+    """The numbers that a probe compares, of shape (n,), and what is known of a difference.
+
+    Parameters
+    ----------
+    measured, expected
+        Numbers of the deck and of the scene.
+    scale
+        A difference is judged relative to it.
+    room
+        Largest relative difference that is round-off; negative if they always differ.
+    digits
+        Relative difference that counts as one of digits; None where only a harmless difference is
+        allowed.
+    twin
+        Numbers of the twin that the deck's replace at some indices: the change of its peaks is the
+        effect.
+    effect
+        The effect, if no twin has the number; by default that of all that no twin has.
+    stands
+        Pairs of the wrong and the right number as a line may contain them, in the deck's units.
+    at
+        Index of the command that acts, as LAMMPS shows it, for an index.
+    guess
+        The same where several commands may act.
+    command
+        The right command, if it contains no number.
+    name, sentence
+        Name at some indices, and the difference at an index in words, if not those of the probe.
+    note
+        Words behind both numbers.
+    role, reason, unit
+        Those of the probe, if empty.
+    split
+        Whether equal relative differences get a check each (``alike``), or each number (``each``),
+        or all differences one check (``together``).
+    """
+
+    measured: ArrayLike
+    expected: ArrayLike
+    scale: ArrayLike = 1.0
+    room: ArrayLike = 0.0
+    digits: ArrayLike | None = None
+    twin: Callable[[Indices], Mapping[str, Any]] | None = None
+    effect: float | None = None
+    stands: Callable[[int], Pairs] = lambda _: ()
+    at: Callable[[int], int | None] | int | None = None
+    guess: Callable[[int], int | None] | int | None = None
+    command: str = ""
+    name: Callable[[Indices], str] | str = ""
+    sentence: Callable[[int], str] | str = ""
+    note: Callable[[int], str] | str = ""
+    role: Callable[[int], str] | str = ""
+    reason: str = ""
+    unit: str | None = None
+    split: str = "together"
+
+
+@dataclass(frozen=True)
+class Probe:
+    """One number of a deck.
+
+    Parameters
+    ----------
+    name, unit
+        What is compared.
+    role
+        Commands that set and correct it: a key of ``ROLES``.
+    compare
+        Function that returns the numbers; None if they do not apply.
+    reason
+        Why no difference is allowed, or what is compared.
+    each
+        Name of a difference, with the granules or contacts in place of ``{granules}`` or
+        ``{contacts}``; by default ``name``.
+    explains
+        Whether no twin can have it: if it is wrong, it explains any motion of the deck.
+    """
+
+    name: str
+    unit: str
+    role: str
+    compare: Callable[[Case], Numbers | None]
+    reason: str = ""
+    each: str = ""
+    explains: bool = False
+
+    def name_of(self, case: Case, alike: Indices) -> str:
+        """The name of a difference at some granules or contacts."""
+        if "{granules}" in self.each:
+            return self.each.format(granules=case.granule_name(alike))
+        return self.each.format(contacts=case.contact_name(alike)) if self.each else self.name
+
+
+def _at(value: Any, k: Any) -> Any:
+    """The value of a field of ``Numbers`` at an index."""
+    return value(k) if callable(value) else value
+
+
+def checks_of(case: Case, probe: Probe) -> list[DeckCheck]:
+    """The checks of a probe: one for all numbers that agree, or one for each difference."""
+    numbers = probe.compare(case)
+    if numbers is None:
+        return []
+    measured, expected = (np.atleast_1d(np.asarray(each)) for each in
+                          (numbers.measured, numbers.expected))  # fmt: skip
+    if measured.size == 0:
+        return []
+    scale, room, digits = (
+        np.broadcast_to(np.asarray(each, float), measured.shape)
+        for each in (
+            numbers.scale,
+            numbers.room,
+            math.nan if numbers.digits is None else numbers.digits,
+        )
+    )
+    with np.errstate(divide="ignore", invalid="ignore"):
+        off = np.where(measured == expected, 0.0, (measured - expected) / scale)
+    differs = np.flatnonzero(~(np.abs(off) <= room))
+    if differs.size == 0:
+        k = int(np.argmax(np.abs(off)))
+        both = _plain(measured[k]), _plain(expected[k])
+        allowed = None if math.isinf(room[k]) else float(max(room[k], 0) * abs(scale[k]))
+        return [DeckCheck(probe.name, probe.unit, *both, numbers.effect or 0.0,
+                          True, False, f"{probe.name} is as in the scene",
+                          probe.reason or case.reason(1.0), room=allowed)]  # fmt: skip
+    parts = [differs]
+    if numbers.split == "each":
+        parts = [np.array([k]) for k in differs]
+    elif numbers.split == "alike":
+        parts = groups(np.where(np.isin(np.arange(off.size), differs), off, 0.0), 0.0)
+    checks = []
+    for alike in parts:
+        sizes = np.nan_to_num(np.abs(off[alike]), nan=np.inf)
+        tied = _TIED if numbers.split == "alike" else 0.0
+        k = int(alike[np.argmax(sizes >= (1 - tied) * np.max(sizes))])
+        check = _difference(case, probe, numbers, alike, k, float(digits[k]))
+        both = _plain(measured[k]), _plain(expected[k])
+        allowed = float(max(room[k], 0) * abs(scale[k]))
+        words = f"{check.name} {values(*both, check.unit)}{_at(numbers.note, k)}"
+        checks.append(replace(check, measured=both[0], expected=both[1], room=allowed,
+                              sentence=check.sentence or words))  # fmt: skip
+    return checks
+
+
+def _difference(
+    case: Case, probe: Probe, numbers: Numbers, alike: Indices, k: int, digits: float
+) -> DeckCheck:
+    """The check of a difference without its numbers: its effect on the peaks, and its line."""
+    effect = numbers.effect
+    if numbers.twin is not None:
+        effect = 0.0 if case.exact else case.effect(**numbers.twin(alike))
+    elif effect is None:
+        effect = case.residual
+    reason = numbers.reason or (probe.reason if math.isnan(digits) else case.reason(digits))
+    if math.isnan(digits):
+        passed = effect <= HARMLESS * case.tolerance and not case.exact and not case.strict
+    else:
+        passed = effect <= case.tolerance and abs(digits) <= DIGITS * case.tolerance
+    unit = probe.unit if numbers.unit is None else numbers.unit
+    role, stands = _at(numbers.role, k) or probe.role, numbers.stands(k)
+    at = _at(numbers.at, k)
+    at = _at(numbers.guess, k) if at is None else at
+    lines = with_numbers(case.deck, role, stands, at)
+    where = lines[0][0] if lines else place(case.deck, role, at)
+    sure = bool(lines) or _at(numbers.at, k) is not None or _is_only(case, role)
+    return DeckCheck(
+        _at(numbers.name, alike) or probe.name_of(case, alike), unit, None, None, effect,
+        bool(passed), True, _at(numbers.sentence, k), reason, where,
+        "" if lines else numbers.command, role=role, is_sure=sure,
+        corrections=tuple({key_of(line): (right,)} for line, right in lines),
+    )  # fmt: skip
+
+
+def _is_only(case: Case, role: str) -> bool:
+    """Whether one line of a deck alone can set a number; any command can disturb the motion."""
+    commands = [case.deck.commands[k] for k in commands_of(case.deck, role)]
+    return role != "motion" and len({(command.file, command.line) for command in commands}) == 1
+
+
+def _plain(number: Any) -> Any:
+    """Return a Python number from NumPy's."""
+    return number.item() if isinstance(number, np.generic) else number
+
+
+def _both(measured: FloatArray, expected: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The granules or contacts that deck and scene both have."""
+    count = min(len(measured), len(expected))
+    return measured[:count], expected[:count]
+
+
+def _with(numbers: FloatArray, at: Any, new: Any) -> FloatArray:
+    """Return a copy of numbers with other values at some places."""
+    changed = np.array(numbers)
+    changed[at] = new
+    return changed
+
+
+# ---- Granules before anything moves
+
+
+def _count(case: Case) -> Numbers:
+    walls, size, wanted = case.scene.first_granule, case.deck.radius.size, case.scene.bodies
+    return Numbers(
+        size - walls, wanted - walls, effect=math.inf,
+        stands=lambda _: [(size, wanted), *[(size - 1, wanted - 1)] * (size - 1 != wanted)],
+        sentence=f"the deck has {size - walls} granule{'s' * (size - walls != 1)}, the scene"
+        f" {wanted - walls}",
+    )  # fmt: skip
+
+
+def _radius(case: Case) -> Numbers:
+    measured, expected = _both(case.deck.radius, case.scene.granules.radius)
+    unit, (line, right) = case.units.length, _other_units(case)
+
+    def twin(alike: Indices) -> dict[str, Any]:
+        mass, opening = np.array(case.twin.mass), np.array(case.twin.opening)
+        differs = np.flatnonzero(measured != expected)
+        mass[differs] = case.deck.mass[differs]
+        for granule in alike:  # smaller granules no longer touch
+            opening[max(granule - 1, 0) : granule + 1] += expected[granule] - measured[granule]
+        return {"mass": mass, "opening": opening}
+
+    def stands(k: int) -> Pairs:
+        old, new = measured[k] / unit, expected[k] / unit
+        return [(2 * old, 2 * new), (old, new)] if line is None else ()
+
+    return Numbers(measured, expected, expected, case.least(ROUND_OFF), measured / expected - 1,
+                   twin, stands=stands, at=line, command=right, split="alike")  # fmt: skip
+
+
+def _other_units(case: Case) -> tuple[int | None, str]:
+    """The command of the units and the right one, if all lengths are in another unit."""
+    both = [_both(case.deck.radius, case.scene.granules.radius),
+            _both(case.deck.position, case.scene.granules.position)]  # fmt: skip
+    for index, command in enumerate(case.deck.commands):
+        words = command.text.split()
+        for name, other in UNITS.items() if words[:1] == ["units"] and words[1] in UNITS else ():
+            factor = other.length / case.units.length
+            fits = [np.allclose(measured * factor, right, _SAME_UNIT, _SAME_UNIT * right[-1])
+                    for measured, right in both]  # fmt: skip
+            if factor != 1 and all(fits):
+                return index, f"units {name}"
+    return None, ""
+
+
+def _mass(case: Case) -> Numbers:
+    """Masses, where a wrong radius does not explain them."""
+    granules, units = case.scene.granules, case.units
+    measured, expected = _both(case.deck.mass, granules.mass)
+    held = np.isinf(expected)  # what nothing moves weighs nothing
+    free = granule_mass(granules.radius, granules.density)[: held.size]
+    measured, expected = (np.where(held, free, mass) for mass in (measured, expected))
+    radius, of_scene = _both(case.deck.radius, granules.radius)
+    fitting = expected * (radius / of_scene) ** 3
+    explained = np.abs(measured / fitting - 1) <= case.least(1e-6)
+
+    def stands(k: int) -> Pairs:
+        old, new = float(measured[k]), float(expected[k])
+        volume = 4 / 3 * math.pi * float(of_scene[k]) ** 3 * units.density
+        early = old / units.mass / (math.pi / 6)  # LAMMPS makes granules with a diameter of 1
+        return [(early, new / volume), (old / volume, new / volume),
+                (old / units.mass, new / units.mass)]  # fmt: skip
+
+    return Numbers(
+        np.where(explained, expected, measured), expected, expected, case.least(ROUND_OFF),
+        measured / expected - 1, lambda at: {"mass": _with(case.twin.mass, at, measured[at])},
+        stands=stands, split="alike",
+    )  # fmt: skip
+
+
+def _place(case: Case) -> Numbers | None:
+    """Places of granules: a generated chain begins at 0, others may begin anywhere."""
+    if not case.exact:
+        return None
+    begin = float(case.deck.origin @ case.deck.direction)
+    measured, expected = _both(begin + case.deck.position, places(case.scene))
+    return Numbers(measured, expected, length(case.scene), EXAMINED)
+
+
+def _distance(case: Case) -> Numbers:
+    """Gaps and overlaps at the start, from the distance of neighbours."""
+    position, of_scene = _both(case.deck.position, places(case.scene)[: case.scene.bodies])
+    measured, expected = np.diff(position), np.diff(of_scene)
+    size, unit, settles = measured.size, case.units.length, case.deck.before > 0
+    off, opening = measured - expected, np.array(case.twin.opening)
+    opening[:size] += off
+
+    def name(alike: Indices) -> str:
+        most = alike[np.abs(off[alike]) >= 0.5 * np.max(np.abs(off[alike]))]
+        return f"distance of granules at {case.contact_name(most, size)}"
+
+    def sentence(k: int) -> str:
+        kind, when = "a gap" if opening[k] > 0 else "an overlap", " when the shock begins" * settles
+        return (f"distance of granules at {case.contact_name(k, size)}{when}"
+                f" {values(measured[k], expected[k], 'm')}: {kind} of {abs(opening[k]):.3g} m,"
+                f" which the shock presses by {case.near[k]:.2g} m")  # fmt: skip
+
+    def stands(k: int) -> Pairs:
+        first = 1 + int(np.flatnonzero(np.abs(off) >= max(0.5 * abs(off[k]), case.rounded))[0])
+        return [(measured[k] / unit, expected[k] / unit),
+                (abs(float(position[first])) / unit, float(of_scene[first]) / unit)]  # fmt: skip
+
+    return Numbers(
+        measured, expected, room=PLACES * case.near[:size] + case.rounded, digits=0.0, name=name,
+        twin=lambda _: {"opening": opening}, sentence=sentence,
+        stands=(lambda _: ()) if settles else stands,  # then the places stand in no line
+        role="run" if settles else "", at=_settling(case) if settles else None,
+    )  # fmt: skip
+
+
+def _settling(case: Case) -> int:
+    """The last run before the shock."""
+    return max(k for k in commands_of(case.deck, "run") if k < case.deck.first_run)
+
+
+def _wall_place(case: Case) -> Numbers | None:
+    wall, scene = far_wall(case.deck), case.scene
+    if scene.wall is None or wall is None or case.deck.position.size != scene.bodies:
+        return None
+    expected = float(np.diff(places(scene))[-1])
+    measured = wall.position - float(case.deck.position[-1])
+    opening = _with(case.twin.opening, -1, case.twin.opening[-1] + measured - expected)
+    stands = []
+    if case.deck.axis in "xyz":
+        plane, further = wall_plane(case), (measured - expected) / case.units.length
+        stands = [(plane + float(case.deck.direction.sum()) * further, plane)]
+    return Numbers(
+        measured, expected, digits=0.0, at=wall.command, stands=lambda _: stands,
+        room=case.least(PLACES) * case.near[-1] + case.rounded,
+        twin=lambda _: {"opening": opening},
+        sentence=f"the wall {values(measured, expected, 'm')} from the centre of the last granule",
+    )  # fmt: skip
+
+
+def _tilt(case: Case, sideways: float) -> float:
+    """Effect of granules off the axis on a peak: a contact that tilts by s / 2R loses overlap."""
+    radius = float(np.min(case.scene.granules.radius))
+    return 1.5 * sideways**2 / (4 * radius) / float(np.max(case.near))
+
+
+def _off_axis(case: Case) -> Numbers:
+    off = np.max(np.abs(case.deck.sideways - case.deck.sideways[0]), axis=1)
+    return Numbers(
+        off, 0 * off, case.scene.granules.radius[0], case.least(ROUND_OFF), digits=0.0,
+        effect=_tilt(case, float(np.max(off))),
+        stands=lambda k: [(off[k] / case.units.length, 0.0)],
+        sentence=lambda k: f"{case.granule_name(k)} is {off[k]:.3g} m off the axis of the chain,"
+        " the scene is straight",
+        reason="a contact that tilts by s / 2R loses s^2 / 4R of its overlap",
+    )  # fmt: skip
+
+
+def _fastest(case: Case) -> float:
+    """Velocity that others are compared with [m/s]: resting granules of our own decks have none."""
+    largest = float(np.max(np.abs(case.twin.velocity)))
+    return largest if case.exact else case.scene.units.velocity
+
+
+def _velocity(case: Case) -> Numbers:
+    """Velocities at the start: those of moving granules or a striker, otherwise 0."""
+    measured, expected = _both(case.deck.velocity[:, 0], case.twin.velocity)
+    if case.scene.piston is not None:  # a fix prescribes its motion
+        expected = np.append(measured[:1], expected[1:])
+    unit, k = case.units.velocity, int(np.argmax(np.abs(measured - expected)))
+    settles = case.deck.before > 0 and not np.any(expected)
+    return Numbers(
+        measured, expected, room=case.least(ROUND_OFF) * _fastest(case),
+        digits=measured[k] / expected[k] - 1 if expected[k] != 0 else None,
+        name=f"velocity of {case.granule_name(k)} at the start",
+        twin=lambda _: {"velocity": np.append(measured, case.twin.velocity[measured.size :])},
+        stands=lambda k: [(abs(measured[k]) / unit, abs(expected[k]) / unit)],
+        role="run" if settles else "", at=_settling(case) if settles else None,
+    )  # fmt: skip
+
+
+def _velocity_across(case: Case) -> Numbers:
+    side = float(np.max(np.abs(case.deck.velocity[:, 1:]), initial=0.0))
+    radius = float(np.min(case.scene.granules.radius))
+    tilt = _tilt(case, min(side * case.deck.end_time, radius))  # at the end: peaks come before
+    return Numbers(
+        side, 0.0, room=case.least(ROUND_OFF) * _fastest(case),
+        effect=min(tilt, case.residual), stands=lambda _: [(side / case.units.velocity, 0.0)],
+    )  # fmt: skip
+
+
+def _spin(case: Case) -> Numbers:
+    spin = float(np.max(np.abs(case.deck.spin), initial=0.0))
+    room = case.least(ROUND_OFF) * _fastest(case) / float(np.max(case.scene.granules.radius))
+    return Numbers(spin, 0.0, room=room, stands=lambda _: [(spin * case.units.time, 0.0)])
+
+
+# ---- Contacts
+
+
+def is_tried(case: Case) -> bool:
+    """Whether any contact of a deck was probed."""
+    deck = case.deck
+    if case.exact:
+        tried = np.isfinite([*deck.contact_force, *deck.damped_force])
+        return bool(np.all(tried) and np.all(np.isfinite(deck.tangential_force)))
+    return bool(case.laws) and bool(np.any(np.isfinite(deck.contact_force)))
+
+
+def _untried(case: Case) -> Numbers | None:
+    if not case.laws:
+        return None
+    return Numbers(math.nan, math.nan, room=-1.0, effect=case.whole_effect,
+                   sentence="LAMMPS stopped while the contacts were probed")  # fmt: skip
+
+
+def _role(case: Case) -> Callable[[int], str]:
+    """Return a function: the commands that set the force of a contact, as a key of ``ROLES``."""
+    return lambda k: "wall" if case.is_wall(np.array([k])) else "contacts"
+
+
+def _rounding(case: Case) -> FloatArray:
+    """Rounding error of the force of each contact at the overlap that matters, relative."""
+    return np.array([float(case.rounding(k, case.near[k])) for k in range(len(case.laws))])
+
+
+def _missing(case: Case) -> Numbers | None:
+    expected = case.scene.granules.stiffness[: len(case.laws)]
+    missing = np.array([law.is_missing for law in case.laws])
+    if not missing.any():
+        return None
+    return Numbers(
+        np.where(missing, 0.0, expected), expected, expected, split="alike", role=_role(case),
+        twin=lambda alike: {"stiffness": _with(case.twin.stiffness, alike, 0.0)},
+    )  # fmt: skip
+
+
+def _exponent(case: Case) -> Numbers:
+    exponent = np.array([1.5 if law.is_missing else law.exponent for law in case.laws])
+    stiffness = np.array([law.stiffness for law in case.laws])
+
+    def twin(alike: Indices) -> dict[str, Any]:
+        return {"exponent": _with(case.twin.exponent, alike, exponent[alike]),
+                "stiffness": _with(case.twin.stiffness, alike, stiffness[alike])}  # fmt: skip
+
+    room = 3 * _rounding(case) if case.exact else EXPONENT
+    return Numbers(exponent, np.full(exponent.size, 1.5), 1.0, room, None, twin, split="alike",
+                   role=_role(case))  # fmt: skip
+
+
+def _stiffness(case: Case) -> Numbers:
+    expected = case.scene.granules.stiffness[: len(case.laws)]
+    ratio = np.array([law.ratio for law in case.laws])
+    wrong = np.array([law.is_missing or law.is_bent for law in case.laws])
+    right = wrong | (np.abs(ratio * _by_radius(case) - 1) <= _rounding(case))
+
+    def note(k: int) -> str:
+        times = f"{ratio[k]:.4g} times"
+        if times == "1 times":
+            times = f"{abs(ratio[k] - 1):.1e} {'less' if ratio[k] < 1 else 'more'}"
+        return f" ({times}{_slip(case, case.contact_name(k), float(ratio[k]))})"
+
+    return Numbers(
+        np.where(right, expected, ratio * expected), expected, expected, _rounding(case), ratio - 1,
+        lambda at: {"stiffness": _with(case.twin.stiffness, at, (expected * ratio)[at])},
+        stands=lambda k: _moduli(case, k, float(ratio[k])), note=note, role=_role(case),
+        split="alike",
+    )  # fmt: skip
+
+
+def _moduli(case: Case, k: int, ratio: float) -> Pairs:
+    """Numbers that alone make a contact so many times too stiff: its modulus, E or nu of granules.
+
+    They are those of one granule, or of all like granules.
+    """
+    granules, unit = case.scene.granules, case.units.pressure
+    softness = 1 / case.reduced_modulus(k)
+    pairs = [(4 / 3 * ratio / softness / unit, 4 / 3 / softness / unit)] if ratio > 0 else []
+    for granule in range(k, min(k + 2, granules.mass.size)) if ratio > 0 else ():
+        modulus = float(granules.young_modulus[granule])
+        poisson = float(granules.poisson_ratio[granule])
+        of_granule = (1 - poisson**2) / modulus
+        for wrong in (of_granule / ratio, of_granule + softness / ratio - softness):
+            if wrong > 0:
+                pairs.append(((1 - poisson**2) / wrong / unit, modulus / unit))
+            if 0 < wrong * modulus < 1:
+                pairs.append((math.sqrt(1 - wrong * modulus), poisson))
+    return pairs
+
+
+def _by_radius(case: Case) -> FloatArray:
+    """Factors that remove wrong radii from stiffnesses, as radii have checks of their own."""
+
+    def effective(radius: FloatArray) -> FloatArray:
+        return np.asarray(radius[:-1] * radius[1:] / (radius[:-1] + radius[1:]))
+
+    right, measured = _both(effective(case.scene.granules.radius), effective(case.deck.radius))
+    factor = np.ones(len(case.laws))
+    count = min(factor.size, right.size)
+    factor[:count] = np.sqrt(right / measured)[:count]
+    fits = [law.ratios.size > 0 and abs(law.ratios[0] * f - 1) < 1e-6
+            for law, f in zip(case.laws, factor, strict=True)]  # fmt: skip
+    return np.where(fits, factor, 1.0)
+
+
+def _slip(case: Case, who: str, ratio: float) -> str:
+    """The usual slip that makes a stiffness too large by a ratio, in words."""
+    slips = slips_of_stiffness(case.scene)
+    if who == "the wall" and case.deck.version < _MIXED:
+        text = "for a wall of hertz/material: give hertz and 4/3 of its effective modulus"
+        nu = float(case.scene.granules.poisson_ratio[0])
+        slips = {f"LAMMPS of {case.deck.version[:4]} takes E/(2(1-nu)) {text}": 1 + nu}
+    names = near(slips, ratio)
+    return f": {' or '.join(names)}" if names else ""
+
+
+def _elsewhere(case: Case) -> Numbers | None:
+    """Forces that follow Hertz's law at the largest overlap, but not at all others."""
+    laws, count = case.laws, len(case.laws)
+    room = _rounding(case) if case.exact else np.full(count, DIGITS * case.tolerance)
+    ratio = np.array([law.ratio for law in laws])
+    bent = [law.is_missing or law.is_bent for law in laws]
+    if np.any(bent | (np.abs(ratio * _by_radius(case) - 1) > room)):
+        return None
+    farthest, allowed = np.ones(count), np.full(count, _BENT)
+    for k, law in enumerate(laws):
+        if law.ratios.size:
+            forces = law.ratios / (1.0 if case.exact else law.ratio)
+            each = case.rounding(k, law.overlap) if case.exact else np.full(forces.size, _BENT)
+            worst = int(np.argmax(np.abs(forces - 1) / each))
+            farthest[k], allowed[k] = forces[worst], each[worst]
+    if np.all(np.abs(farthest - 1) <= allowed):
+        return None
+    return Numbers(
+        farthest, np.ones(count), room=allowed, role=_role(case),
+        name=lambda alike: f"force of {case.contact_name(alike[:1])} at other overlaps",
+        sentence=lambda k: f"the force of {case.contact_name(k)} is {farthest[k]:.3g} times"
+        " Hertz's at one of the overlaps that were tried, and Hertz's at another: a cutoff, a limit"
+        " or another force acts", reason=f"chosen: {_BENT:g} of the force",
+    )  # fmt: skip
+
+
+def _image(case: Case) -> Numbers | None:
+    """Granules at the ends that touch through a periodic boundary."""
+    if case.deck.image_gap is None:  # the motion shows the effect of an image that is not near
+        return None
+    room = case.least(QUIET) * case.scene.units.force
+    return Numbers(case.deck.image_force, 0.0, room=room, effect=math.inf)
+
+
+_PLANE = re.compile(r"fix\s+\S+\s+\S+\s+wall/.*\s([xyz])plane\s+(\S+)\s+(\S+)")
+
+
+def _wall(case: Case) -> Numbers | None:
+    """A wall that is missing, or that the last granule does not meet when it is pushed."""
+    scene, deck, there = case.scene, case.deck, far_wall(case.deck) is not None
+    if scene.wall is None:
+        return None
+    numbers = Numbers(
+        int(there), 1, twin=lambda _: {"stiffness": _with(case.twin.stiffness, -1, 0.0)},
+        sentence="the deck has no wall at the far end,"
+        f" the scene has one of the kind {scene.wall.kind!r}",
+    )  # fmt: skip
+    for index, command in enumerate(() if there else deck.commands):
+        plane = _PLANE.match(command.text)
+        if not command.carried_out or plane is None or plane[1] != deck.axis:
+            continue
+        k, last = "xyz".index(deck.axis), float(scene.granules.position[-1])
+        expected = float(scene.granules.radius[-1] + case.twin.opening[-1])
+        surfaces = [
+            (float(word) * case.units.length - deck.origin[k]) * deck.direction[k] - last
+            for word in plane.groups()[1:] if NUMBER.fullmatch(word)
+        ]  # fmt: skip
+        measured = min(surfaces, key=lambda surface: abs(surface - expected), default=math.nan)
+        if abs(measured - expected) <= PLACES * case.near[-1] + case.rounded:
+            why = f"its fix acts on the group {command.text.split()[2]!r}"
+            if deck.stopped:
+                why = "its force is not a number in this version of LAMMPS"
+            return replace(numbers, at=index, sentence="the wall stands where the scene has it, but"
+                           f" does not push the last granule: {why}")  # fmt: skip
+        if math.isfinite(measured):
+            return Numbers(
+                measured, expected, name="place of the wall", unit="m", effect=case.whole_effect,
+                at=index, reason=case.reason(0.0), room=-1.0,
+                sentence=f"the wall {values(measured, expected, 'm')} from the centre of the"
+                " last granule",
+            )  # fmt: skip
+    return numbers
+
+
+def _extra_walls(case: Case) -> Numbers:
+    """Walls that the scene does not have: they count if a granule reaches them."""
+    deck, twin = case.deck, case.twin
+    walls = [wall for wall in deck.walls if wall.end == "first" or case.scene.wall is None]
+    ends = [-int(wall.end == "last") for wall in walls]
+    room = [abs(wall.position - float(deck.position[end])) - float(deck.radius[end])
+            for wall, end in zip(walls, ends, strict=True)]  # fmt: skip
+    way = [case.expected.forwards if end else case.expected.backwards for end in ends]
+    reached = np.array([moved >= gap for moved, gap in zip(way, room, strict=True)], int)
+    sides = ["far end" if end else "end where the shock acts" for end in ends]
+
+    def changes(alike: Indices) -> dict[str, Any]:
+        wall, gap = walls[alike[0]], room[alike[0]]
+        if wall.end == "first":
+            return {}
+        law = law_of(wall.overlap, wall.force, float(twin.stiffness[-1]), float(case.near[-1]))
+        more = {"stiffness": law.stiffness, "exponent": law.exponent, "opening": gap, "damping": 0}
+        return {name: np.append(getattr(twin, name), number) for name, number in more.items()}
+
+    return Numbers(
+        reached, 0 * reached, name=lambda alike: f"wall at the {sides[alike[0]]}", split="each",
+        sentence=lambda k: f"the deck has a wall at the {sides[k]}, {room[k]:.3g} m from the"
+        f" granule, which moves {way[k]:.3g} m towards it; the scene has none",
+        twin=changes, at=lambda k: walls[k].command,
+    )  # fmt: skip
+
+
+# ---- Damping and friction
+
+
+def _damping(case: Case) -> Numbers | None:
+    """Damping of approaching and parting granules: the force added to a law of one power."""
+    each = dampers(case.deck, case.scene)
+    if _elsewhere(case) is not None or not any(damper.added.size for damper in each):
+        return None
+    contact = np.concatenate([np.full(damper.added.size, k) for k, damper in enumerate(each)])
+    added, expected, elastic, closing = (
+        np.concatenate([getattr(damper, name) for damper in each])
+        for name in ("added", "expected", "elastic", "closing")
+    )
+    share = [2 * case.rounding(k, damper.overlap) if case.exact else 0 * damper.added + QUIET
+             for k, damper in enumerate(each)]  # fmt: skip
+    room = np.concatenate(share) * np.maximum(elastic, np.abs(expected))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        times = np.nan_to_num(np.abs(added - expected) / room, nan=0.0, posinf=np.inf)
+    approach = np.where(closing > 0, times, 0.0)
+    # Parting granules also show limits.
+    k = int(np.argmax(approach if np.max(approach) > _CLEAR else times))
+    who, how = case.contact_name(int(contact[k])), "approach" if closing[k] > 0 else "part"
+    digits = (added[k] - expected[k]) / max(abs(expected[k]), 1e-300)
+    return Numbers(
+        added[k], expected[k], room=room[k], digits=None if case.scene.contact is None else digits,
+        name=f"damping of {who}", role=lambda _: _role(case)(int(contact[k])),
+        twin=lambda _: damping_of(case.deck, case.scene),
+        sentence=f"damping of {who} {values(float(added[k]), float(expected[k]), 'N')}, where"
+        f" granules {how} with {abs(closing[k]):.3g} m/s and the elastic force is {elastic[k]:.3g}"
+        f" N{': the contact pulls' if added[k] < -elastic[k] else ''}",
+    )  # fmt: skip
+
+
+def _friction(case: Case) -> Numbers:
+    """Sideways forces and torques over radius when granules spin: the scene has none."""
+    of_walls = [wall.tangential_force for wall in case.deck.walls]
+    sideways = float(np.nanmax(np.abs([*case.deck.tangential_force, *of_walls]), initial=0.0))
+    force = float(np.min(case.twin.stiffness * case.near**1.5))
+    return Numbers(sideways, 0.0, room=case.least(QUIET) * force,
+                   sentence="friction pushes granules that spin sideways or turns them by"
+                   f" {sideways:.3g} N, the scene has no friction")  # fmt: skip
+
+
+# ---- Loads and other forces
+
+
+def _least_force(case: Case) -> float:
+    """Least force that is not round-off [N]."""
+    return case.least(ROUND_OFF) * case.scene.units.force
+
+
+def _last_fix(case: Case, wanted: Callable[[FoundFix], bool]) -> int | None:
+    """The command of the last of the wanted fixes that pushes."""
+    fixes = [fix.command for fix in case.deck.fixes if not fix.moves and wanted(fix)]
+    return fixes[-1] if fixes else None
+
+
+def _constant(case: Case) -> Numbers:
+    """Gravity and static loads."""
+    deck, units = case.deck, case.units
+    count = min(deck.mass.size, case.twin.mass.size)
+    measured = deck.constant_force[:count, 0] + 0.0  # no -0
+    expected, least = constant_force(case.scene)[:count], _least_force(case)
+    held = np.isinf(case.scene.granules.mass[:count])  # no force moves these granules
+    expected[held] = measured[held]
+    largest = float(np.max(np.abs(expected)))
+    per_mass = measured / deck.mass[:count]
+    falls = 0.0 if case.scene.precompression is None else case.scene.precompression.gravity
+    is_right = math.isclose(per_mass[0], falls, rel_tol=1e-6)  # then a load is missing
+    gravity = bool(np.allclose(per_mass, per_mass[0], rtol=1e-6) and not is_right)
+    missing = not np.any(measured) or (falls and is_right)
+
+    def stands(k: int) -> Pairs:
+        if missing or not np.any(expected):
+            return ()
+        pairs = [(abs(measured[k]) / units.force, abs(expected[k]) / units.force)]
+        right = falls / units.acceleration
+        return [(abs(float(per_mass[0])) / units.acceleration, right), *pairs] if gravity else pairs
+
+    def at(k: int) -> int | None:
+        if missing or not measured[k]:
+            return deck.first_run if missing else None
+        falling = [index for index in commands_of(deck, "gravity") if gravity]
+        return falling[-1] if falling else _last_fix(
+            case, lambda fix: bool(fix.largest[k, 0] > least) and not case.is_of_time(fix.command)
+        )  # fmt: skip
+
+    return Numbers(
+        measured, expected, room=least, guess=at, stands=stands,
+        digits=(measured - expected) / largest if largest > 0 else None,
+        twin=lambda _: {"constant_force": _with(case.twin.constant_force, slice(count), measured)},
+    )  # fmt: skip
+
+
+def _constant_across(case: Case) -> Numbers:
+    across, least = case.deck.constant_force[:, 1:], _least_force(case)
+    at = _last_fix(case, lambda fix: bool(np.max(fix.largest[:, 1]) > least))
+    return Numbers(float(np.max(np.abs(across), initial=0.0)), 0.0, room=least, guess=at)
+
+
+def _shows_in_motion(case: Case, fix: FoundFix) -> tuple[Indices, Indices]:
+    """Granules on which a fix exerts a force only in motion, along and across the chain.
+
+    Granules with prescribed motion and fixed ones do not count, as forces do not move them.
+    """
+    more = fix.largest_in_motion > _MORE * fix.largest + ACTS * case.scene.units.force
+    more[:, 0] &= ~case.deck.driven
+    fixed = case.scene.granules.fixed
+    more[fixed[fixed < len(more)], 0] = False
+    return np.flatnonzero(more[:, 0]), np.flatnonzero(more[:, 1])
+
+
+def _drags(case: Case, fix: FoundFix) -> bool:
+    """Whether a fix may drag granules: a fix for drag, or a formula of velocities."""
+    return fix.style == "addforce" or is_of(case.deck, fix.command, "drag")
+
+
+def _drag(case: Case) -> Numbers:
+    drag = np.nan_to_num(case.deck.drag) + 0.0  # no -0
+    count = case.twin.drag.size
+    whole = np.append(drag[:count], np.zeros(max(0, count - drag.size)))
+    at = _last_fix(case, lambda fix: _drags(case, fix) and _shows_in_motion(case, fix)[0].size > 0)
+    room = _least_force(case) / case.scene.units.velocity
+    return Numbers(drag, 0 * drag, room=room, twin=lambda _: {"drag": whole}, guess=at)
+
+
+def _random(case: Case) -> Numbers | None:
+    """Random forces: no run repeats another."""
+    fixes = [k for k in commands_of(case.deck, "random")
+             if case.deck.commands[k].text.startswith("fix")]  # fmt: skip
+    if not fixes:
+        return None
+    what = " ".join(case.deck.commands[fixes[0]].text.split()[:4])
+    sentence = f"{what} changes velocities by more than the forces of the scene"
+    return Numbers(len(fixes), 0, effect=case.whole_effect, at=fixes[0], sentence=sentence)
+
+
+def _in_motion(case: Case) -> Numbers:
+    """Fixes that push only in motion, not at rest."""
+    walls, least = {wall.command for wall in case.deck.walls}, ACTS * case.scene.units.force
+    drag = np.max(np.abs(np.nan_to_num(case.deck.drag)))
+    dragged = drag > _least_force(case) / case.scene.units.velocity
+    acting: list[tuple[FoundFix, int, int]] = []
+    for fix in case.deck.fixes:
+        is_reported = fix.command in walls or is_of(case.deck, fix.command, "random")
+        if fix.moves or is_reported or (dragged and _drags(case, fix)):
+            continue
+        for column, granules in enumerate(_shows_in_motion(case, fix)):
+            if granules.size:
+                most = int(granules[np.argmax(fix.largest_in_motion[granules, column])])
+                acting.append((fix, column, most))
+    ways = "along", "across"
+
+    def sentence(k: int) -> str:
+        fix, column, granule = acting[k]
+        force, at_rest = fix.largest_in_motion[granule, column], fix.largest[granule, column]
+        # Forces of walls at rest are not kept.
+        rest = f"{at_rest:.3g} N" if at_rest > least else "none"
+        before = f", and {rest} at rest"
+        return (f"fix {fix.style} exerts up to {force:.3g} N {ways[column]} the chain on"
+                f" {case.granule_name(granule)} in motion{before * (fix.style[:4] != 'wall')}; the"
+                " scene has no such force")  # fmt: skip
+
+    forces = np.array([fix.largest_in_motion[k, column] for fix, column, k in acting])
+    return Numbers(
+        forces, 0 * forces, split="each", sentence=sentence, at=lambda k: acting[k][0].command,
+        name=lambda alike: f"force of fix {acting[alike[0]][0].style}"
+        f" {ways[acting[alike[0]][1]]} the chain",
+    )  # fmt: skip
+
+
+# ---- The shock
+
+
+def _of_shock(case: Case, numbers: Numbers) -> Numbers:
+    """Return numbers of the shock at its fix or, without a number in that, at its formula."""
+    deck, least = case.deck, ACTS * case.scene.units.force
+    at = _last_fix(case, lambda fix: float(np.max(fix.largest, initial=0.0)) > least
+                   and "wall" not in fix.style and fix.style != "gravity")  # fmt: skip
+    if not numbers.stands(0):
+        where = place(deck, "shock", at)
+        at = None if where is None else formula_of(deck, where).index
+    return replace(numbers, guess=at)
+
+
+def _across(case: Case) -> Numbers | None:
+    room = case.least(ACTS) * case.scene.units.force
+    if case.deck.applied_sideways <= room:
+        return None
+    return _of_shock(case, Numbers(case.deck.applied_sideways, 0.0, room=room))
+
+
+def _pushed(case: Case) -> tuple[FloatArray, Indices, float]:
+    """Largest applied force on each granule, pushed granules other than the scene's, and a limit.
+
+    Forces are in N; those below the limit do not count.
+    """
+    largest = np.max(np.abs(case.deck.applied_force), axis=0, initial=0.0)
+    least = case.least(ACTS) * case.scene.units.force
+    at = np.flatnonzero(largest > least)
+    return largest, at[at != case.scene.pushed], least
+
+
+def _others(case: Case) -> Numbers | None:
+    """Forces on granules that the scene does not push."""
+    largest, others, least = _pushed(case)
+    if not case.scene.ramps or not others.size:
+        return None
+    who, right = case.granule_name(others), case.granule_name(case.scene.pushed)
+    too = largest.size > case.scene.pushed and largest[case.scene.pushed] > least
+    sentence = f"the applied force acts on {who} and not on {right}, the scene's"
+    if too:
+        sentence = (f"the applied force acts on {right} and on {who}, too, with up to"
+                    f" {np.max(largest[others]):.4g} N; the scene pushes {right}")  # fmt: skip
+    pushing = [fix.command for fix in case.pushing(others)]
+
+    def twin(_: Indices) -> dict[str, Any]:
+        granules = others[others < case.twin.mass.size]
+        extra = stretches_of(case.deck, case.scene, case.start, granules)
+        both = tuple(
+            replace(stretch, applied=np.hstack([stretch.applied, more.applied]))
+            for stretch, more in zip(case.stretches, extra, strict=True)
+        )
+        return {"pushed": np.append(case.twin.pushed, granules), "stretches": both}
+
+    return Numbers(int(others.size) + too, 1, effect=1.0, sentence=sentence, room=-1.0,
+                   role="pushed", twin=twin if too else None,
+                   at=pushing[-1] if pushing else None)  # fmt: skip
+
+
+def _pushing(case: Case, pushed: Indices) -> dict[str, Any]:
+    """The deck's applied forces on some granules in place of the scene's."""
+    pushed = pushed[pushed < case.twin.mass.size]
+    return {"pushed": pushed, "stretches": stretches_of(case.deck, case.scene, case.start, pushed)}
+
+
+def _shock(case: Case) -> Numbers | None:
+    """The applied force over time on its granule; also if it is missing, or not in the scene."""
+    scene, (largest, others, least) = case.scene, _pushed(case)
+    top, who = float(np.max(largest, initial=0.0)), case.granule_name(scene.pushed)
+    if scene.ramps and largest.size > scene.pushed and largest[scene.pushed] > least:
+        return _pulse(case)
+    if scene.ramps and not others.size and case.deck.applied_sideways <= least:
+        missing = "is not a number" if np.any(np.isnan(case.deck.applied_force)) else "does not act"
+        return _of_shock(case, Numbers(
+            top, scene.peak_force, name=f"applied force on {who}", effect=1.0, room=-1.0,
+            sentence=f"the applied force along the chain on {who} {missing}, the scene pushes it"
+            f" with up to {scene.peak_force:.4g} N",
+        ))  # fmt: skip
+    if scene.ramps or (top <= least and not case.exact):
+        return None
+    changes = lambda _: _pushing(case, np.flatnonzero(largest > 0))  # noqa: E731
+    return _of_shock(case, Numbers(top, 0.0, twin=changes, room=least))
+
+
+def _pulse(case: Case) -> Numbers:
+    """The force over time on the granule that the scene pushes."""
+    deck, scene = case.deck, case.scene
+    time, force = deck.applied_time - case.start, deck.applied_force[:, scene.pushed]
+    # Readings at a jump, or within rounding of a corner, are not compared.
+    late = len(deck.runs) * math.ulp(scene.pulse_end)  # times are sums of steps, leg by leg
+    moved = 4 * len(deck.runs) * math.ulp(scene.end_time)
+    if not case.exact:
+        moved = 1e-6 * deck.runs[0].dt
+    steepest = max(
+        math.pi / 2 * abs(ramp.end_force - ramp.start_force) / (ramp.end - ramp.start)
+        for ramp in scene.ramps
+    )
+    loads = float(np.max(np.abs(deck.constant_force)))
+    room = case.least(ACTS) * scene.peak_force + late * steepest + _ROUNDED * loads
+    sides = np.array([applied_force(scene, time + shift) for shift in (-moved, 0.0, moved)])
+    jumps, expected = np.ptp(sides, axis=0) > 100 * room + moved * steepest, sides[1]
+    nearest = np.take_along_axis(sides, np.argmin(np.abs(sides - force), axis=0)[None], 0)[0]
+    side = np.where(jumps, nearest, expected)
+    k = int(np.argmax(np.abs(side - force)))
+    if abs(side[k] - force[k]) <= room:
+        return (Numbers(force[k], side[k], room=room) if case.exact
+                else Numbers(float(np.max(force)), scene.peak_force, room=math.inf))  # fmt: skip
+    held = _held(case, time, force)
+    # The impulse decides on digits: it changes as much as the duration of the pulse.
+    extra, whole = (
+        float(np.diff(time) @ (each[1:] + each[:-1]))
+        for each in (force - expected, np.abs(expected))
+    )
+    numbers = Numbers(
+        force[k], expected[k], name="applied force over time", room=-1.0,
+        digits=0.0 if held > 1 or whole == 0 else extra / whole,
+        twin=lambda _: _pushing(case, case.twin.pushed),
+        sentence=f"the applied force{f', held for {held} steps,' * (held > 1)} at {time[k]:.4g} s"
+        f" {values(float(force[k]), float(expected[k]), 'N')}",
+    )  # fmt: skip
+    share = float(force @ expected / (expected @ expected)) if np.any(expected) else 0.0
+    alike = bool(np.max(np.abs(force - share * expected)) < _ALIKE * scene.peak_force)
+    if held == 1 and alike and not case.exact:
+        measured, right, unit = share * scene.peak_force, scene.peak_force, case.units.force
+        pairs = [(measured * part / unit, right * part / unit)
+                 for part in (1.0, 0.5) if measured > 0]  # fmt: skip
+        numbers = replace(
+            numbers, measured=measured, expected=right, name="peak of the applied force",
+            sentence=f"the largest applied force {values(measured, right, 'N')}",
+            stands=lambda _: pairs,
+        )  # fmt: skip
+    elif held == 1 and not case.exact and (stretch := _stretch(case, time, force)):
+        times = [part * whole / case.units.time for whole in (scene.pulse_end, scene.rise_time)
+                 if whole for part in (1.0, 0.5, 2.0)]  # fmt: skip
+        pairs = [(stretch * each, each) for each in times]
+        pairs += [(1 / wrong, 1 / right) for wrong, right in pairs]
+        numbers = replace(numbers, stands=lambda _: pairs)
+    return _of_shock(case, numbers)
+
+
+def _stretch(case: Case, time: FloatArray, force: FloatArray) -> float | None:
+    """How many times as long as the scene's the pulse of a deck is; None if it is another pulse."""
+
+    def misfit(stretch: float) -> float:
+        return float(np.max(np.abs(applied_force(case.scene, time / stretch) - force)))
+
+    tried, best = np.geomspace(0.2, 5.0, 129), 1.0
+    for _ in range(5):
+        best = float(min(tried, key=misfit))
+        tried = best * (tried[1] / tried[0]) ** np.linspace(-1, 1, 21)
+    return best if misfit(best) < _ALIKE * case.scene.peak_force else None
+
+
+def _held(case: Case, time: FloatArray, force: FloatArray) -> int:
+    """Return for how many steps the force is held constant; 1 if it is not."""
+    inside = (time > 0) & (time < case.scene.pulse_end)
+    at, value = time[inside], force[inside]
+    jumps = np.flatnonzero(np.abs(np.diff(value)) > 1e-9 * case.scene.peak_force)
+    if jumps.size < 3 or jumps.size > 0.7 * (at.size - 1):
+        return 1
+    return max(1, round(float(np.median(np.diff(at[jumps + 1]))) / case.deck.runs[0].dt))
+
+
+# ---- The piston
+
+
+def _driven(case: Case) -> Numbers:
+    """Granules with prescribed motion: only granule 1, and only in a scene with a piston."""
+    led, wanted = np.flatnonzero(case.deck.driven), int(case.scene.piston is not None)
+    right = "granule 1 alone" if wanted else "no granule"
+    return Numbers(
+        led.size, wanted, effect=math.inf,
+        room=0.0 if np.array_equal(led, np.arange(wanted)) else -1.0,
+        sentence=f"a fix drives {case.granule_name(led)}, whatever presses them; the scene drives"
+        f" {right}", at=_leading(case) if led.size else None,
+    )  # fmt: skip
+
+
+def _leading(case: Case) -> int | None:
+    """The command that prescribes the motion, or that of its formula."""
+    moving = [fix.command for fix in case.deck.fixes if fix.moves and "move" in fix.style]
+    return formula_of(case.deck, place_at(case.deck, moving[-1])).index if moving else None
+
+
+def _piston(case: Case) -> Numbers | None:
+    deck, piston = case.deck, case.scene.piston
+    only = np.array_equal(np.flatnonzero(deck.driven), [0])
+    if piston is None or not deck.driven_time.size or not only:
+        return None
+    time, measured, unit = (
+        deck.driven_time - case.start, deck.driven_displacement, case.units.velocity,
+    )  # fmt: skip
+    expected, way = displacement(piston, time), piston.distance(case.scene.end_time)
+    # A piston by fix setforce has its velocity from another command.
+    moves = any(fix.style == "move" for fix in deck.fixes)
+
+    def stands(k: int) -> Pairs:
+        if piston.velocity is None or time[k] <= 0:
+            return ()
+        return [(float(measured[k] / time[k]) / unit, piston.velocity / unit)]
+
+    return Numbers(
+        measured, expected, digits=(measured - expected) / way, stands=stands,
+        twin=lambda _: {
+            "stretches": stretches_of(deck, case.scene, case.start, use_driven=True)
+        },
+        sentence=lambda k: f"the displacement of granule 1 at {time[k]:.4g} s"
+        f" {values(float(measured[k]), float(expected[k]), 'm')}",
+        role="piston" if moves else "velocity",
+        at=None if piston.velocity is not None or not moves else _leading(case),
+        room=case.least(ROUND_OFF) * (way + float(case.near[0])) + case.rounded,
+    )  # fmt: skip
+
+
+# ---- Steps, runs and motion
+
+
+def _step(case: Case) -> Numbers:
+    """The error of velocity Verlet at the deck's steps, with all numbers of the scene."""
+    unit = case.units.time
+    dt = max((run.dt for run in case.deck.runs), default=0.0)
+    longest = stable_step(case.scene, METHODS["velocity-verlet"].interval)
+    error = change_of_peaks(case.expected.peak_force, case.peaks, case.judged)
+    unstable = dt >= longest
+    right = _wanted_step(dt, longest, error, case)
+    how = (
+        f"above the longest stable one, {longest:.3g} s" if unstable
+        else f"with which velocity Verlet is off by {error:.2g}"
+    )  # fmt: skip
+    return Numbers(
+        dt, right if unstable or error > case.tolerance else dt,
+        effect=math.inf if unstable else error, stands=lambda _: [(dt / unit, right / unit)],
+        sentence=f"the time step is {dt:.4g} s, {how}", command=f"timestep {right / unit:.6g}",
+    )  # fmt: skip
+
+
+def _wanted_step(dt: float, longest: float, error: float, case: Case) -> float:
+    """A step of two digits with the wanted accuracy, from one that is too long [s]."""
+    order = 2 if case.scene.contact is None else 1
+    if 0 < error < 0.5:  # none where no contact is judged, infinite where the motion diverges
+        accurate = dt * (case.tolerance / error) ** (1 / order)
+    else:
+        accurate = case.scene.units.time * (case.tolerance / _ORDER_ERROR) ** (1 / order)
+    unit = case.units.time
+    wanted = min(longest / 4, dt / 2, _MARGIN * accurate) / unit
+    digits = 10 ** math.floor(math.log10(wanted))
+    return float(math.floor(wanted / digits * 10) / 10 * digits * unit)
+
+
+_SEEN = "peaks that come later than the deck's end cannot be judged"
+
+
+def _end(case: Case) -> Numbers:
+    """Whether the deck runs until the last peak of the scene."""
+    deck = case.deck
+    end, wanted = deck.end_time - case.start, case.scene.end_time
+    late, ends = int(np.count_nonzero(~case.judged)), apart(end, wanted)
+    have = "contact has" if late == 1 else "contacts have"
+    which = f": {late} {have} not passed the peak by then" if late else ", after the last peak"
+    last = deck.runs[-1] if deck.runs else None
+    steps = 0 if last is None else math.ceil((wanted - end) / last.dt - 1e-6) + last.steps
+    return Numbers(
+        end, wanted, digits=None if late else 0.0, reason=_SEEN, effect=math.inf if late else 0.0,
+        sentence=f"the deck ends {ends[0]} s after the shock begins, the scene {ends[1]} s{which}",
+        room=-1.0 if end < wanted * (1 - 1e-9) else math.inf,  # a step may miss it by rounding
+        at=None if last is None else last.command,
+        stands=lambda _: () if last is None else [(last.steps, steps)],
+    )  # fmt: skip
+
+
+def _integrators(case: Case) -> Numbers:
+    """Each granule must be moved by exactly one fix, and fixed ones by none."""
+    moved, deck = case.deck.integrated, case.deck
+    expected = np.ones(moved.size, np.int64)
+    fixed = case.scene.granules.fixed
+    expected[fixed[fixed < moved.size]] = 0
+    wrong = np.flatnonzero(moved != expected)
+
+    def at(k: int) -> int:
+        movers = [fix for fix in deck.fixes if fix.moves and (moved[k] == 0 or fix.granules[k])]
+        return movers[-1].command if movers else deck.first_run
+
+    def sentence(k: int) -> str:
+        by = "no fix" if moved[k] == 0 else "a fix" if moved[k] == 1 else f"{moved[k]} fixes"
+        lets = "moves each granule by one fix" if expected[k] else f"fixes {case.granule_name(k)}"
+        are = "is" if wrong.size == 1 else "are"
+        return f"{case.granule_name(wrong)} {are} moved by {by}, the scene {lets}"
+
+    return Numbers(moved, expected, effect=math.inf, sentence=sentence, at=at)
+
+
+def _missed(case: Case) -> Numbers | None:
+    """A contact that overlapped without a force: neighbours not listed, or a removed wall."""
+    overlaps, wall = case.deck.missed_overlap, far_wall(case.deck)
+    if not overlaps.size:
+        return None
+    k = int(np.argmax(overlaps))
+    missed, room = float(overlaps[k]), _MISSED * float(case.near[min(k, case.near.size - 1)])
+    if missed > room and wall is not None and k == case.deck.position.size - 1:
+        return Numbers(
+            missed, 0.0, name="wall in motion", effect=case.whole_effect, at=wall.command,
+            role="wall in motion",
+            sentence=f"the last granule is up to {missed:.3g} m beyond the place of the wall"
+            " without a force: the wall moves, or ends, while the deck runs",
+        )  # fmt: skip
+    return Numbers(
+        missed, 0.0, effect=math.inf, room=room, command="neigh_modify delay 0 every 1 check yes",
+        sentence=f"{case.contact_name(k)} overlapped by up to {missed:.3g} m without a force:"
+        " neighbours are looked for too rarely, or not far enough",
+    )  # fmt: skip
+
+
+def _motion(case: Case) -> Numbers | None:
+    """The deck's peaks against those that its numbers give."""
+    run, contacts = case.motion, np.flatnonzero(case.followed)
+    if contacts.size == 0 or not np.all(np.isfinite(run.peak_force)):
+        return None
+    measured, expected = case.deck.peak_force[contacts], run.peak_force[contacts]
+    k = int(np.argmax(np.nan_to_num(np.abs(measured / expected - 1), nan=np.inf)))
+    who = case.contact_name(int(contacts[k]))
+    return Numbers(
+        measured, expected, expected, case.tolerance + case.deck.peak_reading_error,
+        effect=case.residual, name="motion, by the peaks",
+        sentence=f"the peak of {who} is {measured[k]:.5g} N, the numbers of the deck make"
+        f" {expected[k]:.5g} N: the motion differs from that of the forces read at its start",
+    )  # fmt: skip
+
+
+def _final(case: Case) -> Numbers | None:
+    """Velocities and places at the end: an equal change of all granules changes no peak."""
+    run, deck, natural = case.motion, case.deck, case.scene.units
+    halted = any(fix.style == "halt" for fix in deck.fixes)  # a reading at its end is missing
+    if halted or not np.all(np.isfinite(run.velocity)):
+        return None
+    moved = deck.final_position - deck.position
+    both = (
+        ("velocities", "velocity", "m/s", deck.final_velocity, run.velocity, natural.velocity),
+        ("places", "displacement", "m", moved, run.displacement, natural.length),
+    )
+    rooms = [_LATE * max(float(np.max(np.abs(each[4]))), ROUND_OFF * each[5]) for each in both]
+    off = [~np.all(np.abs(each[3] - each[4]) <= room)
+           for each, room in zip(both, rooms, strict=True)]  # fmt: skip
+    name, what, unit, measured, expected, _ = both[int(np.argmax(off))]
+    return Numbers(
+        measured, expected, room=rooms[int(np.argmax(off))], unit=unit,
+        name=f"motion, by {name} at the end",
+        sentence=lambda k: f"the {what} of {case.granule_name(k)} at the end is"
+        f" {(f' {unit}, the numbers of the deck make ').join(apart(measured[k], expected[k]))}"
+        f" {unit}",
+        reason=f"velocity Verlet with the deck's own numbers; allowed is {_LATE:g} of the largest",
+    )  # fmt: skip
+
+
+# ---- The table
+
+_NONE = "the scene has no such force"
+_GRANULES = (
+    Probe("number of granules", "", "granules", _count, "counts must be equal", explains=True),
+    Probe("radius", "m", "radius", _radius, each="radius of {granules}"),
+    Probe("mass", "kg", "mass", _mass, each="mass of {granules}"),
+    Probe("place of granules", "m", "place", _place),
+    Probe("distance of neighbours", "m", "place", _distance),
+    Probe("place of the wall", "m", "wall", _wall_place),
+    Probe("distance from the axis", "m", "place", _off_axis, explains=True),
+    Probe("velocity at the start", "m/s", "velocity", _velocity,
+          "a striker alone moves at the start"),
+    Probe("velocity across the chain", "m/s", "velocity", _velocity_across,
+          "a striker alone moves at the start", explains=True),
+    Probe("spin at the start", "1/s", "spin", _spin,
+          "the scene has no spin; with friction it pushes granules off the axis", explains=True),
+)  # fmt: skip
+_CONTACTS = (
+    Probe("force of the contacts", "N m^-1.5", "contacts", _missing,
+          "contacts must push by Hertz's law", "force of {contacts}", explains=True),
+    Probe("exponent of the contact law", "", "contacts", _exponent,
+          f"chosen: an exponent may be off by {EXPONENT}, no other law is as close",
+          "exponent of {contacts}"),
+    Probe("stiffness of the contacts", "N m^-1.5", "contacts", _stiffness,
+          each="stiffness of {contacts}"),
+    Probe("force at other overlaps", "", "contacts", _elsewhere, explains=True),
+    Probe("contacts across the box", "N", "image", _image, "the chain of the scene has two ends",
+          explains=True),
+    Probe("wall", "", "wall", _wall, "counts must be equal"),
+    Probe("wall at an end", "", "wall", _extra_walls, explains=True),
+    Probe("damping", "N", "contacts", _damping,
+          "forces of approaching and parting granules; a scene without damping has none"),
+    Probe("friction", "N", "contacts", _friction,
+          "sideways forces and torques over radius when granules spin, of the contact force",
+          explains=True),
+)  # fmt: skip
+_FORCES = (
+    Probe("constant force", "N", "constant force", _constant, "the scene has no constant force",
+          "constant force on {granules}"),
+    Probe("constant force across the chain", "N", "constant force", _constant_across,
+          "the scene has no force across the chain", explains=True),
+    Probe("drag", "N s/m", "drag", _drag, "a force against a velocity: the scene has none"),
+    Probe("random forces", "", "random", _random, _NONE, explains=True),
+    Probe("applied force across the chain", "N", "shock", _across,
+          "the scene pushes along the chain", explains=True),
+    Probe("granules that are pushed", "", "shock", _others,
+          "granule 1 is the first of the chain, and the scene pushes one granule"),
+    Probe("applied force", "N", "shock", _shock, "the shock of the scene"),
+    Probe("driven granules", "", "piston", _driven, "counts must be equal", explains=True),
+    Probe("displacement of the piston", "m", "piston", _piston),
+)  # fmt: skip
+_INTEGRATORS = Probe("integrators", "", "motion", _integrators, "counts must be equal",
+                     explains=True)  # fmt: skip
+_RUNS = (
+    Probe("time step", "s", "timestep", _step,
+          "the error of velocity Verlet with the numbers of the scene and the steps of the deck"
+          " must be within the tolerance"),
+    Probe("end of the run", "s", "run", _end, _SEEN),
+    _INTEGRATORS,
+    Probe("neighbours", "m", "neighbours", _missed,
+          f"overlaps without a force while the deck ran; chosen: {_MISSED:g} of those expected",
+          explains=True),
+)  # fmt: skip
+_IN_MOTION = Probe("force of the motion", "N", "motion", _in_motion, _NONE, explains=True)
+_MOTION = (
+    Probe("motion", "N", "motion", _motion,
+          "velocity Verlet with the deck's own numbers and steps; allowed is the tolerance"
+          " and what the readings cost"),
+    Probe("motion at the end", "m/s", "motion", _final),
+)  # fmt: skip
+_UNTRIED = Probe("contacts", "", "granules", _untried, "its granules are in no row", explains=True)
+"""The probe in place of all of contacts if no contact was probed."""
+
+
+def probes_of(case: Case) -> tuple[Probe, ...]:
+    """The probes that apply to a deck, in the order in which they are shown."""
+    at_rest = (*_GRANULES, *(_CONTACTS if is_tried(case) else (_UNTRIED,)))
+    if case.exact:
+        return (*at_rest, *_FORCES, *([_INTEGRATORS] if case.scene.holds else []))
+    if case.deck.stopped and not case.deck.applied_time.size:
+        return at_rest  # LAMMPS refuses to run these granules even at rest
+    return (*at_rest, *_FORCES, *_RUNS)
+
+
+def all_checks(case: Case) -> list[DeckCheck]:
+    """The checks of all probes, then of the motion that follows from them."""
+    by_probe = [(probe, check) for probe in probes_of(case) for check in checks_of(case, probe)]
+    checks = [check for _, check in by_probe]
+    if case.deck.stopped:
+        return checks
+    acting = checks_of(case, _IN_MOTION)
+    if any(probe.explains and not check.passed and check.effect != 0 for probe, check in by_probe):
+        return [*checks, *acting]
+    if acting and acting[0].differs:  # these act on the motion
+        return [*checks, *acting]
+    effects = max((check.effect or 0.0 for check in checks if not check.passed), default=0.0)
+    allowed = case.tolerance + case.deck.peak_reading_error + _FITTED * effects
+    peaks = [check for check in checks_of(case, _MOTION[0])
+             if check.passed or not (check.effect or 0.0) <= allowed]  # fmt: skip
+    if any(not check.passed for check in peaks):
+        return [*checks, *peaks]
+    return [*checks, *peaks, *(check for check in checks_of(case, _MOTION[1]) if check.differs)]
+
+
+def peaks_check(case: Case) -> DeckCheck:
+    """Compare the peaks of the deck with the reference: the final check."""
+    deck, truth = case.deck, case.peaks
+    contacts = np.flatnonzero(case.judged[: min(deck.peak_force.size, truth.size)])
+    measured = expected = change = None
+    if deck.stopped:
+        sentence = f"the deck does not come to its end: {deck.stopped}"
+    elif contacts.size == 0:
+        sentence = "no contact had passed its peak when the deck ended"
+    else:
+        off = np.abs(deck.peak_force[contacts] / truth[contacts] - 1)
+        k = int(np.argmax(np.where(np.isfinite(off), off, np.inf)))
+        contact, change = int(contacts[k]), float(off[k])
+        measured, expected = float(deck.peak_force[contact]), float(truth[contact])
+        sentence = f"the peak of {case.contact_name(contact)} {values(measured, expected, 'N')}"
+    passed = change is not None and change <= case.tolerance
+    return DeckCheck(
+        "peaks", "N", measured, expected, change, passed, not passed, sentence,
+        f"asked for: {case.tolerance:g}; contacts that had not peaked by the deck's end are not"
+        " judged",
+    )  # fmt: skip

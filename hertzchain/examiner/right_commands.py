@@ -1,0 +1,303 @@
+"""The commands of a scene in the units, types and directions of a user's deck."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.deck import force_formula
+from hertzchain.engines.lammps.reading.found import FoundDeck
+from hertzchain.examiner.case import Case
+from hertzchain.scene.ramp import Ramp
+
+_MOST_LINES = 64  # commands that a correction may add, one for each granule (chosen)
+_MOST_ROWS = 40  # most rows of a table that are written as one formula (chosen)
+_ALIKE = 1e-9  # relative difference of moduli up to which granules are of one material
+
+
+def in_text(value: float) -> str:
+    """Return a number as text for a command."""
+    return f"{value:.10g}"
+
+
+# ---- Names of the deck, or new ones
+
+
+def _unused(found: FoundDeck, kind: str, name: str) -> str:
+    """Return a name that no command of a kind uses: this one, or with a number added."""
+    taken, new, number = {"all", *(words[1] for words in _made(found, kind))}, name, 2
+    while new in taken:
+        new, number = f"{name}_{number}", number + 1
+    return new
+
+
+def _made(found: FoundDeck, kind: str) -> list[list[str]]:
+    """The words of the commands of a kind that were carried out."""
+    lines = [one.text.split() for one in found.commands if one.carried_out]
+    return [words for words in lines if words[:1] == [kind] and len(words) > 1]
+
+
+def _on_granule(found: FoundDeck, granule: int, command: str) -> list[str]:
+    """Return a command for a single granule, in which ``{group}`` stands for its group.
+
+    It is a group of the deck; if there is none, the command that makes one is added before.
+    """
+    groups = [words[1:] for words in _made(found, "group")]
+    names, alone = [name for name, *_ in groups], ["id", str(int(found.ids[granule]))]
+    for name, *rest in groups:
+        if rest == alone and names.count(name) == 1:
+            return [command.replace("{group}", name)]
+    new = _unused(found, "group", f"granule{granule + 1}")
+    return [f"group {new} {' '.join(alone)}", command.replace("{group}", new)]
+
+
+# ---- Commands
+
+
+def vector(case: Case, value: str) -> str:
+    """Three components of a value along the chain, from granule 1 on."""
+    parts = []
+    for share in case.deck.direction.tolist():
+        if share == 0:
+            parts.append("0.0")
+        elif abs(share) == 1:
+            parts.append(value if share > 0 else f"-{value}".replace("--", ""))
+        else:
+            parts.append(in_text(float(value) * share))
+    return " ".join(parts)
+
+
+def _each(case: Case, keyword: Callable[[float], str], values: FloatArray) -> list[str]:
+    """Commands ``set`` that give each granule its number."""
+    found = case.deck
+    if values.size != found.ids.size:
+        return []
+    if np.ptp(values) == 0:
+        return [f"set group all {keyword(values[0])}"]
+    of_types = {int(kind): values[found.types == kind] for kind in found.types}
+    if all(np.ptp(own) == 0 for own in of_types.values()):
+        return [f"set type {kind} {keyword(own[0])}" for kind, own in sorted(of_types.items())]
+    lines = [f"set atom {int(k)} {keyword(v)}" for k, v in zip(found.ids, values, strict=True)]
+    return lines if len(lines) <= _MOST_LINES else []
+
+
+def granule_commands(case: Case) -> list[str]:
+    """Return diameters, then densities: LAMMPS computes masses from both."""
+    granules, unit = case.scene.granules, case.units
+    density = granules.density / unit.density
+    return [
+        *_each(case, lambda v: f"diameter {in_text(v)}", 2 * granules.radius / unit.length),
+        *_each(case, lambda v: f"density {in_text(v)}", density),
+    ]
+
+
+def place_commands(case: Case) -> list[str] | None:
+    """Return commands for all centres of the scene, from granule 1 on; None for too many."""
+    found, place = case.deck, case.scene.granules.position
+    if place.size != found.ids.size or place.size > _MOST_LINES:
+        return None
+    where = (found.origin + np.outer(place, found.direction)) / case.units.length
+    return [
+        f"set atom {int(k)} x {x:.17g} y {y:.17g} z {z:.17g}"
+        for k, (x, y, z) in zip(found.ids, where.tolist(), strict=True)
+    ]
+
+
+def velocity_commands(case: Case) -> list[str]:
+    """Return commands for velocities and spins at the start: 0 except those of the scene."""
+    commands = ["velocity all set 0.0 0.0 0.0 units box"]
+    if np.any(case.deck.spin):
+        commands.append("set group all omega 0.0 0.0 0.0")
+    velocity = case.scene.granules.velocity
+    for k in np.flatnonzero(velocity).tolist():
+        if k == 0 and case.scene.piston is not None:
+            continue
+        speed = in_text(float(velocity[k]) / case.units.velocity)
+        moving = f"velocity {{group}} set {vector(case, speed)} units box"
+        commands += _on_granule(case.deck, k, moving)
+    return commands
+
+
+def damping_words(case: Case, k: int, version: str) -> tuple[str, str]:
+    """Return the number of a contact's damping in a deck, and the words after its friction."""
+    contact, granules, unit = case.scene.contact, case.scene.granules, case.units
+    if contact is None:
+        return "0.0", ""
+    if k == granules.mass.size - 1:
+        contact = contact.at(case.scene.wall)
+    limit = "" if contact.attraction or version < "20220804" else " limit_damping"
+    if contact.restitution is not None:
+        return in_text(contact.restitution), f" damping coeff_restitution{limit}"
+    if contact.damping == "viscoelastic":
+        rate = 2 * contact.parameter * case.reduced_modulus(k)
+        mass = float(granules.contact_mass[min(k, granules.contact_mass.size - 1)])
+        return in_text(rate / mass * unit.length * unit.time), f" damping viscoelastic{limit}"
+    return in_text(contact.parameter / unit.mass * unit.time), f" damping velocity{limit}"
+
+
+_NO_FRICTION = "tangential linear_nohistory 0.0 0.0"
+
+
+def law_commands(case: Case) -> list[str] | None:
+    """Return style and coefficients of the scene's contacts; None if types do not allow them."""
+    found, granules = case.deck, case.scene.granules
+    count = min(found.types.size, granules.mass.size)
+    between = granules.mass.size - 1
+    coefficients: dict[tuple[int, int], tuple[float, str, str]] = {}
+    for k in range(min(between, count - 1)):
+        low, high = sorted((int(found.types[k]), int(found.types[k + 1])))
+        normal = 4 / 3 * case.reduced_modulus(k) / case.units.pressure
+        eta, words = damping_words(case, k, found.version)
+        known = coefficients.setdefault((low, high), (normal, eta, words))
+        if abs(known[0] / normal - 1) > _ALIKE or known[1:] != (eta, words):
+            return None
+    if not coefficients:
+        return None
+    if len(set(coefficients.values())) == 1:
+        normal, eta, words = next(iter(coefficients.values()))
+        law = f"hertz {in_text(normal)} {eta}"
+        return ["pair_style granular", f"pair_coeff * * {law} {_NO_FRICTION}{words}"]
+    lines = ["pair_style granular"]
+    kinds = range(1, max(high for _, high in coefficients) + 1)
+    # Pairs that never touch need coefficients, too.
+    others = next(iter(coefficients.values()))
+    for pair in itertools.combinations_with_replacement(kinds, 2):
+        normal, eta, words = coefficients.get(pair, others)
+        lines.append(
+            f"pair_coeff {pair[0]} {pair[1]} hertz {in_text(normal)} {eta} {_NO_FRICTION}{words}"
+        )
+    return lines
+
+
+def wall_plane(case: Case) -> float:
+    """Return the place of the scene's wall along an axis of a deck, in the deck's units."""
+    granules, found = case.scene.granules, case.deck
+    k = "xyz".index(found.axis)
+    far = float(granules.position[-1] + granules.radius[-1] + case.twin.opening[-1])
+    return round(float(found.origin[k] + found.direction[k] * far) / case.units.length, 15)
+
+
+def wall_commands(case: Case) -> list[str] | None:
+    """Return the wall of the scene as a fix; None without a wall, or along a diagonal."""
+    scene, found, unit = case.scene, case.deck, case.units
+    if scene.wall is None or found.axis not in "xyz":
+        return None
+    k = "xyz".index(found.axis)
+    where = f"{wall_plane(case):.15g}"
+    side = f"NULL {where}" if found.direction[k] > 0 else f"{where} NULL"
+    normal = in_text(4 / 3 * case.reduced_modulus(case.near.size - 1) / unit.pressure)
+    eta, words = damping_words(case, case.near.size - 1, found.version)
+    if scene.contact is None:  # a wall without damping needs a number for it in some versions
+        eta, words = "1e-300", " damping velocity"
+    name = _unused(found, "fix", "wall")
+    law = f"hertz {normal} {eta} {_NO_FRICTION}{words}"
+    return [f"fix {name} all wall/gran granular {law} {found.axis}plane {side}"]
+
+
+def load_commands(case: Case) -> list[str]:
+    """Gravity and precompression of a scene."""
+    pressed, found, unit = case.scene.precompression, case.deck, case.units
+    if pressed is None:
+        return []
+    commands = []
+    if pressed.gravity:
+        size = in_text(pressed.gravity / (unit.length / unit.time**2))
+        name = _unused(found, "fix", "gravity")
+        commands.append(f"fix {name} all gravity {size} vector {vector(case, '1')}")
+    if pressed.force:
+        size = in_text(pressed.force / unit.force)
+        ends = [(case.scene.shock.loaded_granule, size)]
+        if not case.scene.wall and not case.scene.holds:
+            ends.append((found.ids.size - 1, f"-{size}"))
+        for granule, value in ends:
+            name = _unused(found, "fix", f"load{granule + 1}")
+            load = f"fix {name} {{group}} addforce {vector(case, value)}"
+            commands += _on_granule(found, granule, load)
+    return commands
+
+
+def motion_commands(case: Case) -> list[str]:
+    """Return velocity Verlet of all granules except fixed ones and those that a fix leads."""
+    found, commands = case.deck, []
+    name = _unused(found, "fix", "motion")
+    led = [found.commands[fix.command] for fix in found.fixes if fix.style == "move"]
+    groups = [*dict.fromkeys(one.text.split()[2] for one in led)]
+    if case.scene.holds:
+        groups.append(_unused(found, "group", "fixed"))
+        fixed = case.scene.granules.fixed
+        numbers = " ".join(map(str, found.ids[fixed[fixed < found.ids.size]].tolist()))
+        commands = [f"group {groups[-1]} id {numbers}"]
+    if not groups:
+        return [f"fix {name} all nve"]
+    others = _unused(found, "group", "others")
+    subtracted = f"group {others} subtract all {' '.join(groups)}"
+    return [*commands, subtracted, f"fix {name} {others} nve"]
+
+
+def freeze_commands(case: Case) -> list[str]:
+    """Return fix freeze of fixed granules, with which LAMMPS takes their mass as infinite."""
+    fixed, ids = case.scene.granules.fixed, case.deck.ids
+    numbers = ids[fixed[fixed < ids.size]].tolist()
+    if case.scene.contact is None or not numbers:
+        return []
+    group = _unused(case.deck, "group", "fixed")
+    name = _unused(case.deck, "fix", "freeze")
+    return [f"group {group} id {' '.join(map(str, numbers))}", f"fix {name} {group} freeze"]
+
+
+def piston_commands(case: Case) -> list[str] | None:
+    """Return the scene's piston as a fix, empty without one; None for a table."""
+    piston = case.scene.piston
+    if piston is None or piston.velocity is None:
+        return [] if piston is None else None
+    speed = in_text(piston.velocity / case.units.velocity)
+    name = _unused(case.deck, "fix", "piston")
+    moving = f"fix {name} {{group}} move linear {vector(case, speed)} units box"
+    return _on_granule(case.deck, 0, moving)
+
+
+def shock_commands(case: Case) -> list[str] | None:
+    """Return the variable of the scene's shock and its fix; None for a table of many rows.
+
+    It is empty without a force.
+    """
+    if not case.scene.ramps:
+        return []
+    formula = _formula(case)
+    if formula is None or case.deck.axis not in "xyz":
+        return None
+    variable = _variable(case)
+    if float(case.deck.direction.sum()) < 0:
+        formula = f"-({formula})"
+    parts = ["0.0"] * 3
+    parts["xyz".index(case.deck.axis)] = f"v_{variable}"
+    fix = f"fix {_unused(case.deck, 'fix', 'shock')} {{group}} addforce {' '.join(parts)}"
+    text = f'variable {variable} equal "{formula}"'
+    return [text, *_on_granule(case.deck, 0, fix)]
+
+
+def _formula(case: Case) -> str | None:
+    """Return the scene's force over the deck's time, in its units; None for a long table."""
+    unit = case.units
+    pieces = []
+    for ramp in case.scene.ramps:
+        begin, end = (in_text((case.start + time) / unit.time) for time in (ramp.start, ramp.end))
+        low, high = (float(in_text(f / unit.force)) for f in (ramp.start_force, ramp.end_force))
+        force = force_formula(Ramp(float(begin), float(end), low, high, ramp.shape))
+        pieces.append(f"(time>={begin})*(time<{end})*({force.removeprefix('0.0+')})")
+    return "+".join(pieces) if len(pieces) < _MOST_ROWS else None
+
+
+def _variable(case: Case) -> str:
+    """Return the name of the variable of a deck's shock, or else an unused name."""
+    found = case.deck
+    along = 4 + "xyz".index(found.axis)
+    made = [words[1] for words in _made(found, "variable")]
+    for words in reversed(_made(found, "fix")):
+        name = "".join(words[along : along + 1]).removeprefix("v_")
+        if words[3:4] == ["addforce"] and name in made:
+            return name
+    return _unused(found, "variable", "F")

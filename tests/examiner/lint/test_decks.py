@@ -1,0 +1,352 @@
+"""Lint on whole decks: right ones, ones in another style, and ones that are no chain."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.engines.lammps.dialect import NO_FRICTION, PAIR_STYLES
+from hertzchain.engines.lammps.reading import reading
+from hertzchain.examiner.lint.deck import Finding
+from hertzchain.examiner.lint.rules import lint_file
+from hertzchain.known.deck import KnownAnswer, Layout, deck
+from tests import scenes
+from tests.command_line import Command
+from tests.conftest import STEEL
+from tests.examiner.lint.test_lint import CLEAN, HEAP, ROOM, TRAPS, lint, planted
+from tests.places import ROOT
+
+pytestmark = pytest.mark.lammps
+
+ASKED = reading.look
+
+LAW = "hertz/material 1e7 0.5 0.3 tangential mindlin NULL 1.0 0.5 damping tsuji"
+CLASSIC = "hooke/history 2000.0 NULL 50.0 NULL 0.5 0"
+
+HEAD = f"""\
+units si
+atom_style sphere
+boundary p p f
+newton off
+comm_modify vel yes
+region box block 0 1 0 1 0 1
+create_box 2 box
+region part block 0.2 0.8 0.2 0.8 0.6 0.9
+pair_style gran/{CLASSIC}
+pair_coeff * *
+neigh_modify delay 0 every 1 check no
+neighbor 0.01 bin
+timestep 1e-5
+fix move all nve/sphere
+fix down all gravity 9.81 vector 0 0 -1
+"""
+
+RANDOM = """\
+create_atoms 1 random 40 12345 part
+create_atoms 2 random 40 54321 part
+set group all diameter 0.05
+set group all density 2500
+"""
+
+POUR = "fix rain all pour 100 1 3123 region part\nrun 1000\nunfix rain\nrun 1000\n"
+
+LIGGGHTS = """\
+units si
+atom_style granular
+boundary f f f
+newton off
+communicate single vel yes
+region box block -0.5 0.5 -0.5 0.5 0 1 units box
+create_box 1 box
+neighbor 0.004 bin
+fix m1 all property/global youngsModulus peratomtype 5.e6
+pair_style gran model hertz tangential history
+pair_coeff * *
+timestep 1e-5
+fix down all gravity 9.81 vector 0.0 0.0 -1.0
+"""
+
+LIQUID = """\
+units lj
+atom_style atomic
+lattice fcc 0.8442
+region box block 0 5 0 5 0 5
+create_box 1 box
+create_atoms 1 box
+mass 1 1.0
+velocity all create 3.0 87287
+pair_style lj/cut 2.5
+pair_coeff 1 1 1.0 1.0 2.5
+fix 1 all nvt temp 1.0 1.0 0.1
+run 250
+"""
+
+OLD = "pair_style gran/hertz/history 1 0"
+"""The pair style of LIGGGHTS before its models had names: two switches, no stiffness."""
+
+POURED, VESSEL, BODIES = (
+    "granules are poured",
+    "granules lie in a vessel",
+    "rigid bodies of several",
+)
+
+OTHERS = {
+    "pour": (POURED, HEAD + POUR),
+    "pour a mixture": (POURED, HEAP),
+    "pour mdr": (POURED, HEAD.replace(f"gran/{CLASSIC}", "granular").replace(
+        "* *", "* * mdr 5e6 0.4 1.9e5 2.0 0.5 0.5 tangential linear_history 1000 1.0 0.1"
+    ) + POUR),
+    "deposit": (POURED, HEAD + POUR.replace("pour 100 1", "deposit 100 1 50")),
+    "hybrid pour": (POURED, HEAD.replace("gran/h", "hybrid/overlay lj/cut 1.0 gran/h") + POUR),
+    "vessel": (VESSEL, HEAD + f"fix v all wall/gran/region granular {LAW} region part\nrun 1000\n"),
+    "drum": (VESSEL, HEAD + "variable turn equal 2*PI*time\nregion drum cylinder x 0.5 0.5 0.4 INF"
+        " INF side in rotate v_turn 0 0.5 0.5 1 0 0\ncreate_atoms 1 random 40 12345 drum\n"
+        "set group all diameter 0.05 density 2500\n"
+        f"fix v all wall/gran/region {CLASSIC} region drum\nrun 1000\n"),
+    "chute": ("granules are frozen", HEAD.replace("vector 0 0 -1", "chute 26.0")
+        + "read_data data.chute\ngroup bottom type 2\ngroup active subtract all bottom\n"
+        "neigh_modify exclude group bottom bottom\nfix 2 bottom freeze\n"
+        "velocity active create 0.1 4242\nrun 1000\n"),
+    "rigid bodies": (BODIES, HEAD.replace("fix move all nve/sphere\n", "")
+        + "read_data clumps\nfix body all rigid molecule\nrun 10\n"),
+    "pour rigid bodies": (BODIES, HEAD.replace("fix move all nve/sphere\n", "")
+        + "molecule clump clump.mol\nfix body all rigid/small molecule mol clump\n"
+        "fix rain all pour 100 0 1234 region part mol clump rigid body\nrun 10\n"),
+    "bonded": ("granules are bonded", HEAD.replace("atom_style sphere", "atom_style bpm/sphere")
+        + "create_atoms 1 box\nset group all diameter 1 mass 1.0\nbond_style bpm/rotational\n"
+        "run 100\n"),
+    "two-dimensional": ("it is two-dimensional", "dimension 2\n" + HEAD
+        + "create_atoms 1 region part\nset group all diameter 0.1 density 2500\n"
+        "fix 2 all enforce2d\nrun 10\n"),
+    "pressed by a barostat": ("80 granules do not lie in one row", HEAD.replace("p p f", "p p p")
+        .replace("nve/sphere", "nph/sphere iso 0.1 0.1 1.0") + RANDOM
+        + "velocity all create 0.5 87287\nfix slow all viscous 0.1\nrun 100\n"),
+    "hybrid": ("80 granules do not lie in one row", HEAD.replace(
+        f"gran/{CLASSIC}\npair_coeff * *", f"hybrid granular gran/{CLASSIC}\npair_coeff 1 1"
+        f" granular {LAW}\npair_coeff 1 2 granular {LAW}\npair_coeff 2 2 gran/hooke/history"
+    ) + RANDOM + "run 100\n"),
+    "sheared between moving walls": ("80 granules do not lie in one row", HEAD.replace(
+        "fix move all", "group top id 1:9\ngroup flow subtract all top\nfix slide top move linear"
+        " 0.1 0 0\nneigh_modify exclude group top top\nfix move flow"
+    ).replace("group top", RANDOM + "group top", 1) + "run 100\n"),
+    "one granule on a plate": ("it has one granule", HEAD + "create_atoms 1 single 0.5 0.5 0.5\n"
+        "set group all diameter 0.1\nset group all density 2500\n"
+        f"fix plate all wall/gran {CLASSIC} zplane 0 NULL\nrun 100\n"),
+    "atoms": ("its atoms are no spheres", LIQUID),
+    "peridynamics": ("its atoms are no spheres", LIQUID.replace("lj/cut 2.5", "peri/pmb")
+        .replace("atomic", "peri")),
+    "12,000 granules": ("12000 granules do not lie", HEAD.replace("p p f", "p p p")
+        + RANDOM.replace("random 40", "random 6000").replace("0.05", "0.002") + "run 100\n"),
+    "accelerated": (POURED, HEAD.replace("hooke/history", "hooke/history/omp") + POUR),
+    "meshes": (VESSEL, LIGGGHTS + "fix m all mesh/surface file a.stl type 1\nfix w all wall/gran"
+        " model hertz tangential history mesh n_meshes 1 meshes m\nfix i all nve/sphere\nrun 10\n"),
+    "multisphere": (BODIES, LIGGGHTS + "fix i all multisphere\nrun 1000\n"),
+    "insert": (POURED, LIGGGHTS + "fix i all insert/stream seed 1\nfix m all nve/sphere\nrun 9\n"),
+    "pack": (POURED, LIGGGHTS.replace("granular", "sphere") + "fix t all particletemplate/"
+        "multisphere 1 nspheres 4\nfix i all insert/pack seed 1\nfix m all multisphere\nrun 9\n"),
+    "old LIGGGHTS": (POURED, LIGGGHTS.replace("pair_style gran model hertz tangential history", OLD)
+        + "fix m all nve/sphere\nfix w all wall/gran/hertz/history 1 0 zplane 0 NULL 1\n"
+        "fix i all pour/dev nparticles 600 massrate 0.1 1\nrun 9\n"),
+}  # fmt: skip
+"""Words for decks that are no chain, and decks as they are published."""
+
+OF_LIGGGHTS = {"meshes", "multisphere", "insert", "pack", "old LIGGGHTS"}
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_a_deck_that_is_no_chain_is_said_to_be_none_and_has_no_error(name: str) -> None:
+    why, text = OTHERS[name]
+    found = lint(text)
+    (said,) = [one.text for one in found if one.rule == "no-chain"]
+    assert why in said
+    assert {one.severity for one in found} == {"note"}
+    assert not any("Hertz's law" in one.text for one in found)
+    assert any("for LIGGGHTS" in one.text for one in found) == (name in OF_LIGGGHTS)
+    is_partial = any(one.text.startswith("LAMMPS read a part of the deck") for one in found)
+    assert is_partial or name != "chute"  # its file is missing
+
+
+UNDAMPED = "hertz/history 1e5 NULL 0.0 0.0 0.0 0"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "rule"),
+    [
+        ("hooke/history 2000.0 NULL", "hooke/history/omp 2000.0 0.0", "tangential"),
+        ("comm_modify vel yes\n", "", "ghost-velocity"),
+        ("comm_modify vel yes\n", "communicate single vel yes\n", "ghost-velocity"),
+        ("fix down", "fix again all nve/sphere\nfix down", "motion"),
+        ("fix down", f"fix side all wall/gran {UNDAMPED} xplane 0 NULL\nfix down", "wall"),
+        ("fix down", "fix push all addforce 1e-9 0 0 every 5\nfix down", "force-in-steps"),
+        ("hooke/history 2000.0 NULL", "hooke/history 2000.0 0.0", "tangential"),
+    ],
+)  # fmt: skip
+def test_traps_of_any_deck_are_named_in_a_heap(old: str, new: str, rule: str) -> None:
+    assert old in HEAD
+    found = lint(HEAD.replace(old, new) + POUR)
+    assert {one.rule for one in found if one.severity != "note"} == {rule}
+
+
+ROWS = """\
+units si
+atom_style sphere
+boundary p f f
+comm_modify vel yes
+newton off
+lattice sc 0.01
+region box block 0 20 -2 6 -2 2
+create_box 1 box
+region rows block 0 19.5 0 3 0 0
+create_atoms 1 region rows
+set group all diameter 0.01
+set group all density 2500
+neighbor 0.002 bin
+pair_style gran/hertz/history 1e9 NULL 0.0 NULL 0.0 0
+pair_coeff * *
+timestep 1e-6
+fix 1 all nve/sphere
+fix 2 all momentum 1 linear 1 1 1
+group one id 1
+velocity one set 0.1 0 0 units box
+run 1000
+"""
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [("0 3", {("no-chain", "note")}), ("0 0", {("periodic", "warning")})],
+    ids=["rows", "ring"],
+)
+def test_rows_and_rings_are_told_by_their_granules(rows: str, said: set[tuple[str, str]]) -> None:
+    found = lint(ROWS.replace("19.5 0 3", f"19.5 {rows}"))
+    assert {(one.rule, one.severity) for one in found} == said
+
+
+STYLES = {
+    "two-dimensional": "boundary f f f|lattice sc|fix motion all nve||dimension 2\nboundary f f p|"
+    "lattice sq|fix motion all nve/sphere\nfix plane all enforce2d",
+    "in a tube": "fix motion||region tube cylinder x 0 0 0.005 INF INF\nfix tube all"
+    f" wall/gran/region granular hertz 1e11 0.0 {NO_FRICTION} region tube\nfix motion",
+    "last granule frozen": "fix motion all||group last id 30\ngroup free subtract all last\n"
+    "fix held last freeze\nfix motion free",
+    "hybrid": "pair_style granular|pair_coeff * *||pair_style hybrid/overlay granular zero 0.01|"
+    "pair_coeff * * zero\npair_coeff * * granular",
+}
+"""Chains in other styles: texts of the clean deck, and those in their place."""
+
+
+@pytest.mark.parametrize("name", STYLES)
+def test_a_chain_in_another_style_is_a_chain(name: str) -> None:
+    text = CLEAN
+    old, new = (part.split("|") for part in STYLES[name].split("||"))
+    for one, other in zip(old, new, strict=True):
+        assert one in text
+        text = text.replace(one, other)
+    assert lint(text) == []
+    pushed = lint(text.replace("group first id 1\n", "group first id 1:3\n"))
+    assert {one.rule for one in pushed} == {"force-on-all"}
+
+
+def test_where_lammps_stops_it_says_why() -> None:
+    text = ROWS.replace("19.5 0 3", "19.5 0 0").replace("fix 1 all nve/sphere\n", "")
+    found = {one.rule: one for one in lint(text.replace("1 region rows", "1 region none"))}
+    assert set(found) == {"text-alone", "motion"}
+    assert (found["text-alone"].severity, found["text-alone"].line) == ("error", 10)
+    assert found["text-alone"].text.startswith("LAMMPS stopped: ERROR")
+
+
+def test_without_lammps_the_text_is_read(
+    tmp_path: Path, hertzchain: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(reading, "look", ASKED)  # in a process of its own, as users do
+    monkeypatch.syspath_prepend(ROOT / "tests" / "no_lammps")
+    file = tmp_path / "in.chain"
+    file.write_text(planted(TRAPS["density first"]), encoding="utf-8")
+    done = hertzchain("lint", file)
+    note, *rest = done.out.splitlines()
+    assert note.startswith(f"{file}:1: note: LAMMPS could not be asked")
+    assert "lammps" in note
+    assert [line.split("[")[-1] for line in rest[:-1]] == ["density-before-diameter]"]
+    assert (done.status, rest[-1]) == (1, "1 error, 0 warnings, 1 note")
+
+
+# Right decks
+
+SHIPPED = sorted((ROOT / "lammps_inputs").glob("in.*"))
+
+MEANT = {
+    "in.damped": ["damping"],
+    "in.damped_striker_on_a_wall": ["damping"] * 4,
+    "in.gapped": ["not-touching"],
+}
+"""Findings in shipped decks whose granules are apart, pressed or damped on purpose."""
+
+
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(p, marks=[pytest.mark.slow] * (p.name != "in.demo")) for p in SHIPPED],
+    ids=lambda path: path.name,
+)
+def test_nothing_else_is_said_of_shipped_decks(path: Path) -> None:
+    assert [finding.rule for finding in lint_file(path)] == MEANT.get(path.name, [])
+
+
+def generated(scene: hc.Scene, watch_every: int, pair_style: str = "granular") -> str:
+    """Return a deck of a scene; its expected peaks do not matter here."""
+    layout = Layout(0.05, watch_every, pair_style, dump_every=20 * watch_every)
+    ones = np.ones(scene.chain.granules - 1)
+    known = KnownAnswer(ones, 1e-3 * ones) if watch_every else None
+    return deck(scene, layout, known)
+
+
+@pytest.mark.parametrize("watch_every", [0, 2])
+@pytest.mark.parametrize("pair_style", PAIR_STYLES)
+@pytest.mark.parametrize(
+    "name", ["demo", *(pytest.param(k, marks=pytest.mark.slow) for k in scenes.NAMES[::4])]
+)
+def test_nothing_is_said_of_generated_decks(name: str, pair_style: str, watch_every: int) -> None:
+    assert lint(generated(scenes.load(name), watch_every, pair_style)) == []
+
+
+@pytest.mark.parametrize(
+    "radius", [1e-6, 50.0, *(pytest.param(r, marks=pytest.mark.slow) for r in (1e-4, 0.3))]
+)
+def test_nothing_is_said_of_generated_decks_of_any_size(radius: float) -> None:
+    size = radius / STEEL["radius"]  # of similar scenes: as many steps
+    times, forces = np.array([0.0, 1e-5, 2e-5, 5e-5]), np.array([10.0, 40.0, 100.0, 30.0])
+    pulse = hc.PulseTable(tuple(size * times), tuple(size**2 * forces))
+    scene = hc.Scene(hc.Chain(10, **{**STEEL, "radius": radius}), pulse)
+    assert lint(generated(scene, 1)) == []
+
+
+def test_a_chain_far_from_its_images_may_be_periodic() -> None:
+    def in_a_box(x: float, y: float, flat: bool = False) -> list[Finding]:
+        z = "-1e-4 1e-4" if flat else "-0.1 0.1"
+        box = f"$(-{x}*v_R) $(2*v_R*v_N+{x}*v_R) $(-{y}*v_R) $({y}*v_R) {z}"
+        text = CLEAN.replace("boundary f f f", "dimension 2\n" * flat + "boundary p p p")
+        text = text.replace("lattice sc", "lattice sq") if flat else text
+        return lint(text.replace(f"$(-2*v_R) $(2*v_R*(v_N+1)) {ROOM}", box))
+
+    assert in_a_box(3, 3) == []
+    assert [finding.text[:13] for finding in in_a_box(3, 2)] == ["y is periodic"]
+    assert [finding.text[:13] for finding in in_a_box(1, 3)] == ["x is periodic"]
+    # Of flat decks LAMMPS wants it in z.
+    assert in_a_box(3, 3, flat=True) == []
+    assert [finding.text[:13] for finding in in_a_box(3, 2, flat=True)] == ["y is periodic"]
+
+
+@pytest.mark.slow
+def test_a_deck_that_follows_a_long_table_is_read_in_seconds() -> None:
+    times = np.linspace(0, 1e-4, 501)
+    table = hc.PulseTable(tuple(times), tuple(100 * np.sin(np.pi * times / 1e-4) ** 2))
+    scene = hc.Scene(hc.Chain(10, **STEEL), table)
+    assert lint(generated(scene, 1)) == []
+
+
+def test_a_wall_whose_stiffness_is_given_may_be_rigid() -> None:
+    law = "hertz 2.8e11 0.0 tangential linear_nohistory 0.0 0.0"
+    wall = f"fix motion all nve\nfix wall all wall/gran granular {law} xplane NULL $(2*v_R*v_N-v_R)"
+    assert lint(CLEAN.replace("fix motion all nve", wall)) == []

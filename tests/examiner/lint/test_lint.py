@@ -1,0 +1,434 @@
+"""Lint: every planted trap is found, a clean deck gets no finding, and no text breaks it."""
+
+from __future__ import annotations
+
+import re
+import tempfile
+import tomllib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from _pytest.mark.structures import ParameterSet
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.engine import command, engine
+from hertzchain.errors import HertzchainError, TooExpensive
+from hertzchain.examiner.lint import traps
+from hertzchain.examiner.lint.deck import Deck, Finding, script_of
+from hertzchain.examiner.lint.rules import RULES, findings, lint_file
+from tests.command_line import Command
+from tests.effort import effort
+from tests.test_public_names import modules_after
+
+CLEAN, HEAP, PLANTED = (
+    Path(__file__).with_name(name).read_text(encoding="utf-8")
+    for name in ("in.clean", "in.heap", "traps.toml")
+)
+MODEL = "hertz/material 193e9 0.0 0.3 &\n    tangential linear_nohistory 0.0 0.0"
+ROOM = "$(-2*v_R) $(2*v_R) $(-2*v_R) $(2*v_R)"
+DIAMETER, DENSITY = "set group all diameter $(2*v_R)\n", "set group all density 7958\n"
+
+
+@dataclass(frozen=True)
+class Trap:
+    """A mistake: what has to be found, its effect as ``traps.toml`` has it, and its changes."""
+
+    rule: str
+    severity: str
+    effect: str
+    by: float
+    changes: tuple[str, ...]
+
+
+TRAPS = {
+    name: Trap(rule, severity, effect, by, tuple(changes))
+    for name, (rule, severity, effect, by, *changes) in tomllib.loads(PLANTED).items()
+}
+
+
+def planted(trap: Trap, text: str = CLEAN) -> str:
+    for old, new in zip(trap.changes[::2], trap.changes[1::2], strict=True):
+        assert old in text
+        text = text.replace(old, new)
+    return text
+
+
+def lint(text: str, variables: dict[str, str] | None = None) -> list[Finding]:
+    """The findings in a text."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "in.chain"
+        path.write_text(text, encoding="utf-8")
+        return lint_file(path, variables)
+
+
+def bad(findings: list[Finding]) -> list[Finding]:
+    return [finding for finding in findings if finding.severity != "note"]
+
+
+NAMES = {*RULES, *(trap.rule for trap in traps.TRAPS)}
+
+FIRST = {trap.rule: name for name, trap in reversed(TRAPS.items())}
+"""A trap of each rule: those that the default suite looks for."""
+
+
+def each(names: Iterable[str]) -> list[ParameterSet]:
+    quick = set(FIRST.values())
+    return [pytest.param(k, marks=[] if k in quick else [pytest.mark.slow]) for k in names]
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("name", each(TRAPS))
+def test_a_planted_trap_is_found(name: str) -> None:
+    trap = TRAPS[name]
+    text = planted(trap)
+    found = lint(text)
+    assert (trap.rule, trap.severity) in {(f.rule, f.severity) for f in found}
+    assert all(1 <= finding.line <= len(text.splitlines()) for finding in found)
+
+
+def test_every_rule_has_a_planted_trap() -> None:
+    elsewhere = {"no-deck", "no-run", "elsewhere", "no-chain"}  # tests of their own
+    assert {trap.rule for trap in TRAPS.values()} | elsewhere == NAMES
+
+
+def peaks(text: str) -> FloatArray:
+    """The peak force of each contact, from forces every tenth step, shape (contacts,)."""
+    samples: list[FloatArray] = []
+    with engine() as lammps:
+        for line in re.sub(r"&\n", "", text).splitlines():
+            words = line.split("#")[0].split()
+            if words[:1] != ["run"]:
+                command(lammps, line)
+                continue
+            for k in range(int(words[1]) // 10):
+                command(lammps, f"run 10 pre {'no' if k else 'yes'} post no")
+                order = np.argsort(lammps.numpy.extract_atom("id")[: lammps.get_natoms()])
+                force = np.array(lammps.numpy.extract_atom("f"))[order, 0]
+                # What presses contact i is what moves all granules behind it.
+                samples.append(np.cumsum(force[::-1])[::-1][1:])
+    peak: FloatArray = np.max(samples, axis=0)
+    return peak
+
+
+@pytest.fixture(scope="module")
+def clean_peaks() -> FloatArray:
+    return peaks(CLEAN)
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("name", each(n for n, trap in TRAPS.items() if trap.effect == "peaks"))
+def test_a_trap_moves_the_peaks(name: str, clean_peaks: FloatArray) -> None:
+    moved = np.abs(peaks(planted(TRAPS[name])) / clean_peaks - 1)[:20]
+    assert np.max(moved) > TRAPS[name].by
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("name", [n for n, trap in TRAPS.items() if trap.effect == "stops"])
+def test_lammps_stops_at_a_trap(name: str) -> None:
+    with pytest.raises(HertzchainError), engine() as lammps:
+        command(lammps, planted(TRAPS[name]))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "said"),
+    [
+        ("run 1000", "run", "run", "run needs at least 1 word more"),
+        ("first addforce v_push", "first addforce v_f", "run 1000", "Variable f for fix addforce"),
+        ("equal 50*(1", "equal v_F*(1", "run 1000", "reference v_F in"),
+        ("units si", "include missing", "include", "cannot be read"),
+        ("run 3000", "run ${n}", "run ${n}", "illegal variable n"),
+    ],
+)
+def test_a_deck_that_lammps_refuses_is_an_error(old: str, new: str, line: str, said: str) -> None:
+    """At the line where LAMMPS stops."""
+    text = CLEAN.replace(old, new)
+    found = [one for one in lint(text) if one.rule == "text-alone"]
+    assert [one.severity for one in found] == ["error"]
+    assert said in found[0].text
+    assert "in.chain" not in found[0].text  # the place is that of the finding
+    assert text.split("\n")[found[0].line - 1].startswith(line)
+
+
+def of_no_run(text: str) -> list[tuple[str, str]]:
+    """Rules and severities of the findings in a text without its runs."""
+    found = lint(re.sub(r"^run .*\n", "", text, flags=re.MULTILINE))
+    return [(one.rule, one.severity) for one in found]
+
+
+@pytest.mark.lammps
+def test_a_deck_without_a_run_is_read_and_said_to_take_no_step() -> None:
+    assert of_no_run(CLEAN) == [("no-run", "note")]
+    misspelt = [("no-run", "note"), ("text-alone", "warning")]
+    assert of_no_run(CLEAN.replace("run 3000", "runn 3000")) == misspelt
+    assert of_no_run(f'{CLEAN}if "1 > 0" then "run 10"\n') == []
+    # What a part of a deck lacks may stand elsewhere.
+    part = CLEAN[: CLEAN.index("fix motion")].replace("variable N equal 30\n", "")
+    assert of_no_run(part) == [("no-run", "note"), ("text-alone", "note")]
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize(
+    ("said", "count"),
+    [
+        ("set 1.0 0.0 0.0", 1), ("set 1.0 0.0 0.0 units box", 0), ("set 0 NULL 0.0", 0),
+        ("set v_push 0.0 0.0", 0), ("ramp vx 0.0 1.0 x 0 1", 1), ("linear 1.0 0.0 0.0", 1),
+        ("linear 1.0 0.0 0.0 units box", 0),
+    ],
+)  # fmt: skip
+def test_velocities_are_in_spacings_of_the_lattice_unless_said(said: str, count: int) -> None:
+    command = "fix led first move" if said.startswith("linear") else "velocity first"
+    text = CLEAN.replace("timestep 5e-8", f"{command} {said}\ntimestep 5e-8")
+    assert [one.rule for one in lint(text)].count("lattice-units") == count
+    fine = text.replace("set group all diameter", "lattice none 1.0\nset group all diameter")
+    assert "lattice-units" not in {one.rule for one in lint(fine)}
+
+
+def test_a_force_may_name_a_variable_that_is_made_before_the_run() -> None:
+    """LAMMPS asks for it when the run begins."""
+    made, used = CLEAN[CLEAN.index("variable push") : CLEAN.index("run 1000")].splitlines()
+    assert lint(CLEAN.replace(f"{made}\n{used}", f"{used}\n{made}")) == []
+
+
+def test_a_chain_made_in_a_loop_is_a_chain() -> None:
+    made = """\
+variable i loop 30
+label more
+variable x equal (v_i-1)*2*v_R
+create_atoms 1 single ${x} 0 0 units box
+next i
+jump SELF more
+"""
+    text = CLEAN.replace("create_atoms 1 region chain\n", made)
+    assert lint(text) == []
+    assert {f.rule for f in lint(text.replace("boundary f f f", ""))} == {"periodic"}
+
+
+def test_a_small_ratio_is_a_damping() -> None:
+    """On either side of a hundredth: E, damping and Poisson's ratio in another order."""
+    for poisson, rules in (("0.003", {"poisson-ratio"}), ("0.03", set())):
+        found = lint(CLEAN.replace("193e9 0.0 0.3", f"193e9 0.3 {poisson}"))
+        assert {one.rule for one in found} & {"poisson-ratio"} == rules
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize(("step", "found"), [(0.198, False), (0.202, True)])
+def test_from_a_fifth_of_the_natural_time_on_steps_are_long(step: float, found: bool) -> None:
+    mass, modulus = np.pi / 6 * 0.0095**3 * 7958, 193e9 / (2 * (1 - 0.3**2))
+    stiffness = 4 / 3 * modulus * np.sqrt(0.0095 / 4)
+    unit = float(np.sqrt(mass) / (stiffness ** (1 / 3) * 100 ** (1 / 6)))  # under 100 N
+    text = CLEAN.replace("unfix shock\nrun 3000", f"timestep {step * unit!r}\nrun 100")
+    text = text.replace("fix shock", "fix little first addforce 1e-3 0.0 0.0\nfix shock")
+    assert [f.severity for f in lint(text) if f.rule == "step-length"] == ["warning"] * found
+
+
+@pytest.mark.lammps
+def test_static_loads_are_no_staircase_and_push_one_granule_each() -> None:
+    held = "".join(f"fix p{k} first addforce {k} 0.0 0.0\n" for k in (1, 2, 3))
+    text = CLEAN.replace("timestep 5e-8", f"group last id 30\n{held}timestep 5e-8")
+    assert lint(text) == []
+    weight = "variable w atom -9.81*mass\nfix g all addforce v_w 0.0 0.0\n"
+    assert "force-on-all" not in {
+        finding.rule for finding in lint(CLEAN.replace("timestep 5e-8", f"{weight}timestep 5e-8"))
+    }  # fmt: skip
+
+
+@pytest.mark.lammps
+def test_messages_have_the_numbers_of_the_deck() -> None:
+    def sentence(name: str, rule: str) -> str:
+        return next(f.text for f in lint(planted(TRAPS[name])) if f.rule == rule)
+
+    assert "that of granules that collide at 1:" in sentence(
+        "unstable steps of a striker", "step-length"
+    )
+    assert "temperature 1e20" in sentence("thermal velocities", "random-velocities")
+    assert sentence("a density in g/cm^3", "unusual-density").endswith(
+        "density = 7.958 kg/m^3 (usually 10 to 30000 kg/m^3)"
+    )
+    assert "the 10 granules of group first" in sentence("a force on ten", "force-on-all")
+
+
+def test_nothing_is_said_of_a_clean_deck_and_later_commands_count() -> None:
+    assert lint(CLEAN) == []
+    assert lint(CLEAN.replace("run 1000", DIAMETER + DENSITY + "run 1000")) == []
+    assert lint(CLEAN.replace(DIAMETER + DENSITY, DENSITY + DIAMETER + DENSITY)) == []
+
+
+def test_words_are_split_as_lammps_splits_them() -> None:
+    text = """\
+variable a index 3   # a comment
+print "a # that is none" # but this is
+if "${a} > 2" then "set group all diameter 1.0" &
+    "run $( v_a + 1 )" else 'run 7'
+print \"\"\"two
+lines\"\"\"
+run $(2*v_a:%.17g) every ${a} "set group all density 1"
+"""
+    commands = script_of(Path("in.chain"), text)
+    assert [(c.line, "|".join(c.words)) for c in commands] == [
+        (1, "variable|a|index|3"),
+        (2, "print|a # that is none"),
+        (3, "if|${a} > 2|then|set group all diameter 1.0|run $(v_a+1)|else|run 7"),
+        (5, "print|two lines"),
+        (7, "run|$(2*v_a:%.17g)|every|${a}|set group all density 1"),
+    ]
+
+
+MORE_WORDS = 'set fix run if variable jump label next ${R} $(v_R) $( & # " \' """ v_push * 0 -1 nan'
+WORDS = sorted(set((CLEAN + HEAP + MORE_WORDS).split()))
+
+
+def of_text(text: str) -> list[Finding]:
+    """The findings in a text alone."""
+    return findings(script_of(Path("in.chain"), text))
+
+
+def has_findings(text: str) -> None:
+    assert all(one.rule in NAMES and one.line >= 1 for one in of_text(text))
+
+
+CHANGES = st.lists(st.tuples(st.integers(0, 400), st.sampled_from(["", "drop", "twice", *WORDS])))
+
+
+def changed(changes: list[tuple[int, str]], text: str) -> str:
+    pieces = re.split(r"(\s+)", text)
+    for place, new in changes:
+        at = place % len(pieces)
+        pieces[at] = {"drop": "", "twice": pieces[at] * 2}.get(new, new)
+    return "".join(pieces)
+
+
+@pytest.mark.parametrize("examples", [30, pytest.param(2000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "texts", [st.text(max_size=300), st.builds(changed, CHANGES, st.sampled_from([CLEAN, HEAP]))]
+)
+def test_any_text_gives_findings_or_none(texts: st.SearchStrategy[str], examples: int) -> None:
+    settings(max_examples=examples)(given(texts)(has_findings))()
+
+
+HOSTILE = (
+    '"' * 50_000, '"""' + "x\n" * 25_000, "&\n" * 25_000, "print $(" * 5_000, "((((" * 12_500,
+    "variable a equal v_a\n" * 5_000, "set group all density 1\n" * 1_250,
+    "fix a all addforce v_f 0 0\nrun 1\n" * 250, "label a\n" * 5_000 + "jump SELF a\n",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("text", HOSTILE, ids=lambda text: text[:12].split("\n")[0])
+def test_a_hostile_text_is_soon_read(text: str) -> None:
+    assert effort(lambda: of_text(text)) < 50  # 1.6 at most measured; it goes as the length
+
+
+def test_files_that_cannot_be_read_are_one_sentence(tmp_path: Path) -> None:
+    with pytest.raises(HertzchainError, match="cannot be read"):
+        lint_file(tmp_path / "none")
+    with pytest.raises(HertzchainError, match="cannot be read"):
+        lint_file(tmp_path)
+    large = tmp_path / "in.large"
+    large.write_bytes(b"run 1\n" * 1_000_000)
+    with pytest.raises(HertzchainError, match="larger than 5 MB"):
+        lint_file(large)
+
+
+def test_comments_may_be_in_another_encoding(tmp_path: Path) -> None:
+    file = tmp_path / "in.chain"
+    file.write_bytes("# Stoß\n".encode("latin-1") + CLEAN.encode())
+    assert lint_file(file) == []
+
+
+def test_an_elastic_plastic_law_has_no_damping_among_its_numbers() -> None:
+    assert {one.rule for one in of_text(CLEAN.replace(MODEL, "mdr 5e6 0.4 1.9e5 2.0 0.5 0.5"))} == {
+        "not-hertz"
+    }
+
+
+def test_text_that_is_no_deck_is_named() -> None:
+    assert [one.rule for one in bad(lint("Dear all,\nplease find attached.\n"))] == ["no-deck"]
+    # An empty variable, which a command line refuses, is read.
+    assert [one.rule for one in lint("print ${a}\n", {"a": ""})] == ["no-deck"]
+
+
+def test_a_deck_that_is_not_read_in_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its text is still examined."""
+
+    def late(_: Path, __: dict[str, str], time_limit: float) -> None:
+        raise TooExpensive(f"{time_limit}")
+
+    monkeypatch.setattr("hertzchain.engines.lammps.reading.reading.look", late)
+    deck = tmp_path / "in.late"
+    deck.write_text(planted(TRAPS["density first"]), encoding="utf-8")
+    first, *others = lint_file(deck, {}, 5.0)
+    assert first.text == "not read to its end in 5 s: shorten its loops, or raise the limit"
+    assert [finding.rule for finding in others] == ["density-before-diameter"]
+
+
+def test_the_command(tmp_path: Path, hertzchain: Command) -> None:
+    good, wrong = tmp_path / "in.good", tmp_path / "in.wrong"
+    good.write_text(CLEAN, encoding="utf-8")
+    wrong.write_text(planted(TRAPS["density first"]), encoding="utf-8")
+    clean = hertzchain("lint", good)
+    assert (clean.status, clean.out) == (0, "0 errors, 0 warnings, 0 notes\n")
+    found = hertzchain("lint", good, wrong)
+    assert found.status == 1
+    assert found.out.startswith(f"{wrong}:15: error: the density is set before the diameter")
+    assert found.out.endswith("[density-before-diameter]\n1 error, 0 warnings, 0 notes\n")
+    decks = hertzchain("lint", "--json", good, wrong).json()["decks"]
+    assert [len(one["findings"]) for one in decks] == [0, 1]
+    assert decks[1]["findings"][0]["line"] == 15
+    missing = hertzchain("lint", tmp_path / "none")
+    assert (missing.status, missing.err.count("\n")) == (2, 1)
+    damped = planted(TRAPS["damped"]).replace("damping velocity", "damping velocity limit_damping")
+    good.write_text(damped, encoding="utf-8")
+    noted = hertzchain("lint", good)
+    assert (noted.status, ": note: " in noted.out) == (0, True)
+
+
+def test_included_files_are_looked_at(tmp_path: Path) -> None:
+    """As parts of the deck, and named where something is wrong in them; none without end."""
+    wrong = planted(TRAPS["density first"])
+    setup, rest = wrong[: wrong.index("neighbor")], wrong[wrong.index("neighbor") :]
+    at = setup.partition("set group all density")[0].count("\n") + 1
+    (tmp_path / "setup.in").write_text(setup, encoding="utf-8")
+    (tmp_path / "more.in").write_text("include setup.in\n", encoding="utf-8")
+    file = tmp_path / "in.chain"
+    file.write_text(f"# a chain\ninclude more.in  # made there\n{rest}", encoding="utf-8")
+    (found,) = bad(lint_file(file))
+    assert (found.line, found.rule) == (2, "density-before-diameter")
+    assert found.text.startswith(f"setup.in:{at}: the density is set before the diameter")
+    (tmp_path / "setup.in").write_text(CLEAN[: CLEAN.index("neighbor")], encoding="utf-8")
+    assert lint_file(file) == []
+    file.write_text("include none.in\ninclude in.chain\nrun 1\n", encoding="utf-8")
+    assert {one.rule for one in lint_file(file)} >= {"elsewhere"}
+
+
+def test_variables_of_the_command_line(tmp_path: Path, hertzchain: Command) -> None:
+    """As LAMMPS takes them: in place of the values of style index."""
+    step = re.search(r"^timestep .*$", CLEAN, flags=re.MULTILINE)
+    text = CLEAN.replace(step[0], "variable dt index 1.0\ntimestep ${dt}")
+    assert "step-length" in {finding.rule for finding in bad(lint(text))}
+    assert bad(lint(text, {"dt": step[0].split()[1]})) == []
+    file = tmp_path / "in.chain"
+    file.write_text(text, encoding="utf-8")
+    assert hertzchain("lint", file).status == 1
+    assert hertzchain("lint", file, "--var", f"dt={step[0].split()[1]}").status == 0
+    refused = hertzchain("lint", file, "--var", "n=")
+    assert (refused.status, refused.err.count("\n")) == (2, 1)
+
+
+def test_numpy_is_not_needed() -> None:
+    code = (
+        "from pathlib import Path; from hertzchain.examiner.lint.rules import *;"
+        " findings(script_of(Path('a'), 'units si\\nrun 1\\n'))"
+    )
+    assert "numpy" not in modules_after(code)
+
+
+@pytest.mark.parametrize(
+    ("text", "count"),
+    [("jump SELF again", 0), ("jump other.in SELF", 1), ("include a\nread_restart b", 2)],
+)
+def test_parts_that_are_elsewhere(text: str, count: int) -> None:
+    assert len(Deck(script_of(Path("in.chain"), text)).unread) == count

@@ -1,0 +1,298 @@
+"""What an examination says as a whole: the fixed text, rows that are no chain, decks that stop."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.reading.found import Executed, FoundDeck, FoundRun
+from hertzchain.engines.lammps.reading.text import Edits
+from hertzchain.errors import RunFailed, SceneError
+from hertzchain.examiner import examining, places
+from hertzchain.examiner.case import DeckCheck
+from hertzchain.examiner.examined import Finding, in_order
+from hertzchain.examiner.places import variables_of
+from hertzchain.limits import Deadline
+from tests.examiner.corpus import scene_of
+from tests.examiner.made import (
+    STEP,
+    by_name,
+    changed,
+    deck_of,
+    examined,
+    first_guess,
+    found,
+    times,
+)
+
+DECK = "units si # of all\ninclude a.inc\ninclude b.inc\nset group all &\n density 1\nrun 5"
+TEXTS = {"in.made": DECK, "a.inc": "pair_style none\ninclude b.inc\n", "b.inc": "fix 1 all nve\n"}
+
+
+@pytest.mark.parametrize(
+    ("edits", "fixed"),
+    [
+        ({}, f"{DECK}\n"),
+        ({("in.made", 4): ("set group all density 2", "set group all diameter 3")},
+         ("units si # of all\ninclude a.inc\ninclude b.inc\nset group all density 2\n"
+         "set group all diameter 3\nrun 5\n")),
+        ({("a.inc", 1): ("pair_style granular",), ("in.made", 6): ()},
+         ("units si # of all\npair_style granular\ninclude b.inc\ninclude b.inc\n"
+         "set group all &\n density 1\n")),
+        ({("b.inc", 1): ("# fix 1 all nve",)},
+         "units si # of all\ninclude a.inc\n# fix 1 all nve\nset group all &\n density 1\nrun 5\n"),
+    ],
+)  # fmt: skip
+def test_the_fixed_deck(edits: Edits, fixed: str, scene: hc.Scene, right: FoundDeck) -> None:
+    """Included files that change stand in it; all else is as it was."""
+    done = replace(examined(scene, right), texts=tuple(TEXTS.items()), edits=edits)
+    assert done.fix == fixed
+    assert replace(done, texts=()).fix == ""
+
+
+def test_corrections_are_in_the_order_of_their_lines(scene: hc.Scene, right: FoundDeck) -> None:
+    done = examined(scene, right)
+    lines = done.corrections_of({("in.made", 3): ("a", "b"), ("in.made", 1): (), ("x", 2): ("c",)})
+    assert [(one.line, one.written, one.commands) for one in lines] == [
+        (1, "units si", ()), (2, "", ("c",)), (3, right.commands[2].written, ("a", "b")),
+    ]  # fmt: skip
+    assert lines[2].to_dict() == {"file": "in.made", "line": 3, "commands": ["a", "b"]}
+    made = replace(done, findings=(Finding(done.checks[:1], lines), Finding(done.checks[1:2])))
+    corrections = [one["correction"] for one in made.to_dict()["findings"]]
+    assert corrections == [[line.to_dict() for line in lines], None]
+
+
+def test_checks_are_in_the_order_of_their_effect() -> None:
+    """What failed, then what differs; an effect that is not known comes last among them."""
+    rows: dict[str, tuple[float | None, bool, bool]] = {
+        "as it is": (0.9, True, False), "unknown": (None, False, True),
+        "slight": (0.0, False, True), "much": (0.5, False, True), "small": (1e-5, True, True),
+        "larger": (1e-4, True, True), "also as it is": (0.0, True, False),
+    }  # fmt: skip
+    checks = [DeckCheck(name, "", 1, 1, *worth, "", "") for name, worth in rows.items()]
+    assert [check.name for check in in_order(checks)] == [
+        "much", "slight", "unknown", "larger", "small", "as it is", "also as it is",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("sideways", "kind"),
+    [
+        (np.arange(20) % 4, "lie in 4 rows of 5, not in one"),
+        (np.arange(20) % 19, "do not lie in one row"),
+        (np.arange(20) // 16, "do not lie in one row"),
+    ],
+)
+def test_rows(sideways: FloatArray, kind: str, scene: hc.Scene, right: FoundDeck) -> None:
+    """Rows of as many granules each; nothing else is compared."""
+    across = np.outer(sideways * 9.5e-3, [0.0, 1.0])
+    done = examined(scene, changed(right, is_chain=False, sideways=across))
+    (check,) = done.to_correct
+    assert check.sentence == f"the deck is no chain: its 20 granules {kind}"
+    assert done.findings[0].checks == (check,)
+    assert done.to_dict()["findings"][0]["correction"] is None
+    assert done.small == ()
+    assert not done.judged.any()
+    assert done.judged.size == 19
+    assert done.verdict == "fail"
+    assert not done.checks[-1].passed
+
+
+@pytest.mark.parametrize(
+    ("name", "more"),
+    [("steel", -1), ("wall", 1), ("precompressed", -1), ("precompressed", 1), ("column", -1)],
+)
+def test_another_number_of_granules(name: str, more: int) -> None:
+    """The granules and contacts that both have are right, but for the load on the last one."""
+    scene = scene_of(name)
+    count = scene.chain.granules + more
+    other = replace(scene, chain=replace(scene.chain, granules=count))
+    deck = found(other) if name == "steel" else deck_of(name, other)
+    decks = [deck] if name == "column" else [deck, changed(deck, units="lj")]
+    for one in decks:
+        first, *rest = examined(scene, one).to_correct
+        assert (first.name, first.measured) == ("number of granules", count)
+        assert first.expected == scene.chain.granules
+        assert [check.kind for check in rest] == ["constant force"] * (name == "precompressed")
+
+
+def test_a_deck_of_one_granule(scene: hc.Scene, right: FoundDeck) -> None:
+    """There is no contact then, and nothing else is said of it."""
+    first: dict[str, Any] = {}
+    for name, value in vars(right).items():
+        if isinstance(value, np.ndarray) and value.ndim and 20 in value.shape:
+            first[name] = np.take(value, [0], axis=value.shape.index(20))
+        elif isinstance(value, np.ndarray) and value.shape[-1:] == (19,):
+            first[name] = value[..., :0]
+    fixes = tuple(
+        replace(fix, granules=fix.granules[:1], largest=fix.largest[:1],
+                largest_in_motion=fix.largest_in_motion[:1])
+        for fix in right.fixes
+    )  # fmt: skip
+    count, *rest = examined(scene, changed(right, fixes=fixes, **first)).to_correct
+    assert (count.measured, count.expected) == (1, 20)
+    assert [check.name for check in rest] == []
+
+
+def settled(deck: FoundDeck, *starts: float) -> FoundDeck:
+    """A deck of runs that begin at these times, whose shock begins with the last."""
+    runs = tuple(
+        FoundRun(start, STEP, round((end - start) / STEP), 12)
+        for start, end in zip(starts, (*starts[1:], starts[-1] + 5e-4), strict=True)
+    )
+    return changed(
+        deck, runs=runs, applied_time=np.append(0.0, deck.applied_time + starts[-1]),
+        applied_force=np.vstack([0 * deck.applied_force[:1], deck.applied_force]),
+        end_time=starts[-1] + 5e-4,
+    )  # fmt: skip
+
+
+def test_how_long_a_deck_settles(scene: hc.Scene, right: FoundDeck) -> None:
+    """Up to the run with which the shock begins."""
+    deck = settled(right, 0.0, 3e-5, 7e-5)
+    assert examining._settles(deck, scene) == pytest.approx(7e-5)
+    with_more = changed(deck, runs=(*deck.runs, FoundRun(6e-4, STEP, 5, 12)))
+    assert examining._settles(with_more, scene) == pytest.approx(7e-5)
+    for other in (changed(deck, stopped="x"), changed(deck, is_chain=False), right):
+        assert examining._settles(other, scene) == 0.0
+    later = examined(scene, settled(right, 0.0, 7e-5))
+    assert later.reference.scene.end_time == pytest.approx(5e-4)
+    assert later.to_correct == ()
+    assert not by_name(later, "applied force").differs
+    micro = changed(deck, units="micro")
+    assert examining._settles(micro, scene) == pytest.approx(70.0)
+    before = Executed("run 100", "in.made", 12, "run 100")
+    commands = (*right.commands[:-1], before, right.commands[-1])
+    late = examined(scene, changed(right, before=2e-5, commands=commands, first_run=13))
+    assert any("the shock begins 2e-05 s after" in one for one in late.remarks)
+
+
+@pytest.mark.parametrize(("ends", "judged"), [(0.5, 0.5), (30.0, 30.0), (300.0, 100.0)])
+def test_a_deck_is_judged_up_to_a_hundred_times_the_scene(
+    ends: float, judged: float, scene: hc.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(hc.Native, "run", lambda _, watched: watched)
+    watched: Any = examining._truth(scene, ends * scene.end_time, Deadline(60.0))
+    assert watched.end_time == pytest.approx(judged * scene.end_time)
+
+
+def test_a_deck_without_steps(scene: hc.Scene, right: FoundDeck) -> None:
+    nothing = changed(right, runs=(), end_time=0.0, applied_time=np.zeros(0),
+                      applied_force=np.zeros((0, 20)))  # fmt: skip
+    with pytest.raises(RunFailed, match="it needs a run command"):
+        examined(scene, nothing)
+
+
+def test_a_deck_that_stops(scene: hc.Scene, right: FoundDeck) -> None:
+    """Its numbers are judged, and nothing of its motion is."""
+    wrong = changed(
+        times("mass", 0.5)(right), stopped="granules left the box", end_time=1e-2,
+        peak_force=np.full(19, np.nan),
+    )  # fmt: skip
+    done = examined(scene, wrong)
+    assert [check.name for check in done.to_correct] == ["mass of all granules"]
+    assert done.checks[-1].sentence == "the deck does not come to its end: granules left the box"
+    assert not done.checks[-1].passed
+    none = np.zeros((0, 20))
+    refused = examined(
+        scene, changed(wrong, applied_time=np.zeros(0), applied_force=none)
+    )  # fmt: skip
+    assert [check.name for check in refused.to_correct] == ["mass of all granules"]
+    assert not any("applied" in check.name for check in refused.checks)
+
+
+def test_texts_are_those_of_the_files_named(tmp_path: Path, right: FoundDeck) -> None:
+    deck = tmp_path / "in.made"
+    deck.write_text("run 1\n")
+    (tmp_path / "a.inc").write_text("\ufeffpair_style none\n", encoding="utf-8")
+    named = [Executed("run 1", name, 1, "run 1") for name in ("in.made", "a.inc", "gone", "a.inc")]
+    texts = examining._texts(deck, changed(right, commands=tuple(named)))
+    assert texts == (("in.made", "run 1\n"), ("a.inc", "pair_style none\n"))
+
+
+def test_contacts_that_were_not_tried(scene: hc.Scene, right: FoundDeck) -> None:
+    """They have no law, and no other check says that they are right."""
+    unknown = np.nan * right.contact_force
+    done = examined(
+        scene, changed(right, contact_force=unknown, damped_force=np.nan * right.closing)
+    )
+    check = by_name(done, "contacts")
+    assert check.sentence == "LAMMPS stopped while the contacts were probed"
+    assert done.to_correct == (check,)  # which explains any motion
+    assert not any(check.name.startswith(("stiffness", "damping")) for check in done.checks)
+
+
+def test_units_that_are_others(scene: hc.Scene, right: FoundDeck) -> None:
+    """All lengths are those of cgs in metres, but for a tenth: the line of the units makes that."""
+    for factor, is_unit in ((1e2, True), (1.09e2, True), (1.3e2, False)):
+        large = times("radius", factor)(times("position", factor)(right))
+        check = by_name(examined(scene, large), "radius")
+        assert (str(check.place) == "in.made:1") == is_unit
+        assert (first_guess(check) == ("units cgs",)) == is_unit
+
+
+def test_a_clock_that_does_not_begin_at_0(scene: hc.Scene, right: FoundDeck) -> None:
+    """A step number that is set shifts a formula of the time."""
+    later = Executed("reset_timestep 50", "in.made", 9, "reset_timestep 50")
+    commands = (*right.commands[:8], later, *right.commands[8:])
+    force = np.vstack([right.applied_force[50:], np.zeros((50, 20))])
+    deck = changed(right, commands=commands, first_run=13, applied_force=force)
+    check = by_name(examined(scene, deck), "applied force over")
+    assert [("reset_timestep 0",)] in [[*edits.values()] for edits in check.corrections]
+
+
+def test_damping_that_pulls(scene: hc.Scene, right: FoundDeck) -> None:
+    """A try in which granules part faster than the contact pushes; else those of approach tell."""
+    parts = right.closing < -0.5
+    for factor, how in ((parts, "part"), (1 + parts, "approach")):
+        damped = right.damped_force + 3.0 * right.closing * factor
+        check = by_name(examined(scene, changed(right, damped_force=damped)), "damping")
+        assert not check.passed
+        assert f"granules {how} with" in check.sentence
+
+
+def test_variables_that_use_themselves() -> None:
+    """As in a loop that adds to one: each definition is looked at once, the last one alone."""
+    texts = (
+        "variable a equal 0", "variable a equal 1", "variable b equal ${a}+v_b",
+        "set group all density ${b}",
+    )  # fmt: skip
+    commands = [Executed(text, "in.made", k, text) for k, text in enumerate(texts)]
+    assert variables_of(commands, 3) == [2, 1]
+
+
+def test_the_line_that_makes_a_number(right: FoundDeck) -> None:
+    """By what is written there, else by the values of variables; else the last that can."""
+    texts = [
+        ("set type 1 density ${rho}", "set type 1 density 3979"),
+        ("set type 2 density 1200.0", "set type 2 density 1200.0"),
+        ("set type 3 density 5.0", "set type 3 density 5.0"),
+    ]
+    commands = [Executed(text, "in.made", line, written)
+                for line, (written, text) in enumerate(texts, start=1)]  # fmt: skip
+    deck = changed(right, commands=tuple(commands))
+    for stands, line in (
+        ([(8.0, 9.0), (3979.0, 7958.0)], 1), ([(8.0, 9.0), (1200.0, 7958.0)], 2),
+        ([(1200.0, 7958.0), (8.0, 9.0)], 2), ([(8.0, 9.0)], None), ([], None),
+    ):  # fmt: skip
+        lines = [where.line for where, _ in places.with_numbers(deck, "mass", stands)]
+        assert lines == ([] if line is None else [line])
+    last = places.place(deck, "mass")
+    assert last is not None
+    assert last.line == 3
+
+
+def test_what_cannot_be_examined(scene: hc.Scene) -> None:
+    for limit in (0.0, np.nan):
+        with pytest.raises(SceneError, match=f"time_limit = {limit}: must be"):
+            hc.examine(scene, "in.none", time_limit=limit)
+    with pytest.raises(SceneError, match=r"tolerance = 1\.0: must be a number above 0"):
+        hc.examine(scene, "in.none", tolerance=1.0)
+    with pytest.raises(SceneError, match="near_wall: cannot be in the scene of a deck"):
+        hc.examine(replace(scene, near_wall=hc.Wall("rigid")), "in.none")

@@ -1,0 +1,364 @@
+"""Numbers of a deck by its probes: units of lj, laws of contacts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.engines.lammps.reading.found import Executed, FoundDeck, FoundRun
+from hertzchain.errors import RunFailed
+from hertzchain.examiner import case as of_case
+from hertzchain.examiner import measured, probes
+from hertzchain.examiner.case import ACTS, Case
+from hertzchain.examiner.examining import case_of
+from hertzchain.examiner.measured import law_of
+from hertzchain.examiner.right_commands import wall_plane
+from hertzchain.limits import Deadline
+from tests.examiner.corpus import scene_of
+from tests.examiner.made import (
+    STEP,
+    both,
+    by_name,
+    changed,
+    deck_of,
+    examined,
+    in_texts,
+    plus,
+    times,
+)
+from tests.examiner.made import found as made_found
+from tests.examiner.test_corrections import OF_NUMBERS, held_for_fifty_steps
+
+
+def test_units_of_lj(scene: hc.Scene, right: FoundDeck) -> None:
+    """The same chain in arbitrary units: lengths of 2 mm, masses of 3 g, times of 5 us."""
+    length, mass, time = 2e-3, 3e-3, 5e-6
+    force = mass * length / time**2
+    per = {
+        length: ("position", "radius", "overlap", "damped_overlap", "final_position"),
+        mass: ("mass",),
+        time: ("applied_time", "end_time"),
+        force: ("contact_force", "damped_force", "applied_force", "peak_force"),
+        length / time: ("closing", "final_velocity"),
+    }
+    numbers = {name: getattr(right, name) / unit for unit, names in per.items() for name in names}
+    runs = (replace(right.runs[0], dt=STEP / time),)
+    fixes = tuple(
+        replace(fix, largest=fix.largest / force, largest_in_motion=fix.largest_in_motion / force)
+        for fix in right.fixes
+    )
+    scaled = changed(right, units="lj", runs=runs, fixes=fixes, **numbers)
+    done = examined(scene, scaled)
+    assert [check.sentence for check in done.checks if not check.passed] == []
+    assert any("one length is 0.002 m" in remark for remark in done.remarks)
+    weaker = times("applied_force", 0.9)(scaled)
+    assert not by_name(examined(scene, weaker), "peak of the applied").passed
+
+
+@pytest.mark.parametrize(
+    ("force", "stiffness", "exponent"),
+    [
+        ([0.0, 0.0, 0.0], 0.0, 1.5),  # nothing pushes
+        ([0.0, 0.0, 5.0 * 4**1.5], 5.0, 1.5),  # one overlap alone: Hertz's exponent is taken
+        ([3.0, 6.0, 12.0], 3.0, 1.0),
+        ([7.0, np.nan, 7.0 * 4**2], 7.0, 2.0),
+    ],
+)
+def test_the_law_of_a_contact(force: list[float], stiffness: float, exponent: float) -> None:
+    for order in (slice(None), slice(None, None, -1)):
+        law = law_of(np.array([1.0, 2.0, 4.0])[order], np.array(force)[order], 2.0, 3.9)
+        assert (law.stiffness, law.exponent) == pytest.approx((stiffness, exponent), rel=1e-14)
+
+
+def test_lj_units_of_contacts_that_do_not_push(scene: hc.Scene, right: FoundDeck) -> None:
+    open_one = times("contact_force", 0.0, (..., 4))(changed(right, units="lj"))
+    assert measured.in_si(open_one, scene)[1].length == pytest.approx(1.0, rel=1e-12)
+    still = changed(right, units="lj", contact_force=0 * right.contact_force)
+    with pytest.raises(RunFailed, match="no contact of this deck pushes"):
+        measured.in_si(still, scene)
+
+
+def two_runs(deck: FoundDeck, start: float) -> FoundDeck:
+    """A deck that runs before its shock: all that happens comes later."""
+    (run,) = deck.runs
+    before = FoundRun(0.0, run.dt, round(start / run.dt), run.command)
+    return changed(
+        deck, runs=(before, replace(run, start=start, command=run.command + 2)),
+        applied_time=np.append(0.0, deck.applied_time + start),
+        applied_force=np.vstack([0 * deck.applied_force[:1], deck.applied_force]),
+        end_time=deck.end_time + start,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("start", [0.0, 200 * STEP, 230 * STEP])
+def test_a_shock_begins_with_the_run_that_fits(
+    start: float, scene: hc.Scene, right: FoundDeck
+) -> None:
+    deck = two_runs(right, 200 * STEP)
+    moved = scene.applied_force(deck.applied_time - start)
+    force = np.where(np.arange(20) == 0, moved[:, np.newaxis], 0.0)
+    begun = measured.start_of_shock(changed(deck, applied_force=force), scene)
+    assert begun == pytest.approx(start, abs=1e-12)
+    # One of another shape begins at the nearest run.
+    begun = measured.start_of_shock(changed(deck, applied_force=force**2 / 100), scene)
+    assert begun == min(start, 200 * STEP)
+
+
+@pytest.mark.parametrize(
+    ("start", "factor", "begun"),
+    [
+        # A start within a fiftieth of a step of one is that.
+        (230 + 0.02 / 3, 1.0, 230.0), (230.06, 1.0, 230.06),
+        # A force that is off by a hundredth may begin between runs, one that is off by more not.
+        (230.0, 1 + 0.01 / 3, 230.0), (230.0, 1.03, 200.0),
+    ],
+)  # fmt: skip
+def test_both_sides_of_a_start_between_runs(
+    start: float, factor: float, begun: float, scene: hc.Scene, right: FoundDeck
+) -> None:
+    deck = two_runs(right, 200 * STEP)
+    moved = factor * scene.applied_force(deck.applied_time - start * STEP)
+    force = np.where(np.arange(20) == 0, moved[:, np.newaxis], 0.0)
+    found = measured.start_of_shock(changed(deck, applied_force=force), scene)
+    assert found / STEP == pytest.approx(begun, abs=3e-3)
+
+
+def test_the_start_of_a_force_that_is_none(scene: hc.Scene, right: FoundDeck) -> None:
+    deck = two_runs(right, 200 * STEP)
+    none = changed(deck, applied_force=0 * deck.applied_force)
+    assert measured.start_of_shock(none, scene) == 0.0
+    empty = changed(right, applied_time=np.zeros(0), applied_force=np.zeros((0, 20)))
+    assert measured.start_of_shock(empty, scene) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("name", "command", "begin"), [("wall", "velocity", 4e-5), ("wall", "print", 0.0)]
+)
+def test_a_shock_without_force_begins_after_its_velocity(
+    name: str, command: str, begin: float
+) -> None:
+    scene = scene_of(name)
+    deck = two_runs(deck_of(name, scene), 200 * STEP)
+    later = Executed(f"{command} first set 0.5 0 0", "in.made", 12, "")
+    commands = (*(one for one in deck.commands if "velocity" not in one.text[:9]), later)
+    deck = changed(deck, commands=commands)
+    assert measured.start_of_shock(deck, scene) == 0.0  # granules move at the start already
+    still = changed(deck, velocity=0 * deck.velocity)
+    assert measured.start_of_shock(still, scene) == pytest.approx(begin)
+
+
+def test_a_piston_begins_to_move() -> None:
+    scene = scene_of("piston")
+    deck = deck_of("piston", scene)
+    late = changed(deck, driven_time=deck.driven_time + 3e-5)
+    assert measured.start_of_shock(late, scene) == 3e-5
+
+
+@pytest.mark.parametrize(
+    ("name", "until", "is_load"),
+    [("steel", 0.94, True), ("steel", 0.96, False), ("precompressed", 0.96, True)],
+)
+def test_a_force_that_stays_is_a_load(name: str, until: float, is_load: bool) -> None:
+    """For a twentieth of all time after the shock, unless the scene has static loads."""
+    scene = scene_of(name)
+    deck = deck_of(name, scene) if name in ("precompressed",) else made_found(scene)
+    force = np.full(deck.applied_force.shape, 3.0)
+    force[deck.applied_time < until * deck.end_time, 2] += 1.0
+    force[0, 2] = 3.0
+    loaded = measured.with_loads(changed(deck, applied_force=force), scene)
+    load = 3.0 * np.ones(deck.mass.size)
+    load[2] = 3.0 if is_load else 0.0
+    assert loaded.constant_force[:, 0] == pytest.approx(deck.constant_force[:, 0] + load)
+    assert loaded.applied_force == pytest.approx(force - load)
+
+
+@pytest.mark.parametrize(("noise", "is_load"), [(1 / 3, True), (3.0, False)])
+def test_a_load_changes_by_round_off_alone(
+    noise: float, is_load: bool, scene: hc.Scene, right: FoundDeck
+) -> None:
+    """By a billionth of the largest force, whatever a granule feels that is not pushed at all."""
+    force = np.where(np.arange(20) == 2, 3.0, 0.0) * np.ones(right.applied_force.shape)
+    force[1::2, 2] *= 1 + noise * 1e-9
+    loaded = measured.with_loads(changed(right, applied_force=force), scene)
+    assert loaded.constant_force[2, 0] == 3.0 * is_load
+
+
+def test_a_load_of_a_scene_with_loads_is_there_at_the_end() -> None:
+    scene = scene_of("precompressed")
+    deck = deck_of("precompressed", scene)
+    force = np.full(deck.applied_force.shape, 3.0)
+    force[-2, 1] = force[-1, 2] = 4.0
+    loaded = measured.with_loads(changed(deck, applied_force=force), scene)
+    load = loaded.constant_force[:, 0] - deck.constant_force[:, 0]
+    assert load[:4] == pytest.approx([3.0, 3.0, 0.0, 3.0])
+
+
+@pytest.mark.parametrize(("moved", "is_load"), [(0.9e-5, True), (1.1e-5, False)])
+def test_a_held_end_is_one_under_load(moved: float, is_load: bool) -> None:
+    """Where the shock moves it by less than 1e-5 of its overlap."""
+    scene = scene_of("precompressed")
+    deck = plus("integrated", -1, -1)(deck_of("precompressed", scene))
+    deck = plus("constant_force", (-1, 0), 20.0)(deck)
+    overlap = scene.granules.static_overlap[-1]
+    laws = measured.laws(deck, scene, np.full(13, overlap))
+    held = measured.with_held(deck, laws, moved * overlap)
+    assert held.integrated[-1] == is_load
+    assert held.constant_force[-1, 0] == pytest.approx(-20.0 * is_load)
+    moving = plus("velocity", (-1, 0), 1.0)(deck)
+    apart = plus("position", -1, 1e-5)(deck)
+    for other in (moving, apart):
+        assert measured.with_held(other, laws, 0.0) is other
+    assert measured.with_held(deck, laws[:-1], 0.0) is deck
+
+
+def test_readings_of_runs_at_their_ends(right: FoundDeck) -> None:
+    """A force may jump where one run ends and the next begins: two readings of one time."""
+    (run,) = right.runs
+    runs = (replace(run, steps=4), replace(run, start=4 * STEP, steps=6))
+    time = STEP * np.array([0, 2, 4, 4, 7, 10])
+    force = np.arange(6.0)[:, np.newaxis] * np.ones(20)
+    deck = changed(right, runs=runs, applied_time=time, applied_force=force)
+    (first, one), (second, two) = measured.readings_of_runs(deck)
+    assert (first.tolist(), second.tolist()) == (time[:3].tolist(), time[3:].tolist())
+    assert (one[:, 0].tolist(), two[:, 0].tolist()) == ([0, 1, 2], [3, 4, 5])
+    short, long = measured.stretches_of(deck, scene_of("steel"), 0.0, np.array([0, 3]))
+    assert short.applied[:, 1] == pytest.approx([0, 0.5, 1, 1.5, 2])
+    assert long.applied[:, 0] == pytest.approx([3, 10 / 3, 11 / 3, 4, 13 / 3, 14 / 3, 5])
+
+
+def test_a_wall_begins_where_its_force_does() -> None:
+    """A force of Hertz's law that shows a little late among others; no other law is moved."""
+    scene = scene_of("wall")
+    deck = deck_of("wall", scene)
+    (wall,) = deck.walls
+    for late, moved in ((1e-9, True), (1e-7, False)):
+        shift = late * wall.overlap[-1]
+        push = wall.force * ((wall.overlap + shift) / wall.overlap) ** 1.5
+        found = measured.far_wall(changed(deck, walls=(replace(wall, force=push),)))
+        by = shift if moved else 0.0
+        assert found.position - wall.position == pytest.approx(-by, rel=1e-3, abs=1e-17)
+        assert found.overlap - wall.overlap == pytest.approx(by, rel=1e-3)
+        assert found.damped_overlap - wall.damped_overlap == pytest.approx(by, rel=1e-3)
+
+
+@pytest.mark.parametrize("power", [0.25, 1.5])
+def test_the_power_of_a_damping_is_that_of_two_overlaps(power: float) -> None:
+    """Of granules that approach; half where there are no two overlaps, or no two signs alike."""
+    overlap, closing = np.array([1e-6, 4e-6, 3e-6]), np.array([0.5, 1.0, -1.0])
+    added = 3.0 * overlap**power * closing
+    one = measured.Damper(added, 0 * added, 1 + 0 * added, closing, overlap)
+    assert measured._power_of([one]) == power
+    for other in (
+        replace(one, overlap=np.full(3, 1e-6)), replace(one, added=added * [1, 0, 1]),
+        replace(one, added=added * [1, -1, 1]),
+    ):  # fmt: skip
+        assert measured._power_of([other]) == 0.5
+
+
+def test_a_piston_of_a_table() -> None:
+    piston = hc.Piston(time=(0.0, 1e-4, 2e-4), displacement=(0.0, 3e-5, 3e-5))
+    time = np.array([-1e-5, 0.0, 5e-5, 1.5e-4])
+    assert measured.displacement(piston, time) == pytest.approx([0, 0, 1.5e-5, 3e-5])
+    assert measured.displacement(hc.Piston(0.2), time) == pytest.approx([0, 0, 1e-5, 3e-5])
+
+
+def test_a_piston_that_goes_astray_for_a_moment() -> None:
+    """The displacement where it is off the most, not the largest one, is shown."""
+    scene = scene_of("piston")
+    deck = plus("driven_displacement", 600, 2e-6)(deck_of("piston", scene))
+    check = by_name(examined(scene, deck), "displacement of the piston")
+    assert check.sentence.startswith("the displacement of granule 1 at 0.00012 s is 2.6e-05 m")
+    assert not check.passed
+    none = np.zeros(0)
+    still = changed(deck, stopped="no step", driven_time=none, driven_displacement=none)
+    assert not any("piston" in one.name for one in examined(scene, still).checks)
+
+
+# What a case is, what it expects and what room it has
+
+
+def given(scene: hc.Scene, deck: FoundDeck) -> Case:
+    """What checks of a deck share."""
+    return case_of(scene, deck, 1e-3, Deadline(60.0), {})[0]
+
+
+def test_digits_of_a_pulse_are_those_of_its_impulse() -> None:
+    scene = scene_of("precompressed")
+    deck = deck_of("precompressed", scene)
+    pulse = probes._pulse(given(scene, times("applied_force", 1.02)(deck)))
+    assert pulse.digits == pytest.approx(0.02, rel=1e-6)
+    assert probes._pulse(given(scene, held_for_fifty_steps(deck))).digits == 0
+
+
+def test_a_force_at_a_jump_is_that_of_either_side() -> None:
+    """The pulse ends at the reading 200, up to less than a millionth of a step."""
+    table = hc.PulseTable((0.0, 2e-5, 4e-5), (100.0, 80.0, 100.0))
+    scene = replace(scene_of("steel"), shock=table)
+    deck = made_found(scene)
+    for late in (-1e-14, 1e-14):
+        for more in (0.0, -100.0):
+            change = both(plus("applied_time", 200, late), plus("applied_force", (200, 0), more))
+            pulse = probes._pulse(given(scene, change(deck)))
+            assert pulse.measured == pulse.expected == 100.0
+
+
+def test_a_force_that_is_a_shock() -> None:
+    """On either side of a billionth of the unit of force."""
+    scene = scene_of("steel")
+    deck = made_found(scene)
+    for share, command in ((1 / 3, 10), (3.0, 9)):
+        force = np.full((20, 2), share * ACTS * scene.units.force)
+        weak = replace(deck.fixes[-1], command=9, largest=force)
+        case = given(scene, changed(deck, fixes=(*deck.fixes, weak)))
+        pulse = probes._of_shock(case, probes.Numbers(1.0, 2.0, stands=lambda _: [(1.0, 2.0)]))
+        assert pulse.guess == command
+
+
+def test_a_deck_without_its_wall_moves_without_one() -> None:
+    scene = scene_of("wall")
+    deck = OF_NUMBERS["no wall at all"][1](deck_of("wall", scene))
+    force = given(scene, deck).motion.peak_force
+    assert force[-1] == 0 < force[-2]
+
+
+def test_a_wall_that_misses_the_chain_is_found_on_either_side_of_its_fix() -> None:
+    scene = scene_of("wall")
+    deck = OF_NUMBERS["a wall for granule 1"][1](deck_of("wall", scene))
+    turned = in_texts("NULL 0.095", "0.095 NULL")(deck)
+    walls = [probes._wall(given(scene, each)) for each in (deck, turned)]
+    assert [wall and wall.at for wall in walls] == [6, 6]
+
+
+def test_a_wall_stands_behind_the_last_of_unlike_granules() -> None:
+    scene = scene_of("wall")
+    chain = replace(scene.chain, radius=[*[4.75e-3] * 9, 2e-3])
+    unlike = replace(scene, chain=chain)
+    end = unlike.granules.position[-1] + 2e-3
+    assert wall_plane(given(unlike, deck_of("wall", unlike))) == pytest.approx(end, rel=1e-12)
+
+
+def test_rounding_of_a_force_grows_as_an_overlap_falls() -> None:
+    """By the distance of the two centres, 9 mm."""
+    scene = scene_of("dimer")
+    rounding = given(scene, deck_of("dimer", scene)).rounding(2, np.array([1e-12, 1e-3]))
+    assert rounding == pytest.approx([6 * np.finfo(np.float64).eps * 9e-3 / 1e-12, 1e-9])
+
+
+@pytest.mark.parametrize(("more", "stands"), [(1, [(13, 12)]), (2, [(14, 12), (13, 11)])])
+def test_a_count_may_stand_as_that_of_contacts(more: int, stands: list[tuple[int, int]]) -> None:
+    """Unless that number is the right count of granules."""
+    scene = scene_of("piston")
+    other = replace(scene, chain=replace(scene.chain, granules=12 + more))
+    case = given(scene, deck_of("piston", other))
+    assert probes._count(case).stands(0) == stands
+
+
+def test_granules_in_words() -> None:
+    words = {"granule 4": [3], "granules 4 to 6": [3, 4, 5], "granules 4, 8": [3, 7],
+             "all granules": range(20), "no granule": [],
+             "granules 1, 3, 5, 7 and 2 more": [0, 2, 4, 6, 8, 10]}  # fmt: skip
+    for name, granules in words.items():
+        assert of_case.names(np.array(granules, np.intp), 20, "granule", 1) == name

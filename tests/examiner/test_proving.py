@@ -1,0 +1,253 @@
+"""Which corrections are proven: decks whose checks and peaks are a function of their edits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.engines.lammps.reading.found import Executed, FoundDeck
+from hertzchain.engines.lammps.reading.text import Edits
+from hertzchain.errors import RunFailed
+from hertzchain.examiner import correct
+from hertzchain.examiner.case import DeckCheck
+from hertzchain.examiner.places import Changes, Place
+from tests.examiner.made import changed, examined
+
+LINES = ("variable V equal 1", "set all mass", "pair_coeff", "fix load", "run 10")
+
+Outcome = Callable[[set[str]], tuple[Sequence[str], float]]
+"""Function from the lines of a deck to the names of failed checks and the error of its peaks."""
+
+
+def edit(line: int, *lines: str) -> Changes:
+    """What stands in place of a line of the deck, counted from 1."""
+    return {("in.made", line, LINES[line - 1]): lines}
+
+
+def failed(name: str, line: int, *tried: Changes) -> DeckCheck:
+    """A failed check of a line."""
+    place = Place("in.made", line, LINES[line - 1], line - 1)
+    return DeckCheck(name, "", 1.0, 2.0, 0.1, False, True, f"{name} is wrong", "", place,
+                     corrections=tried)  # fmt: skip
+
+
+class Deck:
+    """A deck with some checks, and what is found of it with edits."""
+
+    def __init__(
+        self, scene: hc.Scene, right: FoundDeck, checks: Sequence[DeckCheck], outcome: Outcome
+    ) -> None:
+        self.done = examined(scene, right)
+        self.checks, self.outcome = checks, outcome
+        self.tried: list[Edits] = []
+        commands = tuple(Executed(t, "in.made", k, t) for k, t in enumerate(LINES, start=1))
+        self.found = changed(right, commands=commands)
+
+    def __call__(self, edits: Edits, limit: float = math.inf) -> hc.DeckExamination:
+        """The examination of the deck with edits."""
+        assert limit > 0
+        self.tried.append(edits)
+        lines = {("in.made", line): (text,) for line, text in enumerate(LINES, start=1)}
+        assert edits.keys() <= lines.keys()
+        now = {text for texts in (lines | dict(edits)).values() for text in texts}
+        if "bad syntax" in now:
+            raise RunFailed("LAMMPS stopped")
+        names, error = self.outcome(now)
+        checks = [
+            one if one.name in names else replace(one, passed=True, differs=False, effect=0.0)
+            for one in self.checks
+        ]
+        peaks = replace(self.done.checks[-1], passed=error < 1e-3)
+        stopped = "granules left the box" if "stops" in now else ""
+        found = changed(
+            self.found, peak_force=self.done.reference.peak_force * (1 + error), stopped=stopped
+        )
+        return replace(self.done, checks=(*checks, peaks), found=found)
+
+    def proven(self) -> hc.DeckExamination:
+        """The examination of the deck as it is, with its proven corrections."""
+        return correct.with_findings(correct.Prover(self({}), self, 1e3))
+
+
+def shown(done: hc.DeckExamination) -> list[tuple[str, list[str], bool, int | None]]:
+    """Of each finding its checks, its lines, whether only with others, and what it follows."""
+    return [
+        (
+            " ".join(check.name for check in one.checks),
+            [f"{line.line}: {'; '.join(line.commands)}" for line in one.correction],
+            one.with_others,
+            one.follows,
+        )
+        for one in done.findings
+    ]
+
+
+MASS, LAW, LOAD = edit(2, "right mass"), edit(3, "right law"), edit(4, "right load")
+
+
+def wrong(now: set[str], **needs: str) -> list[str]:
+    """Names of the checks whose line is not there."""
+    return [name for name, line in needs.items() if line.replace("_", " ") not in now]
+
+
+def mass_and_law(now: set[str]) -> tuple[list[str], float]:
+    names = wrong(now, mass="right mass", law="right law")
+    return names, 0.1 * len(names)
+
+
+def law_explains_mass(now: set[str]) -> tuple[list[str], float]:
+    return ([] if "right law" in now else ["mass", "law"]), 0.1 * ("right law" not in now)
+
+
+def make_up(now: set[str]) -> tuple[list[str], float]:
+    """Two errors that make up for one another: with one of them alone peaks are further off."""
+    names = wrong(now, mass="right mass", law="right law")
+    return names, (0.0, 0.3, 0.1)[len(names)]
+
+
+def load_breaks(now: set[str]) -> tuple[list[str], float]:
+    """A wrong line makes the mass right, and something else wrong."""
+    names = wrong(now, mass="right mass", law="right law")
+    if "other mass" in now:
+        names = ["law", "load"]
+    return names, 0.1
+
+
+NOT_FIRST = edit(2, "bad syntax"), edit(2, "no help"), edit(2, "stops"), edit(2, "other mass")
+
+CASES: dict[str, tuple[list[DeckCheck], Outcome, list[tuple[str, list[str], bool, int | None]],
+                       dict[int, tuple[str, ...]]]] = {
+    "the first that helps": (
+        [failed("mass", 2, *NOT_FIRST, MASS), failed("law", 3, LAW), failed("load", 4)],
+        load_breaks,
+        [("mass", ["2: right mass"], False, None), ("law", ["3: right law"], False, None)],
+        {2: ("right mass",), 3: ("right law",)},
+    ),
+    "one that no correction helps": (
+        [failed("mass", 2, *NOT_FIRST[:2]), failed("law", 3, LAW)],
+        mass_and_law,
+        [("mass", [], False, None), ("law", ["3: right law"], False, None)],
+        {3: ("right law",)},
+    ),
+    "two numbers of one line": (
+        [failed("mass", 2, edit(2, "half", "x")), failed("size", 2, edit(2, "y", "half"))],
+        lambda now: (wrong(now, mass="x", size="y"), 0.1),
+        [("mass size", [], False, None)],
+        {},
+    ),
+    "two numbers of one line, one after the other": (
+        [failed("mass", 2, edit(2, "right mass", LINES[1])),
+         failed("size", 2, edit(2, LINES[1], "right size"))],
+        lambda now: (wrong(now, mass="right_mass", size="right_size"), 0.1),
+        [("mass size", ["2: right mass; set all mass; right size"], False, None)],
+        {2: ("right mass", "set all mass", "right size")},
+    ),
+    "what follows stands behind": (
+        [failed("mass", 2), failed("law", 3, LAW)],
+        law_explains_mass,
+        [("law", ["3: right law"], False, None), ("mass", [], False, 0)],
+        {3: ("right law",)},
+    ),
+    "what follows is not tried": (
+        [failed("law", 3, LAW), failed("mass", 2, MASS)],
+        law_explains_mass,
+        [("law", ["3: right law"], False, None), ("mass", [], False, 0)],
+        {3: ("right law",)},
+    ),
+    "errors that make up for one another": (
+        [failed("mass", 2, MASS), failed("law", 3, LAW)],
+        make_up,
+        [("mass", ["2: right mass"], True, None), ("law", ["3: right law"], True, None)],
+        {2: ("right mass",), 3: ("right law",)},
+    ),
+    "together no better": (
+        [failed("mass", 2, MASS), failed("law", 3, LAW)],
+        lambda now: (make_up(now)[0], 0.3 - 0.1 * len(make_up(now)[0])),
+        [("mass", [], False, None), ("law", [], False, None)],
+        {},
+    ),
+}  # fmt: skip
+"""Checks that fail in front, what follows from edits, the findings, and all edits together."""
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_corrections(name: str, scene: hc.Scene, right: FoundDeck) -> None:
+    checks, outcome, findings, edits = CASES[name]
+    deck = Deck(scene, right, checks, outcome)
+    done = deck.proven()
+    assert shown(done) == findings
+    assert done.edits == {("in.made", line): lines for line, lines in edits.items()}
+    assert done.remarks == deck.done.remarks
+    for finding in done.findings:
+        for check in finding.checks:
+            assert check in done.checks
+            own = [one.commands for one in finding.correction]
+            assert check.command == ("\n".join(own[0]) if own else "")
+    assert len(deck.tried) == len({frozenset(one.items()) for one in deck.tried})  # none twice
+    printed = repr(done)
+    assert printed.count("correct only together with") == sum(one[2] for one in findings)
+    assert printed.count("this follows from 1") == sum(one[3] == 0 for one in findings)
+
+
+def test_a_variable_that_is_right_is_not_to_blame(scene: hc.Scene, right: FoundDeck) -> None:
+    """Its command is: the line that is corrected, not one that is taken out."""
+    both = {("in.made", 2, LINES[1]): (LINES[1],), **LAW}
+    deck = Deck(scene, right, [failed("law", 1, both)], mass_and_law)
+    (check, _) = deck.proven().checks
+    assert check.place == Place("in.made", 3, LINES[2], 2)
+    assert check.command == "right law"
+
+
+def test_time_is_over(scene: hc.Scene, right: FoundDeck) -> None:
+    """What is proven by then is in the fixed deck, with a remark that not all was tried."""
+    deck = Deck(scene, right, [failed("mass", 2, MASS), failed("law", 3, LAW)], mass_and_law)
+
+    def slowly(edits: Edits, limit: float) -> hc.DeckExamination:
+        prover._begun -= 40.0
+        return deck(edits, limit)
+
+    prover = correct.Prover(deck({}), slowly, 2.0)
+    assert prover.left == pytest.approx(32.0, abs=1.0)  # sixteen readings of the deck
+    assert replace(prover, seconds=0.5).left == pytest.approx(8.0, abs=1.0)  # or 8 s
+    done = correct.with_findings(prover)
+    assert shown(done) == [
+        ("mass", ["2: right mass"], False, None), ("law", [], False, None)
+    ]  # fmt: skip
+    assert done.edits == {("in.made", 2): ("right mass",)}
+    assert done.remarks[-1].startswith("not all corrections were tried")
+
+
+def test_no_worse(scene: hc.Scene, right: FoundDeck) -> None:
+    """A deck that dies is worse than one that ends, and no peaks are compared with those of one."""
+
+    def of(*names: str, error: float = 0.1, stopped: str = "") -> hc.DeckExamination:
+        checks = [failed("mass", 2), failed("law", 3)]
+        one = Deck(scene, right, checks, lambda _: (names, error))({})
+        return replace(one, found=changed(one.found, stopped=stopped))
+
+    both, dead = of("mass", "law"), of("mass", "law", stopped="lost atoms")
+    assert correct.is_no_worse(both, of("law"))
+    assert not correct.is_no_worse(of("law"), of("mass"))
+    assert not correct.is_no_worse(both, of("law", stopped="lost atoms"))
+    assert not correct.is_no_worse(both, of("law", error=0.2))
+    assert correct.is_no_worse(both, of("law", error=0.2), peaks=False)
+    judged, late = np.arange(19) < 18, of("law")
+    peaks = np.where(judged, 1.0, 2.0) * late.found.peak_force
+    late = replace(late, found=changed(late.found, peak_force=peaks), judged=judged)
+    assert correct.is_no_worse(both, late)  # one judges the last contact, the other does not
+    assert correct.is_no_worse(dead, of("law", error=0.2))
+    assert correct.is_no_worse(dead, of("law", stopped="lost atoms"))
+
+
+def test_changes_on_top_of_changes() -> None:
+    once = correct.combined({}, edit(2, "a", LINES[1], "b"))
+    assert once == {("in.made", 2): ("a", LINES[1], "b")}
+    assert correct.combined(once, {**edit(2, "c"), **LAW}) == {
+        ("in.made", 2): ("a", "c", "b"), ("in.made", 3): ("right law",)
+    }  # fmt: skip
+    assert correct.combined({("in.made", 2): ("a",)}, edit(2, "c")) is None

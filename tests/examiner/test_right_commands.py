@@ -1,0 +1,238 @@
+"""Commands of a scene in the units, the directions, the types and the names of somebody's deck."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache, partial
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.engines.lammps.reading.units import UNITS
+from hertzchain.examiner import right_commands as right
+from hertzchain.examiner.case import Case
+from hertzchain.examiner.examining import case_of
+from hertzchain.limits import Deadline
+from tests.examiner.corpus import scene_of
+from tests.examiner.made import assert_alike, changed, deck_of
+
+FRICTION = "tangential linear_nohistory 0.0 0.0"
+DOWN: dict[str, Any] = {
+    "axis": "z",
+    "direction": np.array([0, 0, -1.0]),
+    "origin": np.array([0.01, 0, 0.3]),
+}
+ASLANT: dict[str, Any] = {
+    "axis": "a diagonal",
+    "direction": np.array([0.6, 0.8, 0]),
+    "ids": np.arange(14) + 3,
+}
+
+
+@cache
+def right_case(name: str) -> Case:
+    """What checks share of a right deck."""
+    scene = scene_of(name)
+    return case_of(scene, deck_of(name, scene), 1e-3, Deadline(60.0), {})[0]
+
+
+def case(name: str, units: str = "si", **numbers: Any) -> Case:
+    """The same with other units or numbers of its granules."""
+    made = right_case(name)
+    return replace(made, units=UNITS[units], deck=changed(made.deck, **numbers))
+
+
+def later(name: str, units: str = "si", **numbers: Any) -> Callable[[], Case]:
+    """The same, which is computed when a test wants it."""
+    return partial(case, name, units, **numbers)
+
+
+def modulus(young: float, poisson: float) -> float:
+    """Of a contact of two granules of one material: E* = E / (2 (1 - nu^2)) [Pa]."""
+    return young / (2 * (1 - poisson**2))
+
+
+STEEL = 4 / 3 * modulus(193e9, 0.3)
+RUBBER = 4 / 3 * modulus(5e6, 0.45)
+MIXED = 4 / 3 / ((1 - 0.3**2) / 200e9 + (1 - 0.34**2) / 70e9)
+
+Commands = Callable[[Case], list[str] | None]
+
+TABLE: list[tuple[Commands, Callable[[], Case], list[str] | None]] = [
+    (right.granule_commands, later("dimer", "micro"),
+     ["set type 1 diameter 12000", "set type 2 diameter 6000",
+      "set type 1 density 7.8", "set type 2 density 2.7"]),
+    (right.granule_commands, later("dimer", types=np.ones(16, np.int64)),
+     [*(f"set atom {k} diameter {(0.006, 0.012)[k % 2]}" for k in range(1, 17)),
+      *(f"set atom {k} density {(2700, 7800)[k % 2]}" for k in range(1, 17))]),
+    (right.granule_commands, later("piston", ids=np.arange(11)), []),
+    (right.velocity_commands, later("wall", "cgs"),
+     ["velocity all set 0.0 0.0 0.0 units box", "velocity first set 50 0.0 0.0 units box"]),
+    (right.velocity_commands, later("piston", spin=np.ones((12, 3))),
+     ["velocity all set 0.0 0.0 0.0 units box", "set group all omega 0.0 0.0 0.0"]),
+    (right.law_commands, later("dimer", "micro"),
+     ["pair_style granular", f"pair_coeff * * hertz {MIXED / 1e3:.10g} 0.0 {FRICTION}"]),
+    (right.law_commands, later("viscoelastic"),
+     ["pair_style granular", (f"pair_coeff * * hertz {STEEL:.10g}"
+      # eta m* a v with a = sqrt(R* d) is tau times dF/dt = 3/2 A d^1/2 v, A = 4/3 E* sqrt(R*).
+      f" {0.5e-6 * 2 * modulus(193e9, 0.3) / (2 / 3 * np.pi * 4.75e-3**3 * 7958):.10g}"
+      f" {FRICTION} damping viscoelastic")]),
+    (right.wall_commands, later("piston"), None),
+    (right.wall_commands, later("column", **ASLANT), None),
+    (right.wall_commands, later("column", "cgs", **DOWN),
+     [(f"fix wall all wall/gran granular hertz {20 * RUBBER:.10g} 1e-300 {FRICTION}"
+      " damping velocity zplane 11.0792756751313 NULL")]),
+    (right.load_commands, later("piston"), []),
+    (right.load_commands, later("column", "cgs", **DOWN),
+     ["fix gravity all gravity 981 vector 0.0 0.0 -1"]),
+    (right.load_commands, later("precompressed", **ASLANT),
+     ["group granule1 id 3", "fix load1 granule1 addforce 12 16 0.0",
+      "group granule14 id 16", "fix load14 granule14 addforce -12 -16 0.0"]),
+    (right.load_commands, later("fixed"),  # its striker is not pressed; the fixed one holds
+     ["group granule2 id 2", "fix load2 granule2 addforce 5 0.0 0.0"]),
+    (right.motion_commands, later("wall"), ["fix motion all nve"]),
+    (right.motion_commands, later("piston"),
+     ["group others subtract all first", "fix motion others nve"]),
+    (right.motion_commands, later("fixed"),
+     ["group fixed id 9", "group others subtract all fixed", "fix motion others nve"]),
+    (right.freeze_commands, later("fixed"), []),  # only damping takes note of it
+    (right.piston_commands, later("wall"), []),
+    (right.piston_commands, later("piston", "cgs"),
+     ["fix piston first move linear 20 0.0 0.0 units box"]),
+    (right.shock_commands, later("wall"), []),
+    (right.shock_commands, later("precompressed", **ASLANT), None),
+    (right.shock_commands, later("column", "cgs", **DOWN),
+     [('variable F_2 equal "-((time>=0)*(time<0.002)*(200000.0*time/0.002)+(time>=0.002)*'
+      '(time<0.004)*(200000.0-200000.0*(time-0.002)/0.002))"'),
+      "fix shock first addforce 0.0 0.0 v_F_2"]),
+    (right.shock_commands, later("dimer", "micro"),
+     [('variable F equal "(time>=0)*(time<25)*(150000000000.0*time/25.0)+(time>=25)*'
+      '(time<50)*(150000000000.0-150000000000.0*(time-25.0)/25.0)"'),
+      "fix shock first addforce v_F 0.0 0.0"]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("row", range(len(TABLE)))
+def test_commands_of_a_scene(row: int) -> None:
+    commands, made, expected = TABLE[row]
+    lines = commands(made())
+    assert (lines is None) == (expected is None)
+    assert_alike(lines or [], expected or [])
+
+
+def test_places_begin_at_granule_1() -> None:
+    """Granules of rubber press one another, more so further down."""
+    one, *_, last = right.place_commands(case("column", "cgs", **DOWN)) or []
+    assert one == "set atom 1 x 1 y 0 z 30"
+    assert last.startswith("set atom 10 x 1 y 0 z 12.07263")
+    assert right.place_commands(case("column", ids=np.arange(9))) is None
+
+
+@pytest.mark.parametrize(
+    ("contact", "version", "number", "words"),
+    [
+        (hc.Contact("restitution", restitution=0.9), "20220804", "0.9",
+         " damping coeff_restitution limit_damping"),
+        (hc.Contact("restitution", restitution=0.9), "20220803", "0.9",
+         " damping coeff_restitution"),
+        (hc.Contact("restitution", restitution=0.9, attraction=True), "20250722", "0.9",
+         " damping coeff_restitution"),
+        (hc.Contact("dashpot", coefficient=0.25), "20250722", "250",
+         " damping velocity limit_damping"),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("of_wall", [False, True])
+def test_words_of_damping(
+    contact: hc.Contact, version: str, number: str, words: str, of_wall: bool
+) -> None:
+    """In cgs: a dashpot of 1 kg/s is one of 1000 g/s, and of 1e9 pg/us. A wall may have another."""
+    made = case("wall", "cgs")
+    wall = hc.Wall("rigid", **{f"{contact.damping}".replace("dashpot", "coefficient"): 0.5})
+    scene = replace(made.scene, contact=contact, wall=wall)
+    number = {"0.9": "0.5", "250": "500"}[number] if of_wall else number
+    k = scene.granules.mass.size - 1 if of_wall else 3
+    made = replace(made, scene=scene)
+    assert right.damping_words(made, k, version) == (number, words)
+    small, _ = right.damping_words(replace(made, units=UNITS["micro"]), k, version)
+    assert float(small) == float(number) * (1 if contact.restitution else 1e6)
+
+
+def test_damping_of_viscoelastic_granules_goes_as_length_and_time() -> None:
+    si, micro = (
+        float(right.damping_words(case("viscoelastic", units), 2, "20250722")[0])
+        for units in ("si", "micro")
+    )
+    assert micro == pytest.approx(1e-12 * si, rel=1e-9, abs=0)
+
+
+PULSE = hc.Pulse("cosine", 100.0, 2.0, rise_time=3e-5)
+
+
+@pytest.mark.parametrize(("count", "lines"), [(64, 65), (65, 1)])
+def test_both_sides_of_the_most_lines(count: int, lines: int) -> None:
+    """One line for each diameter, and one for all densities."""
+    radius = np.linspace(4e-3, 5e-3, count).tolist()
+    chain = hc.Chain(count, radius, young_modulus=70e9, poisson_ratio=0.3, density=7800.0)
+    made = case("wall", ids=np.arange(count) + 1, types=np.ones(count, np.int64))
+    made = replace(made, scene=hc.Scene(chain, PULSE))
+    assert len(right.granule_commands(made)) == lines
+    assert (right.place_commands(made) is None) == (count > 64)
+
+
+@pytest.mark.parametrize("rows", [40, 41])
+def test_both_sides_of_a_table_that_is_a_formula(rows: int) -> None:
+    """Of at most 39 pieces, one between two rows each."""
+    force = np.where(np.arange(rows) % 2, 100.0, 50.0)
+    table = hc.PulseTable(tuple(np.linspace(0.0, 1e-4, rows)), tuple(force))
+    made = case("piston")
+    made = replace(made, scene=replace(made.scene, shock=table))
+    assert (right.shock_commands(made) is None) == (rows > 40)
+
+
+def test_pairs_of_types() -> None:
+    """Types that never touch have coefficients, too; one pair has one law."""
+    scene = hc.Scene(
+        hc.Chain(4, radius=5e-3, young_modulus=[70e9, 70e9, 200e9, 200e9], poisson_ratio=0.3,
+                 density=7800.0),
+        PULSE,
+    )  # fmt: skip
+    laws = [f"{4 / 3 * young:.10g}" for young in (
+        modulus(70e9, 0.3), 1 / (1 / (2 * modulus(70e9, 0.3)) + 1 / (2 * modulus(200e9, 0.3))),
+        modulus(200e9, 0.3),
+    )]  # fmt: skip
+    made = replace(case("wall"), scene=scene)
+
+    def lines(*types: int) -> list[str] | None:
+        deck = changed(made.deck, types=np.array(types))
+        commands = right.law_commands(replace(made, deck=deck))
+        return None if commands is None else [" ".join(one.split()[1:6]) for one in commands]
+
+    assert lines(1, 1, 2, 2) == ["granular", *(
+        f"{pair} hertz {law} 0.0" for pair, law in zip(("1 1", "1 2", "2 2"), laws, strict=True)
+    )]  # fmt: skip
+    like, mixed, stiff = laws
+    assert lines(1, 3, 3, 2) == ["granular", *(
+        f"{pair} hertz {law} 0.0" for pair, law in {
+            "1 1": like, "1 2": like, "1 3": like, "2 2": like, "2 3": stiff, "3 3": mixed
+        }.items()
+    )]  # fmt: skip
+    assert lines(1, 1, 1, 2) is None  # granules 1, 2 and 3 are of one type, and not alike
+
+
+@pytest.mark.parametrize(("off", "one"), [(1 / 3, True), (3.0, False)])
+def test_both_sides_of_one_material(off: float, one: bool) -> None:
+    """Stiffnesses of one type may differ by a billionth of them."""
+    made = case("piston")
+    young = 193e9 * (1 + 1e-9 * off * (np.arange(12) > 5))
+    scene = replace(made.scene, chain=replace(made.scene.chain, young_modulus=young.tolist()))
+    assert (right.law_commands(replace(made, scene=scene)) is not None) == one
+
+
+def test_fixed_granules_of_damped_contacts_are_frozen() -> None:
+    damped = replace(case("fixed").scene, contact=hc.Contact("restitution", restitution=0.9))
+    assert right.freeze_commands(replace(case("fixed"), scene=damped)) == [
+        "group fixed id 9", "fix freeze fixed freeze"
+    ]  # fmt: skip

@@ -1,0 +1,290 @@
+"""Each tolerance of the examination: a third of what is allowed passes, three times it fails."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.engines.lammps.reading.found import FoundDeck
+from hertzchain.examiner import correct, places
+from tests.examiner import made
+from tests.examiner.corpus import scene_of
+from tests.examiner.made import (
+    STEP,
+    Change,
+    both,
+    by_name,
+    changed,
+    deck_of,
+    examined,
+    in_texts,
+    plus,
+    stiffer,
+    times,
+)
+from tests.examiner.test_corrections import in_wall
+
+TOLERANCE = 1e-3
+
+
+OF_EFFECT: dict[str, tuple[str, Callable[[float], Change], float]] = {
+    "mass": ("steel", lambda size: times("mass", 1 + size), 1e-4),
+    "radius": ("steel", lambda size: times("radius", 1 + size, 5), 1e-7),
+    "stiffness": ("steel", lambda size: stiffer(1 + size), 1e-4),
+    "peak of the applied": ("steel", lambda size: times("applied_force", 1 + size), 1e-4),
+    "distance of": ("steel", lambda size: plus("position", slice(5, None), size), 1e-9),
+    "place of the wall": ("wall", lambda size: in_wall(position=lambda at: at + size), 1e-9),
+    "velocity of granule 1": ("wall", lambda size: times("velocity", 1 + size, (0, 0)), 1e-5),
+    "displacement of the piston": (
+        "piston", lambda size: times("driven_displacement", 1 + size), 1e-5
+    ),
+    "constant force on": ("column", lambda size: times("constant_force", 1 + size), 1e-4),
+    "damping": ("viscoelastic", lambda size: times("damped_force", 1 + size), 1e-5),
+}  # fmt: skip
+"""By the start of a check's name: a scene, a difference of some size, and a size that is small."""
+
+
+@pytest.mark.parametrize("name", OF_EFFECT)
+def test_both_sides_of_an_effect(name: str, right: FoundDeck) -> None:
+    """Effects of small differences are proportional to them."""
+    of_scene, change, small = OF_EFFECT[name]
+    scene = scene_of(of_scene)
+    deck = right if of_scene == "steel" else deck_of(of_scene, scene)
+    effect = by_name(examined(scene, change(small)(deck)), name).effect
+    both_sides(name, change, small * TOLERANCE / effect, scene, deck)
+
+
+def both_sides(
+    name: str, made: Callable[[float], Change], most: float, scene: hc.Scene, right: FoundDeck
+) -> hc.DeckCheck:
+    """A difference of which a third passes, and three times of it is to correct, with a line."""
+    little, much = (examined(scene, made(share * most)(right)) for share in (1 / 3, 3.0))
+    assert [check.sentence for check in little.checks[:-1] if not check.passed] == []
+    check = by_name(much, name)
+    assert not check.passed
+    assert check.place.file == "in.made"
+    return check
+
+
+def most_that_passes(scene: hc.Scene) -> dict[str, tuple[Callable[[float], Change], float]]:
+    """By the start of a check's name: a difference of some size, and the size that is allowed.
+
+    A contact that tilts by s / 2R loses s^2 / 4R of its overlap, its force half as much again.
+    """
+    peaks = np.asarray(hc.Native("reference").run(scene).peak_force)
+    deep = (peaks / scene.chain.contact_stiffness) ** (2 / 3)
+    radius, units = float(scene.chain.radius), scene.units
+    tilt = TOLERANCE * float(np.max(deep)) * 4 * radius / 1.5
+    none, quiet = 1e-9, 1e-7 * float(np.max(peaks))  # the latter of the largest force of a contact
+    return {
+        "distance from": (lambda s: plus("sideways", (3, 1), math.sqrt(s)), tilt),
+        "velocity of granule 4": (lambda s: plus("velocity", (3, 0), s), none * units.velocity),
+        "velocity across": (lambda s: plus("velocity", (3, 1), s), none * units.velocity),
+        "spin": (lambda s: plus("spin", (3, 1), s), none * units.velocity / radius),
+        "constant force on": (lambda s: plus("constant_force", (3, 0), s), none * units.force),
+        "constant force across": (lambda s: plus("constant_force", (3, 1), s), none * units.force),
+        "drag": (
+            lambda s: both(plus("drag", 3, s), in_texts("group first id 1", "fix v all viscous 1")),
+            none * units.force / units.velocity,
+        ),
+        "friction": (lambda s: plus("tangential_force", 3, s), quiet),
+        "damping": (lambda s: times("damped_force", 1 + s, (2, 3)), 1e-7),
+        "neighbours": (lambda s: plus("missed_overlap", 3, s), 0.1 * float(deep[3])),
+    }
+
+
+NAMES = tuple(most_that_passes(scene_of("steel")))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_both_sides_of_what_is_allowed(name: str, scene: hc.Scene, right: FoundDeck) -> None:
+    assert both_sides(name, *most_that_passes(scene)[name], scene, right).corrections
+
+
+def test_both_sides_of_a_force_across_the_box(scene: hc.Scene, right: FoundDeck) -> None:
+    def change(force: float) -> Change:
+        return lambda deck: changed(deck, image_gap=1e-4, image_force=force)
+
+    both_sides("contacts across", change, 1e-7 * scene.units.force, scene, right)
+
+
+def ended_early(deck: FoundDeck) -> FoundDeck:
+    """A deck that ends before the last contacts peak: they are not judged."""
+    steps = 1200
+    runs = (replace(deck.runs[0], steps=steps),)
+    return changed(deck, runs=runs, end_time=steps * STEP)
+
+
+def test_both_sides_of_the_digits_of_a_number(scene: hc.Scene, right: FoundDeck) -> None:
+    """A hundredth of a number where no judged peak shows it: the mass of the last granule."""
+    for share, passed in ((1 / 3, True), (3.0, False)):
+        mass = np.array(right.mass)
+        mass[-1] *= 1 + share * 10 * TOLERANCE
+        check = by_name(examined(scene, changed(ended_early(right), mass=mass)), "mass")
+        assert check.effect == pytest.approx(0.0, abs=1e-9)
+        assert check.passed == passed
+
+
+def test_both_sides_of_a_time_step(scene: hc.Scene, right: FoundDeck) -> None:
+    """Errors of velocity Verlet go as the square of its step; the step that is named is right."""
+
+    def with_step(dt: float) -> hc.DeckCheck:
+        steps = math.ceil(right.end_time / dt)
+        runs = (replace(right.runs[0], dt=dt, steps=steps),)
+        deck = changed(right, runs=runs, end_time=dt * steps)
+        return by_name(examined(scene, deck), "time step")
+
+    effect = with_step(3 * STEP).effect
+    allowed = 3 * STEP * math.sqrt(TOLERANCE / effect)
+    assert with_step(allowed * math.sqrt(1 / 3)).passed
+    wrong = with_step(allowed * math.sqrt(3.0))
+    assert not wrong.passed
+    assert wrong.expected is not None
+    named = with_step(wrong.expected)
+    assert named.passed
+    # 0.8 of the tolerance is aimed at; a step has two digits.
+    assert named.effect > 0.5 * TOLERANCE
+    unstable = with_step(100 * STEP)
+    assert unstable.effect == math.inf
+    assert "longest stable" in unstable.sentence
+    # No error tells how much shorter it should be: that of a chain of equal granules does.
+    aimed_at = 0.8 * math.sqrt(TOLERANCE / 0.5) * scene.units.time
+    assert 0.9 * aimed_at < unstable.expected <= aimed_at
+
+
+def test_a_wrong_radius_is_no_wrong_stiffness(scene: hc.Scene, right: FoundDeck) -> None:
+    """With the modulus of the scene, stiffnesses go as the root of the effective radius."""
+    for factor in (1.02, 0.97):
+        force = right.contact_force * math.sqrt(factor)
+        deck = changed(
+            right, radius=right.radius * factor, contact_force=force,
+                damped_force=right.damped_force * math.sqrt(factor),
+            mass=right.mass * factor**3,
+        )  # fmt: skip
+        names = [check.name for check in examined(scene, deck).to_correct]
+        assert any(name.startswith("radius") for name in names)
+        assert not any(name.startswith("stiffness") for name in names)
+
+
+def test_both_sides_of_what_a_correction_may_add_to_an_error(
+    scene: hc.Scene, right: FoundDeck
+) -> None:
+    truth, was = hc.Native("reference").run(scene).peak_force, 5e-3
+
+    def off(error: float) -> hc.DeckExamination:
+        return examined(scene, changed(right, peak_force=truth * (1 + error)))
+
+    allowed = 1e-2 * was + 1e-5
+    for share, no_worse in ((1 / 3, True), (3.0, False)):
+        assert correct.is_no_worse(off(was), off(was + share * allowed)) is no_worse
+
+
+def test_a_deck_in_which_no_peak_is_judged(scene: hc.Scene, right: FoundDeck) -> None:
+    """A single step tells nothing of its error, and is no reason to correct it."""
+    runs = (replace(right.runs[0], steps=1),)
+    done = examined(scene, changed(right, runs=runs, end_time=STEP))
+    assert not np.any(done.judged)
+    assert by_name(done, "time step").passed
+    assert not done.passed
+
+
+def test_both_sides_of_what_the_motion_may_add_to_a_failed_check(
+    scene: hc.Scene, right: FoundDeck
+) -> None:
+    """A hundredth of the effect of a wrong mass, with which the deck moves as its numbers say."""
+    lighter = replace(scene, chain=replace(scene.chain, density=0.8 * 7958.0))
+    moved = made.found(lighter)
+    (mass,) = examined(scene, changed(moved, mass=0.8 * right.mass)).to_correct
+    allowed = TOLERANCE + 1e-2 * mass.effect
+    assert mass.effect > 0.05
+    for share, names in ((1 / 3, [mass.name]), (3.0, [mass.name, "motion"])):
+        peaks = moved.peak_force * (1 + share * allowed)
+        to_correct = examined(scene, changed(moved, peak_force=peaks)).to_correct
+        assert [one.name.split(",")[0] for one in to_correct] == names
+
+
+def test_both_sides_of_the_motion_at_the_end(scene: hc.Scene, right: FoundDeck) -> None:
+    """A fiftieth of the largest velocity and displacement, if by as much for all granules."""
+    for name, values, what in (
+        ("final_velocity", right.final_velocity, "motion, by velocities at the end"),
+        ("final_position", right.final_position - right.position, "motion, by places at the end"),
+    ):
+        allowed = 0.02 * float(np.max(np.abs(values)))
+        for share, names in ((1 / 3, []), (3.0, [what])):
+            done = examined(scene, plus(name, ..., share * allowed)(right))
+            assert [check.name for check in done.to_correct] == names
+
+
+def test_numbers_that_are_off_by_the_same_are_one_finding(
+    scene: hc.Scene, right: FoundDeck
+) -> None:
+    """By a hundredth of it; the rest of many different ones is one finding, too."""
+    two = both(times("mass", 1.2, 3), times("mass", 1.2006, 4), times("mass", 1.206, 9))
+    names = [one.name for one in examined(scene, two(right)).checks if one.name[:4] == "mass"]
+    assert sorted(names) == ["mass of granule 10", "mass of granules 4 to 5"]
+    many = both(*(times("mass", 1 + 0.1 * k, k) for k in range(1, 6)))
+    names = [one.name for one in examined(scene, many(right)).checks if one.name[:4] == "mass"]
+    assert sorted(names) == ["mass of granule 5", "mass of granule 6", "mass of granules 2 to 4"]
+
+
+def test_of_contacts_that_are_off_alike_the_worst_one_is_shown(
+    scene: hc.Scene, right: FoundDeck
+) -> None:
+    softer = both(*(
+        times(force, factor, (..., k))
+        for force in ("contact_force", "damped_force") for k, factor in ((4, 0.9), (7, 0.9005))
+    ))  # fmt: skip
+    check = by_name(examined(scene, softer(right)), "stiffness")
+    assert check.measured == pytest.approx(0.9 * check.expected, rel=1e-6)
+
+
+@pytest.mark.parametrize(("share", "name"), [(1 / 3, "force of contact 6"), (3.0, "stiffness of")])
+def test_both_sides_of_a_contact_without_force(
+    share: float, name: str, scene: hc.Scene, right: FoundDeck
+) -> None:
+    """A millionth of Hertz's force."""
+    weak = [times(force, 1e-6 * share, (..., 4)) for force in ("contact_force", "damped_force")]
+    first = examined(scene, both(*weak)(right)).to_correct[0]
+    assert first.name.startswith(name)
+
+
+@pytest.mark.parametrize("factor", [1, -1])
+def test_both_sides_of_a_number_that_stands_in_a_line(factor: int) -> None:
+    for off, stands in ((2e-3 / 3, True), (6e-3, False)):
+        pairs = [(3.0 * (1 + factor * off), 4.0)]
+        assert places.with_number("set all 3.0", pairs) == ("set all 4" if stands else None)
+
+
+def test_both_sides_of_what_unlike_granules_are_allowed() -> None:
+    """The smallest granule loses most of its overlap, and the largest has the fastest surface."""
+    scene = scene_of("dimer")
+    deck = deck_of("dimer", scene)
+    radius = scene.granules.radius
+    peaks = np.asarray(hc.Native("reference").run(scene).peak_force)
+    deep = float(np.max((peaks / scene.granules.stiffness) ** (2 / 3)))
+    tilt = TOLERANCE * deep * 4 * float(np.min(radius)) / 1.5
+    spin = 1e-9 * scene.units.velocity / float(np.max(radius))
+    spoilt = times("peak_force", 1e6)(deck)
+    away = by_name(examined(scene, plus("velocity", (3, 1), 100.0)(spoilt)), "velocity across")
+    assert away.effect == pytest.approx(1.5 * float(np.min(radius)) / 4 / deep, rel=1e-6)
+    both_sides("distance from", lambda s: plus("sideways", (3, 1), math.sqrt(s)), tilt, scene, deck)
+    for share, passed in ((0.8, True), (1.2, False)):  # twice as fast a granule is no larger one
+        done = examined(scene, plus("spin", (3, 1), share * spin)(deck))
+        assert by_name(done, "spin").passed == passed
+        off = math.sqrt(share * tilt)
+        done = examined(scene, plus("sideways", (3, 1), off)(deck))
+        assert by_name(done, "distance from").passed == passed
+
+
+def test_the_largest_of_several_steps_counts(scene: hc.Scene, right: FoundDeck) -> None:
+    (run,) = right.runs
+    runs = (replace(run, steps=1000), replace(run, start=1000 * STEP, dt=STEP / 2, steps=3000))
+    done = examined(scene, changed(right, runs=runs))
+    assert by_name(done, "time step").measured == STEP
+    assert done.to_dict()["dt_s"] == STEP
+    assert done.to_correct == ()
