@@ -240,7 +240,9 @@ def keep_loads(
         velocities, because they moved the granules; peaks are computed with the true ones.
     """
     _keep_samples(signals, loads, time, motion, force)
-    counts = _COUNTS * np.max(loads.force)
+    counts = 0.0
+    for k in range(signals.size):
+        counts = max(counts, _COUNTS * loads.force[k])
     nothing = (0.0, 0.0, 0.0, 0.0)
     for k in range(signals.size):
         s = signals[k]
