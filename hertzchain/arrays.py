@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 """An array of numbers."""
 
-Array = FloatArray
-
 
 def or_none(values: NDArray[Any]) -> list[Any]:
     """Return values for JSON: None in place of each number that is not finite."""

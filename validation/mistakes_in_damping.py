@@ -10,7 +10,7 @@ from typing import Any
 from unittest.mock import patch
 
 import hertzchain as hc
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.damping import tsuji
 from hertzchain.engines.native import damped_runs
 from hertzchain.engines.native.equations import Chain
@@ -88,7 +88,7 @@ def another(**other: Any) -> Plant:
     return lambda: patch.object(damped_runs, "Chain", SimpleNamespace(of=changed))
 
 
-def without_the_last(chain: Chain) -> Array:
+def without_the_last(chain: Chain) -> FloatArray:
     """No damping in the last contact, which is a wall's where there is one."""
     damping = chain.damping.copy()
     if chain.has_wall:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.backend import Native
 from hertzchain.errors import SceneError, require
 from hertzchain.fits.fitted import NOISE_KNOWN, NORMAL_95, RARE, Fit, Parameter
@@ -326,7 +326,7 @@ def _covariance(model: Model, x: FloatArray, slopes: FloatArray, variance: float
     return np.asarray(covariance)
 
 
-def _between(minima: Sequence[_Found], covariance: Array, variance: float) -> FloatArray:
+def _between(minima: Sequence[_Found], covariance: FloatArray, variance: float) -> FloatArray:
     """Return the covariance about the first of several minima whose order may be due to noise.
 
     Each has the weight of its likelihood; minima within a deviation of one another count once.
@@ -342,7 +342,7 @@ def _between(minima: Sequence[_Found], covariance: Array, variance: float) -> Fl
     return np.asarray((weights / weights.sum() * moves.T) @ moves)
 
 
-def _moves(covariance: Array) -> FloatArray:
+def _moves(covariance: FloatArray) -> FloatArray:
     """Return standard deviations along the axes of a covariance, one a column."""
     size, axes = np.linalg.eigh(covariance)
     return np.asarray(axes * np.sqrt(np.maximum(size, 0.0)))
@@ -370,7 +370,7 @@ def _refuse_alike(slopes: FloatArray, free: Free, given: str) -> None:
     raise _refusal(directions[-1], free, alone, given)
 
 
-def _refusal(nothing: Array, free: Free, alone: str, given: str) -> SceneError:
+def _refusal(nothing: FloatArray, free: Free, alone: str, given: str) -> SceneError:
     """Return why keys are refused, from their relative changes that change no measured number.
 
     ``alone`` is the text for a single key, ``given`` what was measured.

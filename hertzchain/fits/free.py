@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, require
 from hertzchain.fits.ties import Tie, tied, ties_of
 from hertzchain.scene.scene import Scene
@@ -62,12 +62,12 @@ class Free:
     is_given: tuple[bool, ...]
     ties: tuple[Tie, ...]
 
-    def values(self, x: Array) -> dict[str, float]:
+    def values(self, x: FloatArray) -> dict[str, float]:
         """Values of the keys by name, from those over the start values; x may have others after."""
         pairs = zip(self.keys, x, self.start, strict=False)
         return {key: float(at) * start for key, at, start in pairs}
 
-    def scene(self, base: Scene, x: Array) -> Scene:
+    def scene(self, base: Scene, x: FloatArray) -> Scene:
         """Return a scene with these values."""
         values = {key: value for key, value in self.values(x).items() if key != GAIN}
         return changed(base, tied(base, self.ties, values))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.motion import motion_at
 from hertzchain.errors import RunFailed, SceneError, require
 from hertzchain.fits.free import GAIN, Free
@@ -74,15 +74,15 @@ class Model(ABC):
         """Number of compared samples."""
         return self._measured.size
 
-    def shifts(self, x: Array) -> FloatArray:  # noqa: ARG002
+    def shifts(self, x: FloatArray) -> FloatArray:  # noqa: ARG002
         """Times on the measured clocks at which the run begins [s], shape (files,)."""
         return np.zeros(0)
 
-    def values(self, x: Array) -> dict[str, float]:
+    def values(self, x: FloatArray) -> dict[str, float]:
         """Values of the keys, by name."""
         return self._free.values(x)
 
-    def allows(self, x: Array) -> bool:
+    def allows(self, x: FloatArray) -> bool:
         """Whether all values are within their bounds, and the scene is possible."""
         if not np.all((x > self.low) & (x < self.high)):
             return False
@@ -92,11 +92,13 @@ class Model(ABC):
             return False
         return True
 
-    def scene(self, x: Array) -> Scene:
+    def scene(self, x: FloatArray) -> Scene:
         """Return the scene with other values."""
         return self._free.scene(self._base, x)
 
-    def differences(self, x: Array, width: float = 0.0, rtol: float | None = None) -> FloatArray:
+    def differences(
+        self, x: FloatArray, width: float = 0.0, rtol: float | None = None
+    ) -> FloatArray:
         """Differences from the measurement over the noise, shape (samples,).
 
         They are smoothed over a ``width``, if any; ``rtol`` is the accuracy of the run, None for
@@ -110,7 +112,7 @@ class Model(ABC):
             raise RunFailed(f"with {said(values)}, which the fit tried: {problem}") from None
         return self._smoothed(values.get(GAIN, 1.0) * found - self._measured, width)
 
-    def slopes(self, x: Array, width: float = 0.0, rtol: float | None = None) -> FloatArray:
+    def slopes(self, x: FloatArray, width: float = 0.0, rtol: float | None = None) -> FloatArray:
         """Derivatives of the differences, shape (samples, varied), from central differences."""
         steps = np.full(x.size, _STEP if rtol is None else _FINE_STEP)
         steps[: self._keys] *= x[: self._keys]
@@ -124,7 +126,7 @@ class Model(ABC):
         return np.stack(columns, axis=1)
 
     @abstractmethod
-    def _read(self, x: Array, rtol: float | None) -> FloatArray:
+    def _read(self, x: FloatArray, rtol: float | None) -> FloatArray:
         """Forces of the scene with other values over the noise, shape (samples,)."""
 
     def _smoothed(self, values: FloatArray, width: float) -> FloatArray:  # noqa: ARG002
@@ -206,7 +208,7 @@ class OfTraces(Model):
             found.append(Series(file, place, time, force, noise, quiet, block))
         return found
 
-    def shifts(self, x: Array) -> FloatArray:
+    def shifts(self, x: FloatArray) -> FloatArray:
         """Times on the measured clocks at which the run begins [s], shape (files,)."""
         later = x[self._keys :] if x.size > self._keys else 0.0
         return np.asarray(self._shifts + self._base.contact_time * later)
@@ -215,7 +217,7 @@ class OfTraces(Model):
         """Return the values of each series."""
         return np.split(values, np.cumsum([one.time.size for one in self._series])[:-1])
 
-    def _read(self, x: Array, rtol: float | None) -> FloatArray:
+    def _read(self, x: FloatArray, rtol: float | None) -> FloatArray:
         """Forces over the noise, recorded at the very times of the samples.
 
         Where contacts begin with a collision, forces of dampers rise too steeply for splines.

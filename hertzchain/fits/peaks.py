@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.backend import Native
 from hertzchain.errors import SceneError, require
 from hertzchain.fits.free import Free
@@ -48,7 +48,7 @@ class OfPeaks(Model):
         allowed = f"must be at least {need} for {len(free.keys)} free keys: measure more contacts"
         require(self.size >= need, "number of peaks", self.size, allowed)
 
-    def _read(self, x: Array, rtol: float | None) -> FloatArray:
+    def _read(self, x: FloatArray, rtol: float | None) -> FloatArray:
         rtol, scene = rtol or _ACCURATE, self.scene(x)
         run: Result = self._deadline.spend(
             lambda left: Native(rtol=rtol, time_limit=left, wanted="all").run(scene)

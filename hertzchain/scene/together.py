@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.arrays import Array
+from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.granules import Granules
@@ -69,7 +69,7 @@ def refuse_impossible(scene: Any) -> None:
 
 def _refuse_fixed(
     chain: Chain, shock: Shock, walls: dict[str, Wall | None], loaded: int | None
-) -> Array:
+) -> FloatArray:
     """Return which granules are fixed.
 
     Raises a SceneError for fixed ones that move, are pushed, or touch nothing that moves.

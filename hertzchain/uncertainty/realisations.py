@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.scene import Scene
@@ -99,14 +99,14 @@ def _middle(one: Uncertain, value: Any) -> float:
     return float(value)
 
 
-def standard(one: Uncertain, place: Array) -> FloatArray:
+def standard(one: Uncertain, place: FloatArray) -> FloatArray:
     """Deviations from the middle, over ``size``, at quantiles from 0 to 1."""
     from scipy.special import ndtri
 
     return np.asarray(2 * place - 1 if one.uniform else ndtri(place))
 
 
-def _drawn(one: Uncertain, key: str, middle: Array | float, place: Array) -> FloatArray:
+def _drawn(one: Uncertain, key: str, middle: FloatArray | float, place: FloatArray) -> FloatArray:
     """Return values at places in the distribution; a gap below 0 becomes 0."""
     size = one.size * np.abs(middle) if one.relative else one.size
     values = np.asarray(middle + size * standard(one, place))

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.arrays import Array
+from hertzchain.arrays import FloatArray
 
 
 @dataclass(frozen=True)
@@ -91,6 +91,6 @@ def within(
     return Check(kind, engine, known, expected, tolerance, passed, reason)
 
 
-def farthest(measured: Array, expected: Array | float) -> int:
+def farthest(measured: FloatArray, expected: FloatArray | float) -> int:
     """Return the index of the largest difference, or of a missing number."""
     return int(np.argmax(np.abs(measured - expected)))

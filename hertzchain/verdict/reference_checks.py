@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import FloatArray
 from hertzchain.errors import RunFailed
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.peaks import judged_contacts
@@ -91,7 +91,7 @@ def _gauge_checks(result: Result, reference: Result, reason: str) -> list[Check]
     return [within(GAUGES, result.backend, off, 0.0, allowed, words)]
 
 
-def _differences(peak_force: Array, expected: Array) -> FloatArray:
+def _differences(peak_force: FloatArray, expected: FloatArray) -> FloatArray:
     """Relative differences of judged peaks, shape (contacts,); NaN where one is not judged."""
     judged = judged_contacts(expected)
     if not judged.any():  # then any force is entirely wrong
@@ -101,7 +101,7 @@ def _differences(peak_force: Array, expected: Array) -> FloatArray:
 
 
 def _at_worst(
-    kind: Kind, result: Result, off: Array, allowed: Array, reason: str,
+    kind: Kind, result: Result, off: FloatArray, allowed: FloatArray, reason: str,
     known: float = _KNOWN,
 ) -> Check:  # fmt: skip
     """Return the check of the contact nearest to its tolerance, or farthest beyond it."""

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.step_error import DAMPED_READINGS
 from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
 from hertzchain.engines.native.methods import METHODS
@@ -215,7 +215,7 @@ def _grown(
     return float(found[0]), float(found[1]), float(found[2])
 
 
-def _largest(measured: Array, expected: Array, least: float) -> float:
+def _largest(measured: FloatArray, expected: FloatArray, least: float) -> float:
     """Return the largest difference over the largest expected value, or over ``least``."""
     largest = max(float(np.max(np.abs(expected))), least)
     difference = float(np.max(np.abs(measured - expected)))

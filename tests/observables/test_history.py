@@ -15,7 +15,7 @@ from numpy.polynomial import Polynomial
 from scipy.integrate import quad
 
 import hertzchain as hc
-from hertzchain.arrays import Array
+from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, TooExpensive
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.history import MOST_FRAMES, History, Recorder, wanted_times
@@ -31,18 +31,18 @@ PHASE = np.array([0.0, 0.4, 1.1])
 SIGNALS = PeakWatch(DampedLaw.of_elastic(np.ones(2)), np.ones(3)).signals
 
 
-def motion(time: Array, k: int) -> Array:
+def motion(time: FloatArray, k: int) -> FloatArray:
     """The k-th derivative of the displacements, shape (times, 3)."""
     return np.asarray(np.sin(time[:, None] + PHASE + k * np.pi / 2))
 
 
-def contact(time: Array) -> Array:
+def contact(time: FloatArray) -> FloatArray:
     overlap = motion(time, 0)[:, :-1] - motion(time, 0)[:, 1:]
     return np.asarray(7.0 * np.maximum(overlap, 0.0) ** 1.5)
 
 
 def samples_of(
-    time: Array, jerk: bool = True, moves: Callable[[Array, int], Array] = motion
+    time: FloatArray, jerk: bool = True, moves: Callable[[FloatArray, int], FloatArray] = motion
 ) -> Samples:
     """Samples of granules; ``moves`` is the k-th derivative of their displacements."""
     displacement = moves(time, 0)
@@ -58,7 +58,7 @@ def samples_of(
     )
 
 
-def recorded(wanted: Array, *blocks: Samples) -> History:
+def recorded(wanted: FloatArray, *blocks: Samples) -> History:
     recorder = Recorder(wanted, 3)
     for block in blocks:
         recorder.update(block, SIGNALS)
@@ -238,14 +238,16 @@ def test_force_over_time_needs_a_contact_and_a_record(filmed: hc.Result) -> None
         hc.Native().run(SCENE).force_at(2)
 
 
-def with_another(first: Callable[[Array, int], Array]) -> Callable[[Array, int], Array]:
+def with_another(
+    first: Callable[[FloatArray, int], FloatArray],
+) -> Callable[[FloatArray, int], FloatArray]:
     """The motion of two granules, of which the second moves otherwise and must not count."""
     return lambda time, k: np.stack(
         [np.broadcast_to(first(time, k), time.shape), np.cos(time + k)], axis=1
     )
 
 
-def polynomial_motion(displacement: Polynomial) -> Callable[[Array, int], Array]:
+def polynomial_motion(displacement: Polynomial) -> Callable[[FloatArray, int], FloatArray]:
     return lambda time, k: np.asarray((displacement.deriv(k) if k else displacement)(time))
 
 

@@ -9,20 +9,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import FloatArray
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.observables.samples import Samples
 from hertzchain.observables.watch import PeakWatch
 
-Overlap = Callable[[Array, int], Array]
+Overlap = Callable[[FloatArray, int], FloatArray]
 """The k-th time derivative of the overlap of each contact at given times."""
 
 
-def samples_of(overlap: Overlap, time: Array, jerk: bool = True, stiffness: float = 1.0) -> Samples:
+def samples_of(
+    overlap: Overlap, time: FloatArray, jerk: bool = True, stiffness: float = 1.0
+) -> Samples:
     """Samples of a chain whose last granule rests and whose contacts have the given overlaps."""
 
-    def granules(k: int) -> Array:
+    def granules(k: int) -> FloatArray:
         rates = overlap(time, k)
         resting = np.zeros((time.size, 1), time.dtype)
         return np.hstack([np.cumsum(rates[:, ::-1], axis=1)[:, ::-1], resting])
@@ -64,7 +66,7 @@ def bumps(height: FloatArray, peak_time: FloatArray, gap: float) -> Overlap:
         Distance without any bump.
     """
 
-    def overlap(time: Array, k: int) -> Array:
+    def overlap(time: FloatArray, k: int) -> FloatArray:
         t = time[:, None, None] - peak_time
         hermite = (1.0, -2 * t, 4 * t**2 - 2, -8 * t**3 + 12 * t)[k]
         rates = np.sum((height + gap) * hermite * np.exp(-(t**2)), axis=1)
@@ -131,7 +133,7 @@ def test_a_maximum_on_a_sample_is_found_once_and_exactly() -> None:
 
 
 def test_a_contact_that_is_never_pressed_has_no_force_and_no_time() -> None:
-    def overlap(time: Array, k: int) -> Array:
+    def overlap(time: FloatArray, k: int) -> FloatArray:
         bump = cosines(np.array([1.0]), np.array([1.0]))(time, k)
         apart = bump - (3.0 if k == 0 else 0.0)  # comes closer, does not touch
         return np.hstack([bump, apart])
@@ -184,7 +186,7 @@ def test_largest_difference_refuses_different_numbers_of_contacts() -> None:
 
 
 def polynomials(*of_contacts: np.polynomial.Polynomial) -> Overlap:
-    def overlap(time: Array, k: int) -> Array:
+    def overlap(time: FloatArray, k: int) -> FloatArray:
         return np.stack([(p.deriv(k) if k else p)(time) for p in of_contacts], axis=1)
 
     return overlap

@@ -12,7 +12,7 @@ import pytest
 from rich.console import Console
 
 import hertzchain as hc
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import FloatArray
 from hertzchain.limits import Deadline
 from hertzchain.report.console import print_document
 from hertzchain.report.judgement import of_judgement
@@ -250,7 +250,7 @@ def test_a_minute_is_not_spent_on_the_cause(
 # A case
 
 
-def _alternating(value: float) -> Array:
+def _alternating(value: float) -> FloatArray:
     return np.where(np.arange(1000) % 2, 1.0, value)
 
 

@@ -15,7 +15,7 @@ import pint
 import pytest
 
 import hertzchain as hc
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.damping import tsuji
 from hertzchain.limits import Deadline
 from hertzchain.scene.pulse import profile_named
@@ -60,7 +60,7 @@ class Planting:
         """Another code, in natural units: equal steps of 2 us, and parabolas or samples."""
         granules, unit = self.scene.chain.granules, self.scene.units
         dt = 2e-6 / unit.time
-        u: Array = np.zeros(granules)
+        u: FloatArray = np.zeros(granules)
         v, a, before = u, u, u[1:]
         highest = now = before
         times = dt * np.arange(math.ceil(self.scene.end_time / unit.time / dt) + 1)
@@ -92,7 +92,7 @@ def verlet(at: Planting, dt: float) -> FloatArray:
     return hc.Native("velocity-verlet", dt).run(at.scene).peak_force
 
 
-Plant = Callable[[Planting], Array]
+Plant = Callable[[Planting], FloatArray]
 
 
 def chain(**other: object) -> Plant:
@@ -103,7 +103,7 @@ def pulse(**other: object) -> Plant:
     return lambda at: at.other("shock", **other)
 
 
-def peaks(change: Callable[[FloatArray], Array]) -> Plant:
+def peaks(change: Callable[[FloatArray], FloatArray]) -> Plant:
     return lambda at: change(at.truth)
 
 
@@ -112,7 +112,7 @@ def damped(law: str, **parameter: float) -> Plant:
     return lambda at: exact(replace(at.scene, contact=contact))
 
 
-def noisy(truth: FloatArray) -> Array:
+def noisy(truth: FloatArray) -> FloatArray:
     return 1e-3 * truth * (1 + 2e-3 * np.random.default_rng(0).standard_normal(19))
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError
 from hertzchain.observables.peaks import judged_contacts
 from hertzchain.scene.scene import Scene
@@ -174,7 +174,7 @@ def _highest(time: FloatArray, values: FloatArray, at: int, beside: int) -> floa
     return float(max([values[at], *curve(near)]))
 
 
-def _robust(peaks: Array, error: FloatArray) -> FloatArray:
+def _robust(peaks: FloatArray, error: FloatArray) -> FloatArray:
     """Return errors of at least the median of the judged contacts: one may be small by chance."""
     counts = judged_contacts(peaks)
     usual = float(np.median(error[counts])) if counts.any() else 0.0

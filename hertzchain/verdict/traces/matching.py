@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.backend import Native
 from hertzchain.errors import require
 from hertzchain.observables.gauges import Reading, force_over_time
@@ -79,7 +79,7 @@ class Expected:
 
         return [CubicSpline(self.time, force) for force in self.force.T]
 
-    def at(self, gauge: int, time: Array) -> FloatArray:
+    def at(self, gauge: int, time: FloatArray) -> FloatArray:
         """Force of a gauge at times [N]; 0 before the start, that at the end after it."""
         force = self._curves[gauge](np.clip(time, 0.0, self.time[-1]))
         return np.where(time < 0, 0.0, force)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.readings import Granules, contact_forces, samples
 from hertzchain.engines.lammps.deck import set_up
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
@@ -34,12 +34,12 @@ pytestmark = pytest.mark.lammps
 VERLET = METHODS["velocity-verlet"].walker
 
 
-def largest(measured: Array, expected: Array) -> float:
+def largest(measured: FloatArray, expected: FloatArray) -> float:
     """Largest difference as a fraction of the largest value expected."""
     return float(np.max(np.abs(measured - expected)) / np.max(np.abs(expected)))
 
 
-def slopes(displacement: Array, dt: float) -> Array:
+def slopes(displacement: FloatArray, dt: float) -> FloatArray:
     """Slopes by differences over five points, of fourth order."""
     u, slope = displacement, np.empty_like(displacement)
     slope[2:-2] = (8 * (u[3:-1] - u[1:-3]) - (u[4:] - u[:-4])) / 12

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError
 from hertzchain.verdict.results.motion import Motion, last_digit, peaks_of
 from tests import scenes
@@ -29,7 +29,7 @@ def test_peaks_are_off_by_no_more_than_is_said(name: str, apart: float) -> None:
     assert np.all(off(found.peak_force, result.peak_force) <= allowed)
 
 
-def of_contacts(time: Array, force: list[Array]) -> Motion:
+def of_contacts(time: FloatArray, force: list[FloatArray]) -> Motion:
     """Net forces on three granules that press each other with these forces."""
     first, second = force
     net_force = np.column_stack([0 * first, first - second, second])
