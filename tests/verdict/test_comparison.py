@@ -142,7 +142,7 @@ def test_eq_1_as_it_is_written_is_left_out_where_it_takes_long(
 
 
 def test_what_takes_long_goes_by_evaluations_and_granules(native_only: hc.Comparison) -> None:
-    """A thousand granules double the time of an evaluation, and dampers take seven times as long."""
+    """A thousand granules double the time of an evaluation; dampers take seven times as long."""
     damped = hc.Contact("restitution", restitution=0.9)
     for contact, most in ((None, 250_000 / 1.016), (damped, 250_000 / 7 / 1.016)):
         scene = replace(native_only.scene, contact=contact)
