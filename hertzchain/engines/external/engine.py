@@ -168,7 +168,7 @@ class ProgramEngine(ExternalEngine):
     """Command that installs the program."""
 
     WRITER: ClassVar[ModuleType]
-    """Module of the decks: ``watched`` writes readings, ``deck`` finds peaks by itself."""
+    """Module whose ``watched`` writes decks that print readings, and ``deck`` one with peaks."""
 
     ENVIRONMENT: ClassVar[dict[str, str]] = {}
     """Environment variables of the program."""
