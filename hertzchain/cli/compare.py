@@ -27,7 +27,7 @@ def compare(
     as_written: bool = typer.Option(
         False,
         "--as-written",
-        help="Compare native with Eq. 1 as written, in NumPy or SciPy, also where this takes"
+        help="Compare native with Eq. 1 as written, by SciPy, also where this takes"
         " more than a second or two.",
     ),
     time_limit: options.TimeLimit = "1 h",

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import sys
 import time
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from enum import StrEnum
@@ -152,7 +154,14 @@ def _read_table(path: Path) -> Any:
         if path.suffix.lower() == ".parquet":
             return pandas.read_parquet(path)
         if path.suffix.lower() == ".csv":
-            return pandas.read_csv(path, skipinitialspace=True)
+            text = path.read_text(encoding="utf-8-sig").rstrip()
+            with warnings.catch_warnings(action="error"):  # a row with more cells than the header
+                return pandas.read_csv(
+                    io.StringIO(text), skipinitialspace=True, index_col=False, na_values=[""],
+                    skip_blank_lines=False, keep_default_na=False,
+                )  # fmt: skip
+    except pandas.errors.ParserWarning:
+        raise HertzchainError(f"{allowed}; a row has more cells than the header") from None
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or str(problem).partition("\n")[0]
         raise HertzchainError(f"{allowed} and can be read ({reason})") from None

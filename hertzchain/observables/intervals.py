@@ -129,10 +129,10 @@ def _ratio(
     start: Any, end: Any, f0: float, f1: float, stiffness: float, damping: float, s: Any,
     otherwise: float,
 ) -> float:  # fmt: skip
-    """Force of the run over that of the law at the end with the larger force."""
-    at = end if f1 > f0 else start
+    """Force of the run over that of the law at the end with the larger force, or pull."""
+    at, force = (end, f1) if abs(f1) > abs(f0) else (start, f0)
     law = law_of(at[0], at[1], stiffness, damping, s)
-    return max(f0, f1, 0.0) / law if law > 0.0 else otherwise
+    return force / law if force * law > 0.0 else otherwise
 
 
 @part
@@ -161,7 +161,7 @@ def _integrate(loads: Any, p: Any, k: int, first: float, last: float, late: floa
 
     Forces near an opening are smooth in the square root of the distance from there.
     """
-    rises, crosses = last > first, min(first, last) < 0.0
+    rises, crosses = last > first, min(first, last) <= 0.0
     opening = _opening(p.a, first, last)
     begin = opening if rises else 0.0
     length = (1.0 if rises else opening) - begin

@@ -143,10 +143,11 @@ def axes_of_table(table: pandas.DataFrame, full: Callable[[str], str]) -> tuple[
         name = full(match[1] if match else str(head).strip())
         unit = f" {match[2]}" if match else ""
         cells = table.iloc[:, place]
-        values = {
-            cell: _value(name, f"{cell}{unit}" if unit else cell)
-            for cell in cells.dropna().unique().tolist()
-        }
+        try:
+            distinct = cells.dropna().unique().tolist()
+        except TypeError:  # lists and other things
+            raise SceneError(name, None, "must have numbers or texts in its cells") from None
+        values = {cell: _value(name, f"{cell}{unit}" if unit else cell) for cell in distinct}
         empty, kind = ("", str) if _kind(name) == "str" else (np.nan, float)
         column = cells.map(values).astype(object).where(cells.notna(), empty)
         axes.append(Tabled(name, column.to_numpy().astype(kind)))

@@ -218,7 +218,7 @@ def design(
     """
     scene = to_scene(scene)
     axes: tuple[Axis, ...]
-    if not isinstance(vary, Mapping) and hasattr(vary, "iloc"):
+    if not isinstance(vary, Mapping) and hasattr(vary, "columns"):
         axes = axes_of_table(vary, lambda name: full_name(name, scene))
         require(len(axes) > 0 and len(vary) > 0, "table", None, "must have columns and rows")
     else:

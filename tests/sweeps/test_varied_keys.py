@@ -143,6 +143,33 @@ def test_a_table_is_measured_row_by_row(tmp_path: Path, hertzchain: Command, suf
         assert peak == pytest.approx(hc.Native().run(scene).peak_force.max(), rel=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("text", "radii", "words"),
+    [
+        ("chain.radius [mm],velocity\n5,1,\n4,1,\n", [5e-3, 4e-3], ""),  # as spreadsheets write it
+        (
+            "chain.radius [mm]\n4\n\n6\n\n",
+            [4e-3, 4.75e-3, 6e-3],
+            "",
+        ),  # an empty cell is a blank line
+        ("\ufeffchain.radius [mm]\n4\n", [4e-3], ""),
+        ("chain.radius [mm],velocity\n5,1,3\n", [], "a row has more cells than the header"),
+        ("chain.radius [mm]\nn/a\n", [], "'n/a mm': must be a number"),
+    ],
+)
+def test_a_csv_table_is_read_cell_by_cell(
+    tmp_path: Path, hertzchain: Command, text: str, radii: list[float], words: str
+) -> None:
+    SCENE.to_toml(tmp_path / "scene.toml")
+    (tmp_path / "table.csv").write_text(text, encoding="utf-8")
+    options = "--table", tmp_path / "table.csv", "-o", tmp_path / "out"
+    done = hertzchain("sweep", tmp_path / "scene.toml", *options)
+    assert words in done.err
+    assert done.status == (2 if words else 0)
+    if not words:
+        assert hc.Sweep.load(tmp_path / "out").to_frame()["chain.radius"].tolist() == radii
+
+
 def test_an_empty_cell_has_what_the_scene_has() -> None:
     """The rise time, where LM_ratio is empty; and the profile."""
     table = pd.DataFrame({"momentum_ratio": [2.0, None], "profile": [None, "triangular"]})
@@ -174,6 +201,7 @@ def test_scenes_of_a_grid_are_those_of_its_table() -> None:
         ({"granules": [2.5]}, "must be a whole number"),
         ({}, "must have columns and rows"),
         ({"chain.radius": []}, "must have columns and rows"),
+        ({"chain.radius": [[1.0], [2.0]]}, "must have numbers or texts in its cells"),
     ],
 )
 def test_what_is_no_table_of_scenes(table: dict[str, list[Any]], words: str) -> None:
