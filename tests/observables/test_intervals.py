@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 from scipy.integrate import quad
 
+from hertzchain.arrays import FloatArray
 from hertzchain.observables import intervals
 from hertzchain.observables.damped_law import DampedLaw, true_forces
 from hertzchain.observables.interpolant import curvature_at, slope_at, value_at
@@ -158,6 +159,13 @@ def test_a_force_that_decays_faster_than_samples_come(interval: float, offset: f
     assert watch.dissipated == pytest.approx(speed**2 / 2, rel=0.1)
 
 
+def samples_of(time: FloatArray, motion: tuple[FloatArray, ...], force: FloatArray) -> Samples:
+    """Samples of two granules, of which the second rests; overlap and two derivatives."""
+    place, velocity, acceleration = (np.stack([m, 0 * m], axis=1) for m in motion)
+    overlap = motion[0][:, np.newaxis]
+    return Samples(time, place, velocity, acceleration, overlap, force[:, np.newaxis])
+
+
 def test_the_impulse_of_a_contact_that_only_pulls() -> None:
     """An overlap that shrinks at a steady rate under a dashpot stronger than the contact."""
     law = DampedLaw(np.array([1.0]), np.array([10.0]), 0.0, attraction=True)
@@ -165,9 +173,8 @@ def test_the_impulse_of_a_contact_that_only_pulls() -> None:
     overlap, rate = 1.0 - 0.2 * time, np.full_like(time, -0.2)
     force = overlap**1.5 + 10.0 * rate
     assert np.all(force < 0)
-    moves = [np.stack([values, 0 * values], axis=1) for values in (overlap, rate, 0 * rate)]
     watch = PeakWatch(law, np.ones(2), on_held=[1])
-    watch.update(Samples(time, *moves, overlap[:, np.newaxis], force[:, np.newaxis]))
+    watch.update(samples_of(time, (overlap, rate, 0 * rate), force))
     # Integral of (1 - t / 5)^(3/2) - 2 from 0 to 2.
     assert watch.wall_impulse == pytest.approx(2 * (1 - 0.6**2.5) - 4, rel=1e-12, abs=0)
     assert watch.dissipated == pytest.approx(10 * 0.2**2 * 2, rel=1e-12, abs=0)
@@ -181,9 +188,7 @@ def test_the_energy_lost_from_a_touch_on(exponent: float) -> None:
     time = np.linspace(0.0, np.pi, 13)
     overlap, rate = np.sin(time), np.cos(time)
     overlap[0] = overlap[-1] = 0.0
-    moves = [np.stack([values, 0 * values], axis=1) for values in (overlap, rate, -overlap)]
-    force = law.force(overlap[:, np.newaxis], rate[:, np.newaxis])
     watch = PeakWatch(law, np.ones(2))
-    watch.update(Samples(time, *moves, overlap[:, np.newaxis], force))
+    watch.update(samples_of(time, (overlap, rate, -overlap), law.force(overlap, rate)))
     exact = quad(lambda t: np.sin(t) ** exponent * np.cos(t) ** 2, 0.0, np.pi)[0]
     assert watch.dissipated == pytest.approx(exact, rel=1e-5, abs=0)
