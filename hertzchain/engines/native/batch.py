@@ -227,7 +227,7 @@ def run_each(scenes: Iterable[Scene], native: Native, deadline: Deadline) -> Ite
         )
 
     with ThreadPoolExecutor(usable_cores()) as pool:
-        yield from pool.map(run, scenes)
+        yield from pool.map(_run_in_context(run), scenes)
 
 
 def similar_peak_forces(
@@ -400,7 +400,7 @@ def _march_all(
     return found
 
 
-def _run_in_context(part: Callable[[Any], None]) -> Callable[[Any], None]:
+def _run_in_context(part: Callable[[Any], Any]) -> Callable[[Any], Any]:
     """Return a function for other threads, whose time for compiling counts for the run here."""
     context = copy_context()
     # One context cannot be entered twice at once.
