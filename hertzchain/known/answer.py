@@ -1,4 +1,4 @@
-"""Steps and expected answers of decks, by native, which deck writers must not import."""
+"""Steps and expected answers of decks, by native; ``deck`` writes them without knowing native."""
 
 from __future__ import annotations
 

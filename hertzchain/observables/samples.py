@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -38,7 +39,7 @@ class Samples:
         contacts = self.overlap.shape[1]
         return (self.overlap, *(closing(d, contacts) for d in self.granule_derivatives[1:]))
 
-    @property
+    @cached_property
     def of_contacts(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Times, overlaps and three derivatives, (4, samples, contacts), and forces: for kernels.
 

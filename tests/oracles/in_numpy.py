@@ -153,5 +153,10 @@ def simulate_in_numpy(
     motion = begin.copy()
     blocks = integrate(chain, natural, walker, motion)
     deadline = Deadline(TIME_LIMIT)
-    run = simulation_of(scene, chain, begin, blocks, deadline, recorder, motion=motion)
-    return replace(run, evaluations=run.steps * walker.stepper.stages)
+    run = simulation_of(scene, chain, begin, blocks, deadline, recorder)
+    # The velocities of samples of velocity Verlet are not those that move the granules.
+    constant = np.sum(chain.mass * chain.constant * motion[0])
+    return replace(
+        run, displacement=motion[0], velocity=motion[1], momentum=np.sum(chain.mass * motion[1]),
+        energy=chain.energy(*motion) - constant, evaluations=run.steps * walker.stepper.stages,
+    )  # fmt: skip

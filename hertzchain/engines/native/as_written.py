@@ -170,14 +170,13 @@ def samples_of(
 def simulation_of(
     scene: Scene, chain: Chain, start: FloatArray, blocks: Iterable[tuple[Leg, Samples]],
     deadline: Deadline, recorder: Recorder | None = None, first: bool = False,
-    late: float = 0.0, motion: FloatArray | None = None,
+    late: float = 0.0,
 ) -> Simulation:  # fmt: skip
     """Return the results of a run from blocks of samples; all is in natural units.
 
     The first sample of a block is the last of the block before. ``start`` is displacement and
     velocity, shape (2, granules). ``late`` is the part of a step by which the velocities that damp
-    the motion are late: 1/2 in velocity Verlet, as in LAMMPS. ``motion`` holds displacement and
-    velocity at the end after the last block, where they are not those of its last sample.
+    the motion are late: 1/2 in velocity Verlet, as in LAMMPS.
     ``first``: the results include first pulses. Raises StepUnstable if the chain has far more
     energy than it was given, TooExpensive if the run has taken longer than the deadline.
     """
@@ -191,8 +190,6 @@ def simulation_of(
         watch.update(samples, leg, late * leg.dt)
         steps += samples.time.size - 1
         displacement, velocity = samples.displacement[-1], samples.velocity[-1]
-    if motion is not None:
-        displacement, velocity = motion
     constant = np.sum(chain.mass * chain.constant * displacement)
     energy = chain.energy(displacement, velocity) - constant
     if not abs(energy) <= 10 * (abs(given) + watch.exchanged):

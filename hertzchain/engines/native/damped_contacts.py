@@ -25,7 +25,7 @@ from hertzchain.observables.interpolant import (
 from hertzchain.observables.observer import acting_force, acting_rate, power_of
 
 PARTS = 8
-"""Parts of a step in which a beginning, an end, or a maximum is searched."""
+"""Parts of a step in which a beginning or an end is searched."""
 
 
 # Loops over all granules take single arrays: passing a whole chain costs more than a short loop.

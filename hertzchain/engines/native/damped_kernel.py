@@ -181,6 +181,7 @@ def march(
                     part_u[: many + 1], part_v[: many + 1], begun.a, begun.f, begun.r, begun.power
                 )
                 run.hi = many
+                # ``parted`` is true here: for a literal True all would be compiled a second time.
                 advance(
                     own, end, part_on[:many], room, its, leg if chosen[0] == 0 else no_force, stop,
                     parted, run, method, tolerance, max(_SLOW, np.max(np.abs(v))), longest, stable,
