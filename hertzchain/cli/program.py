@@ -69,6 +69,8 @@ def _ignore(numbers: tuple[int, ...]) -> None:
 def main() -> None:
     """Run the command line; a user's mistake is one sentence and status 2."""
     os.environ.pop("MPLBACKEND", None)  # figures have no window; Matplotlib refuses unknown names
+    if _folder_is_gone():  # modules that are loaded later fail in many ways
+        _refuse("the current folder was deleted: change to another one")
     try:
         with _stoppable():
             from hertzchain.cli.commands import app
@@ -89,8 +91,6 @@ def main() -> None:
             raise
         sys.exit(_CLOSED_PIPE)
     except OSError as problem:
-        if _folder_is_gone():
-            _refuse("the current folder was deleted: change to another one")
         if problem.filename is not None:
             _refuse(f"{problem.filename}: {problem.strerror}")
         discard(sys.stdout)
