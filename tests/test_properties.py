@@ -158,7 +158,7 @@ def momentum_and_energy_balance(scene: hc.Scene) -> None:
 
 
 @holds_for(
-    scene=any_scene, method=st.sampled_from(["reference", "srkn-6b", "rk4", "velocity-verlet"])
+    scene=any_scene, method=st.sampled_from(["reference", "srkn-11b", "rk4", "velocity-verlet"])
 )
 def contacts_never_pull(scene: hc.Scene, method: str) -> None:
     native = hc.Native(method, dt=0.1 * scene.units.time)

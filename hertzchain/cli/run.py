@@ -25,9 +25,7 @@ from hertzchain.scene.gauge import NO_GAUGE
 if TYPE_CHECKING:
     from hertzchain.observables.result import Result
 
-_METHODS = (
-    "velocity-verlet", "rk4", "srkn-6b", "srkn-11b", "reference", "scipy",
-)  # fmt: skip
+_METHODS = ("velocity-verlet", "rk4", "srkn-11b", "reference", "scipy")
 MethodName = StrEnum("MethodName", {name.upper(): name for name in _METHODS})  # type: ignore[misc]
 """The native methods."""
 

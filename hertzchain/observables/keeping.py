@@ -1,6 +1,8 @@
 """Compiled code on disk, by parts of Numba that have no public name.
 
 Numba does not handle full disks, truncated indices, or another process that writes another version.
+And with its own ``cache=True`` a short command takes 0.46 s of processor time more (1.14 for 0.68):
+before it loads code it registers everything that it can compile.
 """
 
 from __future__ import annotations

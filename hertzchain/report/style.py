@@ -60,6 +60,7 @@ def force_colours() -> Colormap:
 
 WAYS = {
     "compiled": ("osPXDv", "-", "full"),
+    "NumPy": ("p", "--", "none"),
     "SciPy": ("D", ":", "none"),
     LABELS["lammps"]: ("^<", "-.", "none"),
 }

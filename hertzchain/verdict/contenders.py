@@ -20,8 +20,8 @@ from hertzchain.engines.registry import label_of
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.scene.scene import Scene
 
-COMPILED, SCIPY, LAMMPS = "compiled", "SciPy", label_of("lammps")
-WAYS = (COMPILED, SCIPY, LAMMPS)  # names of the ways to compute
+COMPILED, NUMPY, SCIPY, LAMMPS = "compiled", "NumPy", "SciPy", label_of("lammps")
+WAYS = (COMPILED, NUMPY, SCIPY, LAMMPS)  # names of the ways to compute
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +59,7 @@ def contenders(scene: Scene) -> tuple[Contender, ...]:
     users = [
         Contender("rtol, with estimate", COMPILED, _with_estimate, rtols=_decades(2, 10)),
         Contender("rtol, without estimate", COMPILED, _without_estimate, rtols=_decades(2, 10)),
+        *([] if scene.contact is not None else [Contender("rk4, NumPy", NUMPY, _rk4, _RK4_STEPS)]),
         Contender("DOP853, SciPy", SCIPY, _scipy, rtols=_decades(4, 12)),
     ]
     extrapolated = partial(_lammps, extrapolated=True)
@@ -81,7 +82,6 @@ def _decades(first: int, last: int) -> tuple[float, ...]:
 
 _STEPS = {
     "velocity-verlet": (0.4, 0.4 / 2**10),
-    "srkn-6b": (1.2, 1.2 / 2**7),
     "srkn-11b": (1.2, 1.2 / 2**4.5),
     "reference": (0.8, 0.8 / 2**5),
 }
@@ -89,6 +89,8 @@ _STEPS = {
 1e-12, or to that of a run of 0.1 s. For the reference method the steps before they are halved.
 """
 
+_RK4_STEPS = _halvings(0.4, 0.4 / 2**7)[::2]
+"""Steps of the method in NumPy, natural time units: the last takes seconds."""
 
 _LONGER, _SAMPLES_OF_DAMPERS = 10.0, 40
 """Longest step of SciPy over that of ``Native("scipy")``, and samples of it for damped contacts.
@@ -122,6 +124,15 @@ def _without_estimate(scene: Scene, rtol: float) -> Outcome:
         return _compiled(chosen.walker)(scene, chosen.step * scene.contact_time)
     run = simulate_damped(scene, first_tolerance(rtol), Deadline(TIME_LIMIT))
     return Outcome(run.peak_force * scene.units.force, run.evaluations)
+
+
+def _rk4(scene: Scene, step: float) -> Outcome:
+    """Run the paper's own method with given steps, without an error estimate."""
+    from hertzchain.engines.native.as_written import RungeKutta
+
+    run = RungeKutta(scene, Deadline(TIME_LIMIT))
+    walker = METHODS["rk4"].walker
+    return _with_steps(lambda _, legs: run.simulate(legs, walker), scene, step)
 
 
 def _scipy(scene: Scene, rtol: float) -> Outcome:

@@ -199,7 +199,7 @@ def _short(rise_times: float) -> hc.Scene:
 @pytest.mark.parametrize("rise_times", END_TIMES)
 def test_the_end_of_a_native_run_can_be_recorded(rise_times: float) -> None:
     scene = _short(rise_times)
-    native = hc.Native("srkn-6b", dt=0.05 * scene.units.time)
+    native = hc.Native("srkn-11b", dt=0.05 * scene.units.time)
     result = native.run(scene, record=[0.0, scene.end_time])
     assert result.history is not None
     # The last sample is the end of the run, but for roundings: of the basis, up to 35, times

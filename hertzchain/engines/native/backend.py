@@ -80,7 +80,7 @@ class Native:
     Parameters
     ----------
     method
-        ``reference``, ``srkn-11b``, ``srkn-6b``, ``velocity-verlet`` or ``rk4``; by default the
+        ``reference``, ``srkn-11b``, ``velocity-verlet`` or ``rk4``; by default the
         cheapest that gives peaks of accuracy ``rtol``. ``scipy`` integrates Eq. 1 as
         ``equations.py`` writes it by ``scipy.integrate.solve_ivp``, a hundred times more slowly;
         ``rk4``, the paper's method, is plain NumPy, too.

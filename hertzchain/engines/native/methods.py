@@ -147,11 +147,9 @@ METHODS: dict[str, Method] = {
         floor=1e-11,
     ),
     "srkn-11b": Method(Walker(SRKN_11B), step=0.2, interval=9.07),
-    "srkn-6b": Method(Walker(SRKN_6B), step=0.1, interval=5.02),
     "rk4": Method(Walker(RungeKutta4()), step=0.0125, interval=2.83),
     "velocity-verlet": Method(Walker(VELOCITY_VERLET), step=0.002, interval=2.0),
 }
 """Methods by name. The reference is SRKN_11^b with refined steps. The others take the given steps:
-two symplectic Runge-Kutta-Nystrom methods of Blanes and Moan, the paper's method and that of
-LAMMPS.
+a symplectic Runge-Kutta-Nystrom method of Blanes and Moan, the paper's method and that of LAMMPS.
 """

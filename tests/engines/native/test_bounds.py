@@ -218,7 +218,7 @@ def test_random_scenes(kind: str, numbers: range) -> None:
 
 
 @pytest.mark.parametrize("scene", [SHORT_DECAY, SHORTER_DECAY, two_maxima(1.05, 4.2, 12)])
-@pytest.mark.parametrize("method", ["srkn-6b", "velocity-verlet"])
+@pytest.mark.parametrize("method", ["srkn-11b", "velocity-verlet"])
 def test_kernels_find_every_maximum_that_an_exhaustive_search_finds(
     scene: hc.Scene, method: str
 ) -> None:
