@@ -131,10 +131,10 @@ class Chain(NamedTuple):
         """Return d_i, shape (..., contacts), of displacements, (..., granules)."""
         return self.closing(displacement) - self.gap
 
-    def contact_force(self, overlap: FloatArray, rate: FloatArray | float = 0.0) -> FloatArray:
+    def contact_force(self, overlap: FloatArray, rate: FloatArray | None) -> FloatArray:
         """Return F_i of overlaps, (..., contacts); where damped, of their rates too."""
         force = self.stiffness * hertz(overlap)
-        if self.is_damped:
+        if rate is not None:
             damper = self.damping * np.maximum(overlap, 0) ** self.exponent * rate
             force = force + np.where(overlap > 0, damper, 0)
             if not self.attraction:
@@ -153,7 +153,7 @@ class Chain(NamedTuple):
         velocity: FloatArray | None = None,
     ) -> FloatArray:
         """Return u_i'' of a state, (..., granules); velocities are needed by damped contacts."""
-        rate = 0.0 if velocity is None else self.closing(velocity)
+        rate = None if velocity is None else self.closing(velocity)
         return self.moved_by(self.contact_force(self.overlap(displacement), rate), applied_force)
 
     def jerk(

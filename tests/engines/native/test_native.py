@@ -60,7 +60,7 @@ def test_forces_are_those_of_equation_1() -> None:
     displacement = np.array([3.0, 1.0, 0.75, 1.0])  # overlaps 2, 1/4 and a gap
     chain = Chain.plain(4)
     assert chain.overlap(displacement).tolist() == [2.0, 0.25, -0.25]
-    assert chain.contact_force(chain.overlap(displacement)) == pytest.approx(
+    assert chain.contact_force(chain.overlap(displacement), None) == pytest.approx(
         [2**1.5, 0.125, 0.0], rel=1e-15, abs=0
     )
     expected = [7 - 2**1.5, 2**1.5 - 0.125, 0.125, 0.0]
