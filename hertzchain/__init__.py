@@ -21,21 +21,16 @@ if TYPE_CHECKING:
     from hertzchain.examiner.case import DeckCheck
     from hertzchain.examiner.examined import DeckExamination
     from hertzchain.examiner.examining import examine
-    from hertzchain.fits.fit import fit
-    from hertzchain.fits.fitted import Fit
+    from hertzchain.fits.fit import Fit, fit
     from hertzchain.known.certificate import Certificate, certify
     from hertzchain.observables.result import Result
+    from hertzchain.report.files import write_trajectory
     from hertzchain.report.several import plot
-    from hertzchain.report.trajectory import write_trajectory
     from hertzchain.scene.chain import Chain
     from hertzchain.scene.gauge import Gauge
-    from hertzchain.scene.moving import Moving
-    from hertzchain.scene.piston import Piston
-    from hertzchain.scene.pulse import Pulse, PulseTable
-    from hertzchain.scene.run import Run
     from hertzchain.scene.scene import Scene
-    from hertzchain.scene.sine import Sine
-    from hertzchain.scene.striker import Striker
+    from hertzchain.scene.schedule import Run
+    from hertzchain.scene.shocks import Moving, Piston, Pulse, PulseTable, Sine, Striker
     from hertzchain.scene.terms import Contact, Precompression, Wall
     from hertzchain.scene.uncertain import Uncertain
     from hertzchain.sweeps import Sweep, scenes, sweep
@@ -43,7 +38,7 @@ if TYPE_CHECKING:
     from hertzchain.uncertainty.validation import Validation, validate
     from hertzchain.verdict.comparison import Comparison, compare
     from hertzchain.verdict.judgement import Judgement
-    from hertzchain.verdict.results.judging import judge
+    from hertzchain.verdict.results.reading import judge
     from hertzchain.verdict.traces.judging import TraceJudgement, judge_traces
 
 _HOME = {
@@ -53,24 +48,24 @@ _HOME = {
     "Comparison": "hertzchain.verdict.comparison",
     "DeckCheck": "hertzchain.examiner.case",
     "DeckExamination": "hertzchain.examiner.examined",
-    "Fit": "hertzchain.fits.fitted",
+    "Fit": "hertzchain.fits.fit",
     "Gauge": "hertzchain.scene.gauge",
     "HertzchainError": "hertzchain.errors",
     "Judgement": "hertzchain.verdict.judgement",
     "Lammps": "hertzchain.engines.lammps.backend",
     "Liggghts": "hertzchain.engines.liggghts.backend",
-    "Moving": "hertzchain.scene.moving",
+    "Moving": "hertzchain.scene.shocks",
     "Native": "hertzchain.engines.native.backend",
     "Contact": "hertzchain.scene.terms",
-    "Piston": "hertzchain.scene.piston",
+    "Piston": "hertzchain.scene.shocks",
     "Precompression": "hertzchain.scene.terms",
-    "Pulse": "hertzchain.scene.pulse",
-    "PulseTable": "hertzchain.scene.pulse",
+    "Pulse": "hertzchain.scene.shocks",
+    "PulseTable": "hertzchain.scene.shocks",
     "Result": "hertzchain.observables.result",
-    "Run": "hertzchain.scene.run",
+    "Run": "hertzchain.scene.schedule",
     "Scene": "hertzchain.scene.scene",
-    "Sine": "hertzchain.scene.sine",
-    "Striker": "hertzchain.scene.striker",
+    "Sine": "hertzchain.scene.shocks",
+    "Striker": "hertzchain.scene.shocks",
     "Spread": "hertzchain.uncertainty.spread",
     "Sweep": "hertzchain.sweeps",
     "TraceJudgement": "hertzchain.verdict.traces.judging",
@@ -82,7 +77,7 @@ _HOME = {
     "compare": "hertzchain.verdict.comparison",
     "examine": "hertzchain.examiner.examining",
     "fit": "hertzchain.fits.fit",
-    "judge": "hertzchain.verdict.results.judging",
+    "judge": "hertzchain.verdict.results.reading",
     "judge_traces": "hertzchain.verdict.traces.judging",
     "peak_forces": "hertzchain.engines.native.batch",
     "plot": "hertzchain.report.several",
@@ -91,7 +86,7 @@ _HOME = {
     "spread": "hertzchain.uncertainty.spread",
     "sweep": "hertzchain.sweeps",
     "validate": "hertzchain.uncertainty.validation",
-    "write_trajectory": "hertzchain.report.trajectory",
+    "write_trajectory": "hertzchain.report.files",
 }
 
 __all__ = [

@@ -17,7 +17,7 @@ from hypothesis import settings
 import hertzchain as hc
 from hertzchain.engines.lammps.engine import engine
 from hertzchain.errors import BackendMissing
-from hertzchain.scene.pulse import profile_named
+from hertzchain.scene.shocks import profile_named
 from tests.command_line import Command, run_here
 from tests.places import ROOT
 

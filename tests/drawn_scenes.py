@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 import hertzchain as hc
-from hertzchain.scene.pulse import PROFILES
+from hertzchain.scene.shocks import PROFILES
 
 
 def powers_of_ten(low: float, high: float) -> st.SearchStrategy[float]:

@@ -15,7 +15,7 @@ import pytest
 import hertzchain as hc
 from hertzchain import files
 from hertzchain.errors import OutputError, SceneError
-from hertzchain.scene.tables import read_table
+from hertzchain.scene.shocks import read_table
 from tests.conftest import STEEL
 from tests.effort import effort
 from tests.places import ROOT

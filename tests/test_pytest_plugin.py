@@ -11,7 +11,7 @@ from rich.console import Console
 
 import hertzchain as hc
 from hertzchain.report.console import print_document
-from hertzchain.report.judgement import of_judgement
+from hertzchain.report.verdicts import of_judgement
 from tests.command_line import python
 from tests.docs.test_docs import blocks
 from tests.places import ROOT

@@ -22,17 +22,16 @@ from hertzchain.examiner.expected import applied_force
 from hertzchain.known.answer import lammps_deck, program_deck
 from hertzchain.observables.error_bound import amplifies_errors
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.report.comparison import of_comparison
-from hertzchain.report.facts import describe
+from hertzchain.report.document import describe
 from hertzchain.report.page import page_of
+from hertzchain.report.verdicts import of_comparison
 from hertzchain.report.waterfall import plot_times
+from hertzchain.scene.file import SHOCKS, sections_of
 from hertzchain.scene.keys import keys_of
-from hertzchain.scene.parts import SHOCKS
-from hertzchain.scene.sections import sections_of
-from hertzchain.scene.shock import Shock
+from hertzchain.scene.scene import refuse_hopeless_overlap
+from hertzchain.scene.shocks import Shock
 from hertzchain.scene.starters import STARTERS, write_starter
-from hertzchain.scene.validity import refuse_hopeless_overlap
-from hertzchain.verdict.formulas import formulas
+from hertzchain.verdict.check import formulas
 from hertzchain.verdict.slips import with_rise_time
 from tests.command_line import Command
 from tests.conftest import paper_scene

@@ -16,7 +16,7 @@ from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from hertzchain.observables.transition import FREE_END, STEADY
 from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS
-from hertzchain.scene.pulse import PROFILES
+from hertzchain.scene.shocks import PROFILES
 from hertzchain.theory import paper
 from hertzchain.theory import solitary_wave as exact
 from validation.limits import impulse_scene

@@ -19,7 +19,7 @@ from scipy.integrate import solve_ivp
 from scipy.stats import binomtest
 
 import hertzchain as hc
-from hertzchain.fits.fitted import NOISE_KNOWN, RARE
+from hertzchain.fits.fit import NOISE_KNOWN, RARE
 from hertzchain.uncertainty.validation import validate
 from validation.script import leave_with
 from validation.shipped import STEEL

@@ -31,7 +31,7 @@ from hertzchain.engines.native.methods import METHODS
 from hertzchain.errors import SceneError
 from hertzchain.limits import usable_cores
 from hertzchain.observables.error_bound import stable_step
-from hertzchain.scene.pulse import PROFILES, profile_named
+from hertzchain.scene.shocks import PROFILES, profile_named
 from validation.drawing import new_figure
 from validation.judging import JUDGE_LIMIT, REASONS, RIGHT, Judge, Outcome
 from validation.random_drives import random_hard_scene

@@ -20,7 +20,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.backend import run_in
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.examiner.measured import readings_of_runs
-from hertzchain.scene.pulse import PROFILES, profile_named
+from hertzchain.scene.shocks import PROFILES, profile_named
 from validation.drawing import BACKENDS, new_figure
 from validation.drawing import PROFILES as PROFILE_STYLES
 from validation.rows import Row, largest, row

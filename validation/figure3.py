@@ -14,7 +14,7 @@ import numpy as np
 import pandas
 from matplotlib.figure import Figure
 
-from hertzchain.scene.pulse import PROFILES
+from hertzchain.scene.shocks import PROFILES
 from validation.drawing import BACKENDS, RATIO_COLOURS, new_figure
 from validation.drawing import PROFILES as PROFILE_STYLES
 from validation.rows import Row, largest, row

@@ -26,8 +26,8 @@ import hertzchain as hc
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from hertzchain.observables.transition import transition_granules
-from hertzchain.scene.pulse import PROFILES as RAMPS
-from hertzchain.scene.pulse import profile_named
+from hertzchain.scene.shocks import PROFILES as RAMPS
+from hertzchain.scene.shocks import profile_named
 from validation.drawing import PROFILES, new_figure
 from validation.rows import Row, did_not_run, progress, row
 from validation.script import Script

@@ -21,8 +21,8 @@ from matplotlib.ticker import NullFormatter, NullLocator
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS, natural_units
-from hertzchain.scene.pulse import profile_named
-from hertzchain.scene.run import Run
+from hertzchain.scene.schedule import Run
+from hertzchain.scene.shocks import profile_named
 from tests.oracles import extrapolation
 from validation.drawing import new_figure
 from validation.rows import Row, progress, row

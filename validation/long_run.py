@@ -26,7 +26,7 @@ from hertzchain.engines.native.as_written import RungeKutta
 from hertzchain.engines.native.methods import METHODS, SymplecticNystrom
 from hertzchain.engines.native.simulation import Simulation, simulate
 from hertzchain.limits import TIME_LIMIT, Deadline
-from hertzchain.scene.run import Run
+from hertzchain.scene.schedule import Run
 from hertzchain.theory.solitary_wave import solitary_wave
 from validation.drawing import new_figure
 from validation.rows import Row, largest, progress, row

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.files import check_writable, write_with
-from hertzchain.scene.pulse import PROFILES, profile_named
+from hertzchain.scene.shocks import PROFILES, profile_named
 from hertzchain.theory import peak_map
 from validation.rows import progress
 from validation.script import leave_with

@@ -20,7 +20,7 @@ import hertzchain as hc
 from hertzchain.engines.lammps.engine import engine
 from hertzchain.errors import BackendMissing
 from hertzchain.files import check_outputs, write_text, write_with
-from hertzchain.report.formats import check_format
+from hertzchain.report.files import check_format
 from hertzchain.verdict.tradeoff import provenance
 from validation.drawing import new_figure
 from validation.rows import Row, print_rows

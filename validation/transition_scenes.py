@@ -15,7 +15,7 @@ import pandas
 
 import hertzchain as hc
 from hertzchain.errors import RunFailed
-from hertzchain.scene.pulse import PROFILES, profile_named
+from hertzchain.scene.shocks import PROFILES, profile_named
 from validation.shipped import STEEL
 
 MOMENTUM_RATIOS = (0.3, 0.5, 0.7, 1.0, 1.4, 2.0, 2.5)

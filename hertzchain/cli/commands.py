@@ -6,22 +6,12 @@ from typing import Annotated
 
 import typer
 
-from hertzchain.cli.certify import certify
-from hertzchain.cli.compare import compare
-from hertzchain.cli.deck import deck, lint, unit_test
+from hertzchain.cli.decks import certify, deck, examine, lint, unit_test
 from hertzchain.cli.doctor import doctor
-from hertzchain.cli.examine import examine
-from hertzchain.cli.fit import fit
-from hertzchain.cli.init import init
-from hertzchain.cli.judge import judge
-from hertzchain.cli.plot import plot
-from hertzchain.cli.predict import predict
-from hertzchain.cli.pulse import pulse
-from hertzchain.cli.run import run
-from hertzchain.cli.spread import spread
-from hertzchain.cli.sweep import sweep
-from hertzchain.cli.timestep import timestep
-from hertzchain.cli.tradeoff import tradeoff
+from hertzchain.cli.lab import fit, judge, pulse, spread
+from hertzchain.cli.run import compare, run
+from hertzchain.cli.scenes import init, predict, timestep, tradeoff
+from hertzchain.cli.sweep import plot, sweep
 
 app = typer.Typer(
     name="hertzchain",

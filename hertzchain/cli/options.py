@@ -109,7 +109,7 @@ def load_scene(path: Path) -> Scene:
 
 def remark_on_units(scene: Scene) -> None:
     """Print one line on stderr on values of a scene that may have a wrong unit."""
-    from hertzchain.scene.usual import unusual_values
+    from hertzchain.scene.scene import unusual_values
 
     _ask_about_units(unusual_values(scene))
 
@@ -119,7 +119,7 @@ def remark_on_units_of(varied: Mapping[str, str], scene: Scene) -> None:
 
     Keys must be some that can vary in the scene.
     """
-    from hertzchain.scene.usual import unusual
+    from hertzchain.scene.scene import unusual
     from hertzchain.sweeps.axes import axis_of
     from hertzchain.sweeps.keys import full_name
 
@@ -136,7 +136,7 @@ def _ask_about_units(unusual: Sequence[str]) -> None:
 
 def to_seconds(option: str, given: str | None) -> float | None:
     """Return the time of an option [s], if it is given."""
-    from hertzchain.scene.quantities import to_si
+    from hertzchain.scene.keys import to_si
 
     return None if given is None else to_si(option, given, "s")
 
@@ -161,7 +161,7 @@ def to_inches(size: str | None) -> tuple[float, float] | None:
 def to_time_limit(given: str) -> float:
     """Return the time limit [s]."""
     from hertzchain.errors import POSITIVE, is_positive, require
-    from hertzchain.scene.quantities import to_si
+    from hertzchain.scene.keys import to_si
 
     limit = to_si("--time-limit", given, "s")
     require(is_positive(limit), "--time-limit", given, f"{POSITIVE} [s]")

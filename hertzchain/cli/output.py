@@ -73,7 +73,7 @@ def check_files(
     be one of those ``given``.
     """
     from hertzchain.files import check_outputs
-    from hertzchain.report.formats import check_format
+    from hertzchain.report.files import check_format
 
     check_outputs(given, [*others, *files.values()])
     for kind, path in files.items():

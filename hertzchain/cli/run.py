@@ -1,4 +1,4 @@
-"""hertzchain run: one backend simulates a scene."""
+"""hertzchain run and compare: simulations of a scene."""
 
 from __future__ import annotations
 
@@ -8,22 +8,17 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from hertzchain.cli import options
-from hertzchain.cli.output import (
-    OUT_OF_TOLERANCE,
-    compiling,
-    progress,
-    say,
-    write_file,
-)
+from hertzchain.cli import options, output
+from hertzchain.cli.output import OUT_OF_TOLERANCE, compiling, progress, say, write_file
 from hertzchain.cli.shown import Shown
-from hertzchain.engines.registry import ENGINES
+from hertzchain.engines.registry import ENGINES, compared_by_default
 from hertzchain.errors import HertzchainError, require
 from hertzchain.limits import RTOL
 from hertzchain.scene.gauge import NO_GAUGE
 
 if TYPE_CHECKING:
     from hertzchain.observables.result import Result
+
 
 _METHODS = ("velocity-verlet", "rk4", "srkn-11b", "reference", "scipy")
 MethodName = StrEnum("MethodName", {name.upper(): name for name in _METHODS})  # type: ignore[misc]
@@ -146,7 +141,7 @@ def run(
 
 def _write(result: Result, output: Path | None, traces: Path | None, is_motion: bool) -> None:
     """Write the tables of a run: its peaks or its motion, and the traces of its gauges."""
-    from hertzchain.report.tables import motion_frame, write_frame, write_result
+    from hertzchain.report.files import motion_frame, write_frame, write_result
 
     if is_motion:
         write_file("Motion", output, lambda path: write_frame(motion_frame(result), path))
@@ -169,3 +164,58 @@ def _parameters(
         )
     options.refuse_step_and_accuracy(rtol, dt)
     return {"dt": dt, "rtol": RTOL if rtol is None else rtol}
+
+
+def compare(
+    scene: options.SceneFile,
+    backend: list[options.Backend] | None = typer.Option(
+        None, help="Backend to compare with the reference; repeatable. Default: native, lammps."
+    ),
+    isolate: options.Isolate = False,
+    lmp: options.LammpsBinary = None,
+    ranks: options.Ranks = None,
+    rtol: float | None = typer.Option(
+        None,
+        help="Wanted relative accuracy of the codes that are compared. Default: 1e-6, or 1e-4"
+        " where dashpots close at a speed.",
+    ),
+    as_written: bool = typer.Option(
+        False,
+        "--as-written",
+        help="Compare native with Eq. 1 as written, by SciPy, also where this takes"
+        " more than a second or two.",
+    ),
+    time_limit: options.TimeLimit = "1 h",
+    every: options.EveryContact = False,
+    as_json: options.AsJson = False,
+    plot: options.Plot = None,
+    size: options.Size = None,
+    report: options.Report = None,
+    junit: options.Junit = None,
+) -> None:
+    """Compare native, LAMMPS and the formulas, with a verdict."""
+    from hertzchain.engines.external.step_error import usual_accuracy
+    from hertzchain.engines.native.duration import with_end
+    from hertzchain.report.verdicts import of_comparison
+    from hertzchain.report.waterfall import plot_times
+    from hertzchain.verdict import comparison
+
+    names = dict.fromkeys(["native", *map(str, backend or compared_by_default())])
+    shown = Shown(scene, (), as_json, plot, report, junit, every, size)
+    with_lammps = "lammps" in names
+    options.refuse_without_need(with_lammps, isolate=isolate, lmp=lmp, ranks=ranks)
+    loaded = options.load_scene(scene)
+    limit = options.to_time_limit(time_limit)
+    wanted = usual_accuracy(loaded) if rtol is None else rtol
+    own: dict[str, dict[str, Any]] = {name: {"rtol": wanted} for name in names}
+    own["native"] = {"method": "reference"}
+    if with_lammps:
+        own["lammps"] |= options.lammps_options(isolate, lmp, ranks)
+    engines = [ENGINES[name].make(time_limit=limit, **own[name]) for name in names]
+    with output.progress() as report_progress, output.compiling(report_progress):
+        loaded = with_end(loaded, time_limit=limit)
+        record = plot_times(loaded) if report or plot else None
+        compared = comparison.compare(
+            loaded, engines, record=record, as_written=as_written, progress=report_progress
+        )
+    shown.end(of_comparison(compared))

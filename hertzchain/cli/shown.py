@@ -88,7 +88,7 @@ class Shown:
     def end(self, document: Document) -> NoReturn:
         """Print a verdict, write the files, and end with its status."""
         from hertzchain.files import write_text
-        from hertzchain.report.junit import to_xml
+        from hertzchain.report.document import to_xml
         from hertzchain.verdict.check import NOT_RUN
 
         seconds = time.perf_counter() - self._begin

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from hertzchain.observables.result import Result
-    from hertzchain.scene.given import SceneLike
+    from hertzchain.scene.scene import SceneLike
 
 
 class Simulator(Protocol):

@@ -34,9 +34,8 @@ from hertzchain.examiner.probes import all_checks, peaks_check
 from hertzchain.examiner.twin import TwinRun, run_twin, twin_of
 from hertzchain.limits import TIME_LIMIT, TOLERANCE, Deadline, check_time_limit
 from hertzchain.observables.result import Result
-from hertzchain.scene.given import SceneLike, to_scene
-from hertzchain.scene.run import Run
-from hertzchain.scene.scene import Scene
+from hertzchain.scene.scene import Scene, SceneLike, to_scene
+from hertzchain.scene.schedule import Run
 from hertzchain.showing import ShowProgress, telling
 
 _MATTERS = 1.01  # times the probed overlap: the law follows from the two tries next to it (chosen)

@@ -16,8 +16,8 @@ from hertzchain.engines.lammps.reading.units import UNITS, Units
 from hertzchain.errors import RunFailed
 from hertzchain.examiner.twin import Stretch, twin_of
 from hertzchain.observables.damped_law import DampedLaw
-from hertzchain.scene.piston import Piston
 from hertzchain.scene.scene import Scene
+from hertzchain.scene.shocks import Piston
 
 _FITS = 1e-2  # of the largest force: a shock that begins at another time fits as well (chosen)
 _WHOLE = 0.02  # fraction of a step: a measured start so near to a step is that step (chosen)

@@ -40,9 +40,8 @@ from hertzchain.observables.error_bound import (
 )
 from hertzchain.observables.history import Recorder
 from hertzchain.observables.peaks import judged_contacts, largest_difference
-from hertzchain.scene.run import Run
 from hertzchain.scene.scene import Scene
-from hertzchain.scene.schedule import Leg
+from hertzchain.scene.schedule import Leg, Run
 
 _FINEST = 1e-9  # least relative error of the peaks: needs three million steps
 _PILOT_STEP = 0.04  # natural time units; step of the first run in the search for a wanted error

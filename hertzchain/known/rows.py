@@ -15,11 +15,9 @@ from typing import Any
 from hertzchain.engines.native.backend import Native
 from hertzchain.observables.result import Result
 from hertzchain.scene.chain import Chain
-from hertzchain.scene.piston import Piston
-from hertzchain.scene.pulse import Pulse
-from hertzchain.scene.run import Run
 from hertzchain.scene.scene import Scene
-from hertzchain.scene.striker import Striker
+from hertzchain.scene.schedule import Run
+from hertzchain.scene.shocks import Piston, Pulse, Striker
 from hertzchain.scene.terms import Contact, Precompression, Wall
 
 STEP = 0.02  # steps of all runs [natural time units]; chosen

@@ -27,10 +27,9 @@ from hertzchain.known.deck import plain
 from hertzchain.limits import RTOL
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.scene.chain import Chain
-from hertzchain.scene.scene import Scene
-from hertzchain.scene.striker import Striker
+from hertzchain.scene.scene import Scene, refuse_terms
+from hertzchain.scene.shocks import Striker
 from hertzchain.scene.terms import Contact
-from hertzchain.scene.validity import refuse_terms
 
 STEP = 0.05  # natural time units: a wave passes a granule in about fifty steps
 

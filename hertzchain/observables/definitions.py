@@ -19,8 +19,8 @@ from collections.abc import Mapping
 from importlib.metadata import version
 from typing import Any
 
+from hertzchain.scene.file import sections_of
 from hertzchain.scene.scene import Scene
-from hertzchain.scene.sections import sections_of
 
 DEFINITIONS = 2
 """Raised when the definition of a number changes; not when its digits improve."""

@@ -25,9 +25,8 @@ from hertzchain.observables.pressure import LargestPressure, largest_pressure, y
 from hertzchain.observables.transition import SolitaryWave, solitary_wave, transition_granules
 from hertzchain.observables.wave import Wave, dict_of, is_near_end, usual_wave, wave_between
 from hertzchain.scene.gauge import NO_GAUGE
-from hertzchain.scene.moving import Moving
-from hertzchain.scene.scene import Scene
-from hertzchain.scene.validity import largest_overlap_ratio, overlap_warning
+from hertzchain.scene.scene import Scene, largest_overlap_ratio, overlap_warning
+from hertzchain.scene.shocks import Moving
 from hertzchain.showing import ShownRun
 
 if TYPE_CHECKING:

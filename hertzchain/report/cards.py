@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hertzchain.observables.result import Result
-from hertzchain.report.document import Document
-from hertzchain.report.facts import describe
+from hertzchain.report.document import Document, describe
 from hertzchain.scene.chain import MATERIAL, Chain
 from hertzchain.scene.keys import keys_of
 from hertzchain.scene.scene import Scene
@@ -42,11 +41,8 @@ def card_of(shown: Any) -> str:
 
 def document_of(shown: Any) -> Document:
     """The document of a result, a comparison, a judgement or an examination of a deck."""
-    from hertzchain.report.comparison import of_comparison
-    from hertzchain.report.examination import of_examination
-    from hertzchain.report.judgement import of_judgement
     from hertzchain.report.run import of_result
-    from hertzchain.report.traces import of_traces
+    from hertzchain.report.verdicts import of_comparison, of_examination, of_judgement, of_traces
 
     if isinstance(shown, Result):
         return of_result(shown)

@@ -1,4 +1,4 @@
-"""Runs, predictions and verdicts as text for a terminal."""
+"""Runs, predictions, verdicts and certificates as text for a terminal."""
 
 from __future__ import annotations
 
@@ -6,17 +6,30 @@ import io
 import re
 import textwrap
 from collections.abc import Callable, Iterable, Sequence
+from datetime import datetime
 from typing import TYPE_CHECKING
 
 from rich.table import Table
 from rich.text import Text
 
-from hertzchain.report.document import Document
-from hertzchain.report.facts import describe, difference, number, with_unit
+from hertzchain.known.certificate import WRONG, Certificate, Row
+from hertzchain.report.document import (
+    ERROR,
+    FAILURE,
+    SKIPPED,
+    Case,
+    Document,
+    Suite,
+    describe,
+    difference,
+    number,
+    with_unit,
+)
 from hertzchain.theory import Prediction, peak_map
 
 if TYPE_CHECKING:
     from rich.console import Console
+
 
 _STYLES = {"pass": "green", "FAIL": "red", "not judged": "dim", "not given": "dim"}
 
@@ -234,3 +247,49 @@ def _capitalised(remark: str) -> str:
     """Return a sentence with a capital; the name of a file before it is not changed."""
     word = remark.split(maxsplit=1)[0].rstrip(",:;").replace("-", "")
     return remark[0].upper() + remark[1:] if word.isalpha() else remark
+
+
+_LEFT = ("row", "tests", "grade")
+
+
+def print_certificates(console: Console, certificates: Sequence[Certificate]) -> None:
+    """Print a table for each program, with reasons below it, and one line on each at the end."""
+    for certificate in certificates:
+        rows = [_cells(row) for row in certificate.rows]
+        could_run = not all(row.failed for row in certificate.rows)
+        if could_run:
+            console.print(table((*_LEFT, "difference", "by steps"), rows, _LEFT))
+        for reason, names in _reasons(certificate).items():
+            print_prose(console, f"{', '.join(names)}: {reason}" if could_run else reason)
+        console.print()
+    for certificate in certificates:
+        console.print(certificate.sentence, soft_wrap=True)  # one line, for programs that read it
+
+
+def suite(certificate: Certificate, begun: datetime) -> Suite:
+    """Return the rows as test cases; those that could not be tested by choice are skipped."""
+    cases = []
+    for row in certificate.rows:
+        if row.passed:
+            cases.append(Case(row.case.name))
+            continue
+        problem = FAILURE if row.grade == WRONG else ERROR if row.failed else SKIPPED
+        cases.append(Case(row.case.name, problem, f"{row.words}: {row.reason}", row.case.tests))
+    program = certificate.program.replace(".", "_")
+    name = f"hertzchain.certify.{program}"
+    return Suite(name, tuple(cases), begun, certificate.seconds)
+
+
+def _cells(row: Row) -> tuple[str, ...]:
+    numbers = (row.difference, row.allowed)
+    shown = ("" if number is None else f"{number:.1e}" for number in numbers)
+    return (row.case.name, row.case.tests, row.words, *shown)
+
+
+def _reasons(certificate: Certificate) -> dict[str, list[str]]:
+    """Return the names of rows by the reason that they share."""
+    found: dict[str, list[str]] = {}
+    for row in certificate.rows:
+        if row.reason:
+            found.setdefault(row.reason, []).append(row.case.name)
+    return found

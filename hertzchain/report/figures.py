@@ -7,8 +7,7 @@ from itertools import cycle
 from typing import TYPE_CHECKING
 
 from hertzchain.report import style
-from hertzchain.report.document import Document
-from hertzchain.report.facts import describe
+from hertzchain.report.document import Document, describe
 
 if TYPE_CHECKING:
     from hertzchain.report.picture import Picture

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from hertzchain.arrays import apart
 from hertzchain.files import write_text
-from hertzchain.report.document import Document, Section, Table
-from hertzchain.report.facts import describe, difference
-from hertzchain.report.formats import check_format
+from hertzchain.report.document import Document, Section, Table, describe, difference
+from hertzchain.report.files import check_format
 
 if TYPE_CHECKING:
     from markupsafe import Markup

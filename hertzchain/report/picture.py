@@ -21,7 +21,7 @@ from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
 from hertzchain.errors import is_positive, require
 from hertzchain.files import write_with
-from hertzchain.report.facts import MULTIPLES, prefixed
+from hertzchain.report.document import MULTIPLES, prefixed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hertzchain.pulses.measured import MeasuredPulse, Value
+from hertzchain.pulses.pulse import MeasuredPulse, Value
 from hertzchain.report import style
 from hertzchain.report.console import print_facts
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from hertzchain.observables.result import Result
-from hertzchain.report.document import Document, Peaks, Verdict
-from hertzchain.report.facts import (
+from hertzchain.report.document import (
+    Document,
+    Peaks,
+    Verdict,
     cost,
     facts_of_terms,
     known_digits,
@@ -15,7 +17,7 @@ from hertzchain.report.facts import (
     similar_scene,
     with_unit,
 )
-from hertzchain.report.tables import run_document
+from hertzchain.report.files import run_document
 
 
 def of_result(result: Result) -> Document:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from hertzchain.report.console import table
-from hertzchain.report.facts import describe
+from hertzchain.report.document import describe
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -1,4 +1,4 @@
-"""A scene: a chain, its shock, its wall and loads, and the duration of the run."""
+"""A scene: a chain, its shock, its wall and loads, and the duration of its run."""
 
 from __future__ import annotations
 
@@ -6,7 +6,11 @@ import copy
 import functools
 import itertools
 import math
+import os
+import sys
+from collections.abc import Collection
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -14,36 +18,173 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.contact import hertz
-from hertzchain.errors import SceneError, require
+from hertzchain.errors import OverlapTooLarge, RunFailed, SceneError, require
 from hertzchain.scene.chain import MATERIAL, MOST_UNLIKE, Chain
+from hertzchain.scene.file import OTHERS, key_named, read_parts, texts_of
 from hertzchain.scene.gauge import Gauge
-from hertzchain.scene.granules import Granules, granules_of, like_granules
-from hertzchain.scene.keys import Positive
-from hertzchain.scene.moving import Moving
+from hertzchain.scene.granules import Granules, Numbered, granules_of, like_granules
+from hertzchain.scene.keys import Positive, keys_of
 from hertzchain.scene.natural_units import (
     MOMENTUM_IN_NATURAL_UNITS,
     NaturalUnits,
+    force_scale,
     length_and_time,
 )
-from hertzchain.scene.numbered import Numbered
-from hertzchain.scene.piston import Piston
-from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.ramp import Ramp, impulse_until
-from hertzchain.scene.reading import read_parts, texts_of
-from hertzchain.scene.run import Run
-from hertzchain.scene.schedule import Leg, lay_steps, lay_strokes
-from hertzchain.scene.shock import Shock
-from hertzchain.scene.striker import Striker
-from hertzchain.scene.terms import ALL_TERMS, Contact, Precompression, Wall
-from hertzchain.scene.together import is_representable, refuse_impossible
-from hertzchain.scene.uncertain import Uncertain
-from hertzchain.scene.watching import (
+from hertzchain.scene.schedule import (
+    Leg,
+    Run,
+    lay_steps,
+    lay_strokes,
     squeezing_force,
     watched_time,
     watched_with_terms,
     weakest_start,
 )
+from hertzchain.scene.shocks import Moving, Piston, Pulse, Shock, Striker
+from hertzchain.scene.terms import ALL_TERMS, DAMPING, Contact, Precompression, Wall
+from hertzchain.scene.uncertain import Uncertain
 from hertzchain.showing import Shown
+
+
+def refuse_impossible(scene: Any) -> None:
+    """Raise a SceneError for parts that exclude one another.
+
+    Gravity needs a wall or a fixed granule at the far end, a static load needs closed contacts, a
+    sine needs a static load of at least its amplitude, and a near wall leaves no room for a striker
+    or piston.
+    """
+    chain: Chain = scene.chain
+    shock: Shock = scene.shock
+    pressed, contact, gauges = scene.precompression, scene.contact, scene.gauges
+    walls: dict[str, Wall | None] = {"wall": scene.wall, "near_wall": scene.near_wall}
+    for gauge in gauges:
+        gauge.check(chain.granules, *(one is not None for one in walls.values()))
+    uncertain = scene.uncertain
+    names = [one.name for one in uncertain]
+    for name in names:
+        require(names.count(name) == 1, name, None, "is uncertain twice: delete one of them")
+    for section, one in walls.items():
+        for name, value in one.own_damping.items() if one is not None else ():
+            law = next(law for law, parameter in DAMPING.items() if parameter == name)
+            allowed = f'needs [contact] damping = "{law}", whose {name} is that of other contacts'
+            is_law = contact is not None and contact.damping == law
+            require(is_law, f"{section}.{name}", value, allowed)
+    allowed = f"leave it out: granule 1 is the {shock.noun}, and nothing stands behind it"
+    stands = scene.near_wall is None or shock.impact_velocity is None
+    require(stands, "near_wall", None, allowed)
+    allowed = f"must be at most {chain.granules}, the granules of the chain"
+    require(shock.granule <= chain.granules, "shock.granule", shock.granule, allowed)
+    force = 0.0 if pressed is None else pressed.force
+    loads = force > 0 and scene.near_wall is None
+    fixed = _refuse_fixed(chain, shock, walls, shock.loaded_granule if loads else None)
+    if isinstance(shock, Moving | Striker):
+        _refuse_no_meeting(chain, shock, walls)
+    shock.check_load(0.0 if fixed[: shock.granule].any() else force)
+    loaded = isinstance(shock, Striker) and shock.loaded
+    allowed = "needs [precompression]: leave it out for a striker in a chain without a static load"
+    require(pressed is not None or not loaded, "striker.loaded", None, allowed)
+    if pressed is None:
+        return
+    if scene.wall is None and pressed.gravity and not fixed[-1]:
+        allowed = "needs a [wall], or a fixed last granule, which carries the weight of the chain"
+        raise SceneError("precompression.gravity", pressed.gravity, allowed)
+    closed = "must be 0 with [precompression], which presses all contacts from the start"
+    require(not isinstance(chain.gap, tuple) and chain.gap == 0, "chain.gap", None, closed)
+    for section, one in walls.items():
+        require(one is None or one.gap == 0, f"{section}.gap", one and one.gap, closed)
+
+
+def _refuse_fixed(
+    chain: Chain, shock: Shock, walls: dict[str, Wall | None], loaded: int | None
+) -> FloatArray:
+    """Return which granules are fixed.
+
+    Raises a SceneError for fixed ones that move, are pushed, or touch nothing that moves.
+    ``loaded`` is the granule that a static load pushes, counted from 0.
+    """
+    fixed = np.broadcast_to(chain.fixed, chain.granules)
+    velocity = np.broadcast_to(chain.velocity, chain.granules)
+    held = np.append(fixed, walls["wall"] is not None)
+    pushed = None if isinstance(shock, Moving) else shock.granule - 1
+    for k in np.flatnonzero(fixed).tolist():
+        ahead = "the wall" if k + 1 == chain.granules else f"granule {k + 2}"
+        for wrong, allowed in (
+            (k == 0 and walls["near_wall"], "is next to the near wall: free it"),
+            (held[k + 1], f"is next to {ahead}, which does not move either: free one of them"),
+            (velocity[k] != 0, "has a velocity at the start: leave out one of both"),
+            (k == pushed, f"must not be fixed: the {shock.noun} moves it"),
+            (k == loaded, "must not be fixed: the static load presses it"),
+        ):
+            require(not wrong, f"fixed granule {k + 1}", None, allowed)
+    return fixed
+
+
+def _refuse_no_meeting(
+    chain: Chain, shock: Moving | Striker, walls: dict[str, Wall | None]
+) -> None:
+    """Raise a SceneError if no granules collide because of their velocities at the start.
+
+    A load that would make them meet later is not enough: the first collision is the unit of force.
+    """
+    along = chain.velocity if isinstance(chain.velocity, tuple) else (chain.velocity,) * 2
+    allowed = (
+        "missing section: give [shock], [striker] or a velocity of granules, in [chain],"
+        " [[chain.segments]] or their table"
+    )
+    require(isinstance(shock, Striker) or any(along), "[shock]", None, allowed)
+    if isinstance(shock, Striker):
+        along = (shock.velocity, *along[1:])
+    along = (*([0.0] if walls["near_wall"] else ()), *along, *([0.0] if walls["wall"] else ()))
+    meet = any(one > ahead for one, ahead in pairwise(along))
+    allowed = (
+        "with these no granule meets another or a wall, which some must do, also under a load:"
+        " a positive velocity is towards the far end"
+    )
+    require(meet, "velocities at the start", None, allowed)
+
+
+# Floating point
+
+
+def are_normal(*values: float) -> bool:
+    """Return whether all values are positive normal numbers, so that they lose no digits."""
+    return all(sys.float_info.min <= value < math.inf for value in values)
+
+
+def hold_digits(granules: Granules, force: float) -> bool:
+    """Return whether granules, contacts and the overlaps under a force [N] are normal numbers.
+
+    Infinite masses, of a piston and of fixed granules, are allowed.
+    """
+    mass = granules.mass[np.isfinite(granules.mass)]
+    values = [
+        *(granules.radius**3, mass, granules.stiffness, granules.contact_mass),
+        force / granules.stiffness,
+    ]
+    return are_normal(*(float(edge(value)) for value in values for edge in (np.min, np.max)))
+
+
+def is_representable(scene: Any) -> bool:
+    """Return whether all quantities of a scene, and intermediate results, are normal numbers.
+
+    Every divisor is checked before it is used.
+    """
+    force = scene.peak_force
+    if scene.is_plain:
+        chain = scene.chain
+        mass, stiffness = chain.granule_mass, chain.contact_stiffness
+        of_chain = (chain.radius**3, mass, chain.young_modulus / 3, stiffness, force)
+        if not are_normal(*of_chain) or not are_normal(force / stiffness):
+            return False
+    elif not hold_digits(scene.granules, force):
+        return False
+    mass, units = scene.first_contact[1], scene.units
+    of_units = (units.length, mass * units.length, units.time**2, units.velocity)
+    if not are_normal(*of_units, units.momentum, units.energy):
+        return False
+    times = [ramp.end for ramp in scene.ramps[:1]]
+    return are_normal(scene.momentum_ratio, *times, scene.end_time)
 
 
 @dataclass(frozen=True, repr=False)
@@ -409,3 +550,127 @@ class Scene(Numbered, Shown):
         if strokes := self.shock.strokes:
             return lay_strokes(strokes, self.end_time, dt)
         return lay_steps(self.ramps, self.end_time, dt)
+
+
+SceneLike = Scene | str | os.PathLike[str]
+"""A scene, or the path of a scene file."""
+
+
+def to_scene(given: SceneLike) -> Scene:
+    """Return the scene, read from its file where a path is given; else raise a SceneError."""
+    if isinstance(given, str | os.PathLike):
+        return Scene.from_toml(os.fspath(given))
+    kind = None if given is None else type(given).__name__
+    allowed = "must be a Scene or the path of a scene file (TOML)"
+    require(isinstance(given, Scene), "scene", kind, allowed)
+    return given
+
+
+def unusual_values(scene: Scene) -> list[str]:
+    """Return values that may have a wrong unit, each with its key and the usual range.
+
+    Zero is never returned.
+    """
+    parts: dict[str, Any] = {"chain": scene.chain, scene.shock.section: scene.shock}
+    parts |= {name: getattr(scene, name) for name in OTHERS}
+    found = (
+        unusual(f"{name}.{key}", getattr(part, key))
+        for name, part in parts.items()
+        if part is not None
+        for key in keys_of(type(part))
+    )
+    remarks = [remark for remark in found if remark is not None]
+    if scene.shock.rows and scene.ramps:  # the forces of a table are no keys
+        remarks += filter(None, [unusual("shock.peak_force", scene.peak_force)])
+    return remarks
+
+
+def unusual(name: str, values: Any) -> str | None:
+    """Return the first value of a parameter that may have a wrong unit, with the usual range.
+
+    None where there is none: zero, None and keys without a usual range are never one.
+    """
+    key = key_named(name)
+    if key is None or key.usual is None:
+        return None
+    low, high = key.usual
+    given = np.atleast_1d(np.asarray(values, np.float64))
+    size = np.abs(given[given != 0])  # None becomes NaN, which no range excludes
+    outside = size[(size < low) | (size > high)]
+    if not outside.size:
+        return None
+    unit = key.unit
+    return f"{name} = {outside[0]:g} {unit} (usually {low:g} to {high:g} {unit})"
+
+
+DOUBTFUL_OVERLAP = 0.01
+"""Overlap over radius above which Hertz's law is no longer exact: it needs a contact radius a far
+below R (Johnson, Contact Mechanics, 1985, section 4.2). With a^2 = R overlap / 2, a is 0.07 R here,
+and corrections to the law are of the order of the overlap over the radius."""
+
+IMPOSSIBLE_OVERLAP = 1.0
+"""Overlap over radius above which results are meaningless."""
+
+_SURE_FORCE = 0.43
+"""Fraction of the force scale that every largest peak exceeds. The smallest one measured is 0.454,
+for two granules under a triangular pulse of LM_ratio 1.97 and n 1.001; two granules pushed slowly
+have 0.5.
+"""
+
+
+def overlap_ratio(chain: Chain, peak_force: float) -> float:
+    """Overlap of a contact under a force [N], over the radius R (Eq. 1 solved for the overlap)."""
+    return float(math.pow(peak_force / chain.contact_stiffness, 2 / 3) / chain.radius)
+
+
+def largest_overlap_ratio(scene: Scene, peak_force: FloatArray) -> float:
+    """Return the largest overlap under the peaks of all contacts [N], over the smaller radius.
+
+    The forces have the shape (contacts,); a wall's is the last.
+    """
+    if scene.is_plain:
+        return overlap_ratio(scene.chain, float(peak_force.max()))
+    granules = scene.granules
+    smaller = np.append(np.minimum(granules.radius[:-1], granules.radius[1:]), granules.radius[-1])
+    overlap = hertz.overlap_of(granules.stiffness, peak_force)
+    return float(np.max(overlap / smaller[: overlap.size]))
+
+
+def refuse_hopeless_overlap(scene: Scene) -> None:
+    """Raise OverlapTooLarge, before a run, for a pulse or load certain to exceed the limit."""
+    if scene.is_plain and scene.pulse is not None and scene.run.end_time is None:
+        force = _SURE_FORCE * force_scale(scene.momentum_ratio) * scene.peak_force
+        refuse_deep_overlap(overlap_ratio(scene.chain, force))
+    if scene.precompression is not None:
+        refuse_deep_overlap(largest_overlap_ratio(scene, scene.granules.static_force))
+
+
+def refuse_deep_overlap(ratio: float, where: str = "") -> None:
+    """Raise OverlapTooLarge for an overlap ratio at which Hertz's law does not apply."""
+    if ratio > IMPOSSIBLE_OVERLAP:
+        raise OverlapTooLarge(
+            f"{where}the largest overlap would be {ratio:.3g} radii, above {IMPOSSIBLE_OVERLAP:g}:"
+            " Hertz's law does not apply there; take a smaller force, larger granules or a stiffer"
+            " material"
+        )
+
+
+def refuse_terms(scene: Scene, who: str, known: Collection[str] = ()) -> None:
+    """Raise RunFailed for a scene with terms that a backend does not support."""
+    unknown = [term for term in scene.terms if term not in known]
+    if unknown:
+        raise RunFailed(
+            f"{who} does not support {', '.join(unknown)}: take a scene without, or run it with"
+            " native, which has all terms"
+        )
+
+
+def overlap_warning(ratio: float) -> str | None:
+    """Return the warning for an overlap ratio; None where no warning is due."""
+    if ratio <= DOUBTFUL_OVERLAP:
+        return None
+    return (
+        f"the largest overlap is {ratio:.2g} radii: Hertz's law, which is for overlaps below"
+        f" {DOUBTFUL_OVERLAP:g}, is an extrapolation there (Johnson, Contact Mechanics, 1985,"
+        " section 4.2)"
+    )

@@ -1,18 +1,45 @@
-"""The schedule: the steps of a simulation, the same for every backend.
-
-Steps end exactly at the corners of the pulse; otherwise every method falls to second order or
-below. Between two corners all steps are equal.
-"""
+"""The duration of a run, and its steps, the same for every backend."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.contact import hertz
 from hertzchain.errors import TooExpensive
+from hertzchain.scene.granules import Granules
+from hertzchain.scene.keys import check, key
+from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS, NaturalUnits, length_and_time
 from hertzchain.scene.ramp import Ramp
-from hertzchain.scene.shock import Stroke
+from hertzchain.scene.shocks import Piston, Stroke
+
+
+@dataclass(frozen=True)
+class Run:
+    """Duration of a run.
+
+    Parameters
+    ----------
+    end_time
+        End of the run [s]; None for the default, long enough for every contact to peak, or, with a
+        striker, a wall or unlike granules, twice the time at which the first pulses are over.
+
+    Raises
+    ------
+    SceneError
+        If the end time is not a finite number above 0.
+    """
+
+    end_time: float | None = field(default=None, metadata=key("s", "end of the run", above=0))
+
+    def __post_init__(self) -> None:
+        check(self)
+
 
 MOST_STEPS = 1e10
 """Largest number of steps on one leg (chosen): days of work for LAMMPS, weeks for NumPy."""
@@ -108,3 +135,109 @@ def _steps(start: float, end: float, dt: float) -> int:
         )
     # A step that came from this division must give the same number of steps again.
     return max(1, math.ceil(steps * (1 - 2**-52)))
+
+
+_WAVE_SPEED = 0.9055
+"""Speed of a wave of height 1, in granules per natural time unit; used only for the default end."""
+
+_STOP = 3.0
+"""Factor of (M^2 / (K^2 v))^(1/5), the time in which a Hertzian spring stops a mass: 1.6 until it
+is at rest.
+"""
+
+_UNLIKE = 2.0
+"""Factor of the time where granules differ, are apart or damped: waves decay there, and weak waves
+are slow (chosen: as slow as a wave of 1/64 of the force).
+"""
+
+
+def watched_time(granules: Any, momentum_ratio: Any) -> Any:
+    """Return the default time between the ends of pulse and run [natural time units]."""
+    speed = _WAVE_SPEED * np.minimum(1.0, momentum_ratio) ** 0.2
+    return 1.2 * (granules + 5) / speed
+
+
+def watched_with_terms(
+    granules: Granules,
+    units: NaturalUnits,
+    momentum_ratio: float,
+    momentum: float,
+    mass: float,
+    wall: bool,
+) -> float:
+    """Return the default time between the ends of shock and run, for scenes with terms [s].
+
+    The wave crosses each contact in its own time, and each gap with the velocity that collisions
+    pass on. A wall has to stop a mass through all contacts in series: that of granule 1, or of all
+    granules that move. A piston's mass is infinite.
+    """
+    weak = min(1.0, momentum_ratio)
+    slowness = hertz.slowness(granules.stiffness, granules.contact_mass)
+    crossed = slowness * math.pow(units.force, -1 / 6)
+    if granules.gap.any():
+        slowed = _velocity_at_gaps(granules, units.velocity * weak, momentum)
+        flight = _UNLIKE * float(np.sum(granules.gap / slowed))
+        crossed = crossed * (units.velocity * weak / slowed) ** 0.2
+    else:
+        flight = 0.0
+    wave = watched_time(0, weak) / 5 * (float(np.sum(crossed)) + 5 * float(np.max(crossed)))
+    others = granules.mass[1:], granules.young_modulus[1:], granules.gap  # except the striker
+    decays = any(np.ptp(values) > 0 for values in others) or granules.damping is not None
+    if decays or granules.gap.any():
+        wave *= _UNLIKE
+    if not wall:
+        return float(wave + flight)
+    if math.isinf(mass):  # a piston is not stopped
+        return float(2 * wave + 2 * flight)
+    softness = _softness(granules)
+    stop = (mass**3 * softness**3 / momentum) ** 0.2
+    return float(max(2 * wave, _STOP * stop) + 2 * flight)
+
+
+def weakest_start(
+    granules: Granules, stiffness: float, mass: float, force: float
+) -> tuple[NaturalUnits, float, float, float]:
+    """Return units, LM_ratio, momentum and mass of the start, as if only the weakest granule hit.
+
+    ``stiffness``, ``mass`` and ``force`` make the units. The mass returned is that of all granules
+    that move.
+    """
+    moved = np.abs(granules.moved)
+    units = NaturalUnits(force, *length_and_time(stiffness, mass, force))
+    weakest = float(np.min(moved[moved > 0]))
+    ratio = weakest / (MOMENTUM_IN_NATURAL_UNITS * units.momentum)
+    return units, ratio, weakest, float(np.sum(granules.mass[moved > 0]))
+
+
+def _velocity_at_gaps(granules: Granules, velocity: float, momentum: float) -> FloatArray:
+    """Approximate lower bounds of the velocities with which granules close each gap [m/s].
+
+    A collision passes on 2 m1 / (m1 + m2) of the velocity; all granules before a gap together move
+    on with the velocity of their centre of mass; in front of a piston they move with its velocity.
+    """
+    if math.isinf(granules.mass[0]):
+        return np.full(granules.gap.size, velocity)
+    passed_on = 2 * granules.mass[:-1] / (granules.mass[:-1] + granules.mass[1:])
+    alone = velocity * np.minimum.accumulate(np.cumprod(np.append(1.0, passed_on)))
+    together = momentum / np.cumsum(granules.mass)
+    found: FloatArray = np.minimum(np.maximum(alone, together), velocity)
+    return found[: granules.gap.size]
+
+
+def _softness(granules: Granules, some: slice = slice(None)) -> float:
+    """Sum of the overlaps of contacts under 1 N [m N^(-2/3)]."""
+    return float(np.sum(granules.stiffness[some] ** (-2 / 3)))
+
+
+def squeezing_force(granules: Granules, piston: Piston, end_time: float) -> float:
+    """Largest force of a piston that presses a chain against a wall or a fixed granule [N].
+
+    All granules are assumed at rest there. The run ends at ``end_time`` [s].
+    """
+    starts = [stroke for stroke in piston.strokes if stroke.start < end_time]
+    places = [stroke.displacement for stroke in starts]
+    farthest = max(*places, starts[-1].displacement_at(end_time))
+    held = np.flatnonzero(np.isinf(granules.mass[1:]))
+    until = slice(0, held[0] + 1 if held.size else None)
+    pressed = granules.static_overlap[until].sum() + farthest - granules.gap[until].sum()
+    return float((max(pressed, 0.0) / _softness(granules, until)) ** 1.5)

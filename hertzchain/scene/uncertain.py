@@ -9,8 +9,7 @@ from typing import Any
 
 from hertzchain.errors import SceneError, is_positive, require
 from hertzchain.scene.chain import MATERIAL
-from hertzchain.scene.keys import Key
-from hertzchain.scene.quantities import to_si
+from hertzchain.scene.keys import Key, to_si
 
 OF_GRANULES = tuple(f"chain.{key}" for key in (*MATERIAL, "gap", "velocity"))
 """Keys that can scatter among granules."""

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, require
-from hertzchain.scene.parts import key_named
-from hertzchain.scene.quantities import to_si
+from hertzchain.scene.file import key_named
+from hertzchain.scene.keys import to_si
 
 if TYPE_CHECKING:
     import pandas

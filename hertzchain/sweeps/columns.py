@@ -14,9 +14,9 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import did_you_mean, require
 from hertzchain.observables.result import Result
 from hertzchain.scene.chain import MATERIAL
+from hertzchain.scene.file import KEYS, OF_PROFILE, SEGMENT, full_names, key_named
 from hertzchain.scene.keys import keys_of
-from hertzchain.scene.parts import KEYS, OF_PROFILE, SEGMENT, full_names, key_named
-from hertzchain.scene.pulse import Pulse
+from hertzchain.scene.shocks import Pulse
 
 Read = Callable[[Result], float | None]
 

@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.arguments import checked
-from hertzchain.scene.given import SceneLike, to_scene
-from hertzchain.scene.scene import Scene
-from hertzchain.scene.sections import sections_of
+from hertzchain.scene.file import sections_of
+from hertzchain.scene.scene import Scene, SceneLike, to_scene
 from hertzchain.sweeps.axes import (
     Axis,
     Span,

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError, SceneError, require
-from hertzchain.report.facts import in_prefixed, prefixed
+from hertzchain.report.document import in_prefixed, prefixed
 from hertzchain.report.style import COLOURS, distinct
-from hertzchain.scene.parts import key_named
-from hertzchain.scene.quantities import to_si
+from hertzchain.scene.file import key_named
+from hertzchain.scene.keys import to_si
 from hertzchain.sweeps.axes import Axis, Listed, Span, Tabled
 from hertzchain.sweeps.columns import (
     OTHER_MEASURE,

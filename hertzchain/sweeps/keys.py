@@ -12,11 +12,9 @@ import numpy as np
 
 from hertzchain.errors import SceneError, did_you_mean
 from hertzchain.scene.chain import MATERIAL
+from hertzchain.scene.file import OTHERS, SECTIONS, SEGMENT, full_names, read_chain, sections_of
 from hertzchain.scene.keys import keys_of
-from hertzchain.scene.parts import OTHERS, SECTIONS, SEGMENT, full_names
-from hertzchain.scene.reading import read_chain
 from hertzchain.scene.scene import Scene
-from hertzchain.scene.sections import sections_of
 from hertzchain.scene.terms import DAMPING
 from hertzchain.sweeps.columns import OTHER_MEASURE, PARAMETERS, TERMS, is_whole
 

@@ -34,7 +34,7 @@ from hertzchain.engines.lammps.isolation import Child
 from hertzchain.engines.native.backend import Native
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed, TooExpensive
 from hertzchain.limits import RTOL, usable_cores
-from hertzchain.scene.pulse import profile_named
+from hertzchain.scene.shocks import profile_named
 from hertzchain.sweeps.design import Design
 from hertzchain.sweeps.similarity import Natural, natural
 from hertzchain.sweeps.table import Rows

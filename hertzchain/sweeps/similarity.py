@@ -13,7 +13,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.contact import hertz
 from hertzchain.scene.chain import granule_mass
 from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS, length_and_time
-from hertzchain.scene.watching import watched_time
+from hertzchain.scene.schedule import watched_time
 
 _PLAIN = 1e200  # numbers between it and its inverse are far from the limits of floating point
 

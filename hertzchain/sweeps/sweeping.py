@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from hertzchain.errors import OutputError, did_you_mean, require
 from hertzchain.limits import RTOL
 from hertzchain.observables.definitions import DEFINITIONS
-from hertzchain.scene.given import SceneLike
-from hertzchain.scene.validity import DOUBTFUL_OVERLAP
+from hertzchain.scene.scene import DOUBTFUL_OVERLAP, SceneLike
 from hertzchain.showing import telling
 from hertzchain.sweeps.axes import Value
 from hertzchain.sweeps.columns import columns_in, peak_columns

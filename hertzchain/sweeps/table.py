@@ -12,7 +12,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError
 from hertzchain.observables.peaks import times_of_peaks
 from hertzchain.observables.transition import solitary_waves, transitions
-from hertzchain.scene.validity import IMPOSSIBLE_OVERLAP
+from hertzchain.scene.scene import IMPOSSIBLE_OVERLAP
 from hertzchain.sweeps.columns import ALL, COUNTS, Column, is_result, numbers_of, peak_columns
 
 if TYPE_CHECKING:

@@ -2,7 +2,7 @@
 
 ======================= ==========================================================================
 Eq. 1                   acceleration
-Eq. 2, Table 1          applied_force; also hertzchain.scene.pulse, which the simulations use
+Eq. 2, Table 1          applied_force; also hertzchain.scene.shocks, which the simulations use
 L_Applied, L_SW, LM     applied_momentum, solitary_wave_momentum, unit_rise_time, momentum_ratio
 V_SW                    solitary_wave_speed
 Eqs. 3a, 3b             transition_granules

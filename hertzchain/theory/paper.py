@@ -24,7 +24,7 @@ from hertzchain.errors import SceneError, require
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.keys import Count, Positive
 from hertzchain.scene.natural_units import PAPER_MOMENTUM
-from hertzchain.scene.pulse import PROFILES, Pulse
+from hertzchain.scene.shocks import PROFILES, Pulse
 
 SHIFT = 1.077  # peak-to-peak time shift of a solitary wave of height 1 (Eq. 4b)
 FORCE_INTEGRAL = 1.543  # integral of S^(3/2) (Eq. 5)

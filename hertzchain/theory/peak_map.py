@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import require
 from hertzchain.scene.keys import Positive
-from hertzchain.scene.pulse import PROFILES
+from hertzchain.scene.shocks import PROFILES
 
 FILE = Path(__file__).with_name("peak_map.npz")
 

@@ -14,11 +14,16 @@ import numpy as np
 from hertzchain.arrays import FloatArray, or_none
 from hertzchain.observables.transition import STEADY, transition_granules
 from hertzchain.scene.chain import Chain
-from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.natural_units import PAPER_MOMENTUM
-from hertzchain.scene.pulse import Pulse
-from hertzchain.scene.scene import Scene
-from hertzchain.scene.validity import overlap_ratio, overlap_warning, refuse_deep_overlap
+from hertzchain.scene.scene import (
+    Scene,
+    SceneLike,
+    overlap_ratio,
+    overlap_warning,
+    refuse_deep_overlap,
+    to_scene,
+)
+from hertzchain.scene.shocks import Pulse
 from hertzchain.theory import paper, peak_map
 from hertzchain.theory import solitary_wave as exact
 

@@ -8,9 +8,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from hertzchain.report.document import Document, Failure, Table, Verdict
-from hertzchain.report.facts import number
-from hertzchain.report.traces import of_traces
+from hertzchain.report.document import Document, Failure, Table, Verdict, number
+from hertzchain.report.verdicts import of_traces
 
 _HEADER = (
     "number", "simulated", "measured", "u run", "u input", "u noise", "error / u_val", "seen from",

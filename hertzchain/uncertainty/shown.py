@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hertzchain.report.facts import describe, in_prefixed
+from hertzchain.report.document import describe, in_prefixed
 from hertzchain.report.picture import Picture, legend_above
 
 if TYPE_CHECKING:

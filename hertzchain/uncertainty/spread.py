@@ -16,10 +16,9 @@ from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.definitions import context_of
 from hertzchain.observables.result import Result
 from hertzchain.scene.gauge import Gauge
-from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.keys import Key, Seed
-from hertzchain.scene.run import Run
-from hertzchain.scene.scene import Scene
+from hertzchain.scene.scene import Scene, SceneLike, to_scene
+from hertzchain.scene.schedule import Run
 from hertzchain.showing import ShowProgress, telling
 from hertzchain.uncertainty.realisations import Realisations
 from hertzchain.uncertainty.shares import FOR_SHARES, first_order

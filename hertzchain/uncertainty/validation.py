@@ -12,7 +12,7 @@ import numpy as np
 
 from hertzchain.limits import TIME_LIMIT
 from hertzchain.observables.definitions import context_of
-from hertzchain.scene.given import SceneLike, to_scene
+from hertzchain.scene.scene import SceneLike, to_scene
 from hertzchain.showing import ShownVerdict, ShowProgress
 from hertzchain.uncertainty.spread import REALISATIONS, Spread, name_of, spread
 from hertzchain.verdict.traces.judging import PEAK, WIDTH, Number, TraceJudgement, judge_traces

@@ -22,18 +22,17 @@ from hertzchain.errors import BackendMissing, OverlapTooLarge, RunFailed, TooExp
 from hertzchain.limits import TIME_LIMIT
 from hertzchain.observables.definitions import context_of
 from hertzchain.observables.result import Result
-from hertzchain.scene.given import SceneLike, to_scene
-from hertzchain.scene.scene import Scene
+from hertzchain.scene.scene import Scene, SceneLike, to_scene
 from hertzchain.showing import ShownVerdict, ShowProgress, telling
-from hertzchain.verdict.check import FAILED, NOT_RUN, Check, unmeasured
-from hertzchain.verdict.formulas import Formulas, formulas
+from hertzchain.verdict.check import FAILED, NOT_RUN, Check, Formulas, formulas, unmeasured
 from hertzchain.verdict.generated_deck import examined
-from hertzchain.verdict.reference_checks import (
+from hertzchain.verdict.run_checks import (
     as_written_check,
+    balance_checks,
+    code_checks,
     is_quickly_written,
     yardstick_check,
 )
-from hertzchain.verdict.run_checks import balance_checks, code_checks
 
 if TYPE_CHECKING:
     import pandas

@@ -27,10 +27,10 @@ from hertzchain.observables.error_bound import stable_step
 from hertzchain.observables.history import Recorder
 from hertzchain.observables.transition import FREE_END
 from hertzchain.scene.keys import keys_of
-from hertzchain.scene.pulse import PROFILES
 from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
+from hertzchain.scene.shocks import PROFILES
 from hertzchain.scene.terms import DAMPING, Contact, DampingLaw
 from hertzchain.theory.restitution import damping_ratio, of_ratio
 from hertzchain.verdict.case import Case, Found, Mistake, fixed, jumps_like_noise

@@ -17,7 +17,7 @@ from hertzchain.cli.run import MethodName
 from hertzchain.engines.native.backend import Native
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.observables.result import Result
-from hertzchain.report.facts import describe
+from hertzchain.report.document import describe
 from hertzchain.scene.scene import Scene
 from hertzchain.verdict import run_checks
 from tests.cli.short_chain import (

@@ -9,7 +9,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.registry import ENGINES, Engine
-from hertzchain.scene.shock import Shock
+from hertzchain.scene.shocks import Shock
 from hertzchain.sweeps.columns import FOUND_COLUMNS
 from tests.docs.test_scene_reference import ROWS
 from tests.places import ROOT

@@ -12,8 +12,8 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.errors import SceneError
+from hertzchain.scene.file import KEYS, SECTIONS, key_named
 from hertzchain.scene.keys import Key, keys_of
-from hertzchain.scene.parts import KEYS, SECTIONS, key_named
 from tests.places import ROOT
 from tests.scene.test_refused import text_of
 from tests.scene.test_scene import scene_of

@@ -12,9 +12,9 @@ import pytest
 from markupsafe import escape
 
 import hertzchain as hc
-from hertzchain.report.examination import of_examination
-from hertzchain.report.junit import to_xml
+from hertzchain.report.document import to_xml
 from hertzchain.report.page import page_of
+from hertzchain.report.verdicts import of_examination
 from tests.examiner.corpus import (
     DEFECTS,
     HARMLESS,

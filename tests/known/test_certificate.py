@@ -18,7 +18,7 @@ import hertzchain as hc
 from hertzchain.errors import SceneError
 from hertzchain.known.certificate import ROUND_OFF, UNSUPPORTED, UNTESTED, WRONG, certify
 from hertzchain.known.rows import CASES
-from hertzchain.report.certificate import suite
+from hertzchain.report.console import suite
 from tests.command_line import Command
 from tests.oracles.json_schema import problems
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 import json
 from typing import Any
 
+from hertzchain.scene.file import KEYS, OF_PROFILE
 from hertzchain.scene.keys import Key
-from hertzchain.scene.parts import KEYS, OF_PROFILE
 from tests.places import ROOT
 
 FILE = ROOT / "docs" / "schema" / "parts.json"

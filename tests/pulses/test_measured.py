@@ -11,14 +11,18 @@ import pytest
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError, SceneError
-from hertzchain.pulses.corners import corners_of, heights
-from hertzchain.pulses.measured import MeasuredPulse, Value, measured_pulse
-from hertzchain.pulses.noise import Noise
-from hertzchain.pulses.recording import Recording
-from hertzchain.pulses.signal import pulse_of
+from hertzchain.pulses.pulse import (
+    MeasuredPulse,
+    Value,
+    corners_of,
+    heights,
+    measured_pulse,
+    pulse_of,
+)
+from hertzchain.pulses.recording import Noise, Recording
 from hertzchain.report.console import plain_text
 from hertzchain.report.pulse import _with_deviation, plot_pulse, print_pulse
-from hertzchain.scene.pulse import PulseTable, profile_named
+from hertzchain.scene.shocks import PulseTable, profile_named
 from hertzchain.scene.starters import write_starter
 from tests.conftest import STEEL
 from tests.recordings import DURATION, FORCE, GAIN, sine_squared, times, volts

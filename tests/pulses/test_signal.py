@@ -7,15 +7,14 @@ import pytest
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError
-from hertzchain.pulses.noise import Noise, noise_before, noise_within, resolution_of
-from hertzchain.pulses.recording import Recording
-from hertzchain.pulses.signal import (
+from hertzchain.pulses.pulse import (
     _foot,
     averaged,
     no_return,
     pulse_of,
     without_negative,
 )
+from hertzchain.pulses.recording import Noise, Recording, noise_before, noise_within, resolution_of
 from tests.recordings import DURATION, FORCE, GAIN, OFFSET, START, sine_squared, times, volts
 
 IMPULSE = FORCE * DURATION / 2  # [N s]

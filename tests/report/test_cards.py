@@ -18,8 +18,8 @@ import hertzchain as hc
 from hertzchain.report import progress
 from hertzchain.report.console import plain_text, print_document
 from hertzchain.report.document import Finding
-from hertzchain.report.examination import of_examination
 from hertzchain.report.progress import shown_progress
+from hertzchain.report.verdicts import of_examination
 from hertzchain.verdict.check import Check, Kind
 from tests.command_line import Command
 from tests.conftest import paper_scene

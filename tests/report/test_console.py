@@ -18,14 +18,12 @@ from rich.console import Console
 
 import hertzchain as hc
 from hertzchain import theory
-from hertzchain.report.comparison import of_comparison
 from hertzchain.report.console import plain_text, print_document, print_prediction, print_prose
-from hertzchain.report.document import Document
-from hertzchain.report.facts import describe, known_digits
+from hertzchain.report.document import Document, describe, known_digits
 from hertzchain.report.figures import plot_tradeoff
-from hertzchain.report.judgement import of_judgement
 from hertzchain.report.run import of_result
 from hertzchain.report.tradeoff import print_tradeoff
+from hertzchain.report.verdicts import of_comparison, of_judgement
 from hertzchain.verdict.check import Check, Kind
 from hertzchain.verdict.tradeoff import Row, Tradeoff
 from tests.conftest import paper_scene

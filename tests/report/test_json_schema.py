@@ -24,10 +24,9 @@ from hertzchain.known.certificate import ROUND_OFF, UNTESTED, Certificate, Row
 from hertzchain.known.rows import CASES
 from hertzchain.observables.balance import LostDigits
 from hertzchain.observables.definitions import DEFINITIONS
-from hertzchain.pulses.measured import measured_pulse
+from hertzchain.pulses.pulse import measured_pulse, pulse_of
 from hertzchain.pulses.recording import read_recording
-from hertzchain.pulses.signal import pulse_of
-from hertzchain.scene.sections import sections_of
+from hertzchain.scene.file import sections_of
 from hertzchain.verdict.tradeoff import tradeoff
 from tests.conftest import STEEL, paper_scene
 from tests.docs.test_docs import blocks

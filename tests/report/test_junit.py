@@ -15,7 +15,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.errors import BackendMissing
-from hertzchain.report.junit import Case, Suite, case, to_xml
+from hertzchain.report.document import Case, Suite, case, to_xml
 from tests.command_line import Command, is_refused
 from tests.conftest import paper_scene
 

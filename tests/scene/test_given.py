@@ -15,10 +15,9 @@ from hypothesis import strategies as st
 
 import hertzchain as hc
 from hertzchain.errors import OutputError, SceneError
-from hertzchain.scene.given import to_scene
+from hertzchain.scene.scene import to_scene, unusual_values
 from hertzchain.scene.starters import STARTERS, write_starter
 from hertzchain.scene.terms import DAMPING, WALLS, DampingLaw, WallKind
-from hertzchain.scene.usual import unusual_values
 from tests.conftest import STEEL, paper_scene
 from tests.scene.test_refused import text_of
 from tests.scene.test_scene import CHAIN, TEXT, scene_of

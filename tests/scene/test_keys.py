@@ -12,9 +12,9 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.errors import SceneError
+from hertzchain.scene.file import KEYS, OTHERS, SHOCKS, key_named
 from hertzchain.scene.keys import Key, keys_of
-from hertzchain.scene.parts import KEYS, OTHERS, SHOCKS, key_named
-from hertzchain.scene.usual import unusual, unusual_values
+from hertzchain.scene.scene import unusual, unusual_values
 from tests.conftest import STEEL
 
 PULSE = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0)

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hertzchain.errors import SceneError
-from hertzchain.scene.quantities import _USUAL, _registry, to_si
+from hertzchain.scene.keys import _USUAL, _registry, to_si
 from tests.effort import effort
 
 

@@ -19,7 +19,7 @@ from hertzchain.scene.natural_units import (
     force_scale,
     natural_units,
 )
-from hertzchain.scene.validity import (
+from hertzchain.scene.scene import (
     DOUBTFUL_OVERLAP,
     overlap_ratio,
     overlap_warning,

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import hertzchain as hc
 from hertzchain.errors import SceneError
-from hertzchain.scene.pulse import PROFILES
+from hertzchain.scene.shocks import PROFILES
 from hertzchain.sweeps.columns import PARAMETERS
 from hertzchain.sweeps.design import MOST_SCENES, design
 from hertzchain.sweeps.loop import MOST_PEAKS, cut, part_size

@@ -14,9 +14,9 @@ import pytest
 import hertzchain as hc
 from hertzchain.engines.native.batch import Batch
 from hertzchain.errors import HertzchainError, SceneError
+from hertzchain.scene.file import KEYS
 from hertzchain.scene.keys import keys_of
-from hertzchain.scene.parts import KEYS
-from hertzchain.scene.pulse import PROFILES
+from hertzchain.scene.shocks import PROFILES
 from hertzchain.sweeps import loop
 from hertzchain.sweeps.columns import (
     ALL,

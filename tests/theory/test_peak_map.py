@@ -12,7 +12,7 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError
 from hertzchain.observables.transition import transition_granules
-from hertzchain.scene.pulse import PROFILES
+from hertzchain.scene.shocks import PROFILES
 from hertzchain.theory import peak_map
 from tests.conftest import paper_scene
 from tests.test_public_names import modules_after

@@ -9,9 +9,9 @@ import pytest
 
 import hertzchain as hc
 from hertzchain import theory
-from hertzchain.scene.pulse import PROFILES
+from hertzchain.scene.shocks import PROFILES
 from hertzchain.theory import peak_map, prediction
-from hertzchain.verdict.formulas import formulas
+from hertzchain.verdict.check import formulas
 from tests import scenes
 from tests.conftest import STEEL, paper_scene
 

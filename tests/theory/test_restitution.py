@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError
-from hertzchain.report.tables import run_document
+from hertzchain.report.files import run_document
 from hertzchain.theory import restitution
 from hertzchain.theory.restitution import Collision, collision_of, of_natural, of_ratio
 from hertzchain.theory.two_spheres import parting

@@ -17,7 +17,7 @@ import hertzchain as hc
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError
-from hertzchain.scene.pulse import profile_named
+from hertzchain.scene.shocks import profile_named
 from hertzchain.theory import paper
 from hertzchain.theory import solitary_wave as exact
 from tests.conftest import STEEL

@@ -16,7 +16,7 @@ import hertzchain as hc
 import validation.script
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.errors import RunFailed
-from hertzchain.verdict.contenders import WAYS
+from hertzchain.verdict.tradeoff import WAYS
 from tests import scenes
 from validation import rows, run_all, table2, table3, table4, tradeoff
 from validation.script import Script, rows_of, rows_only

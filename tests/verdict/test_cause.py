@@ -15,7 +15,7 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.limits import Deadline
 from hertzchain.report.console import print_document
-from hertzchain.report.judgement import of_judgement
+from hertzchain.report.verdicts import of_judgement
 from hertzchain.verdict import judgement, slips
 from hertzchain.verdict.case import Case, Found, Mistake, jumps_like_noise
 from hertzchain.verdict.slips import Family

@@ -16,9 +16,8 @@ from hertzchain.arrays import FloatArray, apart
 from hertzchain.errors import BackendMissing, SceneError, TooExpensive
 from hertzchain.limits import TIME_LIMIT
 from hertzchain.verdict import comparison
-from hertzchain.verdict.check import Check, Kind
-from hertzchain.verdict.formulas import formulas
-from hertzchain.verdict.reference_checks import (
+from hertzchain.verdict.check import Check, Kind, formulas
+from hertzchain.verdict.run_checks import (
     is_quickly_written,
     reference_checks,
     yardstick_check,

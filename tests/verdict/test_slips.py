@@ -18,7 +18,7 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.damping import tsuji
 from hertzchain.limits import Deadline
-from hertzchain.scene.pulse import profile_named
+from hertzchain.scene.shocks import profile_named
 from hertzchain.theory.restitution import damping_ratio, of_ratio
 from hertzchain.verdict import slips
 from hertzchain.verdict.case import Case, Mistake

@@ -17,12 +17,16 @@ from hertzchain.errors import SceneError
 from hertzchain.limits import Deadline
 from hertzchain.observables.balance import LostDigits
 from hertzchain.observables.error_bound import highest_rate
-from hertzchain.scene.pulse import PROFILES
+from hertzchain.scene.shocks import PROFILES
 from hertzchain.verdict import run_checks
 from hertzchain.verdict.check import Check, Kind, within
 from hertzchain.verdict.judgement import Judgement, judged
-from hertzchain.verdict.reference_checks import reference_checks, yardstick_check
-from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
+from hertzchain.verdict.run_checks import (
+    balance_checks,
+    reference_checks,
+    same_steps_checks,
+    yardstick_check,
+)
 from tests.conftest import STEEL, paper_scene
 
 FREE = paper_scene("cosine", 1.0, 2.0, 5)

@@ -19,11 +19,14 @@ from hertzchain.errors import BackendMissing, RunFailed
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.report import style
 from hertzchain.verdict import tradeoff as module
-from hertzchain.verdict.contenders import WAYS, Contender, Outcome, contenders
 from hertzchain.verdict.tradeoff import (
+    WAYS,
+    Contender,
+    Outcome,
     Row,
     Tradeoff,
     cheapest,
+    contenders,
     frontier,
     measured,
     timed,

@@ -23,13 +23,13 @@ from hertzchain.observables.gauges import readings
 from hertzchain.observables.history import History
 from hertzchain.observables.result import Result
 from hertzchain.observables.watch import PeakWatch
-from hertzchain.scene.scene import Scene
-from hertzchain.scene.schedule import Leg
-from hertzchain.scene.validity import (
+from hertzchain.scene.scene import (
+    Scene,
     largest_overlap_ratio,
     refuse_deep_overlap,
     refuse_hopeless_overlap,
 )
+from hertzchain.scene.schedule import Leg
 
 # interval between readings [natural time units]: costs 7e-9 of a peak at dt = 0.01, goes as 1 / dt
 _READING_INTERVAL = 0.3

@@ -23,10 +23,8 @@ from hertzchain.limits import RTOL, TIME_LIMIT, Deadline, check_time_limit
 from hertzchain.observables.first_pulse import check_wanted, usually_wanted
 from hertzchain.observables.history import wanted_times
 from hertzchain.observables.result import Result
-from hertzchain.scene.given import SceneLike, to_scene
-from hertzchain.scene.scene import Scene
+from hertzchain.scene.scene import Scene, SceneLike, refuse_terms, to_scene
 from hertzchain.scene.schedule import Leg
-from hertzchain.scene.validity import refuse_terms
 
 Code = Callable[[Scene, Sequence[Leg], Sequence[int], Observation], str]
 """Function that runs a scene with given steps and steps between readings on each leg, and passes

@@ -42,14 +42,15 @@ from hertzchain.observables.gauges import readings
 from hertzchain.observables.history import Recorder, wanted_times
 from hertzchain.observables.peaks import times_of_peaks
 from hertzchain.observables.result import Result
-from hertzchain.scene.given import SceneLike, to_scene
-from hertzchain.scene.scene import Scene
-from hertzchain.scene.schedule import Leg
-from hertzchain.scene.validity import (
+from hertzchain.scene.scene import (
+    Scene,
+    SceneLike,
     largest_overlap_ratio,
     refuse_deep_overlap,
     refuse_hopeless_overlap,
+    to_scene,
 )
+from hertzchain.scene.schedule import Leg
 
 if TYPE_CHECKING:
     from hertzchain.engines.native.as_written import RungeKutta

@@ -42,14 +42,12 @@ from hertzchain.observables.first_pulse import WANTED, check_wanted, usually_wan
 from hertzchain.observables.peaks import times_of_peaks
 from hertzchain.observables.result import Result
 from hertzchain.scene.chain import MOST_GRANULES, Chain
-from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.keys import Count
 from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS
-from hertzchain.scene.pulse import PROFILES, Profile, Pulse
 from hertzchain.scene.ramp import SHAPES
-from hertzchain.scene.scene import Scene
-from hertzchain.scene.validity import overlap_ratio, refuse_deep_overlap
-from hertzchain.scene.watching import watched_time
+from hertzchain.scene.scene import Scene, SceneLike, overlap_ratio, refuse_deep_overlap, to_scene
+from hertzchain.scene.schedule import watched_time
+from hertzchain.scene.shocks import PROFILES, Profile, Pulse
 from hertzchain.showing import Shown
 
 if TYPE_CHECKING:

@@ -66,7 +66,7 @@ def unusual_density(deck: Deck) -> Found:
     given = [(command, number(value)) for command, value in deck.given("density")]
     if deck.units != "si" or not given:
         return
-    from hertzchain.scene.usual import unusual
+    from hertzchain.scene.scene import unusual
 
     for command, density in given:
         remark = unusual("chain.density", density)

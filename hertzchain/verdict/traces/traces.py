@@ -12,10 +12,16 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError, require
-from hertzchain.pulses.noise import noise_within, resolution_of
-from hertzchain.pulses.recording import Columns, columns_of, read_columns, read_recording
+from hertzchain.pulses.recording import (
+    Columns,
+    columns_of,
+    noise_within,
+    read_columns,
+    read_recording,
+    resolution_of,
+)
 from hertzchain.scene.gauge import Gauge
-from hertzchain.scene.quantities import to_si
+from hertzchain.scene.keys import to_si
 from hertzchain.scene.scene import Scene
 
 _SENSOR = re.compile(r"(gauge|contact)_(\d+)|(?:near_)?wall")

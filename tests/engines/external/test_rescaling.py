@@ -21,7 +21,7 @@ from hertzchain.engines.native.methods import METHODS
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.errors import OverlapTooLarge, RunFailed, Unpredictable
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.scene.pulse import PROFILES, profile_named
+from hertzchain.scene.shocks import PROFILES, profile_named
 from hertzchain.verdict.check import Check
 from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
 from tests.conftest import STEEL

@@ -15,8 +15,7 @@ import hertzchain as hc
 from hertzchain.engines.native.duration import with_end
 from hertzchain.engines.native.equations import Chain
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.verdict.reference_checks import as_written_check, is_quickly_written
-from hertzchain.verdict.run_checks import balance_checks
+from hertzchain.verdict.run_checks import as_written_check, balance_checks, is_quickly_written
 from tests.command_line import python
 from tests.conftest import STEEL
 from tests.engines.native.test_damped import LAWS, scene_with
@@ -347,7 +346,7 @@ PLANTED = [
 JUDGE = """
 import sys
 import hertzchain as hc
-from hertzchain.verdict.reference_checks import as_written_check
+from hertzchain.verdict.run_checks import as_written_check
 assert hc.__file__.startswith(sys.argv[2]), hc.__file__
 reference = hc.Native("reference").run(hc.Scene.from_toml(sys.argv[1]))
 print("passed", as_written_check(reference).passed)

@@ -22,7 +22,7 @@ from hertzchain.engines.native.simulation import simulate
 from hertzchain.limits import Deadline
 from hertzchain.observables.error_bound import is_short
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.scene.pulse import PROFILES
+from hertzchain.scene.shocks import PROFILES
 from tests.conftest import STEEL, paper_scene
 
 RATIOS, DURATIONS, GRANULES = (0.05, 10.0), (1.1, 60.0), 500

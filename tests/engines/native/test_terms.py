@@ -20,7 +20,7 @@ from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.methods import METHODS
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.scene.validity import refuse_hopeless_overlap
+from hertzchain.scene.scene import refuse_hopeless_overlap
 from tests.conftest import STEEL
 from tests.oracles import extrapolation
 from tests.oracles.scene_in_si import numbers_of_chain

@@ -16,7 +16,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.engine import engine
 from hertzchain.errors import SceneError
 from hertzchain.verdict.results import reading
-from hertzchain.verdict.results.dumps import pushed_at_the_end
+from hertzchain.verdict.results.motion import pushed_at_the_end
 from hertzchain.verdict.results.reading import read
 from tests.command_line import Command
 from tests.verdict.results.runs import DT, SCENE, N, Samples, deck, dump_of, off

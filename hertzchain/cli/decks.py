@@ -1,19 +1,24 @@
-"""hertzchain deck, lint and unit-test: writing and checking input of LAMMPS and similar codes."""
+"""hertzchain deck, lint, unit-test, examine and certify: decks, and codes that read them."""
 
 from __future__ import annotations
 
+import json
 import time
+from datetime import UTC, datetime
 from enum import StrEnum
+from importlib.metadata import version
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
-from hertzchain.cli import options
+from hertzchain.cli import options, output
 from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, print_json, progress, write_file
+from hertzchain.cli.shown import Shown
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import on_one_line
+from hertzchain.limits import TOLERANCE
 
 Engine = StrEnum(  # type: ignore[misc]
     "Engine", {name.upper(): name for name, engine in ENGINES.items() if engine.writes_decks}
@@ -138,3 +143,120 @@ def _write(what: str, path: Path | None, text: str) -> None:
     if path is None:
         typer.echo(text, nl=False)
     write_file(what, path, lambda path: write_text(path, text))
+
+
+def examine(
+    scene: options.SceneFile,
+    deck: Path = typer.Argument(..., metavar="DECK", help="LAMMPS input file."),
+    variables: options.Variables = None,
+    lmp: options.LammpsBinary = None,
+    tolerance: options.Tolerance = TOLERANCE,
+    time_limit: options.TimeLimit = "1 h",
+    strict: bool = typer.Option(
+        False, "--strict", help="Also fail differences that change no peak."
+    ),
+    as_json: options.AsJson = False,
+    plot: options.Plot = None,
+    size: options.Size = None,
+    report: options.Report = None,
+    junit: options.Junit = None,
+    fix: Path | None = typer.Option(
+        None, metavar="FILE", help="Write the deck with all proven corrections."
+    ),
+) -> None:
+    """Examine a LAMMPS deck of a scene, and say what to correct.
+
+    Every number is examined, then the peaks. LAMMPS reads and runs the deck in a separate process;
+    no file of the deck's own is written.
+    """
+    from hertzchain.examiner.examining import examine as examined
+    from hertzchain.files import write_text
+    from hertzchain.report.verdicts import of_examination
+
+    shown = Shown(scene, [deck], as_json, plot, report, junit, size=size, others={"": fix})
+    given = options.by_name("--var", variables or [], "F0=100")
+    limit = options.to_time_limit(time_limit)
+    loaded = options.load_scene(scene)
+    with output.progress() as report_progress, output.compiling(report_progress):
+        examination = examined(
+            loaded,
+            deck,
+            given,
+            tolerance=tolerance,
+            lmp=options.named_binary(lmp),
+            time_limit=limit,
+            strict=strict,
+            progress=report_progress,
+        )
+    if examination.edits:
+        output.write_file("Deck", fix, lambda path: write_text(path, examination.fix))
+    elif fix is not None:
+        output.say(f"{fix} is not written: there is no correction")
+    shown.end(of_examination(examination))
+
+
+def certify(
+    lmp: list[str] | None = typer.Option(
+        None,
+        metavar="PROGRAM",
+        help="A LAMMPS binary of any version, liggghts or yade, repeatable; without one the lammps"
+        " module."
+        f" [env var: {options.LMP}]",
+    ),
+    suffix: Literal["omp", "kk", "intel", "gpu"] | None = typer.Option(
+        None, help="Accelerated styles, as LAMMPS's -sf chooses them."
+    ),
+    ranks: options.Ranks = None,
+    folder: Path | None = typer.Option(
+        None,
+        "-o",
+        "--output",
+        metavar="DIR",
+        help="Write decks, scenes, certify.json and certify.xml.",
+    ),
+    as_json: options.AsJson = False,
+    junit: options.Junit = None,
+) -> None:
+    """Compare a build of LAMMPS, LIGGGHTS or Yade with native.
+
+    There is a short scene for each thing that can be wrong in a build. A row is right to round-off,
+    right to the steps (its difference is below their error), wrong by a stated amount, not
+    supported by this code, or not tested: where a suffix has no such style, LAMMPS runs the plain
+    one. Status 0: all that was tested is right; 1: a row is wrong; 2: rows could not run.
+    """
+    from hertzchain.files import check_outputs, make_folder, write_text
+    from hertzchain.known.certificate import certify as measure
+    from hertzchain.report.console import print_certificates, suite
+    from hertzchain.report.document import to_xml
+
+    check_outputs([], [junit])
+    if folder is not None:
+        make_folder(folder)
+    begun, certificates = datetime.now(UTC), []
+    named: list[str | None] = [*lmp] if lmp else [options.named_binary(None)]
+    with output.progress() as report_progress, output.compiling(report_progress):
+        for k, program in enumerate(named, start=1):
+            decks = folder
+            if folder is not None and len(named) > 1:  # decks differ from version to version
+                decks = folder / f"{k}"
+                make_folder(decks)
+            count = 1 if ranks is None else ranks
+            certificates.append(
+                measure(program, suffix=suffix, ranks=count, folder=decks, progress=report_progress)
+            )
+    statuses = [certificate.status for certificate in certificates]
+    status = 1 if 1 in statuses else max(statuses)
+    document = {
+        "hertzchain": version("hertzchain"),
+        "status": status,
+        "certificates": [certificate.to_dict() for certificate in certificates],
+    }
+    output.show(
+        as_json, lambda: document, lambda console: print_certificates(console, certificates)
+    )
+    xml = to_xml([suite(certificate, begun) for certificate in certificates])
+    if folder is not None:
+        write_text(folder / "certify.json", json.dumps(document, indent=2, allow_nan=False))
+        write_text(folder / "certify.xml", xml)
+    output.write_file("JUnit XML", junit, lambda path: write_text(path, xml))
+    raise typer.Exit(status)

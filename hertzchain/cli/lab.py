@@ -1,0 +1,288 @@
+"""hertzchain pulse, judge, fit and spread: measured forces, and what is uncertain."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from hertzchain.cli import options, output
+from hertzchain.cli.options import AsJson, Size, refuse_without_need, to_inches, to_seconds
+from hertzchain.cli.output import (
+    OUT_OF_TOLERANCE,
+    check_files,
+    compiling,
+    progress,
+    say,
+    show,
+    write_file,
+)
+from hertzchain.cli.shown import Shown
+from hertzchain.errors import require
+from hertzchain.limits import TOLERANCE
+
+
+def pulse(
+    recording: Path = typer.Argument(
+        ..., metavar="RECORDING", help="Text file of an oscilloscope: columns of time and force."
+    ),
+    output: Path | None = typer.Option(
+        None, "-o", "--output", metavar="FILE", help="Write the pulse table (CSV) of a scene."
+    ),
+    time: str | None = typer.Option(
+        None, metavar="COLUMN", help="Name or number of the column of times. Default: the first."
+    ),
+    force: str | None = typer.Option(
+        None, metavar="COLUMN", help="Name or number of the column of forces. Default: the next."
+    ),
+    time_unit: str | None = typer.Option(
+        None, metavar="UNIT", help="Unit of the times. Default: that of the header, or s."
+    ),
+    scale: float | None = typer.Option(
+        None, help="N for each unit of the column, such as N per volt; may be negative."
+    ),
+    baseline: float | None = typer.Option(
+        None,
+        help="Value of the column without a force, in its unit. Default: its mean before the"
+        " pulse.",
+    ),
+    start: str | None = typer.Option(
+        None,
+        metavar="TIME",
+        help='Where the pulse starts in the file, seconds or with a unit ("-20 us"). Default:'
+        " where it leaves the noise.",
+    ),
+    end: str | None = typer.Option(
+        None, metavar="TIME", help="Where the pulse ends. Default: where it is back in the noise."
+    ),
+    rows: int = typer.Option(80, help="Most rows of the table."),
+    plot: Path | None = typer.Option(
+        None, metavar="FILE", help="Draw recording, baseline and rows (png, pdf, svg)."
+    ),
+    size: Size = None,
+    as_json: AsJson = False,
+) -> None:
+    """Make a pulse table of a recorded force.
+
+    The table has no baseline, begins and ends with the pulse, and has few rows. The command says
+    what was changed, and how well F0 and impulse are known. Comments, header, separator and decimal
+    commas are recognised.
+    """
+    import json
+
+    from hertzchain.files import write_text
+    from hertzchain.pulses.pulse import measured_pulse, pulse_of
+    from hertzchain.pulses.recording import read_recording
+    from hertzchain.report.pulse import plot_pulse, print_pulse
+
+    check_files([recording], [output], plot=plot)
+    refuse_without_need(plot is not None, size=size is not None)
+    inches = to_inches(size)
+    ends = to_seconds("--start", start), to_seconds("--end", end)
+    read = read_recording(recording, time, force, time_unit, scale)
+    with progress() as report_progress:
+        report_progress("looking for few rows that keep the pulse")
+        found = measured_pulse(read, pulse_of(read, baseline, *ends), rows)
+    if output is not None:
+        write_text(output, found.to_text())
+    show(as_json, found.to_dict, lambda console: print_pulse(console, found))
+    for warning in found.signal.warnings:
+        say(warning)
+    if output is not None:
+        say(
+            f"Pulse table written to {output}; a scene next to it takes it under [shock] as"
+            f' profile = "table" and file = {json.dumps(output.name, ensure_ascii=False)}',
+            "",
+        )
+    write_file("Plot", plot, lambda path: plot_pulse(found, inches).write(path))
+
+
+Units = StrEnum("Units", {name: name for name in ("si", "cgs", "micro", "nano")})  # type: ignore[misc]
+"""LAMMPS's styles of units."""
+
+SI = Units("si")
+
+
+def judge(
+    scene: options.SceneFile,
+    results: list[Path] = typer.Argument(
+        ...,
+        metavar="FILE",
+        help="CSV with the columns contact, peak_force_N; or a LAMMPS dump of all granules with id,"
+        " x, fx (all files of one dump); or measured traces: time_s, gauge_16_N, contact_10_N,"
+        " wall_N, near_wall_N, or any with --column. Peaks and dumps may be gzipped.",
+    ),
+    column: list[str] | None = typer.Option(
+        None,
+        metavar="WHAT=NAME",
+        help="Which columns of traces are what; repeatable. WHAT: time, gauge_16, contact_10, wall,"
+        " as in 'gauge_16=CH1 [25 N]'.",
+    ),
+    units: Units = typer.Option(SI, help="Units of a dump, by LAMMPS's name."),
+    dt: str | None = typer.Option(
+        None, metavar="TIME", help='The step of the code, seconds or with a unit ("20 ns").'
+    ),
+    tolerance: float | None = typer.Option(
+        None,
+        help="Largest relative difference that passes, 0.001 unless given. Of a scene with"
+        " [uncertainty]: one that must be detected, 0.1 unless given.",
+    ),
+    no_shift: bool = typer.Option(
+        False, "--no-shift", help="The clock of traces is that of the run: do not shift it."
+    ),
+    time_limit: options.TimeLimit = "1 h",
+    as_json: options.AsJson = False,
+    plot: options.Plot = None,
+    size: options.Size = None,
+    report: options.Report = None,
+    junit: options.Junit = None,
+) -> None:
+    """Judge the peaks of any code, or measured forces.
+
+    Where peaks differ, the likely cause is named.
+    """
+    from hertzchain.report.cards import document_of
+    from hertzchain.uncertainty.document import of_validation
+    from hertzchain.uncertainty.validation import SEEN, validate
+    from hertzchain.verdict.results import reading
+    from hertzchain.verdict.traces.judging import judge_traces
+    from hertzchain.verdict.traces.traces import is_traces, names_in
+
+    shown = Shown(scene, results, as_json, plot, report, junit, size=size)
+    columns = options.by_name("--column", column or [], "gauge_16=CH1")
+    step, limit = options.to_seconds("--dt", dt), options.to_time_limit(time_limit)
+    loaded = options.load_scene(scene)
+    of_traces = len(results) == 1 and is_traces(names_in(results[0]), columns)
+    options.refuse_without_need(of_traces, no_shift=no_shift, column=bool(columns))
+    with output.progress() as report_progress, output.compiling(report_progress):
+        if of_traces:
+            allowed = "are in the header of a trace, or named by --column 'gauge_16=CH1 [25 N]'"
+            require(units is SI and step is None, "units and dt", None, allowed)
+            how: dict[str, Any] = {
+                "columns": columns,
+                "shift": not no_shift,
+                "time_limit": limit,
+                "progress": report_progress,
+            }
+            if loaded.uncertain:
+                seen = SEEN if tolerance is None else tolerance
+                shown.end(of_validation(validate(loaded, results[0], tolerance=seen, **how)))
+            within = TOLERANCE if tolerance is None else tolerance
+            shown.end(document_of(judge_traces(loaded, results[0], tolerance=within, **how)))
+        judgement = reading.judge(
+            loaded,
+            results,
+            units=units.value,
+            tolerance=TOLERANCE if tolerance is None else tolerance,
+            dt=step,
+            time_limit=limit,
+            progress=report_progress,
+        )
+    shown.end(document_of(judgement))
+
+
+_TIE = "chain.granules='0.2 / (2 * chain.radius)'"
+
+
+def fit(
+    scene: options.SceneFile,
+    traces: list[Path] = typer.Argument(
+        ...,
+        metavar="FILE",
+        help="Forces over time, as for judge: time_s, gauge_16_N, contact_10_N, wall_N,"
+        " near_wall_N, or any with --column; or peaks: contact, peak_force_N; several files are"
+        " fitted at once.",
+    ),
+    free: list[str] = typer.Option(
+        ...,
+        metavar="KEY",
+        help="A key of the scene to be fitted, such as chain.young_modulus, with a range where"
+        " wanted, KEY=LOW:HIGH; repeatable. gain: the ratio of measured to true forces, the same"
+        " for all gauges.",
+    ),
+    tie: list[str] | None = typer.Option(
+        None,
+        metavar="KEY=FORMULA",
+        help="A key that follows from others by a formula of their full names, in SI units;"
+        f" repeatable. A fixed length: {_TIE}.",
+    ),
+    column: list[str] | None = typer.Option(
+        None,
+        metavar="WHAT=NAME",
+        help="Which column is what, and its unit; repeatable: time=Time,"
+        " 'gauge_16=CH1 [25 N]', contact_10=CH2, wall=CH3.",
+    ),
+    no_shift: bool = typer.Option(
+        False, "--no-shift", help="The clock of the files is that of the run."
+    ),
+    output: Path | None = typer.Option(
+        None, "-o", "--output", metavar="FILE", help="Write the fitted scene (.toml)."
+    ),
+    time_limit: options.TimeLimit = "1 h",
+    as_json: options.AsJson = False,
+) -> None:
+    """Fit values of a scene to measured forces or peaks.
+
+    Values have 95 % intervals. The search starts from the values in the scene file. The status is
+    1 if the residual is more than noise.
+    """
+    from hertzchain.fits import fit as fits
+
+    check_files([scene, *traces], [output])
+    columns = options.by_name("--column", column or [], "gauge_16=CH1")
+    limit = options.to_time_limit(time_limit)
+    loaded = options.load_scene(scene)
+    ties = options.by_name("--tie", tie or [], _TIE)
+    with progress() as report_progress, compiling(report_progress):
+        found = fits.fit(
+            loaded, traces, free, ties=ties, columns=columns, shift=not no_shift,
+            time_limit=limit, progress=report_progress,
+        )  # fmt: skip
+    show(as_json, found.to_dict, lambda console: console.print(repr(found)))
+    write_file("Scene", output, found.scene.to_toml)
+    if not found.is_noise:
+        raise typer.Exit(OUT_OF_TOLERANCE)
+
+
+def spread(
+    scene: options.SceneFile,
+    realisations: int = typer.Option(
+        256, "-n", "--realisations", metavar="N", help="How many runs; a power of two is taken."
+    ),
+    rtol: float = typer.Option(1e-4, help="Wanted relative accuracy of each run."),
+    time_limit: options.TimeLimit = "1 h",
+    output: Path | None = typer.Option(
+        None, "-o", "--output", help="Write the spread of all results (.csv, .parquet, .json)."
+    ),
+    plot: Path | None = typer.Option(
+        None,
+        metavar="FILE",
+        help="Draw first peaks along the chain with their range, and who causes it (png, pdf,"
+        " svg).",
+    ),
+    size: options.Size = None,
+    every: options.EveryContact = False,
+    as_json: options.AsJson = False,
+) -> None:
+    """Show what uncertain values do to the results.
+
+    The scene is run many times, with values drawn from its [uncertainty] and [scatter].
+    """
+    from hertzchain.report.files import check_format, write_result
+    from hertzchain.uncertainty import spread as spreads
+    from hertzchain.uncertainty.shown import plot_spread, print_spread
+
+    options.refuse_without_need(plot is not None, size=size is not None)
+    check_format(output, "result")
+    check_files([scene], result=output, plot=plot)
+    loaded, inches = options.load_scene(scene), options.to_inches(size)
+    limit = options.to_time_limit(time_limit)
+    with progress() as report_progress, compiling(report_progress):
+        results = spreads.spread(
+            loaded, realisations, rtol=rtol, time_limit=limit, progress=report_progress
+        )
+    show(as_json, results.to_dict, lambda console: print_spread(console, results, every))
+    write_file("Spread", output, lambda path: write_result(results, path))
+    write_file("Plot", plot, lambda path: plot_spread(results, inches).write(path))

@@ -1,0 +1,469 @@
+"""Scene files: the parts of a scene from TOML, and back."""
+
+from __future__ import annotations
+
+import math
+import re
+import tomllib
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import MISSING, asdict, fields, replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+from hertzchain.errors import SceneError, did_you_mean, require
+from hertzchain.files import read_bytes
+from hertzchain.scene.chain import MATERIAL, MOST_UNLIKE, Chain
+from hertzchain.scene.gauge import Gauge
+from hertzchain.scene.keys import Key, keys_of
+from hertzchain.scene.schedule import Run
+from hertzchain.scene.shocks import (
+    Moving,
+    Piston,
+    Pulse,
+    PulseTable,
+    Shock,
+    Sine,
+    Striker,
+    columns_of,
+    read_columns,
+    read_table,
+    text_of,
+)
+from hertzchain.scene.terms import Contact, Precompression, Wall
+from hertzchain.scene.uncertain import SECTIONS_OF_UNCERTAIN, read_uncertain, sections_of_uncertain
+
+_SAME = {name: key for name, key in keys_of(Chain).items() if name != "granules"}
+"""Keys by which a granule of a segment can differ."""
+
+RADIUS_RATIO = Key("", "radius over that of the granule before", above=0)
+"""Key of a taper: a segment without a cell."""
+
+OF_SEGMENT = {"granules": Key("", "granules", least=1, most=MOST_UNLIKE, kind="int"),
+               **_SAME, "radius_ratio": RADIUS_RATIO}  # fmt: skip
+"""Keys of a segment."""
+
+_COLUMNS = {
+    "_".join(filter(None, (name, key.unit.replace("/", "_").replace("^", "")))): name
+    for name, key in _SAME.items()
+}
+"""Columns of a table of granules, with their keys."""
+
+_OPTIONAL = tuple(column for column in _COLUMNS if _COLUMNS[column] not in (*MATERIAL, "gap"))
+"""Columns that may be absent."""
+
+_LARGEST_TABLE_BYTES = 50_000_000
+"""Size of a table of granules [bytes], chosen: 500,000 rows."""
+
+Quantities = Callable[..., dict[str, Any]]
+"""Function that reads the values of a section: see ``reading.quantities``."""
+
+
+def expand(defaults: Chain, segments: Any, quantities: Quantities) -> Chain:
+    """Return a chain, granule by granule, from its defaults and what each segment changes."""
+    allowed = "must be one or more tables, [[chain.segments]]"
+    is_list = isinstance(segments, list) and segments
+    require(bool(is_list), "chain.segments", segments, allowed)
+    counts = 0
+    columns: dict[str, list[float]] = {key: [] for key in _SAME}
+    read: list[dict[str, Any]] = []
+    for number, segment in enumerate(segments, start=1):
+        name = f"chain.segments.{number}"
+        require(isinstance(segment, dict), name, segment, allowed)
+        values = quantities(name, segment, OF_SEGMENT, ("cell",))
+        require("granules" in values, f"{name}.granules", None, "missing")
+        most, granules = defaults.granules, values["granules"]
+        require(most <= MOST_UNLIKE, "chain.granules", most, f"must be at most {MOST_UNLIKE}")
+        OF_SEGMENT["granules"].check(f"{name}.granules", granules)
+        counts += granules
+        require(counts <= most, f"{name}.granules", granules, _sum_allowed(most, "more"))
+        cells = _cells(name, values, quantities)
+        read.append({**values, "cell": cells} if "cell" in values else values)
+        _fill(columns, defaults, values, cells, granules, name)
+    require(counts == defaults.granules, "chain.segments", None, _sum_allowed(defaults.granules))
+    try:
+        chain = Chain(defaults.granules, *(columns[key] or None for key in _SAME))
+    except SceneError as problem:
+        raise SceneError(f"chain.{problem.key}", problem.value, problem.allowed) from None
+    given = {key: value for key, value in asdict(defaults).items() if value is not None}
+    chain.__dict__["_section"] = {**given, "segments": read}
+    return chain
+
+
+def _sum_allowed(granules: int, how: str = "fewer") -> str:
+    return f"the granules of all segments must sum to chain.granules = {granules}, they are {how}"
+
+
+def _cells(name: str, values: Mapping[str, Any], quantities: Quantities) -> list[dict[str, Any]]:
+    """Return the differing values of each granule of the cell that a segment repeats."""
+    if "cell" not in values:
+        return [{}]
+    cell = values["cell"]
+    allowed = "must be a list of one or more tables, [{...}, {...}]; {} is a granule as in [chain]"
+    is_cell = isinstance(cell, list) and cell and all(isinstance(one, dict) for one in cell)
+    require(bool(is_cell), f"{name}.cell", cell, allowed)
+    if "radius_ratio" in values:
+        allowed = "not allowed with a cell, in which each granule has its own radius"
+        raise SceneError(f"{name}.radius_ratio", values["radius_ratio"], allowed)
+    return [quantities(f"{name}.cell.{k}", one, _SAME) for k, one in enumerate(cell, start=1)]
+
+
+def _fill(
+    columns: dict[str, list[float]],
+    defaults: Chain,
+    values: Mapping[str, Any],
+    cells: list[dict[str, Any]],
+    granules: int,
+    name: str,
+) -> None:
+    """Append the granules of a segment."""
+    ratio = values.get("radius_ratio", 1.0)
+    RADIUS_RATIO.check(f"{name}.radius_ratio", ratio)
+    for k in range(granules):
+        own = {**values, **cells[k % len(cells)]}
+        for key, column in columns.items():
+            value = own.get(key, getattr(defaults, key))
+            if key == "yield_strength" and defaults.yield_strength is None:
+                allowed = "needs chain.yield_strength, too, for the granules that have none here"
+                require(key not in own, f"{name}.{key}", value, allowed)
+                continue
+            column.append(_tapered(value, ratio, k) if key == "radius" else value)
+
+
+def _tapered(radius: float, ratio: float, k: int) -> float:
+    """Radius of the k-th granule of a taper [m]; infinite beyond the range of floating point."""
+    try:
+        return float(radius * ratio**k)
+    except OverflowError:
+        return math.inf
+
+
+def read_granule_table(path: Path, name: str | None = None) -> Chain:
+    """Read a chain from a CSV file with a row for each granule. A SceneError says what is wrong."""
+    columns = read_columns(path, "chain.file", name, _LARGEST_TABLE_BYTES, [*_COLUMNS], _OPTIONAL)
+    values: dict[str, Any] = {_COLUMNS[one]: column for one, column in columns.items()}
+    for row, value in enumerate(values.get("fixed", ()), start=1):
+        if value not in (0, 1):
+            raise SceneError(f"fixed in row {row}", value, "must be 0 or 1", file=path)
+    if "fixed" in values:
+        values["fixed"] = [bool(value) for value in values["fixed"]]
+    try:
+        return Chain(len(values["radius"]), **values)
+    except SceneError as problem:
+        raise SceneError(problem.key, problem.value, problem.allowed, file=path) from None
+
+
+def granule_table(chain: Chain) -> str:
+    """Return the text that ``read_granule_table`` reads back as the same chain."""
+    columns = {column: getattr(chain, key) for column, key in _COLUMNS.items()}
+    return text_of(
+        {
+            column: value if isinstance(value, tuple) else (value,) * chain.granules
+            for column, value in columns.items()
+            if value or column not in _OPTIONAL
+        }
+    )
+
+
+SHOCKS: tuple[type[Shock], ...] = (Pulse, PulseTable, Striker, Piston, Sine, Moving)
+"""All shocks: one entry each."""
+
+OF_PROFILE = {
+    name: shock for shock in SHOCKS if shock.section == "shock" for name in shock.profiles
+}
+"""Shocks by their names in ``profile`` of a section [shock]."""
+
+OTHERS: dict[str, type] = {
+    "wall": Wall,
+    "near_wall": Wall,
+    "precompression": Precompression,
+    "contact": Contact,
+    "run": Run,
+}
+"""Parts that a scene may have next to its chain and its shock, by section."""
+
+_OF_SHOCKS = {one.section for one in SHOCKS if one.section}
+
+SECTIONS = tuple(sorted({"chain", "gauge", *_OF_SHOCKS, *OTHERS, *SECTIONS_OF_UNCERTAIN}))
+
+_PARTS = [
+    ("chain", Chain),
+    *((shock.section, shock) for shock in SHOCKS),
+    *OTHERS.items(),
+    ("gauge", Gauge),
+]
+
+KEYS: dict[str, Key] = {
+    f"{section}.{name}": key for section, part in _PARTS for name, key in keys_of(part).items()
+}
+"""All keys by section and name, as ``chain.radius``."""
+
+SEGMENT = re.compile(r"(?:chain\.)?segments\.(\d+)\.(?:cell\.(\d+)\.)?(\w+)")
+"""The name of a key of a segment: its number, that of a granule of its cell, the key."""
+
+
+def full_names(name: object, known: Iterable[str], preferred: Collection[str] = ()) -> list[str]:
+    """Return the full name of a key that is given with or without its section; none if unknown.
+
+    If several sections have the key, a preferred one is taken, else a SceneError lists them.
+    """
+    found = [one for one in known if name in (one, one.partition(".")[2] or one)]
+    if len(found) > 1:
+        found = [one for one in found if one in preferred] or found
+    allowed = f"is in several sections: name one of {', '.join(found)}"
+    require(len(found) <= 1, str(name), None, allowed)
+    return found
+
+
+def key_named(name: str) -> Key | None:
+    """Return the key of a name, with or without its section, also of a segment; None for none.
+
+    The same name has the same unit in every section.
+    """
+    if (found := SEGMENT.fullmatch(name)) is not None:
+        return OF_SEGMENT.get(found[3])
+    known = (key for full, key in KEYS.items() if name in (full, full.partition(".")[2]))
+    return next(known, None)
+
+
+def sections_of(scene: Any, defaults: bool = True) -> dict[str, Any]:
+    """A scene as its file has it, in SI: a JSON object for each section, each a key for a value.
+
+    Values that are not given are left out. Tables stand in the sections by their columns: those of
+    a pulse or a piston as ``time_s`` and ``force_N`` or ``displacement_m``, those of unlike
+    granules as lists with one number for each, or as the segments of the scene file. Without
+    ``defaults`` these are left out, and segments, too.
+    """
+    chain, shock = scene.chain, scene.shock
+    sections: dict[str, Any] = {
+        "chain": _given(chain, defaults)
+        if chain.section is None or not defaults
+        else {**chain.section},
+        shock.section: _of_shock(shock, defaults),
+        **{name: _given(getattr(scene, name), defaults) for name in OTHERS},
+        "gauge": [_given(gauge, defaults) for gauge in scene.gauges],
+        **sections_of_uncertain(scene.uncertain),
+    }
+    absent = (
+        (("chain", "gap"), 0),
+        (("chain", "velocity"), 0),
+        (("wall", "gap"), 0),
+        (("near_wall", "gap"), 0),
+        (("chain", "fixed"), False),
+    )
+    for (section, key), value in (*absent, ((shock.section, "granule"), 1)):
+        if sections[section].get(key) == value:
+            del sections[section][key]
+    return {name: section for name, section in sections.items() if section}
+
+
+def _of_shock(shock: Shock, defaults: bool) -> dict[str, Any]:
+    """The section of a shock; a table stands in it by its columns."""
+    values = {} if shock.section != "shock" else {"profile": shock.profile_name}
+    columns = {name: list(column) for name, column in columns_of(shock).items()}
+    if not columns:
+        return values | _given(shock, defaults)
+    more = {} if shock.granule == 1 else {"granule": shock.granule}
+    return {**values, **more, **columns}
+
+
+def _given(part: Any, defaults: bool) -> dict[str, Any]:
+    """The fields of a frozen object that are given, without None and perhaps without defaults."""
+    known = () if part is None else fields(part)
+    values = {one.name: (getattr(part, one.name), one.default) for one in known}
+    return {
+        key: list(value) if isinstance(value, tuple) else value
+        for key, (value, default) in values.items()
+        if value is not None and key != "file" and (defaults or value != default)
+    }
+
+
+_Kind = TypeVar("_Kind")
+
+_LARGEST_FILE_BYTES = 100_000
+"""Largest size of a scene file [bytes], chosen; the one of `make demo` has 500."""
+_MOST_DOTS = 200
+"""Most dots in a line (chosen): tomllib's time grows as the square of the dots of a key, to 35 s at
+32,000.
+"""
+
+
+def read_parts(path: Path) -> dict[str, Any]:
+    """Read the parts of a scene file, by the names of the arguments of ``Scene``.
+
+    A SceneError names file, key, value and what is allowed.
+    """
+    document = _load(path)
+    try:
+        return _parts(document, path.parent)
+    except SceneError as problem:
+        raise SceneError(
+            problem.key, problem.value, problem.allowed, problem.file or path
+        ) from None
+
+
+def texts_of(path: Path, scene: Any) -> dict[Path, str]:
+    """Return the texts of a scene by path: first its tables, if any, then the TOML."""
+    import tomli_w
+
+    texts: dict[Path, str] = {}
+    document, shock = sections_of(scene, defaults=False), scene.shock
+    if any(isinstance(value, list) for value in document["chain"].values()):
+        table = path.with_suffix(".granules.csv")
+        texts[table] = granule_table(scene.chain)
+        document["chain"] = {"file": table.name}
+    if columns := columns_of(shock):
+        table = path.with_suffix(".csv")
+        allowed = "must not end in .csv: the table of the shock is written under that name"
+        require(table != path, "path", str(path), allowed)
+        texts[table] = text_of(columns)
+        kept = {key: document["shock"][key] for key in ("granule",) if key in document["shock"]}
+        document["shock"] = {"profile": shock.profile_name, "file": table.name, **kept}
+    return {**texts, path: tomli_w.dumps(document)}
+
+
+def _load(path: Path) -> dict[str, Any]:
+    try:
+        content = read_bytes(path, _LARGEST_FILE_BYTES)
+    except IsADirectoryError:
+        raise SceneError("", None, "is a directory, must be a TOML file", path) from None
+    except (OSError, ValueError) as problem:  # ValueError: a null character in the name
+        reason = getattr(problem, "strerror", None) or problem
+        raise SceneError(
+            "", None, f"cannot be read ({reason}), must be a TOML file", path
+        ) from None
+    try:
+        text = content.decode("utf-8-sig")
+        if any(line.count(".") > _MOST_DOTS for line in text.split("\n")):
+            raise ValueError(f"a line with more than {_MOST_DOTS} dots")  # noqa: TRY301
+        return tomllib.loads(text)
+    except UnicodeDecodeError:
+        raise SceneError("", None, "is not TOML: save it as UTF-8 text", path) from None
+    except (ValueError, RecursionError) as problem:  # not TOML, or nested too deeply
+        hint = '; a value with a unit stands in quotes, "103 GPa"'
+        if any(word in str(problem) for word in _GIVEN_TWICE):
+            hint = "; a key or a section is given twice: delete one of them"
+        raise SceneError("", None, f"is not TOML: {problem!s:.200}{hint}", path) from None
+
+
+_GIVEN_TWICE = ("overwrite a value", "Duplicate", "twice")
+"""Part of tomllib's message on a key or a section that is given twice; its errors have no code."""
+
+
+def _parts(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    for key, value in document.items():
+        allowed = f"unknown key, allowed are the sections {', '.join(SECTIONS)}"
+        require(key in SECTIONS, key, value, allowed + did_you_mean(key, SECTIONS))
+        if key == "gauge":
+            allowed = "must be [[gauge]], with two brackets: there may be several"
+            is_list = isinstance(value, list) and all(isinstance(one, dict) for one in value)
+            require(is_list, key, value, allowed)
+            continue
+        require(isinstance(value, dict), key, value, f"must be a section, [{key}]")
+    require("chain" in document, "[chain]", None, "missing section")
+    if "shock" in document and "striker" in document:
+        allowed = "both sections are given, at most one is allowed"
+        raise SceneError("[shock] and [striker]", None, allowed)
+    parts: dict[str, Any] = {
+        "chain": read_chain(document["chain"], folder),
+        "shock": _shock_of(document, folder),
+    }
+    others = {name: kind for name, kind in OTHERS.items() if name in document}
+    parts |= {name: _section(name, document[name], kind) for name, kind in others.items()}
+    if "gauge" in document:
+        parts["gauges"] = tuple(_section("gauge", one, Gauge) for one in document["gauge"])
+    of_both = ((name, document.get(name, {})) for name in SECTIONS_OF_UNCERTAIN)
+    parts["uncertain"] = tuple(one for part in of_both for one in read_uncertain(*part, key_named))
+    return parts
+
+
+def read_chain(section: Mapping[str, Any], folder: Path = Path()) -> Chain:
+    """Read a chain from its section; a SceneError names the key. ``folder`` has its tables."""
+    if "file" in section:
+        allowed = "not allowed with chain.file, which has every granule"
+        for key, value in section.items():
+            require(key in ("file", "granules"), f"chain.{key}", value, allowed)
+        name = section["file"]
+        require(isinstance(name, str), "chain.file", name, "must be the name of a CSV file")
+        chain = read_granule_table(folder / name, name)
+        given = section.get("granules", chain.granules)
+        allowed = f"must be {chain.granules}, the rows of chain.file, or left out"
+        require(given == chain.granules, "chain.granules", given, allowed)
+        return chain
+    if "segments" not in section:
+        return _section("chain", section, Chain, ("segments", "file"))
+    plain = {key: value for key, value in section.items() if key != "segments"}
+    defaults = _section("chain", plain, Chain, ("segments", "file"))
+    return expand(defaults, section["segments"], quantities)
+
+
+def _shock_of(document: Mapping[str, Any], folder: Path) -> Shock:
+    """Return the striker or the shock of a document, which has at most one of them."""
+    if "striker" in document:
+        return _section("striker", document["striker"], Striker)
+    return _shock(document["shock"], folder) if "shock" in document else Moving()
+
+
+def _shock(section: Mapping[str, Any], folder: Path) -> Shock:
+    """Read a shock; its ``profile`` comes first, because the other keys depend on it."""
+    profile = section.get("profile")
+    missing = "" if "profile" in section else "missing, "
+    known = isinstance(profile, str) and profile in OF_PROFILE
+    allowed = f"{missing}must be one of {', '.join(OF_PROFILE)}"
+    require(known, "shock.profile", profile, allowed)
+    kind = OF_PROFILE[str(profile)]
+    keys = keys_of(kind)
+    if kind.column is None:
+        besides = () if "profile" in keys else ("profile",)
+        return _section("shock", section, kind, besides)
+    if "file" not in section and "velocity" in keys:  # a piston without a table
+        return _section("shock", section, kind, ("profile", "file"))
+    of_table = {key: one for key, one in keys.items() if key == "granule"}
+    takes = ("profile", "file", *of_table)
+    for key in (key for key in section if key_named(f"shock.{key}")):
+        allowed = f"not allowed where a file is the shock, which takes {', '.join(takes)}"
+        require(key in takes, f"shock.{key}", section[key], allowed)
+    values = quantities("shock", section, of_table, ("profile", "file"))
+    name = values.get("file")
+    require("file" in section, "shock.file", None, f'missing, profile = "{profile}" needs it')
+    require(isinstance(name, str), "shock.file", name, "must be the name of a CSV file")
+    table = read_table(kind, folder / str(name), name)
+    if "granule" not in values:
+        return table
+    keys["granule"].check("shock.granule", values["granule"])
+    return replace(table, granule=values["granule"])  # type: ignore[call-arg]
+
+
+def quantities(
+    name: str, section: Mapping[str, Any], known: Mapping[str, Key], besides: Iterable[str] = ()
+) -> dict[str, Any]:
+    """Return the values of a section in SI; errors name the key with its section.
+
+    ``besides`` has further allowed keys, which are read elsewhere.
+    """
+    names = [*known, *besides]
+    values: dict[str, Any] = {}
+    for key, value in section.items():
+        full = f"{name}.{key}"
+        allowed = f"unknown key, allowed are {', '.join(names)}{did_you_mean(key, names)}"
+        if key == "diameter" and "radius" in known:
+            allowed = "unknown key: write radius, half of it"
+        require(key in names, full, value, allowed)
+        values[key] = known[key].read(full, value) if key in known else value
+    return values
+
+
+def _section(
+    name: str, section: Mapping[str, Any], kind: Callable[..., _Kind], besides: Iterable[str] = ()
+) -> _Kind:
+    """Build one frozen object from its section; errors name the key with its section."""
+    known = keys_of(kind)  # type: ignore[arg-type]
+    values = quantities(name, section, known, besides)
+    for item in fields(kind):  # type: ignore[arg-type]
+        if item.name in known and item.name not in values:
+            missing = ", ".join(filter(None, ("missing", known[item.name].is_one_of)))
+            require(item.default is not MISSING, f"{name}.{item.name}", None, missing)
+    try:
+        return kind(**{key: value for key, value in values.items() if key in known})
+    except SceneError as problem:
+        given = section.get(problem.key, problem.value)
+        raise SceneError(f"{name}.{problem.key}", given, problem.allowed) from None

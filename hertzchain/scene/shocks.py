@@ -1,0 +1,712 @@
+"""Shocks: a force on a granule over time (Eq. 2), or granules that move at the start or always."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar, cast
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.errors import SceneError, is_finite, require, require_one
+from hertzchain.files import read_rows
+from hertzchain.scene.chain import (
+    DENSITY,
+    MATERIAL,
+    POISSON_RATIO,
+    RADIUS,
+    YOUNG_MODULUS,
+    short_repr,
+)
+from hertzchain.scene.keys import Positive, check, key, of_granule
+from hertzchain.scene.ramp import Ramp
+
+GRANULE = key("", "granule that is pushed", least=1, kind="int")
+"""Key of the granule on which a force acts."""
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """A stroke: the piston moves at one velocity until its next stroke begins.
+
+    Parameters
+    ----------
+    start
+        Time at which the stroke begins [s].
+    displacement
+        Displacement of the piston at that time [m].
+    velocity
+        Velocity from then on [m/s].
+    """
+
+    start: float
+    displacement: float
+    velocity: float
+
+    def displacement_at(self, time: float) -> float:
+        """Displacement at a time of the stroke [m]."""
+        return self.displacement + self.velocity * (time - self.start)
+
+
+@dataclass(frozen=True)
+class Shock(ABC):
+    """A shock: an applied force, or a motion of granule 1.
+
+    A force has its largest value as ``peak_force`` [N]. The defaults here are those of a force
+    without a table, with granule 1 at rest at the start; a shock overrides what differs.
+    """
+
+    profiles: ClassVar[tuple[str, ...]]
+    """Names in ``profile`` of a scene file; the first is the class's own."""
+    noun: ClassVar[str]
+    """Words for the shock in a sentence."""
+    section: ClassVar[str] = "shock"
+    """Section in a scene file."""
+    column: ClassVar[tuple[str, str] | None] = None
+    """Field of a table's values, and their column in a CSV file; None for a shock without one."""
+    is_driven: ClassVar[bool] = False
+    """Whether granule 1 moves as prescribed, so that no force changes its motion."""
+    least_ratio: ClassVar[float] = 0.0
+    """Least LM_ratio that the default end of a run counts with."""
+
+    @property
+    def loaded_granule(self) -> int:
+        """Index of the granule that a static load pushes: 0, or 1 behind a striker that is free."""
+        return 0
+
+    @property
+    def granule(self) -> int:
+        """Number of the granule on which the force acts, from 1."""
+        return 1
+
+    @property
+    def profile_name(self) -> str:
+        """The name in ``profile`` of a scene file."""
+        return self.profiles[0]
+
+    @property
+    def rows(self) -> tuple[tuple[float, float], ...]:
+        """Time [s] and value of each row of the table; none where there is no table."""
+        own: Any = self
+        if self.column is None or own.time is None:
+            return ()
+        return tuple(zip(own.time, getattr(self, self.column[0]), strict=True))
+
+    @property
+    def impact_velocity(self) -> float | None:
+        """Largest velocity with which granule 1 hits granule 2 [m/s]; None for a force."""
+        return None
+
+    @property
+    def start_velocity(self) -> float:
+        """Velocity of granule 1 at the start [m/s]."""
+        return 0.0
+
+    @property
+    def strokes(self) -> tuple[Stroke, ...]:
+        """Strokes of a driven granule 1; the first starts at time 0, the last has no end."""
+        return ()
+
+    @property
+    def material(self) -> Mapping[str, float]:
+        """Properties of granule 1 that differ from the chain's, by their names in ``Chain``."""
+        return {}
+
+    def ramps(self) -> tuple[Ramp, ...]:
+        """The force as ramps."""
+        return ()
+
+    def force_at(self, time: FloatArray, ramps: Sequence[Ramp]) -> FloatArray:
+        """The force at any times, also outside of its ramps [N], of the shape of ``time``."""
+        force = np.zeros_like(time, np.float64)
+        for ramp in ramps:
+            inside = (time >= ramp.start) & (time < ramp.end)
+            force = np.where(inside, ramp.force(time), force)
+        return force
+
+    def by_formula(self, time: FloatArray) -> FloatArray:
+        """The force at any times from 0 on [N], by a formula that is independent of the ramps."""
+        return np.zeros_like(time, np.float64)
+
+    @property
+    def compared_impulse(self) -> float | None:
+        """The impulse in its LM_ratio [N s]; None for the whole impulse."""
+        return None
+
+    def check_load(self, load: float) -> None:  # noqa: B027 - for most shocks any load will do
+        """Raise a SceneError if a static load [N] on granule 1 is too small."""
+
+    @abstractmethod
+    def stretched(self, time: Positive, length: Positive, modulus: Positive) -> Self:
+        """The shock of a similar scene with the same forces.
+
+        Arguments are the ratios of its times, lengths and Young's moduli to the true ones.
+        """
+
+    def stronger(self, factor: Positive) -> Self:
+        """The shock with another force; called only in scenes without loads."""
+        own: Any = self
+        stronger: Self = replace(own, peak_force=factor * own.peak_force)
+        return stronger
+
+    @abstractmethod
+    def in_words(self, granules: int, momentum_ratio: float) -> str:
+        """One line that describes the shock of a scene, with the number of granules."""
+
+
+_Kind = TypeVar("_Kind", bound=Shock)
+
+_MOST_BYTES = 5_000_000
+"""Largest size of a table of a shock [bytes], chosen: about 200,000 rows, read in a second and run
+in a minute.
+"""
+
+
+def check_table(shock: Any, least: float | None = None) -> None:
+    """Check the table of a shock, and make its numbers Python's own.
+
+    A SceneError names the row of a time that is not above the one before it, or of a value that is
+    not finite or below ``least``.
+    """
+    field, column = shock.column
+    columns = shock.time, getattr(shock, field)
+    times, values = (
+        one if isinstance(one, Sequence) or getattr(one, "shape", None) else () for one in columns
+    )
+    rows = len(times)
+    require(rows >= 2, "rows", rows, f"must be at least 2 rows of time_s and {column}")
+    allowed = f"must be {rows}, as those of time_s"
+    require(rows == len(values), f"rows of {column}", len(values), allowed)
+    earliest = None
+    for row, time in enumerate(times, start=1):
+        key = f"time_s in row {row}"
+        require(is_finite(time), key, time, "must be a finite number [s]")
+        allowed = "must be at least 0" if earliest is None else f"must be above {earliest}"
+        require(time >= 0 if earliest is None else time > earliest, key, time, allowed)
+        earliest = time
+    of_least = "" if least is None else f" of at least {least:g}"
+    allowed = f"must be a finite number{of_least} [{column.rpartition('_')[2]}]"
+    for row, value in enumerate(values, start=1):
+        is_possible = is_finite(value) and (least is None or value >= least)
+        require(is_possible, f"{column} in row {row}", value, allowed)
+    for name, given in (("time", times), (field, values)):
+        object.__setattr__(shock, name, tuple(float(one) for one in given))
+
+
+Rows = Annotated[tuple[float, ...], check_table]
+"""A column of the table of a shock, which ``check_table`` checks row by row."""
+
+
+def columns_of(shock: Shock) -> dict[str, Sequence[float]]:
+    """Return the columns of the table of a shock by their names; none for one without a table."""
+    if shock.column is None or not shock.rows:
+        return {}
+    time, values = zip(*shock.rows, strict=True)
+    return {"time_s": time, shock.column[1]: values}
+
+
+def text_of(columns: Mapping[str, Sequence[float]]) -> str:
+    """Return the text of a CSV file with these columns; truth values are written as 0 or 1."""
+    rows = (",".join(repr(+value) for value in row) for row in zip(*columns.values(), strict=True))
+    return "\n".join([",".join(columns), *rows]) + "\n"
+
+
+def read_columns(
+    path: Path,
+    key: str,
+    name: str | None,
+    most: int,
+    names: Sequence[str],
+    optional: Sequence[str] = (),
+) -> dict[str, tuple[float, ...]]:
+    """Return the columns of a CSV file of numbers, of at most ``most`` bytes, by their names.
+
+    A SceneError says what is wrong; ``key`` and ``name`` are those of the file in a scene file.
+    """
+    try:
+        header, rows = read_rows(path, most)
+    except ValueError as problem:
+        allowed = f"cannot be read ({problem}); must be a CSV file"
+        raise SceneError(key, name, allowed, None if name else path) from None
+    allowed = f"must be {','.join(one for one in names if one not in optional)}"
+    allowed += f", and perhaps {', '.join(optional)}" if optional else ""
+    unknown = next((one for one in header if one not in names), None)
+    if unknown is not None:
+        raise SceneError("column", unknown, f"is unknown: the first line {allowed}", path)
+    if sorted(header) != sorted(one for one in names if one in header or one not in optional):
+        raise SceneError("first line", ",".join(header), allowed, path)
+    values = []
+    for number, row in enumerate(rows, start=1):
+        try:
+            values.append([float(cell) for cell in row])
+        except ValueError:
+            values.append([])
+        if len(values[-1]) != len(header):
+            allowed = f"must be {len(header)} numbers, {','.join(header)}"
+            raise SceneError(f"row {number}", ",".join(row), allowed, path)
+    return {one: tuple(row[k] for row in values) for k, one in enumerate(header)}
+
+
+def read_table(kind: type[_Kind], path: Path, name: str | None = None) -> _Kind:
+    """Read a shock from a CSV file with the header ``time_s`` and the column of its values."""
+    assert kind.column is not None
+    field, column = kind.column
+    columns = read_columns(path, "shock.file", name, _MOST_BYTES, ("time_s", column))
+    given: dict[str, Any] = {"time": columns["time_s"], field: columns[column]}
+    given["file"] = name or str(path)
+    try:
+        return kind(**given)
+    except SceneError as problem:
+        raise SceneError(problem.key, problem.value, problem.allowed, file=path) from None
+
+
+@dataclass(frozen=True)
+class Moving(Shock):
+    """No force, striker or piston: granules of the chain itself move at the start."""
+
+    profiles = ("moving granules",)
+    noun = "moving granules"
+    section = ""
+
+    def stretched(self, time: Positive, length: Positive, modulus: Positive) -> Moving:
+        """The shock of a similar scene; see ``Shock``."""
+        return self
+
+    def in_words(self, granules: int, momentum_ratio: float) -> str:
+        """One line that describes the shock, with the number of granules."""
+        return f"{granules} granules"
+
+
+@dataclass(frozen=True, repr=False)
+class Piston(Shock):
+    """A piston: granule 1 moves at a constant velocity or along a measured displacement.
+
+    Its mass has no effect; it collides like a granule of infinite mass.
+
+    Parameters
+    ----------
+    velocity
+        Constant velocity from the start to the end of the run [m/s]; None with a table.
+    time
+        At least two increasing times [s], the first at least 0; None with a velocity.
+    displacement
+        As many displacements [m], the first 0, not all 0. Linear between rows; the piston rests
+        before the first row and after the last.
+    file
+        Name of its CSV file, relative to the scene file, if any; ignored when two pistons are
+        compared.
+
+    Raises
+    ------
+    SceneError
+        For a value outside what is stated above; the row of a table is named.
+    """
+
+    profiles = ("piston",)
+    noun = "piston"
+    column = ("displacement", "displacement_m")
+    is_driven = True
+
+    velocity: float | None = field(
+        default=None,
+        metadata=key("m/s", "velocity of the piston", above=0, usual=(1e-5, 1e3)),
+    )
+    time: Rows | None = None
+    displacement: Rows | None = None
+    file: str | None = field(default=None, compare=False)
+
+    def __repr__(self) -> str:
+        return short_repr(self)
+
+    def __post_init__(self) -> None:
+        table = self.displacement if self.time is None else self.time
+        require_one(velocity=self.velocity, file=table)
+        if self.velocity is not None:
+            check(self)
+            return
+        check_table(self)
+        displacement = self.displacement or ()
+        allowed = "must be 0: displacements count from where the piston rests"
+        require(displacement[0] == 0, "displacement_m in row 1", displacement[0], allowed)
+        allowed = "must not be 0 in all rows: the piston never moves"
+        require(any(displacement), "displacement_m", None, allowed)
+        for row, stroke in enumerate(self.strokes[:-1], start=1):
+            allowed = "is reached in a time too short to be represented as a velocity"
+            key = f"displacement_m in row {row + 1}"
+            require(is_finite(stroke.velocity), key, None, allowed)
+
+    @property
+    def strokes(self) -> tuple[Stroke, ...]:
+        """Strokes of the motion; the first starts at time 0, the last has no end."""
+        if self.velocity is not None:
+            return (Stroke(0.0, 0.0, self.velocity),)
+        rows = self.rows
+        resting = [] if rows[0][0] == 0 else [Stroke(0.0, 0.0, 0.0)]
+        moving = [Stroke(t0, x0, (x1 - x0) / (t1 - t0))
+                  for (t0, x0), (t1, x1) in itertools.pairwise(rows)]  # fmt: skip
+        return (*resting, *moving, Stroke(*rows[-1], 0.0))
+
+    def distance(self, time: float) -> float:
+        """Return the distance moved up to a time, forwards and backwards added [m]."""
+        strokes = self.strokes
+        ends = [*(min(stroke.start, time) for stroke in strokes[1:]), time]
+        return sum(
+            abs(stroke.velocity) * max(end - stroke.start, 0.0)
+            for stroke, end in zip(strokes, ends, strict=True)
+        )
+
+    @property
+    def impact_velocity(self) -> float:
+        """The largest speed [m/s]."""
+        return max(abs(stroke.velocity) for stroke in self.strokes)
+
+    @property
+    def start_velocity(self) -> float:
+        """Velocity at the start [m/s]."""
+        return self.strokes[0].velocity
+
+    def stretched(self, time: Positive, length: Positive, modulus: Positive) -> Piston:
+        """The piston of a similar scene; see ``Shock``."""
+        if self.velocity is not None:
+            return replace(self, velocity=length / time * self.velocity)
+        return replace(
+            self,
+            time=tuple(time * row for row, _ in self.rows),
+            displacement=tuple(length * place for _, place in self.rows),
+        )
+
+    def in_words(self, granules: int, momentum_ratio: float) -> str:
+        """One line that describes the piston, with the number of granules."""
+        how = f"table of {len(self.rows)} rows, up to {self.impact_velocity:.6g} m/s,"
+        if self.velocity is not None:
+            how = f"at {self.velocity:.6g} m/s"
+        return f"piston {how} on {granules - 1} granules"
+
+
+Profile = Literal["cosine", "triangular", "cosine-triangular"]
+"""Names of the profiles of Table 1."""
+
+PROFILES: dict[Profile, tuple[str, str]] = {
+    "cosine": ("cosine", "cosine"),
+    "triangular": ("linear", "linear"),
+    "cosine-triangular": ("cosine", "linear"),
+}
+"""Shapes of the rise and the decay for each profile of Table 1."""
+
+
+def profile_named(name: object) -> Profile:
+    """Return the name of a profile of Table 1; a SceneError for any other."""
+    known = isinstance(name, str) and name in PROFILES
+    require(known, "profile", name, f"must be one of {', '.join(PROFILES)}")
+    return cast(Profile, name)
+
+
+@dataclass(frozen=True)
+class Pulse(Shock):
+    """One of the paper's three pulses (Table 1), in SI units.
+
+    Parameters
+    ----------
+    profile
+        ``cosine``, ``triangular`` or ``cosine-triangular``; a cosine is a raised one, 1 - cos.
+    peak_force
+        F0 [N].
+    duration_ratio
+        n > 1: the pulse lasts n rise times.
+    momentum_ratio, rise_time
+        LM_ratio = t0 / t0_hat (with the paper's 139/32), or t0 [s]: exactly one of the two.
+    granule
+        Number of the granule on which it acts, from 1.
+
+    Raises
+    ------
+    SceneError
+        For a value outside what is stated above.
+    """
+
+    profiles = tuple(PROFILES)
+    noun = "pulse"
+
+    profile: Profile = field(metadata=key("", "profile", kind="str", choices=tuple(PROFILES)))
+    peak_force: float = field(metadata=key("N", "F0", above=0, usual=(1e-6, 1e7)))
+    duration_ratio: float = field(metadata=key("", "n", above=1))
+    momentum_ratio: float | None = field(default=None, metadata=key("", "LM_ratio", above=0))
+    rise_time: float | None = field(default=None, metadata=key("s", "rise time t0", above=0))
+    granule: int = field(default=1, metadata=GRANULE)
+
+    def __post_init__(self) -> None:
+        check(self)
+        require_one(momentum_ratio=self.momentum_ratio, rise_time=self.rise_time)
+
+    @property
+    def profile_name(self) -> str:
+        """The name in ``profile`` of a scene file."""
+        return self.profile
+
+    def ramps(self, rise_time: float | None = None) -> tuple[Ramp, Ramp]:
+        """Rise and decay for a rise time t0 [s] (Eq. 2 with Table 1)."""
+        rise_time = self.rise_time if rise_time is None else rise_time
+        assert rise_time is not None
+        rise, decay = PROFILES[self.profile]
+        end = self.duration_ratio * rise_time
+        return (
+            Ramp(0.0, rise_time, 0.0, self.peak_force, rise),
+            Ramp(rise_time, end, self.peak_force, 0.0, decay),
+        )
+
+    def stretched(self, time: Positive, length: Positive, modulus: Positive) -> Pulse:
+        """The pulse of a similar scene; see ``Shock``."""
+        return self if self.rise_time is None else replace(self, rise_time=time * self.rise_time)
+
+    def in_words(self, granules: int, momentum_ratio: float) -> str:
+        """One line that describes the pulse, with the number of granules."""
+        force = of_force(self.peak_force, granules, momentum_ratio)
+        return f"{self.profile} pulse, n = {self.duration_ratio:g}, {force}"
+
+
+@dataclass(frozen=True, repr=False)
+class PulseTable(Shock):
+    """A measured pulse: force linear between rows, zero before the first and after the last.
+
+    Parameters
+    ----------
+    time
+        At least two increasing times [s], the first at least 0.
+    force
+        As many forces [N], finite, none negative, at least one positive.
+    file
+        The name of the CSV file it came from, relative to the scene file, if any; ignored when two
+        tables are compared.
+    granule
+        Number of the granule on which it acts, from 1.
+
+    Raises
+    ------
+    SceneError
+        For a table outside what is stated above; the row is named.
+    """
+
+    profiles = ("table",)
+    noun = "pulse table"
+    column = ("force", "force_N")
+
+    time: Rows
+    force: Rows
+    file: str | None = field(default=None, compare=False)
+    granule: int = field(default=1, metadata=GRANULE)
+
+    def __post_init__(self) -> None:
+        check(self)
+        check_table(self, least=0)
+        require(any(self.force), "force_N", None, "must be positive in at least one row")
+
+    def __repr__(self) -> str:
+        return short_repr(self)
+
+    @property
+    def peak_force(self) -> float:
+        """The largest force of the table [N]."""
+        return max(self.force)
+
+    def ramps(self) -> tuple[Ramp, ...]:
+        """The lines between the rows."""
+        return tuple(
+            Ramp(t0, t1, f0, f1, "linear") for (t0, f0), (t1, f1) in itertools.pairwise(self.rows)
+        )
+
+    def force_at(self, time: FloatArray, ramps: Sequence[Ramp]) -> FloatArray:
+        """The force at any times [N]; fast also for many rows."""
+        return np.interp(time, self.time, self.force, left=0.0, right=0.0)
+
+    def by_formula(self, time: FloatArray) -> FloatArray:
+        """The force at any times [N]."""
+        return self.force_at(time, ())
+
+    def stretched(self, time: Positive, length: Positive, modulus: Positive) -> PulseTable:
+        """The table of a similar scene; see ``Shock``."""
+        return replace(self, time=tuple(time * row for row in self.time))
+
+    def stronger(self, factor: Positive) -> PulseTable:
+        """The table with another force, at the same times."""
+        return replace(self, force=tuple(factor * value for value in self.force))
+
+    def in_words(self, granules: int, momentum_ratio: float) -> str:
+        """One line that describes the table, with the number of granules."""
+        force = of_force(self.peak_force, granules, momentum_ratio)
+        return f"pulse table of {len(self.time)} rows, {force}"
+
+
+def of_force(peak_force: float, granules: int, momentum_ratio: float) -> str:
+    """Return words for LM_ratio, largest force and number of granules."""
+    return f"LM_ratio = {momentum_ratio:.6g}, {peak_force:.6g} N on {granules} granules"
+
+
+_MOST_CYCLES = 50_000
+"""Most cycles (chosen): as many corners as a pulse table can have rows, about 200,000."""
+
+_QUARTERS = (
+    ("quarter-sine", 0.0, 1.0),
+    ("quarter-cosine", 1.0, 0.0),
+    ("quarter-sine", 0.0, -1.0),
+    ("quarter-cosine", -1.0, 0.0),
+)
+"""Shape, and the force at both ends over the amplitude, of each quarter of a cycle."""
+
+
+@dataclass(frozen=True)
+class Sine(Shock):
+    """The force amplitude * sin(2 pi frequency t) on a granule, for some cycles, in SI units.
+
+    It comes on top of the static load, which must be at least the amplitude: an actuator pushes
+    its granule, and cannot pull it.
+
+    Parameters
+    ----------
+    amplitude
+        Amplitude of the force [N].
+    frequency
+        Cycles per second [Hz].
+    cycles
+        Number of cycles, a whole number from 1 to 50,000.
+    granule
+        Number of the granule on which it acts, from 1.
+
+    Raises
+    ------
+    SceneError
+        For a value outside what is stated above.
+    """
+
+    profiles = ("sine",)
+    noun = "sine"
+    # The load is at least the amplitude, so for any number of cycles it sets the speed of waves.
+    least_ratio = 1.0
+
+    amplitude: float = field(
+        metadata=key("N", "amplitude of the force", above=0, usual=(1e-6, 1e7))
+    )
+    frequency: float = field(metadata=key("Hz", "frequency", above=0, usual=(0.1, 1e8)))
+    cycles: int = field(metadata=key("", "cycles", least=1, most=_MOST_CYCLES, kind="int"))
+    granule: int = field(default=1, metadata=GRANULE)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    @property
+    def peak_force(self) -> float:
+        """The largest force [N], without the static load."""
+        return self.amplitude
+
+    def ramps(self) -> tuple[Ramp, ...]:
+        """Four quarters for each cycle."""
+        ramps = []
+        for quarter in range(4 * self.cycles):
+            shape, start, end = _QUARTERS[quarter % 4]
+            begin, stop = (number / (4 * self.frequency) for number in (quarter, quarter + 1))
+            forces = start * self.amplitude, end * self.amplitude
+            ramps.append(Ramp(begin, stop, *forces, shape))
+        return tuple(ramps)
+
+    def by_formula(self, time: FloatArray) -> FloatArray:
+        """The force at any times from 0 on [N]."""
+        force = self.amplitude * np.sin(2 * math.pi * self.frequency * time)
+        return np.where(time < self.cycles / self.frequency, force, 0.0)
+
+    @property
+    def compared_impulse(self) -> float:
+        """Integral of the force over the first half of a cycle [N s]; 0 over a whole cycle."""
+        return self.amplitude / (math.pi * self.frequency)
+
+    def check_load(self, load: float) -> None:
+        """Refuse an amplitude above the static load [N]."""
+        allowed = (
+            f"must be at most the static load, [precompression] force = {load:g} N: an actuator"
+            " pushes its granule, and cannot pull it"
+        )
+        require(self.amplitude <= load, "shock.amplitude", self.amplitude, allowed)
+
+    def stretched(self, time: Positive, length: Positive, modulus: Positive) -> Sine:
+        """The sine of a similar scene; see ``Shock``."""
+        return replace(self, frequency=self.frequency / time)
+
+    def in_words(self, granules: int, momentum_ratio: float) -> str:
+        """One line that describes the sine, with the number of granules."""
+        return (
+            f"sine of {self.amplitude:.6g} N, {self.cycles} cycles at {self.frequency:.6g} Hz,"
+            f" on {granules} granules"
+        )
+
+
+@dataclass(frozen=True)
+class Striker(Shock):
+    """A striker: granule 1 flies into the others; no force but gravity pushes it.
+
+    Where the chain is pressed from the start, the striker only touches granule 2, which the load
+    then pushes.
+
+    Parameters
+    ----------
+    velocity
+        Velocity of granule 1 at the start [m/s], above 0.
+    radius, young_modulus, poisson_ratio, density
+        Properties of granule 1 that differ from the chain's, as in ``Chain``; None for equal ones.
+    loaded
+        True for a striker that the load pushes like any first granule: its contact then has the
+        static force from the start, and the striker also has its velocity.
+
+    Raises
+    ------
+    SceneError
+        For a value that is not possible.
+    """
+
+    profiles = ("striker",)
+    noun = "striker"
+    section = "striker"
+
+    velocity: float = field(
+        metadata=key("m/s", "velocity of the striker", above=0, usual=(1e-5, 1e3))
+    )
+    radius: float | None = of_granule(RADIUS, "radius of the striker")
+    young_modulus: float | None = of_granule(YOUNG_MODULUS, "Young's modulus of the striker")
+    poisson_ratio: float | None = of_granule(POISSON_RATIO, "Poisson's ratio of the striker")
+    density: float | None = of_granule(DENSITY, "density of the striker")
+    loaded: bool = field(default=False, metadata=key(kind="bool"))
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    @property
+    def impact_velocity(self) -> float:
+        """The velocity [m/s]."""
+        return self.velocity
+
+    @property
+    def loaded_granule(self) -> int:
+        """Index of the granule that a static load pushes."""
+        return 0 if self.loaded else 1
+
+    @property
+    def start_velocity(self) -> float:
+        """The velocity [m/s]."""
+        return self.velocity
+
+    @property
+    def material(self) -> Mapping[str, float]:
+        """Properties that differ from the chain's, by name."""
+        own = {key: getattr(self, key) for key in MATERIAL}
+        return {key: value for key, value in own.items() if value is not None}
+
+    def stretched(self, time: Positive, length: Positive, modulus: Positive) -> Striker:
+        """The striker of a similar scene; see ``Shock``."""
+        own = None if self.young_modulus is None else modulus * self.young_modulus
+        return replace(self, velocity=length / time * self.velocity, young_modulus=own)
+
+    def in_words(self, granules: int, momentum_ratio: float) -> str:
+        """One line that describes the striker, with the number of other granules."""
+        return f"striker at {self.velocity:.6g} m/s on {granules - 1} granules"
