@@ -195,7 +195,7 @@ def test_what_is_kept_is_whole_and_keeps_its_promises() -> None:
         assert own["granule"].tolist() == list(contender.marks)
     assert {one.method for one in everyone} == set(METHODS)
     rows = long_run.promises(kept)
-    assert len(rows) == 18
+    assert len(rows) == 14
     assert [entry for entry in rows if not entry.passed] == []
     assert KEPT.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
 
