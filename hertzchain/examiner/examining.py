@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from hertzchain.engines.lammps.reading.found import FoundDeck
-from hertzchain.engines.lammps.reading.own import DEPTH
-from hertzchain.engines.lammps.reading.reading import Reader
+from hertzchain.engines.lammps.reading.reading import DEPTH, Reader
 from hertzchain.engines.lammps.reading.text import Edits
 from hertzchain.engines.lammps.reading.units import UNITS
 from hertzchain.engines.native.backend import Native

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.found import FoundDeck, FoundWall, scaled
-from hertzchain.engines.lammps.reading.prober import DAMPED, DEPTHS
+from hertzchain.engines.lammps.reading.probing import DAMPED, DEPTHS
 from hertzchain.engines.lammps.reading.units import UNITS, Units
 from hertzchain.errors import RunFailed
 from hertzchain.examiner.twin import Stretch, twin_of

@@ -18,7 +18,7 @@ from hertzchain.engines.lammps.reading.found import (
     FoundRun,
     FoundWall,
 )
-from hertzchain.engines.lammps.reading.prober import DAMPED, DEPTHS
+from hertzchain.engines.lammps.reading.probing import DAMPED, DEPTHS
 from hertzchain.examiner.case import DeckCheck
 from hertzchain.examiner.examined import DeckExamination
 from hertzchain.examiner.examining import compared

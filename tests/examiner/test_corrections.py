@@ -13,7 +13,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.lammps.reading.found import FoundDeck, FoundWall
-from hertzchain.engines.lammps.reading.prober import DAMPED, DEPTHS
+from hertzchain.engines.lammps.reading.probing import DAMPED, DEPTHS
 from hertzchain.engines.lammps.reading.units import Units
 from hertzchain.examiner.case import Case
 from hertzchain.examiner.examining import case_of

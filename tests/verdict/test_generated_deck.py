@@ -13,7 +13,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.found import FoundDeck
-from hertzchain.engines.lammps.reading.own import DEPTH
+from hertzchain.engines.lammps.reading.reading import DEPTH
 from hertzchain.examiner.case import EXAMINED
 from hertzchain.examiner.expected import applied_force
 from hertzchain.verdict.generated_deck import number_checks

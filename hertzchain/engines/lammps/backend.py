@@ -24,7 +24,7 @@ from hertzchain.engines.lammps.dialect import NO_STEP
 from hertzchain.engines.lammps.engine import command, engine, look, run, version_of
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.engines.lammps.reading.found import FoundDeck
-from hertzchain.engines.lammps.reading.own import examine_deck, own_deck
+from hertzchain.engines.lammps.reading.reading import examine_deck, examined_deck
 from hertzchain.errors import HertzchainError, SceneError, require
 from hertzchain.limits import RTOL, TIME_LIMIT, Deadline
 from hertzchain.observables.result import Result
@@ -142,7 +142,7 @@ class Lammps(ExternalEngine):
                 found = Program.find(str(self.lmp), self.ranks, deadline)
                 version = found.build.version
                 program = replace(found, command=found.command[-1:])
-            text = own_deck(scene, self.pair_style, version)
+            text = examined_deck(scene, self.pair_style, version)
             examined: FoundDeck = ask(examine_deck, folder, scene, text, program)
             return examined
 

@@ -14,10 +14,8 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.allowed import LEADS, MOVES, OF_MOTION, QUIET
 from hertzchain.engines.lammps.reading.found import FoundFix
-from hertzchain.engines.lammps.reading.granules import Granules
-from hertzchain.engines.lammps.reading.hooks import BLOCK, Readings
-from hertzchain.engines.lammps.reading.prober import by_fix, members
-from hertzchain.engines.lammps.reading.session import DeckFix, Stage
+from hertzchain.engines.lammps.reading.granules import Granules, by_fix, members
+from hertzchain.engines.lammps.reading.session import BLOCK, DeckFix, Readings, Session
 from hertzchain.engines.lammps.reading.watching import Playing, sizes
 
 _LEAST_READINGS = 400
@@ -76,13 +74,13 @@ class Replay(Playing):
 
     def __init__(
         self,
-        stage: Stage,
+        lammps: Session,
         granules: Granules,
         between: float,
         begin: float = 0.0,
         leads: bool = False,
     ) -> None:
-        super().__init__(stage, granules.count, begin)
+        super().__init__(lammps, granules.count, begin)
         self._granules, self._between, self._leads = granules, between, leads
         self._left_out: set[str] = set()
         self._time: list[FloatArray] = []
@@ -98,15 +96,6 @@ class Replay(Playing):
         """Give LAMMPS a command that neither moves granules nor ends a run before its time."""
         if not self._leaves_out(words, index):
             super().give(words, index)
-
-    def run(self, steps: int, keywords: str, index: int) -> None:
-        """Have LAMMPS take so many steps."""
-        self.stage.ready()
-        self.stage.velocities_of_ghosts()
-        if steps == 0:
-            self.stage.give(["run", "0", *keywords.split()], index)
-        else:
-            self._run(f"run {steps} {keywords}".strip(), steps, index)
 
     def clear(self) -> bool:
         """Forget all before the first run; the deck ends here after it."""
@@ -129,15 +118,16 @@ class Replay(Playing):
             return words[1] in self._left_out
         return words[0] == "velocity"
 
-    def _run(self, text: str, steps: int, index: int) -> None:
-        lammps, start = self.stage.lammps, self.seen.time
+    def run(self, text: str, steps: int, index: int) -> None:
+        """Carry out a ``run``, with granules at rest at its start."""
+        lammps, start = self.lammps, self.seen.time
         rest = np.zeros((self._granules.count, 3))
         lammps.put({"v": rest, "omega": rest})
         dt, first = lammps.dt(), lammps.step()
         self._stride = max(1, int(self._between / dt))
-        self.stage.hooks.twice = self._stride > 1
+        lammps.twice = self._stride > 1
         self._longest = max(self._stride, steps // _LEAST_READINGS)
-        acting = [fix for fix in self.stage.alive.values() if fix.style not in QUIET]
+        acting = [fix for fix in lammps.alive.values() if fix.style not in QUIET]
         for fix in [*acting, *self._moves.values()]:
             self._masks[fix.command] = fix, members(lammps, fix.group, self._granules)
 
@@ -145,12 +135,12 @@ class Replay(Playing):
             self._take(readings, np.asarray(start + (readings.step - first) * dt))
 
         self.seen.ran(steps, dt, index)
-        self.stage.hooks.run(text, steps, self._stride, take)
+        lammps.run(text, steps, self._stride, take)
 
     def _take(self, readings: Readings, time: FloatArray) -> None:
-        hooks, granules = self.stage.hooks, self._granules
+        lammps, granules = self.lammps, self._granules
         total = np.zeros((time.size, granules.count, 3))
-        for fix, own in by_fix(self.stage, readings, granules):
+        for fix, own in by_fix(lammps, readings, granules):
             if fix.is_wall:
                 continue
             total += own
@@ -164,7 +154,7 @@ class Replay(Playing):
         change = np.linalg.norm(total[..., 1:] - self._first_sideways, axis=-1)
         self._sideways = max(self._sideways, float(np.max(change)))
         still = time.size == BLOCK and not np.any(np.ptp(total, axis=0))
-        hooks.stride = min(10 * hooks.stride, self._longest) if still else self._stride
+        lammps.stride = min(10 * lammps.stride, self._longest) if still else self._stride
 
     def applied(self) -> Applied:
         """Return the forces of all fixes except walls."""

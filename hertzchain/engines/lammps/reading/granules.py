@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.found import IntArray
-from hertzchain.engines.lammps.reading.session import Session
+from hertzchain.engines.lammps.reading.session import DeckFix, Readings, Session
 from hertzchain.engines.lammps.reading.units import Units, units_of
 from hertzchain.errors import RunFailed
 
@@ -44,6 +45,11 @@ class Granules:
         return int(self.radius.size)
 
     @property
+    def sides(self) -> str:
+        """Boundary of the box at both ends of the axis that is nearest to the chain."""
+        return self.boundary.split()[int(np.argmax(np.abs(self.frame[0])))]
+
+    @property
     def reach(self) -> FloatArray:
         """Sum of the radii of each contact, shape (contacts,)."""
         return np.asarray(self.radius[:-1] + self.radius[1:])
@@ -54,9 +60,9 @@ class Granules:
 
     def by_id(self, vectors: FloatArray) -> FloatArray:
         """Vectors of granules in this order and these axes, (granules, 3), by id and x, y, z."""
-        found = np.empty_like(vectors)
-        found[self.order] = vectors @ self.frame
-        return found
+        each = np.empty_like(vectors)
+        each[self.order] = vectors @ self.frame
+        return each
 
     @property
     def off_axis(self) -> FloatArray:
@@ -78,22 +84,33 @@ class Granules:
         return np.asarray(place - turns)
 
 
+_STATE = (
+    "id", "type", "x", "y", "z", "vx", "vy", "vz", "omegax", "omegay", "omegaz", "radius", "mass",
+)  # fmt: skip
+
+
 def granules_of(lammps: Session) -> Granules:
     """Return the granules that LAMMPS has now; RunFailed if it has none, or points."""
     name, sides = lammps.system()
     units = units_of(name)
     if lammps.count() == 0:
         raise RunFailed("the deck has made no granules when it runs for the first time")
-    each = lammps.atoms()
+    ids, types, *vectors, radius, mass = lammps.dumped(*_STATE)
+    place, velocity, spin = (np.column_stack(vectors[k : k + 3]) for k in (0, 3, 6))
     low, high = lammps.box()
-    place = each.position
     first = int(np.argmax(np.ptp(place, axis=0)))
     chosen = [first, *(k for k in range(3) if k != first)]
     made = Granules(
         units=units,
         frame=np.eye(3)[chosen],
         order=np.arange(len(place)),
-        **each._asdict(),
+        ids=ids.astype(np.int64),
+        types=types.astype(np.int64),
+        position=place,
+        velocity=velocity,
+        spin=spin,
+        radius=radius,
+        mass=mass,
         low=low[chosen],
         high=high[chosen],
         boundary=" ".join(sides),
@@ -118,6 +135,21 @@ def granules_of(lammps: Session) -> Granules:
         high=np.append(inside[1], high[:2]),
         periodic=[False] * 3,  # images of a diagonal are not its neighbours
     )
+
+
+def by_fix(
+    lammps: Session, readings: Readings, granules: Granules
+) -> Iterator[tuple[DeckFix, FloatArray]]:
+    """Force of each fix, in the order and along the axes of the chain, (readings, granules, 3)."""
+    forces = np.moveaxis(readings.of_fixes, 1, 0)
+    for source, force in zip([*lammps.hooks.values()][1:], forces, strict=True):
+        assert source is not None
+        yield lammps.fixes[source], granules.along(force)
+
+
+def members(lammps: Session, group: str, granules: Granules) -> NDArray[np.bool_]:
+    """Tell which granules are in a group now, by increasing coordinate, shape (granules,)."""
+    return np.asarray(lammps.members(group)[granules.order])
 
 
 _PARALLEL = 1e-9  # component of a direction that is round-off (chosen)

@@ -95,7 +95,7 @@ class Interpreter:
         edits: Edits | None = None,
         tell: Callable[[str], object] = lambda _: None,
     ) -> None:
-        self._lammps, self._player, self._tell = player.stage.lammps, player, tell
+        self._lammps, self._player, self._tell = player.lammps, player, tell
         folders = [path.parent] if folder is None else [folder, path.parent]
         self._rules, self._edits = Rules(tuple(folders)), edits or {}
         self._name, self._deck, self._variables = name, path, variables

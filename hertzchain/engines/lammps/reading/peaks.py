@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.readings import contact_forces
 from hertzchain.engines.lammps.reading.found import FoundWall
-from hertzchain.engines.lammps.reading.prober import DEPTHS
-from hertzchain.engines.lammps.reading.probing import Probes
+from hertzchain.engines.lammps.reading.probing import DEPTHS, Probes
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.samples import Samples
 from hertzchain.observables.watch import PeakWatch

@@ -1,34 +1,85 @@
 """Queries LAMMPS for every number of the chain that a user's deck has made, before it runs.
 
 Granules are moved so that a single contact, wall or fix acts, and forces are read without a step.
-Granules are not moved back: the instance is not used afterwards.
+The places follow from the sizes of the chain. Granules are not moved back: the instance is not used
+afterwards.
 """
 
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.found import FoundWall, IntArray
-from hertzchain.engines.lammps.reading.granules import Granules
-from hertzchain.engines.lammps.reading.prober import (
-    DAMPED,
-    DEPTHS,
-    SPIN_STEP,
-    Prober,
-    Sizes,
-    members,
-)
-from hertzchain.engines.lammps.reading.session import Stage
+from hertzchain.engines.lammps.reading.granules import Granules, by_fix, granules_of, members
+from hertzchain.engines.lammps.reading.session import Readings, Session
 from hertzchain.engines.lammps.reading.text import command_of
-from hertzchain.engines.lammps.reading.walls import walls_of
+from hertzchain.engines.lammps.reading.units import Units
 from hertzchain.errors import RunFailed
+from hertzchain.scene.scene import Scene
 
-NOT_IN_A_ROW = "they do not lie in one row"
-NO_ROOM = "the box has no room for a row in which they touch"
+_READINGS = 2000
+"""Readings of the applied force while the shock lasts: a force that is held over more of them is
+detected, and a line between two is right to 1e-6 of a pulse."""
+
+_CONTACT_STEPS = 50  # time steps of a deck in a contact time, where that is unknown (chosen)
+_SHOCK = 20.0  # duration of a shock in contact times, without a scene (chosen)
+
+DEPTHS = (-0.1, 0.01, 0.1, 0.3, 1.0, 3.0)
+"""Overlaps that are tried, over that of the scene's natural unit of length.
+
+Chosen: peaks are between 0.01 and 5 of the largest applied force, so that overlaps are up to 3; the
+first is a gap."""
+
+DAMPED = (
+    (1.0, 0.5), (1.0, -0.5), (0.1, 0.5), (0.1, -0.5), (1.0, 0.05), (1.0, -0.05), (0.01, -1.0),
+)  # fmt: skip
+"""Overlaps, as above, and closing speeds over the scene's natural unit of velocity.
+
+In the last, granules part so fast that any damping pulls unless it is limited."""
+
+_SPIN_STEP = 0.05
+"""Time step over the contact time, to build up history-dependent friction: chosen, short."""
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Expected sizes of a chain, which set where it is probed; they are not used to judge it.
+
+    Without a scene they follow from the deck's own contacts, as Hertz's law has no length scale.
+    """
+
+    overlap: float = 1e-3  # of contacts [smallest radius]; of steel in centimetres under 100 N
+    contact_time: float | None = None  # natural unit [s]; None: from the contacts, or the step
+    shock_time: float | None = None  # that forces are applied [s]; None: as the contact time
+    wall_gap: float = 0.0  # in front of a wall [m]
+
+    @classmethod
+    def of(cls, scene: Scene) -> Self:
+        """The sizes of a scene."""
+        return cls(
+            overlap=scene.units.length / float(np.min(scene.granules.radius)),
+            contact_time=scene.contact_time,
+            shock_time=scene.pulse_end if scene.pulse_end > 0 else scene.end_time,
+            wall_gap=0.0 if scene.wall is None else scene.wall.gap,
+        )
+
+    def without_contacts(self, units: Units, dt: float) -> float:
+        """The contact time, in the deck's unit, where no contact of the deck gives it."""
+        return _CONTACT_STEPS * dt if self.contact_time is None else self.contact_time / units.time
+
+    def between(self, units: Units, contact_time: float) -> float:
+        """Time between two readings of the applied force, in the deck's unit."""
+        if self.shock_time is None or self.contact_time is None:
+            return _SHOCK * contact_time / _READINGS
+        if units.name == "lj":
+            return self.shock_time / _READINGS * contact_time / self.contact_time
+        return self.shock_time / _READINGS / units.time
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,23 +100,19 @@ class Probes:
     why_not: str | None = None  # why only the granules were read
 
 
-def probe(stage: Stage, sizes: Sizes) -> Probes:
+def probe(lammps: Session, sizes: Sizes) -> Probes:
     """Query all numbers of the chain that LAMMPS has now, at overlaps of about these sizes."""
-    stage.ready()
-    prober = Prober(stage)
-    granules = prober.granules
-    integrated = _integrated(stage, granules)
-    for fix in list(stage.alive.values()):
-        if fix.moves:
-            stage.lammps.give(command_of(("unfix", fix.name)))
+    granules = granules_of(lammps)
+    integrated = np.zeros(granules.count, np.int64)
+    for fix in [fix for fix in lammps.alive.values() if fix.moves]:
+        integrated += members(lammps, fix.group, granules)
+        lammps.give(command_of(("unfix", fix.name)))
     unit = sizes.overlap * float(np.min(granules.radius))
-    time = sizes.without_contacts(granules.units, stage.lammps.dt())
-    contacts = granules.count - 1
+    contacts, each = granules.count - 1, np.full(granules.count, np.nan)
     pressed, damped = (np.full((rows, contacts), np.nan) for rows in (len(DEPTHS), len(DAMPED)))
-    each = np.full(granules.count, np.nan)
     nothing = Probes(
         granules=granules,
-        contact_time=time,
+        contact_time=sizes.without_contacts(granules.units, lammps.dt()),
         overlap=pressed,
         contact_force=pressed,
         closing=damped,
@@ -80,66 +127,21 @@ def probe(stage: Stage, sizes: Sizes) -> Probes:
     if nothing.why_not is not None:
         return nothing
     try:
-        return _asked(prober, sizes, unit, nothing)
+        return Prober(lammps, granules, unit).probes(nothing, sizes.wall_gap)
     except RunFailed as problem:  # for example too many neighbours, where radii are wrong
         return replace(nothing, why_not=str(problem))
-
-
-def _asked(prober: Prober, sizes: Sizes, unit: float, nothing: Probes) -> Probes:
-    """Return the answers of LAMMPS with granules at overlaps of about a ``unit``."""
-    granules = prober.granules
-    turns = [turn for turn in (0, 1) if granules.count > 1 + turn]
-    overlap, force = nothing.overlap.copy(), nothing.contact_force.copy()
-    for turn in turns:
-        for k, depth in enumerate(DEPTHS):
-            overlap[k, turn::2], force[k, turn::2] = _pressed(prober, turn, depth * unit, 0.0)
-    time = _contact_time(granules, overlap, force, nothing.contact_time)
-    closing, damped_overlap, damped = (nothing.damped_force.copy() for _ in range(3))
-    tangential = np.zeros(granules.count)
-    drag = _drag(prober, unit / time)
-    walls = walls_of(prober, sizes.wall_gap, unit, time)
-    for turn in turns:
-        for k, (depth, fraction) in enumerate(DAMPED):
-            closing[k, turn::2] = speed = fraction * unit / time
-            found = _pressed(prober, turn, depth * unit, speed)
-            damped_overlap[k, turn::2], damped[k, turn::2] = found
-    for turn in turns:
-        tangential = np.maximum(tangential, _friction(prober, turn, unit, time))
-    return replace(
-        nothing,
-        contact_time=time,
-        overlap=overlap,
-        contact_force=force,
-        closing=closing,
-        damped_overlap=damped_overlap,
-        damped_force=damped,
-        tangential_force=tangential,
-        drag=drag,
-        walls=walls,
-    )
 
 
 def _why_not(granules: Granules, unit: float) -> str | None:
     """Return why contacts cannot be probed at overlaps of a unit; None if they can."""
     if np.any(granules.off_axis > granules.radius):
-        return NOT_IN_A_ROW
-    first = int(np.argmax(np.abs(granules.frame[0])))
+        return "they do not lie in one row"
+    shrinks = granules.sides[-1] in "sm"
     for turn, depth in itertools.product((0, 1), DEPTHS):
-        place = _row(granules, turn, depth * unit)[:, 0]
-        shrinks = granules.boundary.split()[first][-1] in "sm"
-        outside = place[-1] >= granules.high[0] and not shrinks
+        outside = _row(granules, turn, depth * unit)[-1, 0] >= granules.high[0] and not shrinks
         if outside and not granules.periodic[0]:
-            return NO_ROOM
+            return "the box has no room for a row in which they touch"
     return None
-
-
-def _integrated(stage: Stage, granules: Granules) -> IntArray:
-    """Return how many fixes move each granule, shape (granules,)."""
-    count = np.zeros(granules.count, np.int64)
-    for fix in stage.alive.values():
-        if fix.moves:
-            count += members(stage.lammps, fix.group, granules)
-    return count
 
 
 def _row(granules: Granules, turn: int, depth: float) -> FloatArray:
@@ -153,58 +155,228 @@ def _row(granules: Granules, turn: int, depth: float) -> FloatArray:
     return place
 
 
-def _pressed(
-    prober: Prober, turn: int, depth: float, speed: float
-) -> tuple[FloatArray, FloatArray]:
-    """Overlaps of every other contact and the forces there, with a closing speed."""
-    granules = prober.granules
-    velocity = np.zeros((granules.count, 3))
-    velocity[turn : granules.count - (granules.count - turn) % 2 : 2, 0] = speed / 2
-    velocity[turn + 1 :: 2, 0] = -speed / 2
-    rest = np.zeros_like(velocity)
-    seen, where = prober.ask(_row(granules, turn, depth), velocity, rest)
-    overlap = granules.reach - np.diff(where[:, 0])
-    # The force on the granule behind each contact, which has no other contact.
-    return overlap[turn::2], prober.of_pairs(seen)[turn + 1 :: 2, 0]
+class Prober:
+    """Moves granules to given places and reads the forces on them there.
 
+    Overlaps are about a ``unit``.
+    """
 
-def _contact_time(
-    granules: Granules, overlap: FloatArray, force: FloatArray, expected: float
-) -> float:
-    """The natural unit of time of the fastest contact at the largest overlap, or the expected."""
-    if granules.count > 1:
-        mass = granules.mass[:-1] * granules.mass[1:] / (granules.mass[:-1] + granules.mass[1:])
-        largest = overlap[-1], force[-1]
+    def __init__(self, lammps: Session, granules: Granules, unit: float) -> None:
+        self.lammps, self.granules, self.unit = lammps, granules, unit
+
+    def probes(self, nothing: Probes, wall_gap: float) -> Probes:
+        """Return all answers in place of those that are missing."""
+        granules, unit = self.granules, self.unit
+        turns = [turn for turn in (0, 1) if granules.count > 1 + turn]
+        overlap, force = nothing.overlap.copy(), nothing.contact_force.copy()
+        for turn in turns:
+            for k, depth in enumerate(DEPTHS):
+                overlap[k, turn::2], force[k, turn::2] = self._pressed(turn, depth * unit, 0.0)
+        fastest = self._contact_time(overlap[-1], force[-1])
+        time = fastest if math.isfinite(fastest) else nothing.contact_time
+        drag, walls = self._drag(unit / time), self._walls(wall_gap / granules.units.length, time)
+        closing, damped_overlap, damped = (nothing.damped_force.copy() for _ in range(3))
+        for turn in turns:
+            for k, (depth, fraction) in enumerate(DAMPED):
+                closing[k, turn::2] = speed = fraction * unit / time
+                both = self._pressed(turn, depth * unit, speed)
+                damped_overlap[k, turn::2], damped[k, turn::2] = both
+        frictions = [np.zeros(granules.count), *(self._friction(turn, time) for turn in turns)]
+        return replace(
+            nothing,
+            contact_time=time,
+            overlap=overlap,
+            contact_force=force,
+            closing=closing,
+            damped_overlap=damped_overlap,
+            damped_force=damped,
+            tangential_force=np.max(frictions, axis=0),
+            drag=drag,
+            walls=walls,
+        )
+
+    def ask(
+        self, place: FloatArray, velocity: FloatArray, spin: FloatArray, steps: int = 0
+    ) -> tuple[Readings, FloatArray]:
+        """Return forces on granules at places, with velocities and spins, shape (granules, 3) each.
+
+        All are in the order and along the axes of the chain. Also returns the places as LAMMPS has
+        them.
+        """
+        state = {"x": place, "v": velocity, "omega": spin}
+        self.lammps.put({name: self.granules.by_id(values) for name, values in state.items()})
+        taken: list[Readings] = []
+        self.lammps.run(f"run {steps} post no", steps, max(steps, 1), taken.append)
+        where = self.granules.moved_from(self.granules.along(taken[-1].position[-1]))
+        return taken[-1], where
+
+    def of_fixes(self, readings: Readings, walls: bool) -> FloatArray:
+        """Forces of all fixes that are walls, or of all other fixes, shape (granules, 3)."""
+        total = np.zeros((self.granules.count, 3))
+        for fix, force in by_fix(self.lammps, readings, self.granules):
+            if fix.is_wall == walls:
+                total += force[-1]
+        return total
+
+    def _pressed(self, turn: int, depth: float, speed: float) -> tuple[FloatArray, FloatArray]:
+        """Overlaps of every other contact and the forces there, with a closing speed."""
+        granules = self.granules
+        velocity = np.zeros((granules.count, 3))
+        velocity[turn : granules.count - (granules.count - turn) % 2 : 2, 0] = speed / 2
+        velocity[turn + 1 :: 2, 0] = -speed / 2
+        readings, where = self.ask(_row(granules, turn, depth), velocity, 0 * velocity)
+        overlap = granules.reach - np.diff(where[:, 0])
+        # The force on the granule behind each contact, which has no other contact.
+        force = granules.along(readings.of_pairs[-1])[turn + 1 :: 2, 0]
+        return overlap[turn::2], force
+
+    def _contact_time(self, overlap: FloatArray, force: FloatArray) -> float:
+        """The natural unit of time of the fastest contact at an overlap; infinite without."""
+        mass = self.granules.mass
+        reduced = mass[:-1] * mass[1:] / (mass[:-1] + mass[1:])
         with np.errstate(divide="ignore", invalid="ignore"):
-            times = np.sqrt(mass * largest[0] / largest[1])
-        good = times[np.isfinite(times) & (times > 0)]
-        if good.size:
-            return float(np.min(good))
-    return expected
+            times = np.sqrt(reduced * overlap / force)
+        return float(np.min(times[np.isfinite(times) & (times > 0)], initial=np.inf))
+
+    def _friction(self, turn: int, time: float) -> FloatArray:
+        """Force off the axis, or torque over radius, with spins and sideways velocities."""
+        granules, depth = self.granules, self.unit
+        number = np.arange(granules.count)
+        # About any axis neighbours have neither equal nor opposite spins.
+        speed = depth / time * np.array([1 + 0.5 * np.cos(number + k) for k in range(3)]).T
+        sideways = speed * np.array([0.0, 1.0, 1.0])
+        self.lammps.give(f"timestep {_SPIN_STEP * time!r}")
+        spin = speed / granules.radius[:, np.newaxis]
+        readings, _ = self.ask(_row(granules, turn, depth), sideways, spin, steps=2)
+        off = np.max(np.abs(granules.along(readings.of_pairs[-1])[:, 1:]), axis=1)
+        torque = np.max(np.abs(granules.along(readings.torque[-1])), axis=1) / granules.radius
+        return np.asarray(np.maximum(off, torque))
+
+    def _drag(self, speed: float) -> FloatArray:
+        """Force of all fixes except walls against a motion along the chain, over its velocity."""
+        rest = np.zeros((self.granules.count, 3))
+        moving = rest + np.array([speed, 0.0, 0.0])
+        at_rest, in_motion = (
+            self.of_fixes(self.ask(self.granules.position, velocity, rest)[0], walls=False)
+            for velocity in (rest, moving)
+        )
+        return np.asarray((at_rest - in_motion)[:, 0] / speed)
+
+    def _walls(self, gap: float, time: float) -> tuple[FoundWall, ...]:
+        """The walls across the chain, by pushing the granule at each end outwards.
+
+        They are expected behind a gap, and searched up to twice that.
+        """
+        if not any(fix.is_wall for fix in self.lammps.alive.values()):
+            return ()
+        walls = [_Wall(self, at_end).found(gap, time) for at_end in (False, True)]
+        return tuple(wall for wall in walls if wall is not None)
 
 
-def _friction(prober: Prober, turn: int, depth: float, time: float) -> FloatArray:
-    """Force off the axis, or torque over radius, with spins and sideways velocities."""
-    granules = prober.granules
-    number = np.arange(granules.count)
-    # About any axis neighbours have neither equal nor opposite spins.
-    speed = depth / time * np.array([1 + 0.5 * np.cos(number + k) for k in range(3)]).T
-    sideways = speed * np.array([0.0, 1.0, 1.0])
-    prober.lammps.give(f"timestep {SPIN_STEP * time!r}")
-    spin = speed / granules.radius[:, np.newaxis]
-    seen, _ = prober.ask(_row(granules, turn, depth), sideways, spin, steps=2)
-    off = np.max(np.abs(prober.of_pairs(seen)[:, 1:]), axis=1)
-    torque = np.max(np.abs(granules.along(seen.torque[-1])), axis=1) / granules.radius
-    return np.asarray(np.maximum(off, torque))
+class _Wall:
+    """Pushes the granule at one end of the chain outwards."""
 
+    def __init__(self, prober: Prober, at_end: bool) -> None:
+        self._prober, self._at_end, self._unit = prober, at_end, prober.unit
+        self._number = prober.granules.count - 1 if at_end else 0
+        self._sign = 1.0 if at_end else -1.0
+        self._start = float(prober.granules.position[self._number, 0])
+        self._radius = float(prober.granules.radius[self._number])
 
-def _drag(prober: Prober, speed: float) -> FloatArray:
-    """Force of all fixes except walls against a motion along the chain, over its velocity."""
-    granules = prober.granules
-    rest = np.zeros((granules.count, 3))
-    moving = np.zeros_like(rest)
-    moving[:, 0] = speed
-    still, _ = prober.ask(granules.position, rest, rest)
-    seen, _ = prober.ask(granules.position, moving, rest)
-    change = prober.of_fixes(seen, walls=False) - prober.of_fixes(still, walls=False)
-    return np.asarray(-change[:, 0] / speed)
+    def _ask(
+        self, place: float, speed: float = 0.0, slip: float = 0.0, steps: int = 0
+    ) -> tuple[float, float, FloatArray, Readings]:
+        """Place as LAMMPS has it, force of walls against the push, the whole force, readings."""
+        where = self._prober.granules.position.copy()
+        where[self._number, 0] = place
+        velocity, spin = np.zeros_like(where), np.zeros_like(where)
+        velocity[self._number] = self._sign * speed, slip, slip
+        spin[self._number] = np.array([0.9, 1.0, 1.1]) * slip / self._radius
+        readings, placed = self._prober.ask(where, velocity, spin, steps)
+        force = self._prober.of_fixes(readings, walls=True)[self._number]
+        return float(placed[self._number, 0]), float(-self._sign * force[0]), force, readings
+
+    def _limit(self, gap: float) -> float:
+        """Largest displacement of the granule outwards [length]: twice the gap, plus a radius."""
+        granules = self._prober.granules
+        farthest = self._radius + 2 * gap
+        if granules.sides[-1 if self._at_end else 0] in "sm":
+            return farthest  # the box follows
+        box = granules.high[0] - self._start if self._at_end else self._start - granules.low[0]
+        return min(farthest, 0.999 * float(box)) if box > 0 else 0.0
+
+    def found(self, gap: float, time: float) -> FoundWall | None:
+        """The wall, or None if the granule meets none."""
+        onset = self._onset(self._limit(gap), gap - self._radius)
+        if onset is None:
+            return None
+        room = abs(self._limit(gap) - self._sign * (onset - self._start))
+        unit = self._unit * (min(1.0, room / (max(DEPTHS) * self._unit)) if room > 0 else 1.0)
+        tries = [self._ask(onset + self._sign * depth * unit) for depth in DEPTHS[1:]]
+        closing = [fraction * unit / time for _, fraction in DAMPED]
+        damped = [
+            self._ask(onset + self._sign * depth * unit, speed)
+            for (depth, _), speed in zip(DAMPED, closing, strict=True)
+        ]
+        self._prober.lammps.give(f"timestep {_SPIN_STEP * time!r}")
+        off = self._ask(onset + self._sign * unit, 0.0, unit / time, steps=2)[2]
+        return FoundWall(
+            end="last" if self._at_end else "first",
+            position=onset + self._sign * self._radius,
+            overlap=np.array([self._sign * (place - onset) for place, *_ in tries]),
+            force=np.array([force for _, force, *_ in tries]),
+            closing=np.array(closing),
+            damped_overlap=np.array([self._sign * (place - onset) for place, *_ in damped]),
+            damped_force=np.array([force for _, force, *_ in damped]),
+            tangential_force=float(np.max(np.abs(off[1:]))),
+            command=self._command(onset + self._sign * unit),
+        )
+
+    def _onset(self, limit: float, ahead: float) -> float | None:
+        """Place of the granule at which the wall begins to push it.
+
+        The search begins at the start, or at ``ahead`` of it if there is no wall before.
+        """
+        outer: float | None = None
+        inner = self._start
+        if self._pushed(inner):
+            outer, step = inner, self._unit
+            while self._pushed(inner):
+                inner -= self._sign * step
+                step *= 2
+                if abs(inner - self._start) > self._radius:
+                    return None
+        else:
+            step = min(self._unit, 0.05 * self._radius)
+            gone = 0.0
+            if 0 < ahead < limit and not self._pushed(self._start + self._sign * ahead):
+                gone, inner = ahead, self._start + self._sign * ahead
+            while gone < limit:
+                gone = min(gone + step, limit)
+                step = min(2 * step, 0.5 * self._radius)
+                if self._pushed(self._start + self._sign * gone):
+                    outer = self._start + self._sign * gone
+                    break
+                inner = self._start + self._sign * gone
+        if outer is None:
+            return None
+        # To the last digit of the coordinate.
+        for _ in range(64):
+            middle = inner + (outer - inner) / 2
+            if middle in (inner, outer):
+                break
+            inner, outer = (inner, middle) if self._pushed(middle) else (middle, outer)
+        return inner
+
+    def _pushed(self, place: float) -> bool:
+        return self._ask(place)[1] > 0
+
+    def _command(self, place: float) -> int:
+        """Return the command of the fix with the largest force there."""
+        readings, prober = self._ask(place)[3], self._prober
+        pushes = {
+            fix.command: abs(force[-1, self._number, 0])
+            for fix, force in by_fix(prober.lammps, readings, prober.granules)
+            if fix.is_wall
+        }
+        return max(pushes, key=pushes.__getitem__)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.program import work_folder
+from hertzchain.engines.lammps import deck
 from hertzchain.engines.lammps.binary import Program
 from hertzchain.engines.lammps.engine import engine
 from hertzchain.engines.lammps.isolation import Child
@@ -24,10 +25,8 @@ from hertzchain.engines.lammps.reading.found import Executed, FoundDeck, FoundRu
 from hertzchain.engines.lammps.reading.frozen import Applied, Replay, nothing_applied
 from hertzchain.engines.lammps.reading.granules import Granules
 from hertzchain.engines.lammps.reading.interpreter import Ended, Interpreter
-from hertzchain.engines.lammps.reading.piped import Piped
-from hertzchain.engines.lammps.reading.prober import Sizes
-from hertzchain.engines.lammps.reading.probing import Probes, probe
-from hertzchain.engines.lammps.reading.session import Module, Stage
+from hertzchain.engines.lammps.reading.probing import Probes, Sizes, probe
+from hertzchain.engines.lammps.reading.session import Module, Piped, Session
 from hertzchain.engines.lammps.reading.text import Edits
 from hertzchain.engines.lammps.reading.watching import Playing, Stopped, Watched, Watcher
 from hertzchain.errors import HertzchainError, RunFailed, TooExpensive
@@ -236,18 +235,18 @@ class Start:
     alone: bool = True  # whether this process serves LAMMPS only
 
     @contextmanager
-    def stage(self) -> Iterator[Stage]:
+    def session(self) -> Iterator[Session]:
         """Return a LAMMPS without a box."""
         if self.alone:
             os.chdir(self.folder)
             bound_memory()  # a lattice a hundred times too fine makes a million times the granules
         if self.program is None:
             with engine() as lammps:
-                yield Stage(Module(lammps, self.folder))
+                yield Module(lammps, self.folder)
         else:
             path, version = self.program.command[0], self.program.build.version
             with closing(Piped(path, version, self.folder)) as session:
-                yield Stage(session)
+                yield session
 
 
 def _tell(place: str) -> None:
@@ -258,19 +257,14 @@ def _tell(place: str) -> None:
 class First(Playing):
     """Plays a deck up to its first run that counts, and probes there."""
 
-    def __init__(self, stage: Stage, sizes: Sizes, begin: float = 0.0) -> None:
-        super().__init__(stage, begin=begin)
+    def __init__(self, lammps: Session, sizes: Sizes, begin: float = 0.0) -> None:
+        super().__init__(lammps, begin=begin)
         self._sizes = sizes
         self.probes: Probes | None = None
 
-    def run(self, steps: int, keywords: str, index: int) -> None:
+    def run(self, *_: object) -> None:
         """Query all numbers, instead of taking steps."""
-        self.stage.ready()
-        self.stage.velocities_of_ghosts()
-        if steps == 0:
-            self.stage.give(["run", "0", *keywords.split()], index)
-            return
-        self.probes = probe(self.stage, self._sizes)
+        self.probes = probe(self.lammps, self._sizes)
         raise Ended
 
 
@@ -278,8 +272,8 @@ def probed(
     start: Start, source: Source, sizes: Sizes, begin: float = 0.0
 ) -> tuple[Probes, Watched]:
     """Return the answers of LAMMPS before the deck's first run, and the commands up to there."""
-    with start.stage() as stage:
-        first = First(stage, sizes, begin)
+    with start.session() as lammps:
+        first = First(lammps, sizes, begin)
         seen = _played(source, first)
     if first.probes is None:
         raise RunFailed(f"{source.name}: the deck takes no step: it has no run, or ends before it")
@@ -287,8 +281,8 @@ def probed(
 
 
 def _watch(start: Start, source: Source, probes: Probes, between: float, begin: float) -> Watched:
-    with start.stage() as stage:
-        watcher = Watcher(stage, probes, between, begin)
+    with start.session() as lammps:
+        watcher = Watcher(lammps, probes, between, begin)
         seen = _played(source, watcher, Stopped)
         seen.peaks = watcher.peaks
         return seen
@@ -301,14 +295,14 @@ def _played(source: Source, player: Playing, *ends: type[HertzchainError]) -> Wa
         script.play()
     except ends as problem:
         seen.stopped = str(problem)
-    seen.version, seen.commands = player.stage.lammps.version, tuple(script.commands)
+    seen.version, seen.commands = player.lammps.version, tuple(script.commands)
     return seen
 
 
 def _freeze(start: Start, seen: Watched, probes: Probes, between: float, begin: float) -> Applied:
     """Return the forces of a deck without its motion; variables have their values of the run."""
-    with start.stage() as stage:
-        replay = Replay(stage, probes.granules, between, begin)
+    with start.session() as lammps:
+        replay = Replay(lammps, probes.granules, between, begin)
         for index, give in seen.given:
             try:
                 give(replay)
@@ -333,8 +327,8 @@ def without_motion(
     granules = probes.granules
 
     def replayed(leads: bool) -> tuple[Watched, Applied]:
-        with start.stage() as stage:
-            replay = Replay(stage, granules, between, begin, leads)
+        with start.session() as lammps:
+            replay = Replay(lammps, granules, between, begin, leads)
             # LAMMPS may refuse to run such granules even at rest.
             return _played(source, replay, RunFailed), replay.applied()
 
@@ -354,8 +348,8 @@ def without_motion(
 def looked(start: Start, path: Path, folder: Path, variables: Mapping[str, str]) -> Look:
     """As ``look``, in this process."""
     source = Source(str(path), folder / path, folder, variables)
-    with start.stage() as stage:
-        first = First(stage, Sizes())
+    with start.session() as lammps:
+        first = First(lammps, Sizes())
         seen = _played(source, first, RunFailed)
     probes = first.probes
     if (
@@ -367,3 +361,35 @@ def looked(start: Start, path: Path, folder: Path, variables: Mapping[str, str])
     nobody = np.zeros(probes.granules.count, bool)
     seen, applied = without_motion(start, source, probes, _READ_EVERY * probes.contact_time, nobody)
     return Look(seen.commands, seen.stopped, probes, tuple(seen.runs), applied)
+
+
+# ---- The generated deck: the same probes, but without motion
+
+DEPTH = 0.01
+"""Overlap at which contacts are pressed [smallest radius], and a third, a tenth, a hundredth and
+three times of it: independent of the shock, so that forces have all digits even if it is weak."""
+
+_SCHEDULED_STEP = 0.01  # natural time units; step of the schedule whose corners are examined
+_STEPS_PER_LEG = 4  # readings of the applied force on a leg, besides its start
+
+
+def examine_deck(folder: Path, scene: Scene, text: str, program: Program | None) -> FoundDeck:
+    """Return what LAMMPS finds in the deck of a scene; the folder outlives the process."""
+    path = folder / "in.generated"
+    path.write_text(text)
+    start, source = Start(folder, program, alone=False), Source("generated", path, folder)
+    probes, _ = probed(start, source, replace(Sizes.of(scene), overlap=DEPTH))
+    driven = np.zeros(probes.granules.count, bool)
+    seen, applied = without_motion(start, source, probes, 0.0, driven)
+    return found_of(probes, seen, applied, backwards=False)
+
+
+def examined_deck(scene: Scene, pair_style: str, version: str) -> str:
+    """Return the generated deck, with a few steps on each leg of the shock."""
+    legs = [
+        leg.in_steps(_STEPS_PER_LEG) for leg in scene.schedule(_SCHEDULED_STEP * scene.units.time)
+    ]
+    lines = [deck.set_up(scene, pair_style, version)]
+    for before, leg in zip((None, *legs[:-1]), legs, strict=True):
+        lines += [*deck.leg_commands(scene, leg, before), f"run {leg.steps}"]
+    return "\n".join(lines) + "\n"

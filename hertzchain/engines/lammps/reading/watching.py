@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from operator import methodcaller
 
@@ -12,11 +14,10 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.allowed import IGNORES_FORCES, LEADS, QUIET
 from hertzchain.engines.lammps.reading.found import Executed, FoundRun
-from hertzchain.engines.lammps.reading.hooks import GranulesChanged, Readings
+from hertzchain.engines.lammps.reading.granules import by_fix, members
 from hertzchain.engines.lammps.reading.peaks import ContactWatch, PeaksSeen
-from hertzchain.engines.lammps.reading.prober import by_fix, members
 from hertzchain.engines.lammps.reading.probing import Probes
-from hertzchain.engines.lammps.reading.session import Stage
+from hertzchain.engines.lammps.reading.session import GranulesChanged, Readings, Session
 from hertzchain.engines.lammps.reading.text import number
 from hertzchain.errors import RunFailed
 
@@ -88,48 +89,64 @@ class Playing(ABC):
     counts starts at that time, counted from the deck's first step.
     """
 
-    def __init__(self, stage: Stage, count: int = 1, begin: float = 0.0) -> None:
-        self.stage, self.seen = stage, Watched(count)
+    moves_ghosts = True
+    """Whether ghosts get velocities, which damping needs: LAMMPS would stop without them."""
+
+    def __init__(self, lammps: Session, count: int = 1, begin: float = 0.0) -> None:
+        self.lammps, self.seen = lammps, Watched(count)
         self._begin = begin * (1 - _ROUNDED)
 
     def give(self, words: list[str], index: int) -> None:
         """Give LAMMPS a command."""
-        self.stage.give(words, index)
+        self.lammps.carry_out(words, index)
         self.seen.given.append((index, methodcaller("give", words, index)))
 
     def take(self, steps: int, keywords: str, index: int) -> None:
         """Have LAMMPS take so many steps, with other keywords of ``run``."""
-        if steps == 0 or self.seen.before >= self._begin:
-            self.run(steps, keywords, index)
-            return
-        self.stage.ready()
-        dt, first = self.stage.lammps.dt(), self.stage.lammps.step()
-        try:
-            self.stage.give(["run", str(steps), *keywords.split()], index)
-        except RunFailed as problem:
-            raise Stopped(str(problem)) from None
-        done = self.stage.lammps.step() - first
-        self.seen.before += done * dt
+        self.lammps.ready()
+        if self.moves_ghosts:
+            self.lammps.give("comm_modify vel yes")
+        text, dt, first = f"run {steps} {keywords}".strip(), self.lammps.dt(), self.lammps.step()
+        if steps == 0 or self.seen.before < self._begin:
+            with stopping():
+                self.lammps.give(text)
+            self.seen.before += (self.lammps.step() - first) * dt
+        else:
+            self.run(text, steps, index)
+        done = self.lammps.step() - first
         self.seen.given.append((index, methodcaller("take", done, keywords, index)))
 
     @abstractmethod
-    def run(self, steps: int, keywords: str, index: int) -> None:
-        """Have LAMMPS take so many steps, with other keywords of ``run``."""
+    def run(self, text: str, steps: int, index: int) -> None:
+        """Carry out a ``run`` of so many steps."""
 
     def clear(self) -> bool:
         """Forget all before the first run; the deck ends here after it."""
         self.seen.cleared = bool(self.seen.runs)
         if not self.seen.cleared:
-            self.stage.forget()
+            self.lammps.forget()
             self.seen.given.append((-1, methodcaller("clear")))
         return not self.seen.cleared
+
+
+@contextmanager
+def stopping() -> Iterator[None]:
+    """Raise Stopped where LAMMPS stops."""
+    try:
+        yield
+    except GranulesChanged:
+        raise Stopped("granules left the box while it ran") from None
+    except RunFailed as problem:
+        raise Stopped(str(problem).split("; the step is too long")[0]) from None
 
 
 class Watcher(Playing):
     """Plays a deck to its end and keeps the peaks; ``between`` is the time between two readings."""
 
-    def __init__(self, stage: Stage, probes: Probes, between: float, begin: float) -> None:
-        super().__init__(stage, probes.granules.count, begin)
+    moves_ghosts = False
+
+    def __init__(self, lammps: Session, probes: Probes, between: float, begin: float) -> None:
+        super().__init__(lammps, probes.granules.count, begin)
         self.probes, self._between = probes, between
         self._contacts = ContactWatch(probes)
         self._changed = False  # whether fixes have been made or ended since the last run
@@ -137,32 +154,22 @@ class Watcher(Playing):
     def give(self, words: list[str], index: int) -> None:
         """Give LAMMPS a command."""
         # A fix replaces an earlier one with the same id.
-        is_new = words[0] == "fix" and words[1:2] and words[1] not in self.stage.alive
+        is_new = words[0] == "fix" and words[1:2] and words[1] not in self.lammps.alive
         self._changed |= bool(is_new) or words[0] == "unfix"
         super().give(words, index)
 
-    def run(self, steps: int, keywords: str, index: int) -> None:
-        """Have LAMMPS take so many steps, and read every so many of them."""
-        self.stage.ready()
-        text = f"run {steps} {keywords}".strip()
-        if steps == 0:
-            try:
-                self.stage.give(["run", "0", *keywords.split()], index)
-            except RunFailed as problem:
-                raise Stopped(str(problem)) from None
-            self.seen.given.append((index, methodcaller("run", 0, keywords, index)))
-            return
-        lammps = self.stage.lammps
-        dt, first = lammps.dt(), lammps.step()
+    def run(self, text: str, steps: int, index: int) -> None:
+        """Carry out a ``run``, and read every so many of its steps."""
+        dt, first = self.lammps.dt(), self.lammps.step()
         stride = max(1, min(steps, int(self._between / dt)))
         self.seen.read_every = max(self.seen.read_every, stride)
-        if lammps.count() != self.probes.granules.count:
+        if self.lammps.count() != self.probes.granules.count:
             raise RunFailed(
                 "the deck makes or deletes granules after its first run: make the whole chain"
                 " before it"
             )
         self._free, self._led = self._moved()
-        if "pre no" not in keywords:  # which reads no start: it goes on where the run before ended
+        if "pre no" not in text:  # which reads no start: it goes on where the run before ended
             self._contacts.begin(self._free)
         elif self._changed:
             raise RunFailed(
@@ -174,15 +181,9 @@ class Watcher(Playing):
         def take(readings: Readings) -> None:
             self._take(readings, readings.step - first, dt)
 
-        try:
-            self.stage.hooks.run(text, steps, stride, take)
-        except GranulesChanged:
-            raise Stopped("granules left the box while it ran") from None
-        except RunFailed as problem:
-            raise Stopped(str(problem).split("; the step is too long")[0]) from None
-        done = lammps.step() - first
-        self.seen.given.append((index, methodcaller("run", done, keywords, index)))
-        self.seen.ran(done, dt, index)
+        with stopping():
+            self.lammps.run(text, steps, stride, take)
+        self.seen.ran(self.lammps.step() - first, dt, index)
 
     @property
     def peaks(self) -> tuple[PeaksSeen, PeaksSeen]:
@@ -193,16 +194,16 @@ class Watcher(Playing):
         """Tell which granules fixes move by forces, and which they lead, shape (granules,)."""
         granules = self.probes.granules
         free, led, unpressed = np.zeros((3, granules.count), bool)
-        for fix in self.stage.alive.values():
+        for fix in self.lammps.alive.values():
             if fix.moves:
-                inside = members(self.stage.lammps, fix.group, granules)
+                inside = members(self.lammps, fix.group, granules)
                 if fix.style == LEADS:
                     led |= inside
                 else:
                     free |= inside
                     unpressed |= inside & (fix.style == IGNORES_FORCES)
         without = (self._takes_all_forces() | unpressed) & free & ~led
-        moving = granules.along(self.stage.lammps.atoms().velocity)[:, 0] != 0
+        moving = granules.along(self.lammps.velocity())[:, 0] != 0
         self.seen.held = without & ~moving & (self.seen.held | (not self.seen.runs))
         led |= without & moving  # they keep their velocities
         self.seen.driven |= led
@@ -213,10 +214,10 @@ class Watcher(Playing):
 
         These are granules on which no fix exerts forces after ``setforce`` or ``freeze``.
         """
-        granules, lammps = self.probes.granules, self.stage.lammps
+        granules, lammps = self.probes.granules, self.lammps
         taken = np.zeros(granules.count, bool)
         along = int(np.argmax(np.abs(granules.frame[0])))
-        for fix in self.stage.alive.values():
+        for fix in self.lammps.alive.values():
             inside = members(lammps, fix.group, granules)
             if fix.style == "freeze":
                 taken |= inside
@@ -245,7 +246,7 @@ class Watcher(Playing):
         velocity = velocity + missing * acceleration
         pairs = granules.along(readings.of_pairs)[..., 0]
         walls = np.zeros_like(pairs)
-        for fix, own in by_fix(self.stage, readings, granules):
+        for fix, own in by_fix(self.lammps, readings, granules):
             if fix.is_wall:
                 walls += own[..., 0]
             known = self.seen.exerted.setdefault(fix.command, np.zeros((granules.count, 2)))

@@ -12,8 +12,7 @@ import pytest
 from hertzchain.engines.lammps.binary import look
 from hertzchain.engines.lammps.engine import engine
 from hertzchain.engines.lammps.reading.interpreter import Interpreter
-from hertzchain.engines.lammps.reading.piped import Piped
-from hertzchain.engines.lammps.reading.session import Module, Session, Stage
+from hertzchain.engines.lammps.reading.session import Module, Piped, Session
 from hertzchain.engines.lammps.reading.text import lines_of
 from hertzchain.errors import HertzchainError, RunFailed
 from hertzchain.limits import Deadline
@@ -98,7 +97,7 @@ def play(deck: Path, lmp: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
 
         monkeypatch.setattr(lammps, "give", given)
         with suppress(HertzchainError):
-            Interpreter("in.mine", deck, {}, Player(Stage(lammps))).play()
+            Interpreter("in.mine", deck, {}, Player(lammps)).play()
     for path in (deck.parent.parent / "tmp").glob("hertzchain.*"):
         path.unlink()
 
@@ -126,7 +125,7 @@ def test_text_outside_the_folder_of_a_deck_is_not_shown(
     (there.parent / "home" / "shadow").write_text(f"# passwords\n{text}\nunits root:x\n")
     (there / "in.mine").write_text(f"{command} ../home/shadow\nprint ${{f}}\n")
     with session(None, there.parent / "tmp") as lammps:
-        script = Interpreter("in.mine", there / "in.mine", {}, Player(Stage(lammps)))
+        script = Interpreter("in.mine", there / "in.mine", {}, Player(lammps))
         with pytest.raises(RunFailed, match=r"outside the deck|copy it there") as caught:
             script.play()
     (there.parent / "home" / "shadow").unlink()

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from hertzchain.engines.lammps.engine import engine
-from hertzchain.engines.lammps.reading.hooks import Hooks
 from hertzchain.engines.lammps.reading.interpreter import Interpreter
-from hertzchain.engines.lammps.reading.session import Module, Stage
+from hertzchain.engines.lammps.reading.session import Module, Session
 from hertzchain.engines.lammps.reading.watching import Playing, Watched
 from hertzchain.errors import RunFailed
 
@@ -21,14 +20,14 @@ pytestmark = pytest.mark.lammps
 class Player(Playing):
     """Passes runs to LAMMPS, too."""
 
-    def run(self, steps: int, keywords: str, index: int) -> None:
+    def run(self, text: str, *_: object) -> None:
         """Take steps."""
-        self.stage.give(["run", str(steps), *keywords.split()], index)
+        self.lammps.give(text)
 
 
 def player(lammps: Any, folder: Path) -> Player:
     """What gives commands to LAMMPS."""
-    return Player(Stage(Module(lammps, folder)))
+    return Player(Module(lammps, folder))
 
 
 BEADS = """units si
@@ -250,32 +249,32 @@ def test_variables_of_the_command_line_go_before_those_of_the_deck(tmp_path: Pat
         assert lammps.extract_variable("c") == 42
 
 
-class Silent(Hooks):
-    """Hooks that read nothing."""
+class Listener(Session):
+    """Takes note of the commands that a session would give to LAMMPS."""
+
+    hook_style = "none"
+
+    def __init__(self) -> None:
+        super().__init__(Path(), "20250722")
+        self.said: list[str] = []
+
+    def give(self, text: str) -> None:
+        """Take note of a command."""
+        self.said.append(text)
+
+    def put(self, _: object) -> None:
+        """Move nothing."""
 
     def run(self, *_: object) -> None:
         """Take no steps."""
 
 
-class Listener:
-    """Takes note of the commands that a session would give to LAMMPS."""
-
-    def __init__(self) -> None:
-        self.said: list[str] = []
-        self.give = self.said.append
-
-    def hooks(self) -> Silent:
-        """Hooks, of which there are none yet."""
-        return Silent(self.give, "none")
-
-
 def test_a_hook_stands_after_each_fix_that_exerts_forces() -> None:
-    session: Any = Listener()
-    stage = Stage(session)
-    stage.ready()
-    stage.ready()
-    assert stage.hooks.sources == [None]
-    stage.forget()
+    session = Listener()
+    session.ready()
+    session.ready()
+    assert [*session.hooks.values()] == [None]
+    session.forget()
     for index, (text, sources) in enumerate((
         ("fix 1 all nve", [None]),
         ("fix 2 all addforce 1 0 0", [None, 1]),
@@ -286,21 +285,19 @@ def test_a_hook_stands_after_each_fix_that_exerts_forces() -> None:
         ("fix 1 all addforce 1 0 0", [None, 2, 6]),
         ("mass 1 1", [None, 2, 6]),
     )):  # fmt: skip
-        stage.give(text.split(), index)
-        assert stage.hooks.sources == sources, text
-    assert {name: fix.command for name, fix in stage.alive.items()} == {"1": 6, "3": 2}
-    assert list(stage.fixes) == [0, 1, 2, 3, 6]
-    assert stage.fixes[3].values == ("1", "0", "0")
+        session.carry_out(text.split(), index)
+        assert [*session.hooks.values()] == sources, text
+    assert {name: fix.command for name, fix in session.alive.items()} == {"1": 6, "3": 2}
+    assert list(session.fixes) == [0, 1, 2, 3, 6]
+    assert session.fixes[3].values == ("1", "0", "0")
     hooks = [text for text in session.said if "hertzchain" in text]
     assert [text.split()[:2] for text in hooks] == [
-        *(["fix", f"hertzchain{k}"] for k in (0, 0, 1, 2)),
-        *(["unfix", "hertzchain1"], ["fix", "hertzchain3"]),
+        *(["fix", f"hertzchain{k}"] for k in (0, 1, 2, 3)),
+        *(["unfix", "hertzchain2"], ["fix", "hertzchain4"]),
     ]
-    before = stage.hooks
-    stage.forget()
+    session.forget()
     assert session.said[-1] == "clear"
-    assert stage.hooks is not before
-    assert (stage.fixes, stage.alive, stage.hooks.sources) == ({}, {}, [])
+    assert (session.fixes, session.alive, session.hooks) == ({}, {}, {})
 
 
 def test_runs_of_one_command_and_step_are_one() -> None:

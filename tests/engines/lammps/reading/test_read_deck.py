@@ -14,7 +14,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.engines.lammps.reading import assembling
 from hertzchain.engines.lammps.reading.found import FoundDeck
-from hertzchain.engines.lammps.reading.prober import Sizes
+from hertzchain.engines.lammps.reading.probing import Sizes
 from hertzchain.engines.lammps.reading.units import UNITS
 from hertzchain.engines.lammps.reading.watching import Watched
 from tests.engines.lammps.reading.chains import BESIDE_PYTHON, SCENE, STEP, Deck, read_deck
