@@ -18,7 +18,7 @@ COMPARISON = ("check", "comparison", "formulas", "reference_checks", "run_checks
 
 PLACES = (
     "   cli", "  fits uncertainty", "   sweeps", "   report", "   verdict known",
-    " comparison examiner pulses",
+    " comparison examiner pulses", "  slips",
     "theory native lammps liggghts yade", "  lammps.reading", " external", " observables",
     " scene", " contact",
 )  # fmt: skip

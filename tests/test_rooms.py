@@ -23,7 +23,7 @@ LEVELS = (
     ("observables",),
     ("engines.external",),
     ("engines.native", "engines.lammps", "engines.liggghts", "engines.yade", "theory"),
-    ("pulses", "engines.registry"),
+    ("pulses", "slips", "engines.registry"),
     ("examiner",),
     ("known", "verdict"),
     ("report",),
@@ -41,9 +41,6 @@ ENGINES = LEVELS[5]
 
 THE_SAME_END = ("hertzchain.engines.external.engine", "hertzchain.engines.native.duration")
 """The one import between engines: a default end that quick runs find is that of every engine."""
-
-SLIPS = ("hertzchain.examiner.probes", "hertzchain.verdict.slips")
-"""The words for usual slips are those of verdicts, in the examination of a deck, too."""
 
 OUTSIDE = ("hertzchain", "hertzchain.engines", "hertzchain.lammps")
 """Public names, from where outside scripts import them."""
@@ -115,7 +112,7 @@ def test_imports_go_down_only() -> None:
         for other in imported - set(OUTSIDE):
             there = room_of(other)
             ground = level[here] == level[there] == 0
-            if (name, other) in (THE_SAME_END, SLIPS):
+            if (name, other) == THE_SAME_END:
                 continue
             if here != there and level[there] >= level[here] and not ground:
                 wrong.append((name, other))

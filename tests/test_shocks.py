@@ -31,8 +31,8 @@ from hertzchain.scene.keys import keys_of
 from hertzchain.scene.scene import refuse_hopeless_overlap
 from hertzchain.scene.shocks import Shock
 from hertzchain.scene.starters import STARTERS, write_starter
+from hertzchain.slips import with_rise_time
 from hertzchain.verdict.check import formulas
-from hertzchain.verdict.slips import with_rise_time
 from tests.command_line import Command
 from tests.conftest import paper_scene
 from tests.known.test_deck import verdict

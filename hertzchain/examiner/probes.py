@@ -53,7 +53,7 @@ from hertzchain.examiner.right_commands import wall_plane
 from hertzchain.examiner.twin import change_of_peaks
 from hertzchain.observables.error_bound import stable_step
 from hertzchain.scene.chain import granule_mass
-from hertzchain.verdict.slips import near, slips_of_stiffness
+from hertzchain.slips import near, slips_of
 
 HARMLESS = 0.1  # of the tolerance: what changes no peak by more gets a remark (chosen)
 _ALIKE = 1e-3  # fraction of the largest force: another size, but the same profile (chosen)
@@ -574,7 +574,7 @@ def _by_radius(case: Case) -> FloatArray:
 
 def _slip(case: Case, who: str, ratio: float) -> str:
     """The usual slip that makes a stiffness too large by a ratio, in words."""
-    slips = slips_of_stiffness(case.scene)
+    slips = slips_of(case.scene, "stiffness")
     if who == "the wall" and case.deck.version < _MIXED:
         text = "for a wall of hertz/material: give hertz and 4/3 of its effective modulus"
         nu = float(case.scene.granules.poisson_ratio[0])

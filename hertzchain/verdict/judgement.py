@@ -20,8 +20,7 @@ from hertzchain.observables.peaks import judged_contacts, largest_difference
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
 from hertzchain.showing import ShownVerdict
-from hertzchain.verdict.case import Case
-from hertzchain.verdict.slips import families_for, likely_cause, velocity_verlet
+from hertzchain.slips import Case, families_for, likely_cause, velocity_verlet
 
 if TYPE_CHECKING:
     import pandas

@@ -15,14 +15,13 @@ import pint
 import pytest
 
 import hertzchain as hc
+from hertzchain import slips
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.damping import tsuji
 from hertzchain.limits import Deadline
 from hertzchain.scene.shocks import profile_named
+from hertzchain.slips import Case, Mistake, in_words, near, slips_of, with_rise_time
 from hertzchain.theory.restitution import damping_ratio, of_ratio
-from hertzchain.verdict import slips
-from hertzchain.verdict.case import Case, Mistake
-from hertzchain.verdict.slips import in_words, near, slips_of, with_rise_time
 from tests.conftest import STEEL, paper_scene
 from validation.mistakes_in_damping import (
     DASHPOT_LAW,
@@ -350,7 +349,7 @@ def test_a_known_factor_is_named_where_it_is_near(
 def test_factors_that_cannot_be_told_apart_have_no_name() -> None:
     """1 - nu^2 is 1 - 9e-4; of two factors that are that far apart the nearer one is named."""
     scene = replace(SCENE, chain=replace(SCENE.chain, poisson_ratio=0.03))
-    factors = slips.slips_of_stiffness(scene)
+    factors = slips_of(scene, "stiffness")
     assert near(factors, 1 - 0.03**2) == []
     assert near(factors, 2.0) == ["effective modulus E/(1 - nu^2) in place of half of it"]
 

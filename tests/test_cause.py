@@ -12,13 +12,13 @@ import pytest
 from rich.console import Console
 
 import hertzchain as hc
+from hertzchain import slips
 from hertzchain.arrays import FloatArray
 from hertzchain.limits import Deadline
 from hertzchain.report.console import print_document
 from hertzchain.report.verdicts import of_judgement
-from hertzchain.verdict import judgement, slips
-from hertzchain.verdict.case import Case, Found, Mistake, jumps_like_noise
-from hertzchain.verdict.slips import Family
+from hertzchain.slips import Case, Family, Fit, Mistake, jumps_like_noise
+from hertzchain.verdict import judgement
 from tests.conftest import paper_scene
 
 NOTHING = "no single known mistake explains these peaks"
@@ -48,14 +48,14 @@ def explain(monkeypatch: pytest.MonkeyPatch) -> Explain:
 
     def explained(case: Case, noisy: bool = False, **left: float) -> object:
         tried: list[str] = []
-        fits: dict[object, Found] = {}
+        fits: dict[object, Fit] = {}
         noise = np.random.default_rng(0).standard_normal(case.judged.sum()) if noisy else None
 
         def family(name: str) -> Family:
             def mistakes(case: Case) -> Iterator[Mistake]:
                 tried.append(name)
                 mistake = Mistake(lambda _: name, lambda _: case.given)
-                fits[mistake.made] = Found(0.0, left[name] * case.size, noise)
+                fits[mistake.peaks] = Fit(0.0, left[name] * case.size, noise)
                 yield mistake
 
             return Family(name, mistakes, is_costly=name.startswith("costly"))
@@ -267,8 +267,8 @@ def _alternating(value: float) -> FloatArray:
 )
 def test_noise_jumps(values: FloatArray, is_noise: bool) -> None:
     assert jumps_like_noise(values) is is_noise
-    assert Found(0.0, 0.0, values).leaves_noise is is_noise
-    assert not Found(0.0, 0.0).leaves_noise  # as far as is known
+    assert Fit(0.0, 0.0, values).leaves_noise is is_noise
+    assert not Fit(0.0, 0.0).leaves_noise  # as far as is known
 
 
 @pytest.mark.parametrize(("part", "as_if"), [(0.0, 1e-9), (0.5e-9, 1e-9), (2e-9, 2e-9)])
