@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -291,7 +292,10 @@ def stretches_of(
     """
     stretches = []
     for run, (at, force) in zip(found.runs, readings_of_runs(found), strict=True):
-        time = np.asarray(run.start - start + run.dt * np.arange(run.steps + 1), np.float64)
+        steps = run.steps
+        if found.stopped:  # no peak is judged, and the run may be of any length
+            steps = min(steps, max(0, math.ceil((start + scene.end_time - run.start) / run.dt)))
+        time = np.asarray(run.start - start + run.dt * np.arange(steps + 1), np.float64)
         if pushed is None:  # a sum of steps may end before a corner by a rounding error
             applied = np.asarray(scene.applied_force(time + 1e-9 * run.dt))[:, np.newaxis]
         else:  # between two readings the force is that of the line between them
@@ -333,7 +337,7 @@ def damping_of(found: FoundDeck, scene: Scene) -> dict[str, Any]:
         for one in dampers(found, scene)
     ]
     twin = twin_of(scene)
-    power = twin.damping_exponent if scene.contact is not None else _power_of(each)
+    power = _power_of(each, 0.5 if scene.contact is None else twin.damping_exponent)
     damping, pulls = np.array(twin.damping), False
     for k, damper in enumerate(each):
         closing = damper.closing > 0
@@ -345,8 +349,8 @@ def damping_of(found: FoundDeck, scene: Scene) -> dict[str, Any]:
     return {"damping": damping, "damping_exponent": power, "attraction": pulls}
 
 
-def _power_of(each: Sequence[Damper]) -> float:
-    """Exponent q of damping that the scene lacks, from the smallest and the largest overlap."""
+def _power_of(each: Sequence[Damper], default: float) -> float:
+    """Exponent q of the damping of a deck, from the smallest and the largest overlap."""
     for damper in each:
         closing = (damper.closing > 0) & (np.abs(damper.added) > 0)
         if np.count_nonzero(closing) >= 2:
@@ -355,4 +359,4 @@ def _power_of(each: Sequence[Damper]) -> float:
             if overlap[high] > overlap[low] and rate[high] * rate[low] > 0:
                 power = np.log(rate[high] / rate[low]) / np.log(overlap[high] / overlap[low])
                 return float(round(4 * float(power)) / 4)
-    return 0.5
+    return default

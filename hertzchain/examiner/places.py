@@ -65,7 +65,7 @@ ROLES: dict[str, tuple[str, ...]] = {
     "ends": (r"fix\s+\S+\s+\S+\s+halt",),
     "excludes": (r"neigh_modify\s.*\bexclude\s+(?!none)", r"pair_coeff\s+.*\slj/"),
     "restart": ("read_restart",),
-    "needed": ("run", "variable", "read_", "create_", "units", "pair_style", "include"),
+    "needed": ("run", "variable", "read_", "create_", "units", "pair_style", "include", "timestep"),
     "wall in motion": (r"fix\s+\S+\s+\S+\s+wall/", "unfix"),
 }  # fmt: skip
 """Commands that can set each kind of number, as patterns of their beginnings."""

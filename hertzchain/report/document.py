@@ -422,7 +422,9 @@ def given_peaks(
         name = native.scene.contact_label(native.scene.contacts[k])
         return [name, number(given[k], 9), number(reference[k], 9), off, words[k]]
 
-    failed = [k for k, word in enumerate(words) if word == "FAIL"]
+    off = np.abs(given / np.where(reference > 0, reference, np.nan) - 1)
+    order = np.argsort(-np.nan_to_num(off, nan=np.inf), kind="stable").tolist()
+    failed = [k for k in order if words[k] == "FAIL"]  # the largest difference first
     return Peaks(
         f"{what}, and by the reference method",
         [("contact", ""), (label, "[N]"), ("native", "[N]"), ("difference", ""), ("", "")],

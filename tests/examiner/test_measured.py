@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.lammps.reading.found import Executed, FoundDeck, FoundRun
+from hertzchain.engines.lammps.reading.probing import DAMPED, DEPTHS
 from hertzchain.errors import RunFailed
 from hertzchain.examiner import case as of_case
 from hertzchain.examiner import measured, probes
@@ -227,6 +229,10 @@ def test_readings_of_runs_at_their_ends(right: FoundDeck) -> None:
     short, long = measured.stretches_of(deck, scene_of("steel"), 0.0, np.array([0, 3]))
     assert short.applied[:, 1] == pytest.approx([0, 0.5, 1, 1.5, 2])
     assert long.applied[:, 0] == pytest.approx([3, 10 / 3, 11 / 3, 4, 13 / 3, 14 / 3, 5])
+    # Of a run that stops, however long it should have been, the steps of the scene count.
+    endless = changed(right, runs=(replace(run, steps=10**12),), stopped="lost")
+    (stretch,) = measured.stretches_of(endless, scene := scene_of("steel"), 0.0)
+    assert len(stretch.applied) == math.ceil(scene.end_time / run.dt) + 1
 
 
 def test_a_wall_begins_where_its_force_does() -> None:
@@ -250,12 +256,22 @@ def test_the_power_of_a_damping_is_that_of_two_overlaps(power: float) -> None:
     overlap, closing = np.array([1e-6, 4e-6, 3e-6]), np.array([0.5, 1.0, -1.0])
     added = 3.0 * overlap**power * closing
     one = measured.Damper(added, 0 * added, 1 + 0 * added, closing, overlap)
-    assert measured._power_of([one]) == power
+    assert measured._power_of([one], 0.0) == power
     for other in (
         replace(one, overlap=np.full(3, 1e-6)), replace(one, added=added * [1, 0, 1]),
         replace(one, added=added * [1, -1, 1]),
     ):  # fmt: skip
-        assert measured._power_of([other]) == 0.5
+        assert measured._power_of([other], 0.25) == 0.25
+
+
+def test_a_deck_may_have_another_law_of_damping_than_its_scene() -> None:
+    scene = scene_of("viscoelastic")
+    deck = deck_of("viscoelastic", scene)
+    elastic = deck.contact_force[[DEPTHS.index(depth) for depth, _ in DAMPED]]
+    dashpots = changed(deck, damped_force=elastic + 5.0 * deck.closing)
+    numbers = measured.damping_of(dashpots, scene)
+    assert numbers["damping_exponent"] == 0.0
+    assert numbers["damping"] == pytest.approx(np.full(11, 5.0), rel=1e-9)
 
 
 def test_a_piston_of_a_table() -> None:

@@ -40,6 +40,15 @@ def run_text(result: hc.Result) -> str:
     return text_of(of_result(result))
 
 
+def test_the_contact_with_the_largest_difference_is_shown() -> None:
+    """Also where more contacts are wrong than fit: the first by number are not the worst."""
+    scene = paper_scene("cosine", 1.0, 2.0, 60)
+    given = hc.Native("reference").run(scene).peak_force * 1.01
+    given[50] *= 1.2
+    shown = rows_of(text_of(of_judgement(hc.judge(scene, given))))
+    assert "+2.1e-01" in [row[3] for row in shown]
+
+
 def prediction_text(predicted: theory.Prediction) -> str:
     return plain_text(partial(print_prediction, prediction=predicted))
 

@@ -50,7 +50,13 @@ def _no_chain(deck: Deck) -> Found:
         yield where, "note", f"this deck is no chain ({why}): rules for chains are left out"
 
 
-_REFUSED = ("LAMMPS stopped: ERROR", "needs at least", "cannot be read", "does not exist when")
+_REFUSED = (
+    "LAMMPS stopped: ERROR",
+    "needs at least",
+    "cannot be read",
+    "does not exist when",
+    "is no number of steps",
+)
 """Words of the reasons why LAMMPS itself refuses a deck."""
 
 
