@@ -43,55 +43,23 @@ DIGITS = 10.0  # times the tolerance: largest difference of a number by its digi
 
 @dataclass(frozen=True)
 class DeckCheck:
-    """One number of a deck against that of the scene.
+    """One number of a deck against that of the scene."""
 
-    Parameters
-    ----------
-    name
-        What is compared, such as ``mass of granule 7``.
-    unit
-        Of both numbers; "" for a ratio or a count.
-    measured, expected
-        The numbers of the deck and of the scene; None where there is no such number.
-    effect
-        Largest relative change of the peaks by this difference alone; None where it is not known.
-    passed
-        Whether the difference is small enough.
-    differs
-        Whether the difference is above round-off; if the check passed all the same, it gets a
-        remark.
-    sentence
-        The number that was found and the right one, in words.
-    reason
-        Why this is too much, or not.
-    place
-        The line of the deck that sets it; None where nothing differs.
-    command
-        Proven correction of that line, one command per line; "" without one.
-    role
-        The kind of commands that set it.
-    room
-        The largest difference that is round-off, in the unit; None for any.
-    is_sure
-        Whether that line contains the number, or LAMMPS shows that it acts.
-    corrections
-        Changes of the deck that may make it right, best guesses first.
-    """
-
-    name: str
-    unit: str
-    measured: float | None
-    expected: float | None
-    effect: float | None
+    name: str  # what is compared, such as ``mass of granule 7``
+    unit: str  # of both numbers; "" for a ratio or a count
+    measured: float | None  # number of the deck; None if there is none
+    expected: float | None  # number of the scene
+    effect: float | None  # largest relative change of the peaks by this alone; None if unknown
     passed: bool
-    differs: bool
-    sentence: str
-    reason: str
-    place: Place | None = None
-    command: str = ""
-    role: str = ""
-    room: float | None = None
-    is_sure: bool = False
+    differs: bool  # whether the difference is above round-off: it gets a remark if it passed
+    sentence: str  # the number that was measured and the right one, in words
+    reason: str  # why this is too much, or not
+    place: Place | None = None  # line of the deck that sets it; None if nothing differs
+    command: str = ""  # proven correction of that line, one command per line; "" without one
+    role: str = ""  # kind of commands that set it
+    room: float | None = None  # largest difference of round-off, in the unit; None for any
+    is_sure: bool = False  # whether that line has the number, or LAMMPS shows that it acts
+    # Changes of the deck that may make it right, best guesses first.
     corrections: tuple[Changes, ...] = field(default=(), repr=False, compare=False)
 
     @property

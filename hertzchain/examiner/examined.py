@@ -26,22 +26,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Correction:
-    """Commands that replace a line of a deck, proven to be right.
+    """Commands that replace a line of a deck, proven to be right."""
 
-    Parameters
-    ----------
-    file, line
-        The line, as ``Place`` has it.
-    written
-        The command that stands there.
-    commands
-        The commands in its place; a removed command has a ``#`` before it.
-    """
-
-    file: str
+    file: str  # as the deck names it
     line: int
-    written: str
-    commands: tuple[str, ...]
+    written: str  # the command that stands there
+    commands: tuple[str, ...]  # those in its place; a removed command has a ``#`` before it
 
     def to_dict(self) -> dict[str, Any]:
         """Return the correction as a JSON object."""
@@ -50,24 +40,13 @@ class Correction:
 
 @dataclass(frozen=True)
 class Finding:
-    """The numbers that one command of a deck makes wrong.
+    """The numbers that one command of a deck makes wrong."""
 
-    Parameters
-    ----------
-    checks
-        The checks that failed because of it, the one with the largest effect first.
-    correction
-        Lines with which all of these checks pass and no peak gets worse; empty if none was found.
-    with_others
-        Whether they do so only together with the corrections of the other findings.
-    follows
-        Index of the finding whose correction makes these checks pass, too; None for none.
-    """
-
-    checks: tuple[DeckCheck, ...]
+    checks: tuple[DeckCheck, ...]  # that failed because of it, that of the largest effect first
+    # Lines with which all of these pass and no peak gets worse; empty if none was found.
     correction: tuple[Correction, ...] = ()
-    with_others: bool = False
-    follows: int | None = None
+    with_others: bool = False  # whether only together with the corrections of other findings
+    follows: int | None = None  # index of the finding whose correction makes these pass, too
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -75,44 +54,19 @@ class DeckExamination(ShownVerdict):
     """A user's deck as LAMMPS reads it, compared with a scene number by number.
 
     It is true if the verdict is ``pass``.
-
-    Parameters
-    ----------
-    scene
-        What the deck should compute.
-    deck
-        Its name.
-    found
-        What LAMMPS found in it, in SI units.
-    checks
-        Every number against the scene's, the one to correct first in front; the peaks are the last.
-    reference
-        The scene by the reference method, up to the end of the deck.
-    judged
-        Contacts whose peaks were judged, shape (contacts,), a wall's the last.
-    tolerance
-        Largest relative difference of the peaks that passes.
-    remarks
-        Sentences on parts that were not examined.
-    texts
-        Name and text of each file of the deck, as its commands name them.
-    findings
-        What to correct, command by command, with proven corrections.
-    edits
-        All proven corrections together, by file and line.
     """
 
-    scene: Scene
-    deck: str
-    found: FoundDeck
-    checks: tuple[DeckCheck, ...]
-    reference: Result
-    judged: NDArray[np.bool_]
-    tolerance: float
-    remarks: tuple[str, ...]
-    texts: tuple[tuple[str, str], ...] = ()
-    findings: tuple[Finding, ...] = ()
-    edits: Edits = field(default_factory=dict)
+    scene: Scene  # what the deck should compute
+    deck: str  # its name
+    found: FoundDeck  # what LAMMPS found in it, in SI units
+    checks: tuple[DeckCheck, ...]  # the one to correct first in front; the peaks are the last
+    reference: Result  # the scene by the reference method, up to the end of the deck
+    judged: NDArray[np.bool_]  # contacts whose peaks were judged, (contacts,), a wall's the last
+    tolerance: float  # largest relative difference of the peaks that passes
+    remarks: tuple[str, ...]  # sentences on parts that were not examined
+    texts: tuple[tuple[str, str], ...] = ()  # name and text of each file, as its commands have it
+    findings: tuple[Finding, ...] = ()  # what to correct, command by command
+    edits: Edits = field(default_factory=dict)  # all proven corrections, by file and line
 
     @property
     def passed(self) -> bool:

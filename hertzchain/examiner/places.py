@@ -75,22 +75,12 @@ _IN_TIME = re.compile(r"\b(?:time|step|elapsed|elaplong|ramp|swiggle|cwiggle|vdi
 
 @dataclass(frozen=True)
 class Place:
-    """A line of a deck.
+    """A line of a deck."""
 
-    Parameters
-    ----------
-    file, line
-        The file, as the deck names it, and the line, from 1.
-    written
-        The command as it stands there.
-    index
-        Of the command among those that were carried out.
-    """
-
-    file: str
-    line: int
-    written: str
-    index: int
+    file: str  # as the deck names it
+    line: int  # from 1
+    written: str  # the command as it stands there
+    index: int  # of the command among those that were carried out
 
     def __str__(self) -> str:
         return f"{self.file}:{self.line}"

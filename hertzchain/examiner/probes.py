@@ -75,89 +75,44 @@ _SAME_UNIT = 0.1  # relative: lengths in other units are off by 100 or more (cho
 class Numbers:
     """The numbers that a probe compares, of shape (n,), and what is known of a difference.
 
-    Parameters
-    ----------
-    measured, expected
-        Numbers of the deck and of the scene.
-    scale
-        A difference is judged relative to it.
-    room
-        Largest relative difference that is round-off; negative if they always differ.
-    digits
-        Relative difference that counts as one of digits; None where only a harmless difference is
-        allowed.
-    twin
-        Numbers of the twin that the deck's replace at some indices: the change of its peaks is the
-        effect.
-    effect
-        The effect, if no twin has the number; by default that of all that no twin has.
-    stands
-        Pairs of the wrong and the right number as a line may contain them, in the deck's units.
-    at
-        Index of the command that acts, as LAMMPS shows it, for an index.
-    guess
-        The same where several commands may act.
-    command
-        The right command, if it contains no number.
-    name, sentence
-        Name at some indices, and the difference at an index in words, if not those of the probe.
-    note
-        Words behind both numbers.
-    role, reason, unit
-        Those of the probe, if empty.
-    split
-        Whether equal relative differences get a check each (``alike``), or each number (``each``),
-        or all differences one check (``together``).
+    Functions get the index of a number, or the indices of those that differ alike.
     """
 
-    measured: ArrayLike
-    expected: ArrayLike
-    scale: ArrayLike = 1.0
-    room: ArrayLike = 0.0
+    measured: ArrayLike  # of the deck
+    expected: ArrayLike  # of the scene
+    scale: ArrayLike = 1.0  # a difference is judged relative to it
+    room: ArrayLike = 0.0  # largest relative difference of round-off; negative if all differ
+    # Relative difference that counts as one of digits; None if it must be harmless.
     digits: ArrayLike | None = None
+    # Numbers of the twin that the deck's replace: the change of its peaks is the effect.
     twin: Callable[[Indices], Mapping[str, Any]] | None = None
-    effect: float | None = None
+    effect: float | None = None  # without such numbers; by default that of all that no twin has
+    # Pairs of the wrong and the right number as a line may contain them, in the deck's units.
     stands: Callable[[int], Pairs] = lambda _: ()
-    at: Callable[[int], int | None] | int | None = None
-    guess: Callable[[int], int | None] | int | None = None
-    command: str = ""
-    name: Callable[[Indices], str] | str = ""
+    at: Callable[[int], int | None] | int | None = None  # the command that LAMMPS shows to act
+    guess: Callable[[int], int | None] | int | None = None  # one of several that may act
+    command: str = ""  # the right command, if it contains no number
+    name: Callable[[Indices], str] | str = ""  # these four: if not those of the probe
     sentence: Callable[[int], str] | str = ""
-    note: Callable[[int], str] | str = ""
     role: Callable[[int], str] | str = ""
     reason: str = ""
-    unit: str | None = None
+    note: Callable[[int], str] | str = ""  # words behind both numbers
+    unit: str | None = None  # if not that of the probe
+    # Whether equal relative differences get a check each (``alike``), or each number (``each``).
     split: str = "together"
 
 
 @dataclass(frozen=True)
 class Probe:
-    """One number of a deck.
+    """One number of a deck."""
 
-    Parameters
-    ----------
-    name, unit
-        What is compared.
-    role
-        Commands that set and correct it: a key of ``ROLES``.
-    compare
-        Function that returns the numbers; None if they do not apply.
-    reason
-        Why no difference is allowed, or what is compared.
-    each
-        Name of a difference, with the granules or contacts in place of ``{granules}`` or
-        ``{contacts}``; by default ``name``.
-    explains
-        Whether no twin can have it: if it is wrong, it explains any motion of the deck.
-    """
-
-    name: str
+    name: str  # what is compared
     unit: str
-    role: str
-    compare: Callable[[Case], Numbers | None]
-    reason: str = ""
-    each: str = ""
-    explains: bool = False
+    role: str  # commands that set and correct it: a key of ``ROLES``
+    compare: Callable[[Case], Numbers | None]  # None if it does not apply
+    reason: str = ""  # why no difference is allowed, or what is compared
+    each: str = ""  # name of a difference, with ``{granules}`` or ``{contacts}``; or ``name``
+    explains: bool = False  # whether no twin can have it: it explains any motion of the deck
 
     def name_of(self, case: Case, alike: Indices) -> str:
         """The name of a difference at some granules or contacts."""

@@ -37,30 +37,20 @@ class Stretch:
 class Twin(NamedTuple):
     """A chain with any numbers, which velocity Verlet integrates at the steps of a deck.
 
-    Parameters
-    ----------
-    mass, velocity, constant_force, drag
-        Of each granule [kg], [m/s], [N], [N s/m], shape (granules,).
-    stiffness, exponent, opening
-        k and p in F = k overlap^p of each contact, and the gap at the start [m], below 0 for an
-        overlap; a wall at the far end is the last contact. Shape (contacts,).
-    damping, damping_exponent, attraction
-        c of each contact in c overlap^q d', q of all, and whether contacts may pull.
-    pushed
-        Granules on which the shock acts, counted from 0.
+    Arrays have the shape (granules,) or (contacts,); a wall at the far end is the last contact.
     """
 
-    mass: FloatArray
-    velocity: FloatArray
-    constant_force: FloatArray
-    drag: FloatArray
-    stiffness: FloatArray
+    mass: FloatArray  # [kg]
+    velocity: FloatArray  # [m/s]
+    constant_force: FloatArray  # [N]
+    drag: FloatArray  # [N s/m]
+    stiffness: FloatArray  # k and p in F = k overlap^p
     exponent: FloatArray
-    opening: FloatArray
-    damping: FloatArray
-    damping_exponent: float
-    attraction: bool
-    pushed: NDArray[np.intp]
+    opening: FloatArray  # gap at the start [m], below 0 for an overlap
+    damping: FloatArray  # c in c overlap^q d'
+    damping_exponent: float  # q of all contacts
+    attraction: bool  # whether contacts may pull
+    pushed: NDArray[np.intp]  # granules on which the shock acts, counted from 0
 
 
 @dataclass(frozen=True, eq=False)

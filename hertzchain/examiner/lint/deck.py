@@ -36,30 +36,14 @@ MOST_BYTES = 5_000_000  # of a deck: more are not written by hand
 
 @dataclass(frozen=True)
 class Command:
-    """One command.
+    """One command."""
 
-    Parameters
-    ----------
-    place
-        Its number among the commands.
-    line
-        Line of the deck, from 1, with the command, or with the ``include`` of its file.
-    inside
-        Where it stands in an included file, as ``name:line``; empty in the deck itself.
-    words
-        Name and arguments, with values where they are known.
-    raw
-        The same as written.
-    index
-        Its number among the commands that LAMMPS carried out; None for one that is text.
-    """
-
-    place: int
-    line: int
-    inside: str
-    words: tuple[str, ...]
-    raw: tuple[str, ...]
-    index: int | None = None
+    place: int  # its number among the commands
+    line: int  # line of the deck, from 1, with it or with the ``include`` of its file
+    inside: str  # where it stands in an included file, as ``name:line``; else empty
+    words: tuple[str, ...]  # name and arguments, with values where they are known
+    raw: tuple[str, ...]  # the same as written
+    index: int | None = None  # among those that LAMMPS carried out; None for text
 
     @property
     def name(self) -> str:

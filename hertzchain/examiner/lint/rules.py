@@ -50,12 +50,8 @@ def _no_chain(deck: Deck) -> Found:
         yield where, "note", f"this deck is no chain ({why}): rules for chains are left out"
 
 
-_REFUSED = (
-    "LAMMPS stopped: ERROR",
-    "needs at least",
-    "cannot be read",
-    "does not exist when",
-    "is no number of steps",
+_REFUSED = re.compile(
+    "LAMMPS stopped: ERROR|needs at least|cannot be read|does not exist when|is no number of steps"
 )
 """Words of the reasons why LAMMPS itself refuses a deck."""
 
@@ -67,7 +63,7 @@ def _text_alone(deck: Deck) -> Found:
         return
     where, why = _stop(deck, look)
     lacks = "is part of the" in why  # a package of LAMMPS that is not installed here
-    refused = any(said in why for said in _REFUSED) and deck.may_run  # others may be fragments
+    refused = _REFUSED.search(why) and deck.may_run  # others may be fragments
     if refused and not lacks and deck.no_chain is None:
         yield where, "error", why
     elif "is none of the commands" in why and deck.no_chain is None:

@@ -23,25 +23,14 @@ _FIX, _LAW = r"\S+ \S+ ", r"\S+ \S+ (?:granular )?"
 
 @dataclass(frozen=True)
 class Trap:
-    """A trap in one command.
+    """A trap in one command."""
 
-    Parameters
-    ----------
-    rule, severity, sentence
-        Name, severity and text of the finding; ``{names}`` stand for the groups of the pattern.
-    command, pattern
-        The name of the command, and a pattern for the beginning of its words, joined by single
-        blanks.
-    of_any
-        Whether it also applies to decks that are no chains.
-    """
-
-    rule: str
+    rule: str  # name of the finding
     severity: Severity
-    command: str
-    pattern: str
-    sentence: str
-    of_any: bool = False
+    command: str  # name of the command
+    pattern: str  # of the beginning of its words, joined by single blanks
+    sentence: str  # ``{names}`` stand for the groups of the pattern
+    of_any: bool = False  # whether it also applies to decks that are no chains
 
     def found_in(self, deck: Deck) -> Found:
         """The commands of a deck with this trap; laws of LIGGGHTS have other numbers."""
