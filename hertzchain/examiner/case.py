@@ -45,21 +45,21 @@ DIGITS = 10.0  # times the tolerance: largest difference of a number by its digi
 class DeckCheck:
     """One number of a deck against that of the scene."""
 
-    name: str  # what is compared, such as ``mass of granule 7``
-    unit: str  # of both numbers; "" for a ratio or a count
-    measured: float | None  # number of the deck; None if there is none
-    expected: float | None  # number of the scene
-    effect: float | None  # largest relative change of the peaks by this alone; None if unknown
+    name: str  #: what is compared, such as ``mass of granule 7``
+    unit: str  #: of both numbers; "" for a ratio or a count
+    measured: float | None  #: number of the deck; None if there is none
+    expected: float | None  #: number of the scene
+    effect: float | None  #: largest relative change of the peaks by this alone; None if unknown
     passed: bool
-    differs: bool  # whether the difference is above round-off: it gets a remark if it passed
-    sentence: str  # the number that was measured and the right one, in words
-    reason: str  # why this is too much, or not
-    place: Place | None = None  # line of the deck that sets it; None if nothing differs
-    command: str = ""  # proven correction of that line, one command per line; "" without one
-    role: str = ""  # kind of commands that set it
-    room: float | None = None  # largest difference of round-off, in the unit; None for any
-    is_sure: bool = False  # whether that line has the number, or LAMMPS shows that it acts
-    # Changes of the deck that may make it right, best guesses first.
+    differs: bool  #: whether the difference is above round-off: it gets a remark if it passed
+    sentence: str  #: the number that was measured and the right one, in words
+    reason: str  #: why this is too much, or not
+    place: Place | None = None  #: line of the deck that sets it; None if nothing differs
+    command: str = ""  #: proven correction of that line, one command per line; "" without one
+    role: str = ""  #: kind of commands that set it
+    room: float | None = None  #: largest difference of round-off, in the unit; None for any
+    is_sure: bool = False  #: whether that line has the number, or LAMMPS shows that it acts
+    #: Changes of the deck that may make it right, best guesses first.
     corrections: tuple[Changes, ...] = field(default=(), repr=False, compare=False)
 
     @property

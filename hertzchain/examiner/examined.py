@@ -28,10 +28,10 @@ if TYPE_CHECKING:
 class Correction:
     """Commands that replace a line of a deck, proven to be right."""
 
-    file: str  # as the deck names it
+    file: str  #: as the deck names it
     line: int
-    written: str  # the command that stands there
-    commands: tuple[str, ...]  # those in its place; a removed command has a ``#`` before it
+    written: str  #: the command that stands there
+    commands: tuple[str, ...]  #: those in its place; a removed command has a ``#`` before it
 
     def to_dict(self) -> dict[str, Any]:
         """Return the correction as a JSON object."""
@@ -42,11 +42,11 @@ class Correction:
 class Finding:
     """The numbers that one command of a deck makes wrong."""
 
-    checks: tuple[DeckCheck, ...]  # that failed because of it, that of the largest effect first
-    # Lines with which all of these pass and no peak gets worse; empty if none was found.
+    checks: tuple[DeckCheck, ...]  #: that failed because of it, that of the largest effect first
+    #: Lines with which all of these pass and no peak gets worse; empty if none was found.
     correction: tuple[Correction, ...] = ()
-    with_others: bool = False  # whether only together with the corrections of other findings
-    follows: int | None = None  # index of the finding whose correction makes these pass, too
+    with_others: bool = False  #: whether only together with the corrections of other findings
+    follows: int | None = None  #: index of the finding whose correction makes these pass, too
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -56,17 +56,17 @@ class DeckExamination(ShownVerdict):
     It is true if the verdict is ``pass``.
     """
 
-    scene: Scene  # what the deck should compute
-    deck: str  # its name
-    found: FoundDeck  # what LAMMPS found in it, in SI units
-    checks: tuple[DeckCheck, ...]  # the one to correct first in front; the peaks are the last
-    reference: Result  # the scene by the reference method, up to the end of the deck
-    judged: NDArray[np.bool_]  # contacts whose peaks were judged, (contacts,), a wall's the last
-    tolerance: float  # largest relative difference of the peaks that passes
-    remarks: tuple[str, ...]  # sentences on parts that were not examined
-    texts: tuple[tuple[str, str], ...] = ()  # name and text of each file, as its commands have it
-    findings: tuple[Finding, ...] = ()  # what to correct, command by command
-    edits: Edits = field(default_factory=dict)  # all proven corrections, by file and line
+    scene: Scene  #: what the deck should compute
+    deck: str  #: its name
+    found: FoundDeck  #: what LAMMPS found in it, in SI units
+    checks: tuple[DeckCheck, ...]  #: the one to correct first in front; the peaks are the last
+    reference: Result  #: the scene by the reference method, up to the end of the deck
+    judged: NDArray[np.bool_]  #: contacts whose peaks were judged, (contacts,), a wall's the last
+    tolerance: float  #: largest relative difference of the peaks that passes
+    remarks: tuple[str, ...]  #: sentences on parts that were not examined
+    texts: tuple[tuple[str, str], ...] = ()  #: name and text of each file, as its commands have it
+    findings: tuple[Finding, ...] = ()  #: what to correct, command by command
+    edits: Edits = field(default_factory=dict)  #: all proven corrections, by file and line
 
     @property
     def passed(self) -> bool:

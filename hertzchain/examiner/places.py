@@ -77,10 +77,10 @@ _IN_TIME = re.compile(r"\b(?:time|step|elapsed|elaplong|ramp|swiggle|cwiggle|vdi
 class Place:
     """A line of a deck."""
 
-    file: str  # as the deck names it
-    line: int  # from 1
-    written: str  # the command as it stands there
-    index: int  # of the command among those that were carried out
+    file: str  #: as the deck names it
+    line: int  #: from 1
+    written: str  #: the command as it stands there
+    index: int  #: of the command among those that were carried out
 
     def __str__(self) -> str:
         return f"{self.file}:{self.line}"
