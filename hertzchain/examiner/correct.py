@@ -213,10 +213,6 @@ def _longer(case: Case, check: DeckCheck) -> Iterator[Changes]:
 # ---- Commands that set a number
 
 
-def _nothing(_: Case, __: DeckCheck) -> list[int]:
-    return []
-
-
 def _all_of(role: str) -> Callable[[Case, DeckCheck], list[int]]:
     """All commands of a role."""
     return lambda case, _: [k for k in commands_of(case.deck, role)
@@ -250,10 +246,6 @@ def _pushing(case: Case, of_time: bool) -> list[int]:
     ]  # fmt: skip
 
 
-def _loads(case: Case, _: DeckCheck) -> list[int]:
-    return _pushing(case, of_time=False)
-
-
 def _shocks(case: Case, _: DeckCheck) -> list[int]:
     return _pushing(case, of_time=True) or _pushing(case, of_time=False)
 
@@ -269,15 +261,15 @@ _BY_LINE = {
 """Changes of single lines, by the role of a number."""
 
 _SETTINGS = {
-    "radius": (granule_commands, _nothing),
-    "mass": (granule_commands, _nothing),
-    "place": (place_commands, _nothing),
+    "radius": (granule_commands, lambda *_: []),
+    "mass": (granule_commands, lambda *_: []),
+    "place": (place_commands, lambda *_: []),
     "velocity": (velocity_commands, _named("velocity")),
     "spin": (velocity_commands, _named("velocity")),
     "contacts": (law_commands, _all_of("contacts")),
     "wall": (wall_commands, _wall),
     "wall in motion": (wall_commands, _wall),
-    "constant force": (load_commands, _loads),
+    "constant force": (load_commands, lambda case, _: _pushing(case, of_time=False)),
     "shock": (shock_commands, _shocks),
     "pushed": (shock_commands, _shocks),
     "motion": (motion_commands, _movers),

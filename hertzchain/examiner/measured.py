@@ -302,14 +302,13 @@ def stretches_of(
             applied = np.zeros((time.size, pushed.size))
             for column, granule in enumerate(pushed if at.size else ()):
                 applied[:, column] = np.interp(time, at - start, force[:, granule])
-        led = _interpolated(found, time + start) if use_driven else _led(scene, time)
-        stretches.append(Stretch(run.dt, applied, led))
+        driven = np.zeros(0)
+        if use_driven:
+            driven = np.interp(time + start, found.driven_time, found.driven_displacement)
+        elif scene.piston is not None:
+            driven = displacement(scene.piston, time)
+        stretches.append(Stretch(run.dt, applied, driven))
     return tuple(stretches)
-
-
-def _led(scene: Scene, time: FloatArray) -> FloatArray:
-    """Displacement of the scene's piston [m]; of shape (0,) without one."""
-    return np.zeros(0) if scene.piston is None else displacement(scene.piston, time)
 
 
 def displacement(piston: Piston, time: FloatArray) -> FloatArray:
@@ -319,11 +318,6 @@ def displacement(piston: Piston, time: FloatArray) -> FloatArray:
     assert piston.time is not None
     assert piston.displacement is not None
     return np.interp(time, piston.time, piston.displacement)
-
-
-def _interpolated(found: FoundDeck, time: FloatArray) -> FloatArray:
-    """Prescribed displacement of granule 1 in the deck [m]."""
-    return np.interp(time, found.driven_time, found.driven_displacement)
 
 
 QUIET = 1e-7  # of a contact force: forces below are round-off (chosen)

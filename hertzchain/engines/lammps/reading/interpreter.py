@@ -68,20 +68,10 @@ class _Open:
 class Interpreter:
     """Carries out a deck; ``commands`` grows with it.
 
-    Parameters
-    ----------
-    name, path
-        The deck, as the user names it, and where it is.
-    variables
-        Values, by name, which replace those of ``index`` variables, as ``-var`` does.
-    player
-        Gives the commands to a LAMMPS that has no box.
-    folder
-        Working folder, which is searched for files first; by default only that of the deck.
-    edits
-        Commands in place of others.
-    tell
-        Function that is called with the place of each command before it is carried out.
+    The deck has a name, as the user gives it, and a path. Variables replace those of style
+    ``index``, as ``-var`` does. The player gives the commands to a LAMMPS that has no box. Files
+    are searched in the working folder first, by default only in that of the deck. ``tell`` is
+    called with the place of each command before it is carried out.
     """
 
     def __init__(

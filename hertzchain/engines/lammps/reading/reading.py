@@ -47,21 +47,10 @@ than those of the scene."""
 class Reader:
     """Reads a deck, with or without edits, as often as wanted, in one process; a context.
 
-    Parameters
-    ----------
-    path
-        The deck.
-    scene
-        The scene that the deck should compute: it sets the overlaps, speeds and times at which
-        LAMMPS is probed, and the order of the granules. Without a scene these follow from the deck.
-    variables
-        Values of variables by name, as ``-var`` gives them.
-    deadline
-        Time limit of all readings together.
-    lmp
-        A LAMMPS binary, by path or name, that is used instead of the Python module.
-    say
-        Function that takes a line of text about progress.
+    The scene, which the deck should compute, sets the overlaps, speeds and times at which LAMMPS is
+    probed, and the order of the granules; without one these follow from the deck. Variables are as
+    ``-var`` gives them, the deadline is that of all readings together, ``lmp`` is a binary in place
+    of the Python module, and ``say`` takes lines of text about progress.
     """
 
     def __init__(
@@ -218,13 +207,6 @@ class Source:
     edits: Edits = field(default_factory=dict)
     tells: bool = False
 
-    def played_by(self, player: Playing) -> Interpreter:
-        """Return the interpreter that carries out the deck."""
-        return Interpreter(
-            self.name, self.path, self.variables, player,
-            folder=self.folder, edits=self.edits, tell=_tell if self.tells else lambda _: None,
-        )  # fmt: skip
-
 
 @dataclass(frozen=True)
 class Start:
@@ -290,7 +272,10 @@ def _watch(start: Start, source: Source, probes: Probes, between: float, begin: 
 
 def _played(source: Source, player: Playing, *ends: type[HertzchainError]) -> Watched:
     """Return what is observed while a deck is played to its end, or to an error of these kinds."""
-    script, seen = source.played_by(player), player.seen
+    script, seen = Interpreter(
+        source.name, source.path, source.variables, player,
+        folder=source.folder, edits=source.edits, tell=_tell if source.tells else lambda _: None,
+    ), player.seen  # fmt: skip
     try:
         script.play()
     except ends as problem:

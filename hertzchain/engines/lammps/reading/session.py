@@ -415,20 +415,11 @@ _KEPT = 4096  # characters of its output that are kept
 
 
 class Piped(Session):
-    """A LAMMPS binary, which gets commands through a pipe.
+    """A LAMMPS binary, which gets commands through a pipe, and leaves its files in the folder.
 
     Its ``fix store/force`` keeps forces, in a dump that is written during the deck's own runs. With
     ``twice`` readings are a prime number of steps apart, as the period of an intermittent force is
     usually a round number.
-
-    Parameters
-    ----------
-    program
-        The binary.
-    version
-        Its version, year month day.
-    folder
-        Where it runs and leaves its files.
     """
 
     hook_style = "store/force"
