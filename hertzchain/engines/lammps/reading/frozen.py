@@ -118,12 +118,11 @@ class Replay(Playing):
             return words[1] in self._left_out
         return words[0] == "velocity"
 
-    def run(self, text: str, steps: int, index: int) -> None:
+    def run(self, text: str, steps: int, index: int, dt: float, first: int) -> int:
         """Carry out a ``run``, with granules at rest at its start."""
         lammps, start = self.lammps, self.seen.time
         rest = np.zeros((self._granules.count, 3))
         lammps.put({"v": rest, "omega": rest})
-        dt, first = lammps.dt(), lammps.step()
         self._stride = max(1, int(self._between / dt))
         lammps.twice = self._stride > 1
         self._longest = max(self._stride, steps // _LEAST_READINGS)
@@ -134,8 +133,9 @@ class Replay(Playing):
         def take(readings: Readings) -> None:
             self._take(readings, np.asarray(start + (readings.step - first) * dt))
 
-        self.seen.ran(steps, dt, index)
+        self.seen.ran(steps, dt, index)  # also one that LAMMPS refuses
         lammps.run(text, steps, self._stride, take)
+        return steps
 
     def _take(self, readings: Readings, time: FloatArray) -> None:
         lammps, granules = self.lammps, self._granules

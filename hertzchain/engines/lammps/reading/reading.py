@@ -244,7 +244,7 @@ class First(Playing):
         self._sizes = sizes
         self.probes: Probes | None = None
 
-    def run(self, *_: object) -> None:
+    def run(self, *_: object) -> int:
         """Query all numbers, instead of taking steps."""
         self.probes = probe(self.lammps, self._sizes)
         raise Ended

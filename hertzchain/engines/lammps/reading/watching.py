@@ -110,15 +110,15 @@ class Playing(ABC):
         if steps == 0 or self.seen.before < self._begin:
             with stopping():
                 self.lammps.give(text)
-            self.seen.before += (self.lammps.step() - first) * dt
+            done = self.lammps.step() - first
+            self.seen.before += done * dt
         else:
-            self.run(text, steps, index)
-        done = self.lammps.step() - first
+            done = self.run(text, steps, index, dt, first)
         self.seen.given.append((index, methodcaller("take", done, keywords, index)))
 
     @abstractmethod
-    def run(self, text: str, steps: int, index: int) -> None:
-        """Carry out a ``run`` of so many steps."""
+    def run(self, text: str, steps: int, index: int, dt: float, first: int) -> int:
+        """Carry out a ``run`` of so many steps after the first; return how many were taken."""
 
     def clear(self) -> bool:
         """Forget all before the first run; the deck ends here after it."""
@@ -158,9 +158,8 @@ class Watcher(Playing):
         self._changed |= bool(is_new) or words[0] == "unfix"
         super().give(words, index)
 
-    def run(self, text: str, steps: int, index: int) -> None:
+    def run(self, text: str, steps: int, index: int, dt: float, first: int) -> int:
         """Carry out a ``run``, and read every so many of its steps."""
-        dt, first = self.lammps.dt(), self.lammps.step()
         stride = max(1, min(steps, int(self._between / dt)))
         self.seen.read_every = max(self.seen.read_every, stride)
         if self.lammps.count() != self.probes.granules.count:
@@ -183,7 +182,9 @@ class Watcher(Playing):
 
         with stopping():
             self.lammps.run(text, steps, stride, take)
-        self.seen.ran(self.lammps.step() - first, dt, index)
+        done = self.lammps.step() - first
+        self.seen.ran(done, dt, index)
+        return done
 
     @property
     def peaks(self) -> tuple[PeaksSeen, PeaksSeen]:

@@ -20,9 +20,10 @@ pytestmark = pytest.mark.lammps
 class Player(Playing):
     """Passes runs to LAMMPS, too."""
 
-    def run(self, text: str, *_: object) -> None:
+    def run(self, text: str, steps: int, *_: object) -> int:
         """Take steps."""
         self.lammps.give(text)
+        return steps
 
 
 def player(lammps: Any, folder: Path) -> Player:
