@@ -33,10 +33,11 @@ from hertzchain.known import deck
 from hertzchain.known.deck import ROOM, ROUNDING, KnownAnswer, Layout, similar
 from hertzchain.limits import RTOL
 from hertzchain.observables.error_bound import (
+    SAFETIES,
     refuse_strong_dampers,
     refuse_unstable,
-    second_order_step,
     stable_step,
+    step_for,
 )
 from hertzchain.observables.history import Recorder
 from hertzchain.observables.peaks import judged_contacts, largest_difference
@@ -110,7 +111,7 @@ def _tried_step(scene: Scene, rtol: float) -> float:
     # Trials never find a longer step, and may take hours themselves.
     _refuse_many(scene.end_time / longest, "a dt, or for a shorter end_time")
     if scene.contact is None:
-        return second_order_step(peaks_at, pilot, rtol)
+        return step_for(peaks_at, pilot, rtol, SAFETIES["second order"])
     # Errors go as dt: the difference is the error of the shorter step. The deck's tolerance is
     # measured later.
     difference = largest_difference(peaks_at(pilot), peaks_at(pilot / 2))

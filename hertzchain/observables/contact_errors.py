@@ -7,7 +7,6 @@ no later.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -66,6 +65,12 @@ class ContactErrors:
         names = ("first", "arrival", "width", "dynamic")
         return replace(self, **{name: getattr(self, name)[:contacts] for name in names})
 
+    def plus(self, other: ContactErrors) -> ContactErrors:
+        """Return differences from a run that has errors itself, ``other``, with those."""
+        names = ("peak",) if self.first is None else ("peak", "first", "arrival", "width")
+        pairs = {name: (getattr(self, name), getattr(other, name)) for name in names}
+        return replace(self, **{name: a + (1 + a) * b for name, (a, b) in pairs.items()})
+
     def alike(self, values: FloatArray) -> FloatArray:
         """Values of each contact; the largest of them where the errors of peaks are one number."""
         return values if self.peak.ndim else np.asarray(np.max(values, initial=0.0))
@@ -106,31 +111,6 @@ class ContactErrors:
             return self.largest
         known = np.append(self.peak, self.first)
         return float(np.min(known[~np.isnan(known)], initial=np.inf))
-
-
-def bounds(
-    bound: Callable[..., FloatArray],
-    *differences: ContactErrors,
-    of_times: Callable[..., FloatArray] | None = None,
-) -> ContactErrors:
-    """Return bounds of the errors of each contact, from one bound and the differences of runs.
-
-    The bound is one of total forces, so a small pulse on a large static force has a larger relative
-    error. Arrivals and widths have another one, ``of_times``, or the same: in natural time units
-    they are off by about the part of a unit that forces are of themselves.
-    """
-    peak, dynamic = bound(*(found.peak for found in differences)), differences[0].dynamic
-    if dynamic is None:
-        return ContactErrors(peak)
-    of_pulses = []
-    for name in ("first", "arrival", "width"):
-        found = [getattr(each, name) for each in differences]
-        if any(each is None for each in found):
-            return ContactErrors(peak)
-        one = bound if of_times is None or name == "first" else of_times
-        of_pulses.append(one(*(each * dynamic for each in found)) / dynamic)
-    first, arrival, width = of_pulses
-    return ContactErrors(peak, first, arrival, width, dynamic)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Error of the peaks: an upper bound from one further run, or two, with other steps."""
+"""Bounds of errors: from differences of runs, their order, and one table of safety factors."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.contact import hertz
 from hertzchain.errors import StepUnstable, Unpredictable, require
+from hertzchain.observables.contact_errors import ContactErrors
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.keys import keys_of
 from hertzchain.scene.natural_units import force_scale
@@ -41,26 +42,118 @@ def amplifies_errors(scene: Scene) -> bool:
     return not scene.is_plain or scene.pulse is None or bool(short)
 
 
-def second_order_safety(scene: Scene, natural_step: float, rising: bool) -> float:
-    """Ratio of bound to estimate for second-order methods; the step is in natural time units.
+@dataclass(frozen=True)
+class Safety:
+    """The safety factor of a kind of run: bound over estimate of an error.
 
-    Opening contacts add a term h^2.5 to h^2, and steps above 0.15 add a term h^4 (measured: 1.95
-    times the estimate at 0.5). Where the run ended while forces still increased (``rising``),
-    errors of 2.9 times the estimate were measured, and of 6.8 times with steps above 0.5. With
-    terms, as where a wall is hit, 2.3 times the estimate was measured at short steps.
+    An estimate is the largest of the differences from other runs, each times its weight. Several
+    differences are seldom all small by chance.
+
+    Parameters
+    ----------
+    kind
+        The kind of run.
+    factor
+        Bound over estimate.
+    measured
+        The largest ratio of an error to its estimate in ``validation/error_bounds.py``, and before.
+    of_times
+        The least factor of arrivals and widths, whose errors add up along the chain.
+    """
+
+    kind: str
+    factor: float
+    measured: float
+    of_times: float = 0.0
+
+    def bounds(
+        self, differences: Sequence[ContactErrors], weights: Sequence[float] = (),
+        rest: float = 0.0, least: float = 0.0,
+    ) -> ContactErrors:  # fmt: skip
+        """Return bounds of the errors of each contact, from the differences of other runs.
+
+        They are bounds of total forces, so a small pulse on a large static force has a larger
+        relative error. Arrivals and widths [natural time units] are off by about the part of a unit
+        that forces are of themselves.
+
+        Parameters
+        ----------
+        differences
+            From each other run.
+        weights
+            Error of the run over its difference from each other run, where errors go as a power of
+            the step: see ``SecondRun``. 1 by default.
+        rest
+            Error that no difference shows; it is added.
+        least
+            The least error by the steps.
+        """
+        weights, dynamic = weights or [1.0] * len(differences), differences[0].dynamic
+
+        def bound(name: str, factor: float, share: FloatArray | float) -> FloatArray:
+            pairs = zip(weights, differences, strict=True)
+            estimate = np.maximum.reduce([weight * getattr(each, name) for weight, each in pairs])
+            return np.asarray((np.maximum(factor * estimate * share, least) + rest) / share)
+
+        peak = bound("peak", self.factor, 1.0)
+        if dynamic is None:
+            return ContactErrors(peak)
+        first, times = self.factor, max(self.factor, self.of_times)
+        factors = {"first": first, "arrival": times, "width": times}
+        of_pulses = {name: bound(name, factor, dynamic) for name, factor in factors.items()}
+        return ContactErrors(peak, **of_pulses, dynamic=dynamic)
+
+
+SAFETIES = {
+    safety.kind: safety
+    for safety in (
+        Safety("plan", 0.15, 1 / 7, of_times=2.0),
+        Safety("plan, hard", 6.0, 2.4),
+        Safety("plan, tried first", 15.0, 12.0),
+        Safety("adaptive", 12.0, 10.1),
+        Safety("SciPy, judging", 2.0, 1.4),
+        Safety("refined steps", 3.0, math.nan),
+        Safety("equal steps", 6.0, math.nan),
+        Safety("second order", 1.5, math.nan),
+        Safety("second order, terms", 3.0, 2.3),
+        Safety("second order, long steps", 4.0, 2.9),
+        Safety("second order, long steps, rising", 8.0, 6.8),
+        Safety("first order", 3.0, 1.8),
+        Safety("first order, flying", 6.0, 3.4),
+        Safety("extrapolated", 1.0, 0.84),
+        Safety("extrapolated, hard", 3.0, math.nan),
+        Safety("extrapolated, hard, few steps", 6.0, 4.4),
+        Safety("extrapolated, damped", 4.0, 2.4),
+        Safety("extrapolated, flying", 6.0, 3.6),
+    )
+}
+"""Safety factors by kind of run."""
+
+
+def second_order_safety(scene: Scene, natural_step: float, rising: bool) -> Safety:
+    """Return the safety of second-order methods; the step is in natural time units.
+
+    Opening contacts add a term h^2.5 to h^2, and steps above 0.15 add a term h^4. ``rising``: the
+    run ended while forces still increased.
     """
     if rising and natural_step > 0.5:
-        return 8.0
-    short = 1.5 if scene.is_plain else 3.0
-    return short if natural_step <= 0.15 and not rising else 4.0
+        return SAFETIES["second order, long steps, rising"]
+    if rising or natural_step > 0.15:
+        return SAFETIES["second order, long steps"]
+    return SAFETIES["second order" if scene.is_plain else "second order, terms"]
+
+
+def first_order_safety(scene: Scene, rising: bool) -> Safety:
+    """Return the safety of velocity Verlet with damped contacts."""
+    return SAFETIES["first order, flying" if fly_at_others(scene) or rising else "first order"]
 
 
 @dataclass(frozen=True)
 class SecondRun:
-    """A second run: ``factor`` times the difference of the peaks bounds the first run's error."""
+    """A second run; ``weight`` times the difference of the peaks is the first run's error."""
 
     legs: tuple[Leg, ...]
-    factor: float
+    weight: float
 
 
 def coarser_run(legs: Sequence[Leg], stable: float, order: int = 2) -> SecondRun:
@@ -68,7 +161,7 @@ def coarser_run(legs: Sequence[Leg], stable: float, order: int = 2) -> SecondRun
 
     Two thirds, not half: a method that halves steps could end on the same ones. There are three
     times as many where a leg has fewer than three steps, and where coarser steps come near
-    ``stable`` [s]. The factor takes the leg whose step changes least, for errors that go as the
+    ``stable`` [s]. The weight takes the leg whose step changes least, for errors that go as the
     step to the power ``order``.
     """
     longest = max(leg.dt for leg in legs)
@@ -89,23 +182,6 @@ def finer_run(legs: Sequence[Leg], order: int = 2) -> SecondRun:
     finer = tuple(leg.in_steps(max(leg.steps + 1, 5 * leg.steps // 4)) for leg in legs)
     ratio = min(other.steps / leg.steps for leg, other in zip(legs, finer, strict=True))
     return SecondRun(finer, 1 / (1 - ratio**-order))
-
-
-def first_order_runs(legs: Sequence[Leg], stable: float) -> tuple[SecondRun, SecondRun]:
-    """Return the two runs that bound the error of velocity Verlet with damped contacts.
-
-    Contacts that close at a speed do so anywhere within a step, so errors are erratic.
-    """
-    return coarser_run(legs, stable, order=1), finer_run(legs, order=1)
-
-
-def first_order_safety(scene: Scene, rising: bool) -> float:
-    """Ratio of bound to estimate, which is the larger one of ``first_order_runs``.
-
-    In 1,200 random scenes errors were up to 3.4 times the estimate where granules fly towards
-    others, and up to 1.8 times elsewhere.
-    """
-    return 6.0 if fly_at_others(scene) or rising else 3.0
 
 
 def fly_at_others(scene: Scene) -> bool:
@@ -229,22 +305,14 @@ def refuse_meaningless(backend: str, error: float, too_long: bool) -> None:
     )
 
 
-def second_order_step(
-    peaks_at: Callable[[float], FloatArray], pilot: float, wanted: float, safety: float = 1.5
-) -> float:
-    """Return the step [s] for a wanted relative error of peaks, by runs at ``pilot`` and half.
-
-    ``safety`` is that of ``second_order_safety``.
-    """
-    difference = largest_difference(peaks_at(pilot), peaks_at(pilot / 2))
-    error = safety * difference / 3  # error of the second trial
-    return pilot / 2 * min(math.sqrt(0.9 * wanted / error), 4.0) if error > 0 else pilot
-
-
-def first_order_step(
-    scene: Scene, peaks_at: Callable[[float], FloatArray], pilot: float, wanted: float
-) -> float:
-    """Return the step as ``second_order_step`` does, for damped contacts."""
-    difference = largest_difference(peaks_at(pilot), peaks_at(pilot / 2))
-    error = first_order_safety(scene, rising=False) * difference
-    return pilot / 2 * min(0.7 * wanted / error, 8.0) if error > 0 else pilot
+def step_for(
+    peaks_at: Callable[[float], FloatArray], pilot: float, wanted: float, safety: Safety,
+    order: int = 2,
+) -> float:  # fmt: skip
+    """Return the step [s] for a wanted relative error of peaks, by runs at ``pilot`` and half."""
+    error = safety.factor * largest_difference(peaks_at(pilot), peaks_at(pilot / 2))
+    if not error > 0:
+        return pilot
+    if order == 1:
+        return pilot / 2 * min(0.7 * wanted / error, 8.0)
+    return pilot / 2 * min(math.sqrt(0.9 * wanted / (error / 3)), 4.0)

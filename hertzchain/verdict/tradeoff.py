@@ -19,8 +19,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.backend import Lammps
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.backend import Native
-from hertzchain.engines.native.damped_plan import first_tolerance
-from hertzchain.engines.native.damped_runs import simulate_damped
+from hertzchain.engines.native.damped_runs import first_tolerance, simulate_damped
 from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
 from hertzchain.engines.native.duration import with_end
 from hertzchain.engines.native.methods import METHODS, Walker

@@ -547,7 +547,7 @@ def test_a_deck_that_would_take_too_many_steps_is_refused(monkeypatch: pytest.Mo
         deck_step(EVERY_TERM, rtol=1e-5)
     # Steps of 0.08 contact times, the longest that trials can find, are 1,143.
     monkeypatch.setattr(answer, "_MOST_STEPS", 1e3)
-    monkeypatch.setattr(answer, "second_order_step", None)  # no trials
+    monkeypatch.setattr(answer, "step_for", None)  # no trials
     with pytest.raises(TooExpensive, match=r"steps, more than 1e\+03: ask for a dt, or"):
         deck_step(EVERY_TERM, rtol=1e-2)
     with pytest.raises(TooExpensive, match=r"1e\+03 steps, more than 1e\+03: ask for a larger dt"):

@@ -18,21 +18,24 @@ from scipy.optimize import minimize_scalar
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.step_error import (
-    extrapolation_error,
+    extrapolation_safety,
     interpolation_error,
     least_gain,
     rival_errors,
 )
 from hertzchain.errors import StepUnstable, Unpredictable
+from hertzchain.observables.contact_errors import ContactErrors
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.error_bound import (
+    SAFETIES,
+    Safety,
     SecondRun,
     amplifies_errors,
     coarser_run,
     finer_run,
     refuse_meaningless,
     second_order_safety,
-    second_order_step,
+    step_for,
 )
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.observables.watch import PeakWatch
@@ -65,7 +68,7 @@ def coarser(legs: Sequence[Leg]) -> SecondRun:
 
 
 @pytest.mark.parametrize(
-    ("second", "steps", "other", "factor"),
+    ("second", "steps", "other", "weight"),
     [
         # Two thirds of the steps, of many; or thrice as many.
         (coarser, (9,), (6,), 1 / ((3 / 2) ** 2 - 1)),
@@ -86,20 +89,20 @@ def test_steps_of_the_second_run(
     second: Callable[[Sequence[Leg]], SecondRun],
     steps: tuple[int, ...],
     other: tuple[int, ...],
-    factor: float,
+    weight: float,
 ) -> None:
     found = second(legs_of(*steps))
     assert tuple(leg.steps for leg in found.legs) == other
-    assert found.factor == pytest.approx(factor, rel=1e-15, abs=0)
+    assert found.weight == pytest.approx(weight, rel=1e-15, abs=0)
 
 
 @given(st.lists(st.tuples(st.integers(1, 1000), st.floats(1e-3, 1.0)), min_size=1, max_size=6))
-def test_factor_bounds_the_error_of_many_legs(legs: list[tuple[int, float]]) -> None:
+def test_weight_bounds_the_error_of_many_legs(legs: list[tuple[int, float]]) -> None:
     """Whichever leg makes it, as long as the legs do not cancel each other."""
     fine, weights = legs_of(*(steps for steps, _ in legs)), [c for _, c in legs]
     other = coarser_run(fine, math.inf)
     difference = abs(error(other.legs, weights) - error(fine, weights))
-    assert other.factor * difference >= error(fine, weights) * (1 - ROUND_OFF)
+    assert other.weight * difference >= error(fine, weights) * (1 - ROUND_OFF)
 
 
 @pytest.mark.parametrize(("stable", "other"), [(1.5 / 0.85 * 1.001, 6), (1.5 / 0.85 * 0.999, 27)])
@@ -122,7 +125,29 @@ def test_long_steps_and_contacts_that_rise_need_more_safety(
     step: float, rising: bool, safety: float
 ) -> None:
     """Seen: 1.95 times the estimate above 0.15; at a rising end 2.9, above 0.5 there 6.8 times."""
-    assert second_order_safety(paper_scene("cosine", 1.0, 2.0), step, rising) == safety
+    assert second_order_safety(paper_scene("cosine", 1.0, 2.0), step, rising).factor == safety
+
+
+def test_a_bound_is_the_largest_weighted_difference_times_the_safety_and_the_rest() -> None:
+    """Small pulses on a static force have larger relative errors, times a factor of their own."""
+    safety, dynamic = Safety("a kind", 3.0, 2.0, of_times=4.0), np.array([1.0, 0.5])
+    differences = [
+        ContactErrors(np.array([peak, math.nan]), *np.full((3, 2), pulse), dynamic=dynamic)
+        for peak, pulse in ((1e-3, 2e-3), (3e-3, 1e-3))
+    ]
+    errors = safety.bounds(differences, [1.0, 0.5], rest=1e-5)
+    assert errors.peak == pytest.approx([3 * 1.5e-3 + 1e-5, math.nan], nan_ok=True)
+    assert errors.first == pytest.approx([3 * 2e-3 + 1e-5, 3 * 2e-3 + 2e-5])
+    assert errors.arrival == pytest.approx(np.array([8e-3 + 1e-5, 8e-3 + 2e-5]))
+    assert errors.width == pytest.approx(errors.arrival)
+    floored = safety.bounds(differences, rest=1e-5, least=0.1)
+    assert floored.first == pytest.approx(0.10001 / dynamic)
+    # Differences from a run that has errors itself.
+    assert errors.plus(floored).peak[0] == pytest.approx(1.00451 * 1.10001 - 1)
+
+
+def test_no_safety_factor_is_below_what_was_measured() -> None:
+    assert all(safety.measured < safety.factor for safety in SAFETIES.values())
 
 
 def test_an_error_of_1_leaves_no_digit() -> None:
@@ -154,7 +179,7 @@ def test_step_gives_the_wanted_error_where_errors_are_quadratic(
         asked.append(step)
         return np.array([1.0, 2.0 * (1.0 + coefficient * step**2), 0.5])
 
-    step = second_order_step(peaks_at, pilot=0.04, wanted=wanted)
+    step = step_for(peaks_at, 0.04, wanted, SAFETIES["second order"])
     assert asked == [0.04, 0.02]
     # The bound, 1.5 times the error, is to be 0.9 of what is wanted; the difference of the two
     # trials is relative to the second, which is itself off by 2e-4.
@@ -165,8 +190,9 @@ def test_step_grows_at_most_to_twice_the_pilot() -> None:
     def peaks_at(step: float) -> FloatArray:
         return np.array([1.0, 1.0 + 1e-9 * step**2])
 
-    assert second_order_step(peaks_at, pilot=0.04, wanted=1e-6) == 0.08
-    assert second_order_step(lambda _: np.ones(3), pilot=0.04, wanted=1e-6) == 0.04
+    safety = SAFETIES["second order"]
+    assert step_for(peaks_at, 0.04, 1e-6, safety) == 0.08
+    assert step_for(lambda _: np.ones(3), 0.04, 1e-6, safety) == 0.04
 
 
 # Bounds of whole runs
@@ -274,13 +300,10 @@ def test_an_extrapolation_is_believed_less_where_errors_are_erratic(
         peaks.force[:] = 1.0  # and never let up
     assert peaks.any_rising == rising
     legs = (Leg(0.0, 0.04 * scene.units.time, 1, None), Leg(0.0, scene.units.time, 100, None))
+    safety, by_chance = extrapolation_safety(scene, legs, peaks)
+    assert safety.factor == (3 if erratic else 1)
     # Agreement by chance leaves a part that goes as the longest step to the power of 2.5.
-    for difference, expected in (
-        (0.0, (0.05 if erratic else 0.005) * 0.04**2.5),
-        (1e-3, (0.05 if erratic else 0.005) * 0.04**2.5 + (3e-3 if erratic else 1e-3)),
-    ):
-        found = extrapolation_error(scene, legs, difference, peaks)
-        assert found == pytest.approx(expected, rel=1e-12, abs=0)
+    assert by_chance == pytest.approx((0.05 if erratic else 0.005) * 0.04**2.5, rel=1e-12)
 
 
 @pytest.mark.parametrize(("steps", "factor"), [(15, 6), (16, 3)])
@@ -288,8 +311,7 @@ def test_an_extrapolation_from_few_steps_is_believed_less(steps: int, factor: in
     scene, peaks = paper_scene("cosine", 2.0, 2.0, 10), watch_of(10)
     peaks.force[:] = 1.0  # and never let up
     legs = (Leg(0.0, 0.1 * scene.units.time, steps, None), Leg(0.0, 0.0, 4, None))
-    found = [extrapolation_error(scene, legs, difference, peaks) for difference in (0.0, 1e-3)]
-    assert found[1] - found[0] == pytest.approx(factor * 1e-3, rel=1e-9)
+    assert extrapolation_safety(scene, legs, peaks)[0].factor == factor
 
 
 @pytest.mark.parametrize(("velocity", "factor"), [(0.0, 4), (0.1, 6)])
@@ -301,5 +323,6 @@ def test_an_extrapolation_of_damped_contacts_is_believed_less_where_granules_fly
     shock = hc.Striker(velocity) if velocity else scene.shock
     scene, peaks = replace(scene, shock=shock, contact=law), watch_of(10)
     legs = (Leg(0.0, 0.01 * scene.units.time, 100, None),)
-    assert extrapolation_error(scene, legs, 1e-3, peaks) == pytest.approx(factor * 1e-3, rel=1e-12)
+    safety, by_chance = extrapolation_safety(scene, legs, peaks)
+    assert (safety.factor, by_chance) == (factor, 0.0)
     assert least_gain(scene) == (2 if velocity else 4)

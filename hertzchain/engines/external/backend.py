@@ -7,7 +7,6 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -18,7 +17,7 @@ from hertzchain.engines.external.rescaling import predicted_loss
 from hertzchain.errors import POSITIVE, Unpredictable, is_positive, require
 from hertzchain.observables import error_bound
 from hertzchain.observables.balance import LostDigits
-from hertzchain.observables.contact_errors import ContactErrors, Peaks, bounds
+from hertzchain.observables.contact_errors import ContactErrors, Peaks
 from hertzchain.observables.gauges import readings
 from hertzchain.observables.history import History
 from hertzchain.observables.result import Result
@@ -226,12 +225,10 @@ class _Runner:
             strides = [self.stride(leg, recording=False) for leg in legs]
             run = self.simulate(legs, strides)
             lost = run.round_off(self.scene)
-            touch = step_error.touch_error(self.scene, legs, run.peaks)
-            by_steps = self._step_errors(legs, run, touch)
-            by_readings = step_error.interpolation_error(self.scene, legs, strides)
-            rest = by_readings + run.peaks.reading_error + lost
-            errors = bounds(lambda found, rest=rest: found + rest, by_steps)
-            if self._is_enough(by_steps, errors, lost):
+            rest = step_error.interpolation_error(self.scene, legs, strides)
+            rest += run.peaks.reading_error + lost
+            errors = self._errors_of_plain(legs, run, rest)
+            if self._is_enough(errors, rest + lost):
                 break
             excess = self.steps.rtol / errors.wanted
             if self.order == 2:
@@ -264,49 +261,44 @@ class _Runner:
                 continue
             found = [self.extrapolated_from(*pair) for pair in itertools.pairwise(runs)]
             after, last = found[-1], runs[-1]
-            by_steps = self._errors_of_extrapolated(found, finer, last.peaks)
-            other = runs[-2].peaks if self._has_rivals else None
-            factor = 3 / (2**self.order - 1)
-            rivals = step_error.rival_errors(last.peaks, after.force, other, factor)
-            by_steps = replace(by_steps, peak=by_steps.peak + by_steps.alike(rivals))
             grows, lost = 2**self.order, runs[-2].round_off(self.scene)
             lost = (grows * last.round_off(self.scene) + lost) / (grows - 1)
-            by_readings = step_error.interpolation_error(self.scene, finer, apart)
-            by_readings += (grows * last.peaks.reading_error + runs[-2].peaks.reading_error) / (
-                grows - 1
-            )
-            rest = by_readings + lost
-            errors = bounds(lambda found, rest=rest: found + rest, by_steps)
-            if self._is_enough(by_steps, errors, lost):
+            rest = lost + step_error.interpolation_error(self.scene, finer, apart)
+            rest += (grows * last.peaks.reading_error + runs[-2].peaks.reading_error) / (grows - 1)
+            errors = self._errors_of_extrapolated(found, runs[-2].peaks, finer, last.peaks, rest)
+            if self._is_enough(errors, rest + lost):
                 break
         return _Answer(last, after, runs[-2].steps + last.steps, errors, lost)
 
     def _errors_of_extrapolated(
-        self, found: Sequence[Peaks], legs: Sequence[Leg], peaks: PeakWatch
-    ) -> ContactErrors:
-        """Bounds of the errors from the steps, for the last extrapolation, on legs."""
-        gain, unit = step_error.least_gain(self.scene), self.scene.contact_time
+        self, extrapolated: Sequence[Peaks], before: PeakWatch, legs: Sequence[Leg],
+        peaks: PeakWatch, rest: float,
+    ) -> ContactErrors:  # fmt: skip
+        """Return bounds of the errors of the last extrapolation, on legs.
 
-        def bound(*differences: FloatArray) -> Any:
-            reached = [each / gain**later for later, each in enumerate(differences)]
-            largest = np.maximum.reduce(reached)
-            return step_error.extrapolation_error(self.scene, legs, largest, peaks)
-
-        pairs = itertools.pairwise(reversed(found))
-        differences = (one.differences(other) for one, other in pairs)
-        return bounds(bound, *(each.in_units(1 / unit) for each in differences))
+        ``before`` are the peaks of the run with steps twice as long.
+        """
+        scene, last = self.scene, extrapolated[-1]
+        gain, per_unit = step_error.least_gain(scene), 1 / scene.contact_time
+        pairs = itertools.pairwise(reversed(extrapolated))
+        differences = [one.differences(other).in_units(per_unit) for one, other in pairs]
+        weights = [gain**-later for later in range(len(differences))]
+        safety, by_chance = step_error.extrapolation_safety(scene, legs, peaks)
+        errors = safety.bounds(differences, weights, rest + by_chance)
+        other, weight = before if self._has_rivals else None, 3 / (2**self.order - 1)
+        rivals = step_error.rival_errors(peaks, last.force, other, weight)
+        return replace(errors, peak=errors.peak + errors.alike(rivals))
 
     def _step_for(self, peaks_at: Callable[[float], FloatArray]) -> float:
         """Return the step [s] for the wanted error, by trials."""
-        pilot = _PILOT_STEP * self.scene.contact_time
-        if self.scene.contact is None:
-            safety = error_bound.second_order_safety(self.scene, 0.0, False)
-            return error_bound.second_order_step(peaks_at, pilot, self.steps.rtol, safety)
-        longest = _UNSTABLE * error_bound.stable_step(self.scene, STABLE)
-        step = error_bound.first_order_step(
-            self.scene, peaks_at, min(pilot, longest), self.steps.rtol
-        )
-        return min(step, longest)
+        scene, wanted = self.scene, self.steps.rtol
+        pilot = _PILOT_STEP * scene.contact_time
+        if scene.contact is None:
+            safety = error_bound.second_order_safety(scene, 0.0, rising=False)
+            return error_bound.step_for(peaks_at, pilot, wanted, safety)
+        longest = _UNSTABLE * error_bound.stable_step(scene, STABLE)
+        safety = error_bound.first_order_safety(scene, rising=False)
+        return min(error_bound.step_for(peaks_at, min(pilot, longest), wanted, safety, 1), longest)
 
     def _coarsest_step(self) -> float:
         """Return the first step to extrapolate from [s]; longer steps cannot be extrapolated."""
@@ -318,9 +310,9 @@ class _Runner:
         longest = min(longest, step_error.damped_interval(self.scene, wanted, wanted))
         return min(min(_COARSEST_DAMPED_STEP * math.sqrt(part), 0.2) * unit, longest)
 
-    def _is_enough(self, by_steps: ContactErrors, errors: ContactErrors, lost: float) -> bool:
-        """Return whether shorter steps are unnecessary, or useless because of round-off."""
-        is_enough = errors.wanted <= self.steps.rtol or by_steps.wanted <= lost
+    def _is_enough(self, errors: ContactErrors, rest: float) -> bool:
+        """Return whether shorter steps are unnecessary, or useless because of the other errors."""
+        is_enough = errors.wanted <= self.steps.rtol or errors.share * errors.wanted <= rest
         return self.steps.dt is not None or is_enough
 
     def _rough(self, legs: Sequence[Leg]) -> Simulation:
@@ -365,39 +357,28 @@ class _Runner:
         by_steps = finest * max(1 / self.scene.contact_time, error_bound.highest_rate(self.scene))
         return step_error.damped_interval(self.scene, 0.01 * by_steps**2, 0.1 * by_steps)
 
-    def _step_errors(self, legs: Sequence[Leg], run: Simulation, least: float) -> ContactErrors:
-        """Bounds of the errors by the steps, which are at least ``least``."""
-        stable, rising = error_bound.stable_step(self.scene, STABLE), run.peaks.any_rising
-        if self.scene.contact is not None:
-            runs = error_bound.first_order_runs(legs, stable)
-            safety = error_bound.first_order_safety(self.scene, rising)
-            return self._largest(runs, run, safety, least)
-        others = [error_bound.coarser_run(legs, stable)]
-        longest = max(leg.dt for leg in legs) / self.scene.contact_time
-        if longest > _ERRATIC_STEP or rising or error_bound.amplifies_errors(self.scene):
-            others.append(error_bound.finer_run(legs))
-        safety = error_bound.second_order_safety(self.scene, longest, rising)
-        return self._largest(others, run, safety, least)
-
-    def _largest(
-        self, others: Sequence[error_bound.SecondRun], run: Simulation, safety: float, least: float
-    ) -> ContactErrors:
-        """Return the largest bounds of errors from runs with other steps."""
-        factors = [safety * other.factor for other in others]
-        found = [self._rough(other.legs) for other in others]
-        per_unit = 1 / self.scene.contact_time
-
-        def bound(*differences: FloatArray) -> FloatArray:
-            scaled = [factor * each for factor, each in zip(factors, differences, strict=True)]
-            return np.asarray(np.maximum(np.maximum.reduce(scaled), least))
-
-        differences = (run.seen.differences(other.seen).in_units(per_unit) for other in found)
-        errors = bounds(bound, *differences)
+    def _errors_of_plain(self, legs: Sequence[Leg], run: Simulation, rest: float) -> ContactErrors:
+        """Return bounds of the errors of a run, from runs with other steps."""
+        scene, rising = self.scene, run.peaks.any_rising
+        stable, longest = error_bound.stable_step(scene, STABLE), max(leg.dt for leg in legs)
+        natural_step = longest / scene.contact_time
+        others = [error_bound.coarser_run(legs, stable, self.order)]
+        safety = error_bound.second_order_safety(scene, natural_step, rising)
+        if self.order == 1:  # contacts that close at a speed do so anywhere within a step
+            safety = error_bound.first_order_safety(scene, rising)
+        erratic = self.order == 1 or rising or error_bound.amplifies_errors(scene)
+        if erratic or natural_step > _ERRATIC_STEP:
+            others.append(error_bound.finer_run(legs, self.order))
+        rough = [self._rough(other.legs) for other in others]
+        weights, per_unit = [other.weight for other in others], 1 / scene.contact_time
+        differences = [run.seen.differences(other.seen).in_units(per_unit) for other in rough]
+        touch = step_error.touch_error(scene, legs, run.peaks)
+        errors = safety.bounds(differences, weights, rest, touch)
         if not self._has_rivals:
             return errors
         rivals = [
-            step_error.rival_errors(run.peaks, run.peaks.force, other.peaks, factor)
-            for other, factor in zip(found, factors, strict=True)
+            step_error.rival_errors(run.peaks, run.peaks.force, other.peaks, safety.factor * weight)
+            for other, weight in zip(rough, weights, strict=True)
         ]
-        largest = errors.alike(np.maximum.reduce(rivals))
+        largest = errors.alike(np.maximum.reduce(rivals)) + rest
         return replace(errors, peak=np.maximum(errors.peak, largest))

@@ -5,14 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.limits import RTOL
 from hertzchain.observables.contact_errors import Peaks
-from hertzchain.observables.error_bound import amplifies_errors, fly_at_others, highest_rate
+from hertzchain.observables.error_bound import (
+    SAFETIES,
+    Safety,
+    amplifies_errors,
+    fly_at_others,
+    highest_rate,
+)
 from hertzchain.observables.peaks import ESTIMATED, judged_contacts
 from hertzchain.observables.watch import PeakWatch
 from hertzchain.scene.scene import Scene
@@ -63,34 +68,34 @@ def extrapolate(coarse: Peaks, fine: Peaks, order: int, longest: float) -> Peaks
     return Peaks(force, later(coarse.time, fine.time), fine.passed, first)
 
 
-def extrapolation_error(
-    scene: Scene, legs: Sequence[Leg], difference: Any, peaks: PeakWatch
-) -> Any:
-    """Upper bounds of the relative errors of extrapolated peaks by the steps.
+def extrapolation_safety(
+    scene: Scene, legs: Sequence[Leg], peaks: PeakWatch
+) -> tuple[Safety, float]:
+    """Return the safety of extrapolated peaks, and an error that differences may hide by chance.
 
-    ``difference`` has the differences from peaks extrapolated with steps twice as long; legs and
-    peaks are those of the finer steps.
+    Legs and peaks are those of the finer steps.
 
     The error is 1/15 of the difference where errors go as dt^2 and dt^4. Contacts that open leave a
     term dt^2.5 in natural units, erratic from one step to the next, so that two extrapolations can
-    agree by chance: 0.0055 dt^2.5 was measured where they did, and 0.84 of the difference
-    elsewhere. In hard scenes, and for contacts whose force still grows at the end, both are
-    erratic: the bound is three times the difference plus 0.05 dt^2.5; six times where the finest
-    run has few steps (measured 4.4).
+    agree by chance: 0.0055 dt^2.5 was measured where they did. In hard scenes, and for contacts
+    whose force still grows at the end, both are erratic; the more so where the finest run has few
+    steps.
 
-    With damped contacts the remaining error goes as dt^2: measured were 2.4 of the difference, and
-    0.04 dt for contacts whose force still grows at the end. Where granules fly towards others, it
-    goes as dt^1.5 and less, and is erratic: 3.6 of the difference was measured in 760 scenes.
+    With damped contacts the remaining error goes as dt^2; for contacts whose force still grows at
+    the end, 0.04 dt was measured. Where granules fly towards others, it goes as dt^1.5 and less,
+    and is erratic.
     """
     dt = max(leg.dt for leg in legs) / scene.contact_time
     if scene.contact is not None:
-        safety = 6 if fly_at_others(scene) else 4
-        error = safety * difference + (0.1 * dt if peaks.any_rising else 0.0)
-        return error + _OF_EXTRAPOLATED * touch_error(scene, legs, peaks)
+        flies = "flying" if fly_at_others(scene) else "damped"
+        by_chance = 0.1 * dt if peaks.any_rising else 0.0
+        by_chance += _OF_EXTRAPOLATED * touch_error(scene, legs, peaks)
+        return SAFETIES[f"extrapolated, {flies}"], by_chance
     if amplifies_errors(scene) or peaks.any_rising:
         few = max(leg.steps for leg in legs) < _FEW_STEPS
-        return (6 if few else 3) * difference + 0.05 * math.pow(dt, 2.5)
-    return difference + 0.005 * math.pow(dt, 2.5)
+        kind = "extrapolated, hard" + ", few steps" * few
+        return SAFETIES[kind], 0.05 * math.pow(dt, 2.5)
+    return SAFETIES["extrapolated"], 0.005 * math.pow(dt, 2.5)
 
 
 def least_gain(scene: Scene) -> float:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native.damped_plan import accurate
+from hertzchain.engines.native.damped_runs import accurate
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.kernel_input import start_of
 from hertzchain.engines.native.methods import Walker
@@ -22,7 +22,7 @@ from hertzchain.errors import RunFailed
 from hertzchain.limits import Deadline, refuse_memory
 from hertzchain.observables.contact_errors import ContactErrors, Peaks
 from hertzchain.observables.damped_law import DampedLaw
-from hertzchain.observables.error_bound import diverged
+from hertzchain.observables.error_bound import SAFETIES, diverged
 from hertzchain.observables.first_pulse import Signals
 from hertzchain.observables.history import Recorder
 from hertzchain.observables.samples import Samples
@@ -54,9 +54,8 @@ _BLOCK, _ARRAYS = 256, 20
 """Samples passed on together by the paper's method (chosen): enough for NumPy's cost per call, and
 little memory; and the numbers kept for each granule and sample (counted)."""
 
-_SAFETY, _FLOOR = 2.0, 0.2
-"""Bound of the error over that difference, and its least part of the tolerance, as a difference can
-be small by chance: of 240 random scenes the worst had an error of 0.7 of the bound."""
+_FLOOR = 0.2
+"""Least bound of the error over the tolerance: the difference of two runs can be small by chance."""
 
 _TIGHT, _LOOSER, _SHORTER = 3e-10, 10.0, 0.6
 """Tolerance of the run that judges the compiled loops, how much looser another one is, and how much
@@ -250,8 +249,8 @@ def judging_peaks(scene: Scene, deadline: Deadline) -> tuple[FloatArray, float]:
         simulate_in_scipy(scene, tolerance, deadline, None, longest, samples=samples).peaks
         for tolerance, longest in ((_TIGHT, 1.0), (_LOOSER * _TIGHT, shorter))
     )
-    error = _SAFETY * float(tight.differences(loose).peak) + _FLOOR * _TIGHT
-    return np.asarray(tight.force), error
+    errors = SAFETIES["SciPy, judging"].bounds([tight.differences(loose)], least=_FLOOR * _TIGHT)
+    return np.asarray(tight.force), errors.largest
 
 
 @dataclass(frozen=True, eq=False)

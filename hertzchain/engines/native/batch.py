@@ -339,7 +339,7 @@ def _accurate_enough(
             )
             # A motion that diverged has no meaningful number of evaluations.
             evaluations[known] = np.nan_to_num(taken)
-            error[known] = np.where(np.isnan(taken), np.inf, plan.estimate(0.0, taken))
+            error[known] = np.where(np.isnan(taken), np.inf, plan.least(taken))
             passed[known] = time[known] < end[:, None]
         native = Native(rtol=rtol, peaks_only=True, wanted="all")
 

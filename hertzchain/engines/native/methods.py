@@ -133,7 +133,7 @@ class Method:
     walker: Walker
     step: float  # default step, natural time units
     interval: float
-    safety: float = 6.0  # ratio of bound to differences; opening contacts make errors erratic
+    safety: str = "equal steps"  # kind of run: see ``error_bound.SAFETIES``
     # error at any step, left by refinement; at most 4e-12 in the paper's scenes
     floor: float = 0.0
 
@@ -143,7 +143,7 @@ METHODS: dict[str, Method] = {
         Walker(SRKN_11B, tolerance=1e-10, cosine_steps=32, starting=math.inf),
         step=0.05,
         interval=9.07,
-        safety=3.0,
+        safety="refined steps",
         floor=1e-11,
     ),
     "srkn-11b": Method(Walker(SRKN_11B), step=0.2, interval=9.07),

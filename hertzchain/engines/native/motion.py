@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.backend import Native
-from hertzchain.engines.native.damped_plan import first_tolerance
-from hertzchain.engines.native.damped_runs import simulate_damped
+from hertzchain.engines.native.damped_runs import first_tolerance, simulate_damped
 from hertzchain.limits import Deadline
 from hertzchain.observables.history import History, Recorder
 from hertzchain.scene.scene import Scene

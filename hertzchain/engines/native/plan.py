@@ -16,7 +16,7 @@ import numpy as np
 
 from hertzchain.engines.native.methods import SRKN_6B, SRKN_11B, Walker
 from hertzchain.errors import is_finite, require
-from hertzchain.observables.error_bound import is_short
+from hertzchain.observables.error_bound import SAFETIES, Safety, is_short
 from hertzchain.scene.scene import Scene
 
 TIGHTEST, LOOSEST = 1e-10, 0.01
@@ -31,11 +31,6 @@ _LONGEST_CHECKED_STEP = {"srkn-6b": 0.62, "srkn-11b": 0.52}
 _CHECKED = 0.92
 """Ratio of SRKN_11^b's steps with a second run to those without: one scene in fifty needs a further
 plan; at ratio 1, one in four.
-"""
-
-_SAFETY = 0.15
-"""Ratio of the error to the difference from a run with other steps; 1/16 if smooth, 1/7 if contacts
-open.
 """
 
 _KNOWN, _KNOWN_UNCHECKED = 0.55, 0.9
@@ -73,16 +68,9 @@ _UNREFINED = 1e-4
 _KNOWN_RATIOS, _KNOWN_DURATIONS, _KNOWN_GRANULES = (0.05, 10.0), (1.1, 60.0), 500
 """Ranges of LM_ratio, n and N of the random scenes."""
 
-_SAFETY_IF_HARD = 6.0
-"""The same factor where errors are erratic (``error_bound.amplifies_errors``): measured 2.4."""
-
-_FINER, _LOOSEST_TRIED, _SAFETY_IF_TRIED = 24.0, 2.5e-5, 15.0
-"""Wanted accuracy over that of the plan that such scenes try first, its largest, and its factor: 12
-was needed in the worst of 1,000 scenes with terms at 1e-3. The method of looser plans is more
-erratic: with it two peaks were off by 1.1 and 2.1 bounds at the factor 8."""
-
-_SAFETY_OF_TIMES = 2.0
-"""The same for arrivals and widths, at least."""
+_FINER, _LOOSEST_TRIED = 24.0, 2.5e-5
+"""Wanted accuracy over that of the plan that such scenes try first where first pulses are wanted,
+and its largest: the method of looser plans is more erratic."""
 
 _HARDER, _HARD_RTOL = 30.0, 1e-6
 """Hard scenes run with a thirtieth of the wanted accuracy, or this one: long steps make them
@@ -98,7 +86,7 @@ class Plan:
     walker: Walker
     step: float  # largest step, natural time units
     error: float  # error of the peaks in the worst random scene
-    safety: float  # ratio of the error bound to the difference from a run with other steps
+    safety: Safety  # of differences from runs with other steps
 
     @functools.cached_property
     def coarser(self) -> Walker:
@@ -122,14 +110,9 @@ class Plan:
         hardly = error - self.error > _HOPELESS * (before - self.error)
         return hardly and evaluations > _CHEAP
 
-    def estimate(self, difference: Any, evaluations: Any, of_times: bool = False) -> Any:
-        """Upper bound of the error, from the difference to a run with other steps and round-off.
-
-        Difference and force ``evaluations`` may be arrays that broadcast. ``of_times``: they are
-        differences of arrivals, whose errors add up along the chain.
-        """
-        safety = max(self.safety, _SAFETY_OF_TIMES) if of_times else self.safety
-        return self.error + safety * difference + round_off(evaluations)
+    def least(self, evaluations: Any) -> Any:
+        """Error that no difference shows, from force evaluations; also of arrays."""
+        return self.error + round_off(evaluations)
 
 
 def is_known(momentum_ratio: Any, duration_ratio: Any, granules: int) -> Any:
@@ -173,14 +156,14 @@ def cheapest(rtol: float, checked: bool = True, hard: bool = False) -> Plan:
     if not checked and rtol >= _UNREFINED:
         plain = Walker(stepper, 0.0, cosine_steps, 0.0)
         error = _KNOWN_UNCHECKED * rtol
-        return Plan(name, plain, _LONGEST_STEP, error, _SAFETY)
+        return Plan(name, plain, _LONGEST_STEP, error, SAFETIES["plan"])
     starting = math.inf if hard else 4 + 2 * tight
     walker = Walker(stepper, 5e3 * aim, cosine_steps, starting)
     if checked:
         step = min(step * (1.0 if name == "srkn-6b" else _CHECKED), _LONGEST_CHECKED_STEP[name])
     step = min(step, _LONGEST_STEP)
     error = (_KNOWN if checked else _KNOWN_UNCHECKED) * rtol
-    return Plan(name, walker, step, error, _SAFETY_IF_HARD if hard else _SAFETY)
+    return Plan(name, walker, step, error, SAFETIES["plan, hard" if hard else "plan"])
 
 
 def tried_first(rtol: float) -> Plan:
@@ -190,12 +173,7 @@ def tried_first(rtol: float) -> Plan:
     two of three random scenes its error bound is as small as wanted.
     """
     accuracy = min(max(rtol / _FINER, TIGHTEST), _LOOSEST_TRIED)
-    return replace(cheapest(accuracy), safety=_SAFETY_IF_TRIED)
-
-
-def other_step(steps: int) -> int:
-    """Leg's number of steps in the run that estimates the error: 2/3 as many, or one more."""
-    return 2 * steps // 3 if steps > 2 else steps + 1
+    return replace(cheapest(accuracy), safety=SAFETIES["plan, tried first"])
 
 
 def round_off(evaluations: Any) -> Any:

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 import hertzchain as hc
 from hertzchain.engines.external.rescaling import Softening
 from hertzchain.engines.native import damped_advance, elastic_state
-from hertzchain.engines.native.damped_plan import accurate, first_tolerance
-from hertzchain.engines.native.damped_runs import integrate_damped
+from hertzchain.engines.native.damped_runs import accurate, first_tolerance, integrate_damped
 from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.kernel_input import room_for
