@@ -1,47 +1,479 @@
-"""A run of a chain of damped contacts, compiled: which granules are computed, and when."""
+"""A run of a chain of damped contacts, compiled: an explicit method with adaptive steps.
+
+A step is taken with the mode of each contact kept (see ``damped_contacts``). If a contact should
+have changed its mode within the step, and that matters, the step is repeated up to that time. The
+force of a contact that begins with a closing speed grows as t^q: the first step after that is taken
+in tau = t^(1/m), in which the motion is smooth, and the free flight is not integrated: then the
+overlap, at most w tau^m, has all its digits in every stage.
+"""
 
 from __future__ import annotations
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native.damped_advance import CHECK, Method, advance, change_mode, grain
-from hertzchain.engines.native.damped_contacts import held
-from hertzchain.engines.native.damped_events import IDLE, begins, in_wrong_mode, start_modes
-from hertzchain.engines.native.damped_flights import (
+from hertzchain.engines.native.damped_contacts import (
+    EVENT,
+    IDLE,
+    accelerations,
+    begins,
+    cost,
+    earliest,
+    first_maximum,
+    force_rates,
+    forces,
+    held,
+    hidden_maximum,
+    in_wrong_mode,
+    keep_ends,
+    keep_history,
+    keep_maxima,
+    lateness,
+    observe,
+    start_modes,
+)
+from hertzchain.engines.native.damped_state import (
     NEVER,
+    Motion,
+    State,
     any_moving,
     clusters,
+    copy,
+    fly,
     fly_on,
     gather,
     next_touch,
 )
-from hertzchain.engines.native.damped_state import Motion, State, fly
-from hertzchain.engines.native.damped_step import evaluate
 from hertzchain.engines.native.elastic_chain import (
     END,
     PLACE,
     SHAPE,
     START,
     VELOCITY,
+    applied_force,
+    applied_force_rate,
     energy_of,
     has_piston,
     momentum_of,
 )
-from hertzchain.engines.native.elastic_legs import is_diverged
 from hertzchain.engines.native.elastic_state import (
     DIVERGED,
     DONE,
     STOPPED,
+    STUCK,
+    TOO_MUCH,
     Outcome,
     Seen,
     is_stopped,
 )
+from hertzchain.engines.native.elastic_step import is_diverged
 from hertzchain.engines.native.equations import Chain
-from hertzchain.observables.compiling import compiled_and_kept
-from hertzchain.observables.observer import Watch, usual_end
+from hertzchain.observables.compiling import compiled, compiled_and_kept
+from hertzchain.observables.observer import Watch, power_of, usual_end
+
+_AHEAD = 8
+"""Granules that the window of moving granules grows by."""
+
+_LEAST = 1e-60
+"""A force below which a granule ahead of the front stays at rest."""
+
+_NO_ERROR = 1e-60
+"""Square of an error that counts as 0."""
+
+
+@compiled
+def rate_of_dampers(u: Any, on: Any, hi: int, c: Any) -> float:
+    """Bound of the rates at which the dampers that act now stop motions.
+
+    No rate is larger than the largest sum of a row of the matrix of dampers over masses
+    (Gershgorin).
+    """
+    fastest, before = 0.0, 0.0
+    for i in range(hi):
+        damping = on[i] * c.damping[i]
+        if c.exponent > 0:
+            damping *= power_of(max(u[i] - u[i + 1] - c.gap[i], 0.0), c.exponent)
+        fastest = max(fastest, (before + damping) * c.inverse_mass[i])
+        before = damping
+    return 2.0 * fastest
+
+
+@compiled
+def _fly(u: Any, v: Any, u0: Any, v0: Any, time: float, hi: int) -> None:
+    for i in range(np.uint64(0), np.uint64(hi)):
+        u[i] = u0[i] + time * v0[i]
+        v[i] = v0[i]
+
+
+@compiled
+def _combine(
+    u: Any, v: Any, size: float, twice: Any, once: Any, s: int, k: Any, stages: int, hi: int
+) -> None:
+    """Add the stages with rows of coefficients.
+
+    ``once`` makes velocities of scaled accelerations, ``twice`` displacements.
+    """
+    for j in range(stages):
+        of_u, of_v = size * size * twice[s, j], size * once[s, j]
+        if of_u != 0.0 or of_v != 0.0:
+            for i in range(np.uint64(0), np.uint64(hi)):
+                u[i] += of_u * k[j, i]
+                v[i] += of_v * k[j, i]
+
+
+@compiled
+def _sum(of: Any, hi: int) -> float:
+    total = 0.0
+    for i in range(hi):
+        total += of[i]
+    return total
+
+
+@compiled
+def _bend(bent: Any, rows: Any, nodes: Any, size: float, m: int) -> None:
+    """Coefficients of displacements in t^(1/m): rows times rows, weighted by dt/dtau of stages."""
+    stages = nodes.size
+    for s in range(stages + 1):
+        for j in range(stages):
+            bent[s, j] = 0.0
+        for through in range(1, min(s, stages)):
+            weighted = rows[s, through] * m * (nodes[through] * size) ** (m - 1)
+            if weighted != 0.0:
+                for j in range(through):
+                    bent[s, j] += weighted * rows[through, j]
+
+
+@compiled
+def place_of_push(f: Any, c: Any) -> int:
+    """Place of the applied force in an array of forces: see ``damped_contacts``."""
+    return 0 if c.pushed == 0 else f.size - 1
+
+
+@compiled
+def force_on_held(f: Any, c: Any) -> float:
+    """Force on the wall and on fixed granules together."""
+    total = f[c.inverse_mass.size]
+    for k in range(c.fixed.size):
+        total += f[c.fixed[k]] - f[c.fixed[k] + 1]
+    return float(total)
+
+
+@compiled
+def take_step(
+    start: Any, end: Any, room: Any, on: Any, method: Any, leg: Any, begin: float, h: float, m: int,
+    hi: int, c: Any,
+) -> int:  # fmt: skip
+    """Take one step in t^(1/m); returns where the window ends.
+
+    ``room.gained`` gets the work of the applied force or the piston, the dissipated energy, and the
+    impulses of wall and piston.
+    """
+    f, power, k, gained = room.f, room.power, room.k, room.gained
+    u1, v1, rows, nodes = end.u, end.v, method.rows, method.nodes
+    granules, stages = c.inverse_mass.size, nodes.size
+    size = h if m == 1 else h ** (1.0 / m)
+    twice = method.squares
+    if m > 1:
+        _bend(room.bent, rows, nodes, size, m)
+        twice = room.bent
+    gained[0], gained[1], gained[2], gained[3] = 0.0, 0.0, 0.0, 0.0
+    place, is_piston = place_of_push(f, c), 1.0 if has_piston(c) else 0.0
+    pushing = 1 if is_piston > 0.0 else place  # the contact of a piston, or the applied force
+    # The first stage is the state itself; in t^(1/m) nothing moves yet.
+    moves = 1.0 if m == 1 else 0.0
+    for i in range(np.uint64(0), np.uint64(hi)):
+        k[0, i] = moves * start.a[i]
+    part = size * rows[stages, 0] * moves
+    gained[0] += part * start.f[pushing] * start.v[c.pushed]
+    gained[1] += part * _sum(start.power, hi)
+    gained[2] += part * force_on_held(start.f, c)
+    gained[3] += is_piston * part * start.f[1]
+    for s in range(1, stages + 1):
+        tau = size if s == stages else nodes[s] * size
+        past, scale = tau, 1.0
+        if m > 1:
+            past, scale = tau**m, m * tau ** (m - 1)
+        _fly(u1, v1, start.u, start.v, past, hi)
+        _combine(u1, v1, size, twice, rows, s, k, min(s, stages), hi)
+        if s == stages:
+            break
+        f[place] = applied_force(leg, begin + past)
+        forces(u1, v1, on, f, power, c.stiffness, c.damping, c.gap, c.exponent, hi)
+        if f[hi] > _LEAST and hi < granules:
+            grown = min(hi + _AHEAD, granules)
+            for j in range(stages):
+                for i in range(hi, grown):
+                    k[j, i] = 0.0
+            for i in range(hi, grown):
+                power[i] = 0.0
+            hi = grown
+        accelerations(f, k[s], c.inverse_mass, c.constant, hi, c.pushed)
+        for i in range(np.uint64(0), np.uint64(hi)):
+            k[s, i] *= scale
+        if rows[stages, s] != 0.0:
+            part = size * rows[stages, s] * scale
+            gained[0] += part * f[pushing] * v1[c.pushed]
+            gained[1] += part * _sum(power, hi)
+            gained[2] += part * force_on_held(f, c)
+            gained[3] += is_piston * part * f[1]
+    return hi
+
+
+@compiled
+def largest_error(v0: Any, v1: Any, k: Any, fifth: Any, third: Any, size: float, hi: int) -> Any:
+    """Estimate the largest error of a velocity, and find the largest velocity.
+
+    An error is the square of one estimate over another of lower order, of the same granule: the
+    quotient of the largest ones, of different granules, can be far too small.
+    """
+    error, fastest = 0.0, 0.0
+    for i in range(np.uint64(0), np.uint64(hi)):
+        by5 = by3 = 0.0
+        for s in range(fifth.size):
+            by5 += fifth[s] * k[s, i]
+            by3 += third[s] * k[s, i]
+        square = by5 * by5
+        error = max(error, square / math.sqrt(square + 0.01 * by3 * by3 + _NO_ERROR))
+        fastest = max(fastest, abs(v0[i]), abs(v1[i]))
+    return size * error, fastest
+
+
+@compiled
+def evaluate(at: Any, on: Any, leg: Any, time: float, hi: int, c: Any) -> None:
+    """Forces, their rates, and accelerations of a state."""
+    place = place_of_push(at.f, c)
+    at.f[place], at.r[place] = applied_force(leg, time), applied_force_rate(leg, time)
+    forces(at.u, at.v, on, at.f, at.power, c.stiffness, c.damping, c.gap, c.exponent, hi)
+    accelerations(at.f, at.a, c.inverse_mass, c.constant, hi, c.pushed)
+    force_rates(at.u, at.v, at.a, on, at.r, c.stiffness, c.damping, c.gap, c.exponent, hi)
+
+
+_MANY, _HARDLY = 5000, 1e-7
+"""Number of steps after which a run must have advanced, on average by this part of the longest step
+(chosen): within a second even in long chains."""
+
+CHECK = 4.0
+"""Natural time units between two checks whether the run is over."""
+
+_LOOK = 1_000_000
+"""Work between two checks whether the run is to be stopped: about 4 ms."""
+
+STEP = 500.0
+"""Additional work of a step, in force evaluations of a granule (measured)."""
+
+_FRESH, _STRICTER = 0.25, 0.001
+"""The longest first step of a contact over that of others, and its tolerance over theirs: estimates
+in tau can be small by chance, and with a tenth errors reach 64 tolerances."""
+
+_RELOCATED = 8
+"""Most repetitions of a step for one change of modes; two or three are usual."""
+
+STABLE = 4.0
+"""Longest step times the rate at which dampers stop motions. At 5 the method leaves 0.06 of such a
+motion, at 6 half, and above 6.4 it makes it grow (derived from its coefficients). With longer steps
+errors grow to the tolerance, and modes change to and fro."""
+
+_STRONG = 4.0
+"""The rate, natural units, above which errors of forces are larger than those of velocities: that
+of a damper of 1 between granules of mass 1."""
+
+_FINEST = 1e-13
+"""Smallest tolerance of a step over the largest speed: below it is round-off (chosen)."""
+
+_SHORTEST = 1e-14
+"""Shortest step over the time reached."""
+
+_GRAIN = 1e-15
+"""Overlaps that displacements do not resolve, over the largest displacement: 4 units of its last
+digit. A contact that is open by less can be at rest in no mode, and steps would not advance."""
+
+
+class Method(NamedTuple):
+    """Coefficients of an explicit method that estimates its error; shape (stages,).
+
+    ``rows``, of shape (stages + 1, stages), ends with the weights; ``squares`` is their product
+    with the rows of the stages, which makes displacements of accelerations. The error of a step h
+    is e5^2 / sqrt(e5^2 + e3^2 / 100), where e5 and e3 are h times the sums of the stages with the
+    weights ``fifth`` and ``third``.
+    """
+
+    nodes: FloatArray
+    rows: FloatArray
+    squares: FloatArray
+    fifth: FloatArray
+    third: FloatArray
+
+
+@compiled
+def grain(u: Any, hi: int) -> float:
+    """Overlap below which displacements cannot show whether a contact is open."""
+    farthest = 0.0
+    for i in range(hi):
+        farthest = max(farthest, abs(u[i]))
+    return _GRAIN * farthest
+
+
+@compiled
+def change_mode(at: Any, on: Any, i: int, run: Any, c: Any) -> None:
+    """Change the mode of a contact; its elastic energy counts as dissipated while it is off."""
+    run.dissipated += held(at.u, i, c) * (2.0 * on[i] - 1.0)
+    on[i] = 1.0 - on[i]
+
+
+@compiled
+def advance(
+    start: Any, end: Any, on: Any, room: Any, c: Any, leg: Any, until: float, until_change: bool,
+    run: Any, method: Any, tolerance: float, slowest: float, longest: float, stable: float,
+    most_work: float, seen: Any, watch: Any, control: Any, chosen: Any,
+) -> None:  # fmt: skip
+    """Take steps up to a time or, with ``until_change``, until a contact begins or ends.
+
+    Errors are judged by the largest speed of these granules, at least ``slowest``. Granule i of a
+    part of the chain is ``chosen[i]`` of the chain.
+    """
+    record, leg_end = seen.record, until
+    u0, v0, u1, v1 = start.u, start.v, end.u, end.v
+    root = 4 if c.exponent == 1 else 2
+    evaluate(start, on, leg, run.time, run.hi, c)
+    keep_ends(seen, start.f, run.time, run.hi)
+    # Runs with other tolerances have the same steps, so their differences do not show these errors.
+    changed, is_shared = False, True
+    while run.status == DONE and run.time < until and not (changed and until_change):
+        time, fresh = run.time, run.fresh
+        rate = max(rate_of_dampers(u0, on, run.hi, c), stable / longest)
+        run.following = min(run.following, stable / rate)
+        strength = max(1.0, min(rate / _STRONG, tolerance / _FINEST))
+        h, tried, target, smooth, changed = run.following, 0, -1, run.following, False
+        is_cut = False
+        run.cost += STEP
+        if time + 1.01 * h >= until:
+            h = until - time
+        shortest = _SHORTEST * (1.0 + abs(time))
+        while True:
+            m = root if fresh else 1
+            if fresh:
+                h = min(h, _FRESH * longest)
+            if fresh and run.kept < record.time.size and record.time[run.kept] > time + shortest:
+                h = min(h, record.time[run.kept] - time)
+            hi = take_step(start, end, room, on, method, leg, time, h, m, run.hi, c)
+            run.hi = hi
+            run.evaluations += method.nodes.size
+            run.cost += method.nodes.size * hi
+            error, fastest = largest_error(
+                v0, v1, room.k, method.fifth, method.third, h if m == 1 else h ** (1.0 / m), hi
+            )  # fmt: skip
+            allowed = run.allowed = tolerance * max(fastest, slowest)
+            judged = allowed * (_STRICTER if fresh else 1.0) / strength
+            error /= judged
+            if error > 1.0 and h > shortest:
+                h *= max(0.1, 0.9 * error ** (-1 / 8)) ** m
+                smooth = h
+                continue
+            after = time + h if h < until - time else until
+            evaluate(end, on, leg, after, hi, c)
+            if h > shortest and tried < _RELOCATED:
+                idle = max(IDLE * allowed, grain(u1, hi))
+                s, which = earliest(start, end, on, hi, h, allowed, idle, c)
+                if which >= 0:
+                    tried += 1
+                    if s * h > shortest:
+                        h, target = s * h, which
+                        continue
+                    d, w = u0[which] - u0[which + 1] - c.gap[which], v0[which] - v0[which + 1]
+                    change_mode(start, on, which, run, c)
+                    changed = True
+                    fresh = fresh or (on[which] > 0.0 and begins(d, w, which, h, allowed, c))
+                    evaluate(start, on, leg, time, hi, c)
+                    keep_ends(seen, start.f, time, hi)
+                    if until_change and run.changes < _RELOCATED:
+                        run.changes += 1
+                        break  # before the step: it concerns other granules, too
+                    continue
+            if fresh and h > shortest and hidden_maximum(start, end, seen, h, hi):
+                h /= 4
+                smooth = h
+                continue
+            if is_shared and after == until and not fresh:
+                # Where the maximum is at the end of a step, nothing is interpolated.
+                s = first_maximum(start, end, seen, h, hi, c)
+                if s < 1.0:
+                    h, is_cut = h * s, True
+                    continue
+            run.changes = 0
+            break
+        run.fresh = fresh
+        if run.changes > 0:
+            break
+        begin, run.time, is_shared = time, after, is_cut
+        run.steps += 1
+        run.work += room.gained[0]
+        run.dissipated += room.gained[1]
+        run.wall += room.gained[2]
+        run.piston += room.gained[3]
+        if has_piston(c):
+            run.moved += abs(room.gained[0])
+        if not fresh:
+            keep_maxima(start, end, seen, begin, h, hi, c)
+        keep_ends(seen, end.f, after, hi)
+        if watch is not None:
+            observe(watch, start, end, begin, h, fresh, hi, c, chosen)
+        if run.kept < record.time.size and record.time[run.kept] <= after:
+            run.kept = keep_history(record, run.kept, start, end, on, hi, begin, after, c)
+        grown = min(4.0, 0.9 * max(error, 1e-10) ** (-1 / 8))
+        run.following = max(smooth, h * grown) if target >= 0 else h * grown**m
+        was_fresh, fresh = fresh, False
+        least = grain(u1, hi)
+        idle = max(IDLE * allowed, least)
+        for i in range(hi):
+            wrong = in_wrong_mode(end, on, i, idle, c)
+            d, w = u1[i] - u1[i + 1] - c.gap[i], v1[i] - v1[i + 1]
+            if i == target and not wrong:
+                ending = on[i] > 0.0
+                late = lateness(d, w, end.a[i] - end.a[i + 1], i, c)
+                wrong = cost(d, w, (d, w), late, ending, i, c) <= EVENT * allowed
+                wrong = wrong or abs(d) <= least  # a shorter step comes no nearer
+            if wrong:
+                changed = True
+                change_mode(end, on, i, run, c)
+                if on[i] > 0.0 and begins(d, w, i, run.following, allowed, c):
+                    fresh = True
+        copy(u1, u0, 0, hi)
+        copy(v1, v0, 0, hi)
+        if changed:
+            evaluate(start, on, leg, after, hi, c)
+            keep_ends(seen, start.f, after, hi)
+        else:
+            copy(end.a, start.a, 0, hi)
+            copy(end.f, start.f, 0, hi + 1)
+            copy(end.r, start.r, 0, hi + 1)
+            last = end.f.size - 1
+            start.f[last], start.r[last] = end.f[last], end.r[last]
+            copy(end.power, start.power, 0, hi)
+        if was_fresh and not fresh:
+            run.following = min(run.following, h)
+        run.fresh = fresh
+        if watch is not None and after >= run.next_end:
+            at = max(run.next_end, after - 1.0)
+            run.end = max(usual_end(watch, run.usual, at, run.end), after)
+            run.next_end = min(run.next_end + CHECK, run.end) if run.end > after else math.inf
+            until = min(leg_end, run.end)
+        if run.cost >= most_work:
+            run.status = TOO_MUCH
+        if run.steps >= run.steps_before + _MANY:
+            if not after > run.time_before + _MANY * _HARDLY * longest:
+                run.status = STUCK
+            run.steps_before, run.time_before = run.steps, after
+        if run.cost >= run.look:
+            run.look = run.cost + _LOOK
+            control[1], control[2] = after, control[2] + 1
+            if is_stopped(control):
+                run.status = STOPPED
+            elif is_diverged(energy_of(u0, v0, 0, hi, c), run.given, run.work, run.moved, c):
+                run.status = DIVERGED
+
 
 _SLOW = 1e-3
 """Speed below which errors are no longer judged by the largest speed, natural units."""

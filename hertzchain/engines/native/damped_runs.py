@@ -30,7 +30,7 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
 if TYPE_CHECKING:
-    from hertzchain.engines.native.damped_advance import Method
+    from hertzchain.engines.native.damped_kernel import Method
     from hertzchain.observables.observer import Watch
 
 METHOD = "dop853"
@@ -111,7 +111,7 @@ def integrate_damped(
     watch, usual
         As for ``elastic.march``.
     """
-    from hertzchain.engines.native import damped_advance, damped_kernel
+    from hertzchain.engines.native import damped_kernel
     from hertzchain.engines.native.damped_state import at_the_start
     from hertzchain.engines.native.elastic_state import Seen
 
@@ -126,7 +126,7 @@ def integrate_damped(
     found = damped_kernel.march(
         rows, method, chain.padded(), start if start.size else np.zeros((2, granules)),
         MOVING if has_front else granules, tolerance, longer * longest,
-        longer * damped_advance.STABLE, most_work, state, Seen(force, time, record),
+        longer * damped_kernel.STABLE, most_work, state, Seen(force, time, record),
         watch, usual, np.zeros(3) if control is None else control,
     )  # fmt: skip
     peaks = Peaks(force, time, time < found.end)
@@ -138,7 +138,7 @@ def _method() -> Method:
     """Return the coefficients of DOP853 in the form of the kernel."""
     from scipy.integrate import DOP853
 
-    from hertzchain.engines.native.damped_advance import Method
+    from hertzchain.engines.native.damped_kernel import Method
 
     rows = np.concatenate([DOP853.A, [DOP853.B]])
     squares = rows @ rows[:-1]

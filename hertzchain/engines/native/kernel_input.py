@@ -28,7 +28,7 @@ MOVING = 8
 def is_single_pulse(scene: Scene) -> bool:
     """Return whether a scene is one of the paper's: a plain chain and a pulse.
 
-    Of such scenes granules behind the wave may be dropped: see ``elastic_window.left_behind``.
+    Of such scenes granules behind the wave may be dropped: see ``elastic.left_behind``.
     """
     return scene.pulse is not None and scene.is_plain
 

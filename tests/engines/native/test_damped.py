@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 import hertzchain as hc
 from hertzchain.engines.external.rescaling import Softening
-from hertzchain.engines.native import damped_advance, elastic_state
+from hertzchain.engines.native import damped_kernel, elastic_state
 from hertzchain.engines.native.damped_runs import accurate, first_tolerance, integrate_damped
 from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
 from hertzchain.engines.native.equations import Chain
@@ -256,7 +256,7 @@ def test_stop_and_most_work() -> None:
     chain, rows = uniform(6, RESTITUTION, 0.2), pulse_until(30.0)
     stopped = integrate_damped(chain, rows, AT_REST, 1e-9, 0.8, control=np.array([-1.0, 0.0, 0.0]))
     assert stopped.status == elastic_state.STOPPED
-    per_step = damped_advance.STEP + 12 * 6  # stages, granules
+    per_step = damped_kernel.STEP + 12 * 6  # stages, granules
     few = integrate_damped(chain, rows, AT_REST, 1e-9, 0.8, most_work=2.5 * per_step)
     assert (few.status, few.steps) == (elastic_state.TOO_MUCH, 3)
 

@@ -12,7 +12,7 @@ from scipy.integrate import simpson
 from scipy.interpolate import CubicSpline
 
 import hertzchain as hc
-from hertzchain.engines.native import elastic, elastic_state, elastic_window
+from hertzchain.engines.native import elastic, elastic_state
 from hertzchain.engines.native.elastic_state import Seen, at_the_start
 from hertzchain.engines.native.kernel_input import leg_rows, nothing_recorded, steps_of
 from hertzchain.engines.native.methods import SRKN_11B, Walker
@@ -122,7 +122,7 @@ def test_after_two_pulses_nothing_is_left_behind() -> None:
 
 
 def left_behind(u: Any, v: Any, peaks: Any, hi: int) -> int:
-    return int(elastic_window.left_behind(u, v, peaks, 0, hi))
+    return int(elastic.left_behind(u, v, peaks, 0, hi))
 
 
 def quiet_chain(quiet: int, behind: float, noise: float = 0.0) -> Any:
@@ -229,7 +229,7 @@ def test_what_becomes_of_a_wave_behind_another(
 
 
 def test_one_wave_is_told_from_others(wave: Any) -> None:
-    height = elastic_window._height
+    height = elastic._height
     u, v = wave
     overlap = np.append(np.maximum(u[:-1] - u[1:], 0), 0)
     momentum, energy = float(np.sum(v)), float(np.sum(v**2) / 2 + 0.4 * np.sum(overlap**2.5))
@@ -273,4 +273,4 @@ def test_when_no_peak_can_change(velocity: float, peak: float, settled: bool) ->
     peaks = np.ones(9)
     peaks[5] = peak
     u = np.append(u, 1e30)
-    assert elastic_window.is_settled(u, v, peaks, 0, 10) == settled
+    assert elastic.is_settled(u, v, peaks, 0, 10) == settled
