@@ -114,38 +114,39 @@ def backends(
 def needed_factors(call: Call, result: hc.Result, truth: hc.Result) -> dict[str, float]:
     """Factors of forces and of times that the bounds of a result needed at least."""
     safety, errors, rest = call
-    contacts = result.peak_force.size
+    stated, of_truth, contacts = result.errors, truth.errors, result.peak_force.size
+    assert stated is not None
+    assert of_truth is not None
     errors = errors.of_contacts(contacts)
-    assert truth.errors is not None
     dynamic = np.ones(contacts) if errors.dynamic is None else errors.dynamic
-    judged = judged_contacts(truth.peak_force)
 
-    def needed(off: FloatArray, of_truth: Any, bound: Any, share: Any, factor: float) -> float:
+    def needed(off: FloatArray, name: str, share: Any, factor: float, unit: float = 1.0) -> float:
+        """The factor of one number; ``off`` in the unit of the result, NaN where not judged."""
+        estimate = getattr(errors, name) - rest / share  # times the factor
+        others = getattr(stated, name) / unit - estimate  # by readings, and by other maxima
+        left = (off - getattr(of_truth, name)) / unit - others
         with np.errstate(all="ignore"):
-            ratio = factor * (off - of_truth - rest / share) / (bound - rest / share)
-        return float(np.nanmax(ratio[np.isfinite(bound) & np.isfinite(off)], initial=0.0))
+            ratio = factor * left / estimate
+        some = np.isfinite(off) & np.isfinite(others)
+        return float(np.nanmax(ratio[some], initial=0.0))
 
     with np.errstate(all="ignore"):
-        off = np.where(judged, np.abs(result.peak_force / truth.peak_force - 1), np.nan)
-    bound = np.broadcast_to(errors.peak, contacts)
-    forces = needed(off, truth.errors.peak, bound, 1.0, safety.factor)
-    mine, true, of_truth = result.first_pulses, truth.first_pulses, truth.errors
-    if mine is None or true is None or errors.first is None or of_truth.first is None:
+        off = np.abs(result.peak_force / truth.peak_force - 1)
+    off = np.where(judged_contacts(truth.peak_force), off, np.nan)
+    forces = needed(off, "peak", 1.0, safety.factor)
+    first, true = result.first_pulses, truth.first_pulses
+    if first is None or true is None or errors.first is None:
         return {"forces": forces}
-    clear = mine.is_clear & true.is_clear
-    off = np.where(clear, np.abs(mine.force / true.force - 1), np.nan)
-    first = needed(off, of_truth.first, errors.first, dynamic, safety.factor)
+    clear = first.is_clear & true.is_clear
+    off = np.where(clear, np.abs(first.force / true.force - 1), np.nan)
+    forces = max(forces, needed(off, "first", dynamic, safety.factor))
+    # Errors are computed in natural time units.
+    unit = result.scene.units.time if result.backend == "native" else result.scene.contact_time
     times = []
-    for name, some in (("arrival", clear), ("width", clear & mine.is_steady & true.is_steady)):
-        stated, bound = getattr(result.errors, name), getattr(errors, name)
-        known = np.isfinite(stated) & (stated > 0)
-        if not known.any():
-            continue
-        unit = float(np.median(stated[known] / bound[known]))  # natural time unit [s]
-        off = np.where(some, np.abs(getattr(mine, name) - getattr(true, name)) / unit, np.nan)
-        factor = max(safety.factor, safety.of_times)
-        times.append(needed(off, getattr(of_truth, name) / unit, bound, dynamic, factor))
-    return {"forces": max(forces, first), "times": max(times, default=0.0)}
+    for name, some in (("arrival", clear), ("width", clear & first.is_steady & true.is_steady)):
+        off = np.where(some, np.abs(getattr(first, name) - getattr(true, name)), np.nan)
+        times.append(needed(off, name, dynamic, safety.of_times, unit))
+    return {"forces": forces, "times": max(times)}
 
 
 def judged_by_scipy(scene: hc.Scene, truth: hc.Result) -> float:
@@ -190,9 +191,9 @@ def promises(table: pandas.DataFrame) -> list[Row]:
     rows = []
     for entry in table.sort_values(["kind", "what"]).to_dict("records"):
         safety = SAFETIES[entry["kind"]]
-        factor = max(safety.factor, safety.of_times if entry["what"] == "times" else 0.0)
+        factor = safety.factor if entry["what"] == "forces" else safety.of_times
         what = f"{safety.kind}: {entry['what']}, {entry['runs']} runs"
-        reason = f"the safety factor; {safety.measured:.2g} was measured before"
+        reason = "the safety factor in error_bound.SAFETIES, with what was measured before"
         rows.append(row(what, entry["backend"], entry["needed"], 0.0, factor, reason))
     return rows
 

@@ -130,10 +130,10 @@ def test_long_steps_and_contacts_that_rise_need_more_safety(
 
 def test_a_bound_is_the_largest_weighted_difference_times_the_safety_and_the_rest() -> None:
     """Small pulses on a static force have larger relative errors, times a factor of their own."""
-    safety, dynamic = Safety("a kind", 3.0, 2.0, of_times=4.0), np.array([1.0, 0.5])
+    safety, dynamic = Safety("a kind", 3.0, 2.0, 4.0, 2.0), np.array([1.0, 0.5])
     differences = [
-        ContactErrors(np.array([peak, math.nan]), *np.full((3, 2), pulse), dynamic=dynamic)
-        for peak, pulse in ((1e-3, 2e-3), (3e-3, 1e-3))
+        ContactErrors(np.array([peak, math.nan]), pulse, pulse, pulse, dynamic)
+        for peak, pulse in ((1e-3, np.full(2, 2e-3)), (3e-3, np.full(2, 1e-3)))
     ]
     errors = safety.bounds(differences, [1.0, 0.5], rest=1e-5)
     assert errors.peak == pytest.approx([3 * 1.5e-3 + 1e-5, math.nan], nan_ok=True)
@@ -147,7 +147,9 @@ def test_a_bound_is_the_largest_weighted_difference_times_the_safety_and_the_res
 
 
 def test_no_safety_factor_is_below_what_was_measured() -> None:
-    assert all(safety.measured < safety.factor for safety in SAFETIES.values())
+    for safety in SAFETIES.values():
+        assert safety.measured < safety.factor
+        assert safety.measured_of_times < safety.of_times
 
 
 def test_an_error_of_1_leaves_no_digit() -> None:

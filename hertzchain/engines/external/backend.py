@@ -6,7 +6,7 @@ import itertools
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -74,13 +74,9 @@ class Steps:
 
 
 def run(
-    scene: Scene,
-    simulate: Simulate,
-    steps: Steps,
-    times: FloatArray | None,
-    code: str,
+    scene: Scene, simulate: Simulate, steps: Steps, times: FloatArray | None, code: str,
     method: str,
-) -> Result:
+) -> Result:  # fmt: skip
     """Simulate a scene with another code, and estimate the error of its peaks.
 
     ``code`` is the name of the code, in small letters the name of its backend; ``method`` is the
@@ -287,7 +283,7 @@ class _Runner:
         errors = safety.bounds(differences, weights, rest + by_chance)
         other, weight = before if self._has_rivals else None, 3 / (2**self.order - 1)
         rivals = step_error.rival_errors(peaks, last.force, other, weight)
-        return replace(errors, peak=errors.peak + errors.alike(rivals))
+        return step_error.with_rivals(errors, rivals, last, np.add)
 
     def _step_for(self, peaks_at: Callable[[float], FloatArray]) -> float:
         """Return the step [s] for the wanted error, by trials."""
@@ -380,5 +376,6 @@ class _Runner:
             step_error.rival_errors(run.peaks, run.peaks.force, other.peaks, safety.factor * weight)
             for other, weight in zip(rough, weights, strict=True)
         ]
-        largest = errors.alike(np.maximum.reduce(rivals)) + rest
-        return replace(errors, peak=np.maximum(errors.peak, largest))
+        return step_error.with_rivals(
+            errors, np.maximum.reduce(rivals) + rest, run.seen, np.maximum
+        )

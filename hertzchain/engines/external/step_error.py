@@ -10,14 +10,8 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.limits import RTOL
-from hertzchain.observables.contact_errors import Peaks
-from hertzchain.observables.error_bound import (
-    SAFETIES,
-    Safety,
-    amplifies_errors,
-    fly_at_others,
-    highest_rate,
-)
+from hertzchain.observables import error_bound
+from hertzchain.observables.contact_errors import ContactErrors, Peaks
 from hertzchain.observables.peaks import ESTIMATED, judged_contacts
 from hertzchain.observables.watch import PeakWatch
 from hertzchain.scene.scene import Scene
@@ -37,6 +31,7 @@ DASHPOT = 0.6  # relative error over dt times the rate of the dampers: see ``tou
 _OF_EXTRAPOLATED = 4.0
 # steps of a leg in the finest of three runs: with fewer, errors are no power of dt yet
 _FEW_STEPS = 16
+_SAME = 1 - 1e-9  # least force of a first pulse over the highest, if it is that (rounding)
 
 
 def extrapolate(coarse: Peaks, fine: Peaks, order: int, longest: float) -> Peaks:
@@ -58,19 +53,16 @@ def extrapolate(coarse: Peaks, fine: Peaks, order: int, longest: float) -> Peaks
     first, before = fine.first, coarse.first
     if first is not None and before is not None:
         first = replace(
-            first,
-            force=stronger(before.force, first.force),
-            time=later(before.time, first.time),
-            arrival=later(before.arrival, first.arrival),
-            width=later(before.width, first.width),
-        )
+            first, force=stronger(before.force, first.force), time=later(before.time, first.time),
+            arrival=later(before.arrival, first.arrival), width=later(before.width, first.width),
+        )  # fmt: skip
     force = stronger(coarse.force, fine.force)
     return Peaks(force, later(coarse.time, fine.time), fine.passed, first)
 
 
 def extrapolation_safety(
     scene: Scene, legs: Sequence[Leg], peaks: PeakWatch
-) -> tuple[Safety, float]:
+) -> tuple[error_bound.Safety, float]:
     """Return the safety of extrapolated peaks, and an error that differences may hide by chance.
 
     Legs and peaks are those of the finer steps.
@@ -87,20 +79,20 @@ def extrapolation_safety(
     """
     dt = max(leg.dt for leg in legs) / scene.contact_time
     if scene.contact is not None:
-        flies = "flying" if fly_at_others(scene) else "damped"
+        flies = "flying" if error_bound.fly_at_others(scene) else "damped"
         by_chance = 0.1 * dt if peaks.any_rising else 0.0
         by_chance += _OF_EXTRAPOLATED * touch_error(scene, legs, peaks)
-        return SAFETIES[f"extrapolated, {flies}"], by_chance
-    if amplifies_errors(scene) or peaks.any_rising:
+        return error_bound.SAFETIES[f"extrapolated, {flies}"], by_chance
+    if error_bound.amplifies_errors(scene) or peaks.any_rising:
         few = max(leg.steps for leg in legs) < _FEW_STEPS
         kind = "extrapolated, hard" + ", few steps" * few
-        return SAFETIES[kind], 0.05 * math.pow(dt, 2.5)
-    return SAFETIES["extrapolated"], 0.005 * math.pow(dt, 2.5)
+        return error_bound.SAFETIES[kind], 0.05 * math.pow(dt, 2.5)
+    return error_bound.SAFETIES["extrapolated"], 0.005 * math.pow(dt, 2.5)
 
 
 def least_gain(scene: Scene) -> float:
     """Return by how much halving the steps at least reduces the error of extrapolated peaks."""
-    return 2.0 if scene.contact is not None and fly_at_others(scene) else 4.0
+    return 2.0 if scene.contact is not None and error_bound.fly_at_others(scene) else 4.0
 
 
 def touch_error(scene: Scene, legs: Sequence[Leg], peaks: PeakWatch) -> float:
@@ -112,13 +104,15 @@ def touch_error(scene: Scene, legs: Sequence[Leg], peaks: PeakWatch) -> float:
     """
     if not peaks.touch_share:
         return 0.0
-    return DASHPOT * highest_rate(scene) * max(leg.dt for leg in legs) * peaks.touch_share
+    return (
+        DASHPOT * error_bound.highest_rate(scene) * max(leg.dt for leg in legs) * peaks.touch_share
+    )
 
 
 def touches_at_a_speed(scene: Scene) -> bool:
     """Return whether dashpots may close at a speed, so that their force jumps."""
     contact = scene.contact
-    return contact is not None and contact.exponent == 0 and fly_at_others(scene)
+    return contact is not None and contact.exponent == 0 and error_bound.fly_at_others(scene)
 
 
 def usual_accuracy(scene: Scene) -> float:
@@ -155,6 +149,23 @@ def rival_errors(
     return np.where(judged, np.maximum(above, 0.0), 0.0)
 
 
+def with_rivals(
+    errors: ContactErrors, rivals: FloatArray, seen: Peaks, joined: np.ufunc
+) -> ContactErrors:
+    """Return errors joined with those of ``rival_errors``, of first pulses that are the highest."""
+    peak, first = joined(errors.peak, errors.alike(rivals)), seen.first
+    if first is None or errors.first is None or errors.dynamic is None:
+        return replace(errors, peak=peak)
+    of_first = np.zeros(first.force.size)
+    is_highest = (first.force + first.static)[: rivals.size] > _SAME * seen.force
+    of_first[: rivals.size] = np.where(is_highest, rivals, 0.0)
+    of_first /= errors.dynamic
+    force, arrival, width = (
+        joined(each, of_first) for each in (errors.first, errors.arrival, errors.width)
+    )
+    return ContactErrors(peak, force, arrival, width, errors.dynamic)
+
+
 def interpolation_error(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> float:
     """Upper bound of the relative error of the peaks by the interval between readings.
 
@@ -166,8 +177,8 @@ def interpolation_error(scene: Scene, legs: Sequence[Leg], strides: Sequence[int
     apart = [min(n, leg.steps) * leg.dt / unit for n, leg in zip(strides, legs, strict=True)]
     dt, h = max(leg.dt for leg in legs) / unit, max(apart)
     if scene.contact is not None:
-        return _interpolation_error_of_damped(highest_rate(scene) * unit, dt, h)
-    kinks = KINK * h**3.5 if amplifies_errors(scene) else 0.0
+        return _interpolation_error_of_damped(error_bound.highest_rate(scene) * unit, dt, h)
+    kinks = KINK * h**3.5 if error_bound.amplifies_errors(scene) else 0.0
     return INTERPOLATION * h**8 + 0.01 * h**4 * dt**2 + h**2 * dt**4 + kinks
 
 
@@ -194,10 +205,10 @@ def damped_interval(scene: Scene, smooth: float, touch: float) -> float:
     most = math.pow(smooth / DAMPED_ONSET, 1 / 3)
     if scene.contact is not None and scene.contact.exponent == 0:
         most = min(most, math.sqrt(touch / TOUCH))
-    return min(within * scene.contact_time, most / highest_rate(scene))
+    return min(within * scene.contact_time, most / error_bound.highest_rate(scene))
 
 
 def damped_interval_at(scene: Scene, dt: float) -> float:
     """Return the interval between readings [s] that costs little next to the error of steps dt."""
-    by_steps = dt * max(1 / scene.contact_time, highest_rate(scene))
+    by_steps = dt * max(1 / scene.contact_time, error_bound.highest_rate(scene))
     return damped_interval(scene, 0.01 * by_steps, 0.1 * by_steps)
