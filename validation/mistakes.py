@@ -19,7 +19,7 @@ import numpy as np
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps import deck
-from hertzchain.engines.native import kernel_input, simulation
+from hertzchain.engines.native import simulation
 from hertzchain.engines.native.simulation import Prepared
 from hertzchain.observables.contact_errors import Peaks
 from hertzchain.observables.samples import Samples
@@ -143,7 +143,7 @@ def corner_of_the_pulse_late() -> AbstractContextManager[Any]:
 
 def native_force_late() -> AbstractContextManager[Any]:
     """The compiled kernels are given the force one step late."""
-    original = kernel_input.leg_rows
+    original = simulation.leg_rows
 
     def late(legs: Sequence[Leg], units: Any) -> FloatArray:
         rows = original(legs, units)

@@ -10,8 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native.backend import Native
-from hertzchain.engines.native.motion import motion_at
+from hertzchain.engines.native.backend import Native, motion_at
 from hertzchain.errors import RunFailed, SceneError, require
 from hertzchain.fits.keys import GAIN, Free
 from hertzchain.limits import TOLERANCE, Deadline

@@ -91,13 +91,9 @@ class Recorder:
         forces_at(signals, times, *samples.of_contacts, self.contact_force[part])
 
     def history(
-        self,
-        time: FloatArray,
-        length: float = 1.0,
-        velocity: float = 1.0,
-        force: float = 1.0,
+        self, time: FloatArray, length: float = 1.0, velocity: float = 1.0, force: float = 1.0,
         first: int = 0,
-    ) -> History:
+    ) -> History:  # fmt: skip
         """Return the history in SI units.
 
         Arguments are the units of the samples in SI, and the place of granule 1 in them.

@@ -133,13 +133,9 @@ class Result(ShownRun):
             return SolitaryWave(None, None, None)
         chain = self.scene.chain
         wave = solitary_wave(
-            self.peak_force,
-            self.peak_time,
-            self.peak_passed,
-            p,
-            2 * chain.radius,
+            self.peak_force, self.peak_time, self.peak_passed, p, 2 * chain.radius,
             hertz.slowness(chain.contact_stiffness, chain.granule_mass / 2),
-        )
+        )  # fmt: skip
         return wave.without_errors() if self.scene.pulse is None else wave
 
     @property

@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.native import motion
+from hertzchain.engines.native import backend
 from hertzchain.errors import HertzchainError, SceneError
 from hertzchain.fits import model
 from hertzchain.fits.keys import Tie, ties_of
@@ -388,7 +388,7 @@ def test_values_near_an_end_have_an_interval_within_it(monkeypatch: pytest.Monke
 
     def counted(*how: Any) -> Any:
         runs.append(how)
-        return motion.motion_at(*how)
+        return backend.motion_at(*how)
 
     monkeypatch.setattr(model, "motion_at", counted)
     true = replace(TRUE, contact=hc.Contact("restitution", restitution=0.998))

@@ -20,8 +20,7 @@ from hertzchain.errors import SceneError, TooExpensive
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.history import MOST_FRAMES, History, Recorder, wanted_times
 from hertzchain.observables.samples import Samples
-from hertzchain.observables.watch import PeakWatch
-from hertzchain.observables.work import work_done
+from hertzchain.observables.watch import PeakWatch, work_done
 from hertzchain.scene.ramp import Ramp
 from tests.conftest import paper_scene
 from tests.oracles.first_pulses import Trace

@@ -11,8 +11,14 @@ from hypothesis import strategies as st
 
 import hertzchain as hc
 from hertzchain.errors import SceneError
-from hertzchain.observables.far_field import UNSETTLED, WAVE_SPEED, unsettled
-from hertzchain.observables.transition import SolitaryWave, solitary_wave, transition_granules
+from hertzchain.observables.transition import (
+    UNSETTLED,
+    WAVE_SPEED,
+    SolitaryWave,
+    solitary_wave,
+    transition_granules,
+    unsettled,
+)
 from hertzchain.observables.wave import places
 from hertzchain.theory import solitary_wave as exact
 from tests.conftest import STEEL, paper_scene

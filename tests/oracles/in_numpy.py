@@ -19,9 +19,8 @@ from hertzchain.engines.native.as_written import (
     start_of_motion,
 )
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.kernel_input import softest
 from hertzchain.engines.native.methods import Stepper, SymplecticNystrom, Walker
-from hertzchain.engines.native.simulation import Simulation
+from hertzchain.engines.native.simulation import Simulation, softest
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.history import Recorder
 from hertzchain.observables.samples import Samples

@@ -35,14 +35,9 @@ class Observation:
     """
 
     def __init__(
-        self,
-        scene: Scene,
-        made: Softening,
-        legs: Sequence[Leg],
-        times: FloatArray | None,
-        code: str,
-        first: bool = False,
-    ) -> None:
+        self, scene: Scene, made: Softening, legs: Sequence[Leg], times: FloatArray | None,
+        code: str, first: bool = False,
+    ) -> None:  # fmt: skip
         self._scene, self._made, self._legs, self.code = scene, made, tuple(legs), code
         self.legs = [made.leg(leg) for leg in legs]  # the legs given to the code
         self._fastest, self._law = _fastest(scene), DampedLaw.of(scene)
@@ -74,12 +69,9 @@ class Observation:
         self._law_given = None if made.contact is None else DampedLaw.of(made)
 
     def update(
-        self,
-        number: int,
-        time: FloatArray,
-        arrays: FloatArray,
+        self, number: int, time: FloatArray, arrays: FloatArray,
         wall_force: FloatArray | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Add successive readings on a leg; the first repeats the last of the call before.
 
         All values are those of the scene given to the code: number of the leg, from 0; times [s],
@@ -110,16 +102,10 @@ class Observation:
         """Return the results after the last leg."""
         assert self._samples is not None
         return Simulation(
-            made=self._made,
-            legs=self._legs,
-            peaks=self._watch.seen,
-            seen=self._watch.peaks,
-            displacement=self._samples.displacement[-1],
-            velocity=self._velocity,
-            balance=self._balance(self._samples),
-            recorder=self._recorder,
-            version=version,
-        )
+            made=self._made, legs=self._legs, peaks=self._watch.seen, seen=self._watch.peaks,
+            displacement=self._samples.displacement[-1], velocity=self._velocity,
+            balance=self._balance(self._samples), recorder=self._recorder, version=version,
+        )  # fmt: skip
 
     def _refuse_second_neighbours(self, seen: Samples) -> None:
         """Refuse overlaps so deep that granules would touch the next but one, or pass it."""

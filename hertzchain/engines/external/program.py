@@ -90,13 +90,9 @@ def run_program(
     with said.open("wb") as output:
         try:
             process = start(
-                command,
-                cwd=folder,
-                stdin=subprocess.DEVNULL,
-                stdout=output,
-                stderr=subprocess.STDOUT,
-                env={**os.environ, **environment},
-            )
+                command, cwd=folder, stdin=subprocess.DEVNULL, stdout=output,
+                stderr=subprocess.STDOUT, env={**os.environ, **environment},
+            )  # fmt: skip
         except OSError as problem:
             raise BackendMissing(
                 f"{code} cannot be started ({command[0]}: {problem.strerror})"

@@ -70,12 +70,9 @@ def contact_forces(net_force: FloatArray) -> FloatArray:
 
 
 def all_contact_forces(
-    net_force: FloatArray,
-    at_rest: Granules,
-    held: Held,
-    wall_force: FloatArray | None,
+    net_force: FloatArray, at_rest: Granules, held: Held, wall_force: FloatArray | None,
     applied: FloatArray | float = 0.0,
-) -> FloatArray:
+) -> FloatArray:  # fmt: skip
     """Force in each contact [N] of granules under loads; the last is that on a wall.
 
     The arguments are net forces (readings, granules), the force on the wall, if any, and the
@@ -93,14 +90,9 @@ def all_contact_forces(
 
 
 def samples(
-    time: FloatArray,
-    arrays: FloatArray,
-    at_rest: Granules,
-    leg: Leg,
-    held: Held = FREE,
-    wall_force: FloatArray | None = None,
-    law: DampedLaw | None = None,
-) -> Samples:
+    time: FloatArray, arrays: FloatArray, at_rest: Granules, leg: Leg, held: Held = FREE,
+    wall_force: FloatArray | None = None, law: DampedLaw | None = None,
+) -> Samples:  # fmt: skip
     """Convert successive readings on a leg to samples with the derivatives of the positions.
 
     The readings, at least two: times [s], shape (readings,), and positions [m], velocities [m/s]
@@ -123,13 +115,9 @@ def samples(
     contact_force = all_contact_forces(force, at_rest, held, wall_force, applied)
     contact_force = np.where(pressed, contact_force, 0.0)
     known = Samples(
-        time=time,
-        displacement=position - at_rest.position,
-        velocity=velocity,
-        acceleration=force / at_rest.mass,
-        overlap=overlap,
-        contact_force=contact_force,
-    )
+        time=time, displacement=position - at_rest.position, velocity=velocity,
+        acceleration=force / at_rest.mass, overlap=overlap, contact_force=contact_force,
+    )  # fmt: skip
     if law is not None:
         return true_forces(known, law, leg)  # errors of the derivatives are of a higher order
     return _with_true_derivatives(known, at_rest.mass, leg, held.pushed)

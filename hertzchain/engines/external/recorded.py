@@ -23,12 +23,9 @@ def refuse_large(legs: Sequence[Leg], strides: Sequence[int], granules: int) -> 
 
 
 def observe(
-    seen: Observation,
-    at_rest: Granules,
-    readings: FloatArray,
-    strides: Sequence[int],
+    seen: Observation, at_rest: Granules, readings: FloatArray, strides: Sequence[int],
     wall_force: FloatArray | None = None,
-) -> None:
+) -> None:  # fmt: skip
     """Add all readings of a run to an observation.
 
     They are positions [m], velocities [m/s] and net forces [N], shape (readings, 3, granules), leg

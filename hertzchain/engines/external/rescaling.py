@@ -60,15 +60,10 @@ class Softening:
         velocity = _times(self.length / self.time, scene.chain.velocity)
         chain = replace(scene.chain, young_modulus=modulus, gap=gap, velocity=velocity)
         return Scene(
-            chain,
-            shock,
-            run,
-            self._wall(scene.wall, scene.contact),
-            scene.precompression,
-            self._contact(scene.contact),
-            scene.gauges,
+            chain, shock, run, self._wall(scene.wall, scene.contact), scene.precompression,
+            self._contact(scene.contact), scene.gauges,
             near_wall=self._wall(scene.near_wall, scene.contact),
-        )
+        )  # fmt: skip
 
     def _wall(self, wall: Wall | None, contact: Contact | None) -> Wall | None:
         if wall is None:
@@ -101,13 +96,10 @@ class Softening:
     def true(self, samples: Samples) -> Samples:
         """Return samples of the similar scene scaled to the true one."""
         return replace(
-            samples,
-            time=samples.time / self.time,
-            displacement=samples.displacement / self.length,
-            velocity=samples.velocity / self.time,
-            overlap=samples.overlap / self.length,
+            samples, time=samples.time / self.time, displacement=samples.displacement / self.length,
+            velocity=samples.velocity / self.time, overlap=samples.overlap / self.length,
             jerk=None if samples.jerk is None else samples.jerk * self.time,
-        )
+        )  # fmt: skip
 
 
 def _times(factor: float, values: Any) -> Any:

@@ -15,12 +15,11 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.damped_runs import accurate
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.kernel_input import start_of
 from hertzchain.engines.native.methods import Walker
-from hertzchain.engines.native.simulation import Simulation
+from hertzchain.engines.native.simulation import Run, Simulation, start_of
 from hertzchain.errors import RunFailed
 from hertzchain.limits import Deadline, refuse_memory
-from hertzchain.observables.contact_errors import ContactErrors, Peaks
+from hertzchain.observables.contact_errors import Peaks
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.error_bound import SAFETIES, diverged
 from hertzchain.observables.first_pulse import Signals
@@ -226,7 +225,7 @@ def simulate_in_scipy(
 def accurate_in_scipy(
     scene: Scene, rtol: float, deadline: Deadline, recorder: Recorder | None = None,
     first: bool = False,
-) -> tuple[Simulation, ContactErrors]:  # fmt: skip
+) -> Run:  # fmt: skip
     """Integrate with three tolerances, until peaks have the wanted accuracy; the last is returned.
 
     The differences of the three bound the error, as for the compiled adaptive steps.
@@ -236,7 +235,7 @@ def accurate_in_scipy(
         kept = recorder if is_wanted else None
         return simulate_in_scipy(scene, tolerance, deadline, kept, longer, first)
 
-    return accurate(integrated, rtol)
+    return Run("scipy", longest_step(scene), *accurate(integrated, rtol))
 
 
 def judging_peaks(scene: Scene, deadline: Deadline) -> tuple[FloatArray, float]:

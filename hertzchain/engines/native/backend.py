@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import damped_runs
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.duration import with_end
@@ -21,20 +22,9 @@ from hertzchain.engines.native.methods import METHODS, Method
 from hertzchain.engines.native.simulation import Prepared, Run, Simulation, work_of
 from hertzchain.errors import POSITIVE, StepUnstable, is_positive, require
 from hertzchain.limits import RTOL, TIME_LIMIT, Deadline, check_time_limit
+from hertzchain.observables import error_bound
 from hertzchain.observables.balance import Balance
 from hertzchain.observables.contact_errors import ContactErrors
-from hertzchain.observables.error_bound import (
-    SAFETIES,
-    SHORT,
-    amplifies_errors,
-    coarser_run,
-    finer_run,
-    refuse_meaningless,
-    refuse_strong_dampers,
-    refuse_unstable,
-    second_order_safety,
-    stable_step,
-)
 from hertzchain.observables.first_pulse import (
     LATEST,
     check_wanted,
@@ -43,7 +33,7 @@ from hertzchain.observables.first_pulse import (
     usually_wanted,
 )
 from hertzchain.observables.gauges import readings
-from hertzchain.observables.history import Recorder, wanted_times
+from hertzchain.observables.history import History, Recorder, wanted_times
 from hertzchain.observables.peaks import times_of_peaks
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import (
@@ -178,7 +168,7 @@ class Native:
     def _prepared_run(self, scene: Scene, record: ArrayLike | None) -> Result:
         """As ``run``, where it is known which forces are wanted."""
         refuse_hopeless_overlap(scene)
-        refuse_strong_dampers(scene)
+        error_bound.refuse_strong_dampers(scene)
         import hertzchain.engines.native.elastic  # noqa: F401 - loaded before any clock starts
         from hertzchain.observables.preparation import Watched
 
@@ -204,7 +194,7 @@ class Native:
         if chooses:
             rtol = RTOL if self.rtol is None else self.rtol
             run = self.accurate_enough(scene, recorder, deadline, rtol)
-            refuse_meaningless("native", run.errors.least, too_long=False)
+            error_bound.refuse_meaningless("native", run.errors.least, too_long=False)
         elif scene.contact is not None:
             run = self._damped(scene, recorder, deadline)
         else:
@@ -262,9 +252,9 @@ class Native:
         method, is_damped = METHODS[name], scene.contact is not None
         dt = self.dt if self.dt is not None else method.step * scene.contact_time
         legs = method.walker.cut(scene.schedule(dt))
-        refuse_unstable(scene, legs, method.interval, name)
+        error_bound.refuse_unstable(scene, legs, method.interval, name)
         longest = max(leg.dt for leg in legs)
-        is_long = longest > SHORT * scene.contact_time
+        is_long = longest > error_bound.SHORT * scene.contact_time
         if is_damped:
             from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
 
@@ -276,7 +266,7 @@ class Native:
             errors = self._true_errors(scene, run, deadline)
         else:
             errors = _errors_of_steps(prepared, legs, method, run)
-        refuse_meaningless("native", errors.least, is_long)
+        error_bound.refuse_meaningless("native", errors.least, is_long)
         return Run(name, longest, run, errors)
 
     def _prepared(self, scene: Scene, deadline: Deadline) -> Prepared | RungeKutta:
@@ -303,7 +293,7 @@ class Native:
             differences, errors = accurate.simulation.peaks.differences(run.peaks), accurate.errors
             if differences.wanted > _CLEAR * errors.wanted:
                 break
-        refuse_meaningless("native", errors.least, too_long=False)
+        error_bound.refuse_meaningless("native", errors.least, too_long=False)
         return differences.plus(errors)
 
     def _damped(self, scene: Scene, recorder: Recorder | None, deadline: Deadline) -> Run:
@@ -315,7 +305,7 @@ class Native:
         allowed = "must be left out for damped contacts, or stand with method velocity-verlet"
         require(self.dt is None, "dt", self.dt, allowed)
         run = self.accurate_enough(scene, recorder, deadline, plans.TIGHTEST)
-        refuse_meaningless("native", run.errors.least, too_long=False)
+        error_bound.refuse_meaningless("native", run.errors.least, too_long=False)
         return run
 
     def accurate_enough(
@@ -324,13 +314,12 @@ class Native:
         """Return a run by the cheapest way to ``rtol``."""
         first = self._first
         if self.method == "scipy":
-            from hertzchain.engines.native.as_written import accurate_in_scipy, longest_step
+            from hertzchain.engines.native.as_written import accurate_in_scipy
 
-            accurate = accurate_in_scipy(scene, rtol, deadline, recorder, first)
-            return Run("scipy", longest_step(scene), *accurate)
+            return accurate_in_scipy(scene, rtol, deadline, recorder, first)
         if scene.contact is not None:
-            return _adaptive(scene, recorder, deadline, rtol, first)
-        hard = amplifies_errors(scene)
+            return damped_runs.accurate_enough(scene, rtol, deadline, recorder, first=first)
+        hard = error_bound.amplifies_errors(scene)
         tries = hard and first
         plan = plans.tried_first(rtol) if tries else plans.cheapest(rtol, hard=hard)
         prepared = self._prepared(scene, deadline)
@@ -344,7 +333,9 @@ class Native:
             if cost > expensive:
                 expensive = 2 * cost
                 with suppress(damped_runs.TooMuchWork, StepUnstable):
-                    adaptive = _adaptive(scene, recorder, deadline, rtol, first, _SHARE * cost)
+                    adaptive = damped_runs.accurate_enough(
+                        scene, rtol, deadline, recorder, _SHARE * cost, first
+                    )
                     if adaptive.errors.wanted <= rtol:
                         return adaptive
                     expensive = math.inf
@@ -370,17 +361,14 @@ class Native:
                 break
             plan, before = plan.closer(rtol, error, has_terms=not scene.is_plain), error
         if adaptive is not None and adaptive.errors.wanted < error:
-            again = recorder is not None
-            return _adaptive(scene, recorder, deadline, rtol, first) if again else adaptive
+            how = scene, rtol, deadline, recorder
+            return damped_runs.accurate_enough(*how, first=first) if recorder else adaptive
         return Run(plan.method, max(leg.dt for leg in legs), run, errors)
 
     def _once(
-        self,
-        prepared: Prepared | RungeKutta,
-        scene: Scene,
-        plan: plans.Plan,
+        self, prepared: Prepared | RungeKutta, scene: Scene, plan: plans.Plan,
         recorder: Recorder | None,
-    ) -> tuple[Scene, tuple[Leg, ...], Simulation]:
+    ) -> tuple[Scene, tuple[Leg, ...], Simulation]:  # fmt: skip
         """Run a scene by a plan; return it with the end of its run, its legs, and the run."""
         step, cut = plan.step * scene.contact_time, plan.walker.cut
         if not (self._first and finds_end(scene)):
@@ -411,7 +399,7 @@ def _errors_of_plan(
     coarser = tuple(leg.in_steps(count) for leg, count in zip(legs, counts, strict=True))
     others = [coarser]
     if twice:
-        pairs = zip(finer_run(legs).legs, counts, strict=True)
+        pairs = zip(error_bound.finer_run(legs).legs, counts, strict=True)
         others.append(tuple(leg.in_steps(leg.steps + (leg.steps == count)) for leg, count in pairs))
     differences = [run.peaks.differences(prepared.peaks(other, plan.coarser)) for other in others]
     return plan.safety.bounds(differences, rest=plan.least(run.evaluations))
@@ -423,31 +411,38 @@ def _errors_of_steps(
     """Return bounds of the errors of a run with a given method and step."""
     scene, walker, rising = prepared.scene, method.walker, run.peaks.any_rising
     # Errors at steps of 0.6 natural time units and more do not predict those at longer steps.
-    others = [coarser_run(legs, min(stable_step(scene, method.interval), scene.contact_time))]
+    stable = min(error_bound.stable_step(scene, method.interval), scene.contact_time)
+    others = [error_bound.coarser_run(legs, stable)]
     longest = max(leg.dt for leg in legs) / scene.contact_time
-    if not walker.tolerance or longest > SHORT or rising:
-        others.append(finer_run(legs))
+    if not walker.tolerance or longest > error_bound.SHORT or rising:
+        others.append(error_bound.finer_run(legs))
     # If cut again, different legs could get the same steps.
     cut = replace(walker, cosine_steps=1)
     differences = [run.peaks.differences(prepared.peaks(other.legs, cut)) for other in others]
-    safety = SAFETIES[method.safety]
+    safety = error_bound.SAFETIES[method.safety]
     if walker.stepper.order == 2:
-        safety = second_order_safety(scene, longest, rising)
+        safety = error_bound.second_order_safety(scene, longest, rising)
     rest = method.floor + plans.round_off(run.evaluations)
     return safety.bounds(differences, [other.weight for other in others], rest)
 
 
-def _adaptive(
-    scene: Scene,
-    recorder: Recorder | None,
-    deadline: Deadline,
-    rtol: float,
-    first: bool,
-    most_work: float = math.inf,
-) -> Run:
-    """Return the same as ``Native.accurate_enough``, by adaptive steps."""
-    run, errors = damped_runs.accurate_enough(scene, rtol, deadline, recorder, most_work, first)
-    return Run(damped_runs.METHOD, damped_runs.longest_step(scene), run, errors)
+def motion_at(scene: Scene, time: FloatArray, rtol: float, deadline: Deadline) -> History:
+    """Return the motion at some times [s] within the scene's run, for many like scenes.
+
+    For damped scenes it is the first run that ``Native`` tries for ``rtol``, without the runs that
+    bound the error, which are two thirds of the work. Nothing is refused.
+    """
+    if scene.contact is None:
+        history: History | None = deadline.spend(
+            lambda left: Native(rtol=rtol, time_limit=left, wanted="first").run(scene, time)
+        ).history
+        assert history is not None
+        return history
+    units = scene.units
+    recorder = Recorder(time / units.time, scene.bodies, scene.wall is not None)
+    damped_runs.simulate_damped(scene, damped_runs.first_tolerance(rtol), deadline, recorder)
+    in_si = units.length, units.velocity, units.force
+    return recorder.history(time, *in_si, scene.first_granule)
 
 
 @functools.cache

@@ -21,14 +21,14 @@ from numpy.typing import ArrayLike, NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.backend import Native
-from hertzchain.engines.native.kernel_input import (
+from hertzchain.engines.native.methods import Walker
+from hertzchain.engines.native.simulation import (
     MOVING,
     code_of,
     leg_rows,
-    nothing_recorded,
+    room_for,
     steps_of,
 )
-from hertzchain.engines.native.methods import Walker
 from hertzchain.errors import POSITIVE, SceneError, require
 from hertzchain.limits import (
     RTOL,
@@ -374,7 +374,7 @@ def _march_all(
     force, time = np.zeros((scenes, granules - 1)), np.full((scenes, granules - 1), np.nan)
     found = force, time, np.zeros(scenes), np.zeros(scenes)
     steps, control = steps_of(rows[0], walker), np.zeros(3)
-    at_rest, nothing = np.zeros((0, 0)), nothing_recorded()
+    at_rest, nothing = np.zeros((0, 0)), room_for()
 
     def part(some: slice) -> None:
         state, blank = (elastic_state.at_the_start(granules) for _ in range(2))

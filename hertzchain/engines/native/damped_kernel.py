@@ -57,6 +57,7 @@ from hertzchain.engines.native.elastic_chain import (
     applied_force_rate,
     energy_of,
     has_piston,
+    is_diverged,
     momentum_of,
 )
 from hertzchain.engines.native.elastic_state import (
@@ -69,7 +70,6 @@ from hertzchain.engines.native.elastic_state import (
     Seen,
     is_stopped,
 )
-from hertzchain.engines.native.elastic_step import is_diverged
 from hertzchain.engines.native.equations import Chain
 from hertzchain.observables.compiling import compiled, compiled_and_kept
 from hertzchain.observables.observer import Watch, power_of, usual_end
@@ -481,22 +481,11 @@ _SLOW = 1e-3
 
 @compiled_and_kept()
 def march(
-    legs: FloatArray,
-    method: Method,
-    c: Chain,
-    start: FloatArray,
-    moving: int,
-    tolerance: float,
-    longest: float,
-    stable: float,
-    most_work: float,
-    state: State,
-    seen: Seen,
-    watch: Watch | None,
-    usual: float,
-    control: FloatArray,
-) -> Outcome:
-    """Integrate a chain of damped contacts.
+    legs: FloatArray, method: Method, c: Chain, start: FloatArray, moving: int, tolerance: float,
+    longest: float, stable: float, most_work: float, state: State, seen: Seen, watch: Watch | None,
+    usual: float, control: FloatArray,
+) -> Outcome:  # fmt: skip
+    """Integrate a chain of damped contacts; return what happened.
 
     Parameters
     ----------
@@ -505,26 +494,16 @@ def march(
         where legs do; the number of steps in a leg has no effect.
     method, c
         Coefficients, and the chain with an entry for the free end.
-    start
-        Displacement and velocity at the start, shape (2, granules).
-    moving
-        Granules that may move at the start; all for a run without a front.
-    tolerance
-        Error of a step over the largest speed.
-    longest
-        The longest step, natural units.
-    stable
-        The longest step times the rate at which dampers stop motions.
+    start, moving
+        Displacement and velocity at the start, shape (2, granules); granules that may move then,
+        all for a run without a front.
+    tolerance, longest, stable
+        Error of a step over the largest speed; the longest step, natural units; the longest step
+        times the rate at which dampers stop motions.
     most_work
         Force evaluations of granules after which the run ends as TOO_MUCH.
-    state
-        Filled in, displacement and velocity at the end too.
-    seen, watch, usual, control
-        As for ``elastic.march``.
-
-    Returns
-    -------
-    What happened.
+    state, seen, watch, usual, control
+        Filled in, displacement and velocity at the end too; the others as for ``elastic.march``.
     """
     granules, record = c.inverse_mass.size, seen.record
     begun, end, on, room, run = state.start, state.end, state.on, state.room, state.run[0]

@@ -5,36 +5,35 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.kernel_input import (
+from hertzchain.engines.native.plan import round_off
+from hertzchain.engines.native.simulation import (
     MOVING,
+    Run,
+    Simulation,
+    finished,
     leg_rows,
     room_for,
     start_of,
 )
-from hertzchain.engines.native.plan import round_off
-from hertzchain.engines.native.simulation import LOOKS, Simulation, stoppable
 from hertzchain.errors import RunFailed, TooExpensive
 from hertzchain.limits import Deadline, refuse_memory
 from hertzchain.observables.contact_errors import ContactErrors, Peaks
-from hertzchain.observables.error_bound import SAFETIES, diverged
-from hertzchain.observables.first_pulse import LATEST, Signals, finds_end, pulses_in, usual_end
+from hertzchain.observables.error_bound import SAFETIES
+from hertzchain.observables.first_pulse import LATEST, Signals, finds_end, usual_end
 from hertzchain.observables.history import Recorder
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
 if TYPE_CHECKING:
     from hertzchain.engines.native.damped_kernel import Method
+    from hertzchain.engines.native.elastic_state import Record
     from hertzchain.observables.observer import Watch
-
-METHOD = "dop853"
-"""Name of the method in results: Dormand and Prince, order 8, steps of its own."""
 
 LONGEST = 0.8
 """Longest step, natural time units of the fastest contact."""
@@ -77,46 +76,25 @@ def longest_step(scene: Scene) -> float:
 
 
 def integrate_damped(
-    chain: Chain,
-    rows: FloatArray,
-    start: FloatArray,
-    tolerance: float,
-    longest: float,
-    record: Any = None,
-    control: FloatArray | None = None,
-    most_work: float = math.inf,
-    longer: float = 1.0,
-    watch: Watch | None = None,
-    usual: float = math.nan,
-) -> Simulation:
+    chain: Chain, rows: FloatArray, start: FloatArray, tolerance: float, longest: float,
+    record: Record | None = None, control: FloatArray | None = None, most_work: float = math.inf,
+    longer: float = 1.0, watch: Watch | None = None, usual: float = math.nan,
+) -> Simulation:  # fmt: skip
     """Integrate a chain of damped contacts with the compiled kernel.
 
-    Parameters
-    ----------
-    chain
-        The chain to integrate.
-    rows
-        Legs of the applied force, from ``kernel_input.leg_rows``, shape (legs, 8).
-    start
-        Displacement and velocity at the start, shape (2, granules), or (0, 0) for a chain at rest.
-    tolerance
-        Error of the velocities in a step over the largest velocity.
-    longest
-        The longest step; with ``longer``, at most 1.5, steps may be longer by so much, also those
-        that strong dampers allow.
-    record, control
-        An ``elastic_state.Record``, and the array that stops the run, as in ``elastic.march``.
-    most_work
-        Force evaluations of a granule after which the run ends; a step counts as further 500.
-    watch, usual
-        As for ``elastic.march``.
+    ``rows`` are legs of the applied force from ``simulation.leg_rows``; ``start`` is displacement
+    and velocity, shape (2, granules), or (0, 0) for a chain at rest; ``tolerance`` is the error of
+    the velocities in a step over the largest velocity. Steps may be ``longer``, at most 1.5 times,
+    than ``longest``, also those that strong dampers allow. The run ends after ``most_work`` force
+    evaluations of a granule; a step counts as further 500. Record, control, watch and usual are as
+    for ``elastic.march``.
     """
     from hertzchain.engines.native import damped_kernel
     from hertzchain.engines.native.damped_state import at_the_start
     from hertzchain.engines.native.elastic_state import Seen
 
     granules, contacts = chain.inverse_mass.size, chain.stiffness.size
-    record = room_for(None, granules) if record is None else record
+    record = room_for() if record is None else record
     # The front of a wave moves granules smoothly, but not across a gap or under a static load.
     has_front = start.size == 0 and not chain.gap.any() and not chain.constant.any()
     has_front = has_front and chain.pushed == 0
@@ -147,15 +125,10 @@ def _method() -> Method:
 
 
 def simulate_damped(
-    scene: Scene,
-    tolerance: float,
-    deadline: Deadline,
-    recorder: Recorder | None = None,
-    legs: Sequence[Leg] | None = None,
-    longer: float = 1.0,
-    most_work: float = math.inf,
+    scene: Scene, tolerance: float, deadline: Deadline, recorder: Recorder | None = None,
+    legs: Sequence[Leg] | None = None, longer: float = 1.0, most_work: float = math.inf,
     first: bool = False,
-) -> Simulation:
+) -> Simulation:  # fmt: skip
     """Integrate a scene once; ``first``: first pulses are wanted, and the end if it is not given.
 
     ``legs`` [s, N] have the applied force, by default that of the scene; with ``longer`` steps may
@@ -164,12 +137,11 @@ def simulate_damped(
     """
     from hertzchain.engines.native import elastic_state
 
-    granules = scene.bodies
     if deadline.left <= 0:
         raise deadline.passed()
     recorded = 0 if recorder is None else 3 * recorder.time.size
     try:
-        refuse_memory(8.0 * granules * (_ARRAYS + recorded))
+        refuse_memory(8.0 * scene.bodies * (_ARRAYS + recorded))
     except TooExpensive as problem:
         if most_work < math.inf:  # another method takes less
             raise TooMuchWork(str(problem)) from problem
@@ -180,8 +152,7 @@ def simulate_damped(
     # Steps are cut by the integrator: of the legs only the corners count.
     rows = leg_rows(legs or scene.until(end_time).schedule(end_time), units)
     signals = Signals.of(scene).in_units(units) if first else None
-    record = room_for(recorder, granules)
-    control, longest = np.zeros(3), longest_step(scene) / units.time
+    record, control, longest = room_for(recorder), np.zeros(3), longest_step(scene) / units.time
     chain, start = Chain.of(scene), start_of(scene)
 
     def integrate() -> tuple[Simulation, Watch | None]:
@@ -191,25 +162,15 @@ def simulate_damped(
         )
         return run, watch
 
-    control[0] = LOOKS
-    found, watch = integrate()
-    if found.status == elastic_state.STOPPED:  # a long run
-        control[:] = 0.0
-        found, watch = stoppable(integrate, control, deadline)
-    if found.status == elastic_state.DIVERGED:
-        raise diverged("native")
-    if found.status == elastic_state.STUCK:
+    run = finished(integrate, control, deadline)
+    if run.status == elastic_state.STUCK:
         raise TooMuchWork(
             "the native run does not advance: a contact opens and closes within"
             " rounding errors; ask for less accuracy, or for a shorter end_time"
         )
-    if found.status == elastic_state.TOO_MUCH:
+    if run.status == elastic_state.TOO_MUCH:
         raise TooMuchWork("the native run takes more work than it may")
-    if recorder is not None:
-        recorder.displacement[:] = record.displacement
-        recorder.velocity[:] = record.velocity
-        recorder.contact_force[:] = record.contact_force
-    return replace(found, peaks=replace(found.peaks, first=pulses_in(watch)))
+    return run
 
 
 Integrate = Callable[[float, float, bool], Simulation]
@@ -245,14 +206,10 @@ def accurate(integrate: Integrate, rtol: float) -> tuple[Simulation, ContactErro
 
 
 def accurate_enough(
-    scene: Scene,
-    rtol: float,
-    deadline: Deadline,
-    recorder: Recorder | None = None,
-    most_work: float = math.inf,
-    first: bool = False,
-) -> tuple[Simulation, ContactErrors]:
-    """Return a run of the wanted accuracy, if it can be reached, and the bounds of its errors.
+    scene: Scene, rtol: float, deadline: Deadline, recorder: Recorder | None = None,
+    most_work: float = math.inf, first: bool = False,
+) -> Run:  # fmt: skip
+    """Return a run of the wanted accuracy, if it can be reached.
 
     The recorder has the history of that run, which is always the last. Raises TooMuchWork if the
     first and coarsest run takes more than ``most_work`` force evaluations of a granule, or another
@@ -270,4 +227,4 @@ def accurate_enough(
             scene = scene.until(run.end * scene.units.time)
         return run
 
-    return accurate(integrate, rtol)
+    return Run("dop853", longest_step(scene), *accurate(integrate, rtol))

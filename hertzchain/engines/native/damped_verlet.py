@@ -36,13 +36,9 @@ _NOT_LED = np.zeros(0)
 
 
 def simulate_damped_verlet(
-    scene: Scene,
-    legs: Sequence[Leg],
-    deadline: Deadline | None = None,
-    recorder: Recorder | None = None,
-    start: FloatArray | None = None,
-    first: bool = False,
-) -> Simulation:
+    scene: Scene, legs: Sequence[Leg], deadline: Deadline | None = None,
+    recorder: Recorder | None = None, start: FloatArray | None = None, first: bool = False,
+) -> Simulation:  # fmt: skip
     """Integrate a scene with damped contacts by velocity Verlet on given legs [s, N].
 
     The damping of a step takes velocities of half a step before, as LAMMPS forms it. The recorder,
@@ -61,12 +57,9 @@ def simulate_damped_verlet(
 
 
 def samples_of(
-    scene: Scene,
-    legs: Sequence[Leg],
-    deadline: Deadline | None = None,
-    start: FloatArray | None = None,
-    every: int | None = None,
-) -> Iterator[tuple[Leg, Samples]]:
+    scene: Scene, legs: Sequence[Leg], deadline: Deadline | None = None,
+    start: FloatArray | None = None, every: int | None = None,
+) -> Iterator[tuple[Leg, Samples]]:  # fmt: skip
     """The samples of a run, block by block, each with its leg, in natural units.
 
     The first sample of a block is the last of the block before. They are ``every`` steps apart, and
@@ -102,15 +95,9 @@ def samples_of(
 
 
 def states_of(
-    walk: Walk,
-    dt: float,
-    steps: int,
-    applied: Callable[[NDArray[np.intp]], FloatArray],
-    deadline: Deadline,
-    stride: int = 1,
-    led: FloatArray = _NOT_LED,
-    block: int = _BLOCK,
-) -> Iterator[tuple[NDArray[np.intp], FloatArray]]:
+    walk: Walk, dt: float, steps: int, applied: Callable[[NDArray[np.intp]], FloatArray],
+    deadline: Deadline, stride: int = 1, led: FloatArray = _NOT_LED, block: int = _BLOCK,
+) -> Iterator[tuple[NDArray[np.intp], FloatArray]]:  # fmt: skip
     """Take equal steps; yield the kept steps and their states, (4, kept, granules), in blocks.
 
     The first of a block is the last of the block before. States are displacement, velocity,

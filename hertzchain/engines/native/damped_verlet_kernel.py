@@ -101,14 +101,9 @@ def _evaluate(walk: Any, power: Any, drag: Any, least: float) -> None:
 
 @compiled_and_kept()
 def take_steps(
-    walk: Walk,
-    h: float,
-    applied: FloatArray,
-    led: FloatArray,
-    stride: int,
-    begins: bool,
+    walk: Walk, h: float, applied: FloatArray, led: FloatArray, stride: int, begins: bool,
     into: FloatArray,
-) -> None:
+) -> None:  # fmt: skip
     """Take equal steps, and keep states.
 
     Parameters

@@ -27,15 +27,24 @@ from hertzchain.engines.native.elastic_chain import (
     START,
     STEPS,
     VELOCITY,
+    accelerate_pushed,
+    begin_run,
     energy_of,
     has_piston,
     impulse_in_step,
     impulse_on_fixed,
+    is_diverged,
     keep_history,
+    keep_start,
     momentum_of,
+    motion_of_contact,
+    overlap_of,
+    pushed_legs,
+    start_leg,
+    symplectic_step,
+    with_stiffness,
     work_in_step,
 )
-from hertzchain.engines.native.elastic_maxima import keep_ends, keep_peaks, observe, scan
 from hertzchain.engines.native.elastic_state import (
     DEEPEST,
     DIVERGED,
@@ -48,20 +57,177 @@ from hertzchain.engines.native.elastic_state import (
     Steps,
     is_stopped,
 )
-from hertzchain.engines.native.elastic_step import (
-    accelerate_pushed,
-    begin_run,
-    is_diverged,
-    keep_start,
-    pushed_legs,
-    start_leg,
-    symplectic_step,
-)
 from hertzchain.engines.native.equations import Chain
-from hertzchain.observables.compiling import ONE, compiled_and_kept, part
+from hertzchain.observables.compiling import (
+    ONE,
+    compiled,
+    compiled_and_kept,
+    compiled_without_nan,
+    larger,
+    part,
+)
 from hertzchain.observables.interpolant import hertz_force
 from hertzchain.observables.keeping import UNCOUNTED
-from hertzchain.observables.observer import Watch, usual_end
+from hertzchain.observables.observer import Watch, has_news, highest, look, usual_end
+
+DIP = 0.75
+"""Factor on the step: see ``scan``. A half would suffice if overlap rates were parabolas."""
+
+
+@compiled_without_nan
+def scan(
+    u0: Any, v0: Any, a: Any, u: Any, v: Any, g: Any, h: float, starting: bool, lo: int, hi: int,
+    chain: Any,
+) -> Any:  # fmt: skip
+    """Scan a step: contacts with a maximum, the fastest to open or close, the largest speed.
+
+    A contact has had a maximum if its overlap rate w changes its sign. It may also have had one
+    where w may change its sign twice: w has the same sign at both ends, bends towards 0 at the
+    start and back at the end, and bends enough. A parabola c (t - t')^2 - d, d >= 0, that reaches 0
+    within a step of length h has w0 + w1 <= h (w1' - w0') / 2; ``DIP`` is the half and a margin.
+    Rates that change their sign three times in a step are not considered. ``methods.Walker``
+    defines which contacts open or close. The contact ahead of the last granule is included, though
+    it is never pressed: a whole number of vectors is quicker than one contact less.
+    """
+    turns, dips, fastest, speed, dip = 0, 0, 0.0, 0.0, DIP * h
+    for i in range(np.uint64(lo), np.uint64(hi)):
+        r0, r1 = u0[i] - u0[i + ONE], u[i] - u[i + ONE]
+        if chain is not None:
+            r0 -= chain.gap[i]
+            r1 -= chain.gap[i]
+        w0, w1 = v0[i] - v0[i + ONE], v[i] - v[i + ONE]
+        g0, g1 = a[i] - a[i + ONE], g[i] - g[i + ONE]
+        both = w0 + w1
+        turns += (w0 > 0.0) & (w1 <= 0.0)
+        towards, back = -both * g0, both * g1
+        dips += (towards > 0.0) & (back > 0.0) & (dip * (towards + back) > both * both)
+        rate = max(abs(w0), abs(w1))
+        turns_round = ((w0 > 0.0) != (w1 > 0.0)) | starting
+        near = (min(abs(r0), abs(r1)) < rate * h) & turns_round
+        crosses = ((r0 > 0.0) != (r1 > 0.0)) | near
+        fastest = larger(fastest, rate if crosses else 0.0)
+        speed = larger(speed, abs(v[i]))
+    return turns, dips > 0, fastest, speed
+
+
+@part
+def keep_peaks(
+    seen: Any, u0: Any, v0: Any, a: Any, u: Any, v: Any, g: Any, lo: int, hi: int,
+    leg: Any, begin: float, time: float, h: float, off: float, dips: bool, slack: float,
+    chain: Any,
+) -> None:  # fmt: skip
+    """The maxima of contact forces within a step, of the contacts that ``scan`` finds.
+
+    ``time`` is that of the end of the step, to the last digit. ``slack`` is 0, and h for velocity
+    Verlet: its rates are off by h^2 / 6 times the jerk, so rates count as 0 up to six times that,
+    if the jerk stays the same.
+    """
+    peak_force, peak_time, dip = seen.force, seen.time, DIP * h
+    for i in range(lo, hi - 1):
+        w0, w1 = v0[i] - v0[i + 1], v[i] - v[i + 1]
+        if not dips and not (w0 > 0 and w1 <= 0):
+            continue
+        g0, g1 = a[i] - a[i + 1], g[i] - g[i + 1]
+        near, both = slack * abs(g1 - g0), w0 + w1
+        turns = w0 + near > 0 and w1 - near <= 0
+        towards, back = -both * g0, both * g1
+        dips_here = towards > 0 and back > 0 and dip * (towards + back) > both * both
+        if not turns and not dips_here:
+            continue
+        r0, r1 = overlap_of(u0, i, chain), overlap_of(u, i, chain)
+        # The largest overlap possible, with the largest change of rate that both ends allow.
+        reach = max(r0, r1) + h * (abs(w0) + abs(w1) + h * (abs(g0) + abs(g1)))
+        if with_stiffness(hertz_force(reach), i, chain) <= peak_force[i]:
+            continue
+        # The ends count, too: rounding may hide a maximum at one of them.
+        ends = with_stiffness(hertz_force(max(r0, r1)), i, chain)
+        if ends > peak_force[i]:
+            peak_force[i] = ends
+            peak_time[i] = time if r1 > r0 else begin
+        start = motion_of_contact(u0, v0, i, lo, leg, begin, off, chain)
+        end = motion_of_contact(u, v, i, lo, leg, begin + h, off, chain)
+        force, s = highest(start, end, h, with_stiffness(1.0, i, chain), 0.0, 0.5, 0.0)
+        if force > peak_force[i]:
+            peak_force[i], peak_time[i] = force, begin + s * h
+
+
+@part
+def _range(
+    u0: Any, v0: Any, a: Any, u: Any, v: Any, g: Any, i: int, h: float, slack: float, chain: Any
+) -> Any:  # fmt: skip
+    """Bounds of a contact force within a step; twice 0 for a contact that stays open."""
+    r0, r1 = overlap_of(u0, i, chain), overlap_of(u, i, chain)
+    w0, w1 = float(v0[i] - v0[i + 1]), float(v[i] - v[i + 1])
+    least, most = min(r0, r1), max(r0, r1)
+    if most <= 0.0 and not w0 > 0.0 > w1:
+        return 0.0, 0.0
+    g0, g1 = float(a[i] - a[i + 1]), float(g[i] - g[i + 1])
+    near, both = slack * abs(g1 - g0), w0 + w1
+    towards, back = -both * g0, both * g1
+    turns = (w0 + near > 0.0) != (w1 - near > 0.0) or (w0 - near > 0.0) != (w1 + near > 0.0)
+    if turns or (towards > 0.0 and back > 0.0 and DIP * h * (towards + back) > both * both):
+        reach = h * (abs(w0) + abs(w1) + h * (abs(g0) + abs(g1)))
+        least, most = least - reach, most + reach
+    return (
+        with_stiffness(hertz_force(least), i, chain), with_stiffness(hertz_force(most), i, chain)
+    )  # fmt: skip
+
+
+@part
+def _ends(
+    u0: Any, v0: Any, u: Any, v: Any, i: int, lo: int, leg: Any, begin: float, h: float,
+    off: float, chain: Any,
+) -> Any:  # fmt: skip
+    """Motion of a contact at the start and the end of a step, and its force there."""
+    start = motion_of_contact(u0, v0, i, lo, leg, begin, off, chain)
+    end = motion_of_contact(u, v, i, lo, leg, begin + h, off, chain)
+    f0 = with_stiffness(hertz_force(start[0]), i, chain)
+    return start, end, f0, with_stiffness(hertz_force(end[0]), i, chain)
+
+
+@compiled
+def observe(
+    watch: Any, u0: Any, v0: Any, a: Any, u: Any, v: Any, g: Any, lo: int, hi: int, leg: Any,
+    begin: float, time: float, off: float, verlet: bool, chain: Any,
+) -> None:  # fmt: skip
+    """Look at the contacts of the window, and at gauges in granules, within a step.
+
+    Rates of velocity Verlet count as 0 near 0: see ``keep_peaks``.
+    """
+    h, nothing = time - begin, (0.0, 0.0, 0.0, 0.0)
+    slack = h if verlet else 0.0
+    for i in range(lo, hi - 1):
+        least, most = _range(u0, v0, a, u, v, g, i, h, slack, chain)
+        if has_news(watch.signals[i], least, most):
+            start, end, f0, f1 = _ends(u0, v0, u, v, i, lo, leg, begin, h, off, chain)
+            look(watch, i, begin, h, start, end, nothing, nothing, 1.0, 1.0, f0, f1, True)
+    for k in range(watch.contacts[0], watch.signals.size):
+        s = watch.signals[k]
+        i, j = s.contact, s.other
+        least, most = _range(u0, v0, a, u, v, g, i, h, slack, chain)
+        if j >= 0:
+            other_least, other_most = _range(u0, v0, a, u, v, g, j, h, slack, chain)
+            least, most = least + other_least, most + other_most
+        if has_news(s, s.weight * least, s.weight * most):
+            start, end, f0, f1 = _ends(u0, v0, u, v, i, lo, leg, begin, h, off, chain)
+            before, after = nothing, nothing
+            if j >= 0:
+                before, after, g0, g1 = _ends(u0, v0, u, v, j, lo, leg, begin, h, off, chain)
+                f0, f1 = f0 + g0, f1 + g1
+            look(
+                watch, k, begin, h, start, end, before, after, 1.0, 1.0, s.weight * f0,
+                s.weight * f1, True,
+            )  # fmt: skip
+
+
+@part
+def keep_ends(seen: Any, u: Any, lo: int, hi: int, time: float, chain: Any) -> None:
+    """Keep forces of contacts that are pressed hardest at the end of a run."""
+    for i in range(lo, hi - 1):
+        force = with_stiffness(hertz_force(overlap_of(u, i, chain)), i, chain)
+        if force > seen.force[i]:
+            seen.force[i], seen.time[i] = force, time
+
 
 _QUIET_GRANULES = 8
 
@@ -248,42 +414,27 @@ _LEG_DONE, _SETTLED, _DIVERGED, _STOPPED = range(4)
 
 @compiled_and_kept(**UNCOUNTED)  # an eighth less to compile
 def march(
-    steps: Steps,
-    state: State,
-    granules: int,
-    start: FloatArray,
-    chain: Chain | None,
-    moving: int,
-    leave_behind: bool,
-    seen: Seen,
-    watch: Watch | None,
-    usual: float,
-    control: FloatArray,
-) -> Outcome:
-    """Integrate a chain.
+    steps: Steps, state: State, granules: int, start: FloatArray, chain: Chain | None, moving: int,
+    leave_behind: bool, seen: Seen, watch: Watch | None, usual: float, control: FloatArray,
+) -> Outcome:  # fmt: skip
+    """Integrate a chain; return what happened.
 
     Parameters
     ----------
-    steps
-        Which steps are taken, and the applied force.
-    state
-        Filled in, displacement and velocity at the end too.
-    granules
-        N.
+    steps, state, granules
+        Which steps are taken, and the applied force; filled in, displacement and velocity at the
+        end too; N.
     start
         Displacement and velocity at the start, shape (2, N), not with ``leave_behind``; shape
         (0, 0) for a chain at rest.
-    chain
-        The chain of a scene with terms; None for a plain chain.
-    moving
-        Granules that may move at the start; N for a run without a front.
+    chain, moving
+        The chain of a scene with terms, None for a plain chain; granules that may move at the
+        start, N for a run without a front.
     leave_behind
         Whether granules that cannot change any peak are left behind, and the run ends when no peak
-        can change. There is no final state then. Only in a plain chain.
-    seen
-        Filled in; nothing is recorded with ``leave_behind``.
-    watch
-        Filled in where first pulses are wanted; otherwise None. Only with a chain.
+        can change. There is no final state then, and no record. Only in a plain chain.
+    seen, watch
+        Filled in; ``watch``, where first pulses are wanted, only with a chain.
     usual
         If it is not NaN, the run ends by itself when its first pulses are over: see
         ``observer.usual_end``, which takes this as the end otherwise.
@@ -291,10 +442,6 @@ def march(
         If [0] is set to -1 from outside, the run stops; a positive number there is the number of
         checks, one every million steps of a granule, after which the run stops by itself. [1] has
         the time reached, [2] the number of checks so far.
-
-    Returns
-    -------
-    What happened.
     """
     run, rows, legs = state.progress[0], state.rows, steps.legs
     verlet, tolerance, stages = steps.verlet, steps.tolerance, steps.drifts.size
@@ -419,36 +566,17 @@ def march(
         status = STOPPED
     keep_ends(seen, u, lo, hi + (1 if hi == granules and has_wall else 0), time, chain)
     return Outcome(
-        status,
-        run.steps,
-        run.evaluations,
-        run.granule_evaluations,
-        time,
-        run.work + run.given,
-        momentum,
-        energy,
-        run.wall,
-        run.piston,
-        0.0,
-    )
+        status, run.steps, run.evaluations, run.granule_evaluations, time, run.work + run.given,
+        momentum, energy, run.wall, run.piston, 0.0,
+    )  # fmt: skip
 
 
 @compiled_and_kept(**UNCOUNTED)
 def march_each(
-    rows: FloatArray,
-    steps: Steps,
-    state: State,
-    blank: State,
-    granules: int,
-    start: FloatArray,
-    moving: int,
-    force: FloatArray,
-    time: FloatArray,
-    record: Record,
-    end: FloatArray,
-    evaluations: FloatArray,
-    control: FloatArray,
-) -> None:
+    rows: FloatArray, steps: Steps, state: State, blank: State, granules: int, start: FloatArray,
+    moving: int, force: FloatArray, time: FloatArray, record: Record, end: FloatArray,
+    evaluations: FloatArray, control: FloatArray,
+) -> None:  # fmt: skip
     """Integrate plain chains under a pulse one after the other, as ``march`` does one of them.
 
     Granules that cannot change any peak are left behind.
@@ -457,19 +585,15 @@ def march_each(
     ----------
     rows
         Their legs, shape (scenes, legs, 8); a leg without steps is left out.
-    steps
-        As for ``march``, with any legs.
+    steps, granules, start, moving, control
+        As for ``march``, with any legs, at rest.
     state, blank
         A state with N + 1 columns that all scenes use, and a copy of it as it is at the start.
-    granules, start, moving, control
-        As for ``march``: they are at rest.
-    force, time
-        Filled in with peaks, shape (scenes, N - 1).
+    force, time, end, evaluations
+        Filled in: peaks, shape (scenes, N - 1); the time reached by each and its force evaluations,
+        NaN where the motion diverged, shape (scenes,).
     record
         A record in which nothing is kept.
-    end, evaluations
-        Filled in with the time reached by each and its force evaluations, NaN where the motion
-        diverged, shape (scenes,).
     """
     for n in range(rows.shape[0]):
         taken = 0

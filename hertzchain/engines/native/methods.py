@@ -98,26 +98,14 @@ SRKN_6B = SymplecticNystrom(
 SRKN_11B = SymplecticNystrom(
     6,
     kicks=_symmetric(
-        (
-            0.0414649985182624,
-            0.198128671918067,
-            -0.0400061921041533,
-            0.0752539843015807,
-            -0.0115113874206879,
-        ),
-        12,
+        (0.0414649985182624, 0.198128671918067, -0.0400061921041533, 0.0752539843015807,
+         -0.0115113874206879), 12,
     ),
     drifts=_symmetric(
-        (
-            0.123229775946271,
-            0.290553797799558,
-            -0.127049212625417,
-            -0.246331761062075,
-            0.357208872795928,
-        ),
-        11,
+        (0.123229775946271, 0.290553797799558, -0.127049212625417, -0.246331761062075,
+         0.357208872795928), 11,
     ),
-)
+)  # fmt: skip
 """Blanes and Moan, J. Comput. Appl. Math. 142 (2002) 313: SRKN_11^b, 11 stages, order 6."""
 
 
@@ -140,16 +128,13 @@ class Method:
 
 METHODS: dict[str, Method] = {
     "reference": Method(
-        Walker(SRKN_11B, tolerance=1e-10, cosine_steps=32, starting=math.inf),
-        step=0.05,
-        interval=9.07,
-        safety="refined steps",
-        floor=1e-11,
+        Walker(SRKN_11B, tolerance=1e-10, cosine_steps=32, starting=math.inf), step=0.05,
+        interval=9.07, safety="refined steps", floor=1e-11,
     ),
     "srkn-11b": Method(Walker(SRKN_11B), step=0.2, interval=9.07),
     "rk4": Method(Walker(RungeKutta4()), step=0.0125, interval=2.83),
     "velocity-verlet": Method(Walker(VELOCITY_VERLET), step=0.002, interval=2.0),
-}
+}  # fmt: skip
 """Methods by name. The reference is SRKN_11^b with refined steps. The others take the given steps:
 a symplectic Runge-Kutta-Nystrom method of Blanes and Moan, the paper's method and that of LAMMPS.
 """

@@ -2,40 +2,128 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import threading
 from collections.abc import Callable, Sequence
 from contextvars import copy_context
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.kernel_input import (
-    MOVING,
-    chain_of,
-    is_single_pulse,
-    leg_rows,
-    nothing_recorded,
-    room_for,
-    softest,
-    start_of,
-    steps_of,
-)
-from hertzchain.engines.native.methods import Walker
+from hertzchain.engines.native.methods import SymplecticNystrom, Walker
+from hertzchain.errors import RunFailed
 from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
 from hertzchain.observables.contact_errors import ContactErrors, Peaks
 from hertzchain.observables.error_bound import diverged
 from hertzchain.observables.first_pulse import LATEST, Signals, pulses_in
 from hertzchain.observables.history import Recorder
-from hertzchain.scene.natural_units import force_scale
+from hertzchain.scene.natural_units import NaturalUnits, force_scale
+from hertzchain.scene.ramp import SHAPES
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
 if TYPE_CHECKING:
-    from hertzchain.engines.native.elastic_state import Outcome
+    from hertzchain.engines.native.elastic_state import Outcome, Record, Steps
+    from hertzchain.observables.observer import Watch
+
+MOVING = 8
+"""Number of granules in the window at the start of a run."""
+
+
+def is_single_pulse(scene: Scene) -> bool:
+    """Return whether a scene is one of the paper's: a plain chain and a pulse.
+
+    Of such scenes granules behind the wave may be dropped: see ``elastic.left_behind``.
+    """
+    return scene.pulse is not None and scene.is_plain
+
+
+def softest(scene: Scene) -> float:
+    """Return stiffness over mass of contact 2, divided by the largest of all contacts."""
+    ratio = scene.granules.stiffness / scene.granules.contact_mass
+    return float(ratio[scene.first_granule] / np.max(ratio))
+
+
+def start_of(scene: Scene) -> FloatArray:
+    """Displacement and velocity at the start, natural units, shape (2, N); (0, 0) at rest."""
+    if scene.striker is None and scene.piston is None and not scene.moves:
+        return np.zeros((0, 0))
+    start = np.zeros((2, scene.bodies))
+    start[1] = scene.granules.velocity / scene.units.velocity
+    return start
+
+
+def code_of(shape: str) -> int:
+    """Return the kernels' number of a shape of ramps; RunFailed for a shape without one."""
+    code = SHAPES[shape].code
+    if code is None:
+        raise RunFailed(f"the kernels have no formula for a ramp of shape {shape}")
+    return code
+
+
+def leg_rows(legs: Sequence[Leg], units: NaturalUnits) -> FloatArray:
+    """Return legs [s, N] for the kernels, in natural units, shape (legs, 8).
+
+    A quarter of a sine is one half of a cosine ramp; no leg reaches the other half, which has half
+    of the growth.
+    """
+    rows = []
+    for leg in legs:
+        row = [leg.start / units.time, leg.end / units.time, leg.steps, 0.0, 0.0, 0.0, 0.0, 0.0]
+        if leg.ramp is not None:
+            ramp = leg.ramp
+            start, end = ramp.start / units.time, ramp.end / units.time
+            first, last = ramp.start_force / units.force, ramp.end_force / units.force
+            low, high = SHAPES[ramp.shape].part
+            start, end = (start - low * end) / (1 - low), (end - (1 - high) * start) / high
+            first, last = (first - low * last) / (1 - low), (last - (1 - high) * first) / high
+            row[3:8] = code_of(ramp.shape), start, end, first, last
+        if leg.stroke is not None:
+            row[6] = leg.stroke.displacement_at(leg.start) / units.length
+            row[7] = leg.stroke.velocity / units.velocity
+        rows.append(row)
+    return np.array(rows, np.float64)
+
+
+@functools.cache
+def _coefficients(stepper: SymplecticNystrom) -> tuple[FloatArray, FloatArray]:
+    """Return the kicks and the drifts of a method for the kernels."""
+    return np.array(stepper.kicks), np.array(stepper.drifts)
+
+
+def steps_of(rows: FloatArray, walker: Walker, least: float = 1.0) -> Steps:
+    """Return the steps of a walker on legs from ``leg_rows``.
+
+    An opening contact costs in proportion to stiffness over mass: ``least`` is that of ``softest``.
+    """
+    from hertzchain.engines.native.elastic_state import Steps
+
+    stepper = walker.stepper
+    assert isinstance(stepper, SymplecticNystrom)  # NumPy integrates with other methods
+    is_verlet, tolerance = stepper.order == 2, walker.tolerance * least
+    return Steps(rows, *_coefficients(stepper), is_verlet, tolerance, walker.starting)
+
+
+@functools.cache
+def _nothing_recorded() -> Record:
+    return room_for(Recorder(np.zeros(0), 0, wall=True))
+
+
+def room_for(recorder: Recorder | None = None) -> Record:
+    """Return the arrays of a recorder for a history, all zero; empty ones without a recorder."""
+    if recorder is None:
+        return _nothing_recorded()
+    from hertzchain.engines.native.elastic_state import Record
+
+    arrays = recorder.displacement, recorder.velocity, recorder.contact_force
+    for values in arrays:
+        values[:] = 0.0
+    return Record(np.asarray(recorder.time, np.float64), *arrays)
+
 
 _LONG_RUN = 1e7
 """Granules times force evaluations of a short run: about 0.01 s."""
@@ -78,11 +166,9 @@ class Simulation:
     @classmethod
     def of(cls, found: Outcome, displacement: Any, velocity: Any, peaks: Peaks) -> Simulation:
         """Return what a compiled run found."""
-        return cls(
-            displacement, velocity, peaks, found.work, found.momentum, found.energy, found.steps,
-            found.evaluations, found.wall_impulse, found.piston_impulse, found.dissipated,
-            found.end, found.status,
-        )  # fmt: skip
+        numbers = found._asdict()
+        del numbers["granule_evaluations"]
+        return cls(displacement, velocity, peaks, **numbers)
 
     @property
     def peak_force(self) -> Any:
@@ -101,15 +187,10 @@ class Run:
 
 
 def simulate(
-    scene: Scene,
-    legs: Sequence[Leg],
-    walker: Walker,
-    recorder: Recorder | None = None,
-    leave_behind: bool = False,
-    window: bool = True,
-    deadline: Deadline | None = None,
+    scene: Scene, legs: Sequence[Leg], walker: Walker, recorder: Recorder | None = None,
+    leave_behind: bool = False, window: bool = True, deadline: Deadline | None = None,
     start: FloatArray | None = None,
-) -> Simulation:
+) -> Simulation:  # fmt: skip
     """Integrate a scene once, on given legs [s, N], with the compiled kernels.
 
     With ``leave_behind`` granules that cannot change any peak are dropped, in scenes where this is
@@ -132,58 +213,62 @@ class Prepared:
     chain: Chain | None  # None for a plain scene
     start: FloatArray  # displacement and velocity at the start, (2, N); (0, 0) at rest
     moving: int  # number of granules that may move at the start
-    softest: float  # see ``kernel_input.softest``
+    softest: float  # see ``softest``
     signals: Signals | None = None  # where first pulses are wanted
 
     @classmethod
     def of(
-        cls,
-        scene: Scene,
-        deadline: Deadline,
-        start: FloatArray | None = None,
-        window: bool = True,
-        first: bool = False,
-    ) -> Prepared:
+        cls, scene: Scene, deadline: Deadline, start: FloatArray | None = None,
+        window: bool = True, first: bool = False,
+    ) -> Prepared:  # fmt: skip
         """Prepare a scene; ``first``: first pulses are wanted. For the others see ``simulate``."""
         assert scene.contact is None  # damped contacts: see damped_runs
         own = start_of(scene)
-        chain = Chain.of(scene).padded() if first else chain_of(scene)
+        chain = Chain.of(scene).padded() if first or not scene.is_plain else None
         # The front of a wave moves granules smoothly, but not across a gap or under a static load.
         has_front = window and start is None and (chain is None or not chain.gap.any())
         has_front = has_front and not scene.moves and scene.pushed == 0
         return cls(
-            scene,
-            deadline,
-            start is None,
-            chain,
+            scene, deadline, start is None, chain,
             own if start is None else start + own if own.size else start,
-            MOVING if has_front else scene.bodies,
-            1.0 if chain is None else softest(scene),
+            MOVING if has_front else scene.bodies, 1.0 if chain is None else softest(scene),
             Signals.of(scene).in_units(scene.units) if first else None,
-        )
+        )  # fmt: skip
 
     def simulate(
-        self,
-        legs: Sequence[Leg],
-        walker: Walker,
-        recorder: Recorder | None = None,
-        leave_behind: bool = False,
-        usual: float = math.nan,
-    ) -> Simulation:
+        self, legs: Sequence[Leg], walker: Walker, recorder: Recorder | None = None,
+        leave_behind: bool = False, usual: float = math.nan,
+    ) -> Simulation:  # fmt: skip
         """Integrate the scene once: see the function ``simulate``.
 
         With ``usual``, a time in natural units, the run finds its end itself, on legs that go on
         until the latest possible one: see ``elastic.march``.
         """
-        granules = self.scene.bodies
+        from hertzchain.engines.native import elastic, elastic_state
+
         leave_behind = leave_behind and self._can_leave_behind
-        peaks, found = self._march(legs, walker, leave_behind, recorder, usual)
-        outcome, displacement, velocity = found
-        if leave_behind:
-            displacement = velocity = np.full(granules, np.nan)
-        else:  # copies, so that the memory of the run is freed
-            displacement, velocity = displacement.copy(), velocity.copy()
-        return Simulation.of(outcome, displacement, velocity, peaks)
+        granules, contacts = self.scene.bodies, len(self.scene.contacts)
+        stages, rows = walker.stepper.stages, leg_rows(legs, self.scene.units)
+        work = work_of(self.scene, legs, stages) / (1.0 if math.isnan(usual) else LATEST)
+        self._refuse(rows, work, stages, leave_behind, recorder)
+        record, steps = room_for(recorder), steps_of(rows, walker, self.softest)
+        control = np.zeros(3)
+
+        def run() -> tuple[Simulation, Watch | None]:
+            force, time = np.zeros(contacts), np.full(contacts, np.nan)
+            watch = None if self.signals is None else self.signals.watch()
+            state = elastic_state.at_the_start(granules)
+            outcome = elastic.march(
+                steps, state, granules, self.start, self.chain, self.moving, leave_behind,
+                elastic_state.Seen(force, time, record), watch, usual, control,
+            )  # fmt: skip
+            # A copy, so that the memory of the run is freed.
+            u, v = state.rows[:2, :granules].copy()
+            if leave_behind:
+                u[:] = v[:] = np.nan
+            return Simulation.of(outcome, u, v, Peaks(force, time, time < outcome.end)), watch
+
+        return finished(run, control, self.deadline, work >= _LONG_RUN)
 
     def peaks(self, legs: Sequence[Leg], walker: Walker) -> Peaks:
         """Return the peaks of a run alone, natural units: for an error.
@@ -191,8 +276,7 @@ class Prepared:
         Granules that cannot change any peak are dropped where that is certain. Raises as
         ``simulate``.
         """
-        leave_behind = self._can_leave_behind
-        return self._march(legs, walker, leave_behind)[0]
+        return self.simulate(legs, walker, leave_behind=True).peaks
 
     @property
     def _can_leave_behind(self) -> bool:
@@ -200,13 +284,9 @@ class Prepared:
         return self.own_start and self.signals is None and is_single_pulse(self.scene)
 
     def _refuse(
-        self,
-        rows: FloatArray,
-        work: float,
-        stages: int,
-        leave_behind: bool,
+        self, rows: FloatArray, work: float, stages: int, leave_behind: bool,
         recorder: Recorder | None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Raise TooExpensive for a run that is certain to take too long, or too much memory."""
         scene, deadline = self.scene, self.deadline
         if _FASTEST * work > deadline.limit:
@@ -218,55 +298,6 @@ class Prepared:
             raise deadline.passed()
         arrays = 8 + (0 if recorder is None else 3 * recorder.time.size)
         refuse_memory(8.0 * arrays * scene.bodies)
-
-    def _march(
-        self,
-        legs: Sequence[Leg],
-        walker: Walker,
-        leave_behind: bool,
-        recorder: Recorder | None = None,
-        usual: float = math.nan,
-    ) -> tuple[Peaks, tuple[Outcome, Any, Any]]:
-        """Return the peaks, and what the kernels return; fill in a recorder."""
-        from hertzchain.engines.native import elastic, elastic_state
-
-        granules, stages = self.scene.bodies, walker.stepper.stages
-        rows = leg_rows(legs, self.scene.units)
-        work = work_of(self.scene, legs, stages) / (1.0 if math.isnan(usual) else LATEST)
-        self._refuse(rows, work, stages, leave_behind, recorder)
-        record = nothing_recorded() if recorder is None else room_for(recorder, granules)
-        contacts = len(self.scene.contacts)
-        force, time, control = np.zeros(contacts), np.full(contacts, np.nan), np.zeros(3)
-        steps = steps_of(rows, walker, self.softest)
-        seen = elastic_state.Seen(force, time, record)
-
-        watch = None if self.signals is None else self.signals.watch()
-
-        def run() -> Any:
-            state = elastic_state.at_the_start(granules)
-            outcome = elastic.march(
-                steps, state, granules, self.start, self.chain, self.moving, leave_behind, seen,
-                watch, usual, control,
-            )  # fmt: skip
-            return outcome, state.rows[0, :granules], state.rows[1, :granules]
-
-        is_long = work >= _LONG_RUN
-        if not is_long:
-            control[0] = LOOKS
-            found = run()
-            # With many halved steps a short run becomes long.
-            is_long = found[0].status == elastic_state.STOPPED
-        if is_long:
-            control[:], force[:], time[:] = 0.0, 0.0, np.nan
-            watch = None if self.signals is None else self.signals.watch()
-            found = stoppable(run, control, self.deadline)
-        if found[0].status == elastic_state.DIVERGED:
-            raise diverged("native")
-        if recorder is not None:
-            recorder.displacement[:] = record.displacement
-            recorder.velocity[:] = record.velocity
-            recorder.contact_force[:] = record.contact_force
-        return Peaks(force, time, time < found[0].end, pulses_in(watch)), found
 
 
 def work_of(scene: Scene, legs: Sequence[Leg], stages: int) -> float:
@@ -299,6 +330,31 @@ def _least_time(scene: Scene, rows: FloatArray, stages: int, leave_behind: bool)
             moving = 1.0
         evaluations += steps * stages * moving
     return _FASTEST * evaluations
+
+
+def finished(
+    run: Callable[[], tuple[Simulation, Watch | None]], control: FloatArray, deadline: Deadline,
+    is_long: bool = False,
+) -> Simulation:  # fmt: skip
+    """Return what a compiled run saw, with its first pulses; long runs are ``stoppable``.
+
+    A run that becomes long, as with many halved steps, begins again. Raises StepUnstable if the
+    motion diverges.
+    """
+    from hertzchain.engines.native import elastic_state
+
+    if not is_long:
+        control[0] = LOOKS
+        simulation, watch = run()
+        is_long = simulation.status == elastic_state.STOPPED
+    if is_long:
+        control[:] = 0.0
+        simulation, watch = stoppable(run, control, deadline)
+    if simulation.status == elastic_state.DIVERGED:
+        raise diverged("native")
+    if watch is None:
+        return simulation
+    return replace(simulation, peaks=replace(simulation.peaks, first=pulses_in(watch)))
 
 
 def stoppable(run: Callable[[], Any], control: FloatArray, deadline: Deadline) -> Any:

@@ -16,7 +16,7 @@ from hertzchain.engines.native import damped_kernel, elastic_state
 from hertzchain.engines.native.damped_runs import accurate, first_tolerance, integrate_damped
 from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.kernel_input import room_for
+from hertzchain.engines.native.simulation import room_for
 from hertzchain.errors import SceneError, StepUnstable
 from hertzchain.known.answer import deck_step
 from hertzchain.observables.error_bound import (
@@ -204,7 +204,7 @@ def test_history() -> None:
     start = np.zeros((2, 6))
     start[1, 0] = 1.0
     times = np.array([0.0, 0.05, 1.0, 1.3, 2.5, 4.0, 9.0, 12.0])
-    record = room_for(Recorder(times, 6), 6)
+    record = room_for(Recorder(times, 6))
     integrate_damped(chain, FREE, start, 1e-10, 0.8, record)
     for k in range(1, times.size):
         rows = FREE.copy()

@@ -330,7 +330,7 @@ def test_a_time_limit_is_kept(demo: hc.Scene) -> None:
     assert "time limit" in check.reason
 
 
-STEP, CONTACTS = "elastic_step.py", "damped_contacts.py"
+STEP, CONTACTS = "elastic_chain.py", "damped_contacts.py"
 PLANTED = [
     (STEP, "right *= chain.stiffness[i]", "right *= chain.stiffness[0]", "terms/taper"),
     (STEP, "net *= chain.inverse_mass[i]", "net *= chain.inverse_mass[0]", "terms/taper"),

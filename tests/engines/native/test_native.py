@@ -20,13 +20,11 @@ from hertzchain.engines.native import (
     damped_verlet_kernel,
     elastic,
     elastic_chain,
-    elastic_maxima,
     simulation,
 )
 from hertzchain.engines.native.as_written import RungeKutta
 from hertzchain.engines.native.elastic_state import Seen
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.kernel_input import leg_rows, nothing_recorded
 from hertzchain.engines.native.methods import (
     METHODS,
     SRKN_6B,
@@ -36,7 +34,7 @@ from hertzchain.engines.native.methods import (
     Stepper,
     Walker,
 )
-from hertzchain.engines.native.simulation import simulate, stoppable
+from hertzchain.engines.native.simulation import leg_rows, room_for, simulate, stoppable
 from hertzchain.limits import Deadline
 from hertzchain.observables import observer
 from hertzchain.observables.history import Recorder
@@ -301,7 +299,7 @@ def test_a_maximum_in_a_step_whose_rate_is_no_parabola(
     If the rate were a parabola that reaches 0, the sum of both rates would be half of the change of
     acceleration at most. Here it is 0.658 and 0.748 of it.
     """
-    for module in (elastic_maxima, observer):
+    for module in (elastic, observer):
         for name, function in vars(module).items():
             if hasattr(function, "py_func"):  # nothing is compiled for two steps
                 monkeypatch.setattr(module, name, function.py_func)
@@ -313,8 +311,8 @@ def test_a_maximum_in_a_step_whose_rate_is_no_parabola(
     (u0, v0, a), (u, v, g) = ends
     leg = np.array([0.0, 1.0, 1.0, 1.0, 0.0, 1.0, *pushed])
     found, at = np.zeros(1), np.full(1, np.nan)
-    elastic_maxima.keep_peaks(
-        Seen(found, at, nothing_recorded()), u0, v0, a, u, v, g, 0, 2, leg, 0.0, 1.0, 1.0, 0.0,
+    elastic.keep_peaks(
+        Seen(found, at, room_for()), u0, v0, a, u, v, g, 0, 2, leg, 0.0, 1.0, 1.0, 0.0,
         True, 0.0, None,
     )  # fmt: skip
     slope = pushed[1] - pushed[0]

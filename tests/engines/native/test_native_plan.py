@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hertzchain.engines.native.kernel_input import leg_rows
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
@@ -18,7 +17,7 @@ from hertzchain.engines.native import batch
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.batch import peak_forces, similar_peak_forces
 from hertzchain.engines.native.methods import METHODS, SRKN_11B, Walker
-from hertzchain.engines.native.simulation import simulate
+from hertzchain.engines.native.simulation import leg_rows, simulate
 from hertzchain.limits import Deadline
 from hertzchain.observables.error_bound import is_short
 from hertzchain.observables.peaks import largest_difference

@@ -14,10 +14,9 @@ from scipy.interpolate import CubicSpline
 import hertzchain as hc
 from hertzchain.engines.native import elastic, elastic_state
 from hertzchain.engines.native.elastic_state import Seen, at_the_start
-from hertzchain.engines.native.kernel_input import leg_rows, nothing_recorded, steps_of
 from hertzchain.engines.native.methods import SRKN_11B, Walker
 from hertzchain.engines.native.plan import cheapest
-from hertzchain.engines.native.simulation import simulate
+from hertzchain.engines.native.simulation import leg_rows, room_for, simulate, steps_of
 from hertzchain.theory.solitary_wave import solitary_wave
 from tests.conftest import STEEL, paper_scene
 
@@ -47,7 +46,7 @@ def test_peaks_in_a_window_are_bitwise_those_of_the_full_chain(
 def outcome(scene: hc.Scene, leave_behind: bool, step: float = 0.4, control: Any = None) -> Any:
     """Return the kernels' results of a run besides its peaks; ``step`` in natural time units."""
     contacts = scene.chain.granules - 1
-    seen = Seen(np.zeros(contacts), np.full(contacts, np.nan), nothing_recorded())
+    seen = Seen(np.zeros(contacts), np.full(contacts, np.nan), room_for())
     rows = leg_rows(scene.schedule(step * scene.units.time), scene.units)
     control = np.zeros(3) if control is None else control
     steps, at_rest = steps_of(rows, Walker(SRKN_11B)), np.zeros((0, 0))
