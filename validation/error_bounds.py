@@ -122,11 +122,10 @@ def needed_factors(call: Call, result: hc.Result, truth: hc.Result) -> dict[str,
 
     def needed(off: FloatArray, name: str, share: Any, factor: float, unit: float = 1.0) -> float:
         """The factor of one number; ``off`` in the unit of the result, NaN where not judged."""
-        estimate = getattr(errors, name) - rest / share  # times the factor
-        others = getattr(stated, name) / unit - estimate  # by readings, and by other maxima
-        left = (off - getattr(of_truth, name)) / unit - others
         with np.errstate(all="ignore"):
-            ratio = factor * left / estimate
+            estimate = getattr(errors, name) - rest / share  # times the factor
+            others = getattr(stated, name) / unit - estimate  # by readings, and by other maxima
+            ratio = factor * ((off - getattr(of_truth, name)) / unit - others) / estimate
         some = np.isfinite(off) & np.isfinite(others)
         return float(np.nanmax(ratio[some], initial=0.0))
 

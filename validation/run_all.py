@@ -1,7 +1,8 @@
 """Every figure, table and claim of the paper, limits, mistakes, and terms, with one summary.
 
-``validation/tradeoff.py``, ``validation/long_run.py``, ``validation/extremes.py`` and
-``validation/engines.py``, which take minutes or need more programs, are run by themselves.
+``validation/tradeoff.py``, ``validation/long_run.py``, ``validation/extremes.py``,
+``validation/error_bounds.py`` and ``validation/engines.py``, which take minutes or need more
+programs, are run by themselves.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.observables.first_pulse import FirstPulses
-from hertzchain.observables.peaks import ESTIMATED, any_rising, judged_contacts, largest_difference
+from hertzchain.observables.peaks import ESTIMATED, judged_contacts, largest_difference
 
 _DIGIT = 0.1
 """Error of a force that has one right digit."""
@@ -135,7 +135,8 @@ class Peaks:
     @property
     def any_rising(self) -> bool:
         """True if a judged contact had its largest force at the end of the run."""
-        return any_rising(self.force, self.passed)
+        rising = ~self.passed
+        return bool(rising.any() and np.any(judged_contacts(self.force, ESTIMATED) & rising))
 
     @property
     def wanted(self) -> FloatArray:

@@ -71,23 +71,15 @@ class Safety:
         self, differences: Sequence[ContactErrors], weights: Sequence[float] = (),
         rest: float = 0.0, least: float = 0.0,
     ) -> ContactErrors:  # fmt: skip
-        """Return bounds of the errors of each contact, from the differences of other runs.
+        """Return bounds of the errors of each contact, from its differences from other runs.
+
+        ``weights`` are the errors of the run over these differences where errors go as a power of
+        the step (see ``SecondRun``), 1 by default; ``rest`` is an error that no difference shows,
+        and is added; ``least`` is the least error by the steps.
 
         They are bounds of total forces, so a small pulse on a large static force has a larger
         relative error. Arrivals and widths [natural time units] are off by about the part of a unit
         that forces are of themselves.
-
-        Parameters
-        ----------
-        differences
-            From each other run.
-        weights
-            Error of the run over its difference from each other run, where errors go as a power of
-            the step: see ``SecondRun``. 1 by default.
-        rest
-            Error that no difference shows; it is added.
-        least
-            The least error by the steps.
         """
         weights, dynamic = weights or [1.0] * len(differences), differences[0].dynamic
 

@@ -44,22 +44,16 @@ class Loads(NamedTuple):
 
     Parameters
     ----------
-    force, time
-        Peaks, in time order so far.
-    scale
-        Force of the run over that of the law, at the largest sample.
-    maxima
-        The two highest maxima between samples, shape (2, contacts).
-    at_most, at_least
-        The peaks if errors of the forces at first touch are added or subtracted.
+    force, time, scale
+        Peaks, in time order so far; force of the run over that of the law, at the largest sample.
+    maxima, at_most, at_least
+        The two highest maxima between samples, shape (2, contacts); the peaks if errors of the
+        forces at first touch are added or subtracted.
     at_touch, fastest
         Largest closing speeds: as a dashpot begins to act, and of all samples.
-    on_held
-        How often a force counts in that on a wall and fixed granules.
-    is_integrated
-        Whether the integrals below need the contact.
-    sums
-        Energy lost in dampers, impulse on held bodies, impulse of contact 1, shape (3,).
+    on_held, is_integrated, sums
+        How often a force counts in that on a wall and fixed granules; whether the integrals need
+        the contact; energy lost in dampers, impulse on held bodies, impulse of contact 1, (3,).
     room
         Room for ``extrema``.
     """
@@ -87,23 +81,11 @@ def touch(
     No polynomial crosses the jump of its force, so that the interval begins there. The motion
     before it is that without this contact.
 
-    Parameters
-    ----------
-    start, end
-        Overlap and its derivatives at both ends.
-    h
-        Length of the interval.
-    force
-        Force of the contact at the end.
-    damping, inverse_mass
-        Coefficient of the dashpot, and the sum of 1 / mass of both granules.
-    late
-        Delay of the velocities that damped the motion.
-
-    Returns
-    -------
-    Time from the start; overlap, rate and two derivatives right after that; and a bound of the
-    error of the rate: it holds while the acceleration lies between those of both ends.
+    ``start`` and ``end`` are overlap and its derivatives at both ends of the interval of length h;
+    ``damping`` is the coefficient of the dashpot, ``inverse_mass`` the sum of 1 / mass of both
+    granules, ``late`` the delay of the velocities that damped the motion. Returns the time from the
+    start; overlap, rate and two derivatives right after that; and a bound of the error of the rate:
+    it holds while the acceleration lies between those of both ends.
     """
     after = end[2] + inverse_mass * (force - late * damping * end[2])
     growth, bend = start[2], (after - start[2]) / h
@@ -222,17 +204,12 @@ def keep_loads(
 
     Parameters
     ----------
-    signals
-        See ``observer.signals_of``: those of contacts alone, with static forces of 0.
-    loads
-        Changed in place.
-    time
-        Increasing, shape (samples,).
-    motion
-        Overlaps and their first three derivatives, shape (4, samples, contacts); the third is NaN
-        where it is not known.
-    force
-        Contact forces of the run, shape (samples, contacts).
+    signals, loads
+        See ``observer.signals_of``: those of contacts alone, with static forces of 0; changed.
+    time, motion, force
+        Increasing, shape (samples,); overlaps and their first three derivatives, shape
+        (4, samples, contacts), the third NaN where it is not known; contact forces of the run,
+        shape (samples, contacts).
     inverse_mass
         1 / mass of each granule, and 0 after the last, shape (granules + 1,).
     late
@@ -303,17 +280,9 @@ def motion_at(
 ) -> None:  # fmt: skip
     """Fill in displacements and velocities at times within samples.
 
-    Parameters
-    ----------
-    times
-        Increasing, shape (times,).
-    time
-        Of the samples, shape (samples,).
-    granules
-        Displacements and their first three derivatives, shape (4, samples, granules); the third is
-        NaN where it is not known.
-    displacement, velocity
-        Filled in, shape (times, granules).
+    ``times`` increase, shape (times,), as ``time`` of the samples, shape (samples,). ``granules``
+    are displacements and their first three derivatives, shape (4, samples, granules), the third NaN
+    where it is not known. ``displacement`` and ``velocity`` have the shape (times, granules).
     """
     n = 0
     for m in range(times.size):

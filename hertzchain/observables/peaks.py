@@ -17,11 +17,6 @@ def judged_contacts(peak_force: FloatArray, significant: float = SIGNIFICANT) ->
     return np.asarray((peak_force >= significant * largest) & (peak_force > 0))
 
 
-def any_rising(force: FloatArray, passed: NDArray[np.bool_]) -> bool:
-    """Return whether a judged contact was pressed hardest at the end; arguments (contacts,)."""
-    return not passed.all() and bool(np.any(judged_contacts(force, ESTIMATED) & ~passed))
-
-
 def times_of_peaks(peak_force: FloatArray, peak_time: FloatArray) -> FloatArray:
     """Times of peaks; NaN where a force far ahead of the wave underflows to 0."""
     time = peak_time.copy()

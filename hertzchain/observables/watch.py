@@ -17,7 +17,7 @@ from hertzchain.observables.contact_errors import Peaks
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.first_pulse import Signals, pulses_in
 from hertzchain.observables.history import Recorder
-from hertzchain.observables.peaks import ESTIMATED, any_rising, judged_contacts
+from hertzchain.observables.peaks import ESTIMATED, judged_contacts
 from hertzchain.observables.samples import Samples
 from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.scene import Scene
@@ -60,17 +60,10 @@ errors of steps above that are refused."""
 class PeakWatch:
     """Keeps the largest force of each contact, energy lost in dampers and impulses, from samples.
 
-    Parameters
-    ----------
-    law
-        The law of the contacts, in the units of the samples.
-    inverse_mass
-        1 / mass of each granule, shape (granules,), 0 for those that move as a piston does.
-    on_held
-        How often the force of each contact counts in that on a wall and fixed granules, as
-        ``times_on_held`` says.
-    has_piston
-        Whether granule 1 is a piston: then its impulse on granule 2 is kept, too.
+    ``law`` is that of the contacts, in the units of the samples; ``inverse_mass`` is 1 / mass of
+    each granule, shape (granules,), 0 for those that move as a piston does; ``on_held`` says how
+    often the force of each contact counts in that on a wall and fixed granules: see
+    ``times_on_held``. If granule 1 is a piston, its impulse on granule 2 is kept, too.
     """
 
     def __init__(
@@ -151,11 +144,6 @@ class PeakWatch:
         """True for contacts whose force has fallen again after a peak, shape (contacts,)."""
         return self.time < self._until  # False for NaN
 
-    @property
-    def any_rising(self) -> bool:
-        """True if a judged contact has its largest force at the end."""
-        return any_rising(self.force, self.passed)
-
     def update(self, samples: Samples, late: float = 0.0) -> None:
         """Add samples; ``late`` is the delay of the velocities that damped the motion."""
         from hertzchain.observables.intervals import keep_loads
@@ -169,20 +157,9 @@ class PeakWatch:
 class Watch:
     """Watches a run of a scene, in the units of its samples.
 
-    Parameters
-    ----------
-    scene
-        The scene: which granules are pushed, fixed or a piston.
-    law
-        The law of its contacts.
-    inverse_mass
-        1 / mass of each granule, shape (granules,); 0 for a piston.
-    signals
-        The signals, where first pulses are wanted.
-    recorder
-        Filled in, where a history is wanted.
-    unit
-        The natural unit of force.
+    Law and ``inverse_mass`` are as for ``PeakWatch``; ``signals`` are given where first pulses are
+    wanted; a ``recorder``, where a history is wanted, is filled in; ``unit`` is the natural unit of
+    force.
     """
 
     def __init__(
@@ -202,21 +179,15 @@ class Watch:
         before = self.seen.piston_impulse
         self.seen.update(samples, late)
         if self._observer is not None:
-            self._observe(samples, late)
+            from hertzchain.observables.intervals import observe_samples
+
+            observe_samples(self._observer, *samples.of_contacts, self._inverse_mass, late)
         if self.recorder is not None:
             self.recorder.update(samples, self.seen.signals)
         if leg.ramp is not None:
             self._add(work_done(samples, leg.ramp, self._pushed))
         if leg.stroke is not None:
             self._add((self.seen.piston_impulse - before) * leg.stroke.velocity)
-
-    def _observe(self, samples: Samples, late: float) -> None:
-        """Look for first pulses."""
-        from hertzchain.observables.intervals import observe_samples
-
-        observe_samples(
-            self._observer, *samples.of_contacts, self._inverse_mass, late
-        )  # fmt: skip
 
     def _add(self, work: Any) -> None:
         self.work, self.exchanged = self.work + work, self.exchanged + abs(work)

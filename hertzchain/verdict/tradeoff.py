@@ -138,7 +138,7 @@ def _without_estimate(scene: Scene, rtol: float) -> Outcome:
         chosen = plans.cheapest(rtol)
         return _compiled(chosen.walker)(scene, chosen.step * scene.contact_time)
     run = simulate_damped(scene, first_tolerance(rtol), Deadline(TIME_LIMIT))
-    return Outcome(run.peak_force * scene.units.force, run.evaluations)
+    return Outcome(run.peaks.force * scene.units.force, run.evaluations)
 
 
 def _rk4(scene: Scene, step: float) -> Outcome:

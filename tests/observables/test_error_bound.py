@@ -48,11 +48,6 @@ ROUND_OFF = 1e-12
 """Differences of 1e-3 or more of numbers of order 1."""
 
 
-def watch_of(granules: int) -> PeakWatch:
-    """Return a watch that has not seen anything."""
-    return PeakWatch(DampedLaw.of_elastic(np.ones(granules - 1)), np.ones(granules))
-
-
 def legs_of(*steps: int) -> tuple[Leg, ...]:
     """Legs of length 1, without force, with so many steps."""
     return tuple(Leg(float(k), k + 1.0, count, None) for k, count in enumerate(steps))
@@ -291,40 +286,31 @@ def test_a_second_maximum_may_be_the_highest_without_what_steps_do(
     )  # differences of numbers near 1
 
 
+ELASTIC = paper_scene("cosine", 2.0, 2.0, 10)
+DAMPED = replace(ELASTIC, contact=hc.Contact("restitution", restitution=0.9))
+
+
 @pytest.mark.parametrize(
-    ("granules", "rising", "erratic"), [(10, False, False), (9, False, True), (10, True, True)]
+    ("scene", "rising", "steps", "factor", "by_chance"),
+    [
+        # Agreement by chance leaves a part that goes as the longest step to the power of 2.5.
+        (ELASTIC, False, 100, 1, 0.005 * 0.04**2.5),
+        (paper_scene("cosine", 2.0, 2.0, 9), False, 100, 3, 0.05 * 0.04**2.5),
+        (ELASTIC, True, 16, 3, 0.05 * 0.04**2.5),
+        (ELASTIC, True, 15, 6, 0.05 * 0.04**2.5),
+        (DAMPED, False, 100, 4, 0.0),
+        (DAMPED, True, 100, 4, 0.1 * 0.04),
+        (replace(DAMPED, shock=hc.Striker(0.1)), False, 100, 6, 0.0),
+    ],
 )
 def test_an_extrapolation_is_believed_less_where_errors_are_erratic(
-    granules: int, rising: bool, erratic: bool
+    scene: hc.Scene, rising: bool, steps: int, factor: int, by_chance: float
 ) -> None:
-    scene, peaks = paper_scene("cosine", 2.0, 2.0, granules), watch_of(granules)
-    if rising:
-        peaks.force[:] = 1.0  # and never let up
-    assert peaks.any_rising == rising
-    legs = (Leg(0.0, 0.04 * scene.units.time, 1, None), Leg(0.0, scene.units.time, 100, None))
-    safety, by_chance = extrapolation_safety(scene, legs, peaks)
-    assert safety.factor == (3 if erratic else 1)
-    # Agreement by chance leaves a part that goes as the longest step to the power of 2.5.
-    assert by_chance == pytest.approx((0.05 if erratic else 0.005) * 0.04**2.5, rel=1e-12)
-
-
-@pytest.mark.parametrize(("steps", "factor"), [(15, 6), (16, 3)])
-def test_an_extrapolation_from_few_steps_is_believed_less(steps: int, factor: int) -> None:
-    scene, peaks = paper_scene("cosine", 2.0, 2.0, 10), watch_of(10)
-    peaks.force[:] = 1.0  # and never let up
-    legs = (Leg(0.0, 0.1 * scene.units.time, steps, None), Leg(0.0, 0.0, 4, None))
-    assert extrapolation_safety(scene, legs, peaks)[0].factor == factor
-
-
-@pytest.mark.parametrize(("velocity", "factor"), [(0.0, 4), (0.1, 6)])
-def test_an_extrapolation_of_damped_contacts_is_believed_less_where_granules_fly(
-    velocity: float, factor: int
-) -> None:
-    scene = paper_scene("cosine", 2.0, 2.0, 10)
-    law = hc.Contact("restitution", restitution=0.9)
-    shock = hc.Striker(velocity) if velocity else scene.shock
-    scene, peaks = replace(scene, shock=shock, contact=law), watch_of(10)
-    legs = (Leg(0.0, 0.01 * scene.units.time, 100, None),)
-    safety, by_chance = extrapolation_safety(scene, legs, peaks)
-    assert (safety.factor, by_chance) == (factor, 0.0)
-    assert least_gain(scene) == (2 if velocity else 4)
+    law = DampedLaw.of_elastic(np.ones(len(scene.contacts)))
+    peaks = PeakWatch(law, np.ones(scene.bodies))  # has not seen anything
+    step = 0.04 * scene.contact_time
+    legs = (Leg(0.0, steps * step, steps, None), Leg(0.0, 0.0, 4, None))
+    safety, added = extrapolation_safety(scene, legs, peaks, rising)
+    assert safety.factor == factor
+    assert added == pytest.approx(by_chance, rel=1e-12)
+    assert least_gain(scene) == (2 if scene.striker else 4)

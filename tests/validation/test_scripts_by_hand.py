@@ -1,4 +1,4 @@
-"""Scripts that are run by hand: benchmarks, two commits, extremes, a long run, a clone."""
+"""Scripts run by hand: benchmarks, two commits, error bounds, extremes, a long run, a clone."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from hertzchain.errors import RunFailed
 from tests.command_line import python
 from tests.conftest import paper_scene
 from tests.places import ROOT
-from validation import bench_before, extremes, judging, long_run
+from validation import bench_before, error_bounds, extremes, judging, long_run
 from validation.bench_before import Compared, Worker, by_turns, judge, slower
 from validation.benchmarks import TERMS, Measured, keep
 
@@ -172,6 +172,29 @@ def test_a_silent_error_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
         judge = judging.Judge(0, paper_scene("cosine", 1.0, 2.0), child, rtol=1e-9)
         assert judge.native("native", hc.Native(peaks_only=True)).outcome == "wrong"
         assert judge.native("native", hc.Native(rtol=1e-6, peaks_only=True)).outcome == "right"
+
+
+@pytest.mark.slow
+def test_safety_factors_suffice(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They do in random scenes, and not for peaks that are off by 50 times what was estimated."""
+    table = error_bounds.measure(True, False)
+    assert {"plan", "adaptive", "equal steps", "second order"} <= set(table["kind"])
+    rows = error_bounds.promises(table)
+    assert len(rows) == len(table)
+    assert [entry.what for entry in rows if not entry.passed] == []
+    original = hc.Native.run
+
+    def off(self: hc.Native, scene: hc.Scene) -> hc.Result:
+        result = original(self, scene)
+        if self.rtol != error_bounds.TRUE:
+            result.peak_force[:] *= 1 + 50 * result.error_estimate
+        return result
+
+    monkeypatch.setattr(hc.Native, "run", off)
+    planted = error_bounds.promises(error_bounds.measure(True, False))
+    assert {entry.what for entry in planted if not entry.passed} >= {
+        entry.what for entry in rows if "forces" in entry.what and "SciPy" not in entry.what
+    }
 
 
 KEPT = Path(long_run.__file__).parent / "results" / "long_run.csv"

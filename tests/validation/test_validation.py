@@ -104,7 +104,7 @@ def test_every_script_is_run() -> None:
     scripts = {
         path.stem for path in folder.rglob("*.py") if "\nSCRIPT = " in path.read_text("utf-8")
     }
-    minutes = {"engines", "extremes", "long_run", "tradeoff"}
+    minutes = {"engines", "error_bounds", "extremes", "long_run", "tradeoff"}
     assert scripts == set(SCRIPTS) | minutes
 
 

@@ -279,7 +279,7 @@ class _Runner:
         pairs = itertools.pairwise(reversed(extrapolated))
         differences = [one.differences(other).in_units(per_unit) for one, other in pairs]
         weights = [gain**-later for later in range(len(differences))]
-        safety, by_chance = step_error.extrapolation_safety(scene, legs, peaks)
+        safety, by_chance = step_error.extrapolation_safety(scene, legs, peaks, last.any_rising)
         errors = safety.bounds(differences, weights, rest + by_chance)
         other, weight = before if self._has_rivals else None, 3 / (2**self.order - 1)
         rivals = step_error.rival_errors(peaks, last.force, other, weight)
@@ -355,7 +355,7 @@ class _Runner:
 
     def _errors_of_plain(self, legs: Sequence[Leg], run: Simulation, rest: float) -> ContactErrors:
         """Return bounds of the errors of a run, from runs with other steps."""
-        scene, rising = self.scene, run.peaks.any_rising
+        scene, rising = self.scene, run.seen.any_rising
         stable, longest = error_bound.stable_step(scene, STABLE), max(leg.dt for leg in legs)
         natural_step = longest / scene.contact_time
         others = [error_bound.coarser_run(legs, stable, self.order)]

@@ -61,11 +61,11 @@ def extrapolate(coarse: Peaks, fine: Peaks, order: int, longest: float) -> Peaks
 
 
 def extrapolation_safety(
-    scene: Scene, legs: Sequence[Leg], peaks: PeakWatch
+    scene: Scene, legs: Sequence[Leg], peaks: PeakWatch, rising: bool
 ) -> tuple[error_bound.Safety, float]:
     """Return the safety of extrapolated peaks, and an error that differences may hide by chance.
 
-    Legs and peaks are those of the finer steps.
+    Legs and peaks are those of the finer steps; ``rising``: a force still grows at the end.
 
     The error is 1/15 of the difference where errors go as dt^2 and dt^4. Contacts that open leave a
     term dt^2.5 in natural units, erratic from one step to the next, so that two extrapolations can
@@ -80,10 +80,10 @@ def extrapolation_safety(
     dt = max(leg.dt for leg in legs) / scene.contact_time
     if scene.contact is not None:
         flies = "flying" if error_bound.fly_at_others(scene) else "damped"
-        by_chance = 0.1 * dt if peaks.any_rising else 0.0
+        by_chance = 0.1 * dt if rising else 0.0
         by_chance += _OF_EXTRAPOLATED * touch_error(scene, legs, peaks)
         return error_bound.SAFETIES[f"extrapolated, {flies}"], by_chance
-    if error_bound.amplifies_errors(scene) or peaks.any_rising:
+    if error_bound.amplifies_errors(scene) or rising:
         few = max(leg.steps for leg in legs) < _FEW_STEPS
         kind = "extrapolated, hard" + ", few steps" * few
         return error_bound.SAFETIES[kind], 0.05 * math.pow(dt, 2.5)

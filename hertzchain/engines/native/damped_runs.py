@@ -90,7 +90,7 @@ def integrate_damped(
     for ``elastic.march``.
     """
     from hertzchain.engines.native import damped_kernel
-    from hertzchain.engines.native.damped_state import at_the_start
+    from hertzchain.engines.native.damped_kernel import at_the_start
     from hertzchain.engines.native.elastic_state import Seen
 
     granules, contacts = chain.inverse_mass.size, chain.stiffness.size

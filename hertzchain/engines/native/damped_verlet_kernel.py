@@ -106,22 +106,12 @@ def take_steps(
 ) -> None:  # fmt: skip
     """Take equal steps, and keep states.
 
-    Parameters
-    ----------
-    h
-        Length of a step.
-    applied
-        Forces on the pushed granules before the first step and after each, (steps + 1, pushed).
-    led
-        Displacements of a piston, shape (steps + 1,); (0,) where they follow from its velocity, or
-        without a piston.
-    stride
-        How many steps lie between two states that are kept.
-    begins
-        Whether forces are computed before the first step: these are the first steps of a run.
-    into
-        Filled with displacements, velocities, accelerations and forces of contacts: before the
-        first step, after every ``stride``, and after the last; shape (4, states, granules).
+    ``h`` is the length of a step; ``applied`` are the forces on the pushed granules before the
+    first step and after each, (steps + 1, pushed); ``led`` are displacements of a piston, shape
+    (steps + 1,), or (0,) where they follow from its velocity, or without a piston. Where these
+    steps ``begin`` a run, forces are computed before the first one. ``into`` is filled with
+    displacements, velocities, accelerations and forces of contacts before the first step, after
+    every ``stride``, and after the last; shape (4, states, granules).
     """
     u, v, a = walk.u, walk.v, walk.a
     granules, steps = walk.chain.inverse_mass.size, applied.shape[0] - 1

@@ -39,9 +39,13 @@ FREE_END = 1e30
 """Place of the granule beyond the free end: never reached, never pressed; see ``overlap_of``."""
 
 _OUTER, _INNER = 0.8611363115940526, 0.3399810435848563
-
 _OUTER_WEIGHT, _INNER_WEIGHT = 0.17392742256872692, 0.32607257743127308
-"""Four points of Gauss and Legendre from -1 to 1, and weights for a step of length 1."""
+
+_GAUSS = (
+    ((1 - _OUTER) / 2, _OUTER_WEIGHT), ((1 - _INNER) / 2, _INNER_WEIGHT),
+    ((1 + _INNER) / 2, _INNER_WEIGHT), ((1 + _OUTER) / 2, _OUTER_WEIGHT),
+)  # fmt: skip
+"""Four points of Gauss and Legendre from 0 to 1, and their weights."""
 
 
 @part
@@ -159,9 +163,7 @@ def work_in_step(
     end = motion_of_granule(u, v, i, lo, leg, begin + h, off, chain)
     curve = hermite(start, end, h)
     total = 0.0
-    for node in (-_OUTER, -_INNER, _INNER, _OUTER):
-        weight = _OUTER_WEIGHT if abs(node) == _OUTER else _INNER_WEIGHT
-        s = (1 + node) / 2
+    for s, weight in _GAUSS:
         total += weight * applied_force(leg, begin + s * h) * slope_at(curve, s)
     return total
 
@@ -178,11 +180,8 @@ def impulse_in_step(
         return 0.0
     curve = hermite(start, end, h)
     total = 0.0
-    for node in (-_OUTER, -_INNER, _INNER, _OUTER):
-        weight = _OUTER_WEIGHT if abs(node) == _OUTER else _INNER_WEIGHT
-        total += weight * with_stiffness(
-            hertz_force(value_at(curve, (1 + node) / 2)), contact, chain
-        )
+    for s, weight in _GAUSS:
+        total += weight * with_stiffness(hertz_force(value_at(curve, s)), contact, chain)
     return total * h
 
 

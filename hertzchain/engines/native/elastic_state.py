@@ -47,16 +47,10 @@ piston did and took, both counted as positive; momentum and energy of what was l
 class Steps(NamedTuple):
     """Which steps are taken.
 
-    Parameters
-    ----------
-    legs
-        The steps and the applied force, shape (legs, 8): see ``elastic_chain.START``.
-    kicks, drifts
-        The method: see ``methods.SymplecticNystrom``.
-    verlet
-        Whether velocities are those of velocity Verlet: see ``elastic_chain.motion_of_granule``.
-    tolerance, starting
-        As in ``methods.Walker``; 0 for steps as given.
+    ``legs``, shape (legs, 8), have the steps and the applied force: see ``elastic_chain.START``;
+    ``kicks`` and ``drifts`` are the method: see ``methods.SymplecticNystrom``; ``verlet`` says
+    whether velocities are those of velocity Verlet: see ``elastic_chain.motion_of_granule``;
+    ``tolerance`` and ``starting`` are as in ``methods.Walker``, 0 for steps as given.
     """
 
     legs: FloatArray
@@ -68,15 +62,7 @@ class Steps(NamedTuple):
 
 
 class Record(NamedTuple):
-    """Where to keep a history.
-
-    Parameters
-    ----------
-    time
-        Wanted times, shape (times,).
-    displacement, velocity, contact_force
-        What is known then, shape (times, ...).
-    """
+    """Where to keep a history: the wanted times, (times,), and what is known then, (times, ...)."""
 
     time: FloatArray
     displacement: FloatArray
@@ -117,26 +103,19 @@ class Outcome(NamedTuple):
 
     Parameters
     ----------
-    status
-        DONE or one of the next constants.
-    steps, evaluations
-        Steps taken, and force evaluations of the whole chain, also those of refused steps; with
-        adaptive steps those of single granules.
-    granule_evaluations
-        Force evaluations counted granule by granule.
-    end
-        Time reached.
+    status, end
+        DONE or one of the next constants; time reached.
+    steps, evaluations, granule_evaluations
+        Steps taken; force evaluations of the whole chain, also those of refused steps, with
+        adaptive steps those of single granules; force evaluations counted granule by granule.
     work
         Done by the applied force or the piston, and the energy at the start.
     momentum, energy
         Of all granules but a piston, those left behind too; the energy with that in constant
         forces.
-    wall_impulse
-        Integral of the force on the wall over time; 0 at a free end.
-    piston_impulse
-        Integral of the force of the piston on granule 2 over time; 0 without a piston.
-    dissipated
-        Energy lost in dampers.
+    wall_impulse, piston_impulse, dissipated
+        Integrals of the forces on the wall and of the piston on granule 2 over time, 0 without one;
+        energy lost in dampers.
     """
 
     status: int

@@ -170,11 +170,6 @@ class Simulation:
         del numbers["granule_evaluations"]
         return cls(displacement, velocity, peaks, **numbers)
 
-    @property
-    def peak_force(self) -> Any:
-        """Peak force of each contact, shape (contacts,)."""
-        return self.peaks.force
-
 
 @dataclass(frozen=True, eq=False)
 class Run:

@@ -188,7 +188,7 @@ def test_order_over_a_run(exponent: float) -> None:
     true = integrate_damped(chain, rows, AT_REST, 1e-14, 0.1)
     tolerances = 10.0 ** -np.arange(5.0, 13.1, 0.25)
     runs = [integrate_damped(chain, rows, AT_REST, each, 10.0) for each in tolerances]
-    errors = np.array([largest_difference(run.peak_force, true.peak_force) for run in runs])
+    errors = np.array([largest_difference(run.peaks.force, true.peaks.force) for run in runs])
     order = -np.polyfit(np.log([run.steps for run in runs]), np.log(errors), 1)[0]
     # 7.9 to 8.4 were found, and an order less would be told.
     assert order == pytest.approx(8.0, rel=0, abs=0.5)
@@ -226,7 +226,7 @@ def test_granules_ahead_of_the_front_are_left_out(exponent: float) -> None:
     whole = integrate_damped(chain, rows, np.zeros((2, 60)), 1e-9, 0.8)
     # The same steps: round-off.
     assert front.steps == whole.steps
-    assert largest_difference(front.peak_force, whole.peak_force) < 1e-13
+    assert largest_difference(front.peaks.force, whole.peaks.force) < 1e-13
 
 
 @pytest.mark.parametrize(
@@ -241,7 +241,7 @@ def test_strong_dampers(exponent: float, damping: float) -> None:
         found = integrate_damped(chain, rows, AT_REST, tolerance, 0.8, most_work=5e6)
         assert found.status == elastic_state.DONE
         # At most 0.3 of the tolerance was measured, and 2e-10.
-        assert largest_difference(found.peak_force, true.peak_force) < max(tolerance, 1e-9)
+        assert largest_difference(found.peaks.force, true.peaks.force) < max(tolerance, 1e-9)
 
 
 def test_steps_that_do_not_advance_end() -> None:
