@@ -249,7 +249,7 @@ class Case:
                 damped = damped_runs.simulate_damped(
                     scene, _TOLERANCE, self.deadline, first=self.of_first_pulses
                 )
-                force, first = damped.peak_force, damped.peaks.first
+                force, first = damped.peaks.force, damped.peaks.first
                 unit = scene.units.force
             else:
                 run = Native(

@@ -54,7 +54,7 @@ _BLOCK, _ARRAYS = 256, 20
 little memory; and the numbers kept for each granule and sample (counted)."""
 
 _FLOOR = 0.2
-"""Least bound of the error over the tolerance: the difference of two runs can be small by chance."""
+"""Least bound of the error over the tolerance: a difference of two runs can be small by chance."""
 
 _TIGHT, _LOOSER, _SHORTER = 3e-10, 10.0, 0.6
 """Tolerance of the run that judges the compiled loops, how much looser another one is, and how much
