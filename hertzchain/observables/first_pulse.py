@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,6 +65,11 @@ class FirstPulses:
     is_clear: _Mask
     is_steady: _Mask
 
+    @classmethod
+    def of(cls, pulses: Any, static: FloatArray) -> FirstPulses:
+        """Return the pulses that ``observer.read_off`` found: see ``observer.PULSE``."""
+        return cls(static=static, **{name: pulses[name] for name in pulses.dtype.names})
+
     def part(self, some: slice) -> FirstPulses:
         """Return the first pulses of some signals."""
         return FirstPulses(*(getattr(self, one.name)[some] for one in fields(self)))
@@ -109,8 +114,7 @@ def pulses_in(watch: Watch | None) -> FirstPulses | None:
     from hertzchain.observables.observer import read_off
 
     read_off(watch)
-    pulses = {name: watch.pulses[name].copy() for name in watch.pulses.dtype.names}
-    return FirstPulses(static=watch.signals["static"].copy(), **pulses)
+    return FirstPulses.of(watch.pulses.copy(), watch.signals["static"].copy())
 
 
 def is_driven_to_the_end(scene: Scene) -> bool:
@@ -153,14 +157,22 @@ class Signals:
         law, static = self.law.in_units(units), self.static / units.force
         return replace(self, law=law, static=static, slowness=slowness)
 
-    def watch(self, unit: float = 1.0) -> Watch:
-        """Return a watch for a run in these units; ``unit`` is the natural unit of force."""
-        from hertzchain.observables.observer import watch_of
+    def at_the_start(self, unit: float = 1.0) -> Any:
+        """Return the signals as a watch takes them; ``unit`` is the natural unit of force."""
+        from hertzchain.observables.observer import observed_signals
 
         count = self.static.size
         alone = np.stack([np.arange(count), np.full(count, -1)], axis=1)
         places = np.concatenate([alone, np.reshape(np.array(self.places, np.int64), (-1, 2))])
-        return watch_of(places[:, 0], places[:, 1], self.static, self.slowness, self.law, unit)
+        return observed_signals(
+            places[:, 0], places[:, 1], self.static, self.slowness, self.law, unit
+        )
+
+    def watch(self, unit: float = 1.0) -> Watch:
+        """Return a watch for a run in these units; ``unit`` is the natural unit of force."""
+        from hertzchain.observables.observer import watch_of
+
+        return watch_of(self.at_the_start(unit), self.static.size)
 
 
 def check_wanted(wanted: str | None) -> None:

@@ -186,11 +186,11 @@ class Piece(NamedTuple):
     other_scale: float
 
 
-def watch_of(
+def observed_signals(
     contact: NDArray[np.int64], other: NDArray[np.int64], static: FloatArray, slowness: FloatArray,
     law: Any, unit: float = 1.0,
-) -> Watch:  # fmt: skip
-    """Return a watch on the contacts of a chain and on gauges in its granules, in any units.
+) -> Any:  # fmt: skip
+    """Return the signals of contacts and of gauges in granules at the start of a run, in any units.
 
     Parameters
     ----------
@@ -206,18 +206,23 @@ def watch_of(
     unit
         The natural unit of force.
     """
-    count = contact.size
     signals = signals_of(contact, other, static, law)
     signals["least"] = LEAST * (unit + signals["static"])
     signals["slowness"][: slowness.size] = slowness
     signals["above"] = signals["static"] + signals["least"]
     signals["below"] = -np.inf
+    return signals
+
+
+def watch_of(signals: Any, contacts: int) -> Watch:
+    """Return a watch on signals, the first of which are those of all contacts."""
+    count = signals.size
     pulses = np.zeros(count, PULSE)
     for name in ("force", "time", "arrival", "width"):
         pulses[name] = np.nan
     return Watch(
         signals, np.zeros((count, PULSES), MAXIMUM), np.zeros((count, PULSES, len(FALLS))),
-        np.zeros((count, PIECES, COLUMNS)), np.zeros(ROOM), np.array([static.size]), pulses,
+        np.zeros((count, PIECES, COLUMNS)), np.zeros(ROOM), np.array([contacts]), pulses,
     )  # fmt: skip
 
 
@@ -226,7 +231,7 @@ def signals_of(
 ) -> Any:
     """Return the signals of contacts, then of gauges in granules, with their law and static force.
 
-    Arguments are those of ``watch_of``.
+    Arguments are those of ``observed_signals``.
     """
     signals = np.zeros(contact.size, SIGNAL)
     has_other = other >= 0

@@ -321,7 +321,7 @@ class Result(ShownRun):
         known = self.first_pulses is not None and self.errors is not None
         return self.errors.wanted if known else self.error_estimate  # type: ignore[union-attr]
 
-    @property
+    @cached_property
     def first_columns(self) -> dict[str, NDArray[Any]]:
         """Columns of first pulses and errors, as ``contact_errors.columns`` has them, and near_end.
 

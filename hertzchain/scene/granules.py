@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -64,12 +65,12 @@ class Granules:
         """Granules that never move, counted from 0."""
         return np.flatnonzero(self.is_fixed)
 
-    @property
+    @cached_property
     def static_overlap(self) -> FloatArray:
         """Overlap of each contact at the start [m], shape (contacts,)."""
         return np.asarray(hertz.overlap_of(self.stiffness, self.static_force))
 
-    @property
+    @cached_property
     def position(self) -> FloatArray:
         """Centre of each body at the start, the first at 0 [m], shape (bodies,)."""
         apart = self.radius[:-1] + self.radius[1:]
@@ -100,7 +101,7 @@ class Granules:
         held = np.isinf(self.mass)
         return np.asarray(np.where(held, 0.0, self.mass) * np.where(held, 0.0, self.velocity))
 
-    @property
+    @cached_property
     def contact_mass(self) -> FloatArray:
         """m* = m1 m2 / (m1 + m2) of each contact [kg], shape (contacts,).
 

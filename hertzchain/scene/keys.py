@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, fields, replace
 from numbers import Integral, Real
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from hertzchain.errors import SceneError, did_you_mean, is_finite, require
+from hertzchain.errors import SceneError, did_you_mean, is_finite
 
 if TYPE_CHECKING:
     import pint
@@ -171,7 +171,8 @@ class Key:
 
     def check(self, name: str, value: object) -> None:
         """Raise a SceneError for a value that is not allowed."""
-        require(self._allows(value), name, value, self.allowed)
+        if not self._allows(value):  # the words take longer than the check
+            raise SceneError(name, value, self.allowed)
 
     def _allows(self, value: Any) -> bool:
         if self.kind == "str":
@@ -226,13 +227,12 @@ def check(part: Any) -> None:
     None is allowed where it is the default, and a tuple with a value per granule is checked
     elsewhere. Numbers become Python's own, as files and decks show them.
     """
-    keys = keys_of(type(part))
     for one in fields(part):
         value = getattr(part, one.name)
         is_each = isinstance(value, tuple) and str(one.type).startswith("PerGranule")
         is_checked = is_each or (value is None and one.default is None)
-        if one.name in keys and not is_checked:
-            keys[one.name].check(one.name, value)
+        if one.metadata and not is_checked:
+            one.metadata["key"].check(one.name, value)
         if isinstance(value, Real) and not isinstance(value, bool):
             plain = int(value) if isinstance(value, Integral) else float(value)
             object.__setattr__(part, one.name, plain)

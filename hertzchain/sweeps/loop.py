@@ -21,7 +21,7 @@ from concurrent.futures import (
     ThreadPoolExecutor,
     wait,
 )
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
@@ -33,7 +33,7 @@ from hertzchain.engines.lammps.backend import Lammps
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.engines.native.backend import Native
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed, TooExpensive
-from hertzchain.limits import RTOL, usable_cores
+from hertzchain.limits import RTOL, Deadline, usable_cores
 from hertzchain.scene.shocks import profile_named
 from hertzchain.sweeps.design import Design
 from hertzchain.sweeps.similarity import Natural, natural
@@ -44,6 +44,7 @@ if TYPE_CHECKING:
 
     from hertzchain.engines.native.batch import Batch
     from hertzchain.observables.result import Result
+    from hertzchain.scene.scene import Scene
 
 Backend = Native | Lammps
 
@@ -167,22 +168,29 @@ def measure(
         assert isinstance(part.backend, Native)
         alone = _batches(given, similar, rows, part.backend, cores or usable_cores())
         report_progress(int(np.sum(~alone)))
-    with _runner(part.backend, child) as run:
-        for row in np.nonzero(alone)[0].tolist():
-            try:
-                scene = design.scene(given, row)
-                if scene.shock.section == "shock" and not (design.are_plain and scene.pulse):
-                    parameters["shock.momentum_ratio"][row] = scene.momentum_ratio
-                    if scene.rise_time is not None:
-                        parameters["shock.rise_time"][row] = scene.rise_time
-                rows.fill(row, run(scene))
-            except BackendMissing:
-                raise
-            except HertzchainError as problem:
-                rows.fail(row, problem)
-            except MemoryError:
-                rows.fail(row, RunFailed("there is not enough memory for this scene"))
+    scenes: dict[int, Scene] = {}
+    for row in np.nonzero(alone)[0].tolist():
+        try:
+            scene = design.scene(given, row)
+            if scene.shock.section == "shock" and not (design.are_plain and scene.pulse):
+                parameters["shock.momentum_ratio"][row] = scene.momentum_ratio
+                if scene.rise_time is not None:
+                    parameters["shock.rise_time"][row] = scene.rise_time
+            scenes[row] = scene
+        except HertzchainError as problem:
+            rows.fail(row, problem)
             report_progress(1)
+    results = _results(list(scenes.values()), part.backend, child, cores)
+    for row, result in zip(scenes, results, strict=True):
+        if isinstance(result, BackendMissing):
+            raise result
+        if isinstance(result, MemoryError):
+            rows.fail(row, RunFailed("there is not enough memory for this scene"))
+        elif isinstance(result, HertzchainError):
+            rows.fail(row, result)
+        else:
+            rows.fill(row, result)
+        report_progress(1)
     table = rows.table()
     table.attrs["hertzchain"] = {
         "wall_time_s": time.perf_counter() - begin,
@@ -229,18 +237,26 @@ def _batches(
     return left
 
 
-@contextmanager
-def _runner(backend: Backend, child: Child | None) -> Iterator[Callable[[Any], Result]]:
-    """Yield a function that measures one scene; LAMMPS runs in a process that may crash."""
+def _results(
+    scenes: Sequence[Scene], backend: Backend, child: Child | None, cores: int | None
+) -> Iterator[Result | HertzchainError | MemoryError]:
+    """Yield the result of each scene, or why there is none; LAMMPS runs in a child process."""
     if isinstance(backend, Native):
-        yield replace(backend, peaks_only=True).run
-    elif backend.lmp is not None:  # a binary is a separate process anyway
-        yield backend.run
-    else:
-        from hertzchain.engines.lammps.backend import run_in
+        from hertzchain.engines.native.batch import AT_ONCE, results_of
 
-        with Child() as new:
-            yield lambda scene: run_in(child or new, backend, scene)
+        native, deadline = replace(backend, peaks_only=True), Deadline(_YEAR)
+        for start in range(0, len(scenes), AT_ONCE):
+            yield from results_of(scenes[start : start + AT_ONCE], native, deadline, cores)
+        return
+    from hertzchain.engines.lammps.backend import run_in
+
+    is_process = backend.lmp is not None  # a binary is a separate process anyway
+    with Child() if child is None else nullcontext(child) as process:  # starts when it is called
+        for scene in scenes:
+            try:
+                yield backend.run(scene) if is_process else run_in(process, backend, scene)
+            except (HertzchainError, MemoryError) as problem:
+                yield problem
 
 
 # All parts

@@ -25,13 +25,7 @@ from hertzchain.limits import RTOL, TIME_LIMIT, Deadline, check_time_limit
 from hertzchain.observables import error_bound
 from hertzchain.observables.balance import Balance
 from hertzchain.observables.contact_errors import ContactErrors
-from hertzchain.observables.first_pulse import (
-    LATEST,
-    check_wanted,
-    finds_end,
-    usual_end,
-    usually_wanted,
-)
+from hertzchain.observables.first_pulse import check_wanted, finds_end, usually_wanted
 from hertzchain.observables.gauges import readings
 from hertzchain.observables.history import History, Recorder, wanted_times
 from hertzchain.observables.peaks import times_of_peaks
@@ -163,10 +157,12 @@ class Native:
         """
         scene = to_scene(scene)
         native = self if self.wanted else replace(self, wanted=usually_wanted(scene))
-        return native._prepared_run(scene, record)
+        return native.prepared_run(scene, record)
 
-    def _prepared_run(self, scene: Scene, record: ArrayLike | None) -> Result:
-        """As ``run``, where it is known which forces are wanted."""
+    def prepared_run(
+        self, scene: Scene, record: ArrayLike | None = None, prepared: Prepared | None = None
+    ) -> Result:
+        """As ``run``, where it is known which forces are wanted, of a scene prepared for it."""
         refuse_hopeless_overlap(scene)
         error_bound.refuse_strong_dampers(scene)
         import hertzchain.engines.native.elastic  # noqa: F401 - loaded before any clock starts
@@ -174,9 +170,15 @@ class Native:
 
         versions(self.method)  # looked up once, which takes longer than most runs
         with Watched() as preparation:
-            return self._run(scene, record, preparation)
+            return self._run(scene, record, preparation, prepared)
 
-    def _run(self, scene: Scene, record: ArrayLike | None, preparation: Watched) -> Result:
+    def _run(
+        self,
+        scene: Scene,
+        record: ArrayLike | None,
+        preparation: Watched,
+        prepared: Prepared | None,
+    ) -> Result:
         """As ``run``; the time to prepare kernels is measured in ``preparation``."""
         begin = time.perf_counter()
         deadline = Deadline(self.time_limit, lambda: preparation.time)
@@ -193,7 +195,7 @@ class Native:
             recorder = Recorder(times / scene.units.time, scene.bodies, scene.wall is not None)
         if chooses:
             rtol = RTOL if self.rtol is None else self.rtol
-            run = self.accurate_enough(scene, recorder, deadline, rtol)
+            run = self.accurate_enough(scene, recorder, deadline, rtol, prepared)
             error_bound.refuse_meaningless("native", run.errors.least, too_long=False)
         elif scene.contact is not None:
             run = self._damped(scene, recorder, deadline)
@@ -309,7 +311,12 @@ class Native:
         return run
 
     def accurate_enough(
-        self, scene: Scene, recorder: Recorder | None, deadline: Deadline, rtol: float
+        self,
+        scene: Scene,
+        recorder: Recorder | None,
+        deadline: Deadline,
+        rtol: float,
+        prepared: Prepared | RungeKutta | None = None,
     ) -> Run:
         """Return a run by the cheapest way to ``rtol``."""
         first = self._first
@@ -321,14 +328,14 @@ class Native:
             return damped_runs.accurate_enough(scene, rtol, deadline, recorder, first=first)
         hard = error_bound.amplifies_errors(scene)
         tries = hard and first
-        plan = plans.tried_first(rtol) if tries else plans.cheapest(rtol, hard=hard)
-        prepared = self._prepared(scene, deadline)
+        plan = plans.first_plan(rtol, hard, first)
+        prepared = prepared or self._prepared(scene, deadline)
         before, cost, adaptive, aim = math.inf, 0.0, None, rtol
         expensive, refined = math.inf, 1.0
         if not scene.is_plain:
             expensive, refined = _EXPENSIVE, 1 + _REFINED * float(np.mean(scene.granules.gap > 0))
         for left in reversed(range(plans.TRIES)):
-            legs = plan.walker.cut(scene.schedule(plan.step * scene.contact_time))
+            legs = plan.legs(scene)
             cost = max(cost, refined * work_of(scene, legs, plan.walker.stepper.stages))
             if cost > expensive:
                 expensive = 2 * cost
@@ -370,16 +377,14 @@ class Native:
         recorder: Recorder | None,
     ) -> tuple[Scene, tuple[Leg, ...], Simulation]:  # fmt: skip
         """Run a scene by a plan; return it with the end of its run, its legs, and the run."""
-        step, cut = plan.step * scene.contact_time, plan.walker.cut
-        if not (self._first and finds_end(scene)):
-            legs = cut(scene.schedule(step))
+        legs, usual = plan.first_legs(scene, self._first)
+        if math.isnan(usual):
             run = prepared.simulate(legs, plan.walker, recorder, leave_behind=self.peaks_only)
             return scene, legs, run
         assert isinstance(prepared, Prepared)
-        legs = cut(scene.until(LATEST * scene.end_time).schedule(step))
-        run = prepared.simulate(legs, plan.walker, usual=usual_end(scene))
+        run = prepared.simulate(legs, plan.walker, usual=usual)
         scene = scene.until(run.end * scene.units.time)
-        return scene, cut(scene.schedule(step)), run
+        return scene, plan.legs(scene), run
 
 
 def _errors_of_plan(
@@ -395,12 +400,13 @@ def _errors_of_plan(
     run the errors of two of 9,404 random runs were 2 and 3.5 times their bounds, when short legs
     had as many steps in the second run as in the third.
     """
-    counts = [2 * leg.steps // 3 if leg.steps > 2 else leg.steps + 1 for leg in legs]
-    coarser = tuple(leg.in_steps(count) for leg, count in zip(legs, counts, strict=True))
+    coarser = plan.other_legs(legs)
     others = [coarser]
     if twice:
-        pairs = zip(error_bound.finer_run(legs).legs, counts, strict=True)
-        others.append(tuple(leg.in_steps(leg.steps + (leg.steps == count)) for leg, count in pairs))
+        pairs = zip(error_bound.finer_run(legs).legs, coarser, strict=True)
+        others.append(
+            tuple(leg.in_steps(leg.steps + (leg.steps == other.steps)) for leg, other in pairs)
+        )
     differences = [run.peaks.differences(prepared.peaks(other, plan.coarser)) for other in others]
     return plan.safety.bounds(differences, rest=plan.least(run.evaluations))
 

@@ -6,14 +6,17 @@ In natural units a scene is given by its profile, LM_ratio, n and N; a batch has
 from __future__ import annotations
 
 import itertools
+import math
 import os
 import threading
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from contextvars import copy_context
 from dataclasses import dataclass, field, replace
 from numbers import Integral
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,15 +24,22 @@ from numpy.typing import ArrayLike, NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.backend import Native
+from hertzchain.engines.native.equations import Chain as NativeChain
 from hertzchain.engines.native.methods import Walker
 from hertzchain.engines.native.simulation import (
+    LONG_RUN,
+    LOOKS,
     MOVING,
+    Prepared,
+    Simulation,
     code_of,
+    key_of,
     leg_rows,
     room_for,
     steps_of,
+    work_of,
 )
-from hertzchain.errors import POSITIVE, SceneError, require
+from hertzchain.errors import POSITIVE, HertzchainError, SceneError, require
 from hertzchain.limits import (
     RTOL,
     TIME_LIMIT,
@@ -38,14 +48,29 @@ from hertzchain.limits import (
     refuse_memory,
     usable_cores,
 )
-from hertzchain.observables.first_pulse import WANTED, check_wanted, usually_wanted
+from hertzchain.observables.contact_errors import Peaks
+from hertzchain.observables.error_bound import amplifies_errors
+from hertzchain.observables.first_pulse import (
+    LATEST,
+    WANTED,
+    FirstPulses,
+    check_wanted,
+    usually_wanted,
+)
 from hertzchain.observables.peaks import times_of_peaks
 from hertzchain.observables.result import Result
 from hertzchain.scene.chain import MOST_GRANULES, Chain
 from hertzchain.scene.keys import Count
 from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS
 from hertzchain.scene.ramp import SHAPES
-from hertzchain.scene.scene import Scene, SceneLike, overlap_ratio, refuse_deep_overlap, to_scene
+from hertzchain.scene.scene import (
+    Scene,
+    SceneLike,
+    overlap_ratio,
+    refuse_deep_overlap,
+    refuse_hopeless_overlap,
+    to_scene,
+)
 from hertzchain.scene.schedule import watched_time
 from hertzchain.scene.shocks import PROFILES, Profile, Pulse
 from hertzchain.showing import Shown
@@ -58,6 +83,9 @@ _ANY = {"radius": 1.0, "young_modulus": 1e9, "poisson_ratio": 0.0, "density": 10
 _WEAK = 1e-6
 """Material [SI units] and peak force [N] of scenes that are given by numbers alone: any values with
 small overlaps will do, as results are in natural units."""
+
+AT_ONCE = 256
+"""Scenes that are prepared together (chosen)."""
 
 _PARTS_PER_CORE = 8
 """Number of parts of a batch (chosen), so that all cores end at about the same time."""
@@ -217,15 +245,163 @@ def _one_by_one(scenes: Sequence[Scene], rtol: float, time_limit: float, wanted:
 
 
 def run_each(scenes: Iterable[Scene], native: Native, deadline: Deadline) -> Iterator[Result]:
-    """Yield the results of scenes in their order; they are run one by one, on all cores."""
+    """Yield the results of scenes in their order, on all cores; the first that fails raises."""
+    waiting = iter(scenes)
+    while some := list(itertools.islice(waiting, AT_ONCE)):
+        for result in results_of(some, native, deadline):
+            if isinstance(result, Exception):
+                raise result
+            yield result
 
-    def run(scene: Scene) -> Result:
-        return deadline.spend(  # type: ignore[no-any-return]
-            lambda left: replace(native, time_limit=left).run(scene)
+
+def results_of(
+    scenes: Sequence[Scene], native: Native, deadline: Deadline, cores: int | None = None
+) -> Iterator[Result | HertzchainError | MemoryError]:
+    """Yield the result of each scene, as of a run by itself, or why it has none.
+
+    The first two runs of all elastic scenes whose first pulses are wanted are made together, in
+    one compiled loop. Other scenes, and runs by further plans, are made one by one.
+    """
+    import hertzchain.engines.native.elastic  # noqa: F401 - loaded before any clock starts
+    from hertzchain.observables.preparation import Watched
+
+    cores = cores or usable_cores()
+    with Watched() as preparation:
+        clock = Deadline(max(deadline.left, 0.0), lambda: preparation.time)
+        prepared = _prepared(scenes, native, clock, cores)
+    of_wanted = {wanted: replace(native, wanted=wanted) for wanted in WANTED}
+
+    def run(scene: Scene, prepared: Prepared | None) -> Result | HertzchainError | MemoryError:
+        chosen = of_wanted[native.wanted or usually_wanted(scene)]
+        try:
+            return deadline.spend(  # type: ignore[no-any-return]
+                lambda left: (
+                    chosen if left > native.time_limit else replace(chosen, time_limit=left)
+                ).prepared_run(scene, None, prepared)
+            )
+        except (HertzchainError, MemoryError) as problem:
+            return problem
+
+    def run_part(some: slice) -> list[Result | HertzchainError | MemoryError]:
+        return [run(*each) for each in zip(scenes[some], prepared[some], strict=True)]
+
+    with ThreadPoolExecutor(cores) as pool:
+        for results in pool.map(_run_in_context(run_part), _parts(len(scenes), cores)):
+            yield from results
+
+
+class _Job(NamedTuple):
+    """A run of a scene in the compiled loop."""
+
+    prepared: Prepared
+    chain: NativeChain
+    signals: Any  # at the start: see ``observer.SIGNAL``
+    walker: Walker
+    rows: FloatArray
+    usual: float
+
+    @property
+    def kind(self) -> tuple[Any, ...]:
+        """What is the same for all runs of one call of the kernel."""
+        prepared, chain = self.prepared, self.chain
+        return (
+            self.walker, self.rows.shape, prepared.start.shape, prepared.moving,
+            chain.stiffness.size, prepared.scene.bodies, chain.pushed, chain.fixed.tobytes(),
+            len(prepared.scene.contacts), self.signals["other"].tobytes(),
+        )  # fmt: skip
+
+
+def _prepared(
+    scenes: Sequence[Scene], native: Native, deadline: Deadline, cores: int
+) -> list[Prepared | None]:
+    """Prepare scenes and make their first two runs; None for those that run by themselves."""
+    prepared: list[Prepared | None] = [None] * len(scenes)
+    rtol, jobs, plan_of = native.rtol or RTOL, [], {}
+    chooses = native.method is None and native.dt is None
+    for k, scene in enumerate(scenes):
+        is_watched = chooses and (native.wanted or usually_wanted(scene)) == "first"
+        if not is_watched or scene.contact is not None or scene.piston is not None:
+            continue
+        with suppress(HertzchainError, MemoryError):  # the run by itself gives the reason
+            refuse_hopeless_overlap(scene)
+            plan = plans.first_plan(rtol, amplifies_errors(scene), first=True)
+            legs, usual = plan.first_legs(scene, first=True)
+            work = work_of(scene, legs, plan.walker.stepper.stages)
+            if work > LONG_RUN * (1.0 if math.isnan(usual) else LATEST):
+                continue
+            of_scene = Prepared.of(scene, deadline, first=True)
+            assert of_scene.chain is not None
+            assert of_scene.signals is not None
+            rows, signals = leg_rows(legs, scene.units), of_scene.signals.at_the_start()
+            jobs.append(_Job(of_scene, of_scene.chain, signals, plan.walker, rows, usual))
+            prepared[k], plan_of[id(of_scene)] = of_scene, plan
+    others = []
+    for job, end in _march(jobs, deadline, cores):
+        plan, scene = plan_of[id(job.prepared)], job.prepared.scene
+        legs = plan.legs(scene, None if math.isnan(job.usual) else end * scene.units.time)
+        rows = leg_rows(plan.other_legs(legs), scene.units)
+        others.append(job._replace(walker=plan.coarser, rows=rows, usual=math.nan))
+    _march(others, deadline, cores)
+    return prepared
+
+
+def _march(jobs: Sequence[_Job], deadline: Deadline, cores: int) -> list[tuple[_Job, float]]:
+    """Make runs in the compiled loop, and give them to their scenes.
+
+    Return those that were done, with the time reached. What diverges or takes long is left out: the
+    run by itself does the rest.
+    """
+    kinds = defaultdict[Any, list[_Job]](list)
+    for job in jobs:
+        kinds[job.kind].append(job)
+    return [run for alike in kinds.values() for run in _march_alike(alike, deadline, cores)]
+
+
+def _march_alike(alike: Sequence[_Job], deadline: Deadline, cores: int) -> list[tuple[_Job, float]]:
+    """Make runs of one kind, as ``_march``."""
+    from hertzchain.engines.native import elastic, elastic_state
+    from hertzchain.observables.observer import PULSE, watch_of
+
+    scenes, first, chain = len(alike), alike[0].prepared, alike[0].chain
+    granules, contacts = first.scene.bodies, len(first.scene.contacts)
+    steps = [steps_of(job.rows, job.walker, job.prepared.softest) for job in alike]
+    rows = np.stack([job.rows for job in alike])
+    tolerance = np.array([each.tolerance for each in steps])
+    start = np.stack([job.prepared.start for job in alike])
+    usual = np.array([job.usual for job in alike])
+    each_chain = zip(*(job.chain[:5] for job in alike), strict=True)
+    of_chains: dict[str, Any] = dict(zip(chain._fields, map(np.stack, each_chain), strict=False))
+    signals = np.empty((scenes, alike[0].signals.size), alike[0].signals.dtype)
+    for of_scene, job in zip(signals, alike, strict=True):
+        of_scene[:] = job.signals
+    force, time = np.zeros((scenes, contacts)), np.full((scenes, contacts), np.nan)
+    motion, outcomes = np.zeros((scenes, 2, granules)), np.full((scenes, 11), np.nan)
+    pulses, static = np.zeros(signals.shape, PULSE), signals["static"].copy()
+    nothing, leave_behind = room_for(), False
+
+    def part(some: slice, control: FloatArray) -> None:
+        chains = chain._replace(**{name: values[some] for name, values in of_chains.items()})
+        watch = watch_of(signals[0].copy(), contacts)
+        state, blank = (elastic_state.at_the_start(granules) for _ in range(2))
+        elastic.march_watched(
+            rows[some], steps[0], tolerance[some], state, blank, granules, start[some], chains,
+            first.moving, leave_behind, force[some], time[some], nothing, watch,
+            watch.pulses.copy(), signals[some], pulses[some], usual[some], motion[some],
+            outcomes[some], control,
+        )  # fmt: skip
+
+    _in_parts(part, scenes, deadline, cores, LOOKS)
+    done = []
+    for n in np.flatnonzero(outcomes[:, 0] == elastic_state.DONE).tolist():
+        job, values = alike[n], outcomes[n].tolist()
+        outcome = elastic_state.Outcome(*map(int, values[:4]), *values[4:])
+        of_pulses = FirstPulses.of(pulses[n], static[n])
+        peaks = Peaks(force[n], time[n], time[n] < outcome.end, of_pulses)
+        job.prepared.runs[key_of(job.rows, job.walker)] = Simulation.of(
+            outcome, motion[n, 0], motion[n, 1], peaks
         )
-
-    with ThreadPoolExecutor(usable_cores()) as pool:
-        yield from pool.map(_run_in_context(run), scenes)
+        done.append((job, outcome.end))
+    return done
 
 
 def similar_peak_forces(
@@ -373,33 +549,53 @@ def _march_all(
     scenes = len(rows)
     force, time = np.zeros((scenes, granules - 1)), np.full((scenes, granules - 1), np.nan)
     found = force, time, np.zeros(scenes), np.zeros(scenes)
-    steps, control = steps_of(rows[0], walker), np.zeros(3)
+    steps = steps_of(rows[0], walker)
     at_rest, nothing = np.zeros((0, 0)), room_for()
 
-    def part(some: slice) -> None:
+    def part(some: slice, control: FloatArray) -> None:
         state, blank = (elastic_state.at_the_start(granules) for _ in range(2))
         elastic.march_each(
             rows[some], steps, state, blank, granules, at_rest, MOVING, force[some], time[some],
             nothing, found[2][some], found[3][some], control,
         )  # fmt: skip
 
+    _in_parts(part, scenes, deadline, cores)
+    return found
+
+
+def _parts(scenes: int, cores: int) -> list[slice]:
+    """Cut scenes into parts."""
     size = max(1, -(-scenes // (cores * _PARTS_PER_CORE)))
-    parts = [slice(start, start + size) for start in range(0, scenes, size)]
+    return [slice(start, start + size) for start in range(0, scenes, size)]
+
+
+def _in_parts(
+    part: Callable[[slice, FloatArray], None],
+    scenes: int,
+    deadline: Deadline,
+    cores: int,
+    looks: float = 0.0,
+) -> None:
+    """Call a function of a slice of scenes and ``control`` of a kernel, on all cores.
+
+    ``looks`` is the number of checks after which a run stops by itself, 0 for none.
+    """
+    parts = _parts(scenes, cores)
+    control = np.tile([looks, 0.0, 0.0], (len(parts), 1))
     limit = min(max(0.0, deadline.left), threading.TIMEOUT_MAX)
     with ThreadPoolExecutor(cores) as pool:
         try:
-            list(pool.map(_run_in_context(part), parts, timeout=limit))
+            list(pool.map(_run_in_context(part), parts, control, timeout=limit))
         except BaseException as problem:
-            control[0] = -1
+            control[:, 0] = -1
             pool.shutdown(cancel_futures=True)
             if isinstance(problem, TimeoutError):
                 raise deadline.passed() from None
             raise
-    return found
 
 
-def _run_in_context(part: Callable[[Any], Any]) -> Callable[[Any], Any]:
+def _run_in_context(part: Callable[..., Any]) -> Callable[..., Any]:
     """Return a function for other threads, whose time for compiling counts for the run here."""
     context = copy_context()
     # One context cannot be entered twice at once.
-    return lambda some: context.copy().run(part, some)
+    return lambda *some: context.copy().run(part, *some)

@@ -68,7 +68,7 @@ from hertzchain.observables.compiling import (
 )
 from hertzchain.observables.interpolant import hertz_force
 from hertzchain.observables.keeping import UNCOUNTED
-from hertzchain.observables.observer import Watch, has_news, highest, look, usual_end
+from hertzchain.observables.observer import Watch, has_news, highest, look, read_off, usual_end
 
 DIP = 0.75
 """Factor on the step: see ``scan``. A half would suffice if overlap rates were parabolas."""
@@ -615,3 +615,87 @@ def march_each(
             return
         end[n] = found.end
         evaluations[n] = math.nan if found.status == DIVERGED else found.evaluations
+
+
+@compiled_and_kept(**UNCOUNTED)
+def march_watched(
+    rows: FloatArray,
+    steps: Steps,
+    tolerance: FloatArray,
+    state: State,
+    blank: State,
+    granules: int,
+    start: FloatArray,
+    chains: Chain,
+    moving: int,
+    leave_behind: bool,
+    force: FloatArray,
+    time: FloatArray,
+    record: Record,
+    watch: Watch,
+    no_pulses: Any,
+    signals: Any,
+    pulses: Any,
+    usual: FloatArray,
+    motion: FloatArray,
+    found: FloatArray,
+    control: FloatArray,
+) -> None:
+    """Integrate chains one after the other, as ``march``, and read off their first pulses.
+
+    Parameters
+    ----------
+    rows, tolerance, start, usual
+        Legs of each scene, tolerances, states at the start and ends, as for ``march``, shapes
+        (scenes, legs, 8), (scenes,), (scenes, 2, N) or (scenes, 0, 0), (scenes,).
+    steps
+        As for ``march``, with any legs and tolerance.
+    state, blank, watch, no_pulses
+        A state and a watch that all scenes use, and copies of the state and of the pulses as they
+        are at the start.
+    chains
+        Chains with the same granules pushed and fixed: of all arrays but ``fixed`` the first axis
+        is that of the scenes.
+    granules, moving, leave_behind, record
+        As for ``march``; nothing is recorded.
+    force, time
+        Filled in with peaks, shape (scenes, contacts).
+    signals, pulses
+        Signals of each scene, and filled in with its first pulses, shape (scenes, signals).
+    motion, found
+        Filled in with displacement and velocity at the end, shape (scenes, 2, N), and what
+        ``march`` returns, shape (scenes, values).
+    control
+        As for ``march``, for each scene by itself; -1 stops all.
+    """
+    for n in range(rows.shape[0]):
+        for row in range(state.rows.shape[0]):
+            for i in range(state.rows.shape[1]):
+                state.rows[row, i] = 0.0
+        state.progress[0] = blank.progress[0]
+        for k in range(watch.signals.size):
+            watch.signals[k], watch.pulses[k] = signals[n, k], no_pulses[k]
+        of_scene = Steps(
+            rows[n], steps.kicks, steps.drifts, steps.verlet, tolerance[n], steps.starting
+        )
+        chain = Chain(
+            chains.stiffness[n], chains.inverse_mass[n], chains.gap[n], chains.constant[n],
+            chains.damping[n], chains.exponent, chains.attraction, chains.pushed, chains.fixed,
+        )  # fmt: skip
+        seen = Seen(force[n], time[n], record)
+        control[2] = 0.0
+        out = march(
+            of_scene, state, granules, start[n], chain, moving, leave_behind, seen, watch,
+            usual[n], control,
+        )  # fmt: skip
+        if out.status == STOPPED and control[0] < 0:
+            return
+        read_off(watch)
+        for k in range(watch.signals.size):
+            pulses[n, k] = watch.pulses[k]
+        for i in range(granules):
+            motion[n, 0, i], motion[n, 1, i] = state.rows[0, i], state.rows[1, i]
+        found[n, 0], found[n, 1], found[n, 2] = out.status, out.steps, out.evaluations
+        found[n, 3], found[n, 4], found[n, 5] = out.granule_evaluations, out.end, out.work
+        found[n, 6], found[n, 7], found[n, 8] = out.momentum, out.energy, out.wall_impulse
+        found[n, 9], found[n, 10] = out.piston_impulse, out.dissipated

@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 import math
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,7 +18,9 @@ import numpy as np
 from hertzchain.engines.native.methods import SRKN_6B, SRKN_11B, Walker
 from hertzchain.errors import is_finite, require
 from hertzchain.observables.error_bound import SAFETIES, Safety, is_short
+from hertzchain.observables.first_pulse import LATEST, finds_end, usual_end
 from hertzchain.scene.scene import Scene
+from hertzchain.scene.schedule import Leg
 
 TIGHTEST, LOOSEST = 1e-10, 0.01
 """Range of accuracies that can be wanted; below it round-off and opening contacts dominate."""
@@ -114,6 +117,27 @@ class Plan:
         """Error that no difference shows, from force evaluations; also of arrays."""
         return self.error + round_off(evaluations)
 
+    def legs(self, scene: Scene, end_time: float | None = None) -> tuple[Leg, ...]:
+        """Return the legs of a run of a scene, or of one with another end [s]."""
+        step = self.step * scene.contact_time  # kept, so that the copy has it
+        scene = scene if end_time is None else scene.until(end_time)
+        return self.walker.cut(scene.schedule(step))
+
+    def first_legs(self, scene: Scene, first: bool) -> tuple[tuple[Leg, ...], float]:
+        """Return the legs of the first run of a scene, and its usual end, NaN if it is given.
+
+        ``first``: first pulses are wanted. Then a run may find its end, and the legs go on until
+        the latest possible one.
+        """
+        if not (first and finds_end(scene)):
+            return self.legs(scene), math.nan
+        return self.legs(scene, LATEST * scene.end_time), usual_end(scene)
+
+    def other_legs(self, legs: Sequence[Leg]) -> tuple[Leg, ...]:
+        """Return the legs of the run that estimates the error."""
+        counts = [2 * leg.steps // 3 if leg.steps > 2 else leg.steps + 1 for leg in legs]
+        return tuple(leg.in_steps(count) for leg, count in zip(legs, counts, strict=True))
+
 
 def is_known(momentum_ratio: Any, duration_ratio: Any, granules: int) -> Any:
     """Whether a profile of the paper with LM_ratio and n (arrays) is in the measured range."""
@@ -164,6 +188,11 @@ def cheapest(rtol: float, checked: bool = True, hard: bool = False) -> Plan:
     step = min(step, _LONGEST_STEP)
     error = (_KNOWN if checked else _KNOWN_UNCHECKED) * rtol
     return Plan(name, walker, step, error, SAFETIES["plan, hard" if hard else "plan"])
+
+
+def first_plan(rtol: float, hard: bool, first: bool) -> Plan:
+    """Return the plan that is tried first; ``hard``: see ``cheapest``, ``first``: first pulses."""
+    return tried_first(rtol) if hard and first else cheapest(rtol, hard=hard)
 
 
 def tried_first(rtol: float) -> Plan:

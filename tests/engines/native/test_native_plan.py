@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache, partial
@@ -13,7 +14,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native import batch
+from hertzchain.engines.native import batch, simulation
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.batch import peak_forces, similar_peak_forces
 from hertzchain.engines.native.methods import METHODS, SRKN_11B, Walker
@@ -23,6 +24,7 @@ from hertzchain.observables.error_bound import is_short
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.shocks import PROFILES
 from tests.conftest import STEEL, paper_scene
+from tests.scenes import FOLDER
 
 RATIOS, DURATIONS, GRANULES = (0.05, 10.0), (1.1, 60.0), 500
 """LM_ratio, n and the longest chain of random scenes: outside nothing was measured."""
@@ -179,6 +181,55 @@ def test_chains_that_are_short_for_their_pulse(
     assert largest_difference(single.peak_force, true) <= single.error_estimate <= rtol
     batch = hc.peak_forces([scene], rtol)
     assert largest_difference(batch.peak_force[0], true) <= batch.error_estimate[0] <= rtol
+
+
+SHIPPED = [
+    hc.Scene.from_toml(FOLDER / "terms" / f"{name}.toml")
+    for name in (
+        "clamped", "dimer", "gapped", "light_defect", "local_shock", "newtons_cradle", "sine",
+        "taper", "two_walls", "precompressed", "piston", "damped",
+    )
+] + [paper_scene("triangular", 0.02, 2.0, 12), paper_scene("cosine", 1.0, 2.0, 12)]  # fmt: skip
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6])
+def test_scenes_measured_together_vs_runs_of_each(
+    rtol: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Every number is the same; the first two runs of an elastic scene are made together."""
+    rng, scenes = np.random.default_rng(3), []
+    for k in range(3):
+        radius = STEEL["radius"] * (1 + 0.01 * rng.standard_normal(20))
+        chain = hc.Chain(20, **{**STEEL, "radius": radius}, gap=1e-7 * k)
+        gauges = (hc.Gauge(granule=5), hc.Gauge(contact=9))
+        scenes.append(hc.Scene(chain, hc.Striker(0.5 + k), wall=hc.Wall("same"), gauges=gauges))
+    kept = [replace(scene, gauges=(hc.Gauge(granule=3),)) for scene in SHIPPED]
+    scenes += kept + [replace(scene, run=hc.Run(0.7 * scene.end_time)) for scene in kept[:4]]
+    native = hc.Native(rtol=rtol, peaks_only=True)
+    runs: list[Any] = []
+    finished = simulation.finished
+
+    def counted(*given: Any) -> Any:
+        runs.append(given)
+        return finished(*given)
+
+    monkeypatch.setattr(simulation, "finished", counted)
+    expected = [native.run(scene) for scene in scenes]
+    alone = len(runs)
+    runs.clear()
+    results = list(batch.results_of(scenes, native, Deadline(600.0)))
+    for single, result in zip(expected, results, strict=True):
+        assert isinstance(result, hc.Result)
+        numbers, same = result.numbers(), single.numbers()
+        for clock in ("wall_time_s", "compile_time_s"):
+            del numbers[clock], same[clock]
+        assert json.dumps(numbers, default=str) == json.dumps(same, default=str)
+        assert np.array_equal(result.velocity, single.velocity, equal_nan=True)
+    elastic_ones = [scene for scene in scenes if not (scene.contact or scene.piston)]
+    assert len(runs) == alone - 2 * len(elastic_ones)
+    runs.clear()
+    assert len(list(batch.run_each(scenes[:1], native, Deadline(600.0)))) == 1
+    assert not runs
 
 
 HALVED = Walker(SRKN_11B, 1e-6, 1, 4.0)
