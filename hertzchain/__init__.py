@@ -33,7 +33,8 @@ if TYPE_CHECKING:
     from hertzchain.scene.shocks import Moving, Piston, Pulse, PulseTable, Sine, Striker
     from hertzchain.scene.terms import Contact, Precompression, Wall
     from hertzchain.scene.uncertain import Uncertain
-    from hertzchain.sweeps import Sweep, scenes, sweep
+    from hertzchain.sweeps.design import scenes
+    from hertzchain.sweeps.sweeping import Sweep, sweep
     from hertzchain.uncertainty.spread import Spread, spread
     from hertzchain.uncertainty.validation import Validation, validate
     from hertzchain.verdict.comparison import Comparison, compare
@@ -67,7 +68,7 @@ _HOME = {
     "Sine": "hertzchain.scene.shocks",
     "Striker": "hertzchain.scene.shocks",
     "Spread": "hertzchain.uncertainty.spread",
-    "Sweep": "hertzchain.sweeps",
+    "Sweep": "hertzchain.sweeps.sweeping",
     "TraceJudgement": "hertzchain.verdict.traces.judging",
     "Uncertain": "hertzchain.scene.uncertain",
     "Validation": "hertzchain.uncertainty.validation",
@@ -81,10 +82,10 @@ _HOME = {
     "judge_traces": "hertzchain.verdict.traces.judging",
     "peak_forces": "hertzchain.engines.native.batch",
     "plot": "hertzchain.report.several",
-    "scenes": "hertzchain.sweeps",
+    "scenes": "hertzchain.sweeps.design",
     "similar_peak_forces": "hertzchain.engines.native.batch",
     "spread": "hertzchain.uncertainty.spread",
-    "sweep": "hertzchain.sweeps",
+    "sweep": "hertzchain.sweeps.sweeping",
     "validate": "hertzchain.uncertainty.validation",
     "write_trajectory": "hertzchain.report.files",
 }

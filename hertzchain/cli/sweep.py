@@ -31,7 +31,7 @@ from hertzchain.errors import HertzchainError
 from hertzchain.limits import RTOL
 
 if TYPE_CHECKING:
-    from hertzchain.sweeps import Counts
+    from hertzchain.sweeps.sweeping import Counts
 
 
 _LINES = 30.0  # time between two lines of progress without a terminal [s]
@@ -95,7 +95,7 @@ def sweep(
     """
     from hertzchain.engines.lammps.backend import Lammps
     from hertzchain.engines.native.backend import Native
-    from hertzchain.sweeps import sweep as measure
+    from hertzchain.sweeps.sweeping import sweep as measure
 
     if output.suffix.lower() in (".csv", ".parquet"):
         raise HertzchainError(
@@ -175,7 +175,7 @@ def _read_table(path: Path) -> Any:
 @contextmanager
 def _going_on(output: Path) -> Iterator[None]:
     """Report, when a sweep is stopped, that the same command resumes it."""
-    from hertzchain.sweeps import Sweep
+    from hertzchain.sweeps.sweeping import Sweep
 
     try:
         yield
@@ -280,8 +280,8 @@ def plot(
     shown, without numbers or with further variations. An axis is logarithmic if its parameter was
     swept with :log, or if the drawn values span more than two decades.
     """
-    from hertzchain.sweeps import Sweep
     from hertzchain.sweeps.drawing import SIZE, draw
+    from hertzchain.sweeps.sweeping import Sweep
 
     swept = Sweep.load(folder)
     target = folder / "plot.png" if output is None else output

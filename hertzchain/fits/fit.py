@@ -22,6 +22,7 @@ from hertzchain.scene.scene import Scene, SceneLike, to_scene
 from hertzchain.scene.uncertain import Uncertain
 from hertzchain.showing import ShowProgress, telling
 from hertzchain.sweeps.columns import unit_of
+from hertzchain.sweeps.points import sobol_points
 from hertzchain.verdict.results.reading import COLUMNS, read
 from hertzchain.verdict.traces.judging import aligned, expected
 from hertzchain.verdict.traces.traces import Traces, is_traces, names_in, read_traces
@@ -349,16 +350,14 @@ def _of_traces(
 
 def _searches(model: Model, free: Free) -> Iterator[tuple[FloatArray, tuple[float, ...]]]:
     """Yield where searches begin, each with the widths over which it first smooths."""
-    from scipy.stats import qmc
-
     begin, count = model.begin, len(free.keys)
     yield begin, ()
     if model.widths:
         yield begin, model.widths
     low = np.where(free.is_given, free.low, np.maximum(free.low, _NEAR[0]))
     high = np.where(free.is_given, free.high, np.minimum(free.high, _NEAR[1]))
-    for place in qmc.scale(qmc.Sobol(count, seed=0).random(_OTHER_STARTS), low, high):
-        yield np.append(place, begin[count:]), model.widths
+    for place in sobol_points(count, 0, np.arange(_OTHER_STARTS)):
+        yield np.append(low + place * (high - low), begin[count:]), model.widths
 
 
 @dataclass(frozen=True, eq=False)
@@ -467,10 +466,10 @@ def _refuse_ends(model: Model, free: Free, x: FloatArray) -> None:
 
 def _unknown(off: FloatArray, x: FloatArray) -> float:
     """Return the variance of noise from differences, so that normal intervals hold 95 %."""
-    from scipy.stats import t
+    from scipy.special import stdtrit  # quicker to load than scipy.stats
 
     left = off.size - x.size
-    wider = float(t.ppf(0.975, left)) / NORMAL_95
+    wider = float(stdtrit(left, 0.975)) / NORMAL_95
     # Digits of a file differ by as much even if nothing else does.
     return max(float(np.sum(off**2)) / left, _LEAST_PEAKS**2) * wider**2
 

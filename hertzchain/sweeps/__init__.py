@@ -8,9 +8,5 @@ loop        one loop over parts, on this machine or the workers of a Dask schedu
 folder      parts in a folder or in memory
 sweeping    the functions for users: sweep, Sweep
 drawing     a sweep as a picture
+points      Sobol points
 """
-
-from hertzchain.sweeps.design import scenes
-from hertzchain.sweeps.sweeping import Counts, Sweep, sweep
-
-__all__ = ["Counts", "Sweep", "scenes", "sweep"]

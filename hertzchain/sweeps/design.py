@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import math
-import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Annotated, Any
@@ -37,6 +36,7 @@ from hertzchain.sweeps.columns import (
     columns_of,
 )
 from hertzchain.sweeps.keys import WALLS, base_values, changed, full_name
+from hertzchain.sweeps.points import sobol_points
 
 if TYPE_CHECKING:
     import pandas
@@ -142,21 +142,7 @@ class Design:
 
     def _points(self, samples: NDArray[np.int64]) -> FloatArray:
         """Return the points with these numbers in the unit cube, shape (some, sampled axes)."""
-        from scipy.stats import qmc
-
-        sequence = qmc.Sobol(len(self.sampled), scramble=True, seed=self.seed)
-        wanted, place = np.unique(samples, return_inverse=True)
-        drawn = []
-        # A part may contain the last samples of one combination and the first of the next.
-        for run in np.split(wanted, np.nonzero(np.diff(wanted) > 1)[0] + 1):
-            if skipped := int(run[0]) - sequence.num_generated:
-                sequence.fast_forward(skipped)
-            with warnings.catch_warnings():
-                # Only powers of two are balanced exactly; other numbers of points nearly so.
-                warnings.simplefilter("ignore", UserWarning)
-                drawn.append(sequence.random(run.size))
-        points: FloatArray = np.concatenate(drawn)[place]
-        return points
+        return sobol_points(len(self.sampled), self.seed, samples)
 
     def scene(self, parameters: Mapping[str, NDArray[Any]], k: int) -> Scene:
         """Return the k-th scene of these parameters; a missing one is as in the base."""
@@ -166,11 +152,7 @@ class Design:
 
     def to_dict(self) -> dict[str, Any]:
         """Return all data that identify this design, as a JSON object."""
-        drawn = None
-        if self.sampled:
-            from importlib.metadata import version
-
-            drawn = {"count": self.samples, "seed": self.seed, "scipy": version("scipy")}
+        drawn = {"count": self.samples, "seed": self.seed} if self.sampled else None
         vary = [
             {"name": axis.name, "rows": len(axis.cells), "sha256": _checksum(axis.cells)}
             if isinstance(axis, Tabled)

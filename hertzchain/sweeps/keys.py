@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import copy
 from collections import defaultdict
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from typing import Any, TypeVar
 
 import numpy as np
 
 from hertzchain.errors import SceneError, did_you_mean
-from hertzchain.scene.chain import MATERIAL
+from hertzchain.scene.chain import MATERIAL, Chain
 from hertzchain.scene.file import OTHERS, SECTIONS, SEGMENT, full_names, read_chain, sections_of
 from hertzchain.scene.keys import keys_of
 from hertzchain.scene.scene import Scene
@@ -82,11 +82,15 @@ def full_name(name: object, scene: Scene) -> str:
     raise SceneError(str(name), None, f"cannot vary{what} can vary: {', '.join(listed)}")
 
 
-def changed(base: Scene, values: Mapping[str, Any]) -> Scene:
+def changed(
+    base: Scene,
+    values: Mapping[str, Any],
+    scattered: Callable[[Chain], Chain] = lambda chain: chain,
+) -> Scene:
     """Return a scene with other values, by the names of parameters in its file.
 
-    A wall that is not elastic gets no material of its own, even if the base has one. A SceneError
-    names the key with its section.
+    ``scattered`` changes its chain further. A wall that is not elastic gets no material of its own,
+    even if the base has one. A SceneError names the key with its section.
     """
     of: dict[str, dict[str, Any]] = defaultdict(dict)
     for name, value in values.items():
@@ -104,6 +108,7 @@ def changed(base: Scene, values: Mapping[str, Any]) -> Scene:
         chain = _replaced("chain", chain, of["chain"])
     shock = base.shock.section
     others = {name: _replaced(name, getattr(base, name), of[name]) for name in OTHERS}
+    chain = scattered(chain)
     return Scene(chain, _replaced(shock, base.shock, of[shock]), **others, gauges=base.gauges)
 
 

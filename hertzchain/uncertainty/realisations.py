@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
@@ -15,6 +17,7 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.uncertain import Uncertain
 from hertzchain.sweeps.columns import is_whole
 from hertzchain.sweeps.keys import base_values, changed, full_name
+from hertzchain.sweeps.points import sobol_points
 
 MOST_DRAWN = 21_201
 """Most independent values of a realisation: dimensions of SciPy's Sobol sequences."""
@@ -39,8 +42,6 @@ class Realisations:
     """
 
     def __init__(self, scene: Scene, count: int, seed: int) -> None:
-        from scipy.stats import qmc
-
         allowed = "nothing is uncertain: add [uncertainty] or [scatter] to the scene"
         require(len(scene.uncertain) > 0, "scene", None, allowed)
         self._base = replace(scene, uncertain=())
@@ -58,7 +59,7 @@ class Realisations:
         drawn = size + granules * len(self._scatter)
         allowed = f"must be at most {MOST_DRAWN}, those of all granules counted"
         require(drawn <= MOST_DRAWN, "uncertain values", drawn, allowed)
-        unit = qmc.Sobol(drawn, seed=seed).random_base2(count.bit_length() - 1)
+        unit = sobol_points(drawn, seed, np.arange(count))
         unit = np.clip(unit, 1e-12, 1 - 1e-12)  # a normal value at 0 is infinite
         self.drawn = unit[:, :size]
         """Places in the distributions of the inputs, 0 to 1, shape (count, inputs)."""
@@ -70,10 +71,11 @@ class Realisations:
             drawn = zip(self._middle.items(), self.inputs, places, strict=True)
             values = {key: _drawn(one, key, middle, at) for (key, middle), one, at in drawn}
             try:
-                scene = self._base
-                if values:
-                    scene = changed(scene, {key: float(one) for key, one in values.items()})
-                yield replace(scene, chain=self._scattered(scene.chain, of_granules))
+                yield changed(
+                    self._base,
+                    {key: float(value) for key, value in values.items()},
+                    partial(self._scattered, places=of_granules),
+                )
             except SceneError as problem:
                 allowed = f"{problem.allowed}; what is drawn is not: lower its uncertainty"
                 raise SceneError(problem.key, problem.value, allowed) from None
@@ -101,9 +103,10 @@ def _middle(one: Uncertain, value: Any) -> float:
 
 def standard(one: Uncertain, place: FloatArray) -> FloatArray:
     """Deviations from the middle, over ``size``, at quantiles from 0 to 1."""
-    from scipy.special import ndtri
-
-    return np.asarray(2 * place - 1 if one.uniform else ndtri(place))
+    if one.uniform:
+        return np.asarray(2 * place - 1)
+    normal = np.vectorize(NormalDist().inv_cdf, otypes=[float])  # SciPy takes long to load
+    return np.asarray(normal(place))
 
 
 def _drawn(one: Uncertain, key: str, middle: FloatArray | float, place: FloatArray) -> FloatArray:

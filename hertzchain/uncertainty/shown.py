@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hertzchain.report.document import describe, in_prefixed
-from hertzchain.report.picture import Picture, legend_above
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from hertzchain.report.picture import Picture
 
 _SHOWN = 0.005  # least share of a variance that is named
 _HEADER = ("result", "", "nominal", "5 %", "95 %", "deviation", "made by")
@@ -67,6 +68,8 @@ def _row(spread: Any, k: int) -> list[str]:
 
 def plot_spread(spread: Any, size: tuple[float, float] | None = None) -> Picture:
     """Draw first peaks along the chain with their range of 5 to 95 %, and shares of variance."""
+    from hertzchain.report.picture import Picture, legend_above
+
     figure = Picture(size or (7.0, 6.0))
     at = [k for k, (name, _) in enumerate(spread.names) if name == "first_peak_force_N"]
     at = at[: len(spread.scene.contacts)]  # those of gauges follow

@@ -39,6 +39,9 @@ SHARE = "share "
 MOST = 2**17
 """Most realisations (chosen)."""
 
+_OF_PULSE = ("first_peak_force_N", "arrival_time_s", "first_width_s")
+"""Results of the first pulse of a contact or gauge."""
+
 _ENDS = 5.0, 95.0
 """Percentiles of the range that is shown."""
 
@@ -207,39 +210,39 @@ def spread(
     drawn = Realisations(replace(scene, run=until), count, seed)
     native = Native(rtol=rtol, peaks_only=True, wanted="first")
     (middle_run,) = run_each([replace(scene, run=until)], native, deadline)
-    nominal = results_of(middle_run)
-    values = np.empty((count, len(nominal)))
+    names, nominal = names_of(middle_run), values_of(middle_run)
+    values = np.empty((count, nominal.size))
     with telling(progress) as report_progress:
         for done, run in enumerate(run_each(drawn, native, deadline)):
-            results = results_of(run)
-            values[done] = [results.get(name, np.nan) for name in nominal]
+            values[done] = values_of(run)
             if done % 64 == 0:
                 report_progress(f"native: {done} of {count} realisations")
+    if middle_run.usual_wave is None:
+        names, nominal, values = names[:-2], nominal[:-2], values[:, :-2]
     shares = first_order(drawn.inputs, drawn.drawn, values)
-    inputs, middle = tuple(one.name for one in drawn.inputs), np.array([*nominal.values()])
-    return Spread(scene, inputs, tuple(nominal), middle, values, shares, rtol)
+    inputs = tuple(each.name for each in drawn.inputs)
+    return Spread(scene, inputs, names, nominal, values, shares, rtol)
 
 
-def results_of(found: Result) -> dict[tuple[str, str], float]:
-    """Return results by name and place: peaks and first pulses of contacts, gauges, the wave."""
-    scene = found.scene
-    contacts = [scene.contact_name(contact) for contact in found.contact.tolist()]
-    known = {"peak_force_N": found.peak_force, **found.first_columns}
-    results: dict[tuple[str, str], float] = {}
-    for name in ("peak_force_N", "first_peak_force_N", "arrival_time_s", "first_width_s"):
-        if name in known:
-            values = np.where(found.is_cut_off, np.nan, known[name]).tolist()
-            results |= {(name, at): value for at, value in zip(contacts, values, strict=True)}
-    for gauge, read in zip(scene.gauges, found.gauges, strict=True):
-        at = name_of(gauge)
-        whole = np.isfinite(read.width)
-        results["first_peak_force_N", at] = read.force if whole else np.nan
-        results["arrival_time_s", at] = read.arrival if whole else np.nan
-        results["first_width_s", at] = read.width
-    if (wave := found.usual_wave) is not None:
-        results["speed_m_s", "wave"] = wave.speed
-        results["height_N", "wave"] = wave.height
-    return results
+def names_of(run: Result) -> tuple[tuple[str, str], ...]:
+    """Return names and places of the results that ``values_of`` reads."""
+    contacts = [run.scene.contact_name(contact) for contact in run.contact.tolist()]
+    of_contacts = [(name, at) for name in ("peak_force_N", *_OF_PULSE) for at in contacts]
+    of_gauges = [(name, name_of(gauge)) for gauge in run.scene.gauges for name in _OF_PULSE]
+    return (*of_contacts, *of_gauges, ("speed_m_s", "wave"), ("height_N", "wave"))
+
+
+def values_of(run: Result) -> FloatArray:
+    """Return peaks and first pulses of contacts, gauges, the wave, in SI units; NaN for none."""
+    first, wave = run.first_columns, run.usual_wave
+    of_contacts = np.array([run.peak_force, *(first[name] for name in _OF_PULSE)])
+    of_gauges = [
+        (read.force, read.arrival, read.width) if np.isfinite(read.width) else (np.nan,) * 3
+        for read in run.gauges
+    ]
+    of_wave = (np.nan, np.nan) if wave is None else (wave.speed, wave.height)
+    known = np.where(run.is_cut_off, np.nan, of_contacts).ravel()
+    return np.concatenate([known, np.ravel(of_gauges), of_wave])
 
 
 def name_of(gauge: Gauge) -> str:

@@ -17,6 +17,7 @@ from hertzchain.scene.shocks import PROFILES
 from hertzchain.sweeps.columns import PARAMETERS
 from hertzchain.sweeps.design import MOST_SCENES, design
 from hertzchain.sweeps.loop import MOST_PEAKS, cut, part_size
+from hertzchain.sweeps.points import sobol_points
 from tests.sweeps.made import GRID, SHORT, all_scenes
 
 
@@ -222,3 +223,12 @@ def test_parts_are_all_scenes_once_and_none_is_too_large(granules: int) -> None:
 def test_the_longest_chain_limits_what_a_part_has() -> None:
     found = design(SHORT, {"momentum_ratio": "0.1:10:5000", "granules": [2, 1000]})
     assert part_size(found, hc.Native()) == MOST_PEAKS // 1000
+
+
+@pytest.mark.parametrize(("dimensions", "seed"), [(1, 0), (33, 1), (256, 5), (257, 5)])
+def test_points_vs_those_of_scipy(dimensions: int, seed: int) -> None:
+    """Any of them by its number, bit for bit; in more dimensions than the table has, too."""
+    from scipy.stats import qmc
+
+    points = sobol_points(dimensions, seed, np.array([17, 3, 30]))
+    assert np.array_equal(points, qmc.Sobol(dimensions, seed=seed).random_base2(5)[[17, 3, 30]])

@@ -157,8 +157,6 @@ def shift_of(traces: Traces, known: Expected) -> float:
     It is the time with the largest correlation of all gauges with the reference, independent of
     their gain. SceneError if the correlation is larger with the opposite sign.
     """
-    from scipy.signal import correlate
-
     whole = [k for k, one in enumerate(known.readings) if np.isfinite(one.width)]
     step = float(min(known.readings[k].width for k in whole)) / _COARSE
     size = int((traces.time[-1] - traces.time[0]) / step) + 1
@@ -174,8 +172,8 @@ def shift_of(traces: Traces, known: Expected) -> float:
         measured = np.interp(grid, traces.time, force)
         model = known.at(k, own)
         scale = np.max(np.abs(model)) ** 2
-        energy += correlate(measured**2, np.ones(own.size), method="fft") / scale
-        product += correlate(measured, model, method="fft") / scale
+        energy += _correlation(measured**2, np.ones(own.size)) / scale
+        product += _correlation(measured, model) / scale
         total += float(np.sum(model**2)) / scale
     # With hardly any signal a correlation is by chance.
     least = 1e-6 * float(np.max(energy))
@@ -183,6 +181,14 @@ def shift_of(traces: Traces, known: Expected) -> float:
     allowed = "are upside down: give a negative unit, such as 'gauge_16=CH1 [-25 N]'"
     require(bool(np.max(correlation) >= -np.min(correlation)), "forces", None, allowed)
     return float(traces.time[0] + step * (int(np.argmax(correlation)) - own.size + 1))
+
+
+def _correlation(values: FloatArray, model: FloatArray) -> FloatArray:
+    """Return the correlation at all shifts, as ``scipy.signal``, which takes long to load."""
+    size = values.size + model.size - 1
+    length = 1 << size.bit_length()
+    product = np.fft.rfft(values, length) * np.fft.rfft(model[::-1], length)
+    return np.asarray(np.fft.irfft(product, length)[:size])
 
 
 def matched(
