@@ -435,18 +435,16 @@ def _errors_of_steps(
 def motion_at(scene: Scene, time: FloatArray, rtol: float, deadline: Deadline) -> History:
     """Return the motion at some times [s] within the scene's run, for many like scenes.
 
-    For damped scenes it is the first run that ``Native`` tries for ``rtol``, without the runs that
-    bound the error, which are two thirds of the work. Nothing is refused.
+    It is a run that ``Native`` tries for ``rtol``, without the runs that bound the error, which are
+    half of the work or more. Nothing is refused.
     """
-    if scene.contact is None:
-        history: History | None = deadline.spend(
-            lambda left: Native(rtol=rtol, time_limit=left, wanted="first").run(scene, time)
-        ).history
-        assert history is not None
-        return history
     units = scene.units
     recorder = Recorder(time / units.time, scene.bodies, scene.wall is not None)
-    damped_runs.simulate_damped(scene, damped_runs.first_tolerance(rtol), deadline, recorder)
+    if scene.contact is None:
+        plan = plans.cheapest(rtol, hard=error_bound.amplifies_errors(scene))
+        Prepared.of(scene, deadline).simulate(plan.legs(scene), plan.walker, recorder)
+    else:
+        damped_runs.simulate_damped(scene, damped_runs.first_tolerance(rtol), deadline, recorder)
     in_si = units.length, units.velocity, units.force
     return recorder.history(time, *in_si, scene.first_granule)
 
