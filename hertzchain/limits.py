@@ -12,6 +12,7 @@ from typing import Any
 from hertzchain.errors import POSITIVE, TooExpensive, is_positive, require
 
 RTOL = 1e-6  # default relative accuracy of the peaks: whether p is 9 or 10 can depend on 2e-5
+TIGHTEST = 1e-10  # least accuracy that can be wanted: below it round-off dominates
 TOLERANCE = 1e-3  # default tolerance of a verdict: a tenth of the one per cent on which p depends
 TIME_LIMIT = 3600.0  # default time limit [s]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -114,18 +114,16 @@ def remark_on_units(scene: Scene) -> None:
     _ask_about_units(unusual_values(scene))
 
 
-def remark_on_units_of(varied: Mapping[str, str], scene: Scene) -> None:
+def remark_on_units_of(varied: Any, scene: Scene) -> None:
     """Print one line on stderr on ends of ranges, or listed values, that may have a wrong unit.
 
-    Keys must be some that can vary in the scene.
+    ``varied`` has values by keys that can vary in the scene, or is a table.
     """
     from hertzchain.scene.scene import unusual
-    from hertzchain.sweeps.axes import axis_of
-    from hertzchain.sweeps.keys import full_name
+    from hertzchain.sweeps.design import axes_of
 
-    full = {full_name(name, scene): values for name, values in varied.items()}
-    named = ((name, axis_of(name, values).ends) for name, values in full.items())
-    found = (unusual(name, ends) for name, ends in named if not isinstance(ends[0], str))
+    named = ((axis.name, axis.ends) for axis in axes_of(varied, scene))
+    found = (unusual(name, ends) for name, ends in named if ends and not isinstance(ends[0], str))
     _ask_about_units([remark for remark in found if remark is not None])
 
 

@@ -110,10 +110,9 @@ def sweep(
     if (table is None) == (not vary):
         raise HertzchainError("--vary or --table: name what varies by one of the two")
     varied: Any = options.by_name("--vary", vary or [], "shock.momentum_ratio=0.1:10:50:log")
-    if table is None:
-        options.remark_on_units_of(varied, loaded)
-    else:
+    if table is not None:
         varied = _read_table(table)
+    options.remark_on_units_of(varied, loaded)
     backends = [lammps if one == "lammps" else Native(**common) for one in wanted]
     begin = time.perf_counter()
     with _going_on(output), _counting("native" in wanted) as report_progress:

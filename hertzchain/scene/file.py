@@ -371,8 +371,18 @@ def _parts(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     parts |= {name: _section(name, document[name], kind) for name, kind in others.items()}
     if "gauge" in document:
         parts["gauges"] = tuple(_section("gauge", one, Gauge) for one in document["gauge"])
-    of_both = ((name, document.get(name, {})) for name in SECTIONS_OF_UNCERTAIN)
-    parts["uncertain"] = tuple(one for part in of_both for one in read_uncertain(*part, key_named))
+    known = [name for name in KEYS if name.partition(".")[0] in document]
+    given = {f"{section}.{key}" for section in document for key in document[section]}
+    parts["uncertain"] = tuple(
+        uncertain
+        for section in SECTIONS_OF_UNCERTAIN
+        for uncertain in read_uncertain(
+            section,
+            document.get(section, {}),
+            key_named,
+            lambda key: next(iter(full_names(key, known, given)), key),
+        )
+    )
     return parts
 
 

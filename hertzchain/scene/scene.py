@@ -566,6 +566,10 @@ def to_scene(given: SceneLike) -> Scene:
     return given
 
 
+_LEAST_UNCERTAINTY = 1e-6
+"""Least usual standard deviation over the value (chosen)."""
+
+
 def unusual_values(scene: Scene) -> list[str]:
     """Return values that may have a wrong unit, each with its key and the usual range.
 
@@ -582,6 +586,16 @@ def unusual_values(scene: Scene) -> list[str]:
     remarks = [remark for remark in found if remark is not None]
     if scene.shock.rows and scene.ramps:  # the forces of a table are no keys
         remarks += filter(None, [unusual("shock.peak_force", scene.peak_force)])
+    for uncertain in scene.uncertain:
+        section, _, key = uncertain.key.partition(".")
+        value = np.max(np.abs(np.asarray(getattr(parts.get(section), key, 0.0), np.float64)))
+        if not uncertain.relative and uncertain.size < _LEAST_UNCERTAINTY * value:
+            known = key_named(uncertain.key)
+            unit = "" if known is None else f" {known.unit}"
+            remarks.append(
+                f"{uncertain.name} by {uncertain.size:g}{unit} ({uncertain.size / value:.1g} of"
+                f" {value:g}{unit})"
+            )
     return remarks
 
 

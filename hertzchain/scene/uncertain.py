@@ -67,12 +67,23 @@ class Uncertain:
 
 
 def read_uncertain(
-    section: str, values: Mapping[str, Any], key_named: Callable[[str], Key | None]
+    section: str,
+    values: Mapping[str, Any],
+    key_named: Callable[[str], Key | None],
+    full: Callable[[str], str],
 ) -> tuple[Uncertain, ...]:
-    """Read [uncertainty] or [scatter]; a SceneError names the key with its section."""
+    """Read [uncertainty] or [scatter]; a SceneError names the key with its section.
+
+    ``full`` returns the full name of a key that is given without its section.
+    """
     found = []
-    for key, value in _flat(values):
-        name = f"{section}.{key}"
+    for given, value in _flat(values):
+        name = f"{section}.{given}"
+        key = f"chain.{given}" if f"chain.{given}" in OF_GRANULES else given
+        try:
+            key = key if section == "scatter" else full(given)
+        except SceneError as problem:
+            raise SceneError(name, value, problem.allowed) from None
         known = key_named(key)
         can_vary = known is not None and known.kind == "float" and bool(known.label)
         unit = known.unit if known is not None and can_vary else None

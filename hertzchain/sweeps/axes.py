@@ -141,17 +141,34 @@ def axes_of_table(table: pandas.DataFrame, full: Callable[[str], str]) -> tuple[
     for place, head in enumerate(table.columns):
         match = _WITH_UNIT.fullmatch(str(head))
         name = full(match[1] if match else str(head).strip())
-        unit = f" {match[2]}" if match else ""
         cells = table.iloc[:, place]
         try:
             distinct = cells.dropna().unique().tolist()
         except TypeError:  # lists and other things
             raise SceneError(name, None, "must have numbers or texts in its cells") from None
-        values = {cell: _value(name, f"{cell}{unit}" if unit else cell) for cell in distinct}
+        values = {}
+        for cell in distinct:
+            try:
+                values[cell] = _cell(name, cell, match[2] if match else "")
+            except SceneError as problem:
+                row = 1 + int(np.argmax((cells == cell).to_numpy()))
+                allowed = f"{problem.allowed} (row {row} of the table)"
+                raise SceneError(problem.key, problem.value, allowed) from None
         empty, kind = ("", str) if _kind(name) == "str" else (np.nan, float)
         column = cells.map(values).astype(object).where(cells.notna(), empty)
         axes.append(Tabled(name, column.to_numpy().astype(kind)))
     return tuple(axes)
+
+
+def _cell(name: str, cell: Any, unit: str) -> Value:
+    """Return the value of a cell in a column with a unit, if that is not ""."""
+    if not unit:
+        return _value(name, cell)
+    try:
+        return _value(name, f"{float(cell):.17g} {unit}")
+    except (TypeError, ValueError):
+        allowed = f"must be a number without a unit: the unit of its column is {unit}"
+        raise SceneError(name, cell, allowed) from None
 
 
 def axis_of(name: str, given: str | Iterable[Value]) -> Axis:

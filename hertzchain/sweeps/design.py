@@ -162,6 +162,17 @@ class Design:
         return {"scene": sections_of(self.base), "vary": vary, "samples": drawn}
 
 
+def axes_of(vary: Any, scene: Scene) -> tuple[Axis, ...]:
+    """Return the axes of a table, or of values by parameters; arguments are those of ``design``."""
+    if not isinstance(vary, Mapping) and hasattr(vary, "columns"):
+        axes = axes_of_table(vary, lambda name: full_name(name, scene))
+        require(len(axes) > 0 and len(vary) > 0, "table", None, "must have columns and rows")
+        return axes
+    allowed = "must be a mapping of at least one parameter to its values, or a table"
+    require(isinstance(vary, Mapping) and len(vary) > 0, "vary", None, allowed)
+    return tuple(axis_of(full_name(name, scene), given) for name, given in vary.items())
+
+
 @checked
 def design(
     scene: SceneLike,
@@ -198,14 +209,7 @@ def design(
         where no scene is possible.
     """
     scene = to_scene(scene)
-    axes: tuple[Axis, ...]
-    if not isinstance(vary, Mapping) and hasattr(vary, "columns"):
-        axes = axes_of_table(vary, lambda name: full_name(name, scene))
-        require(len(axes) > 0 and len(vary) > 0, "table", None, "must have columns and rows")
-    else:
-        allowed = "must be a mapping of at least one parameter to its values, or a table"
-        require(isinstance(vary, Mapping) and len(vary) > 0, "vary", None, allowed)
-        axes = tuple(axis_of(full_name(name, scene), given) for name, given in vary.items())
+    axes = axes_of(vary, scene)
     allowed = "must be a whole number of at least 1"
     require(samples is None or is_whole(samples, 1), "samples", samples, allowed)
     within = is_whole(seed, 0) and seed < 2**32

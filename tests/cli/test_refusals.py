@@ -78,6 +78,9 @@ sweep scene.toml -o out --vary shock.momentum_ratio= => must be NAME=VALUE, such
 sweep scene.toml -o out => --vary or --table: name what varies
 sweep scene.toml -o out GRID --table peaks.csv => --vary or --table: name what varies
 sweep scene.toml -o out --table peaks.csv => contact: cannot vary; the scene has no [contact]
+sweep scene.toml -o out --table own_unit.csv => chain.radius = '5 mm': must be a number without a unit; column is mm (row 2 of the table)
+sweep scene.toml -o out --table wrong_unit.csv => chain.radius = '5 kg': has the wrong dimension; (row 2 of the table)
+compare scene.toml --rtol 1e-30 => rtol = 1e-30: must be a number from 1e-10 to below 1
 sweep scene.toml -o out --table scene.toml => scene.toml: must be a table of scenes; .csv or .parquet
 sweep scene.toml -o out --table no.csv => no.csv; No such file
 sweep scene.toml -o out GRID --rtol 1e-30 => rtol = 1e-30: must be
@@ -139,6 +142,8 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     tiny = "contact,peak_force_N\n2,1e-298\n3,1e-298\n4,2e-298\n"
     (folder / "tiny.csv").write_text(tiny, encoding="utf-8")
     (folder / "my.py").write_text('"""A chain\nof granules."""\nimport lammps\n', encoding="utf-8")
+    (folder / "own_unit.csv").write_text("chain.radius [mm]\n4\n5 mm\n", encoding="utf-8")
+    (folder / "wrong_unit.csv").write_text("chain.radius\n4 mm\n5 kg\n", encoding="utf-8")
     rows = "\n".join(f"{k},1" for k in range(3, 20))
     (folder / "text.csv").write_text(f"1,2\n2,x\n{rows}", encoding="utf-8")
     return folder

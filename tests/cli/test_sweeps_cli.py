@@ -78,12 +78,15 @@ def test_overlaps_beyond_the_valid_range_are_counted(hertzchain: Command) -> Non
         ("chain.radius=1:10:3", "chain.radius = 1 m (usually 1e-06 to 0.5 m)"),
         ("density=7.8,2.7", "chain.density = 7.8 kg/m^3 (usually 10 to 30000 kg/m^3)"),
         ("chain.density=1000,8000", None),
+        ("table.csv", "chain.density = 7.8 kg/m^3 (usually 10 to 30000 kg/m^3)"),
     ],
 )
 def test_ends_that_look_like_a_wrong_unit_are_asked_about_once(
     hertzchain: Command, varied: str, said: str | None
 ) -> None:
-    outcome = hertzchain("sweep", "scene.toml", "--vary", varied, "--rtol", "1e-3", "-o", "out")
+    Path("table.csv").write_text("chain.density\n8000\n7.8\n", encoding="utf-8")
+    option = "--table" if varied == "table.csv" else "--vary"
+    outcome = hertzchain("sweep", "scene.toml", option, varied, "--rtol", "1e-3", "-o", "out")
     assert outcome.status == 0
     question = "" if said is None else f"hertzchain: {said}: is the unit what is meant?\n"
     assert outcome.err == question

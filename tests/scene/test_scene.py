@@ -18,7 +18,6 @@ from scipy.integrate import quad
 import hertzchain as hc
 from hertzchain.errors import SceneError
 from hertzchain.scene.natural_units import PAPER_MOMENTUM
-from hertzchain.scene.uncertain import Uncertain
 from tests.conftest import STEEL, paper_scene
 from tests.effort import effort
 
@@ -175,7 +174,7 @@ def test_what_only_python_can_give_wrong(tmp_path: Path) -> None:
     refused: dict[str, Callable[[], object]] = {
         "gauges = 3: must be a list, each entry a Gauge": lambda: replace(scene, gauges=name),
         "must be a list, each entry an Uncertain": lambda: replace(scene, uncertain=[1]),
-        "key = 3: must be text": lambda: Uncertain(name, 1.0),
+        "key = 3: must be text": lambda: hc.Uncertain(name, 1.0),
         "number of values of radius = 2: must be a number, or 3 numbers": lambda: replace(
             CHAIN, granules=3, radius=[1.0, 2.0]
         ),

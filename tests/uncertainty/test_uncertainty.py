@@ -152,8 +152,8 @@ def test_a_file_has_what_is_uncertain(tmp_path: Path) -> None:
     STRIKER.to_toml(file)
     file.write_text(
         file.read_text(encoding="utf-8")
-        + '\n[uncertainty]\n"chain.young_modulus" = "5 %"\n'
-        + 'striker.velocity = {half_width = "2 cm/s"}\n[scatter]\n"chain.radius" = "2 um"\n',
+        + '\n[uncertainty]\nyoung_modulus = "5 %"\n'
+        + 'striker.velocity = {half_width = "2 cm/s"}\n[scatter]\nradius = "2 um"\n',
         encoding="utf-8",
     )
     scene = hc.Scene.from_toml(file)
@@ -189,7 +189,7 @@ def test_what_cannot_be_uncertain(uncertain: tuple[Uncertain, ...], said: str) -
         ('[uncertainty]\n"chain.radius" = "0 %"', "must be a standard deviation"),
         ('[uncertainty]\n"chain.radius" = {half_width = 1, x = 2}', "or {half_width = ...}"),
         ('[uncertainty]\n"chain.radius" = "5 kg"', "wrong dimension"),
-        ('[uncertainty]\n"radius" = "5 %"', "write the key as in the scene"),
+        ('[uncertainty]\n"colour" = "5 %"', "write the key as in the scene"),
         ('[uncertainty]\n"chain.colour" = "5 %"', "has no quantity"),
         ('[uncertainty]\n"chain.granules" = 1', "has no quantity"),
         ('[scatter]\n"striker.velocity" = "5 %"', "must be chain.radius"),

@@ -14,7 +14,8 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.external import step_error
 from hertzchain.engines.external.observation import Simulation
 from hertzchain.engines.external.rescaling import predicted_loss
-from hertzchain.errors import POSITIVE, Unpredictable, is_positive, require
+from hertzchain.errors import POSITIVE, Unpredictable, is_finite, is_positive, require
+from hertzchain.limits import TIGHTEST
 from hertzchain.observables import error_bound
 from hertzchain.observables.balance import LostDigits
 from hertzchain.observables.contact_errors import ContactErrors, Peaks
@@ -69,8 +70,8 @@ class Steps:
             require(is_positive(self.dt), "dt", self.dt, f"{POSITIVE} [s]")
         if self.read_every is not None:
             require(self.read_every >= 1, "read_every", self.read_every, "must be at least 1")
-        allowed = "must be a number above 0 and below 1"
-        require(is_positive(self.rtol) and self.rtol < 1, "rtol", self.rtol, allowed)
+        allowed = f"must be a number from {TIGHTEST:g} to below 1"
+        require(is_finite(self.rtol) and TIGHTEST <= self.rtol < 1, "rtol", self.rtol, allowed)
 
 
 def run(

@@ -21,7 +21,7 @@ from hertzchain.engines.native.duration import with_end
 from hertzchain.engines.native.methods import METHODS, Method
 from hertzchain.engines.native.simulation import Prepared, Run, Simulation, work_of
 from hertzchain.errors import POSITIVE, StepUnstable, is_positive, require
-from hertzchain.limits import RTOL, TIME_LIMIT, Deadline, check_time_limit
+from hertzchain.limits import RTOL, TIGHTEST, TIME_LIMIT, Deadline, check_time_limit
 from hertzchain.observables import error_bound
 from hertzchain.observables.balance import Balance
 from hertzchain.observables.contact_errors import ContactErrors
@@ -306,7 +306,7 @@ class Native:
         require(self.method in (None, "reference"), "method", self.method, names)
         allowed = "must be left out for damped contacts, or stand with method velocity-verlet"
         require(self.dt is None, "dt", self.dt, allowed)
-        run = self.accurate_enough(scene, recorder, deadline, plans.TIGHTEST)
+        run = self.accurate_enough(scene, recorder, deadline, TIGHTEST)
         error_bound.refuse_meaningless("native", run.errors.least, too_long=False)
         return run
 
@@ -360,7 +360,7 @@ class Native:
             if tries:
                 tries, plan = False, plans.cheapest(aim, hard=True)
                 continue
-            if left and (finer := max(rtol * errors.share, plans.TIGHTEST)) < aim:
+            if left and (finer := max(rtol * errors.share, TIGHTEST)) < aim:
                 # A weak pulse on a large static force needs as many digits more of the total.
                 aim, plan, before = finer, plans.cheapest(finer, hard=hard), math.inf
                 continue

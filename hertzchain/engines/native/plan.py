@@ -17,13 +17,14 @@ import numpy as np
 
 from hertzchain.engines.native.methods import SRKN_6B, SRKN_11B, Walker
 from hertzchain.errors import is_finite, require
+from hertzchain.limits import TIGHTEST
 from hertzchain.observables.error_bound import SAFETIES, Safety, is_short
 from hertzchain.observables.first_pulse import LATEST, finds_end, usual_end
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
-TIGHTEST, LOOSEST = 1e-10, 0.01
-"""Range of accuracies that can be wanted; below it round-off and opening contacts dominate."""
+LOOSEST = 0.01
+"""Loosest accuracy that can be wanted (chosen)."""
 
 _LONGEST_STEP = 0.8
 """Longest step [natural time units]; at 1.0 the methods begin to fail."""

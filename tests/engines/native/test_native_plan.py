@@ -19,7 +19,7 @@ from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.batch import peak_forces, similar_peak_forces
 from hertzchain.engines.native.methods import METHODS, SRKN_11B, Walker
 from hertzchain.engines.native.simulation import leg_rows, simulate
-from hertzchain.limits import Deadline
+from hertzchain.limits import TIGHTEST, Deadline
 from hertzchain.observables.error_bound import is_short
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.shocks import PROFILES
@@ -287,7 +287,7 @@ def test_random_batches_vs_single_runs(rtol: float, number: int, seed: int) -> N
         in_newtons = hc.peak_forces(scenes, rtol)
         assert np.all(batch.error_estimate <= rtol)
         assert np.all(in_newtons.error_estimate <= rtol)
-        closer = max(rtol / 10, plans.TIGHTEST)
+        closer = max(rtol / 10, TIGHTEST)
         for k, scene in enumerate(scenes):
             single = hc.Native(rtol=closer, peaks_only=True).run(scene)
             for force, error in (
