@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError, SceneError, require
-from hertzchain.report.document import in_prefixed, prefixed
+from hertzchain.report.document import in_prefixed
 from hertzchain.report.style import COLOURS, distinct
 from hertzchain.scene.file import key_named
 from hertzchain.scene.keys import to_si
@@ -42,7 +42,6 @@ _MOST_LINES = 1000  # most lines, chosen: more cannot be distinguished, and each
 _MOST_VECTORS = 5000  # number of points from which PDF and SVG contain a bitmap of them
 _AS_GIVEN = 1e-3  # largest relative difference of a given value from the sweep's: three digits
 _DECADES = 100.0  # ratio of the largest value to the smallest from which an axis is logarithmic
-_MARKERS = "os^Dv<>P"  # as many as values in a legend; more numbers get a colour bar
 _BLUE = "#0072B2"  # where colours show nothing
 
 _ALONG = ("peak_force_N", "peak_time_s")  # columns that can be drawn along the chain
@@ -174,17 +173,13 @@ def _selected(
         for one in manifest["vary"]
     }
     numbers = [name for name in dict.fromkeys(names) if name is not None]
-    frame = sweep.to_frame(list(dict.fromkeys(("scene", "backend", "failure", *numbers)))).copy()
+    crossed = [name for name, axis in axes.items() if axis.count is not None]
+    read = dict.fromkeys(("scene", "backend", "failure", *numbers, *crossed))
+    frame = sweep.to_frame(list(read))
     remarks = []
     if len(frame) < sweep.rows:
         there = f"{len(frame):,} of {sweep.rows:,} rows are there"
         remarks.append(f"the sweep is not complete, {there}")
-    crossed = [axis for axis in axes.values() if axis.count is not None]
-    drawn = manifest["samples"]
-    shape = [axis.count or 0 for axis in crossed] + ([drawn["count"]] if drawn else [])
-    places = np.unravel_index(frame["scene"].to_numpy(np.int64), shape) if shape else ()
-    for axis, place in zip(crossed, places, strict=False):
-        frame[axis.name] = axis.at(np.arange(axis.count or 0))[place]
     for name, value in where.items():
         if name != "backend":
             allowed = f"does not vary in this sweep; what does: {', '.join(axes)}"
@@ -227,45 +222,25 @@ def _meant(name: str, wanted: Any, values: NDArray[Any]) -> Any:
 # Lines and points
 
 
-def _looks(
-    axes: Axes, rows: _Rows, name: str | None
-) -> tuple[Callable[[Any], dict[str, Any]], Any]:
-    """Draw the legend of a column, or the colour bar of many numbers.
-
-    Return the look of each of its values, and the colour bar, if any.
-    """
-    from matplotlib import colormaps
+def _colours(axes: Axes, rows: _Rows, name: str | None) -> Any:
+    """Draw a legend of a column of text, or a colour bar; return the colours of its values."""
     from matplotlib.lines import Line2D
 
-    from hertzchain.report.picture import SMALL, legend_look, parts_of
+    from hertzchain.report.picture import SMALL, legend_look
 
-    if name is None:
-        return lambda _: {"color": _BLUE, "marker": "o"}, None
-    values = rows.frame[name]
-    several = list(values.unique()) if name in TEXT else np.unique(values).tolist()
-    if name not in TEXT and len(several) > len(_MARKERS):
-        bar = _colour_bar(axes, rows, name)
-        return lambda value: {"color": bar.to_rgba(value), "marker": "."}, bar
-    before, unit, after = parts_of(column_named(name).label)
-    in_unit, scale = ("", 1.0) if name in TEXT else prefixed(float(several[-1]), unit)
-    shades = colormaps["viridis"](np.linspace(0, 0.88, len(several)))
-    looks: dict[Any, dict[str, Any]] = {
-        value: {
-            "color": COLOURS.get(value, distinct(k)) if name in TEXT else shades[k],
-            "marker": _MARKERS[k % len(_MARKERS)],
-            "fillstyle": "full" if k == 0 else "none",
-        }
-        for k, value in enumerate(several)
-    }
-    labels = several if name in TEXT else [f"{value / scale:.6g}" for value in several]
     figure: Any = axes.figure
-    width = figure.get_figwidth()
-    figure.legend(
-        [Line2D([], [], **look) for look in looks.values()], labels, loc="outside upper center",
-        title=f"{before}{f' [{in_unit}]' if in_unit else ''}{after}",
-        **legend_look(labels, width, width < SMALL),
-    )  # fmt: skip
-    return looks.__getitem__, None
+    if name is None:
+        return lambda values: [_BLUE] * len(values)
+    if name in TEXT:
+        texts = list(rows.frame[name].unique())
+        colour_of = {text: COLOURS.get(text, distinct(k)) for k, text in enumerate(texts)}
+        handles = [Line2D([], [], color=colour, marker="o") for colour in colour_of.values()]
+        width = figure.get_figwidth()
+        look = legend_look(texts, width, width < SMALL)
+        title = column_named(name).label
+        figure.legend(handles, texts, loc="outside upper center", title=title, **look)
+        return lambda values: [colour_of[value] for value in values]
+    return _colour_bar(axes, rows, name).to_rgba
 
 
 def _colour_bar(axes: Axes, rows: _Rows, name: str) -> Any:
@@ -311,29 +286,18 @@ def _draw_lines(
     axes: Axes, rows: _Rows, lines: Sequence[pandas.DataFrame], x: str, y: str, colour: str | None
 ) -> None:
     """Draw lines, each of one colour; a missing point is a gap."""
-    look_of, _ = _looks(axes, rows, colour)
+    colours = _colours(axes, rows, colour)
+    style = "steps-mid" if is_whole(y) else "default"  # there is no p between 9 and 10
     for line in lines:
-        value = None if colour is None else line[colour].dropna().iloc[0]
-        look = {"linewidth": 1.2, "markersize": 4, **look_of(value)}
-        if is_whole(y):  # there is no p between 9 and 10
-            look["drawstyle"] = "steps-mid"
-        axes.plot(line[x].to_numpy(), line[y].to_numpy(), **look)
+        (shade,) = colours(line[colour or y].dropna()[:1])
+        axes.plot(line[x], line[y], marker=".", linewidth=1.2, drawstyle=style, color=shade)
 
 
 def _draw_points(axes: Axes, rows: _Rows, x: str, y: str, colour: str | None) -> None:
     frame = rows.frame
-    look_of, bar = _looks(axes, rows, colour)
-    size = min(4.0, max(1.0, 140 / math.sqrt(len(frame))))
-    is_bitmap = len(frame) > _MOST_VECTORS
-    if bar is not None and colour is not None:
-        axes.scatter(
-            frame[x], frame[y], s=size**2, c=frame[colour], norm=bar.norm, cmap=bar.cmap,
-            rasterized=is_bitmap,
-        )  # fmt: skip
-        return
-    for value, group in [(None, frame)] if colour is None else frame.groupby(colour, sort=False):
-        style = look_of(value) | {"linestyle": "none", "markersize": size}
-        axes.plot(group[x], group[y], **style, rasterized=is_bitmap)
+    shades = _colours(axes, rows, colour)(frame[colour or y])
+    area = min(16.0, max(1.0, 140**2 / len(frame)))
+    axes.scatter(frame[x], frame[y], s=area, c=shades, rasterized=len(frame) > _MOST_VECTORS)
 
 
 def _draw_chains(axes: Axes, sweep: Any, rows: _Rows, y: str, colour: str | None) -> list[str]:
@@ -377,9 +341,8 @@ def _draw_cells(axes: Axes, rows: _Rows, x: str, y: str, colour: str) -> None:
     values = rows.values(x), rows.values(y)
     cells = rows.frame.pivot_table(colour, y, x).reindex(values[1], columns=values[0])
     edges = [cell_edges(at, rows.is_log(name)) for at, name in zip(values, (x, y), strict=True)]
-    bar = _colour_bar(axes, rows, colour)
     axes.set_facecolor("0.85")
-    shown = np.ma.masked_invalid(cells.to_numpy())
+    bar, shown = _colour_bar(axes, rows, colour), np.ma.masked_invalid(cells.to_numpy())
     axes.pcolormesh(*edges, shown, norm=bar.norm, cmap=bar.cmap, rasterized=True)
     if cells.isna().to_numpy().any():
         from matplotlib.patches import Patch
