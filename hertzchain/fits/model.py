@@ -11,6 +11,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.backend import Native, motion_at
+from hertzchain.engines.native.batch import on_cores
 from hertzchain.errors import RunFailed, SceneError, require
 from hertzchain.fits.keys import GAIN, Free
 from hertzchain.limits import TOLERANCE, Deadline
@@ -108,6 +109,9 @@ class Model(ABC):
         that of the search.
         """
         self.runs += 1
+        return self._differences(x, width, rtol)
+
+    def _differences(self, x: FloatArray, width: float, rtol: float | None) -> FloatArray:
         values = self.values(x)
         try:
             found = self._read(x, rtol)
@@ -119,14 +123,13 @@ class Model(ABC):
         """Derivatives of the differences, shape (samples, varied), from central differences."""
         steps = np.full(x.size, _STEP if rtol is None else _FINE_STEP)
         steps[: self._keys] *= x[: self._keys]
-        columns = []
-        for place, step in enumerate(steps):
-            ends = np.stack([x, x])
-            ends[:, place] += -step, step
-            ends = np.clip(ends, self.low, self.high)
-            before, after = (self.differences(end, width, rtol) for end in ends)
-            columns.append((after - before) / (ends[1, place] - ends[0, place]))
-        return np.stack(columns, axis=1)
+        moves = np.diag(steps)
+        before, after = (np.clip(x + sign * moves, self.low, self.high) for sign in (-1, 1))
+        self.runs += 2 * x.size
+        ends = [*before, *after]
+        found = list(on_cores(lambda end: self._differences(end, width, rtol), ends))
+        changes = np.array(found[x.size :]) - np.array(found[: x.size])
+        return np.asarray(changes.T / np.diag(after - before))
 
     @abstractmethod
     def _read(self, x: FloatArray, rtol: float | None) -> FloatArray:

@@ -285,9 +285,14 @@ def results_of(
     def run_part(some: slice) -> list[Result | HertzchainError | MemoryError]:
         return [run(*each) for each in zip(scenes[some], prepared[some], strict=True)]
 
-    with ThreadPoolExecutor(cores) as pool:
-        for results in pool.map(_run_in_context(run_part), _parts(len(scenes), cores)):
-            yield from results
+    for results in on_cores(run_part, _parts(len(scenes), cores), cores):
+        yield from results
+
+
+def on_cores(run: Callable[[Any], Any], items: Iterable[Any], cores: int | None = None) -> Any:
+    """Yield what a function returns for each item, in their order; it runs in several threads."""
+    with ThreadPoolExecutor(cores or usable_cores()) as pool:
+        yield from pool.map(_run_in_context(run), items)
 
 
 class _Job(NamedTuple):
@@ -296,6 +301,7 @@ class _Job(NamedTuple):
     prepared: Prepared
     chain: NativeChain
     signals: Any  # at the start: see ``observer.SIGNAL``
+    plan: plans.Plan
     walker: Walker
     rows: FloatArray
     usual: float
@@ -316,7 +322,7 @@ def _prepared(
 ) -> list[Prepared | None]:
     """Prepare scenes and make their first two runs; None for those that run by themselves."""
     prepared: list[Prepared | None] = [None] * len(scenes)
-    rtol, jobs, plan_of = native.rtol or RTOL, [], {}
+    rtol, jobs, others = native.rtol or RTOL, [], []
     chooses = native.method is None and native.dt is None
     for k, scene in enumerate(scenes):
         is_watched = chooses and (native.wanted or usually_wanted(scene)) == "first"
@@ -333,11 +339,10 @@ def _prepared(
             assert of_scene.chain is not None
             assert of_scene.signals is not None
             rows, signals = leg_rows(legs, scene.units), of_scene.signals.at_the_start()
-            jobs.append(_Job(of_scene, of_scene.chain, signals, plan.walker, rows, usual))
-            prepared[k], plan_of[id(of_scene)] = of_scene, plan
-    others = []
+            prepared[k] = of_scene
+            jobs.append(_Job(of_scene, of_scene.chain, signals, plan, plan.walker, rows, usual))
     for job, end in _march(jobs, deadline, cores):
-        plan, scene = plan_of[id(job.prepared)], job.prepared.scene
+        plan, scene = job.plan, job.prepared.scene
         legs = plan.legs(scene, None if math.isnan(job.usual) else end * scene.units.time)
         rows = leg_rows(plan.other_legs(legs), scene.units)
         others.append(job._replace(walker=plan.coarser, rows=rows, usual=math.nan))
@@ -527,8 +532,7 @@ def _accurate_enough(
             force[k], time[k], passed[k] = run.peaks.force, run.peaks.time, run.peaks.passed
             error[k], evaluations[k] = errors.largest, run.evaluations
 
-        with ThreadPoolExecutor(cores) as pool:
-            list(pool.map(_run_in_context(one), np.flatnonzero(~(error <= rtol)).tolist()))
+        list(on_cores(one, np.flatnonzero(~(error <= rtol)).tolist(), cores))
         return Batch(force, time, error, passed, evaluations)
 
 
