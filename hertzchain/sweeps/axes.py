@@ -165,10 +165,11 @@ def _cell(name: str, cell: Any, unit: str) -> Value:
     if not unit:
         return _value(name, cell)
     try:
-        return _value(name, f"{float(cell):.17g} {unit}")
+        number = float(cell)
     except (TypeError, ValueError):
         allowed = f"must be a number without a unit: the unit of its column is {unit}"
         raise SceneError(name, cell, allowed) from None
+    return _value(name, f"{number:.17g} {unit}")
 
 
 def axis_of(name: str, given: str | Iterable[Value]) -> Axis:

@@ -154,7 +154,7 @@ def test_a_table_is_measured_row_by_row(tmp_path: Path, hertzchain: Command, suf
         ),  # an empty cell is a blank line
         ("\ufeffchain.radius [mm]\n4\n", [4e-3], ""),
         ("chain.radius [mm],velocity\n5,1,3\n", [], "a row has more cells than the header"),
-        ("chain.radius [mm]\nn/a\n", [], "'n/a mm': must be a number"),
+        ("chain.radius [mm]\nn/a\n", [], "'n/a': must be a number without a unit"),
     ],
 )
 def test_a_csv_table_is_read_cell_by_cell(
