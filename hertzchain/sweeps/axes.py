@@ -169,7 +169,7 @@ def _cell(name: str, cell: Any, unit: str) -> Value:
     except (TypeError, ValueError):
         allowed = f"must be a number without a unit: the unit of its column is {unit}"
         raise SceneError(name, cell, allowed) from None
-    return _value(name, f"{number:.17g} {unit}")
+    return _value(name, f"{number!r} {unit}")
 
 
 def axis_of(name: str, given: str | Iterable[Value]) -> Axis:
