@@ -19,7 +19,7 @@ _SIZE = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?(?![\w.])"
 NUMBER = re.compile(rf"[-+]?{_SIZE}")
 SIZES = re.compile(rf"(?<![\w.$]){_SIZE}")
 
-_SAME = 2e-3  # relative difference up to which a number of a line is the measured one (chosen)
+SAME = 2e-3  # relative difference up to which a number of a line is the measured one (chosen)
 
 ROLES: dict[str, tuple[str, ...]] = {
     "granules": ("create_atoms", "read_data", "read_restart", "delete_atoms", "replicate"),
@@ -190,7 +190,7 @@ def with_number(text: str, stands: Pairs) -> str | None:
     """
     for old, new in stands:
         for match in SIZES.finditer(text) if math.isfinite(old) and old != 0 else ():
-            if math.isclose(float(match.group()), abs(old), rel_tol=_SAME):
+            if math.isclose(float(match.group()), abs(old), rel_tol=SAME):
                 start, end = match.span()
                 return f"{text[:start]}{math.copysign(1.0, old) * new:.10g}{text[end:]}"
     return None

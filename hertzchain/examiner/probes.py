@@ -40,6 +40,7 @@ from hertzchain.examiner.measured import (
 )
 from hertzchain.examiner.places import (
     NUMBER,
+    SAME,
     Pairs,
     commands_of,
     formula_of,
@@ -327,16 +328,18 @@ def _distance(case: Case) -> Numbers:
 
     def stands(k: int) -> Pairs:
         first = 1 + int(np.flatnonzero(np.abs(off) >= max(0.5 * abs(off[k]), case.rounded))[0])
+        times = float(measured[k] / expected[k])  # not one that any 1 in a line may be
         return [(measured[k] / unit, expected[k] / unit),
                 (abs(float(position[first])) / unit, float(of_scene[first]) / unit),
-                (measured[k] / expected[k], 1.0)]  # fmt: skip
+                *[(times, 1.0)] * (abs(times - 1) > 2 * SAME)]  # fmt: skip
 
     box, pitch = _replicated(case, float(expected[0] / measured[0]) if size else 1.0)
     return Numbers(
         measured, expected, room=PLACES * case.near[:size] + case.rounded, digits=0.0, name=name,
         twin=lambda _: {"opening": opening}, sentence=sentence,
         stands=(lambda _: ()) if settles else stands,  # then the places stand in no line
-        role="run" if settles else "", at=_settling(case) if settles else box, command=pitch,
+        role="run" if settles else "", at=_settling(case) if settles else None,
+        guess=box, command=pitch,
     )  # fmt: skip
 
 

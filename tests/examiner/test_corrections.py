@@ -311,7 +311,7 @@ UNITS = Units("odd", length=2.0, mass=3.0, time=5.0)
 
 IN_UNITS: list[tuple[str, str, list[tuple[str, str]]]] = [
     ("a large granule", "radius", [("length", "length")] * 2),
-    ("a gap", "distance of neighbours", [*[("length", "length")] * 2, ("ratio", "ratio")]),
+    ("a gap", "distance of neighbours", [("length", "length")] * 2),
     ("off the axis", "distance from the axis", [("length", "")]),
     ("a granule moves", "velocity at the start", [("velocity", "")]),
     ("velocity across", "velocity across the chain", [("velocity", "")]),
@@ -353,4 +353,14 @@ def test_numbers_in_the_units_of_a_deck(
     assert [len(one) for one in pairs] == [len(units)] * 2
     for in_si, in_units, names in zip(*pairs, units, strict=True):
         for here, there, unit in zip(in_si, in_units, names, strict=True):
-            assert here == pytest.approx(there * getattr(UNITS, unit, 1.0) if unit else 0.0)
+            assert here == pytest.approx(there * getattr(UNITS, unit) if unit else 0.0)
+
+
+def test_a_wrong_pitch_is_a_factor_unless_it_is_near_1() -> None:
+    scene = scene_of("piston")
+    for factor, count in ((1.01, 3), (1.003, 2)):
+        deck = times("position", factor)(deck_of("piston", scene))
+        case, _ = case_of(scene, deck, 1e-3, Deadline(60.0), {})
+        pairs = pairs_of(case, "distance of neighbours")
+        assert len(pairs) == count
+        assert (pairs[-1] == pytest.approx((factor, 1.0))) is (count == 3)

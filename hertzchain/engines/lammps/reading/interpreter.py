@@ -30,6 +30,7 @@ from hertzchain.files import read_bytes
 
 _MOST_BYTES = 10_000_000  # of a deck or include; chosen, far above any deck written by hand
 _MOST_COMMANDS = 200_000  # carried out; chosen: a deck with more seems to be endless
+_MOST_STEPS = 2**31 - 1  # of one run of LAMMPS
 _LONGEST = 200  # characters of a command in messages
 _VARIABLE = re.compile(r"ERROR: Variable (\w+):(?!.* before simulation box)")
 """Part of LAMMPS's message on a formula with a variable that it cannot evaluate yet."""
@@ -298,6 +299,8 @@ class Interpreter:
                 break
             else:
                 raise RunFailed(f"run has no keyword {word}")
+        if steps > _MOST_STEPS:
+            raise RunFailed(f"run {values[0]} is no number of steps: at most {_MOST_STEPS}")
         if every is None or every[0] == 0:
             self._take(steps, kept, index)
             return

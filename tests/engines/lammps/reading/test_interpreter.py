@@ -214,7 +214,7 @@ def test_where_each_command_stands(tmp_path: Path) -> None:
         (f"{BEADS}run 1 start '0 every 1 quit'\n", 16, "is no number of steps"),
         (f"{BEADS}run 1 pre 'yes every 1 quit'\n", 16, "is neither yes nor no"),
         ("run -5\n", 1, "is no number of steps"),
-        ("run 2147483648\n", 1, "is no number of steps, which are at most 2147483647"),
+        (f"{BEADS}run 2147483648\n", 16, "is no number of steps: at most 2147483647"),
         ("variable a equal ${missing}\n", 1, "Substitution for illegal variable missing"),
         ("if 1 1 1\n", 1, "if needs a condition"),
         ("fix a all nve/nonsense\n", 1, "fix nve/nonsense is none of the fixes"),
