@@ -96,16 +96,16 @@ def require_one(**given: object) -> None:
     require(len(there) == 1, key, None, f"{allowed}, give exactly one of them")
 
 
-_ALIKE = 0.7
+_LEAST_SIMILARITY = 0.7
 """Least similarity of a misspelt word with a known one (chosen); friction and attraction: 0.67."""
 
 
-def did_you_mean(word: str, known: Iterable[str]) -> str:
+def did_you_mean(word: str, words: Iterable[str]) -> str:
     """Return the end of a sentence on an unknown word: a similar known word, or nothing."""
     import difflib
 
-    by_letters = {one.lower(): one for one in reversed(list(known))}
-    near = difflib.get_close_matches(word.lower(), by_letters, 1, _ALIKE)
+    by_letters = {name.lower(): name for name in reversed(list(words))}
+    near = difflib.get_close_matches(word.lower(), by_letters, 1, _LEAST_SIMILARITY)
     return f"; did you mean {by_letters[near[0]]}?" if near else ""
 
 
@@ -140,7 +140,7 @@ def _shortened(text: str) -> str:
 
 def on_one_line(text: str) -> str:
     """Return text with escapes for all that is not printable, as names of files may have it."""
-    return "".join(one if one.isprintable() else repr(one)[1:-1] for one in text)
+    return "".join(char if char.isprintable() else repr(char)[1:-1] for char in text)
 
 
 def _printable(text: str) -> str:

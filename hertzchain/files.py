@@ -16,7 +16,7 @@ from typing import Any, Self
 
 from hertzchain.errors import OutputError
 
-_PATIENCE = 5.0  # seconds to wait for the first bytes of a pipe or a terminal
+_PIPE_SECONDS = 5.0  # seconds to wait for the first bytes of a pipe or a terminal
 
 
 def read_bytes(path: Path, most: int) -> bytes:
@@ -28,8 +28,8 @@ def read_bytes(path: Path, most: int) -> bytes:
     with open(path, "rb", buffering=0, opener=_open_at_once) as stream:
         comes_later = not stat.S_ISREG(os.fstat(stream.fileno()).st_mode) and os.name == "posix"
         while len(content) <= most:
-            if comes_later and not select.select([stream], [], [], _PATIENCE)[0]:
-                raise OSError(errno.ETIMEDOUT, f"nothing came out of it for {_PATIENCE:g} s")
+            if comes_later and not select.select([stream], [], [], _PIPE_SECONDS)[0]:
+                raise OSError(errno.ETIMEDOUT, f"nothing came out of it for {_PIPE_SECONDS:g} s")
             piece = stream.read(most + 1 - len(content))
             if not piece:
                 return content
@@ -130,8 +130,8 @@ class _Undisturbed:
         self._handlers: dict[signal.Signals, Any] = {}
         if threading.current_thread() is threading.main_thread():  # where handlers run
             # SIGTERM first: it ends the program, so that a lost Ctrl-C does not matter.
-            found = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGINT)}
-            self._handlers = {number: how for number, how in found.items() if how is not None}
+            handlers = {stop: signal.getsignal(stop) for stop in (signal.SIGTERM, signal.SIGINT)}
+            self._handlers = {stop: how for stop, how in handlers.items() if how is not None}
 
     def __enter__(self) -> Self:
         try:

@@ -63,13 +63,13 @@ def judge_peaks(request: pytest.FixtureRequest) -> Callable[..., Judgement]:
             chosen = folder / scene if isinstance(scene, str | os.PathLike) else scene
             given = folder / peak_force if isinstance(peak_force, str | os.PathLike) else peak_force
             wanted = TOLERANCE if tolerance is None else tolerance
-            found = judge(chosen, given, tolerance=wanted, dt=dt)
+            judgement = judge(chosen, given, tolerance=wanted, dt=dt)
         except HertzchainError as unusable:
             problem = f"hertzchain: {unusable}"
         else:
-            if found.verdict == "pass":
-                return found
-            problem = f"hertzchain: {found.summary}\n\n{_printed(found)}"
+            if judgement.verdict == "pass":
+                return judgement
+            problem = f"hertzchain: {judgement.summary}\n\n{_printed(judgement)}"
         pytest.fail(problem)
 
     return judge_peaks

@@ -242,7 +242,7 @@ def test_an_endless_file_is_refused(name: str, read: Callable[[Path], object]) -
 def test_a_pipe_that_falls_silent_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, read: Callable[[Path], object]
 ) -> None:
-    monkeypatch.setattr(files, "_PATIENCE", 0.1)
+    monkeypatch.setattr(files, "_PIPE_SECONDS", 0.1)
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     said = "cannot be read (nothing came out of it for 0.1 s)"

@@ -19,7 +19,7 @@ from scipy.integrate import solve_ivp
 from scipy.stats import binomtest
 
 import hertzchain as hc
-from hertzchain.fits.fit import NOISE_KNOWN, RARE
+from hertzchain.fits.fit import LEAST_CHANCE, MOST_MEAN_SQUARE
 from hertzchain.uncertainty.validation import validate
 from validation.script import leave_with
 from validation.shipped import STEEL
@@ -158,7 +158,7 @@ def changed(scene: hc.Scene, kind: str, random: np.random.Generator) -> tuple[hc
 def judged(table: pandas.DataFrame) -> bool:
     """Print the shares of experiments with the expected result; return whether all are right."""
     # Empty where the fit failed.
-    is_noise = (table["mean_square"] <= NOISE_KNOWN) & (table["chance"] >= RARE)
+    is_noise = (table["mean_square"] <= MOST_MEAN_SQUARE) & (table["chance"] >= LEAST_CHANCE)
     table = table.assign(is_noise=is_noise)
     right, wrong = table[table["kind"] == "right"], table[table["kind"] != "right"]
     known = right[right["is_noise"]]

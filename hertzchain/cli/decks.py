@@ -100,18 +100,18 @@ def lint(
 
     given = options.by_name("--var", variables or [], "F0=100")
     limit = options.to_time_limit(time_limit)
-    found = {str(path): lint_file(path, given, limit) for path in decks}
+    by_deck = {str(path): lint_file(path, given, limit) for path in decks}
     if as_json:
         files = [
             {"file": file, "findings": [asdict(finding) for finding in findings]}
-            for file, findings in found.items()
+            for file, findings in by_deck.items()
         ]
         print_json({"decks": files})
-    for file, findings in found.items():
+    for file, findings in by_deck.items():
         for finding in () if as_json else findings:
             where = f"{file}:{finding.line}: {finding.severity}"
             typer.echo(on_one_line(f"{where}: {finding.text} [{finding.rule}]"))
-    severities = [finding.severity for findings in found.values() for finding in findings]
+    severities = [finding.severity for findings in by_deck.values() for finding in findings]
     numbers = {kind: severities.count(kind) for kind in ("error", "warning", "note")}
     counts = [f"{count} {kind}{'s' * (count != 1)}" for kind, count in numbers.items()]
     typer.echo(", ".join(counts), err=as_json)

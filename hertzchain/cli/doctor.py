@@ -17,7 +17,7 @@ from hertzchain.cli.output import DONE, UNUSABLE
 from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
 
-_LONGEST = 60.0  # seconds after which a start of LAMMPS counts as hanging (chosen)
+_START_SECONDS = 60.0  # seconds after which a start of LAMMPS counts as hanging (chosen)
 
 PACKAGES = (
     *("hertzchain", "numpy", "scipy", "pandas", "matplotlib", "ase", "filelock"),
@@ -52,11 +52,11 @@ def diagnose() -> list[Finding]:
     """Examine Python, the libraries, the LAMMPS module and a LAMMPS binary by a start."""
     findings = [Finding("Python", True, f"{platform.python_version()}, {platform.platform()}")]
     for package in PACKAGES:
-        found = _version(package) or f"missing; pip install {package}"
-        findings.append(Finding(package, not found.startswith("missing"), found))
+        state = _version(package) or f"missing; pip install {package}"
+        findings.append(Finding(package, not state.startswith("missing"), state))
     for package, extra, purpose in OPTIONAL:
-        found = _version(package) or f"only {purpose}; pip install 'hertzchain[{extra}]'"
-        findings.append(Finding(package, not found.startswith("only"), found, needed=False))
+        state = _version(package) or f"only {purpose}; pip install 'hertzchain[{extra}]'"
+        findings.append(Finding(package, not state.startswith("only"), state, needed=False))
     return [*findings, _kernels(), *_every_lammps(), *_other_codes()]
 
 
@@ -114,13 +114,13 @@ def _lammps() -> Finding:
 
     try:
         with Child() as child:
-            found, has_granular = child.call(look, time_limit=_LONGEST)
+            version, has_granular = child.call(look, time_limit=_START_SECONDS)
     except HertzchainError as problem:
         return Finding("LAMMPS", False, str(problem))
     if not has_granular:
         text = f"built without the package {PACKAGE}; a build that has it comes with: {INSTALL}"
         return Finding("LAMMPS", False, text)
-    return Finding("LAMMPS", True, f"{found}, with the package {PACKAGE}")
+    return Finding("LAMMPS", True, f"{version}, with the package {PACKAGE}")
 
 
 def _binary(lmp: str) -> Finding:
@@ -131,10 +131,10 @@ def _binary(lmp: str) -> Finding:
 
     name = f"LAMMPS {lmp}"
     try:
-        build = Program.find(lmp, 1, Deadline(_LONGEST)).build
+        build = Program.find(lmp, 1, Deadline(_START_SECONDS)).build
     except HertzchainError as problem:
         return Finding(name, False, str(problem))
-    known = f"{build.version}, with the package {PACKAGE}, {build.mpi or 'for one process'}"
+    text = f"{build.version}, with the package {PACKAGE}, {build.mpi or 'for one process'}"
     if build.mpi is not None and (mpiexec := find_mpiexec(lmp)) is not None:
-        known += f", ranks by {mpiexec}"
-    return Finding(name, True, f"{known}; hertzchain certify --lmp {lmp} tries it")
+        text += f", ranks by {mpiexec}"
+    return Finding(name, True, f"{text}; hertzchain certify --lmp {lmp} tries it")

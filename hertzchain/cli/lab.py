@@ -84,11 +84,11 @@ def pulse(
     read = read_recording(recording, time, force, time_unit, scale)
     with progress() as report_progress:
         report_progress("looking for few rows that keep the pulse")
-        found = measured_pulse(read, pulse_of(read, baseline, *ends), rows)
+        measured = measured_pulse(read, pulse_of(read, baseline, *ends), rows)
     if output is not None:
-        write_text(output, found.to_text())
-    show(as_json, found.to_dict, lambda console: print_pulse(console, found))
-    for warning in found.signal.warnings:
+        write_text(output, measured.to_text())
+    show(as_json, measured.to_dict, lambda console: print_pulse(console, measured))
+    for warning in measured.signal.warnings:
         say(warning)
     if output is not None:
         say(
@@ -96,7 +96,7 @@ def pulse(
             f' profile = "table" and file = {json.dumps(output.name, ensure_ascii=False)}',
             "",
         )
-    write_file("Plot", plot, lambda path: plot_pulse(found, inches).write(path))
+    write_file("Plot", plot, lambda path: plot_pulse(measured, inches).write(path))
 
 
 Units = StrEnum("Units", {name: name for name in ("si", "cgs", "micro", "nano")})  # type: ignore[misc]
@@ -236,13 +236,13 @@ def fit(
     loaded = options.load_scene(scene)
     ties = options.by_name("--tie", tie or [], _TIE)
     with progress() as report_progress, compiling(report_progress):
-        found = fits.fit(
+        fitted = fits.fit(
             loaded, traces, free, ties=ties, columns=columns, shift=not no_shift,
             time_limit=limit, progress=report_progress,
         )  # fmt: skip
-    show(as_json, found.to_dict, lambda console: console.print(repr(found)))
-    write_file("Scene", output, found.scene.to_toml)
-    if not found.is_noise:
+    show(as_json, fitted.to_dict, lambda console: console.print(repr(fitted)))
+    write_file("Scene", output, fitted.scene.to_toml)
+    if not fitted.is_noise:
         raise typer.Exit(OUT_OF_TOLERANCE)
 
 

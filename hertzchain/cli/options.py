@@ -17,8 +17,8 @@ from hertzchain.errors import HertzchainError
 if TYPE_CHECKING:
     from hertzchain.scene.scene import Scene
 
-_LEAST, _LARGEST = 2, 50  # inches; chosen: room for the axes, and a poster
-_ODD_RATIO = 1e4  # LM_ratio that suggests a missing unit; chosen: a pulse of 33,000 natural units
+_LEAST_INCHES, _MOST_INCHES = 2, 50  # inches; chosen: room for the axes, and a poster
+_ODD_MOMENTUM_RATIO = 1e4  # suggests a missing unit; chosen: a pulse of 33,000 natural units
 LMP = "HERTZCHAIN_LMP"  # environment variable that names a binary to run instead of the module
 
 Backend = StrEnum("Backend", {name.upper(): name for name in ENGINES})  # type: ignore[misc]
@@ -99,7 +99,7 @@ def load_scene(path: Path) -> Scene:
 
     scene = Scene.from_toml(path)
     remark_on_units(scene)
-    if scene.pulse_end > 0 and scene.momentum_ratio > _ODD_RATIO:
+    if scene.pulse_end > 0 and scene.momentum_ratio > _ODD_MOMENTUM_RATIO:
         say(
             f"LM_ratio is {scene.momentum_ratio:.3g}, so this may take long: the pulse"
             f" lasts {scene.pulse_end:.3g} s, is that meant?"
@@ -123,8 +123,8 @@ def remark_on_units_of(varied: Any, scene: Scene) -> None:
     from hertzchain.sweeps.design import axes_of
 
     named = ((axis.name, axis.ends) for axis in axes_of(varied, scene))
-    found = (unusual(name, ends) for name, ends in named if ends and not isinstance(ends[0], str))
-    _ask_about_units([remark for remark in found if remark is not None])
+    remarks = (unusual(name, ends) for name, ends in named if ends and not isinstance(ends[0], str))
+    _ask_about_units([remark for remark in remarks if remark is not None])
 
 
 def _ask_about_units(unusual: Sequence[str]) -> None:
@@ -145,13 +145,13 @@ def to_inches(size: str | None) -> tuple[float, float] | None:
         return None
     try:
         width, height = (float(number) for number in size.lower().split("x"))
-        fits = all(_LEAST <= one <= _LARGEST for one in (width, height))
+        fits = all(_LEAST_INCHES <= length <= _MOST_INCHES for length in (width, height))
     except ValueError:
         fits = False
     if not fits:
         raise HertzchainError(
-            f"--size {size}: must be width and height from {_LEAST} to {_LARGEST} inches, such as"
-            " 3.4x2.6"
+            f"--size {size}: must be width and height from {_LEAST_INCHES} to {_MOST_INCHES}"
+            " inches, such as 3.4x2.6"
         )
     return width, height
 
@@ -183,15 +183,15 @@ def named_binary(lmp: str | None) -> str | None:
 
 def by_name(option: str, given: list[str], example: str) -> dict[str, str]:
     """Return the values of a repeatable option of the form NAME=VALUE, by name."""
-    found: dict[str, str] = {}
-    for one in given:
-        name, sign, value = (piece.strip() for piece in one.partition("="))
+    values: dict[str, str] = {}
+    for text in given:
+        name, sign, value = (piece.strip() for piece in text.partition("="))
         if not sign or not name or not value:
-            raise HertzchainError(f"{option} {one}: must be NAME=VALUE, such as {example}")
-        if name in found:
+            raise HertzchainError(f"{option} {text}: must be NAME=VALUE, such as {example}")
+        if name in values:
             raise HertzchainError(f"{option} {name}: given twice")
-        found[name] = value
-    return found
+        values[name] = value
+    return values
 
 
 NEEDS = {

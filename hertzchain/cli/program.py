@@ -18,8 +18,8 @@ from hertzchain.errors import HertzchainError
 if TYPE_CHECKING:
     from sys import UnraisableHookArgs
 
-_CLOSED_PIPE = 141  # status of programs that SIGPIPE ends, in shells
-_MOMENT = 0.02  # seconds until a lost stop is tried again
+_CLOSED_PIPE_STATUS = 141  # status of programs that SIGPIPE ends, in shells
+_RESIGNAL_SECONDS = 0.02  # seconds until a lost stop is tried again
 
 
 class _Stopped(BaseException):
@@ -41,9 +41,9 @@ def _stoppable() -> Iterator[None]:
         if not isinstance(lost.exc_value, _Stopped):
             hook(lost)
             return
-        again = threading.Timer(_MOMENT, signal.raise_signal, lost.exc_value.args)
-        again.daemon = True
-        again.start()
+        timer = threading.Timer(_RESIGNAL_SECONDS, signal.raise_signal, lost.exc_value.args)
+        timer.daemon = True
+        timer.start()
 
     before = {}
     hook, sys.unraisablehook = sys.unraisablehook, unraisable
@@ -89,7 +89,7 @@ def main() -> None:
         # Typer gives it the status 1, which says here that a check failed.
         if not isinstance(end.__context__, BrokenPipeError):
             raise
-        sys.exit(_CLOSED_PIPE)
+        sys.exit(_CLOSED_PIPE_STATUS)
     except OSError as problem:
         if problem.filename is not None:
             _refuse(f"{problem.filename}: {problem.strerror}")

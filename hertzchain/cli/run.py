@@ -124,8 +124,8 @@ def run(
     _write(result, output, traces, is_motion=record is not None)
     shown.write(document)
     asked = (RTOL if method is None and step is None else None) if rtol is None else rtol
-    known = result.wanted_error
-    if asked is not None and known > asked:
+    error = result.wanted_error
+    if asked is not None and error > asked:
         why = (
             f"{ENGINES[backend].label} cannot reach this accuracy in practical time;"
             " --backend native does"
@@ -134,8 +134,7 @@ def run(
             if loaded.contact is not None
             else "repeated collisions amplify rounding errors"
         )
-        reached = f"wanted {asked:g}, reached {known:.1g}"
-        say(f"{reached}: {why}")
+        say(f"wanted {asked:g}, reached {error:.1g}: {why}")
         raise typer.Exit(OUT_OF_TOLERANCE)
 
 
@@ -207,11 +206,11 @@ def compare(
     loaded = options.load_scene(scene)
     limit = options.to_time_limit(time_limit)
     wanted = usual_accuracy(loaded) if rtol is None else rtol
-    own: dict[str, dict[str, Any]] = {name: {"rtol": wanted} for name in names}
-    own["native"] = {"method": "reference"}
+    parameters: dict[str, dict[str, Any]] = {name: {"rtol": wanted} for name in names}
+    parameters["native"] = {"method": "reference"}
     if with_lammps:
-        own["lammps"] |= options.lammps_options(isolate, lmp, ranks)
-    engines = [ENGINES[name].make(time_limit=limit, **own[name]) for name in names]
+        parameters["lammps"] |= options.lammps_options(isolate, lmp, ranks)
+    engines = [ENGINES[name].make(time_limit=limit, **parameters[name]) for name in names]
     with output.progress() as report_progress, output.compiling(report_progress):
         loaded = with_end(loaded, time_limit=limit)
         record = plot_times(loaded) if report or plot else None

@@ -34,10 +34,10 @@ if TYPE_CHECKING:
     from hertzchain.sweeps.sweeping import Counts
 
 
-_LINES = 30.0  # time between two lines of progress without a terminal [s]
+_LINE_INTERVAL_SECONDS = 30.0  # time between two lines of progress without a terminal [s]
 
-_SWEPT = [name for name, engine in ENGINES.items() if engine.swept]
-Source = StrEnum("Source", {name.upper(): name for name in _SWEPT})  # type: ignore[misc]
+_SWEEP_ENGINES = [name for name, engine in ENGINES.items() if engine.swept]
+Source = StrEnum("Source", {name.upper(): name for name in _SWEEP_ENGINES})  # type: ignore[misc]
 """Backends that measure the scenes of a sweep."""
 
 
@@ -113,7 +113,7 @@ def sweep(
     if table is not None:
         varied = _read_table(table)
     options.remark_on_units_of(varied, loaded)
-    backends = [lammps if one == "lammps" else Native(**common) for one in wanted]
+    backends = [lammps if name == "lammps" else Native(**common) for name in wanted]
     begin = time.perf_counter()
     with _going_on(output), _counting("native" in wanted) as report_progress:
         swept = measure(
@@ -232,7 +232,7 @@ def _counting(is_native: bool) -> Iterator[Callable[[int, int], None]]:
             elif 0 < next_line < now and not is_terminal:
                 say(rows)
             if now > next_line:
-                next_line = now + _LINES
+                next_line = now + _LINE_INTERVAL_SECONDS
 
         yield count
 

@@ -15,7 +15,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.backend import Native
 from hertzchain.errors import SceneError, require
 from hertzchain.fits.keys import GAIN, Free, free_of, limits_of, with_unit
-from hertzchain.fits.model import ACCURATE, Model, OfPeaks, OfTraces, lasting, said
+from hertzchain.fits.model import SLOPE_RTOL, Model, OfPeaks, OfTraces, lasting, said
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.definitions import context_of
 from hertzchain.scene.scene import Scene, SceneLike, to_scene
@@ -24,17 +24,17 @@ from hertzchain.showing import ShowProgress, telling
 from hertzchain.sweeps.columns import unit_of
 from hertzchain.sweeps.points import sobol_points
 from hertzchain.verdict.results.reading import COLUMNS, read
-from hertzchain.verdict.traces.judging import aligned, expected
+from hertzchain.verdict.traces.judging import aligned, expected_of
 from hertzchain.verdict.traces.traces import Traces, is_traces, names_in, read_traces
 
-NOISE_KNOWN = 1.35
+MOST_MEAN_SQUARE = 1.35
 """Mean square of differences over the noise above which they are not noise: noise is known to 5 %
 from 200 samples, and enters squared."""
 
-LARGEST_OF_PEAKS = 0.1
+MOST_RESIDUAL = 0.1
 """Relative residual of peaks above which it is not their noise (chosen)."""
 
-RARE = 1e-2
+LEAST_CHANCE = 1e-2
 """Probability of lasting differences below which they are not noise (chosen): with 1e-3 a tenth of
 the wrong models that differed by more than 3 u_val were not detected (measured)."""
 
@@ -124,11 +124,11 @@ class Fit:
     @property
     def is_noise(self) -> bool:
         """Whether the scene differs from the measurement by no more than noise."""
-        return not self._is_large and self.chance >= RARE
+        return not self._is_large and self.chance >= LEAST_CHANCE
 
     @property
     def _is_large(self) -> bool:
-        return self.mean_square > (NOISE_KNOWN if self.noise_is_known else LARGEST_OF_PEAKS**2)
+        return self.mean_square > (MOST_MEAN_SQUARE if self.noise_is_known else MOST_RESIDUAL**2)
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -142,7 +142,7 @@ class Fit:
         )
         lasts = (
             "the residual is no larger than the noise, but lasts for half a pulse or several"
-            f" contacts, as noise does in less than one of {1 / RARE:,.0f} fits:"
+            f" contacts, as noise does in less than one of {1 / LEAST_CHANCE:,.0f} fits:"
             " something other than the fitted values differs from the scene, and the intervals do"
             " not count it"
         )
@@ -153,7 +153,7 @@ class Fit:
     def to_dict(self) -> dict[str, Any]:
         """Return the fit as a JSON object."""
         return {
-            "parameters": [one.to_dict() for one in self.parameters],
+            "parameters": [parameter.to_dict() for parameter in self.parameters],
             "correlation": self.correlation.tolist(),
             "shift_s": list(self.shifts),
             "residuals": {
@@ -171,12 +171,12 @@ class Fit:
         from hertzchain.report.cards import card
 
         facts = []
-        for one in self.parameters:
+        for parameter in self.parameters:
             # Two digits more than are known, so that value and interval belong together.
-            digits = max(3, 2 - math.floor(math.log10(one.deviation / abs(one.value))))
-            low, high = (f"{end:.{digits}g}" for end in one.interval_95)
-            value = f"{one.value:.{digits}g} {one.unit}".rstrip()
-            facts.append((one.key, f"{value}, 95 % within {low} to {high}"))
+            digits = max(3, 2 - math.floor(math.log10(parameter.deviation / abs(parameter.value))))
+            low, high = (f"{end:.{digits}g}" for end in parameter.interval_95)
+            value = f"{parameter.value:.{digits}g} {parameter.unit}".rstrip()
+            facts.append((parameter.key, f"{value}, 95 % within {low} to {high}"))
         if len(self.parameters) > 1:
             size = np.abs(np.tril(self.correlation, -1))
             places = np.unravel_index(size.argmax(), size.shape)
@@ -200,45 +200,45 @@ if TYPE_CHECKING:
 
     Measured = Path | str | pandas.DataFrame | Mapping[int, float]
 
-_ALIKE = 1e-4
+_LEAST_SLOPE_RATIO = 1e-4
 """Ratio of the weakest combination's slope to the strongest's below which traces do not determine
 it: the error of slopes themselves is about 1e-5."""
 
-_MOVED = 0.05
+_NAMED_SHARE = 0.05
 """Least change of a key, over the largest of a combination, that is named (chosen)."""
 
-_UNKNOWN = 0.5
+_UNKNOWN_DEVIATION = 0.5
 """Relative deviation from which on a value is not known."""
 
-_LEAST_SQUARE = 0.5
+_LEAST_MEAN_SQUARE = 0.5
 """Least mean square of differences over the noise by which intervals are scaled. The curvature of a
 coarsely sampled pulse may lead to a too large noise; without noise the least noise of the model is
 used."""
 
-_OTHER_STARTS, _NEAR = 4, (0.8, 1.25)
+_MOST_STARTS, _START_RANGE = 4, (0.8, 1.25)
 """Number of starts that are tried if the residual is more than noise, spread evenly over the given
 ranges; and the range around the scene's values otherwise (chosen)."""
 
-_NEARBY = (-3.0, -1.0, 1.0, 3.0)
+_NEARBY_DEVIATIONS = (-3.0, -1.0, 1.0, 3.0)
 """Standard deviations from the best values, along each axis of the covariance, at which a better
 fit is searched: forces that jump between two samples cause local minima some deviations apart."""
 
-_LOWER, _MOST_SEARCHES = 1.0, 8
+_LEAST_DECREASE, _MOST_SEARCHES = 1.0, 8
 """Decrease of squared differences by which a fit is better, that of one deviation; and the most
 searches for better fits (chosen)."""
 
-_FLAT, _ROUGH, _MOST_STEPS = 1e-6, 1e-4, 25
+_LAST_FTOL, _SMOOTHED_FTOL, _MOST_SEARCH_STEPS = 1e-6, 1e-4, 25
 """Relative decrease of squares at which a search ends, 1e-3 of a deviation in 2,000 samples; that
 of a smoothed one; and the most steps (chosen): where forces jump, searches do not converge."""
 
-_ALIKE_DEVIATIONS, _MOST_LOOKS = 1.1, 4
+_EQUAL_DEVIATION_RATIO, _MOST_DEVIATION_ROUNDS = 1.1, 4
 """Ratio of successive deviations up to which they count as equal; and the most repetitions of their
 computation (chosen)."""
 
-_LEAST_PEAKS = 1e-6
+_LEAST_PEAK_NOISE = 1e-6
 """Least relative noise of peak forces: digits of files (chosen)."""
 
-_AT_END = 1e-6
+_END_RATIO = 1e-6
 """Relative distance from an end of its range at which a value counts as at it: least squares stay
 inside by less."""
 
@@ -291,33 +291,33 @@ def fit(
     is_list = isinstance(traces, Sequence) and not isinstance(traces, str)
     given: list[Any] = list(traces) if is_list else [traces]  # type: ignore[arg-type]
     are_files = all(
-        isinstance(one, str | os.PathLike | Mapping) or hasattr(one, "select_dtypes")
-        for one in given
+        isinstance(table, str | os.PathLike | Mapping) or hasattr(table, "select_dtypes")
+        for table in given
     )
     require(len(given) > 0 and are_files, "traces", None, "must be at least one file or table")
     with telling(progress) as report_progress:
         report_progress("native: the scene as it is given")
         model: Model
-        if any(_are_peaks(one, columns or {}) for one in given):
+        if any(_are_peaks(table, columns or {}) for table in given):
             allowed = "are of traces, and these are peaks: leave them out"
             require(shift and not columns, "columns and the clock", None, allowed)
-            model = OfPeaks(scene, chosen, [_peaks(scene, one) for one in given], deadline)
+            model = OfPeaks(scene, chosen, [_peaks(scene, table) for table in given], deadline)
         else:
-            measured = [read_traces(scene, one, columns or {}) for one in given]
+            measured = [read_traces(scene, table, columns or {}) for table in given]
             model = _of_traces(scene, chosen, measured, deadline, shift)
-        _refuse_alike(model.slopes(model.begin, rtol=ACCURATE), chosen, model.given)
+        _refuse_alike(model.slopes(model.begin, rtol=SLOPE_RTOL), chosen, model.given)
         flies = bool(np.any(np.greater(model.scene(model.begin).granules.gap, 0)))
-        found: list[_Found] = []
+        minima: list[_Minimum] = []
         for begin, widths in _searches(model, chosen):
             report_progress(f"least squares from {said(model.values(begin))}")
-            found.append(_least_squares(model, begin, widths))
-            best = min(found, key=lambda one: one.mean_square)
+            minima.append(_least_squares(model, begin, widths))
+            best = min(minima, key=lambda minimum: minimum.mean_square)
             # Where granules fly, the first minimum may be a wrong one even if only noise is left.
             if not flies and _is_noise(model, best):
                 break
         best = _refined(model, best)
     _refuse_ends(model, chosen, best.x)
-    return _of(model, scene, chosen, [best, *found])
+    return _of(model, scene, chosen, [best, *minima])
 
 
 def _are_peaks(given: Any, columns: Mapping[str, str]) -> bool:
@@ -340,11 +340,12 @@ def _of_traces(
     first, files = free.scene(scene, np.ones(len(free.keys))), []
     runs = deadline.spend(
         lambda left: [
-            expected(first, one.gauges, Native(rtol=1e-8, time_limit=left)) for one in measured
+            expected_of(first, traces.gauges, Native(rtol=1e-8, time_limit=left))
+            for traces in measured
         ]
     )
-    for one, known in zip(measured, runs, strict=True):
-        files.append((*aligned(one, known, None if shift else 0.0), known))
+    for traces, expected in zip(measured, runs, strict=True):
+        files.append((*aligned(traces, expected, None if shift else 0.0), expected))
     return OfTraces(scene, free, files, deadline, is_shifted=shift)
 
 
@@ -354,14 +355,14 @@ def _searches(model: Model, free: Free) -> Iterator[tuple[FloatArray, tuple[floa
     yield begin, ()
     if model.widths:
         yield begin, model.widths
-    low = np.where(free.is_given, free.low, np.maximum(free.low, _NEAR[0]))
-    high = np.where(free.is_given, free.high, np.minimum(free.high, _NEAR[1]))
-    for place in sobol_points(count, 0, np.arange(_OTHER_STARTS)):
+    low = np.where(free.is_given, free.low, np.maximum(free.low, _START_RANGE[0]))
+    high = np.where(free.is_given, free.high, np.minimum(free.high, _START_RANGE[1]))
+    for place in sobol_points(count, 0, np.arange(_MOST_STARTS)):
         yield np.append(low + place * (high - low), begin[count:]), model.widths
 
 
 @dataclass(frozen=True, eq=False)
-class _Found:
+class _Minimum:
     """Variables at a minimum; differences over the noise there, mean square, and slopes."""
 
     x: FloatArray
@@ -370,58 +371,59 @@ class _Found:
     slopes: FloatArray
 
 
-def _is_noise(model: Model, found: _Found) -> bool:
-    return found.mean_square <= NOISE_KNOWN and model.chance(found.off) >= RARE
+def _is_noise(model: Model, minimum: _Minimum) -> bool:
+    return minimum.mean_square <= MOST_MEAN_SQUARE and model.chance(minimum.off) >= LEAST_CHANCE
 
 
-def _least_squares(model: Model, begin: FloatArray, widths: Sequence[float]) -> _Found:
+def _least_squares(model: Model, begin: FloatArray, widths: Sequence[float]) -> _Minimum:
     from scipy.optimize import least_squares
 
     at = np.clip(begin, model.low, model.high)
     for width in (*widths, 0.0):
-        found = least_squares(
+        solution = least_squares(
             model.differences, at, jac=model.slopes, args=(width,),
-            bounds=(model.low, model.high), x_scale="jac", xtol=_ROUGH if width else 1e-7,
-            ftol=_ROUGH if width else _FLAT, max_nfev=_MOST_STEPS,
+            bounds=(model.low, model.high), x_scale="jac",
+            xtol=_SMOOTHED_FTOL if width else 1e-7, ftol=_SMOOTHED_FTOL if width else _LAST_FTOL,
+            max_nfev=_MOST_SEARCH_STEPS,
         )  # fmt: skip
-        at = found.x
-    left = max(model.size - model.offsets - at.size, 1)
-    return _Found(at, np.asarray(found.fun), 2 * float(found.cost) / left, np.asarray(found.jac))
+        at = solution.x
+    mean_square = 2 * float(solution.cost) / max(model.size - model.offsets - at.size, 1)
+    return _Minimum(at, np.asarray(solution.fun), mean_square, np.asarray(solution.jac))
 
 
-def _refined(model: Model, found: _Found) -> _Found:
+def _refined(model: Model, minimum: _Minimum) -> _Minimum:
     """Return the best of the minima that are some deviations apart.
 
     If the residual is far above the noise, the minimum is not refined.
     """
     for _ in range(_MOST_SEARCHES):
-        better = None if found.mean_square > NOISE_KNOWN else _beside(model, found)
+        better = None if minimum.mean_square > MOST_MEAN_SQUARE else _beside(model, minimum)
         if better is None:
             break
-        found = _least_squares(model, better, ())
-    return found
+        minimum = _least_squares(model, better, ())
+    return minimum
 
 
-def _beside(model: Model, found: _Found) -> FloatArray | None:
+def _beside(model: Model, minimum: _Minimum) -> FloatArray | None:
     """Return better values some deviations from others; None if there are none."""
-    moves = _moves(_covariance(model, found.x, found.slopes, 1.0))
-    ends = [found.x + far * move for move in moves.T for far in _NEARBY]
+    moves = _moves(_covariance(model, minimum.x, minimum.slopes, 1.0))
+    ends = [minimum.x + far * move for move in moves.T for far in _NEARBY_DEVIATIONS]
     possible = [end for end in ends if model.allows(end)]
     squares = [float(np.sum(model.differences(end) ** 2)) for end in possible]
-    if min(squares, default=np.inf) > float(np.sum(found.off**2)) - _LOWER:
+    if min(squares, default=np.inf) > float(np.sum(minimum.off**2)) - _LEAST_DECREASE:
         return None
     return np.asarray(possible[int(np.argmin(squares))])
 
 
-def _of(model: Model, base: Scene, free: Free, minima: Sequence[_Found]) -> Fit:
+def _of(model: Model, base: Scene, free: Free, minima: Sequence[_Minimum]) -> Fit:
     """Return the fit of the first minimum."""
-    found = minima[0]
-    x, off, start, count = found.x, found.off, free.start, len(free.keys)
-    slopes = model.slopes(x, rtol=ACCURATE)
+    best = minima[0]
+    x, off, start, count = best.x, best.off, free.start, len(free.keys)
+    slopes = model.slopes(x, rtol=SLOPE_RTOL)
     _refuse_alike(slopes, free, model.given)
     # Correlated samples carry less information than as many independent ones.
     along, wider = lasting(off)
-    variance = max(found.mean_square, _LEAST_SQUARE) * wider
+    variance = max(best.mean_square, _LEAST_MEAN_SQUARE) * wider
     if not model.noise_is_known:
         variance = _unknown(off, x)
     covariance = _covariance(model, x, slopes, variance)
@@ -429,7 +431,7 @@ def _of(model: Model, base: Scene, free: Free, minima: Sequence[_Found]) -> Fit:
     deviation = np.sqrt(np.diag(covariance))
     relative = deviation[:count] / np.abs(x[:count])
     worst = int(np.argmax(relative))
-    if relative[worst] >= _UNKNOWN:
+    if relative[worst] >= _UNKNOWN_DEVIATION:
         alone = f"is not known from these {model.given}, to {relative[worst]:.0%} alone"
         if relative[worst] > 1:
             alone = f"these {model.given} do not depend on it beyond their noise"
@@ -442,11 +444,15 @@ def _of(model: Model, base: Scene, free: Free, minima: Sequence[_Found]) -> Fit:
         for k, key in enumerate(free.keys)
     )
     correlation = (covariance / np.outer(deviation, deviation))[:count, :count]
-    uncertain = tuple(Uncertain(one.key, one.deviation) for one in parameters if one.key != GAIN)
+    uncertain = tuple(
+        Uncertain(parameter.key, parameter.deviation)
+        for parameter in parameters
+        if parameter.key != GAIN
+    )
     gauges = model.gauges or base.gauges
     fitted = replace(model.scene(x), run=base.run, gauges=gauges, uncertain=uncertain)
     return Fit(
-        fitted, parameters, correlation, tuple(model.shifts(x).tolist()), found.mean_square, along,
+        fitted, parameters, correlation, tuple(model.shifts(x).tolist()), best.mean_square, along,
         model.size, model.runs, model.chance(off), model.noise_is_known, model.remarks,
     )  # fmt: skip
 
@@ -460,7 +466,7 @@ def _refuse_ends(model: Model, free: Free, x: FloatArray) -> None:
             f"{with_unit(key, value)} is at the end of what it can be, {low:g} to"
             f" {with_unit(key, high)}: {advice}, start elsewhere, or leave the key out"
         )
-        is_within = free.low[k] * (1 + _AT_END) < x[k] < free.high[k] * (1 - _AT_END)
+        is_within = free.low[k] * (1 + _END_RATIO) < x[k] < free.high[k] * (1 - _END_RATIO)
         require(bool(is_within), key, None, allowed)
 
 
@@ -471,7 +477,7 @@ def _unknown(off: FloatArray, x: FloatArray) -> float:
     left = off.size - x.size
     wider = float(stdtrit(left, 0.975)) / NORMAL_95
     # Digits of a file differ by as much even if nothing else does.
-    return max(float(np.sum(off**2)) / left, _LEAST_PEAKS**2) * wider**2
+    return max(float(np.sum(off**2)) / left, _LEAST_PEAK_NOISE**2) * wider**2
 
 
 def _covariance(model: Model, x: FloatArray, slopes: FloatArray, variance: float) -> FloatArray:
@@ -482,29 +488,29 @@ def _covariance(model: Model, x: FloatArray, slopes: FloatArray, variance: float
     to three times too narrow there.
     """
     covariance = np.asarray(variance * np.linalg.pinv(slopes.T @ slopes), np.float64)
-    for _ in range(_MOST_LOOKS):
+    for _ in range(_MOST_DEVIATION_ROUNDS):
         moves = _moves(covariance)
         over = np.array([_change(model, x, move, slopes) for move in moves.T])
         before, covariance = covariance, variance * moves @ np.linalg.pinv(over @ over.T) @ moves.T
         # A deviation of 0, where slopes are 0, has no ratio.
-        if np.all(np.diag(covariance) <= _ALIKE_DEVIATIONS**2 * np.diag(before)):
+        if np.all(np.diag(covariance) <= _EQUAL_DEVIATION_RATIO**2 * np.diag(before)):
             break
     return np.asarray(covariance)
 
 
-def _between(minima: Sequence[_Found], covariance: FloatArray, variance: float) -> FloatArray:
+def _between(minima: Sequence[_Minimum], covariance: FloatArray, variance: float) -> FloatArray:
     """Return the covariance about the first of several minima whose order may be due to noise.
 
     Each has the weight of its likelihood; minima within a deviation of one another count once.
     """
     inverse, kept = np.linalg.pinv(covariance), list(minima[:1])
-    for one in minima[1:]:
-        ways = [one.x - other.x for other in kept]
+    for minimum in minima[1:]:
+        ways = [minimum.x - other.x for other in kept]
         if all(way @ inverse @ way > 1 for way in ways):
-            kept.append(one)
-    squares = np.array([np.sum(one.off**2) for one in kept]) / variance
+            kept.append(minimum)
+    squares = np.array([np.sum(minimum.off**2) for minimum in kept]) / variance
     weights = np.exp((squares[0] - squares) / 2)
-    moves = np.stack([one.x - kept[0].x for one in kept])
+    moves = np.stack([minimum.x - kept[0].x for minimum in kept])
     return np.asarray((weights / weights.sum() * moves.T) @ moves)
 
 
@@ -525,11 +531,11 @@ def _change(model: Model, x: FloatArray, move: FloatArray, slopes: FloatArray) -
 
 def _refuse_alike(slopes: FloatArray, free: Free, given: str) -> None:
     """Raise a SceneError if some combination of the keys changes nothing that was measured."""
-    own, shifts = np.split(slopes, [len(free.keys)], axis=1)
+    key_slopes, shifts = np.split(slopes, [len(free.keys)], axis=1)
     if shifts.size:
-        own = own - shifts @ np.linalg.lstsq(shifts, own, rcond=None)[0]
-    _, strength, directions = np.linalg.svd(own, full_matrices=False)
-    if strength[-1] > _ALIKE * strength[0]:
+        key_slopes = key_slopes - shifts @ np.linalg.lstsq(shifts, key_slopes, rcond=None)[0]
+    _, strength, directions = np.linalg.svd(key_slopes, full_matrices=False)
+    if strength[-1] > _LEAST_SLOPE_RATIO * strength[0]:
         return
     places = "contacts" if given == "peaks" else "gauges"
     alone = f"changes nothing at these {places} near this value: start elsewhere, or leave it out"
@@ -541,7 +547,9 @@ def _refusal(nothing: FloatArray, free: Free, alone: str, given: str) -> SceneEr
 
     ``alone`` is the text for a single key, ``given`` what was measured.
     """
-    moved = [k for k in range(len(free.keys)) if abs(nothing[k]) > _MOVED * np.max(np.abs(nothing))]
+    moved = [
+        k for k in range(len(free.keys)) if abs(nothing[k]) > _NAMED_SHARE * np.max(np.abs(nothing))
+    ]
     keys, changes = [free.keys[k] for k in moved], nothing[moved]
     if len(keys) == 1:
         return SceneError(keys[0], None, alone)

@@ -20,8 +20,8 @@ from hertzchain.sweeps.keys import base_values, changed, full_name
 _KEY = re.compile(r"[A-Za-z_]\w*(?:\.\w+)+")
 _VALUE = re.compile(_KEY.pattern + r"|(?<!\w)(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?!\w)|\bpi\b")
 _ARITHMETIC = re.compile(r"(?:[-+*/()\s]|\bsqrt\b|_\(\))*")  # _() returns one value after another
-_LONGEST = 1000  # characters of a formula (chosen); Python limits how deep brackets may be
-_ALLOWED = (
+_MOST_FORMULA_CHARS = 1000  # (chosen); Python limits how deep brackets may be
+_ALLOWED_FORMULA = (
     "must be + - * / ** and brackets over numbers in SI units, pi, sqrt() and full keys of the"
     " scene, such as 0.1 - chain.radius"
 )
@@ -55,15 +55,15 @@ class Tie:
         ``values`` has those of the keys, numbers or arrays of shape (scenes,).
         """
         text, said = _VALUE.sub("_()", self.formula).strip(), f"{self.key}={self.formula[:40]}"
-        is_short = len(self.formula) <= _LONGEST and "_(" not in self.formula
-        require(is_short and _ARITHMETIC.fullmatch(text) is not None, "tie", said, _ALLOWED)
-        known, found = {"pi": np.pi, **values}, iter(_VALUE.findall(self.formula))
-        names = {"_": lambda: np.float64(known.get(one := next(found), one)), "sqrt": np.sqrt}
+        is_short = len(self.formula) <= _MOST_FORMULA_CHARS and "_(" not in self.formula
+        require(is_short and _ARITHMETIC.fullmatch(text) is not None, "tie", said, _ALLOWED_FORMULA)
+        numbers, words = {"pi": np.pi, **values}, iter(_VALUE.findall(self.formula))
+        names = {"_": lambda: np.float64(numbers.get(word := next(words), word)), "sqrt": np.sqrt}
         try:
             with np.errstate(all="ignore"):
                 return eval(text, names) + 0.0  # noqa: S307 - arithmetic and nothing else
         except (SyntaxError, TypeError, ValueError, RecursionError, MemoryError):
-            raise SceneError("tie", said, _ALLOWED) from None
+            raise SceneError("tie", said, _ALLOWED_FORMULA) from None
 
 
 def ties_of(scene: Scene, given: Mapping[str, str], free: Iterable[str]) -> tuple[Tie, ...]:
@@ -101,16 +101,16 @@ def tied(scene: Scene, ties: tuple[Tie, ...], values: Mapping[str, Any]) -> dict
 GAIN = "gain"
 """A key that no scene has: ratio of measured to true force, the same for all gauges."""
 
-_RANGE = 100.0
+_MOST_FACTOR = 100.0
 """Largest factor by which a value may change if no range is given."""
 
-_LIMITS = {"restitution": (1e-3, 0.9999), "poisson_ratio": (-0.999, 0.5)}
+_VALUE_RANGES = {"restitution": (1e-3, 0.9999), "poisson_ratio": (-0.999, 0.5)}
 """Ranges of values that have one."""
 
 
 def limits_of(key: str) -> tuple[float, float]:
     """Return the range of the values of a key."""
-    return _LIMITS.get(key.rpartition(".")[2], (-math.inf, math.inf))
+    return _VALUE_RANGES.get(key.rpartition(".")[2], (-math.inf, math.inf))
 
 
 def with_unit(key: str, value: float) -> str:
@@ -158,7 +158,7 @@ def free_of(scene: Scene, given: Sequence[str], ties: Mapping[str, str] | None) 
     """Return free keys, from their names or from ``"chain.radius=4 mm:6 mm"``."""
     is_list = isinstance(given, Sequence) and not isinstance(given, str) and len(given) > 0
     require(is_list, "free", given, "must be a list of keys, such as ['chain.young_modulus']")
-    pairs = [one.partition("=")[::2] for one in given]
+    pairs = [text.partition("=")[::2] for text in given]
     keys = [name if name == GAIN else full_name(name.strip(), scene) for name, _ in pairs]
     require(len(set(keys)) == len(keys), "free", given, "names a key twice")
     start, ranges = [], []
@@ -176,7 +176,7 @@ def free_of(scene: Scene, given: Sequence[str], ties: Mapping[str, str] | None) 
         least, most = limits_of(key)
         if span is None:
             ends = sorted((least / value, most / value))
-            ranges.append((max(ends[0], 1 / _RANGE), min(ends[1], _RANGE)))
+            ranges.append((max(ends[0], 1 / _MOST_FACTOR), min(ends[1], _MOST_FACTOR)))
         else:
             least, most = max(least, span.low), min(most, span.high)
             ranges.append(tuple(sorted((least / value, most / value))))
@@ -186,8 +186,8 @@ def free_of(scene: Scene, given: Sequence[str], ties: Mapping[str, str] | None) 
         require(ranges[-1][0] <= 1 <= ranges[-1][1], key, None, allowed)
     low, high = np.array(ranges).T
     is_given = tuple(bool(text) for _, text in pairs)
-    found = ties_of(scene, ties or {}, keys)
-    return Free(tuple(keys), tuple(start), low, high, is_given, found)
+    tied = ties_of(scene, ties or {}, keys)
+    return Free(tuple(keys), tuple(start), low, high, is_given, tied)
 
 
 def _span(key: str, text: str) -> Span:

@@ -20,29 +20,29 @@ from hertzchain.pulses.recording import MOST_EXTENT
 from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Run
-from hertzchain.verdict.traces.judging import FEWEST, Expected, read_in
-from hertzchain.verdict.traces.traces import ENOUGH, Traces
+from hertzchain.verdict.traces.judging import FEWEST_SAMPLES, Expected, read_in
+from hertzchain.verdict.traces.traces import ENOUGH_QUIET_SAMPLES, Traces
 
-_STEP, _FINE_STEP = 1e-3, 1e-4
-"""Relative changes of a value for a slope, of the search and of ``ACCURATE`` ones. With the longer
-one the jump of a collision causes 1e-3 of a slope where two keys have the same effect
+_SEARCH_STEP, _FINE_STEP = 1e-3, 1e-4
+"""Relative changes of a value for slopes of the search, and of runs at ``SLOPE_RTOL``. With the
+longer one the jump of a collision causes 1e-3 of a slope where two keys have the same effect
 (measured)."""
 
-ACCURATE = 1e-10
+SLOPE_RTOL = 1e-10
 """Accuracy of runs: 1e-6 of the differences from which slopes are computed."""
 
-_LOOSEST, _OF_NOISE = 3e-6, 1e-3
+_LOOSEST_RTOL, _RTOL_OVER_NOISE = 3e-6, 1e-3
 """Accuracy of runs during a search: this part of the noise over the peak, and its loosest, at which
 slopes are known to a part in 300."""
 
 _LEAST_NOISE = 1e-6
 """Least noise over the peak: the error by the digits of files and the shift of a clock (chosen)."""
 
-_BEYOND = 1.25
+_END_TIME_RATIO = 1.25
 """End of runs over that of compared samples: values that make a wave slower move it."""
 
 
-_SHOWN = 0.5
+_LEAST_QUIET_VARIANCE = 0.5
 """Least variance of quiet samples over that of the noise (chosen): 1 where they have the noise, 0
 where digits of the file, or the least noise of simulated forces, are larger than any."""
 
@@ -114,14 +114,14 @@ class Model(ABC):
     def _differences(self, x: FloatArray, width: float, rtol: float | None) -> FloatArray:
         values = self.values(x)
         try:
-            found = self._read(x, rtol)
+            forces = self._read(x, rtol)
         except SceneError as problem:
             raise RunFailed(f"with {said(values)}, which the fit tried: {problem}") from None
-        return self._smoothed(values.get(GAIN, 1.0) * found - self._measured, width)
+        return self._smoothed(values.get(GAIN, 1.0) * forces - self._measured, width)
 
     def slopes(self, x: FloatArray, width: float = 0.0, rtol: float | None = None) -> FloatArray:
         """Derivatives of the differences, shape (samples, varied), from central differences."""
-        steps = np.full(x.size, _STEP if rtol is None else _FINE_STEP)
+        steps = np.full(x.size, _SEARCH_STEP if rtol is None else _FINE_STEP)
         steps[: self._keys] *= x[: self._keys]
         moves = np.diag(steps)
         before, after = (np.clip(x + sign * moves, self.low, self.high) for sign in (-1, 1))
@@ -182,37 +182,39 @@ class OfTraces(Model):
         self, base: Scene, free: Free, files: Sequence[tuple[Traces, float, Expected]],
         deadline: Deadline, *, is_shifted: bool,
     ) -> None:  # fmt: skip
-        until = max(known.until for *_, known in files)
-        base = replace(base, gauges=(), run=Run(_BEYOND * until))
+        until = max(expected.until for *_, expected in files)
+        base = replace(base, gauges=(), run=Run(_END_TIME_RATIO * until))
         super().__init__(base, free, deadline, len(files) if is_shifted else 0)
-        self.gauges = tuple(dict.fromkeys(gauge for one, *_ in files for gauge in one.gauges))
-        self.remarks = tuple(remark for one, *_ in files for remark in one.remarks)
+        self.gauges = tuple(dict.fromkeys(gauge for traces, *_ in files for gauge in traces.gauges))
+        self.remarks = tuple(remark for traces, *_ in files for remark in traces.remarks)
         self._shifts = np.array([shift for _, shift, _ in files])
-        self._series = [one for k, file in enumerate(files) for one in self._compared(k, *file)]
+        self._series = [
+            series for k, file in enumerate(files) for series in self._compared(k, *file)
+        ]
         self.offsets = len(self._series)
-        self._measured = np.concatenate([one.force for one in self._series])
+        self._measured = np.concatenate([series.force for series in self._series])
         self._gauge = np.repeat(
-            [one.gauge for one in self._series], [one.time.size for one in self._series]
+            [series.gauge for series in self._series], [series.time.size for series in self._series]
         )
-        noise = 1 / max(np.ptp(one.force) for one in self._series)
-        self._rtol = float(np.clip(_OF_NOISE * noise, ACCURATE, _LOOSEST))
+        noise = 1 / max(np.ptp(series.force) for series in self._series)
+        self._rtol = float(np.clip(_RTOL_OVER_NOISE * noise, SLOPE_RTOL, _LOOSEST_RTOL))
 
-    def _compared(self, file: int, traces: Traces, shift: float, known: Expected) -> list[Series]:
+    def _compared(self, at: int, traces: Traces, shift: float, expected: Expected) -> list[Series]:
         """Return the samples of a file while the scene is known."""
-        during = (traces.time >= shift) & (traces.time - shift <= known.until)
-        time, found = traces.time[during], []
+        during = (traces.time >= shift) & (traces.time - shift <= expected.until)
+        time, compared = traces.time[during], []
         allowed = "have no samples while the scene is known: check clock and unit"
-        require(time.size > FEWEST, "traces", None, allowed)
-        width = np.nanmin([read.width for read in known.readings])
+        require(time.size > FEWEST_SAMPLES, "traces", None, allowed)
+        width = np.nanmin([read.width for read in expected.readings])
         block = max(int(0.5 * width / np.median(np.diff(time))), 1)
-        for k, (gauge, read) in enumerate(zip(traces.gauges, known.readings, strict=True)):
-            least = _LEAST_NOISE * np.max(np.abs(known.force[:, k]))
+        for k, (gauge, read) in enumerate(zip(traces.gauges, expected.readings, strict=True)):
+            least = _LEAST_NOISE * np.max(np.abs(expected.force[:, k]))
             noise = max(float(traces.noise[k]), float(least))
             force = _centred(traces.force[during, k] / noise)
             quiet = int(np.searchsorted(time, shift + read.arrival - width))
             place = self.gauges.index(gauge)
-            found.append(Series(file, place, time, force, noise, quiet, block))
-        return found
+            compared.append(Series(at, place, time, force, noise, quiet, block))
+        return compared
 
     def shifts(self, x: FloatArray) -> FloatArray:
         """Times on the measured clocks at which the run begins [s], shape (files,)."""
@@ -221,7 +223,7 @@ class OfTraces(Model):
 
     def _parts(self, values: FloatArray) -> list[FloatArray]:
         """Return the values of each series."""
-        return np.split(values, np.cumsum([one.time.size for one in self._series])[:-1])
+        return np.split(values, np.cumsum([series.time.size for series in self._series])[:-1])
 
     def _read(self, x: FloatArray, rtol: float | None) -> FloatArray:
         """Forces over the noise, recorded at the very times of the samples.
@@ -229,13 +231,13 @@ class OfTraces(Model):
         Where contacts begin with a collision, forces of dampers rise too steeply for splines.
         """
         shifts, scene = self.shifts(x), self.scene(x)
-        places = [one.time - shifts[one.file] for one in self._series]
-        own = np.clip(np.concatenate(places), 0.0, scene.end_time)
-        times, place = np.unique(own, return_inverse=True)
+        places = [series.time - shifts[series.file] for series in self._series]
+        clipped = np.clip(np.concatenate(places), 0.0, scene.end_time)
+        times, place = np.unique(clipped, return_inverse=True)
         history = motion_at(scene, times, rtol or self._rtol, self._deadline)
         force = read_in(scene, self.gauges, history)[place, self._gauge]
         pairs = zip(self._series, self._parts(force), strict=True)
-        return np.concatenate([_centred(part / one.noise) for one, part in pairs])
+        return np.concatenate([_centred(part / series.noise) for series, part in pairs])
 
     def _smoothed(self, values: FloatArray, width: float) -> FloatArray:
         """Smooth values along each series, so that pulses that meet wrong ones cause no minima."""
@@ -244,7 +246,9 @@ class OfTraces(Model):
         if not width:
             return values
         pairs = zip(self._series, self._parts(values), strict=True)
-        return np.concatenate([gaussian_filter1d(part, width * one.block) for one, part in pairs])
+        return np.concatenate(
+            [gaussian_filter1d(part, width * series.block) for series, part in pairs]
+        )
 
     def chance(self, differences: FloatArray) -> float:
         """Probability that noise causes differences that last as long as these.
@@ -256,19 +260,21 @@ class OfTraces(Model):
         from scipy.special import chdtrc  # quicker to load than scipy.stats
 
         pairs = [
-            (one, part)
-            for one, part in zip(self._series, self._parts(differences), strict=True)
-            if one.quiet < ENOUGH or np.var(part[: one.quiet]) > _SHOWN
+            (series, part)
+            for series, part in zip(self._series, self._parts(differences), strict=True)
+            if series.quiet < ENOUGH_QUIET_SAMPLES
+            or np.var(part[: series.quiet]) > _LEAST_QUIET_VARIANCE
         ]
         if not pairs:
             return 1.0
         differences = np.concatenate([part for _, part in pairs])
         whole = [
-            part[: part.size // one.block * one.block].reshape(-1, one.block) for one, part in pairs
+            part[: part.size // series.block * series.block].reshape(-1, series.block)
+            for series, part in pairs
         ]
-        means = np.concatenate([np.sqrt(one.shape[1]) * one.mean(axis=1) for one in whole])
-        before = np.concatenate([part[: one.quiet] for one, part in pairs])
-        _, wider = lasting(before if before.size >= ENOUGH else differences)
+        means = np.concatenate([np.sqrt(blocks.shape[1]) * blocks.mean(axis=1) for blocks in whole])
+        before = np.concatenate([part[: series.quiet] for series, part in pairs])
+        _, wider = lasting(before if before.size >= ENOUGH_QUIET_SAMPLES else differences)
         scale = float(np.mean(differences**2)) * wider
         squares = float(np.sum(means**2)) / max(scale, 1e-300)
         return float(chdtrc(means.size, squares))
@@ -292,7 +298,7 @@ def _centred(values: FloatArray) -> FloatArray:
     return np.asarray(values - values.mean())
 
 
-_ACCURATE = 1e-8
+_SEARCH_RTOL = 1e-8
 """Accuracy of runs of the search: a hundredth of the digits of files."""
 
 
@@ -313,8 +319,8 @@ class OfPeaks(Model):
         self, base: Scene, free: Free, peaks: Sequence[FloatArray], deadline: Deadline
     ) -> None:
         super().__init__(base, free, deadline)
-        self._places = np.concatenate([np.flatnonzero(one > 0) for one in peaks])
-        self._force = np.concatenate([one[one > 0] for one in peaks])
+        self._places = np.concatenate([np.flatnonzero(forces > 0) for forces in peaks])
+        self._force = np.concatenate([forces[forces > 0] for forces in peaks])
         possible = bool(np.all((self._force > 1 / MOST_EXTENT) & (self._force < MOST_EXTENT)))
         allowed = f"must be from {1 / MOST_EXTENT:g} to {MOST_EXTENT:g} N: check their unit"
         require(possible, "peak forces", None, allowed)
@@ -324,7 +330,7 @@ class OfPeaks(Model):
         require(self.size >= need, "number of peaks", self.size, allowed)
 
     def _read(self, x: FloatArray, rtol: float | None) -> FloatArray:
-        rtol, scene = rtol or _ACCURATE, self.scene(x)
+        rtol, scene = rtol or _SEARCH_RTOL, self.scene(x)
         run: Result = self._deadline.spend(
             lambda left: Native(rtol=rtol, time_limit=left, wanted="all").run(scene)
         )
@@ -341,12 +347,12 @@ class OfPeaks(Model):
         It is 1 if all differences are within the tolerance of ``judge``: another code may cause
         them.
         """
-        own = differences - differences.mean()
+        centred = differences - differences.mean()
         if np.sqrt(np.mean(differences**2)) < TOLERANCE:
             return 1.0
-        above = int(np.sum(own > 0))
-        mean = 1 + 2 * above * (own.size - above) / own.size
-        variance = (mean - 1) * (mean - 2) / max(own.size - 1, 1)
-        runs = 1 + int(np.sum((own[1:] > 0) != (own[:-1] > 0)))
+        above = int(np.sum(centred > 0))
+        mean = 1 + 2 * above * (centred.size - above) / centred.size
+        variance = (mean - 1) * (mean - 2) / max(centred.size - 1, 1)
+        runs = 1 + int(np.sum((centred[1:] > 0) != (centred[:-1] > 0)))
         # A normal distribution; half a run is the step of a whole number.
         return 0.5 * math.erfc((mean - runs - 0.5) / math.sqrt(2 * max(variance, 1e-12)))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError, is_finite, require
 from hertzchain.pulses.recording import (
-    LEAST,
+    LEAST_NOISE_SAMPLES,
     LEAST_SAMPLES,
     Noise,
     Recording,
@@ -24,18 +24,18 @@ from hertzchain.scene.shocks import PulseTable
 
 Places = NDArray[np.intp]
 
-_BOW = 0.1
+_HALF_BOW_IMPULSE = 0.1
 """Impulse of half a bow over height and length, rounded up: a parabola about its straight line of
 least squares, which is the Legendre polynomial of degree 2, reaches 1 / sqrt(27) / 2 = 0.096."""
 
-_BRIDGE = 0.8
+_NOISE_BRIDGE_LEVEL = 0.8
 """Level that the integral of noise about its straight line exceeds in one of 10 lines, over density
 and root of the length. Measured: 0.72 to 0.81 for white noise of 20 to 1000 samples.
 """
 
-_TIP = 3.0  # limit of a tip, which has little impulse, over that of a bow; chosen
-_OUTLIER = 6.0  # standard deviations that no sample in millions exceeds by noise
-_ROUNDS = 2  # rounds in which corners are moved to their best places; chosen: a third changes few
+_TIP_OVER_BOW = 3.0  # limit of a tip, which has little impulse, over that of a bow; chosen
+_OUTLIER_DEVIATIONS = 6.0  # standard deviations that no sample in millions exceeds by noise
+_CORNER_ROUNDS = 2  # in which corners move to their best places; chosen: a third changes few
 
 
 def corners_of(time: FloatArray, force: FloatArray, bend: float, noise: Noise) -> Places:
@@ -53,8 +53,8 @@ def corners_of(time: FloatArray, force: FloatArray, bend: float, noise: Noise) -
     sums = _sums(time, force)
 
     def is_straight(first: int, last: int) -> bool:
-        here = slice(first, last + 1)
-        return _is_straight(time[here], force[here], bend, noise)
+        samples = slice(first, last + 1)
+        return _is_straight(time[samples], force[samples], bend, noise)
 
     places, open_lines = {0, time.size - 1}, [(0, time.size - 1)]
     while open_lines:
@@ -64,7 +64,7 @@ def corners_of(time: FloatArray, force: FloatArray, bend: float, noise: Noise) -
             places.add(middle)
             open_lines += [(first, middle), (middle, last)]
     kept = sorted(places)
-    for _ in range(_ROUNDS):
+    for _ in range(_CORNER_ROUNDS):
         at = 1
         while at < len(kept) - 1:
             before, after = kept[at - 1], kept[at + 1]
@@ -81,8 +81,8 @@ def corners_of(time: FloatArray, force: FloatArray, bend: float, noise: Noise) -
 def weights(time: FloatArray) -> FloatArray:
     """Weights of samples for the integral of straight lines: half the time between neighbours."""
     half = np.diff(time) / 2
-    found: FloatArray = np.append(half, 0.0) + np.append(0.0, half)
-    return found
+    weight: FloatArray = np.append(half, 0.0) + np.append(0.0, half)
+    return weight
 
 
 def impulse_of(time: FloatArray, force: FloatArray) -> float:
@@ -97,13 +97,13 @@ def heights(time: FloatArray, force: FloatArray, places: Places) -> FloatArray:
     clock = time[places] / time[-1]
     knots = np.concatenate([clock[:1], clock, clock[-1:]])
     lines = make_lsq_spline(time / time[-1], force, knots, 1, np.sqrt(weights(time) / time[-1]))
-    found = np.maximum(lines.c, 0.0)
-    return np.asarray(found * (impulse_of(time, force) / impulse_of(time[places], found)))
+    height = np.maximum(lines.c, 0.0)
+    return np.asarray(height * (impulse_of(time, force) / impulse_of(time[places], height)))
 
 
 def largest_bow(length: float, bend: float, noise: Noise) -> float:
     """Return the largest distance of a force from a line [N] of a length in time [s]."""
-    return max(bend, _BRIDGE / _BOW * noise.density / math.sqrt(length))
+    return max(bend, _NOISE_BRIDGE_LEVEL / _HALF_BOW_IMPULSE * noise.density / math.sqrt(length))
 
 
 def _is_straight(time: FloatArray, force: FloatArray, bend: float, noise: Noise) -> bool:
@@ -113,8 +113,8 @@ def _is_straight(time: FloatArray, force: FloatArray, bend: float, noise: Noise)
     length = float(time[-1] - time[0])
     off = force - np.polynomial.Polynomial.fit(time, force, 1, w=np.sqrt(weights(time)))(time)
     running = np.cumsum(0.5 * (off[1:] + off[:-1]) * np.diff(time))
-    allowed = _BOW * length * largest_bow(length, bend, noise)
-    farthest = _TIP * bend + _OUTLIER * noise.deviation
+    allowed = _HALF_BOW_IMPULSE * length * largest_bow(length, bend, noise)
+    farthest = _TIP_OVER_BOW * bend + _OUTLIER_DEVIATIONS * noise.deviation
     return bool(np.abs(running).max() <= allowed and np.abs(off).max() <= farthest)
 
 
@@ -139,28 +139,28 @@ def _best_cut(sums: FloatArray, first: int, last: int) -> int:
 
 def _squares(sums: FloatArray) -> FloatArray:
     """Return least sums of squared differences from lines, (lines,), from sums, (6, lines)."""
-    one, x, xx, y, xy, yy = sums
-    slope, spread = xy - x * y / one, xx - x * x / one
-    found: FloatArray = yy - y * y / one - slope**2 / spread
-    return found
+    count, x, xx, y, xy, yy = sums
+    slope, spread = xy - x * y / count, xx - x * x / count
+    squares: FloatArray = yy - y * y / count - slope**2 / spread
+    return squares
 
 
-_SURE = 5.0
+_SURE_DEVIATIONS = 5.0
 """Threshold in standard deviations of averages (chosen): Gaussian noise exceeds it in 3 of 10
 million.
 """
 
-_LEAST_BASELINE = 10  # widths of a pulse at half its height over the time before it; chosen
+_WIDTHS_PER_BASELINE = 10  # widths of a pulse at half its height over the time before it; chosen
 
-_WINDOWS = 20  # averages over a width of the pulse at half its height; chosen
-_OTHER_PULSE = 0.05  # least height of another pulse that counts, over the largest; chosen
-_OVER_SCATTER = 20.0
+_WINDOWS_PER_WIDTH = 20  # averages over a width of the pulse at half its height; chosen
+_OTHER_PULSE_RATIO = 0.05  # least height of another pulse that counts, over the largest; chosen
+_OTHER_PULSE_OVER_SCATTER = 20.0
 """Least height of another pulse over the lowest quartile of the absolute averages before the
 largest; chosen: 6.4 standard deviations of Gaussian noise, and more than a drift has."""
-_RETURN = 0.01  # of F0: the slope of a pulse that ends with its recording is off by less, measured
-_TAIL = 50  # samples of a recording over those in its tail; chosen
-_FLAT = 5  # samples of the largest force from which on a top may be cut off; chosen
-_PILED = 8  # times the number of samples within a digit below it; chosen, more than a crest has
+_END_FORCE_RATIO = 0.01  # of F0: pulses that end with their recording are off by less (measured)
+_SAMPLES_PER_TAIL_SAMPLE = 50  # samples of a recording over those in its tail; chosen
+_FLAT_SAMPLES = 5  # samples of the largest force from which on a top may be cut off; chosen
+_FLAT_OVER_NEXT_SAMPLES = 8  # samples within a digit below it; chosen, more than a crest has
 
 
 @dataclass(frozen=True, eq=False)
@@ -235,25 +235,25 @@ def pulse_of(
     inside = slice(given_first or 0, time.size if given_last is None else given_last + 1)
     possible = baseline is None or is_finite(baseline)
     require(possible, "--baseline", baseline, "must be a finite number")
-    known = None if baseline is None else baseline * recording.newtons
-    level = _rough_level(force) if known is None else known
+    given_level = None if baseline is None else baseline * recording.newtons
+    level = _rough_level(force) if given_level is None else given_level
     _refuse_few(time, inside.start, inside.stop - 1)
     crest = inside.start + int(np.argmax(force[inside]))
     _refuse_pull(force[inside], level)
     rising, falling = _half_heights(force, level, crest)
-    window = max(1, (falling - rising) // _WINDOWS) // 2 * 2 + 1
+    window = max(1, (falling - rising) // _WINDOWS_PER_WIDTH) // 2 * 2 + 1
     averages = averaged(force, window)
     before = min(_foot(averages, level, crest), time.size if given_first is None else given_first)
     _refuse_two(time, averages[:before] - level, float(force[crest]) - level, crest)
     samples = 0
-    if before < max(LEAST, (falling - rising) // _LEAST_BASELINE):
-        level, noise = known or 0.0, noise_within(force, step, resolution)
+    if before < max(LEAST_NOISE_SAMPLES, (falling - rising) // _WIDTHS_PER_BASELINE):
+        level, noise = given_level or 0.0, noise_within(force, step, resolution)
     else:
         noise = noise_before(force[:before], step, resolution)
-        if known is None:
+        if given_level is None:
             samples, level = before, float(force[:before].mean())
     height = float(force[crest]) - level
-    limit = max(_SURE * min(noise.deviation, noise.of_mean(window, step)), 1e-9 * height)
+    limit = max(_SURE_DEVIATIONS * min(noise.deviation, noise.of_mean(window, step)), 1e-9 * height)
     above = np.flatnonzero(averages > level + limit)
     if not above.size:
         raise HertzchainError(
@@ -266,7 +266,7 @@ def pulse_of(
     _refuse_few(time, first, last)
     warnings = [cut_off(force[inside], resolution)]
     if given_last is None:
-        is_known = known is not None or samples > 0
+        is_known = given_level is not None or samples > 0
         warnings.insert(0, no_return(force - level, height, step, noise, is_known))
     samples_inside = force[first : last + 1] - level
     left = (
@@ -282,7 +282,7 @@ def pulse_of(
         noise.of_mean(samples, step) if samples else 0.0,
         noise,
         left,
-        _remarks(recording, samples_inside, level, noise, before, samples, known is not None),
+        _remarks(recording, samples_inside, level, noise, before, samples, given_level is not None),
         tuple(warning for warning in warnings if warning is not None),
     )
 
@@ -338,7 +338,7 @@ def _refuse_two(time: FloatArray, before: FloatArray, height: float, crest: int)
     if not before.size:
         return
     at, scatter = int(np.argmax(before)), float(np.quantile(np.abs(before), 0.25))
-    if before[at] > max(_OTHER_PULSE * height, _OVER_SCATTER * scatter):
+    if before[at] > max(_OTHER_PULSE_RATIO * height, _OTHER_PULSE_OVER_SCATTER * scatter):
         raise HertzchainError(
             f"a pulse of {before[at]:.3g} N, at {time[at]:.6g} s, comes before the largest, of"
             f" {height:.3g} N at {time[crest]:.6g} s: delete the samples of one of them, or give"
@@ -390,7 +390,9 @@ def _remarks(
         source = "given" if is_given else f"mean of {samples:,} samples before the pulse"
     of_column = level / recording.newtons
     shown = f"{of_column:.4g} in the file, " if recording.newtons != 1.0 else ""
-    how = "before the pulse" if before >= LEAST else "as samples scatter about their neighbours"
+    how = "as samples scatter about their neighbours"
+    if before >= LEAST_NOISE_SAMPLES:
+        how = "before the pulse"
     remarks = [
         ("baseline", f"{shown}{level:.4g} N ({source})"),
         ("noise", f"{noise.deviation:.2g} N, standard deviation {how}"),
@@ -410,12 +412,12 @@ def no_return(
     The end is that of a straight line through the last samples: a pulse may end with its recording.
     ``is_known`` is whether the baseline was given or measured.
     """
-    tail = max(LEAST, force.size // _TAIL)
+    tail = max(LEAST_NOISE_SAMPLES, force.size // _SAMPLES_PER_TAIL_SAMPLE)
     if force.size < 2 * tail:
         return None
     off = float(np.polyfit(np.arange(1 - tail, 1), force[-tail:], 1)[1])
     # The end of such a line has twice the deviation of a mean.
-    if abs(off) <= max(_SURE * 2 * noise.of_mean(tail, step), _RETURN * height):
+    if abs(off) <= max(_SURE_DEVIATIONS * 2 * noise.of_mean(tail, step), _END_FORCE_RATIO * height):
         return None
     baseline = "its baseline" if is_known else "0, as no baseline is taken off"
     return (
@@ -438,7 +440,7 @@ def cut_off(force: FloatArray, resolution: float) -> str | None:
         resolution = top - float(lower.max())
     equal = int(np.count_nonzero(force == top))
     below = int(np.count_nonzero(lower > top - 1.5 * resolution))
-    if equal < _FLAT or equal <= _PILED * below:
+    if equal < _FLAT_SAMPLES or equal <= _FLAT_OVER_NEXT_SAMPLES * below:
         return None
     return (
         f"{equal} samples have the largest force, {top:.4g} N: if the range of the instrument cut"
@@ -450,11 +452,11 @@ MOST_ROWS = 80
 """Default of the most rows (chosen): codes begin a new step at each row, LAMMPS a new run."""
 
 LEAST_ROWS = 3
-_BEND = 1 / 3000
+_LEAST_BOW_RATIO = 1 / 3000
 """Bow of a line over F0 at which no further rows are added. Measured: peaks of 40 granules of
 LM_ratio 0.1 to 10 under the three pulses changed by up to 2.9 bows, mostly by less than 1."""
 
-_WIDER = 1.3  # ratio of bows that are tried until the rows suffice; chosen
+_BOW_FACTOR = 1.3  # ratio of bows that are tried until the rows suffice; chosen
 
 
 @dataclass(frozen=True)
@@ -551,10 +553,10 @@ class MeasuredPulse:
 def measured_pulse(recording: Recording, signal: Signal, rows: int = MOST_ROWS) -> MeasuredPulse:
     """Reduce a measured pulse to at most so many rows; SceneError for fewer than 3."""
     require(rows >= LEAST_ROWS, "--rows", rows, f"must be at least {LEAST_ROWS}")
-    bend = _BEND * float(signal.force.max())
+    bend = _LEAST_BOW_RATIO * float(signal.force.max())
     places = corners_of(signal.time, signal.force, bend, signal.noise)
     while places.size > rows:
-        bend *= _WIDER
+        bend *= _BOW_FACTOR
         places = corners_of(signal.time, signal.force, bend, signal.noise)
     return MeasuredPulse(recording, signal, _table(signal, places), bend)
 

@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 
 
 LEAST_SAMPLES = 8  # least number of samples of a recording; chosen
-_MOST_BYTES = 100_000_000  # of a file (chosen): about three million samples
-_LOOKED_AT = 2000  # lines at the beginning and at the end that show the layout (chosen)
+_LARGEST_FILE_BYTES = 100_000_000  # of a file (chosen): about three million samples
+_LAYOUT_LINES = 2000  # lines at the beginning and at the end that show the layout (chosen)
 MOST_EXTENT = 1e60  # largest s or N: its square, and sums of squares, can be represented
-_SHOWN = 3  # most wrong lines that are named
+_NAMED_LINES = 3  # most wrong lines that are named
 
 _LAYOUTS = ((";", "."), (";", ","), ("\t", "."), ("\t", ","), (",", "."), (" ", "."), (" ", ","))
 """Layouts that are tried: separator of columns (a blank stands for any number) and decimal sign."""
@@ -36,11 +36,11 @@ _NUMBER = re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?|[-+]?(?:nan|in
 _UNIT = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]\s*$|[_/]\s*([A-Za-zµμ]+)$")
 """Unit at the end of the name of a column: "force [kN]", "Time (us)", "time_s", "F/N"."""
 
-_TIMES = ("s", "ms", "us", "µs", "μs", "ns")
-_FORCES = ("N", "kN", "mN", "MN")
-_OTHERS = ("V", "mV", "kV", "uV", "µV", "volt", "volts", "pC", "mA", "ampere")
-_WORDS = {
-    **{name: name for name in (*_TIMES, *_FORCES, *_OTHERS)},
+_TIME_UNITS = ("s", "ms", "us", "µs", "μs", "ns")
+_FORCE_UNITS = ("N", "kN", "mN", "MN")
+_OTHER_UNITS = ("V", "mV", "kV", "uV", "µV", "volt", "volts", "pC", "mA", "ampere")
+_UNIT_SPELLINGS = {
+    **{name: name for name in (*_TIME_UNITS, *_FORCE_UNITS, *_OTHER_UNITS)},
     **dict.fromkeys(("sec", "second", "seconds"), "s"),
     **dict.fromkeys(("newton", "newtons"), "N"),
 }
@@ -89,9 +89,9 @@ class Columns:
         if wanted.isdecimal() and 1 <= int(wanted) <= len(self.names):
             return int(wanted) - 1
         bare = [_UNIT.sub("", name).strip().lower() for name in self.names]
-        for known, meant in ((list(self.names), wanted), (bare, wanted.lower())):
-            if known.count(meant) == 1:
-                return known.index(meant)
+        for names, meant in ((list(self.names), wanted), (bare, wanted.lower())):
+            if names.count(meant) == 1:
+                return names.index(meant)
         listed = ", ".join(map(self.name, range(len(self.names))))
         hint = did_you_mean(wanted, [name for name in self.names if name])
         raise HertzchainError(f"{option} {wanted}: no such column, there are {listed}{hint}")
@@ -103,7 +103,7 @@ def read_columns(path: Path) -> Columns:
     HertzchainError if it is unreadable, or has no line of two numbers.
     """
     lines = _lines(path)
-    looked_at = [*lines[:_LOOKED_AT], *lines[_LOOKED_AT:][-_LOOKED_AT:]]
+    looked_at = [*lines[:_LAYOUT_LINES], *lines[_LAYOUT_LINES:][-_LAYOUT_LINES:]]
     # The most lines with only numbers, or else with two numbers; the first of equal layouts.
     separator, decimal = max(_LAYOUTS, key=lambda signs: _fitting(looked_at, *signs))
     rows = [row for line in looked_at if _numbers(row := _cells(line, separator, decimal)) >= 2]
@@ -134,7 +134,7 @@ def columns_of(table: pandas.DataFrame) -> Columns:
 
 def _lines(path: Path) -> list[str]:
     try:
-        content = read_bytes(path, _MOST_BYTES)
+        content = read_bytes(path, _LARGEST_FILE_BYTES)
     except (OSError, ValueError) as problem:  # ValueError: no name of a file
         reason = getattr(problem, "strerror", None) or problem
         raise HertzchainError(f"{path}: cannot be read ({reason}); must be a text file") from None
@@ -189,14 +189,14 @@ def _header(
 
 
 def _units_in(names: Sequence[str]) -> list[str]:
-    found = [_UNIT.search(name) for name in names]
-    return [_as_unit(match[1] or match[2]) if match else "" for match in found]
+    matches = [_UNIT.search(name) for name in names]
+    return [_as_unit(match[1] or match[2]) if match else "" for match in matches]
 
 
 def _as_unit(cell: str) -> str:
     """Return the known unit in a cell, with or without brackets; empty if there is none."""
     bare = cell.strip("[]() ")
-    return _WORDS.get(bare, _WORDS.get(bare.lower(), "") if len(bare) > 3 else "")
+    return _UNIT_SPELLINGS.get(bare, _UNIT_SPELLINGS.get(bare.lower(), "") if len(bare) > 3 else "")
 
 
 def read_recording(
@@ -239,14 +239,14 @@ def read_recording(
             " --force"
         )
     of_time, of_force = columns.units[first], columns.units[second]
-    if scale is None and of_force and of_force not in _FORCES:
+    if scale is None and of_force and of_force not in _FORCE_UNITS:
         raise HertzchainError(
             f"column {columns.name(second)} is in {of_force}: say with --scale how many N one"
             f" {of_force} is"
         )
-    seconds, unit_of_time = _unit("--time-unit", time_unit, of_time, _TIMES)
-    known = () if scale is not None else _FORCES  # the unit of a header is in the scale
-    newtons, unit_of_force = _unit("--scale", None, of_force, known or ("N",))
+    seconds, unit_of_time = _unit("--time-unit", time_unit, of_time, _TIME_UNITS)
+    units = () if scale is not None else _FORCE_UNITS  # the unit of a header is in the scale
+    newtons, unit_of_force = _unit("--scale", None, of_force, units or ("N",))
     if scale is not None:
         right = is_finite(scale) and scale != 0
         require(right, "--scale", scale, "must be a finite number other than 0")
@@ -268,15 +268,15 @@ def read_recording(
 
 
 def _unit(
-    option: str, given: str | None, of_header: str, known: Sequence[str]
+    option: str, given: str | None, of_header: str, units: Sequence[str]
 ) -> tuple[float, str]:
     """Return the value of a unit in SI units, the first of those known, and words for it."""
-    unit = known[0]
+    unit = units[0]
     if given is not None:
         worth = to_si(option, f"1 {given}", unit)
         require(is_finite(worth) and worth > 0, option, given, f"must be a unit such as {unit}")
         return worth, f"in {given}"
-    if of_header in known:
+    if of_header in units:
         return to_si(option, f"1 {of_header}", unit), f"in {of_header} (header)"
     return 1.0, f"taken as {unit}"
 
@@ -299,9 +299,9 @@ def _read(columns: Columns, which: tuple[int, int]) -> FloatArray:
     values = np.array([row for _, row in samples], np.float64)  # None is NaN
     wrong = [f"line {samples[k][0]}" for k in np.flatnonzero(~np.isfinite(values).all(axis=1))]
     if wrong:
-        more = f" and {len(wrong) - _SHOWN:,} more" if len(wrong) > _SHOWN else ""
+        more = f" and {len(wrong) - _NAMED_LINES:,} more" if len(wrong) > _NAMED_LINES else ""
         allowed = "has no finite time and force: correct it or delete it"
-        said = f"{', '.join(wrong[:_SHOWN])}{more}: {allowed}"
+        said = f"{', '.join(wrong[:_NAMED_LINES])}{more}: {allowed}"
         raise SceneError("", None, said, columns.path)
     back = np.flatnonzero(np.diff(values[:, 0]) <= 0)
     if back.size:
@@ -324,7 +324,7 @@ def _value(cells: Sequence[str], column: int) -> float | None:
     return float(cells[column]) if is_there else None
 
 
-LEAST = 16
+LEAST_NOISE_SAMPLES = 16
 """Least number of samples without a pulse from which noise is measured (chosen)."""
 
 _TO_DEVIATION = 1.4826  # standard deviation over median size of Gaussian noise
@@ -352,7 +352,7 @@ class Noise:
 
 
 def noise_before(force: FloatArray, step: float, resolution: float) -> Noise:
-    """Measure the noise of samples without a pulse, shape (samples,), at least ``LEAST`` [N].
+    """Measure the noise of samples without a pulse [N], at least ``LEAST_NOISE_SAMPLES`` of them.
 
     ``step`` is the time between samples [s], ``resolution`` the last digit [N].
     """

@@ -17,7 +17,7 @@ from hertzchain.scene.scene import Scene
 if TYPE_CHECKING:
     from hertzchain.engines.native.batch import Batch
 
-_WIDEST = 160  # characters of a value; sentences may be longer
+_MOST_VALUE_CHARS = 160  # characters of a value; sentences may be longer
 
 
 def card(title: str, facts: Sequence[tuple[str, str]]) -> str:
@@ -27,8 +27,8 @@ def card(title: str, facts: Sequence[tuple[str, str]]) -> str:
 
     def shown(label: str, value: str) -> str:
         if label == "remark":  # a sentence is not shortened
-            return f"\n{indent}".join(textwrap.wrap(value, _WIDEST))
-        return textwrap.shorten(value, _WIDEST, placeholder=" ...")
+            return f"\n{indent}".join(textwrap.wrap(value, _MOST_VALUE_CHARS))
+        return textwrap.shorten(value, _MOST_VALUE_CHARS, placeholder=" ...")
 
     lines = (f"  {label:<{width}}  {shown(label, value)}" for label, value in facts)
     return "\n".join([title, *lines])

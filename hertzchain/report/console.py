@@ -51,7 +51,7 @@ _COMMAND = re.compile(
     r"`[^`]+`|pip install ('[^']+'|\"[^\"]+\"|\S+)"
     r"|hertzchain [a-z]+( (SCENE|DECK|FILE|--[\w-]+|[\w./-]+\.\w+))*"
 )
-_KEPT = "\N{NO-BREAK SPACE}"  # stands for the spaces of a command while lines are broken
+_NO_BREAK_SPACE = "\N{NO-BREAK SPACE}"  # stands for the spaces of a command while lines are broken
 
 
 def print_prose(console: Console, text: str, label: str = "", style: str = "") -> None:
@@ -59,9 +59,9 @@ def print_prose(console: Console, text: str, label: str = "", style: str = "") -
 
     No line ends within a command, even where that makes it longer than the terminal.
     """
-    kept = _COMMAND.sub(lambda found: found[0].replace(" ", _KEPT), label + text)
+    kept = _COMMAND.sub(lambda match: match[0].replace(" ", _NO_BREAK_SPACE), label + text)
     lines = textwrap.fill(kept, console.width, break_long_words=False, break_on_hyphens=False)
-    shown = Text(lines.replace(_KEPT, " "))
+    shown = Text(lines.replace(_NO_BREAK_SPACE, " "))
     shown.stylize(style, 0, len(label))
     console.print(shown, soft_wrap=True)
 
@@ -78,11 +78,11 @@ def plain_text(show: Callable[[Console], object], width: int = 120) -> str:
 def print_prediction(console: Console, prediction: Prediction) -> None:
     """Print a prediction without a simulation, with its errors."""
     console.print(describe(prediction.scene), style="bold")
-    known = [row for row in prediction.rows if row["map_N"] is not None]
-    if known:
+    mapped_rows = [row for row in prediction.rows if row["map_N"] is not None]
+    if mapped_rows:
         console.print("\nPeak force of each contact [N]; then the difference from the map")
         p = prediction.transition_granules
-        shown = known[:10] if p is None else known[:p]
+        shown = mapped_rows[:10] if p is None else mapped_rows[:p]
         rows = []
         for row in shown:
             peak, others = row["map_N"], (row["eq6_N"], row["eq9_N"])
@@ -96,13 +96,13 @@ def print_prediction(console: Console, prediction: Prediction) -> None:
                 )
             )
         console.print(table(("contact", "map", *("Eq. 6", "Eq. 9") * 2), rows))
-        print_left_out(console, len(known) - len(shown), known[-1]["contact"])
+        print_left_out(console, len(mapped_rows) - len(shown), mapped_rows[-1]["contact"])
         print_facts(console, _predicted_facts(prediction))
     if prediction.scene.pulse is not None and prediction.constants:
         console.print()
         rows = [
-            (one.name, f"{one.paper:.6f}", f"{one.exact:.6f}", f"{one.difference:+.2%}")
-            for one in prediction.constants
+            (const.name, f"{const.paper:.6f}", f"{const.exact:.6f}", f"{const.difference:+.2%}")
+            for const in prediction.constants
         ]
         header = ("constant", "paper", "exact", "difference")
         console.print(table(header, rows, left=("constant",)))
@@ -113,11 +113,11 @@ def _predicted_facts(prediction: Prediction) -> list[tuple[str, str]]:
     """Return label and value of each predicted quantity except the peaks."""
     error = peak_map.PEAK_ERROR, peak_map.FAR_FIELD_ERROR
     p = prediction.transition_granules
-    known = [str(candidate) for candidate in prediction.candidates if candidate is not None]
-    possible = [f"{' or '.join(known)} granules"] if known else []
+    candidates = [str(candidate) for candidate in prediction.candidates if candidate is not None]
+    possible = [f"{' or '.join(candidates)} granules"] if candidates else []
     if None in prediction.candidates:
         possible.append("none ends here")
-    chosen = f"; F_SW and the equations are with {p}" if len(known) > 1 else ""
+    chosen = f"; F_SW and the equations are with {p}" if len(candidates) > 1 else ""
     facts = [
         ("transition, p", " or ".join(possible) + chosen),
         ("far-field force", with_unit(prediction.far_field_force, "N")),
@@ -182,22 +182,22 @@ def print_document(
 def _print_findings(console: Console, document: Document) -> None:
     """Print the differences in a user's deck, in the order in which to correct them."""
     number = 0
-    for one in document.findings:
-        number += not one.passed
-        head = Text(f"\n{number}. ", "red") if not one.passed else Text("\n   small: ", "dim")
-        for sentence in one.sentences:
+    for finding in document.findings:
+        number += not finding.passed
+        head = Text(f"\n{number}. ", "red") if not finding.passed else Text("\n   small: ", "dim")
+        for sentence in finding.sentences:
             console.print(head + Text(sentence, ""))
             head = Text("   ")
-        shown = [place for place, _, _ in one.right]
+        shown = [place for place, _, _ in finding.right]
         # Commands are never broken, as users copy them.
-        if one.place and one.place not in shown[:1]:
-            console.print(Text(f"   {one.place}: {one.written}"), soft_wrap=True)
-        for place, written, commands in one.right:
+        if finding.place and finding.place not in shown[:1]:
+            console.print(Text(f"   {finding.place}: {finding.written}"), soft_wrap=True)
+        for place, written, commands in finding.right:
             console.print(Text(f"   {place}: {written}"), soft_wrap=True)
             for command in commands:
                 console.print(Text(f"   right: {command}"), soft_wrap=True)
-        if one.note:
-            console.print(Text(f"   {one.note}"))
+        if finding.note:
+            console.print(Text(f"   {finding.note}"))
 
 
 def _print_checks(console: Console, document: Document) -> None:
@@ -249,7 +249,7 @@ def _capitalised(remark: str) -> str:
     return remark[0].upper() + remark[1:] if word.isalpha() else remark
 
 
-_LEFT = ("row", "tests", "grade")
+_LEFT_COLUMNS = ("row", "tests", "grade")
 
 
 def print_certificates(console: Console, certificates: Sequence[Certificate]) -> None:
@@ -258,7 +258,7 @@ def print_certificates(console: Console, certificates: Sequence[Certificate]) ->
         rows = [_cells(row) for row in certificate.rows]
         could_run = not all(row.failed for row in certificate.rows)
         if could_run:
-            console.print(table((*_LEFT, "difference", "by steps"), rows, _LEFT))
+            console.print(table((*_LEFT_COLUMNS, "difference", "by steps"), rows, _LEFT_COLUMNS))
         for reason, names in _reasons(certificate).items():
             print_prose(console, f"{', '.join(names)}: {reason}" if could_run else reason)
         console.print()
@@ -288,8 +288,8 @@ def _cells(row: Row) -> tuple[str, ...]:
 
 def _reasons(certificate: Certificate) -> dict[str, list[str]]:
     """Return the names of rows by the reason that they share."""
-    found: dict[str, list[str]] = {}
+    names: dict[str, list[str]] = {}
     for row in certificate.rows:
         if row.reason:
-            found.setdefault(row.reason, []).append(row.case.name)
-    return found
+            names.setdefault(row.reason, []).append(row.case.name)
+    return names

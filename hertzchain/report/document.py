@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from itertools import count
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 # too different; without a number; not wanted
 FAILURE, ERROR, SKIPPED = "failure", "error", "skipped"
 
-Value = float | None  # numbers of a check; None where nothing could be measured
 
 _NO_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """Characters that XML 1.0 cannot contain, not even as references."""
@@ -51,21 +50,14 @@ class Suite:
     seconds: float
 
 
-def case(
-    name: str,
-    measured: Value,
-    expected: Value,
-    tolerance: Value,
-    passed: bool,
-    reason: str,
-    subject: str = "",
-) -> Case:
+def case_of(check: Check) -> Case:
     """Return a check as a test case; a check without a number is an error.
 
-    The message has the ``subject``, by default the name, the difference, and its place if the
-    reason ends with one.
+    The message has the name, the difference, and its place if the reason ends with one.
     """
-    if passed:
+    name, reason = check.name, check.reason
+    measured, expected, tolerance = check.measured, check.expected, check.tolerance
+    if check.passed:
         return Case(name)
     if measured is None or expected is None or not math.isfinite(measured):
         return Case(name, ERROR, f"{name}: {reason}", reason)
@@ -77,7 +69,7 @@ def case(
     where = f", largest at {at}" if largest else ""
     allowed = "" if tolerance is None else f", allowed is {tolerance:.2g}"
     message = (
-        f"{subject or name} is {float(measured)!r}, it should be {float(expected)!r}: off by"
+        f"{name} is {float(measured)!r}, it should be {float(expected)!r}: off by"
         f" {abs(measured - expected):.2g}{allowed}{where}"
     )
     return Case(name, FAILURE, message, "\n".join(text))
@@ -89,7 +81,7 @@ def to_xml(suites: Sequence[Suite]) -> str:
     Only a suite has a time, because its simulations serve all its cases. A name that occurs twice
     in a suite gets a number, because CI systems drop the second.
     """
-    cases = [one for suite in suites for one in suite.cases]
+    cases = [case for suite in suites for case in suite.cases]
     seconds = sum(suite.seconds for suite in suites)
     root = ElementTree.Element("testsuites", _counts("hertzchain", cases, seconds))
     root.attrib.pop("skipped")  # the schema allows it for a suite only
@@ -98,23 +90,23 @@ def to_xml(suites: Sequence[Suite]) -> str:
         about["timestamp"] = suite.begun.isoformat(timespec="seconds")
         above = ElementTree.SubElement(root, "testsuite", about)
         seen: set[str] = set()
-        for one in suite.cases:
-            name, number = _clean(one.name), count(2)
+        for case in suite.cases:
+            name, number = _clean(case.name), count(2)
             while name in seen:
-                name = f"{_clean(one.name)} ({next(number)})"
+                name = f"{_clean(case.name)} ({next(number)})"
             seen.add(name)
             about = {"classname": suite.name, "name": name, "time": "0.000"}
-            here = ElementTree.SubElement(above, "testcase", about)
-            if one.problem is not None:
-                why = {"message": one.message, "type": one.problem}
-                ElementTree.SubElement(here, one.problem, why).text = one.text or None
+            element = ElementTree.SubElement(above, "testcase", about)
+            if case.problem is not None:
+                why = {"message": case.message, "type": case.problem}
+                ElementTree.SubElement(element, case.problem, why).text = case.text or None
     ElementTree.indent(root)
     text = ElementTree.tostring(root, encoding="unicode")
     return f'<?xml version="1.0" encoding="utf-8"?>\n{_clean(text)}\n'
 
 
 def _counts(name: str, cases: Sequence[Case], seconds: float) -> dict[str, str]:
-    problems = [one.problem for one in cases]
+    problems = [case.problem for case in cases]
     counted = {"failures": FAILURE, "errors": ERROR, "skipped": SKIPPED}
     counts = {plural: str(problems.count(problem)) for plural, problem in counted.items()}
     return {"name": name, "tests": str(len(cases)), **counts, "time": f"{seconds:.3f}"}
@@ -124,12 +116,11 @@ def _clean(text: str) -> str:
     return _NO_XML.sub("\ufffd", text)
 
 
-@dataclass(frozen=True)
-class Failure:
+class Failure(NamedTuple):
     """A failed check: its name, the number found (empty for none), and advice."""
 
     name: str
-    found: str
+    difference: str
     advice: str
 
 
@@ -249,10 +240,7 @@ class Document:
     def suite(self, scene: str, begun: datetime, seconds: float) -> Suite:
         """Name of the JUnit suite, without dots, which CI systems take for folders."""
         name = f"hertzchain.{self.command}.{scene.replace('.', '_')}"
-        cases = tuple(
-            case(one.name, one.measured, one.expected, one.tolerance, one.passed, one.reason)
-            for one in self.checks
-        )
+        cases = tuple(map(case_of, self.checks))
         return Suite(name, cases or (self._case_of_verdict(),), begun, seconds)
 
     def _case_of_verdict(self) -> Case:
@@ -260,7 +248,7 @@ class Document:
         verdict = self.verdict
         if verdict.passed:
             return Case("verdict")
-        failures = (" ".join((f"{one.name}:", one.found, one.advice)) for one in verdict.failures)
+        failures = (f"{name}: {off} {advice}" for name, off, advice in verdict.failures)
         said = [verdict.sentence, *failures, *verdict.remarks]
         problem = ERROR if verdict.passed is None else FAILURE
         return Case("verdict", problem, verdict.sentence, "\n".join(said))
@@ -270,7 +258,7 @@ _PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"
 MULTIPLES = {"N": 6, "Pa": 9, "m": 0, "s": 0, "m/s": 0, "N s": 0, "J": 3}
 """Units with multiples, and the largest power of ten in use for each."""
 
-_LONG = (1e-2, 1e5)  # beyond these, numbers at an axis are long (chosen)
+_SHORT_RANGE = (1e-2, 1e5)  # beyond these, numbers at an axis are long (chosen)
 
 
 def describe(scene: Scene) -> str:
@@ -288,9 +276,9 @@ def facts_of_terms(result: Result) -> list[tuple[str, str]]:
             continue
         name = result.scene.contact_name(result.scene.contacts[k])
         force, time = result.peak_force[k], result.peak_time[k]
-        known = known_digits(force, result.peak_errors[k])
+        digits = known_digits(force, result.peak_errors[k])
         at = " N" if np.isnan(time) else f" N at {time:.6g} s"
-        facts.append((f"largest force on {name}", known if known == NO_DIGIT else known + at))
+        facts.append((f"largest force on {name}", digits if digits == NO_DIGIT else digits + at))
     first, last = (f"{v:.3g} m/s" for v in (result.velocity[0], result.velocity[-1]))
     if np.isfinite(result.velocity[0]):
         facts.append(("velocity at the end", f"granule 1 {first}, the last granule {last}"))
@@ -327,7 +315,9 @@ def prefixed(largest: float, unit: str) -> tuple[str, float]:
 
     Units that have no multiples in use stand after a power of ten, where numbers are long.
     """
-    if not 0 < largest < np.inf or (unit not in MULTIPLES and _LONG[0] <= largest < _LONG[1]):
+    if not 0 < largest < np.inf or (
+        unit not in MULTIPLES and _SHORT_RANGE[0] <= largest < _SHORT_RANGE[1]
+    ):
         return unit, 1.0
     power = 3 * int(np.floor(np.log10(largest * (1 + 1e-9)) / 3))
     if unit in MULTIPLES:
@@ -399,11 +389,11 @@ def failure_of(check: Check) -> Failure:
     off, tolerance, _ = difference(check)
     if not off:
         return Failure(check.name, "", check.reason)
-    found = f"off by {off}, allowed is {tolerance} ({check.reason})"
-    return Failure(check.name, found, check.kind.advice)
+    sentence = f"off by {off}, allowed is {tolerance} ({check.reason})"
+    return Failure(check.name, sentence, check.kind.advice)
 
 
-_MOST_FAILED = 10  # most failed contacts outside the transition on a terminal
+_MOST_FAILED_CONTACTS = 10  # most failed contacts outside the transition on a terminal
 
 
 def given_peaks(
@@ -429,5 +419,5 @@ def given_peaks(
         f"{what}, and by the reference method",
         [("contact", ""), (label, "[N]"), ("native", "[N]"), ("difference", ""), ("", "")],
         row,
-        sorted({*range(len(shown_contacts(native))), *failed[:_MOST_FAILED]}),
+        sorted({*range(len(shown_contacts(native))), *failed[:_MOST_FAILED_CONTACTS]}),
     )

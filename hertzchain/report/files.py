@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ase import Atoms
 
 
-_KNOWN = {
+_FORMATS = {
     "plot": ("cannot be drawn, the name", (".pdf", ".png", ".svg")),
     "page": ("a report is a page, the name", (".html", ".htm")),
     "trajectory": ("a trajectory's name", (".xyz", ".extxyz")),
@@ -35,13 +35,13 @@ _KNOWN = {
 
 def check_format(path: Path | str | None, kind: str) -> None:
     """Raise an OutputError for a file, if one is wanted, whose suffix is no format of its kind."""
-    words, known = _KNOWN[kind]
+    words, suffixes = _FORMATS[kind]
     suffix = "" if path is None else Path(path).suffix.lower()
     is_pipe = kind == "result" and not suffix  # pipes and devices have none
     if path is None or is_pipe:
         return
-    if suffix not in known:
-        listed = (" or " if kind in ("page", "trajectory") else ", ").join(known)
+    if suffix not in suffixes:
+        listed = (" or " if kind in ("page", "trajectory") else ", ").join(suffixes)
         raise OutputError(f"{path}: {words} must end in {listed}")
 
 
@@ -51,8 +51,8 @@ def run_document(result: Any) -> dict[str, Any]:
     spheres = parting(result.scene) if isinstance(result, Result) else None
     if spheres is None:
         return document
-    own = {"restitution": spheres.restitution, "speed_m_s": spheres.speed}
-    return {**document, "two_spheres": own}
+    of_spheres = {"restitution": spheres.restitution, "speed_m_s": spheres.speed}
+    return {**document, "two_spheres": of_spheres}
 
 
 def write_result(result: Any, path: Path | str) -> None:

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 TEMPLATES = Path(__file__).parent / "templates"
 
-_ROWS = 200  # most rows of a table; all further numbers are in the page's JSON
-_NARROW, _LOWER = 3.8, 0.9  # width of the figure on a phone [inches]; its height over the wide one
+_MOST_ROWS = 200  # most rows of a table; all further numbers are in the page's JSON
+_PHONE_INCHES, _PHONE_RATIO = 3.8, 0.9  # width of the figure there; its height over the wide one
 
 
 CHECKED = ("", "check, and why this tolerance", "measured", "expected", "difference", "tolerance")
@@ -53,10 +53,10 @@ def _peak_table(document: Document) -> Table:
         rows = [document.peaks.row(k) for k in document.peaks.shown]
         return Table(document.peaks.heading, header, rows, 1)
     size = document.native.contact.size
-    rows = [document.peaks.row(k) for k in range(min(size, _ROWS))]
+    rows = [document.peaks.row(k) for k in range(min(size, _MOST_ROWS))]
     caption = "Peak force of each contact"
-    if size > _ROWS:
-        caption = f"Peak force of the first {_ROWS} of {size:,} contacts; all are in the JSON"
+    if size > _MOST_ROWS:
+        caption = f"Peak force of the first {_MOST_ROWS} of {size:,} contacts; all are in the JSON"
     return Table(caption, header, rows, 0)
 
 
@@ -127,7 +127,7 @@ def pictures(draw: Callable[..., Picture]) -> list[Markup]:
     from markupsafe import Markup
 
     wide = draw()
-    narrow = draw(size=(_NARROW, wide.get_figheight() * _LOWER))
+    narrow = draw(size=(_PHONE_INCHES, wide.get_figheight() * _PHONE_RATIO))
     shown = {"wide": wide, "narrow": narrow}
     return [Markup(figure.inline(name)) for name, figure in shown.items()]  # noqa: S704
 

@@ -17,10 +17,10 @@ from hertzchain.report.waterfall import drawn_contacts, recorded, while_moving, 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_LONG = 200  # contacts from which on axes are logarithmic and points are a bitmap; chosen
-_DRAWN = 6  # contacts whose force over time is drawn
-_MARKED = 80  # contacts up to which each peak has a marker; more would merge into a band
-_LIGHTEST = 0.9  # shade of a curve; the last tenth of the colours is too light on white
+_LONG_CHAIN_CONTACTS = 200  # from which on axes are logarithmic, points a bitmap; chosen
+_DRAWN_CONTACTS = 6  # contacts whose force over time is drawn
+_MOST_MARKERS = 80  # contacts up to which each peak has a marker; more would merge into a band
+_LIGHTEST_SHADE = 0.9  # shade of a curve; the last tenth of the colours is too light on white
 
 
 def draw_peaks(axes: Axes, document: Document) -> None:
@@ -38,7 +38,7 @@ def draw_peaks(axes: Axes, document: Document) -> None:
         if native.static_force is not None:
             what = "first pulse, less the static force"
     colour = style.COLOURS.get(native.backend, style.COLOURS["native"])
-    marked = contact.size <= _MARKED or bool(np.isnan(peaks).any())
+    marked = contact.size <= _MOST_MARKERS or bool(np.isnan(peaks).any())
     axes.plot(
         contact, peaks, marker=style.MARKERS["native"] if marked else "", color=colour,
         markersize=3.5, linewidth=1.0, label=label,
@@ -59,9 +59,9 @@ def draw_peaks(axes: Axes, document: Document) -> None:
     all_drawn = np.concatenate(
         [peaks, *document.drawn.values(), *([] if static is None else [static])]
     )
-    known = all_drawn[np.isfinite(all_drawn)]
-    least = 0.0 if static is None else float(np.min(known))
-    axes.set_ylim(*style.force_limits(least, float(np.max(known, initial=0.0))))
+    forces = all_drawn[np.isfinite(all_drawn)]
+    least = 0.0 if static is None else float(np.min(forces))
+    axes.set_ylim(*style.force_limits(least, float(np.max(forces, initial=0.0))))
     p = native.transition_granules
     if p is not None:
         place = ("data", "axes fraction")
@@ -79,7 +79,7 @@ def _draw_points(axes: Axes, document: Document, drawn: Mapping[str, FloatArray]
         axes.plot(
             contact, values, linestyle="none", fillstyle="none", color=style.COLOURS[name],
             marker=style.MARKERS[name], markersize=4.5, label=style.LABELS[name],
-            rasterized=contact.size > _LONG,
+            rasterized=contact.size > _LONG_CHAIN_CONTACTS,
         )  # fmt: skip
 
 
@@ -88,8 +88,8 @@ def draw_differences(axes: Axes, document: Document) -> None:
     axes.set_yscale("log")
     shown = {name: np.where(off > 0, off, np.nan) for name, off in document.differences.items()}
     values = np.concatenate([*shown.values(), [value for _, _, value in document.lines]])
-    if (known := values[values > 0]).size:
-        axes.set_ylim(np.min(known) / 3, 3 * np.max(known))
+    if (differences := values[values > 0]).size:
+        axes.set_ylim(np.min(differences) / 3, 3 * np.max(differences))
     _draw_points(axes, document, shown)
     for name, label, value in document.lines:
         line = ":" if name == "native" else "--"
@@ -104,7 +104,7 @@ def _finish_along(axes: Axes, document: Document, named: Collection[str] = ()) -
     if native.transition_granules is not None:
         axes.axvline(native.transition_granules, color="0.6", linewidth=0.8, zorder=0)
     axes.set_xlim(native.contact[0] - 1, native.contact[-1] + 1)
-    if native.contact.size > _LONG and native.scene.is_plain:
+    if native.contact.size > _LONG_CHAIN_CONTACTS and native.scene.is_plain:
         axes.set_xscale("log")
         axes.set_xlim(1.8, native.contact[-1] * 1.1)
     else:
@@ -130,7 +130,7 @@ def draw_forces(axes: Axes, document: Document) -> None:
     from matplotlib import colormaps
 
     result = document.native
-    contacts = drawn_contacts(result, _DRAWN)
+    contacts = drawn_contacts(result, _DRAWN_CONTACTS)
     history = recorded(result)
     if result.scene.ramps:
         applied, label = result.scene.applied_force(history.time), "applied force"
@@ -138,18 +138,18 @@ def draw_forces(axes: Axes, document: Document) -> None:
         if load is not None and load.force:
             applied, label = applied + load.force, "applied and static force"
         axes.plot(history.time, applied, "--", color="0.6", label=label)
-    shades = colormaps["viridis"](np.linspace(0, _LIGHTEST, len(contacts)))
+    shades = colormaps["viridis"](np.linspace(0, _LIGHTEST_SHADE, len(contacts)))
     for contact, shade in zip(contacts, shades, strict=True):
         label = result.scene.contact_name(contact)
         axes.plot(*with_peak(result, contact), color=shade, linewidth=1.2, label=label)
-    others = {name: one for name, one in document.results.items() if one is not result}
+    others = {name: other for name, other in document.results.items() if other is not result}
     for name, other in others.items():
         for contact in contacts if other.history is not None else ():
-            own = style.LABELS[name] if contact == contacts[0] else "_"
+            other_label = style.LABELS[name] if contact == contacts[0] else "_"
             # Sparse dashes leave the colour of the contact visible.
             axes.plot(
                 *with_peak(other, contact), color=style.COLOURS[name], linewidth=1.2,
-                linestyle=(0, (2, 6)), label=own,
+                linestyle=(0, (2, 6)), label=other_label,
             )  # fmt: skip
     drawn = np.concatenate([np.asarray(line.get_ydata(), np.float64) for line in axes.lines])
     axes.set_ylim(*style.force_limits(float(np.min(drawn)), float(np.max(drawn))))
@@ -181,19 +181,21 @@ def draw_map(axes: Axes, document: Document) -> None:
 def draw_traces(axes: Axes, document: Document) -> None:
     """Draw measured traces one below the other, with those of the reference as lines."""
     overlays = document.overlays
-    apart = 1.1 * max(float(np.max(np.abs(one.expected))) for one in overlays)
-    for k, one in enumerate(overlays):
+    apart = 1.1 * max(float(np.max(np.abs(overlay.expected))) for overlay in overlays)
+    for k, overlay in enumerate(overlays):
         base = (len(overlays) - 1 - k) * apart
         measured, reference = ("measured", "native, reference") if k == 0 else ("_", "_")
-        axes.plot(one.time, one.measured + base, ".", color="0.6", markersize=2, label=measured,
+        axes.plot(
+            overlay.time, overlay.measured + base, ".", color="0.6", markersize=2, label=measured,
             rasterized=True,
         )  # fmt: skip
         axes.plot(
-            one.time, one.expected + base, color=style.COLOURS["native"], linewidth=1.0,
+            overlay.time, overlay.expected + base, color=style.COLOURS["native"], linewidth=1.0,
             label=reference,
         )  # fmt: skip
         axes.annotate(
-            one.label, (one.time[0], base), (0, 3), textcoords="offset points", fontsize="small",
+            overlay.label, (overlay.time[0], base), (0, 3), textcoords="offset points",
+            fontsize="small",
             bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 0.5},
         )  # fmt: skip
     highest = float(np.max(overlays[0].measured, initial=0.0)) + (len(overlays) - 1) * apart

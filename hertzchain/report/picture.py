@@ -29,21 +29,21 @@ if TYPE_CHECKING:
 SMALL = 6.0
 """Width below which a picture has small letters, and no room for sentences [inches]; chosen."""
 
-_SAVED: Any = {"pdf.fonttype": 42, "ps.fonttype": 42}
+_FILE_STYLE: Any = {"pdf.fonttype": 42, "ps.fonttype": 42}
 """Fonts of PDF as journals ask for them: TrueType, not Matplotlib's Type 3."""
 
-_INLINE: Any = {"svg.fonttype": "none", "path.simplify_threshold": 0.3, "savefig.dpi": 110}
+_PAGE_STYLE: Any = {"svg.fonttype": "none", "path.simplify_threshold": 0.3, "savefig.dpi": 110}
 """For a page: text as text, lines to a third of a pixel, bitmaps as fine as most screens."""
 
-_POINTS = 72  # in an inch
+_INCH_POINTS = 72  # in an inch
 
-_LINE, _SPACE, _GAP, _EDGES = 2.2, 0.8, 1.0, 0.8
+_LINE_EMS, _SPACE_EMS, _GAP_EMS, _EDGES_EMS = 2.2, 0.8, 1.0, 0.8
 """Widths in a legend, in sizes of its font: line, space before its text, gap between columns, and
 both edges."""
 
-_LETTERS = 11  # letters of a label per inch of a figure; chosen: 13 fill an inch
+_LETTERS_PER_INCH = 11  # letters of a label per inch of a figure; chosen: 13 fill an inch
 
-_PLAIN = (1e-3, 1e4)  # between these values a logarithmic axis has plain numbers, not powers of ten
+_PLAIN_RANGE = (1e-3, 1e4)  # of a logarithmic axis with plain numbers, not powers of ten
 
 
 def check_size(size: Any) -> None:
@@ -70,7 +70,7 @@ class Picture(Figure):
                 for axis in (axes.xaxis, axes.yaxis):
                     axis.label.set_fontsize("small")
                 axes.tick_params(which="both", labelsize="small")
-        with rc_context(_SAVED):
+        with rc_context(_FILE_STYLE):
             super().savefig(*given, **options)
 
     def write(self, path: Path | str) -> None:
@@ -85,13 +85,13 @@ class Picture(Figure):
     def inline(self, name: str) -> str:
         """Return the figure as an SVG element for a page, where no other one has this name."""
         stream = StringIO()
-        with rc_context(_INLINE | {"svg.hashsalt": name}):
+        with rc_context(_PAGE_STYLE | {"svg.hashsalt": name}):
             self.savefig(stream, format="svg", metadata={"Date": None})
         svg = stream.getvalue()
         svg = re.sub(r'<g id="[^"]*"', "<g", svg[svg.index("<svg") :])
         svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
         # A hundredth of a point is not visible.
-        svg = re.sub(r' d="[^"]*"|<use [^>]*>', lambda found: _rounded(found[0]), svg)
+        svg = re.sub(r' d="[^"]*"|<use [^>]*>', lambda match: _rounded(match[0]), svg)
         return re.sub(r' (width|height)="[^"]*pt"', "", svg, count=2)  # as wide as there is room
 
 
@@ -109,8 +109,8 @@ class _Scaled(ScalarFormatter):
 
     def format_ticks(self, values: Sequence[float]) -> list[str]:
         """Return the numbers at all ticks of an axis."""
-        found: list[str] = super().format_ticks(np.asarray(values) / self._scale)  # type: ignore[arg-type]
-        return found
+        labels: list[str] = super().format_ticks(np.asarray(values) / self._scale)  # type: ignore[arg-type]
+        return labels
 
 
 def in_units(axis: Any, label: str) -> None:
@@ -127,10 +127,10 @@ def in_units(axis: Any, label: str) -> None:
         name, scale = unit, 1.0
     length = axis.axes.figure.get_size_inches()["xy".index(axis.axis_name)]
     text = f"{before}{f' [{name}]' if name else ''}{after}"
-    axis.set_label_text(textwrap.fill(text, max(1, int(_LETTERS * length))))
+    axis.set_label_text(textwrap.fill(text, max(1, int(_LETTERS_PER_INCH * length))))
     if not is_log:
         axis.set_major_formatter(_Scaled(scale))
-    elif low / scale >= _PLAIN[0] and high / scale <= _PLAIN[1]:
+    elif low / scale >= _PLAIN_RANGE[0] and high / scale <= _PLAIN_RANGE[1]:
         digits = "23456789" if high < 5 * low else "235" if high < 50 * low else ""
         axis.set_major_formatter(lambda value, _: f"{value / scale:g}")
         axis.set_minor_formatter(
@@ -142,8 +142,8 @@ def in_units(axis: Any, label: str) -> None:
 
 def parts_of(label: str) -> tuple[str, str, str]:
     """Return the parts of a label: before its unit, the unit, and after it."""
-    found = re.fullmatch(r"(.*?) \[([^]]*)\](.*)", label)
-    return (found[1], found[2], found[3]) if found else (label, "", "")
+    match = re.fullmatch(r"(.*?) \[([^]]*)\](.*)", label)
+    return (match[1], match[2], match[3]) if match else (label, "", "")
 
 
 def at_whole_numbers() -> MaxNLocator:
@@ -153,8 +153,8 @@ def at_whole_numbers() -> MaxNLocator:
 
 def legend_above(axes: Axes, named: Collection[str] = ()) -> None:
     """Draw a legend above the axes, of labels not in one yet, in as many columns as fit."""
-    found = zip(*axes.get_legend_handles_labels(), strict=True)
-    shown = {label: handle for handle, label in found if label not in named}
+    entries = zip(*axes.get_legend_handles_labels(), strict=True)
+    shown = {label: handle for handle, label in entries if label not in named}
     figure_width = axes.figure.get_figwidth()  # type: ignore[union-attr]
     # The layout makes axes narrow for a legend that is wider than they are before it.
     width = axes.get_position().width * figure_width
@@ -169,22 +169,22 @@ def legend_look(labels: Sequence[str], width: float, is_small: bool) -> dict[str
     """Return the look of a legend without a frame, with columns for a width [inches]."""
     size = "x-small" if is_small else "small"
     font = FontProperties(size=size)
-    em = font.get_size_in_points() / _POINTS
-    texts = [TextPath((0, 0), label, prop=font).get_extents().x1 / _POINTS for label in labels]
-    entries = [text + (_LINE + _SPACE) * em for text in texts]
+    em = font.get_size_in_points() / _INCH_POINTS
+    texts = [TextPath((0, 0), label, prop=font).get_extents().x1 / _INCH_POINTS for label in labels]
+    entries = [text + (_LINE_EMS + _SPACE_EMS) * em for text in texts]
 
     def total(columns: int) -> float:
         widest = (np.max(column) for column in np.array_split(entries, columns))
-        return float(sum(widest) + ((columns - 1) * _GAP + _EDGES) * em)
+        return float(sum(widest) + ((columns - 1) * _GAP_EMS + _EDGES_EMS) * em)
 
     fits = (n for n in range(len(entries), 1, -1) if total(n) <= width)
     return {
         "ncols": next(fits, 1),
         "fontsize": size,
         "title_fontsize": size,
-        "handlelength": _LINE,
-        "handletextpad": _SPACE,
-        "columnspacing": _GAP,
+        "handlelength": _LINE_EMS,
+        "handletextpad": _SPACE_EMS,
+        "columnspacing": _GAP_EMS,
         "labelspacing": 0.3,
         "frameon": False,
     }

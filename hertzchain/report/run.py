@@ -87,33 +87,33 @@ def _facts(result: Result) -> list[tuple[str, str]]:
 
 def largest_pressure(result: Result) -> str:
     """Return the largest pressure, where it is, and the strength below which a metal yields."""
-    found = result.largest_pressure
-    if found.time is None:
+    largest = result.largest_pressure
+    if largest.time is None:
         return "0 Pa: no contact was pressed"
     return (
-        f"{found.pressure:.3g} Pa, {result.scene.contact_name(found.contact)} at"
-        f" {found.time:.3g} s; metals of yield strength < {found.needed_strength:.3g} Pa yield"
+        f"{largest.pressure:.3g} Pa, {result.scene.contact_name(largest.contact)} at"
+        f" {largest.time:.3g} s; metals of yield strength < {largest.needed_strength:.3g} Pa yield"
     )
 
 
 def _first_pulse(result: Result, k: int) -> tuple[str, str, str]:
     """Return force, arrival and width of the first pulse of a contact; empty where it has none."""
-    known = result.first_columns
-    if np.isnan(known["first_peak_force_N"][k]):
+    columns = result.first_columns
+    if np.isnan(columns["first_peak_force_N"][k]):
         return "", "", ""
     return (
-        known_digits(known["first_peak_force_N"][k], known["first_peak_error"][k]),
-        number(known["arrival_time_s"][k], 6),
-        number(known["first_width_s"][k], 6),
+        known_digits(columns["first_peak_force_N"][k], columns["first_peak_error"][k]),
+        number(columns["arrival_time_s"][k], 6),
+        number(columns["first_width_s"][k], 6),
     )
 
 
 def _first_facts(result: Result) -> list[tuple[str, str]]:
     """Return the largest errors of first pulses; nothing if they were not wanted."""
-    known = result.first_columns
-    if not known or not np.isfinite(known["first_peak_error"]).any():
+    columns = result.first_columns
+    if not columns or not np.isfinite(columns["first_peak_error"]).any():
         return []
-    force, arrival = (np.nanmax(known[key]) for key in ("first_peak_error", "arrival_error_s"))
+    force, arrival = (np.nanmax(columns[key]) for key in ("first_peak_error", "arrival_error_s"))
     return [
         ("error of first pulses, at most", f"{force:.1e}"),
         ("error of arrivals, at most", with_unit(float(arrival), "s", 0.1)),
@@ -164,19 +164,19 @@ def main_facts(result: Result) -> list[tuple[str, str]]:
 
 def _wave_facts(result: Result) -> list[tuple[str, str]]:
     """Return the facts of a plain scene: the transition and the wave after it."""
-    wave, p, known = result.solitary_wave, result.transition_granules, result.error_estimate
+    wave, p, estimate = result.solitary_wave, result.transition_granules, result.error_estimate
     return [
         ("transition, p", "none ends here" if p is None else f"{p} granules"),
-        ("solitary wave, F_SW", with_unit(wave.peak_force, "N", known)),
-        ("far-field force", _settled(wave.far_field_force, "N", wave.far_field_error, known)),
-        ("speed", _settled(wave.speed, "m/s", wave.speed_error, known)),
+        ("solitary wave, F_SW", with_unit(wave.peak_force, "N", estimate)),
+        ("far-field force", _settled(wave.far_field_force, "N", wave.far_field_error, estimate)),
+        ("speed", _settled(wave.speed, "m/s", wave.speed_error, estimate)),
     ]
 
 
-def _settled(value: float | None, unit: str, error: float | None, known: float) -> str:
+def _settled(value: float | None, unit: str, error: float | None, estimate: float) -> str:
     """Return words for a number of the wave, and its largest difference from the settled wave."""
     if error is None:
-        return with_unit(value, unit, known)
+        return with_unit(value, unit, estimate)
     if value is None:
         return f"not reached: the wave may change by {error:.0%} in a longer chain"
-    return f"{with_unit(value, unit, max(known, error))}, settled to {error:.1e}"
+    return f"{with_unit(value, unit, max(estimate, error))}, settled to {error:.1e}"

@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from hertzchain.report.picture import Picture
 
 _KINDS = {"peaks": "peak force", "forces": "contact force", "gauges": "force on a gauge"}
-_INSIDE = (5, 95)  # percentiles of the results of a band, as a spread has them
+_BAND_PERCENTILES = (5, 50, 95)  # of the results of a band, as a spread has them
 _DASHES = ("-", "--", ":", "-.")
-_FEW = 3  # contacts whose force over time is drawn by default
+_DRAWN_CONTACTS = 3  # contacts whose force over time is drawn by default
 
 _Line = tuple[FloatArray, FloatArray, FloatArray, FloatArray]  # x, middle, low, high
 
@@ -54,22 +54,23 @@ def plot(
     is_named = isinstance(results, Mapping) and len(results) > 0
     require(is_named, "results", None, "must be results by name: {'steel': result}")
     groups = {
-        name: list(one) if isinstance(one, list | tuple) else [one] for name, one in results.items()
+        name: list(group) if isinstance(group, list | tuple) else [group]
+        for name, group in results.items()
     }
-    each = [one for group in groups.values() for one in group]
-    are_results = all(groups.values()) and all(isinstance(one, Result) for one in each)
+    each = [result for group in groups.values() for result in group]
+    are_results = all(groups.values()) and all(isinstance(result, Result) for result in each)
     require(are_results, "results", None, "must have a result, or a list of them, for each name")
     if draw == "forces":
-        most = min(one.scene.last_contact for one in each)
-        shortest = min(each, key=lambda one: one.scene.last_contact)
-        first = max(one.scene.contacts[0] for one in each)
-        own = [contact for contact in drawn_contacts(shortest, _FEW) if contact >= first]
-        contacts = contacts or own
+        most = min(result.scene.last_contact for result in each)
+        shortest = min(each, key=lambda result: result.scene.last_contact)
+        first = max(result.scene.contacts[0] for result in each)
+        drawn_by_default = [k for k in drawn_contacts(shortest, _DRAWN_CONTACTS) if k >= first]
+        contacts = contacts or drawn_by_default
         allowed = f"must be numbers from {first} to {most}, which all results have"
-        is_there = all(first <= one <= most for one in contacts)
+        is_there = all(first <= contact <= most for contact in contacts)
         require(is_there, "contacts", contacts, allowed)
     for name, group in groups.items():
-        alike = len({one.scene.contacts for one in group}) == 1
+        alike = len({result.scene.contacts for result in group}) == 1
         require(alike, "results", name, "must have chains of one length")
     panels = _panels(groups, draw, contacts)
     if len(groups) == 1:
@@ -90,7 +91,7 @@ def plot(
         in_units(axes.yaxis, f"{what or _KINDS[draw]} [N]")
         axes.grid(alpha=0.25)
     if draw != "peaks":
-        ends = [_changes(line) for one in panels.values() for line in one.values()]
+        ends = [_changes(line) for lines in panels.values() for line in lines.values()]
         drawn[-1].set_xlim(min(begin for begin, _ in ends), max(end for _, end in ends))
     in_units(drawn[-1].xaxis, "contact" if draw == "peaks" else "time [s]")
     legend_above(drawn[0])
@@ -109,14 +110,15 @@ def _panels(
 ) -> dict[str, dict[str, _Line]]:
     """Return the lines of each panel, by the names of their results."""
     series = {
-        name: [_series(one, draw, contacts) for one in group] for name, group in groups.items()
+        name: [_series(result, draw, contacts) for result in group]
+        for name, group in groups.items()
     }
-    names = dict.fromkeys(what for group in series.values() for one in group for what in one)
+    names = dict.fromkeys(what for group in series.values() for curves in group for what in curves)
     return {
         what: {
-            name: _band([one[what] for one in group])
+            name: _band([curves[what] for curves in group])
             for name, group in series.items()
-            if all(what in one for one in group)
+            if all(what in curves for curves in group)
         }
         for what in names
     }
@@ -136,12 +138,12 @@ def _series(
                 np.full(time.size, np.nan_to_num(read.force_error)))  # none without a pulse
             for name, read in zip(frame.columns[1:], result.gauges, strict=True)
         }  # fmt: skip
-    found = {}
+    curves = {}
     for contact in contacts or ():
         time, force = with_peak(result, contact)
         error = np.full(time.size, result.peak_errors[result.scene.contacts.index(contact)])
-        found[result.scene.contact_name(contact)] = time, force, error
-    return found
+        curves[result.scene.contact_name(contact)] = time, force, error
+    return curves
 
 
 def _band(each: Sequence[tuple[FloatArray, FloatArray, FloatArray]]) -> _Line:
@@ -152,5 +154,5 @@ def _band(each: Sequence[tuple[FloatArray, FloatArray, FloatArray]]) -> _Line:
     # Only as long as all of them last.
     x = x[(x >= max(at[0] for at, _, _ in each)) & (x <= min(at[-1] for at, _, _ in each))]
     values = [np.interp(x, at, other) for at, other, _ in each]
-    low, middle, high = np.percentile(values, (_INSIDE[0], 50, _INSIDE[1]), axis=0)
+    low, middle, high = np.percentile(values, _BAND_PERCENTILES, axis=0)
     return x, middle, low, high

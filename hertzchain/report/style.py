@@ -16,7 +16,7 @@ GIVEN = "given"  # given peaks, which belong to no engine
 
 # Label, colour and marker. Okabe and Ito's colours; Tol's wine for what is given.
 _LOOKS = {
-    **{one.name: (one.label, one.colour, one.marker) for one in ENGINES.values()},
+    **{engine.name: (engine.label, engine.colour, engine.marker) for engine in ENGINES.values()},
     "eq6": ("Eq. 6", "#D55E00", "s"),
     "eq9": ("Eq. 9", "#009E73", "^"),
     GIVEN: ("given", "#882255", "D"),
@@ -26,15 +26,15 @@ LABELS = {name: label for name, (label, _, _) in _LOOKS.items()}
 COLOURS = {name: colour for name, (_, colour, _) in _LOOKS.items()}
 MARKERS = {name: marker for name, (_, _, marker) in _LOOKS.items()}
 
-_DISTINCT = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#F0E442", "#000000")
+_PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#F0E442", "#000000")
 
 
 def distinct(k: int) -> str:
     """The k-th of Okabe and Ito's colours, which repeat."""
-    return _DISTINCT[k % len(_DISTINCT)]
+    return _PALETTE[k % len(_PALETTE)]
 
 
-_NEAR, _ROOM = 0.5, 0.08
+_FLAT_FORCE_RATIO, _MARGIN_SHARE = 0.5, 0.08
 """From this share of the largest force on for the smallest, an axis need not start at 0; room above
 and below, of all that is drawn (both chosen).
 """
@@ -42,8 +42,8 @@ and below, of all that is drawn (both chosen).
 
 def force_limits(smallest: float, largest: float) -> tuple[float, float]:
     """Ends of an axis of forces [N]: from 0, or around the forces if all are far from 0."""
-    around = smallest > _NEAR * largest
-    room = _ROOM * (largest - smallest if around and largest > smallest else largest)
+    around = smallest > _FLAT_FORCE_RATIO * largest
+    room = _MARGIN_SHARE * (largest - smallest if around and largest > smallest else largest)
     return (smallest - room, largest + room) if around else (0.0, largest + room or 1.0)
 
 

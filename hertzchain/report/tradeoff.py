@@ -26,13 +26,13 @@ def print_tradeoff(console: Console, tradeoffs: Sequence[Tradeoff]) -> None:
     if len(tradeoffs) == 1:
         title = describe(tradeoffs[0].scene)
     console.print(title, style="bold", end="\n\n")
-    known = max(one.truth_error for one in tradeoffs)
+    floor = max(tradeoff.truth_error for tradeoff in tradeoffs)
     rows = [replace(point.row, error=point.highest) for point in typical(tradeoffs)]
-    found = {wanted: cheapest(rows, wanted, known) for wanted in _ACCURACIES}
-    found = {wanted: reached for wanted, reached in found.items() if reached}
+    by_accuracy = {wanted: cheapest(rows, wanted, floor) for wanted in _ACCURACIES}
+    by_accuracy = {wanted: reached for wanted, reached in by_accuracy.items() if reached}
     best = {
         wanted: min(reached.values(), key=lambda row: row.wall_time)
-        for wanted, reached in found.items()
+        for wanted, reached in by_accuracy.items()
     }
     console.print("The cheapest way to peaks of a wanted accuracy")
     header = ("right to", "contender", "with", "error", "force evaluations", "time [ms]")
@@ -53,7 +53,7 @@ def print_tradeoff(console: Console, tradeoffs: Sequence[Tradeoff]) -> None:
         "Time: the least of some runs, on code that is loaded and compiled. LAMMPS: with the"
         " creation of its instance,\nwithout estimating its error. rtol: the native solver chooses"
         " method and steps; its estimate takes more runs.\nThe truth is known to"
-        f" {known:.1g}."
+        f" {floor:.1g}."
     )
 
 

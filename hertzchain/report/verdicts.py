@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 def of_comparison(comparison: Comparison) -> Document:
     """Return the document of a comparison."""
     formulas = comparison.formulas
-    others = {name: found for name, found in comparison.results.items() if name != "native"}
+    others = {name: result for name, result in comparison.results.items() if name != "native"}
     named = FORMULAS if comparison.scene.is_plain else ()  # formulas are only for plain scenes
     equations = {name: getattr(formulas, name) for name in named}
     drawn = {name: result.peak_force for name, result in others.items()}
@@ -71,16 +71,16 @@ def of_comparison(comparison: Comparison) -> Document:
 
 
 def _compared_peaks(
-    comparison: Comparison, found: Mapping[str, FloatArray], equations: Mapping[str, FloatArray]
+    comparison: Comparison, peaks: Mapping[str, FloatArray], equations: Mapping[str, FloatArray]
 ) -> Peaks:
     """Return peaks with nine digits for simulations, six for formulas, and their differences."""
     native = comparison.native
     nothing = np.full(native.contact.size, np.nan)
-    codes = {name: found.get(name, nothing) for name in comparison.wanted if name != "native"}
+    codes = {name: peaks.get(name, nothing) for name in comparison.wanted if name != "native"}
     columns = {**codes, **equations}
     labels = [LABELS[name] for name in columns]
 
-    errors = {name: comparison.results[name].peak_errors for name in ("native", *found)}
+    errors = {name: comparison.results[name].peak_errors for name in ("native", *peaks)}
 
     def row(k: int) -> list[str]:
         peak = native.peak_force[k]
@@ -92,7 +92,7 @@ def _compared_peaks(
             ""
             if not peak > 0
             or np.isnan(column[k])
-            or max(errors[one][k] for one in ("native", name) if one in errors) >= 1
+            or max(errors[code][k] for code in ("native", name) if code in errors) >= 1
             else f"{column[k] / peak - 1:{'+.1e' if name in codes else '+.2%'}}"
             for name, column in columns.items()
         ]
@@ -114,7 +114,7 @@ def _compared_peaks(
 
 def _answers(comparison: Comparison) -> Table:
     """Return the facts of each simulation side by side, and their cost."""
-    known = {
+    facts = {
         name: {
             **dict(main_facts(result)),
             "error, at most": f"{result.wanted_error:.1e}",
@@ -135,8 +135,8 @@ def _answers(comparison: Comparison) -> Table:
         "What each of them says of the chain as a whole",
         ["", *(LABELS.get(name, name) for name in wanted)],
         [
-            [label, *((known | {"formulas": said}).get(name, {}).get(label, "") for name in wanted)]
-            for label in known["native"]
+            [label, *((facts | {"formulas": said}).get(name, {}).get(label, "") for name in wanted)]
+            for label in facts["native"]
         ],
     )
 
@@ -207,8 +207,8 @@ def of_judgement(judgement: Judgement) -> Document:
 
 
 def _judged_peaks(judgement: Judgement) -> Peaks:
-    rows, known = judgement.rows, {True: "pass", False: "FAIL", None: "not judged"}
-    words = ["not given" if row["given_N"] is None else known[row["passed"]] for row in rows]  # type: ignore[index]
+    rows, verdicts = judgement.rows, {True: "pass", False: "FAIL", None: "not judged"}
+    words = ["not given" if row["given_N"] is None else verdicts[row["passed"]] for row in rows]  # type: ignore[index]
     given, reference = (
         np.array([row[key] for row in rows], np.float64) for key in ("given_N", "reference_N")
     )
@@ -247,12 +247,12 @@ def _facts(judgement: Judgement, judged: int, failed: int) -> list[tuple[str, st
     return facts
 
 
-_NO_CHANGE = 1e-9  # relative change of peaks that is round-off (chosen)
+_ROUND_OFF = 1e-9  # relative change of peaks that is round-off (chosen)
 
 
 def of_examination(examination: DeckExamination) -> Document:
     """Return the document of an examination of a user's deck."""
-    native, tolerance, found = examination.reference, examination.tolerance, examination.found
+    native, tolerance, deck = examination.reference, examination.tolerance, examination.found
     to_correct, small = examination.to_correct, examination.small
     compared = len(examination.checks)
     if examination.passed:
@@ -271,7 +271,7 @@ def of_examination(examination: DeckExamination) -> Document:
         sentence += " None of its peaks can be judged."
     else:
         sentence += f" Its peaks are off by {off} at most, {tolerance:g} is allowed."
-    dt = max((run.dt for run in found.runs), default=0.0)
+    dt = max((run.dt for run in deck.runs), default=0.0)
     return Document(
         kind="Examination of a deck",
         numbers=examination.to_dict,
@@ -280,7 +280,7 @@ def of_examination(examination: DeckExamination) -> Document:
         verdict=Verdict(
             examination.passed,
             sentence,
-            [*(Failure(one.name, _with_effect(one), _advice(one)) for one in to_correct),
+            [*(Failure(check.name, _with_effect(check), _advice(check)) for check in to_correct),
              *([] if peaks.passed else [Failure(peaks.name, peaks.sentence, _advice(peaks))])],
             [*examination.remarks, *native.warnings],
         ),
@@ -289,25 +289,25 @@ def of_examination(examination: DeckExamination) -> Document:
         limits=[("lammps", "tolerance", tolerance)],
         facts=[
             ("deck", _about(examination)),
-            ("checks", f"{sum(one.passed for one in examination.checks)} of {compared} passed"),
+            ("checks", f"{sum(check.passed for check in examination.checks)} of {compared} passed"),
             ("largest difference of the peaks", off),
             ("largest time step", f"{dt:.4g} s"),
-            ("LAMMPS", found.version),
+            ("LAMMPS", deck.version),
         ],
         remarks=_remarks(examination),
         findings=[
             *_findings(examination),
-            *([Finding([peaks.sentence], False, "", "")] if found.stopped else []),
-            *(_small(one) for one in small),
+            *([Finding([peaks.sentence], False, "", "")] if deck.stopped else []),
+            *(_small(check) for check in small),
         ],
     )  # fmt: skip
 
 
 def _about(examination: DeckExamination) -> str:
     """Return words for units and axis of a deck."""
-    found = examination.found
-    end = ", shocked at its upper end" if found.reversed else ""
-    return f"{examination.deck}: units {found.units}, the chain lies along {found.axis}{end}"
+    deck = examination.found
+    end = ", shocked at its upper end" if deck.reversed else ""
+    return f"{examination.deck}: units {deck.units}, the chain lies along {deck.axis}{end}"
 
 
 def _share(effect: float | None) -> str:
@@ -333,7 +333,7 @@ def _effect(check: DeckCheck) -> str:
     if not math.isfinite(check.effect):
         return "no bound of its effect on the peaks"
     return (
-        "changes no peak" if check.effect < _NO_CHANGE else f"changes peaks by {check.effect:.1e}"
+        "changes no peak" if check.effect < _ROUND_OFF else f"changes peaks by {check.effect:.1e}"
     )
 
 
@@ -344,25 +344,25 @@ def _with_effect(check: DeckCheck) -> str:
 
 def _findings(examination: DeckExamination) -> list[Finding]:
     """Return the findings line by line, with proven corrections."""
-    found = []
-    for one in examination.findings:
-        place, note = one.checks[0].place, ""
-        if one.follows is not None:
-            note = f"this follows from {one.follows + 1}"
-        elif one.with_others:
+    findings = []
+    for finding in examination.findings:
+        place, note = finding.checks[0].place, ""
+        if finding.follows is not None:
+            note = f"this follows from {finding.follows + 1}"
+        elif finding.with_others:
             note = "correct only together with the other corrections"
-        found.append(
+        findings.append(
             Finding(
-                [_with_effect(check) for check in one.checks],
+                [_with_effect(check) for check in finding.checks],
                 False,
                 "" if place is None else str(place),
                 "" if place is None else place.written,
                 [(f"{line.file}:{line.line}", line.written, line.commands)
-                 for line in one.correction],
+                 for line in finding.correction],
                 note,
             )
         )  # fmt: skip
-    return found
+    return findings
 
 
 def _small(check: DeckCheck) -> Finding:
@@ -384,16 +384,16 @@ def _examined_peaks(examination: DeckExamination) -> Peaks:
 def _remarks(examination: DeckExamination) -> list[str]:
     """Return sentences on parts not examined, and on commands left out."""
     left = [  # an output that is not written changes nothing
-        f"{one.file}:{one.line}: “{one.written.strip()}” was left out: {one.why_not}"
-        for one in _once(examination.left_out)
-        if one.text.split()[0] != "print" and "write files" not in str(one.why_not)
+        f"{line.file}:{line.line}: “{line.written.strip()}” was left out: {line.why_not}"
+        for line in _once(examination.left_out)
+        if line.text.split()[0] != "print" and "write files" not in str(line.why_not)
     ]
     return [*examination.remarks, *left]
 
 
 def _once(commands: Sequence[Executed]) -> list[Executed]:
     """Return commands without the repetitions of a loop."""
-    return list({(one.file, one.line): one for one in commands}.values())
+    return list({(command.file, command.line): command for command in commands}.values())
 
 
 def of_traces(judgement: TraceJudgement) -> Document:
@@ -433,13 +433,13 @@ def of_traces(judgement: TraceJudgement) -> Document:
 
 def _overlays(judgement: TraceJudgement) -> list[Overlay]:
     """Return the traces with the reference, while it is known."""
-    known, traces = judgement.known, judgement.traces
+    expected, traces = judgement.known, judgement.traces
     time = traces.time - judgement.shift
-    during = (time >= 0) & (time <= known.until)
+    during = (time >= 0) & (time <= expected.until)
     return [
         Overlay(
             gauge.place, time[during], traces.force[during, k],
-            known.at(k, time[during]),
+            expected.at(k, time[during]),
         )
         for k, gauge in enumerate(traces.gauges)
     ]  # fmt: skip
@@ -448,7 +448,7 @@ def _overlays(judgement: TraceJudgement) -> list[Overlay]:
 def _pulses(judgement: TraceJudgement) -> Peaks:
     """Return the first pulse of each gauge next to that of the reference."""
     readings, noise = judgement.known.readings, judgement.traces.noise
-    numbers = {(one.of, one.kind.name.split()[0]): one for one in judgement.numbers}
+    numbers = {(value.of, value.kind.name.split()[0]): value for value in judgement.numbers}
 
     def row(k: int) -> list[str]:
         read, of = readings[k], readings[k].gauge.place
@@ -456,7 +456,7 @@ def _pulses(judgement: TraceJudgement) -> Peaks:
         if (of, "first") not in numbers:
             return [of, "", "", "", "", scatter]
         height, width = numbers[of, "first"], numbers[of, "width"]
-        off = (f"{one.measured / one.simulated - 1:+.1e}" for one in (height, width))
+        off = (f"{value.measured / value.simulated - 1:+.1e}" for value in (height, width))
         return [of, number(height.measured, 6), number(height.simulated, 6), *off, scatter]
 
     return Peaks(

@@ -11,9 +11,9 @@ from hertzchain.observables.result import Result
 from hertzchain.scene.natural_units import force_scale
 from hertzchain.scene.scene import Scene
 
-READINGS = 4_000_000  # times and granules recorded at once: 100 MB for each simulation
-_FINE = 0.2  # wave's units of time between recorded times: at 0.4 a map shows 95 % of each peak
-_STILL, _ROOM = 0.01, 0.03
+MOST_READINGS = 4_000_000  # times and granules recorded at once: 100 MB for each simulation
+_FRAME_TIME = 0.2  # in the wave's units of time: at 0.4 a map shows 95 % of each peak
+_STILL_FORCE_RATIO, _MARGIN_SHARE = 0.01, 0.03
 """Change of a force over the largest that is too small to be visible; room before and after the
 motion, over its duration (both chosen)."""
 
@@ -32,8 +32,8 @@ def frame_times(scene: Scene, count: int) -> FloatArray:
 
 def plot_times(scene: Scene) -> FloatArray:
     """Equally spaced times at which to record a run so that its wave can be drawn [s]."""
-    wanted = int(np.ceil(scene.end_time / (_FINE * wave_time(scene)))) + 1
-    return frame_times(scene, int(np.clip(wanted, 2, max(2, READINGS // scene.chain.granules))))
+    wanted = int(np.ceil(scene.end_time / (_FRAME_TIME * wave_time(scene)))) + 1
+    return frame_times(scene, max(2, min(wanted, MOST_READINGS // scene.chain.granules)))
 
 
 def wave_time(scene: Scene) -> float:
@@ -64,9 +64,9 @@ def with_peak(result: Result, contact: int) -> tuple[FloatArray, FloatArray]:
 
 def while_moving(time: FloatArray, off: FloatArray) -> tuple[float, float]:
     """Return start and end of changing forces [s], by their change at each time, with room."""
-    at = np.flatnonzero(off > _STILL * np.max(off))
+    at = np.flatnonzero(off > _STILL_FORCE_RATIO * np.max(off))
     if not at.size:
         return float(time[0]), float(time[-1])
     begin, end = time[max(at[0] - 1, 0)], time[min(at[-1] + 1, time.size - 1)]
-    room = _ROOM * (end - begin)
+    room = _MARGIN_SHARE * (end - begin)
     return float(max(begin - room, time[0])), float(min(end + room, time[-1]))

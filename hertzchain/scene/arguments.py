@@ -34,7 +34,7 @@ from hertzchain.scene.keys import Key
 
 _Public = TypeVar("_Public")
 
-_PLAIN: dict[Any, Key] = {float: Key(), int: Key(kind="int"), bool: Key(kind="bool")}
+_NUMBER_KEYS: dict[Any, Key] = {float: Key(), int: Key(kind="int"), bool: Key(kind="bool")}
 """Keys of numbers whose annotation has no range of its own."""
 
 _CLASSES: dict[Any, tuple[str, Any]] = {
@@ -54,8 +54,8 @@ class _Kind(NamedTuple):
     read: Callable[[Any], Any]
 
 
-_ANYTHING = _Kind("anything", lambda value: value)
-_WRONG = (AttributeError, TypeError, ValueError, OverflowError)
+_ANY_KIND = _Kind("anything", lambda value: value)
+_READING_ERRORS = (AttributeError, TypeError, ValueError, OverflowError)
 
 
 class _Names(dict[str, Any]):
@@ -117,7 +117,7 @@ def _checked(function: Any, fields: Mapping[str, Any]) -> Any:
             return value
         try:
             return kind.read(value)
-        except _WRONG:
+        except _READING_ERRORS:
             raise SceneError(name, value, f"must be {kind.words}") from None
 
     @functools.wraps(function)
@@ -142,35 +142,35 @@ def _kind(annotation: Any) -> _Kind:  # noqa: PLR0911 - one for each kind of ann
     if annotation in (ArrayLike, FloatArray):
         return _Kind("an array of numbers", _to_array)
     if origin in (Union, UnionType):
-        kinds = [_kind(one) for one in inner if one is not NoneType]
+        kinds = [_kind(hint) for hint in inner if hint is not NoneType]
         words, optional = _listed([kind.words for kind in kinds]), NoneType in inner
         return _Kind(
             words, lambda value: None if optional and value is None else _first(kinds, value)
         )
     if origin is Annotated:
-        return _of_key(inner[1]) if isinstance(inner[1], Key) else _ANYTHING
+        return _of_key(inner[1]) if isinstance(inner[1], Key) else _ANY_KIND
     if origin is Literal:
         return _of_key(Key(kind="str", choices=inner))
-    if annotation in _PLAIN:
-        return _of_key(_PLAIN[annotation])
+    if annotation in _NUMBER_KEYS:
+        return _of_key(_NUMBER_KEYS[annotation])
     if annotation in _CLASSES or origin in _CLASSES:
         return _of_class(*_CLASSES[origin or annotation])
     if inspect.isclass(origin) and issubclass(origin, Mapping):
         keys, values = map(_kind, inner)
         return _Kind(
             "a mapping",
-            lambda given: {keys.read(key): values.read(one) for key, one in given.items()},
+            lambda given: {keys.read(key): values.read(value) for key, value in given.items()},
         )
     if inspect.isclass(origin) and issubclass(origin, Iterable) and origin is not np.ndarray:
-        kinds = [_kind(one) for one in inner if one is not Ellipsis]
+        kinds = [_kind(hint) for hint in inner if hint is not Ellipsis]
         count = len(kinds) if len(inner) > 1 and inner[-1] is not Ellipsis else None
         words = "a list, each entry" if count is None else f"{count} values, each"
         return _Kind(f"{words} {kinds[0].words}", lambda given: _to_list(kinds, count, given))
     is_protocol = getattr(annotation, "_is_protocol", False)
     if not inspect.isclass(annotation) or annotation in (Any, object) or is_protocol:
-        return _ANYTHING
+        return _ANY_KIND
     classes = annotation.__subclasses__() if inspect.isabstract(annotation) else [annotation]
-    names = [one.__name__ for one in classes]
+    names = [cls.__name__ for cls in classes]
     words = _listed([f"{'an' if name[0] in 'AEIOU' else 'a'} {name}" for name in names])
     return _of_class(words, annotation)
 
@@ -195,7 +195,7 @@ def _refuse() -> NoReturn:
 
 def _first(kinds: list[_Kind], value: Any) -> Any:
     for kind in kinds:
-        with suppress(*_WRONG):
+        with suppress(*_READING_ERRORS):
             return kind.read(value)
     return _refuse()
 

@@ -15,7 +15,7 @@ from hertzchain.contact import hertz
 from hertzchain.errors import require
 from hertzchain.scene.keys import Key, check, key, keys_of
 
-MOST_UNLIKE = 1_000_000
+MOST_UNLIKE_GRANULES = 1_000_000
 """Largest number of granules in a scene with terms, which stores a dozen numbers for each (chosen).
 """
 
@@ -107,8 +107,7 @@ class Chain:
 
         A copy with other values, by ``dataclasses.replace``, has no section.
         """
-        found: Mapping[str, Any] | None = self.__dict__.get("_section")
-        return found
+        return self.__dict__.get("_section")
 
     @property
     def first_modulus(self) -> float:
@@ -158,5 +157,5 @@ def granule_mass(radius: Any, density: Any) -> Any:
 
 def short_repr(part: Any) -> str:
     """The repr of a frozen object, with only the first six values of long tuples."""
-    values = (f"{one.name}={reprlib.repr(getattr(part, one.name))}" for one in fields(part))
+    values = (f"{field.name}={reprlib.repr(getattr(part, field.name))}" for field in fields(part))
     return f"{type(part).__name__}({', '.join(values)})"

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 from hertzchain.errors import SceneError, did_you_mean, require
 from hertzchain.files import read_bytes
-from hertzchain.scene.chain import MATERIAL, MOST_UNLIKE, Chain
+from hertzchain.scene.chain import MATERIAL, MOST_UNLIKE_GRANULES, Chain
 from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.keys import Key, keys_of
 from hertzchain.scene.schedule import Run
@@ -32,23 +32,23 @@ from hertzchain.scene.shocks import (
 from hertzchain.scene.terms import Contact, Precompression, Wall
 from hertzchain.scene.uncertain import SECTIONS_OF_UNCERTAIN, read_uncertain, sections_of_uncertain
 
-_SAME = {name: key for name, key in keys_of(Chain).items() if name != "granules"}
+_CELL_KEYS = {name: key for name, key in keys_of(Chain).items() if name != "granules"}
 """Keys by which a granule of a segment can differ."""
 
 RADIUS_RATIO = Key("", "radius over that of the granule before", above=0)
 """Key of a taper: a segment without a cell."""
 
-OF_SEGMENT = {"granules": Key("", "granules", least=1, most=MOST_UNLIKE, kind="int"),
-               **_SAME, "radius_ratio": RADIUS_RATIO}  # fmt: skip
+SEGMENT_KEYS = {"granules": Key("", "granules", least=1, most=MOST_UNLIKE_GRANULES, kind="int"),
+               **_CELL_KEYS, "radius_ratio": RADIUS_RATIO}  # fmt: skip
 """Keys of a segment."""
 
 _COLUMNS = {
     "_".join(filter(None, (name, key.unit.replace("/", "_").replace("^", "")))): name
-    for name, key in _SAME.items()
+    for name, key in _CELL_KEYS.items()
 }
 """Columns of a table of granules, with their keys."""
 
-_OPTIONAL = tuple(column for column in _COLUMNS if _COLUMNS[column] not in (*MATERIAL, "gap"))
+_OPTIONAL_COLUMNS = tuple(name for name in _COLUMNS if _COLUMNS[name] not in (*MATERIAL, "gap"))
 """Columns that may be absent."""
 
 _LARGEST_TABLE_BYTES = 50_000_000
@@ -64,16 +64,17 @@ def expand(defaults: Chain, segments: Any, quantities: Quantities) -> Chain:
     is_list = isinstance(segments, list) and segments
     require(bool(is_list), "chain.segments", segments, allowed)
     counts = 0
-    columns: dict[str, list[float]] = {key: [] for key in _SAME}
+    columns: dict[str, list[float]] = {key: [] for key in _CELL_KEYS}
     read: list[dict[str, Any]] = []
     for number, segment in enumerate(segments, start=1):
         name = f"chain.segments.{number}"
         require(isinstance(segment, dict), name, segment, allowed)
-        values = quantities(name, segment, OF_SEGMENT, ("cell",))
+        values = quantities(name, segment, SEGMENT_KEYS, ("cell",))
         require("granules" in values, f"{name}.granules", None, "missing")
         most, granules = defaults.granules, values["granules"]
-        require(most <= MOST_UNLIKE, "chain.granules", most, f"must be at most {MOST_UNLIKE}")
-        OF_SEGMENT["granules"].check(f"{name}.granules", granules)
+        allowed = f"must be at most {MOST_UNLIKE_GRANULES}"
+        require(most <= MOST_UNLIKE_GRANULES, "chain.granules", most, allowed)
+        SEGMENT_KEYS["granules"].check(f"{name}.granules", granules)
         counts += granules
         require(counts <= most, f"{name}.granules", granules, _sum_allowed(most, "more"))
         cells = _cells(name, values, quantities)
@@ -81,7 +82,7 @@ def expand(defaults: Chain, segments: Any, quantities: Quantities) -> Chain:
         _fill(columns, defaults, values, cells, granules, name)
     require(counts == defaults.granules, "chain.segments", None, _sum_allowed(defaults.granules))
     try:
-        chain = Chain(defaults.granules, *(columns[key] or None for key in _SAME))
+        chain = Chain(defaults.granules, *(columns[key] or None for key in _CELL_KEYS))
     except SceneError as problem:
         raise SceneError(f"chain.{problem.key}", problem.value, problem.allowed) from None
     given = {key: value for key, value in asdict(defaults).items() if value is not None}
@@ -99,12 +100,14 @@ def _cells(name: str, values: Mapping[str, Any], quantities: Quantities) -> list
         return [{}]
     cell = values["cell"]
     allowed = "must be a list of one or more tables, [{...}, {...}]; {} is a granule as in [chain]"
-    is_cell = isinstance(cell, list) and cell and all(isinstance(one, dict) for one in cell)
+    is_cell = isinstance(cell, list) and cell and all(isinstance(granule, dict) for granule in cell)
     require(bool(is_cell), f"{name}.cell", cell, allowed)
     if "radius_ratio" in values:
         allowed = "not allowed with a cell, in which each granule has its own radius"
         raise SceneError(f"{name}.radius_ratio", values["radius_ratio"], allowed)
-    return [quantities(f"{name}.cell.{k}", one, _SAME) for k, one in enumerate(cell, start=1)]
+    return [
+        quantities(f"{name}.cell.{k}", granule, _CELL_KEYS) for k, granule in enumerate(cell, 1)
+    ]
 
 
 def _fill(
@@ -119,12 +122,12 @@ def _fill(
     ratio = values.get("radius_ratio", 1.0)
     RADIUS_RATIO.check(f"{name}.radius_ratio", ratio)
     for k in range(granules):
-        own = {**values, **cells[k % len(cells)]}
+        granule = {**values, **cells[k % len(cells)]}
         for key, column in columns.items():
-            value = own.get(key, getattr(defaults, key))
+            value = granule.get(key, getattr(defaults, key))
             if key == "yield_strength" and defaults.yield_strength is None:
                 allowed = "needs chain.yield_strength, too, for the granules that have none here"
-                require(key not in own, f"{name}.{key}", value, allowed)
+                require(key not in granule, f"{name}.{key}", value, allowed)
                 continue
             column.append(_tapered(value, ratio, k) if key == "radius" else value)
 
@@ -139,8 +142,10 @@ def _tapered(radius: float, ratio: float, k: int) -> float:
 
 def read_granule_table(path: Path, name: str | None = None) -> Chain:
     """Read a chain from a CSV file with a row for each granule. A SceneError says what is wrong."""
-    columns = read_columns(path, "chain.file", name, _LARGEST_TABLE_BYTES, [*_COLUMNS], _OPTIONAL)
-    values: dict[str, Any] = {_COLUMNS[one]: column for one, column in columns.items()}
+    table = read_columns(
+        path, "chain.file", name, _LARGEST_TABLE_BYTES, _COLUMNS, _OPTIONAL_COLUMNS
+    )
+    values: dict[str, Any] = {_COLUMNS[heading]: column for heading, column in table.items()}
     for row, value in enumerate(values.get("fixed", ()), start=1):
         if value not in (0, 1):
             raise SceneError(f"fixed in row {row}", value, "must be 0 or 1", file=path)
@@ -159,7 +164,7 @@ def granule_table(chain: Chain) -> str:
         {
             column: value if isinstance(value, tuple) else (value,) * chain.granules
             for column, value in columns.items()
-            if value or column not in _OPTIONAL
+            if value or column not in _OPTIONAL_COLUMNS
         }
     )
 
@@ -181,9 +186,9 @@ OTHERS: dict[str, type] = {
 }
 """Parts that a scene may have next to its chain and its shock, by section."""
 
-_OF_SHOCKS = {one.section for one in SHOCKS if one.section}
+_SHOCK_SECTIONS = {shock.section for shock in SHOCKS if shock.section}
 
-SECTIONS = tuple(sorted({"chain", "gauge", *_OF_SHOCKS, *OTHERS, *SECTIONS_OF_UNCERTAIN}))
+SECTIONS = tuple(sorted({"chain", "gauge", *_SHOCK_SECTIONS, *OTHERS, *SECTIONS_OF_UNCERTAIN}))
 
 _PARTS = [
     ("chain", Chain),
@@ -201,17 +206,17 @@ SEGMENT = re.compile(r"(?:chain\.)?segments\.(\d+)\.(?:cell\.(\d+)\.)?(\w+)")
 """The name of a key of a segment: its number, that of a granule of its cell, the key."""
 
 
-def full_names(name: object, known: Iterable[str], preferred: Collection[str] = ()) -> list[str]:
+def full_names(name: object, names: Iterable[str], preferred: Collection[str] = ()) -> list[str]:
     """Return the full name of a key that is given with or without its section; none if unknown.
 
     If several sections have the key, a preferred one is taken, else a SceneError lists them.
     """
-    found = [one for one in known if name in (one, one.partition(".")[2] or one)]
-    if len(found) > 1:
-        found = [one for one in found if one in preferred] or found
-    allowed = f"is in several sections: name one of {', '.join(found)}"
-    require(len(found) <= 1, str(name), None, allowed)
-    return found
+    matches = [full for full in names if name in (full, full.partition(".")[2] or full)]
+    if len(matches) > 1:
+        matches = [full for full in matches if full in preferred] or matches
+    allowed = f"is in several sections: name one of {', '.join(matches)}"
+    require(len(matches) <= 1, str(name), None, allowed)
+    return matches
 
 
 def key_named(name: str) -> Key | None:
@@ -219,10 +224,10 @@ def key_named(name: str) -> Key | None:
 
     The same name has the same unit in every section.
     """
-    if (found := SEGMENT.fullmatch(name)) is not None:
-        return OF_SEGMENT.get(found[3])
-    known = (key for full, key in KEYS.items() if name in (full, full.partition(".")[2]))
-    return next(known, None)
+    if (segment := SEGMENT.fullmatch(name)) is not None:
+        return SEGMENT_KEYS.get(segment[3])
+    keys = (key for full, key in KEYS.items() if name in (full, full.partition(".")[2]))
+    return next(keys, None)
 
 
 def sections_of(scene: Any, defaults: bool = True) -> dict[str, Any]:
@@ -268,8 +273,9 @@ def _of_shock(shock: Shock, defaults: bool) -> dict[str, Any]:
 
 def _given(part: Any, defaults: bool) -> dict[str, Any]:
     """The fields of a frozen object that are given, without None and perhaps without defaults."""
-    known = () if part is None else fields(part)
-    values = {one.name: (getattr(part, one.name), one.default) for one in known}
+    if part is None:
+        return {}
+    values = {field.name: (getattr(part, field.name), field.default) for field in fields(part)}
     return {
         key: list(value) if isinstance(value, tuple) else value
         for key, (value, default) in values.items()
@@ -281,7 +287,7 @@ _Kind = TypeVar("_Kind")
 
 _LARGEST_FILE_BYTES = 100_000
 """Largest size of a scene file [bytes], chosen; the one of `make demo` has 500."""
-_MOST_DOTS = 200
+_MOST_DOTS_IN_LINE = 200
 """Most dots in a line (chosen): tomllib's time grows as the square of the dots of a key, to 35 s at
 32,000.
 """
@@ -333,19 +339,19 @@ def _load(path: Path) -> dict[str, Any]:
         ) from None
     try:
         text = content.decode("utf-8-sig")
-        if any(line.count(".") > _MOST_DOTS for line in text.split("\n")):
-            raise ValueError(f"a line with more than {_MOST_DOTS} dots")  # noqa: TRY301
+        if any(line.count(".") > _MOST_DOTS_IN_LINE for line in text.split("\n")):
+            raise ValueError(f"a line with more than {_MOST_DOTS_IN_LINE} dots")  # noqa: TRY301
         return tomllib.loads(text)
     except UnicodeDecodeError:
         raise SceneError("", None, "is not TOML: save it as UTF-8 text", path) from None
     except (ValueError, RecursionError) as problem:  # not TOML, or nested too deeply
         hint = '; a value with a unit stands in quotes, "103 GPa"'
-        if any(word in str(problem) for word in _GIVEN_TWICE):
+        if any(word in str(problem) for word in _DUPLICATE_WORDS):
             hint = "; a key or a section is given twice: delete one of them"
         raise SceneError("", None, f"is not TOML: {problem!s:.200}{hint}", path) from None
 
 
-_GIVEN_TWICE = ("overwrite a value", "Duplicate", "twice")
+_DUPLICATE_WORDS = ("overwrite a value", "Duplicate", "twice")
 """Part of tomllib's message on a key or a section that is given twice; its errors have no code."""
 
 
@@ -355,7 +361,7 @@ def _parts(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:
         require(key in SECTIONS, key, value, allowed + did_you_mean(key, SECTIONS))
         if key == "gauge":
             allowed = "must be [[gauge]], with two brackets: there may be several"
-            is_list = isinstance(value, list) and all(isinstance(one, dict) for one in value)
+            is_list = isinstance(value, list) and all(isinstance(gauge, dict) for gauge in value)
             require(is_list, key, value, allowed)
             continue
         require(isinstance(value, dict), key, value, f"must be a section, [{key}]")
@@ -370,8 +376,8 @@ def _parts(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     others = {name: kind for name, kind in OTHERS.items() if name in document}
     parts |= {name: _section(name, document[name], kind) for name, kind in others.items()}
     if "gauge" in document:
-        parts["gauges"] = tuple(_section("gauge", one, Gauge) for one in document["gauge"])
-    known = [name for name in KEYS if name.partition(".")[0] in document]
+        parts["gauges"] = tuple(_section("gauge", gauge, Gauge) for gauge in document["gauge"])
+    possible = [name for name in KEYS if name.partition(".")[0] in document]
     given = {f"{section}.{key}" for section in document for key in document[section]}
     parts["uncertain"] = tuple(
         uncertain
@@ -380,7 +386,7 @@ def _parts(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:
             section,
             document.get(section, {}),
             key_named,
-            lambda key: next(iter(full_names(key, known, given)), key),
+            lambda key: next(iter(full_names(key, possible, given)), key),
         )
     )
     return parts
@@ -417,9 +423,9 @@ def _shock(section: Mapping[str, Any], folder: Path) -> Shock:
     """Read a shock; its ``profile`` comes first, because the other keys depend on it."""
     profile = section.get("profile")
     missing = "" if "profile" in section else "missing, "
-    known = isinstance(profile, str) and profile in OF_PROFILE
+    is_profile = isinstance(profile, str) and profile in OF_PROFILE
     allowed = f"{missing}must be one of {', '.join(OF_PROFILE)}"
-    require(known, "shock.profile", profile, allowed)
+    require(is_profile, "shock.profile", profile, allowed)
     kind = OF_PROFILE[str(profile)]
     keys = keys_of(kind)
     if kind.column is None:
@@ -427,7 +433,7 @@ def _shock(section: Mapping[str, Any], folder: Path) -> Shock:
         return _section("shock", section, kind, besides)
     if "file" not in section and "velocity" in keys:  # a piston without a table
         return _section("shock", section, kind, ("profile", "file"))
-    of_table = {key: one for key, one in keys.items() if key == "granule"}
+    of_table = {"granule": keys["granule"]} if "granule" in keys else {}
     takes = ("profile", "file", *of_table)
     for key in (key for key in section if key_named(f"shock.{key}")):
         allowed = f"not allowed where a file is the shock, which takes {', '.join(takes)}"
@@ -444,21 +450,21 @@ def _shock(section: Mapping[str, Any], folder: Path) -> Shock:
 
 
 def quantities(
-    name: str, section: Mapping[str, Any], known: Mapping[str, Key], besides: Iterable[str] = ()
+    name: str, section: Mapping[str, Any], keys: Mapping[str, Key], besides: Iterable[str] = ()
 ) -> dict[str, Any]:
     """Return the values of a section in SI; errors name the key with its section.
 
     ``besides`` has further allowed keys, which are read elsewhere.
     """
-    names = [*known, *besides]
+    names = [*keys, *besides]
     values: dict[str, Any] = {}
     for key, value in section.items():
         full = f"{name}.{key}"
         allowed = f"unknown key, allowed are {', '.join(names)}{did_you_mean(key, names)}"
-        if key == "diameter" and "radius" in known:
+        if key == "diameter" and "radius" in keys:
             allowed = "unknown key: write radius, half of it"
         require(key in names, full, value, allowed)
-        values[key] = known[key].read(full, value) if key in known else value
+        values[key] = keys[key].read(full, value) if key in keys else value
     return values
 
 
@@ -466,14 +472,14 @@ def _section(
     name: str, section: Mapping[str, Any], kind: Callable[..., _Kind], besides: Iterable[str] = ()
 ) -> _Kind:
     """Build one frozen object from its section; errors name the key with its section."""
-    known = keys_of(kind)  # type: ignore[arg-type]
-    values = quantities(name, section, known, besides)
+    keys = keys_of(kind)  # type: ignore[arg-type]
+    values = quantities(name, section, keys, besides)
     for item in fields(kind):  # type: ignore[arg-type]
-        if item.name in known and item.name not in values:
-            missing = ", ".join(filter(None, ("missing", known[item.name].is_one_of)))
+        if item.name in keys and item.name not in values:
+            missing = ", ".join(filter(None, ("missing", keys[item.name].is_one_of)))
             require(item.default is not MISSING, f"{name}.{item.name}", None, missing)
     try:
-        return kind(**{key: value for key, value in values.items() if key in known})
+        return kind(**{key: value for key, value in values.items() if key in keys})
     except SceneError as problem:
         given = section.get(problem.key, problem.value)
         raise SceneError(f"{name}.{problem.key}", given, problem.allowed) from None

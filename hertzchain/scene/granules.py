@@ -157,9 +157,9 @@ def granules_of(
     gap = np.array(np.broadcast_to(chain.gap, chain.granules)[1:], np.float64)
     is_fixed = np.broadcast_to(chain.fixed, chain.granules)
     if near_wall is not None:
-        its = {key: float(value[0]) for key, value in values.items()}
-        its |= near_wall.material(its["young_modulus"], its["poisson_ratio"])
-        values = {key: np.append(its[key], value) for key, value in values.items()}
+        first_wall = {key: float(value[0]) for key, value in values.items()}
+        first_wall |= near_wall.material(first_wall["young_modulus"], first_wall["poisson_ratio"])
+        values = {key: np.append(first_wall[key], value) for key, value in values.items()}
         velocity, gap = np.append(0.0, velocity), np.append(near_wall.gap, gap)
         is_fixed = np.append(True, is_fixed)
     radius, density = values["radius"], values["density"]
@@ -190,9 +190,9 @@ def granules_of(
     if contact is not None:
         of_contacts = stiffness, _contact_mass(mass, stiffness.size)
         damping = contact.coefficients(*of_contacts)
-        for one, k in (wall, -1), (near_wall, 0):
-            if one is not None and one.own_damping:
-                damping[k] = contact.at(one).coefficients(*of_contacts)[k]
+        for end_wall, k in (wall, -1), (near_wall, 0):
+            if end_wall is not None and end_wall.own_damping:
+                damping[k] = contact.at(end_wall).coefficients(*of_contacts)[k]
     return Granules(
         **values, mass=mass, velocity=velocity, stiffness=stiffness, gap=gap,
         constant_force=constant, static_force=static, damping=damping,
@@ -205,8 +205,8 @@ def _materials(chain: Chain, shock: Shock | None) -> dict[str, FloatArray]:
     values = {key: np.broadcast_to(getattr(chain, key), chain.granules) for key in MATERIAL}
     if shock is not None and shock.material:
         values = {key: np.array(value, np.float64) for key, value in values.items()}
-        for key, own in shock.material.items():
-            values[key][0] = own
+        for key, value in shock.material.items():
+            values[key][0] = value
     return values
 
 

@@ -22,7 +22,7 @@ _FACTOR = r"[^\W\d_][^\W\d]*(?:\s*(?:\*\*|\^)\s*-?\d{1,2})?"
 _QUANTITY = re.compile(
     rf"\s*(?P<number>{_NUMBER})\s*(?P<unit>{_FACTOR}(?:\s*[*/]\s*{_FACTOR}|\s+{_FACTOR})*)?\s*"
 )
-_LONGEST = 80
+_MOST_QUANTITY_CHARS = 80
 """Longest text of a quantity, in characters (chosen)."""
 
 
@@ -37,7 +37,7 @@ def to_si(key: str, value: object, unit: str) -> float:
             return float(value)
         except OverflowError:
             raise SceneError(key, value, f"must be finite: {example}") from None
-    short = isinstance(value, str) and len(value) <= _LONGEST
+    short = isinstance(value, str) and len(value) <= _MOST_QUANTITY_CHARS
     match = _QUANTITY.fullmatch(value) if short and isinstance(value, str) else None
     if match is None:
         meant = _meant(value) if short and isinstance(value, str) else None
@@ -61,7 +61,7 @@ def _meant(value: str) -> str | None:
 
 
 # Pint knows these units too, but loading it takes half a second, a thousand times as long as a run.
-_USUAL = {
+_UNITS = {
     "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "nm": 1e-9},
     "Pa": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "TPa": 1e12, "N/m^2": 1.0},
     "m/s": {"m/s": 1.0, "cm/s": 1e-2, "mm/s": 1e-3, "km/s": 1e3},
@@ -73,7 +73,7 @@ _USUAL = {
 
 
 def _convert(key: str, value: object, number: float, given: str, unit: str, example: str) -> float:
-    factor = _USUAL.get(unit, {}).get(given)
+    factor = _UNITS.get(unit, {}).get(given)
     converted = (
         _by_pint(key, value, number, given, unit, example) if factor is None else (number * factor)
     )
@@ -90,10 +90,10 @@ def _by_pint(key: str, value: object, number: float, given: str, unit: str, exam
         return float(registry.Quantity(number, given).to(wanted).magnitude)
     except pint.DimensionalityError as problem:
         wrong = f"has the wrong dimension ({problem.dim1 or given}), must be {example}"
-        alike = [one for one in _USUAL.get(unit, {}) if one.lower() == given.lower()]
+        alike = [name for name in _UNITS.get(unit, {}) if name.lower() == given.lower()]
         raise SceneError(key, value, wrong + did_you_mean(given, alike)) from None
     except pint.UndefinedUnitError:
-        meant = did_you_mean(given, _USUAL.get(unit, {}))
+        meant = did_you_mean(given, _UNITS.get(unit, {}))
         raise SceneError(key, value, f"unknown unit {given!r}, must be {example}{meant}") from None
     except Exception:
         # Pint raises many kinds of error for text that is not a unit, tokenizer errors among them.
@@ -143,10 +143,10 @@ class Key:
     @property
     def bounds(self) -> dict[str, float]:
         """The words for each bound, and the bound."""
-        known = {
+        limits = {
             "above": self.above, "at least": self.least, "below": self.below, "at most": self.most,
         }  # fmt: skip
-        return {words: bound for words, bound in known.items() if bound is not None}
+        return {words: bound for words, bound in limits.items() if bound is not None}
 
     @property
     def is_one_of(self) -> str:
@@ -219,7 +219,7 @@ def of_granule(key: Key, label: str = "") -> Any:
 
 def keys_of(kind: type) -> Mapping[str, Key]:
     """The fields of a part of a scene that are keys; one with a default may be left out."""
-    return {one.name: one.metadata["key"] for one in fields(kind) if one.metadata}
+    return {field.name: field.metadata["key"] for field in fields(kind) if field.metadata}
 
 
 def check(part: Any) -> None:
@@ -228,12 +228,12 @@ def check(part: Any) -> None:
     None is allowed where it is the default, and a tuple with a value per granule is checked
     elsewhere. Numbers become Python's own, as files and decks show them.
     """
-    for one in fields(part):
-        value = getattr(part, one.name)
-        is_each = isinstance(value, tuple) and str(one.type).startswith("PerGranule")
-        is_checked = is_each or (value is None and one.default is None)
-        if one.metadata and not is_checked:
-            one.metadata["key"].check(one.name, value)
+    for item in fields(part):
+        value = getattr(part, item.name)
+        is_each = isinstance(value, tuple) and str(item.type).startswith("PerGranule")
+        is_checked = is_each or (value is None and item.default is None)
+        if item.metadata and not is_checked:
+            item.metadata["key"].check(item.name, value)
         if isinstance(value, Real) and not isinstance(value, bool):
             plain = int(value) if isinstance(value, Integral) else float(value)
-            object.__setattr__(part, one.name, plain)
+            object.__setattr__(part, item.name, plain)

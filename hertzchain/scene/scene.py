@@ -19,7 +19,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.contact import hertz
 from hertzchain.errors import OverlapTooLarge, RunFailed, SceneError, require
-from hertzchain.scene.chain import MATERIAL, MOST_UNLIKE, Chain
+from hertzchain.scene.chain import MATERIAL, MOST_UNLIKE_GRANULES, Chain
 from hertzchain.scene.file import OTHERS, key_named, read_parts, texts_of
 from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.granules import Granules, Numbered, granules_of, like_granules
@@ -59,13 +59,13 @@ def refuse_impossible(scene: Any) -> None:
     pressed, contact, gauges = scene.precompression, scene.contact, scene.gauges
     walls: dict[str, Wall | None] = {"wall": scene.wall, "near_wall": scene.near_wall}
     for gauge in gauges:
-        gauge.check(chain.granules, *(one is not None for one in walls.values()))
+        gauge.check(chain.granules, *(wall is not None for wall in walls.values()))
     uncertain = scene.uncertain
-    names = [one.name for one in uncertain]
+    names = [entry.name for entry in uncertain]
     for name in names:
         require(names.count(name) == 1, name, None, "is uncertain twice: delete one of them")
-    for section, one in walls.items():
-        for name, value in one.own_damping.items() if one is not None else ():
+    for section, wall in walls.items():
+        for name, value in wall.own_damping.items() if wall is not None else ():
             law = next(law for law, parameter in DAMPING.items() if parameter == name)
             allowed = f'needs [contact] damping = "{law}", whose {name} is that of other contacts'
             is_law = contact is not None and contact.damping == law
@@ -91,8 +91,8 @@ def refuse_impossible(scene: Any) -> None:
         raise SceneError("precompression.gravity", pressed.gravity, allowed)
     closed = "must be 0 with [precompression], which presses all contacts from the start"
     require(not isinstance(chain.gap, tuple) and chain.gap == 0, "chain.gap", None, closed)
-    for section, one in walls.items():
-        require(one is None or one.gap == 0, f"{section}.gap", one and one.gap, closed)
+    for section, wall in walls.items():
+        require(wall is None or wall.gap == 0, f"{section}.gap", wall and wall.gap, closed)
 
 
 def _refuse_fixed(
@@ -136,7 +136,7 @@ def _refuse_no_meeting(
     if isinstance(shock, Striker):
         along = (shock.velocity, *along[1:])
     along = (*([0.0] if walls["near_wall"] else ()), *along, *([0.0] if walls["wall"] else ()))
-    meet = any(one > ahead for one, ahead in pairwise(along))
+    meet = any(behind > ahead for behind, ahead in pairwise(along))
     allowed = (
         "with these no granule meets another or a wall, which some must do, also under a load:"
         " a positive velocity is towards the far end"
@@ -228,8 +228,8 @@ class Scene(Numbered, Shown):
 
     def __post_init__(self) -> None:
         refuse_impossible(self)
-        allowed = f"must be at most {MOST_UNLIKE} in a scene with {', '.join(self.terms)}"
-        possible = self.is_plain or self.chain.granules <= MOST_UNLIKE
+        allowed = f"must be at most {MOST_UNLIKE_GRANULES} in a scene with {', '.join(self.terms)}"
+        possible = self.is_plain or self.chain.granules <= MOST_UNLIKE_GRANULES
         require(possible, "chain.granules", self.chain.granules, allowed)
         allowed = (
             "its mass, contact time or duration is too large or too small to be"
@@ -456,8 +456,8 @@ class Scene(Numbered, Shown):
             return self.pushed_mass * shock.start_velocity
         if isinstance(shock, Moving):
             return self._moved
-        own = shock.compared_impulse
-        return self.impulse if own is None else own
+        impulse = shock.compared_impulse
+        return self.impulse if impulse is None else impulse
 
     @property
     def _moved(self) -> float:
@@ -577,13 +577,13 @@ def unusual_values(scene: Scene) -> list[str]:
     """
     parts: dict[str, Any] = {"chain": scene.chain, scene.shock.section: scene.shock}
     parts |= {name: getattr(scene, name) for name in OTHERS}
-    found = (
-        unusual(f"{name}.{key}", getattr(part, key))
+    remarks = [
+        remark
         for name, part in parts.items()
         if part is not None
         for key in keys_of(type(part))
-    )
-    remarks = [remark for remark in found if remark is not None]
+        if (remark := unusual(f"{name}.{key}", getattr(part, key))) is not None
+    ]
     if scene.shock.rows and scene.ramps:  # the forces of a table are no keys
         remarks += filter(None, [unusual("shock.peak_force", scene.peak_force)])
     for uncertain in scene.uncertain:
@@ -625,7 +625,7 @@ and corrections to the law are of the order of the overlap over the radius."""
 IMPOSSIBLE_OVERLAP = 1.0
 """Overlap over radius above which results are meaningless."""
 
-_SURE_FORCE = 0.43
+_LEAST_PEAK_OVER_SCALE = 0.43
 """Fraction of the force scale that every largest peak exceeds. The smallest one measured is 0.454,
 for two granules under a triangular pulse of LM_ratio 1.97 and n 1.001; two granules pushed slowly
 have 0.5.
@@ -653,7 +653,7 @@ def largest_overlap_ratio(scene: Scene, peak_force: FloatArray) -> float:
 def refuse_hopeless_overlap(scene: Scene) -> None:
     """Raise OverlapTooLarge, before a run, for a pulse or load certain to exceed the limit."""
     if scene.is_plain and scene.pulse is not None and scene.run.end_time is None:
-        force = _SURE_FORCE * force_scale(scene.momentum_ratio) * scene.peak_force
+        force = _LEAST_PEAK_OVER_SCALE * force_scale(scene.momentum_ratio) * scene.peak_force
         refuse_deep_overlap(overlap_ratio(scene.chain, force))
     if scene.precompression is not None:
         refuse_deep_overlap(largest_overlap_ratio(scene, scene.granules.static_force))
@@ -669,9 +669,9 @@ def refuse_deep_overlap(ratio: float, where: str = "") -> None:
         )
 
 
-def refuse_terms(scene: Scene, who: str, known: Collection[str] = ()) -> None:
+def refuse_terms(scene: Scene, who: str, supported: Collection[str] = ()) -> None:
     """Raise RunFailed for a scene with terms that a backend does not support."""
-    unknown = [term for term in scene.terms if term not in known]
+    unknown = [term for term in scene.terms if term not in supported]
     if unknown:
         raise RunFailed(
             f"{who} does not support {', '.join(unknown)}: take a scene without, or run it with"

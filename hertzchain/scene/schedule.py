@@ -140,12 +140,12 @@ def _steps(start: float, end: float, dt: float) -> int:
 _WAVE_SPEED = 0.9055
 """Speed of a wave of height 1, in granules per natural time unit; used only for the default end."""
 
-_STOP = 3.0
+_STOPPING_TIME_FACTOR = 3.0
 """Factor of (M^2 / (K^2 v))^(1/5), the time in which a Hertzian spring stops a mass: 1.6 until it
 is at rest.
 """
 
-_UNLIKE = 2.0
+_DECAY_TIME_FACTOR = 2.0
 """Factor of the time where granules differ, are apart or damped: waves decay there, and weak waves
 are slow (chosen: as slow as a wave of 1/64 of the force).
 """
@@ -176,7 +176,7 @@ def watched_with_terms(
     crossed = slowness * math.pow(units.force, -1 / 6)
     if granules.gap.any():
         slowed = _velocity_at_gaps(granules, units.velocity * weak, momentum)
-        flight = _UNLIKE * float(np.sum(granules.gap / slowed))
+        flight = _DECAY_TIME_FACTOR * float(np.sum(granules.gap / slowed))
         crossed = crossed * (units.velocity * weak / slowed) ** 0.2
     else:
         flight = 0.0
@@ -184,14 +184,14 @@ def watched_with_terms(
     others = granules.mass[1:], granules.young_modulus[1:], granules.gap  # except the striker
     decays = any(np.ptp(values) > 0 for values in others) or granules.damping is not None
     if decays or granules.gap.any():
-        wave *= _UNLIKE
+        wave *= _DECAY_TIME_FACTOR
     if not wall:
         return float(wave + flight)
     if math.isinf(mass):  # a piston is not stopped
         return float(2 * wave + 2 * flight)
     softness = _softness(granules)
     stop = (mass**3 * softness**3 / momentum) ** 0.2
-    return float(max(2 * wave, _STOP * stop) + 2 * flight)
+    return float(max(2 * wave, _STOPPING_TIME_FACTOR * stop) + 2 * flight)
 
 
 def weakest_start(
@@ -220,8 +220,8 @@ def _velocity_at_gaps(granules: Granules, velocity: float, momentum: float) -> F
     passed_on = 2 * granules.mass[:-1] / (granules.mass[:-1] + granules.mass[1:])
     alone = velocity * np.minimum.accumulate(np.cumprod(np.append(1.0, passed_on)))
     together = momentum / np.cumsum(granules.mass)
-    found: FloatArray = np.minimum(np.maximum(alone, together), velocity)
-    return found[: granules.gap.size]
+    velocities: FloatArray = np.minimum(np.maximum(alone, together), velocity)
+    return velocities[: granules.gap.size]
 
 
 def _softness(granules: Granules, some: slice = slice(None)) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar, cast
@@ -92,10 +92,10 @@ class Shock(ABC):
     @property
     def rows(self) -> tuple[tuple[float, float], ...]:
         """Time [s] and value of each row of the table; none where there is no table."""
-        own: Any = self
-        if self.column is None or own.time is None:
+        shock: Any = self
+        if self.column is None or shock.time is None:
             return ()
-        return tuple(zip(own.time, getattr(self, self.column[0]), strict=True))
+        return tuple(zip(shock.time, getattr(self, self.column[0]), strict=True))
 
     @property
     def impact_velocity(self) -> float | None:
@@ -150,8 +150,8 @@ class Shock(ABC):
 
     def stronger(self, factor: Positive) -> Self:
         """The shock with another force; called only in scenes without loads."""
-        own: Any = self
-        stronger: Self = replace(own, peak_force=factor * own.peak_force)
+        shock: Any = self
+        stronger: Self = replace(shock, peak_force=factor * shock.peak_force)
         return stronger
 
     @abstractmethod
@@ -161,7 +161,7 @@ class Shock(ABC):
 
 _Kind = TypeVar("_Kind", bound=Shock)
 
-_MOST_BYTES = 5_000_000
+_LARGEST_TABLE_BYTES = 5_000_000
 """Largest size of a table of a shock [bytes], chosen: about 200,000 rows, read in a second and run
 in a minute.
 """
@@ -174,9 +174,9 @@ def check_table(shock: Any, least: float | None = None) -> None:
     not finite or below ``least``.
     """
     field, column = shock.column
-    columns = shock.time, getattr(shock, field)
     times, values = (
-        one if isinstance(one, Sequence) or getattr(one, "shape", None) else () for one in columns
+        numbers if isinstance(numbers, Sequence) or getattr(numbers, "shape", None) else ()
+        for numbers in (shock.time, getattr(shock, field))
     )
     rows = len(times)
     require(rows >= 2, "rows", rows, f"must be at least 2 rows of time_s and {column}")
@@ -195,7 +195,7 @@ def check_table(shock: Any, least: float | None = None) -> None:
         is_possible = is_finite(value) and (least is None or value >= least)
         require(is_possible, f"{column} in row {row}", value, allowed)
     for name, given in (("time", times), (field, values)):
-        object.__setattr__(shock, name, tuple(float(one) for one in given))
+        object.__setattr__(shock, name, tuple(map(float, given)))
 
 
 Rows = Annotated[tuple[float, ...], check_table]
@@ -221,8 +221,8 @@ def read_columns(
     key: str,
     name: str | None,
     most: int,
-    names: Sequence[str],
-    optional: Sequence[str] = (),
+    names: Collection[str],
+    optional: Collection[str] = (),
 ) -> dict[str, tuple[float, ...]]:
     """Return the columns of a CSV file of numbers, of at most ``most`` bytes, by their names.
 
@@ -233,12 +233,13 @@ def read_columns(
     except ValueError as problem:
         allowed = f"cannot be read ({problem}); must be a CSV file"
         raise SceneError(key, name, allowed, None if name else path) from None
-    allowed = f"must be {','.join(one for one in names if one not in optional)}"
+    required = [column for column in names if column not in optional]
+    allowed = f"must be {','.join(required)}"
     allowed += f", and perhaps {', '.join(optional)}" if optional else ""
-    unknown = next((one for one in header if one not in names), None)
+    unknown = next((column for column in header if column not in names), None)
     if unknown is not None:
         raise SceneError("column", unknown, f"is unknown: the first line {allowed}", path)
-    if sorted(header) != sorted(one for one in names if one in header or one not in optional):
+    if sorted(header) != sorted({*header, *required}):
         raise SceneError("first line", ",".join(header), allowed, path)
     values = []
     for number, row in enumerate(rows, start=1):
@@ -249,14 +250,14 @@ def read_columns(
         if len(values[-1]) != len(header):
             allowed = f"must be {len(header)} numbers, {','.join(header)}"
             raise SceneError(f"row {number}", ",".join(row), allowed, path)
-    return {one: tuple(row[k] for row in values) for k, one in enumerate(header)}
+    return {column: tuple(row[k] for row in values) for k, column in enumerate(header)}
 
 
 def read_table(kind: type[_Kind], path: Path, name: str | None = None) -> _Kind:
     """Read a shock from a CSV file with the header ``time_s`` and the column of its values."""
     assert kind.column is not None
     field, column = kind.column
-    columns = read_columns(path, "shock.file", name, _MOST_BYTES, ("time_s", column))
+    columns = read_columns(path, "shock.file", name, _LARGEST_TABLE_BYTES, ("time_s", column))
     given: dict[str, Any] = {"time": columns["time_s"], field: columns[column]}
     given["file"] = name or str(path)
     try:
@@ -401,8 +402,8 @@ PROFILES: dict[Profile, tuple[str, str]] = {
 
 def profile_named(name: object) -> Profile:
     """Return the name of a profile of Table 1; a SceneError for any other."""
-    known = isinstance(name, str) and name in PROFILES
-    require(known, "profile", name, f"must be one of {', '.join(PROFILES)}")
+    is_profile = isinstance(name, str) and name in PROFILES
+    require(is_profile, "profile", name, f"must be one of {', '.join(PROFILES)}")
     return cast(Profile, name)
 
 
@@ -699,13 +700,13 @@ class Striker(Shock):
     @property
     def material(self) -> Mapping[str, float]:
         """Properties that differ from the chain's, by name."""
-        own = {key: getattr(self, key) for key in MATERIAL}
-        return {key: value for key, value in own.items() if value is not None}
+        material = {key: getattr(self, key) for key in MATERIAL}
+        return {key: value for key, value in material.items() if value is not None}
 
     def stretched(self, time: Positive, length: Positive, modulus: Positive) -> Striker:
         """The striker of a similar scene; see ``Shock``."""
-        own = None if self.young_modulus is None else modulus * self.young_modulus
-        return replace(self, velocity=length / time * self.velocity, young_modulus=own)
+        young_modulus = None if self.young_modulus is None else modulus * self.young_modulus
+        return replace(self, velocity=length / time * self.velocity, young_modulus=young_modulus)
 
     def in_words(self, granules: int, momentum_ratio: float) -> str:
         """One line that describes the striker, with the number of other granules."""

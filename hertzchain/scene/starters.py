@@ -19,7 +19,7 @@ poisson_ratio = 0.3
 density = "7958 kg/m^3"{more}
 """
 
-_COSINE = """
+_COSINE_PULSE = """
 [shock]                      # the force on granule 1
 profile = "cosine"           # 1 - cos, no half sine; or triangular, cosine-triangular
 peak_force = "100 N"
@@ -28,7 +28,7 @@ momentum_ratio = 1.0         # LM_ratio: 1 gives the momentum of one solitary wa
                              # or rise_time = "30 us" instead
 """
 
-_SOFT = _COSINE.replace("100 N", "20 N")  # 100 N: too deep for Hertz's law
+_SOFT_PULSE = _COSINE_PULSE.replace("100 N", "20 N")  # 100 N: too deep for Hertz's law
 
 _STRIKER = """
 [striker]                    # instead of [shock]: granule 1 flies into the others
@@ -108,7 +108,7 @@ class Starter:
 
 
 STARTERS = {
-    "pulse": Starter("A uniform chain of steel spheres under a short pulse.", _COSINE, 60),
+    "pulse": Starter("A uniform chain of steel spheres under a short pulse.", _COSINE_PULSE, 60),
     "pulse-table": Starter(
         "A uniform chain of steel spheres under a measured pulse.",
         """
@@ -123,7 +123,7 @@ file = TABLE_NAME
     ),
     "striker": Starter("A striker hits a chain of steel spheres.", _STRIKER),
     "wall": Starter("A striker hits a chain that ends at a rigid wall.", _STRIKER + _RIGID_WALL),
-    "dimer": Starter("Steel and PTFE by turns, under a short pulse.", _SOFT, 40, _SEGMENTS),
+    "dimer": Starter("Steel and PTFE by turns, under a short pulse.", _SOFT_PULSE, 40, _SEGMENTS),
     "cradle": Starter(
         "Newton's cradle: two spheres fly into three.",
         "",
@@ -139,7 +139,7 @@ granules = 3                 # at rest""",
     ),
     "precompressed": Starter(
         "A chain under a static load, and a short pulse.",
-        _COSINE + _LOAD,
+        _COSINE_PULSE + _LOAD,
         30,
     ),
     "free-striker": Starter(
@@ -182,7 +182,7 @@ cycles = 4
     ),
     "local": Starter(
         "A pulse on a granule within a chain under a static load.",
-        _COSINE.replace("the force on granule 1", "the force on granule 10")
+        _COSINE_PULSE.replace("the force on granule 1", "the force on granule 10")
         + """granule = 10                 # waves run from it to both ends
 """
         + _LOAD,

@@ -47,7 +47,7 @@ RELAXATION_TIME = Key("s", "relaxation time of contacts", above=0, usual=(1e-12,
 COEFFICIENT = Key("kg/s", "coefficient of dashpots", above=0)
 """Keys of damping, for all contacts or the wall's."""
 
-RIGID = 1e30
+RIGID_MODULUS_RATIO = 1e30
 """Young's modulus of a rigid wall over that of the granule next to it (chosen), for codes whose
 walls all have one: its deformation is below round-off.
 """
@@ -108,14 +108,14 @@ class Wall:
             assert self.poisson_ratio is not None
             young_modulus, poisson_ratio = self.young_modulus, self.poisson_ratio
         elif self.kind == "rigid":
-            young_modulus, poisson_ratio = RIGID * young_modulus, 0.0
+            young_modulus, poisson_ratio = RIGID_MODULUS_RATIO * young_modulus, 0.0
         return {"young_modulus": young_modulus, "poisson_ratio": poisson_ratio}
 
-    def damped(self, own: Contact | None) -> Wall:
+    def damped(self, contact: Contact | None) -> Wall:
         """Return the wall with its own parameter of a law, or without one."""
         names: Any = dict.fromkeys(DAMPING.values())
-        if own is not None:
-            names[DAMPING[own.damping]] = own.parameter
+        if contact is not None:
+            names[DAMPING[contact.damping]] = contact.parameter
         return replace(self, **names)
 
     @property
@@ -211,8 +211,8 @@ class Contact:
 
     def at(self, wall: Wall | None) -> Contact:
         """Return the law in the contact with a wall, which may have a parameter of its own."""
-        own = wall.own_damping if wall is not None else {}
-        return self.with_parameter(own[DAMPING[self.damping]]) if own else self
+        wall_damping = wall.own_damping if wall is not None else {}
+        return self.with_parameter(wall_damping[DAMPING[self.damping]]) if wall_damping else self
 
     def with_parameter(self, value: float) -> Contact:
         """Return the same law with another parameter."""

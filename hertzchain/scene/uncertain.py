@@ -76,7 +76,7 @@ def read_uncertain(
 
     ``full`` returns the full name of a key that is given without its section.
     """
-    found = []
+    entries = []
     for given, value in _flat(values):
         name = f"{section}.{given}"
         key = f"chain.{given}" if f"chain.{given}" in OF_GRANULES else given
@@ -84,9 +84,9 @@ def read_uncertain(
             key = key if section == "scatter" else full(given)
         except SceneError as problem:
             raise SceneError(name, value, problem.allowed) from None
-        known = key_named(key)
-        can_vary = known is not None and known.kind == "float" and bool(known.label)
-        unit = known.unit if known is not None and can_vary else None
+        quantity = key_named(key)
+        can_vary = quantity is not None and quantity.kind == "float" and bool(quantity.label)
+        unit = quantity.unit if quantity is not None and can_vary else None
         allowed = "has no quantity; write the key as in the scene, such as chain.young_modulus"
         require("." in key and unit is not None, name, value, allowed)
         uniform = isinstance(value, dict)
@@ -95,20 +95,21 @@ def read_uncertain(
         percent = _PERCENT.fullmatch(written) if isinstance(written, str) else None
         try:
             size = float(percent[1]) / 100 if percent else to_si(name, written, unit or "")
-            found.append(Uncertain(key, size, percent is not None, uniform, section == "scatter"))
+            entries.append(Uncertain(key, size, percent is not None, uniform, section == "scatter"))
         except SceneError as problem:
             raise SceneError(name, value, problem.allowed) from None
         except ValueError:
             raise SceneError(name, value, _FORM) from None
-    return tuple(found)
+    return tuple(entries)
 
 
 def sections_of_uncertain(uncertain: Iterable[Uncertain]) -> dict[str, dict[str, Any]]:
     """Return the sections of a scene file, as ``read_uncertain`` reads them; none if empty."""
-    found: dict[str, dict[str, Any]] = {}
-    for one in uncertain:
-        found.setdefault("scatter" if one.each else "uncertainty", {})[one.key] = one.written
-    return found
+    sections: dict[str, dict[str, Any]] = {}
+    for entry in uncertain:
+        section = "scatter" if entry.each else "uncertainty"
+        sections.setdefault(section, {})[entry.key] = entry.written
+    return sections
 
 
 def _flat(values: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:

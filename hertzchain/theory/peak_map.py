@@ -54,7 +54,7 @@ The largest that was measured is 4e-6, at LM_ratio 10 and n 2.
 
 STEP = 2e-6  # unit of the numbers in the file; its ln F differ from the simulated ones by less
 _KINK_SHARE = 3 / 8  # largest error of a change over nearby second differences; measured 0.17
-_FLOOR = 1.6e-5  # error of a change at a node: of two forces 3e-6 each, times 2.7 near the rim
+_NODE_ERROR = 1.6e-5  # of a change at a node: of two forces 3e-6 each, times 2.7 near the rim
 
 _SECOND_DIFFERENCES = np.vstack(
     [
@@ -64,9 +64,9 @@ _SECOND_DIFFERENCES = np.vstack(
 )
 """Second differences of 4 by 4 nodes: eight along LM_ratio, then eight along n, shape (16, 16)."""
 
-_COARSE = (13, 4)
+_COARSE_NODES = (13, 4)
 _DOUBLINGS = 5
-_SHAPE = tuple((nodes - 1) * 2**_DOUBLINGS + 1 for nodes in _COARSE)
+_SHAPE = tuple((nodes - 1) * 2**_DOUBLINGS + 1 for nodes in _COARSE_NODES)
 _COLUMNS = LAST_CONTACT  # contacts 2 to 80 and the far field
 
 
@@ -131,7 +131,8 @@ def peaks(profile: str, momentum_ratio: Positive, duration_ratio: Positive) -> P
     force = np.exp(np.outer(row_weight, column_weight).ravel() @ around)
     bend = np.abs(_SECOND_DIFFERENCES @ (around[:, 1:-1] - around[:, :-2]))
     along_rows, along_columns = bend[:8].max(0), bend[8:].max(0)
-    return Peaks(force[:-1], float(force[-1]), _KINK_SHARE * (along_rows + along_columns) + _FLOOR)
+    kinks = _KINK_SHARE * (along_rows + along_columns)
+    return Peaks(force[:-1], float(force[-1]), kinks + _NODE_ERROR)
 
 
 def _stencil(position: float, nodes: int) -> tuple[int, FloatArray]:
@@ -161,7 +162,7 @@ def decode(counts: NDArray[np.int32]) -> NDArray[np.float32]:
     The file has the coarsest grid first, then the differences of each refinement, as
     validation/make_map.py writes them.
     """
-    start = _COLUMNS * _COARSE[0] * _COARSE[1]
+    start = _COLUMNS * _COARSE_NODES[0] * _COARSE_NODES[1]
     taken = start
 
     def correct(predicted: FloatArray, _: tuple[slice, ...]) -> FloatArray:
@@ -170,7 +171,7 @@ def decode(counts: NDArray[np.int32]) -> NDArray[np.float32]:
         taken += predicted.size
         return predicted + STEP * piece.reshape(predicted.shape)
 
-    coarse = counts[:start].reshape(_COLUMNS, *_COARSE).astype(np.float64)
+    coarse = counts[:start].reshape(_COLUMNS, *_COARSE_NODES).astype(np.float64)
     values = refine(STEP * coarse, correct)
     return np.ascontiguousarray(np.moveaxis(values, 0, 2), np.float32)
 
@@ -205,11 +206,11 @@ def _halfway(values: FloatArray, axis: int) -> FloatArray:
     return np.moveaxis(np.concatenate([first[None], inner, last[None]]), 0, axis)
 
 
-def _interleaved(known: FloatArray, between: FloatArray, axis: int) -> FloatArray:
+def _interleaved(neighbours: FloatArray, between: FloatArray, axis: int) -> FloatArray:
     """Merge neighbours along an axis with the values halfway between them."""
-    shape = list(known.shape)
+    shape = list(neighbours.shape)
     shape[axis] += between.shape[axis]
     finer = np.empty(shape)
     along = np.moveaxis(finer, axis, 0)
-    along[::2], along[1::2] = np.moveaxis(known, axis, 0), np.moveaxis(between, axis, 0)
+    along[::2], along[1::2] = np.moveaxis(neighbours, axis, 0), np.moveaxis(between, axis, 0)
     return finer

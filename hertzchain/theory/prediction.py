@@ -222,7 +222,7 @@ class Prediction:
             "eq3_transition_granules": self.eq3,
             "speed_m_s": None if self.speed is None else self.speed.to_dict(),
             "momentum_N_s": None if self.momentum is None else self.momentum.to_dict(),
-            "constants": [asdict(one) for one in self.constants],
+            "constants": [asdict(constant) for constant in self.constants],
             "map_error": {
                 "peak_force": peak_map.PEAK_ERROR,
                 "last_peak_force": LAST_PEAK_ERROR,
@@ -350,5 +350,5 @@ def _transition(
 
 def _padded(values: FloatArray | None, size: int) -> list[float | None]:
     """Return values for JSON, padded to a given length."""
-    known = [] if values is None else or_none(values)
-    return known + [None] * (size - len(known))
+    numbers = [] if values is None else or_none(values)
+    return numbers + [None] * (size - len(numbers))

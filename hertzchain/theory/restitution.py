@@ -32,16 +32,16 @@ from hertzchain.scene.scene import Scene
 VISCOELASTIC, DASHPOT = 0.5, 0.0
 """Exponent q of the overlap in eta = c d^q."""
 
-_ACCURACY = 1e-13
+_STEP_RTOL = 1e-13
 """Relative error of a step of the integration; e is then right to 1e-10 (measured)."""
 
-_WEAKEST = 1e-12
+_LEAST_DAMPING_NATURAL = 1e-12
 """Damping in natural units below which e is 1 within 2e-12 (derived: 1 - e is at most 1.8 c)."""
 
-_STRONGEST = 1e10
+_LARGEST_DAMPING_NATURAL = 1e10
 """Damping in natural units above which e is below 1e-16, and counts as 0 (measured)."""
 
-_CREEPING = 8.0
+_CREEP_DAMPING = 8.0
 """Viscoelastic damping in natural units from which a contact that pulls creeps back (chosen).
 
 By then the effect of the approach has decayed by exp(-2 * 8^2)."""
@@ -157,15 +157,15 @@ def of_natural(damping: NotNegative, exponent: float, pulls: bool) -> float:
     """
     allowed = "must be 0 (dashpot) or 0.5 (viscoelastic)"
     require(exponent in (DASHPOT, VISCOELASTIC), "exponent", exponent, allowed)
-    if damping < _WEAKEST:
+    if damping < _LEAST_DAMPING_NATURAL:
         return 1.0
-    if damping > _STRONGEST:
+    if damping > _LARGEST_DAMPING_NATURAL:
         return 0.0
     if not pulls:
         return _parted(damping, exponent)
-    if exponent == VISCOELASTIC and damping > _CREEPING:
+    if exponent == VISCOELASTIC and damping > _CREEP_DAMPING:
         # All such contacts creep back along one path, d' = -d/c, and e scales as c^-5.
-        return _parted_at_rest(_CREEPING, exponent) * (_CREEPING / damping) ** 5
+        return _parted_at_rest(_CREEP_DAMPING, exponent) * (_CREEP_DAMPING / damping) ** 5
     return _parted_at_rest(damping, exponent)
 
 
@@ -221,11 +221,11 @@ def _speed(damping: float, exponent: float, end: Event, *others: Event) -> float
     events = (end, *others)
     for event in events:
         event.terminal, event.direction = True, -1.0  # type: ignore[attr-defined]
-    found = solve_ivp(
+    solution = solve_ivp(
         motion, (0.0, math.inf), (0.0, 1.0), "DOP853", events=events,
-        rtol=_ACCURACY, atol=1e-16, first_step=1e-6 / (1 + damping),
+        rtol=_STEP_RTOL, atol=1e-16, first_step=1e-6 / (1 + damping),
     )  # fmt: skip
-    assert found.status == 1, found.message
-    assert found.y_events is not None
-    ends = found.y_events[0]
+    assert solution.status == 1, solution.message
+    assert solution.y_events is not None
+    ends = solution.y_events[0]
     return float(-ends[0][1]) if len(ends) else 0.0

@@ -47,8 +47,8 @@ def parting(scene: Scene) -> Parting | None:
     if law.restitution is not None:
         ratio = restitution.damping_ratio(law.restitution)
         return Parting(restitution.of_ratio(ratio, law.attraction))
-    own = (granules.radius, granules.young_modulus, granules.poisson_ratio, granules.density)
-    radius, modulus, poisson, density = (float(values[1]) for values in own)
+    properties = (granules.radius, granules.young_modulus, granules.poisson_ratio, granules.density)
+    radius, modulus, poisson, density = (float(values[1]) for values in properties)
     stiffness = float(hertz.stiffness_of_equals(radius, modulus, poisson))
     mass = float(granule_mass(radius, density))
     shock = scene.shock
@@ -62,8 +62,8 @@ def parting(scene: Scene) -> Parting | None:
     spheres = restitution.Collision(mass / 2, stiffness, speed)
     viscous = law.damping == "viscoelastic"
     to_restitution = restitution.viscoelastic if viscous else restitution.dashpot
-    found = to_restitution(law.parameter, spheres, law.attraction)
-    return Parting(found, speed, whose)
+    coefficient = to_restitution(law.parameter, spheres, law.attraction)
+    return Parting(coefficient, speed, whose)
 
 
 @functools.cache

@@ -91,8 +91,8 @@ def within(
     """Return a check that passes if the difference is at most the tolerance."""
     passed = bool(abs(measured - expected) <= tolerance)
     # JSON has no NaN.
-    known = measured if math.isfinite(measured) else None
-    return Check(kind, engine, known, expected, tolerance, passed, reason)
+    finite = measured if math.isfinite(measured) else None
+    return Check(kind, engine, finite, expected, tolerance, passed, reason)
 
 
 def farthest(measured: FloatArray, expected: FloatArray | float) -> int:

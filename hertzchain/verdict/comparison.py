@@ -170,12 +170,12 @@ def _by_name(engines: Sequence[str | Simulator]) -> dict[str, Simulator | None]:
     is_list = isinstance(engines, Sequence) and not isinstance(engines, str)
     require(is_list, "engines", engines, allowed)
     given: dict[str, Simulator | None] = {}
-    for one in engines:
-        name = one if isinstance(one, str) else getattr(one, "name", None)
+    for engine in engines:
+        name = engine if isinstance(engine, str) else getattr(engine, "name", None)
         allowed = f"must be a backend or one of {', '.join(ENGINES)}"
-        require(isinstance(name, str) and name in ENGINES, "engines", one, allowed)
-        require(name not in given, "engines", one, f"{name} is given twice")
-        given[str(name)] = None if isinstance(one, str) else one
+        require(isinstance(name, str) and name in ENGINES, "engines", engine, allowed)
+        require(name not in given, "engines", engine, f"{name} is given twice")
+        given[str(name)] = None if isinstance(engine, str) else engine
     return given
 
 

@@ -33,9 +33,9 @@ def examined(scene: Scene, lammps: Lammps) -> list[Check]:
         return [unmeasured(NOT_EXAMINED, _ENGINE, str(problem))]
 
 
-def number_checks(scene: Scene, found: FoundDeck, time_limit: float = 60.0) -> list[Check]:
+def number_checks(scene: Scene, deck: FoundDeck, time_limit: float = 60.0) -> list[Check]:
     """Return a check of each number that applies to a scene."""
-    case = case_of_generated(scene, found, Deadline(time_limit))
+    case = case_of_generated(scene, deck, Deadline(time_limit))
     checks: list[Check] = []
     for probe in probes_of(case):
         several = checks_of(case, probe)

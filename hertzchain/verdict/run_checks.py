@@ -24,7 +24,7 @@ from hertzchain.scene.schedule import Leg
 from hertzchain.verdict.check import Check, Kind, farthest, unmeasured, within
 
 # largest error estimate of the reference; measured 1e-11 to 6e-10, LM_ratio 1e-4 to 100
-YARDSTICK = 1e-6
+MOST_REFERENCE_ERROR = 1e-6
 
 _ADVICE = "do not trust its error estimate; take shorter steps"
 PEAKS = Kind("peaks against the reference", _ADVICE)
@@ -41,15 +41,15 @@ AS_WRITTEN = Kind(
     "do not use this result; the compiled loops and hertzchain/engines/native/equations.py do not"
     " say the same: please report the scene",
 )
-_QUICKLY_WRITTEN, _DAMPED, _LONG_CHAIN = 250_000.0, 7.0, 1000.0
+_EVALUATIONS_AS_WRITTEN, _DAMPED_COST, _DOUBLE_COST_GRANULES = 250_000.0, 7.0, 1000.0
 """Force evaluations of the reference up to which Eq. 1 as written is integrated by default: some
 two seconds in SciPy; the cost of one of damped contacts over that; and the number of granules that
 doubles the time of an evaluation (all measured)."""
 
-_KNOWN = 0.1
+_COMPARED_ERROR = 0.1
 """Sum of two errors from which on a contact is not compared: one has hardly a right digit."""
 
-_SURELY_A_PULSE = 2e-3
+_LEAST_PULSE_RATIO = 2e-3
 """Fraction of the largest first pulse from which on both runs must have one: twice the least."""
 
 
@@ -63,24 +63,27 @@ def reference_checks(result: Result, reference: Result) -> list[Check]:
     off = _differences(result.peak_force, reference.peak_force)
     of_peaks = result.peak_errors + reference.peak_errors
     peaks = _at_worst(PEAKS, result, off, of_peaks, reason)
-    mine, true, errors, its = (
+    pulses, true, errors, true_errors = (
         result.first_pulses, reference.first_pulses, result.errors, reference.errors
     )  # fmt: skip
-    if mine is None or true is None or errors is None or its is None:
+    if pulses is None or true is None or errors is None or true_errors is None:
         return [peaks]
-    if errors.first is None or its.first is None or errors.arrival is None or its.arrival is None:
+    if errors.first is None or true_errors.first is None:
         return [peaks]
+    assert errors.arrival is not None
+    assert true_errors.arrival is not None
     both = true.is_clear & np.isfinite(true.force)
     if not both.any():
         return [peaks, *_gauge_checks(result, reference, reason)]
-    off = np.where(both, np.abs(mine.force / true.force - 1.0), np.nan)
-    allowed = errors.first + its.first
+    off = np.where(both, np.abs(pulses.force / true.force - 1.0), np.nan)
+    allowed = errors.first + true_errors.first
     # A run without a pulse has no error; a run whose pulse has no right digit has one.
-    none = np.isnan(mine.force) & np.isnan(errors.first)
-    lacks = both & none & (true.force > _SURELY_A_PULSE * np.max(true.force[both], initial=0.0))
-    off, allowed = np.where(lacks, 1.0, off), np.where(lacks, its.first, allowed)
-    late = np.where(both & (allowed < _KNOWN), np.abs(mine.arrival - true.arrival), np.nan)
-    delay = errors.arrival + its.arrival
+    none = np.isnan(pulses.force) & np.isnan(errors.first)
+    lacks = both & none & (true.force > _LEAST_PULSE_RATIO * np.max(true.force[both], initial=0.0))
+    off, allowed = np.where(lacks, 1.0, off), np.where(lacks, true_errors.first, allowed)
+    compared = both & (allowed < _COMPARED_ERROR)
+    late = np.where(compared, np.abs(pulses.arrival - true.arrival), np.nan)
+    delay = errors.arrival + true_errors.arrival
     return [
         *([] if peaks.measured is None else [peaks]),
         _at_worst(FIRST_PULSES, result, off, allowed, reason),
@@ -92,9 +95,9 @@ def reference_checks(result: Result, reference: Result) -> list[Check]:
 def _gauge_checks(result: Result, reference: Result, reason: str) -> list[Check]:
     """Check the force of the gauge that is nearest to its tolerance; nothing without gauges."""
     pairs = [
-        (abs(here.force / true.force - 1.0), here.force_error + true.force_error, here.gauge)
-        for here, true in zip(result.gauges, reference.gauges, strict=True)
-        if np.isfinite(here.force_error + true.force_error)
+        (abs(pulse.force / true.force - 1.0), pulse.force_error + true.force_error, pulse.gauge)
+        for pulse, true in zip(result.gauges, reference.gauges, strict=True)
+        if np.isfinite(pulse.force_error + true.force_error)
     ]
     if not pairs:
         return []
@@ -114,11 +117,11 @@ def _differences(peak_force: FloatArray, expected: FloatArray) -> FloatArray:
 
 def _at_worst(
     kind: Kind, result: Result, off: FloatArray, allowed: FloatArray, reason: str,
-    known: float = _KNOWN,
+    limit: float = _COMPARED_ERROR,
 ) -> Check:  # fmt: skip
     """Return the check of the contact nearest to its tolerance, or farthest beyond it."""
     with np.errstate(invalid="ignore", divide="ignore"):
-        share = np.where(allowed < known, np.where(off == 0, 0.0, off / allowed), np.nan)
+        share = np.where(allowed < limit, np.where(off == 0, 0.0, off / allowed), np.nan)
     if np.isnan(share).all():
         return unmeasured(
             kind, result.backend, "no contact has a number with a right digit in both runs"
@@ -135,7 +138,7 @@ def yardstick_check(reference: Result) -> Check:
         reference.backend,
         reference.wanted_error,
         0.0,
-        YARDSTICK,
+        MOST_REFERENCE_ERROR,
         "what is asked of the others, 1e-6; a reference that says more of its own error judges"
         " nothing",
     )
@@ -143,9 +146,9 @@ def yardstick_check(reference: Result) -> Check:
 
 def is_quickly_written(reference: Result) -> bool:
     """Return whether Eq. 1 as it is written takes about a second, by the reference's forces."""
-    harder = 1.0 if reference.scene.contact is None else _DAMPED
-    size = 1 + reference.scene.chain.granules / _LONG_CHAIN
-    return reference.force_evaluations * size * harder <= _QUICKLY_WRITTEN
+    harder = 1.0 if reference.scene.contact is None else _DAMPED_COST
+    size = 1 + reference.scene.chain.granules / _DOUBLE_COST_GRANULES
+    return reference.force_evaluations * size * harder <= _EVALUATIONS_AS_WRITTEN
 
 
 def as_written_check(reference: Result, time_limit: float = TIME_LIMIT) -> Check:
@@ -164,35 +167,35 @@ def as_written_check(reference: Result, time_limit: float = TIME_LIMIT) -> Check
 
 VELOCITY_VERLET = METHODS["velocity-verlet"].walker
 
-SAME_STEPS_STATE = 10.0  # error of the state over the bound of coordinates for peaks; measured 1.7
+STATE_ERROR_RATIO = 10.0  # error of the state over the bound of coordinates for peaks; measured 1.7
 # error of the peaks by readings at steps of 0.01 natural units; goes as 1 / dt
-SAME_STEPS_PEAKS = 7e-9
-LONG_STEPS_PEAKS = 0.1  # error of the peaks over dt^4 [natural units]: velocities are not slopes
-READINGS_WITH_TERMS = 0.02  # error of the peaks over dt^2 [natural units], by the place of readings
+SAME_STEPS_PEAK_ERROR = 7e-9
+PEAK_ERROR_OVER_DT4 = 0.1  # error of the peaks over dt^4 [natural units]: velocities are not slopes
+PEAK_ERROR_OVER_DT2 = 0.02  # error of the peaks over dt^2 [natural units], by the place of readings
 # error of the peaks by readings at the shortest steps; measured 1.1e-7 at 0.01
-LEAST_WITH_TERMS = 1e-7
+LEAST_READING_ERROR = 1e-7
 DAMPER_ERROR = 1.0  # error over dampers' energy times step over their time; measured 0.5
 IMPULSE_ERROR = 0.1  # the same for impulses of walls and pistons; measured 0.005, for work 0.03
 # factor on the growth of one small difference at the start: another may grow more
-_ONE_OF_MANY = 3.0
-_NUDGES = 3  # number of differences tried at the start (chosen): one may grow little by chance
-MUCH_GROWN = 0.01  # a wider tolerance shows only gross errors: right decks differ by up to 0.35
-_ROUND_OFF = 1e-12  # error of the states without any by coordinates
-_HALVINGS = 20  # most halvings of the steps of extrapolated runs (chosen)
+_GROWTH_FACTOR = 3.0
+_NUDGE_COUNT = 3  # number of differences tried at the start (chosen): one may grow little by chance
+GROSS_ERROR = 0.01  # a wider tolerance shows only gross errors: right decks differ by up to 0.35
+_STATE_ROUND_OFF = 1e-12  # error of the states without any by coordinates
+_MOST_HALVINGS = 20  # most halvings of the steps of extrapolated runs (chosen)
 # relative tolerance; steps end at the corners, so every method has the whole impulse
 MOMENTUM_ERROR = 1e-12
-MOMENTUM_OF_A_STEP = 2e-17  # relative, per step: codes add up the time; measured 5e-18 to 1e-17
+MOMENTUM_ERROR_PER_STEP = 2e-17  # relative: codes add up the time; measured 5e-18 to 1e-17
 
-_OTHER_CHAIN = (
+_CHAIN_ADVICE = (
     "do not use this result; at the same steps it is another chain: look at what differs first in"
     " the checks above it, then at the force law and the integrator of the deck"
 )
 
 SAME_STEPS = tuple(
-    Kind(f"{what}, same steps", _OTHER_CHAIN) for what in ("displacement", "velocity", "peaks")
+    Kind(f"{what}, same steps", _CHAIN_ADVICE) for what in ("displacement", "velocity", "peaks")
 )
 SAME_STEPS_REFUSED = Kind("same steps")
-_MANY_STEPS = 300_000
+_DRIFT_STEPS = 300_000
 """Steps from which on rounding errors of damped granules add up to more, as a random walk does:
 after a million steps of granules with dashpots 1.5 times the tolerance below was measured."""
 
@@ -227,7 +230,7 @@ def same_steps_checks(result: Result, time_limit: float = TIME_LIMIT) -> list[Ch
     expected = _twin_peaks(result, legs, twin, deadline)
     step = result.dt / scene.contact_time
     lost = result.lost_digits.bound if result.lost_digits is not None else 0.0
-    between = SAME_STEPS_PEAKS * max(1.0, 0.01 / step) + LONG_STEPS_PEAKS * step**4
+    between = SAME_STEPS_PEAK_ERROR * max(1.0, 0.01 / step) + PEAK_ERROR_OVER_DT4 * step**4
     if scene.contact is not None:
         # Overlaps bend where contacts close or open; readings there have errors of this size.
         # Extrapolation multiplies the errors of both runs, and native reads at other times: the
@@ -236,36 +239,36 @@ def same_steps_checks(result: Result, time_limit: float = TIME_LIMIT) -> list[Ch
         between += min(readings, result.error_estimate)
     elif not scene.is_plain:
         # A contact that opens next to one at its peak increases the error by readings.
-        readings = max(LEAST_WITH_TERMS, READINGS_WITH_TERMS * step**2)
+        readings = max(LEAST_READING_ERROR, PEAK_ERROR_OVER_DT2 * step**2)
         between += min(readings, result.error_estimate)
     # Granules that damping has stopped still have the rounding errors of their coordinates.
     least = 0.0 if scene.contact is None else 1.0
-    more = math.sqrt(max(1.0, result.steps / _MANY_STEPS)) if scene.contact is not None else 1.0
-    state, peaks = _ROUND_OFF + SAME_STEPS_STATE * lost * more, between + lost
+    more = math.sqrt(max(1.0, result.steps / _DRIFT_STEPS)) if scene.contact is not None else 1.0
+    state, peaks = _STATE_ROUND_OFF + STATE_ERROR_RATIO * lost * more, between + lost
     # The largest force of a contact that is still being pressed is one of the state at the end.
     expected = np.where(result.peak_passed | ~result.peak_passed.any(), expected, 0.0)
-    found = np.where(expected > 0, result.peak_force / units.force, 0.0)
+    peak_force = np.where(expected > 0, result.peak_force / units.force, 0.0)
     motion = [
         (result.displacement / units.length, twin.displacement[scene.first_granule :]),
         (result.velocity / units.velocity, twin.velocity[scene.first_granule :]),
     ]
     measured = (
-        *(_largest(mine, own, least) for mine, own in motion),
-        largest_difference(found, expected),
+        *(_largest(*pair, least) for pair in motion),
+        largest_difference(peak_force, expected),
     )
     remark = ""
     reason = "same scheme, same steps: only round-off may differ, and it adds up over the steps"
     if lost > 0 and not (max(measured[:2]) <= state and measured[2] <= peaks):
         grown = _grown(scene, legs, twin, lost, deadline, least)
         if max(grown) > lost:
-            state = max(state, _ONE_OF_MANY * max(grown[:2]))
-            peaks = max(peaks, between + _ONE_OF_MANY * grown[2])
+            state = max(state, _GROWTH_FACTOR * max(grown[:2]))
+            peaks = max(peaks, between + _GROWTH_FACTOR * grown[2])
             reason += f"; late collisions multiply any difference by {max(grown) / lost:.0f}"
-            if max(state, peaks) > MUCH_GROWN:
+            if max(state, peaks) > GROSS_ERROR:
                 remark = "late collisions amplify rounding errors, so that only gross errors show"
     places = (
         *(f"granule {farthest(*pair) + 1}" for pair in motion),
-        scene.contact_name(scene.contacts[_farthest_peak(found, expected)]),
+        scene.contact_name(scene.contacts[_farthest_peak(peak_force, expected)]),
     )
     checks = []
     for kind, difference, tolerance, place in zip(
@@ -273,7 +276,7 @@ def same_steps_checks(result: Result, time_limit: float = TIME_LIMIT) -> list[Ch
     ):
         why = f"{reason}; largest at {place}"
         check = within(kind, result.backend, difference, 0.0, tolerance, why)
-        checks.append(replace(check, remark=remark if tolerance > MUCH_GROWN else ""))
+        checks.append(replace(check, remark=remark if tolerance > GROSS_ERROR else ""))
     return checks
 
 
@@ -287,7 +290,7 @@ def _legs(result: Result) -> Sequence[Leg]:
     The finer run has the steps of a coarse run times a power of 2; the result counts both runs.
     """
     scene = result.scene
-    for halvings in range(1, _HALVINGS + 1) if _is_extrapolated(result) else ():
+    for halvings in range(1, _MOST_HALVINGS + 1) if _is_extrapolated(result) else ():
         legs = [
             leg.in_steps(2**halvings * leg.steps) for leg in scene.schedule(2**halvings * result.dt)
         ]
@@ -339,8 +342,8 @@ def _grown(
     largest of a few trials.
     """
     nudge = lost * float(np.max(twin.peaks.force)) ** (2 / 3)
-    rng, found = np.random.default_rng(0), np.zeros(3)
-    for _ in range(_NUDGES):
+    rng, largest = np.random.default_rng(0), np.zeros(3)
+    for _ in range(_NUDGE_COUNT):
         start = np.zeros((2, scene.bodies))
         start[0] = nudge * rng.uniform(-1, 1, scene.bodies)
         nudged, other = (_verlet(scene, legs, deadline, each) for each in (start, -start))
@@ -349,8 +352,8 @@ def _grown(
             _largest(nudged.velocity, other.velocity, least),
             largest_difference(nudged.peaks.force, other.peaks.force),
         )
-        found = np.maximum(found, differences)
-    return float(found[0]), float(found[1]), float(found[2])
+        largest = np.maximum(largest, differences)
+    return float(largest[0]), float(largest[1]), float(largest[2])
 
 
 def _largest(measured: FloatArray, expected: FloatArray, least: float) -> float:
@@ -365,8 +368,8 @@ def balance_checks(result: Result) -> list[Check]:
     balance, scene, piston = result.balance, result.scene, result.scene.piston
     units, given, error = scene.units, scene.largest_impulse, result.error_estimate
     # If the run ends before the shock, states have only rounding errors.
-    energy = (2 * error + 1e-12) * balance.work + _ROUND_OFF**2 * units.energy
-    momentum = MOMENTUM_ERROR + MOMENTUM_OF_A_STEP * result.steps
+    energy = (2 * error + 1e-12) * balance.work + _STATE_ROUND_OFF**2 * units.energy
+    momentum = MOMENTUM_ERROR + MOMENTUM_ERROR_PER_STEP * result.steps
     reason = "steps end at the corners of the pulse, so its impulse is exact"
     inexact = {
         "the force on the wall is integrated from its overlap": scene.wall is not None,
@@ -401,7 +404,7 @@ def balance_checks(result: Result) -> list[Check]:
             result.backend,
             balance.momentum,
             balance.impulse,
-            momentum * given + uneven + _ROUND_OFF**2 * units.momentum,
+            momentum * given + uneven + _STATE_ROUND_OFF**2 * units.momentum,
             reason,
         ),
         within(

@@ -107,7 +107,7 @@ _STEPS = {
 _RK4_STEPS = _halvings(0.4, 0.4 / 2**7)[::2]
 """Steps of the method in NumPy, natural time units: the last takes seconds."""
 
-_LONGER, _SAMPLES_OF_DAMPERS = 10.0, 40
+_SCIPY_STEP_FACTOR, _DAMPER_SAMPLES = 10.0, 40
 """Longest step of SciPy over that of ``Native("scipy")``, and samples of it for damped contacts.
 
 With 1 in place of 10 the demo costs as much at 1e-4 as at 1e-8; with 10 no shipped scene with terms
@@ -157,8 +157,8 @@ def _scipy(scene: Scene, rtol: float) -> Outcome:
     """
     from hertzchain.engines.native.as_written import SAMPLES, simulate_in_scipy
 
-    samples, limit = SAMPLES if scene.contact is None else _SAMPLES_OF_DAMPERS, Deadline(TIME_LIMIT)
-    run = simulate_in_scipy(scene, rtol, limit, longer=_LONGER, samples=samples)
+    samples, limit = SAMPLES if scene.contact is None else _DAMPER_SAMPLES, Deadline(TIME_LIMIT)
+    run = simulate_in_scipy(scene, rtol, limit, longer=_SCIPY_STEP_FACTOR, samples=samples)
     return Outcome(run.peaks.force * scene.units.force, run.evaluations)
 
 
@@ -170,9 +170,9 @@ def _lammps(scene: Scene, step: float, extrapolated: bool = False) -> Outcome:
 
 TRUTH_STEP = 1 / 80  # step of the truth [contact times], a quarter of the reference's own
 TRUTH_ERROR = 1e-12  # least error of the truth: its peaks change by 2e-13 if its step is quartered
-_LONGEST = 2.0  # seconds; after a longer run its contender is not run at more expensive settings
+_LONGEST_RUN_SECONDS = 2.0  # after a longer run its contender is not run at costlier settings
 _ROUNDS = 2  # rounds of each setting: other work of the machine lasts for seconds
-_MOST, _ENOUGH = 20, 0.05  # most runs timed in a round; total seconds that are enough
+_MOST_TIMED_RUNS, _ENOUGH_SECONDS = 20, 0.05  # in a round; of a round
 
 
 @dataclass(frozen=True)
@@ -244,7 +244,7 @@ def tradeoff(
     scene: Scene,
     engines: Sequence[str] = WAYS,
     progress: Callable[[str], object] | None = None,
-    enough: float = _ENOUGH,
+    enough: float = _ENOUGH_SECONDS,
 ) -> Tradeoff:
     """Measure error and cost of every contender on a scene.
 
@@ -257,23 +257,23 @@ def tradeoff(
     report_progress("the truth: the reference method with short steps")
     scene = with_end(scene)
     truth, moved = _truth(scene)
-    running = [one for one in contenders(scene) if one.engine in engines]
-    found: dict[tuple[str, float | None, float | None], Row] = {}
+    running = [contender for contender in contenders(scene) if contender.engine in engines]
+    fastest: dict[tuple[str, float | None, float | None], Row] = {}
     remarks: dict[str, None] = {}
     missing = False
     for contender in running * _ROUNDS:
         report_progress(contender.name)
         try:
             for row in measured(contender, scene, truth.peak_force, enough):
-                before = found.setdefault(row.setting, row)
-                found[row.setting] = min(before, row, key=lambda row: row.wall_time)
+                before = fastest.setdefault(row.setting, row)
+                fastest[row.setting] = min(before, row, key=lambda row: row.wall_time)
         except BackendMissing as problem:
             missing = True
             remarks[str(problem)] = None
         except RunFailed as problem:
             remarks[f"{contender.name}: {problem}"] = None
     order = [contender.name for contender in running]
-    rows = tuple(sorted(found.values(), key=lambda row: order.index(row.contender)))
+    rows = tuple(sorted(fastest.values(), key=lambda row: order.index(row.contender)))
     return Tradeoff(scene, rows, max(moved, TRUTH_ERROR), missing, tuple(remarks))
 
 
@@ -290,7 +290,7 @@ def _truth(scene: Scene) -> tuple[Result, float]:
 
 
 def measured(
-    contender: Contender, scene: Scene, truth: FloatArray, enough: float = _ENOUGH
+    contender: Contender, scene: Scene, truth: FloatArray, enough: float = _ENOUGH_SECONDS
 ) -> list[Row]:
     """Return the rows of one contender, without settings that fail; raise the error if all fail."""
     settings: list[tuple[float | None, float | None]] = [
@@ -319,17 +319,17 @@ def measured(
                 seconds,
             )
         )
-        if seconds > _LONGEST:
+        if seconds > _LONGEST_RUN_SECONDS:
             break
     if not rows and problem is not None:
         raise problem
     return rows
 
 
-def timed(run: Callable[[], Outcome], enough: float = _ENOUGH) -> tuple[Outcome, float]:
+def timed(run: Callable[[], Outcome], enough: float = _ENOUGH_SECONDS) -> tuple[Outcome, float]:
     """Outcome of a run, and the least wall time of runs within ``enough`` seconds [s]."""
     spent, least = 0.0, math.inf
-    for _ in range(_MOST):
+    for _ in range(_MOST_TIMED_RUNS):
         begin = time.perf_counter()
         outcome = run()
         seconds = time.perf_counter() - begin
@@ -341,21 +341,21 @@ def timed(run: Callable[[], Outcome], enough: float = _ENOUGH) -> tuple[Outcome,
 
 def frontier(rows: Sequence[Row], truth_error: float) -> tuple[Row, ...]:
     """Return the rows of ``Tradeoff.frontier``; errors below ``truth_error`` count as equal."""
-    found: list[Row] = []
+    best: list[Row] = []
     for row in sorted(rows, key=lambda row: (row.wall_time, max(row.error, truth_error))):
         error = max(row.error, truth_error)
-        if not found or error < max(found[-1].error, truth_error):
-            found.append(row)
-    return tuple(found)
+        if not best or error < max(best[-1].error, truth_error):
+            best.append(row)
+    return tuple(best)
 
 
 def cheapest(rows: Sequence[Row], accuracy: float, truth_error: float) -> dict[str, Row]:
     """Return each contender's cheapest row with an error of at most ``accuracy``, by name."""
-    found: dict[str, Row] = {}
+    by_contender: dict[str, Row] = {}
     for row in sorted(rows, key=lambda row: row.wall_time):
         if max(row.error, truth_error) <= accuracy:
-            found.setdefault(row.contender, row)
-    return found
+            by_contender.setdefault(row.contender, row)
+    return by_contender
 
 
 def provenance() -> dict[str, str]:
@@ -380,7 +380,7 @@ class Typical:
 def typical(tradeoffs: Sequence[Tradeoff]) -> tuple[Typical, ...]:
     """Return medians over scenes of the settings that all have, in the order of the contenders."""
     groups: dict[tuple[str, float | None, float | None], list[Row]] = {}
-    for row in itertools.chain.from_iterable(one.rows for one in tradeoffs):
+    for row in itertools.chain.from_iterable(tradeoff.rows for tradeoff in tradeoffs):
         groups.setdefault(row.setting, []).append(row)
     return tuple(
         Typical(

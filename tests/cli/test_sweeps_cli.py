@@ -104,7 +104,7 @@ def test_lammps_that_is_missing_is_one_sentence(
 def test_without_a_terminal_there_is_a_line_from_time_to_time(
     hertzchain: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("hertzchain.cli.sweep._LINES", 0.0)
+    monkeypatch.setattr("hertzchain.cli.sweep._LINE_INTERVAL_SECONDS", 0.0)
     monkeypatch.setattr("hertzchain.sweeps.loop.MOST_ROWS", 4)
     monkeypatch.setattr("time.monotonic", iter(range(1, 100_000)).__next__)
     done = hertzchain("sweep", "scene.toml", *GRID, "-o", "out")

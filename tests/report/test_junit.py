@@ -15,7 +15,8 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.errors import BackendMissing
-from hertzchain.report.document import Case, Suite, case, to_xml
+from hertzchain.report.document import Case, Suite, case_of, to_xml
+from hertzchain.verdict.check import Check, Kind
 from tests.command_line import Command, is_refused
 from tests.conftest import paper_scene
 
@@ -75,27 +76,32 @@ def suite_of(*cases: Case) -> Suite:
 
 
 def test_numbers_are_said_in_full() -> None:
-    off = case("momentum", 1.0 + 1e-12, 1.0, 1e-13, False, "steps end at the corners")
-    (found,) = checked(to_xml([suite_of(off)])).iter("failure")
-    expected = "momentum is 1.000000000001, it should be 1.0: off by 1e-12, allowed is 1e-13"
-    assert found.attrib["message"] == expected
-    assert found.text is not None
-    assert "difference 1.000088900582341e-12" in found.text
-    assert "why this tolerance: steps end at the corners" in found.text
+    why = "steps end at the corners"
+    off = Check(Kind("momentum", ""), "native", 1.0 + 1e-12, 1.0, 1e-13, False, why)
+    (failure,) = checked(to_xml([suite_of(case_of(off))])).iter("failure")
+    expected = (
+        "native: momentum is 1.000000000001, it should be 1.0: off by 1e-12, allowed is 1e-13"
+    )
+    assert failure.attrib["message"] == expected
+    assert failure.text is not None
+    assert "difference 1.000088900582341e-12" in failure.text
+    assert f"why this tolerance: {why}" in failure.text
 
 
 def test_a_message_says_where() -> None:
-    off = case("mass [kg]", 2.0, 1.0, None, False, "only round-off; largest at granule 7", "mass")
-    (found,) = checked(to_xml([suite_of(off)])).iter("failure")
-    expected = "mass is 2.0, it should be 1.0: off by 1, largest at granule 7"
-    assert found.attrib["message"] == expected
+    why = "only round-off; largest at granule 7"
+    off = Check(Kind("mass", ""), "deck", 2.0, 1.0, None, False, why)
+    (failure,) = checked(to_xml([suite_of(case_of(off))])).iter("failure")
+    expected = "deck: mass is 2.0, it should be 1.0: off by 1, largest at granule 7"
+    assert failure.attrib["message"] == expected
 
 
 @pytest.mark.parametrize("measured", [None, math.nan, math.inf])
 def test_what_has_no_number_is_an_error(measured: float | None) -> None:
-    root = checked(to_xml([suite_of(case("p", measured, 9.0, 0.0, False, "it crashed"))]))
-    (found,) = root.iter("error")
-    assert found.attrib["message"] == "p: it crashed"
+    crashed = Check(Kind("p", ""), "lammps", measured, 9.0, 0.0, False, "it crashed")
+    root = checked(to_xml([suite_of(case_of(crashed))]))
+    (error,) = root.iter("error")
+    assert error.attrib["message"] == "lammps: p: it crashed"
     assert (root.attrib["failures"], root.attrib["errors"]) == ("0", "1")
 
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hertzchain.errors import SceneError
-from hertzchain.scene.keys import _USUAL, _registry, to_si
+from hertzchain.scene.keys import _UNITS, _registry, to_si
 from tests.effort import effort
 
 
@@ -127,7 +127,7 @@ def test_hostile_strings_end_quickly_with_an_error(text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("unit", "given"), [(unit, given) for unit, usual in _USUAL.items() for given in usual]
+    ("unit", "given"), [(unit, given) for unit, usual in _UNITS.items() for given in usual]
 )
 @pytest.mark.parametrize("number", [1.0, 4.75, 0.1, 193.0, 7.958e-3])
 def test_usual_units_are_worth_what_pint_says(unit: str, given: str, number: float) -> None:

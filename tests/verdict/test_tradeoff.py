@@ -40,7 +40,7 @@ from tests.conftest import STEEL, paper_scene
 def scene() -> Iterator[hc.Scene]:
     """A chain that is done in a moment; no setting is left out where the machine is busy."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(module, "_LONGEST", math.inf)
+        patch.setattr(module, "_LONGEST_RUN_SECONDS", math.inf)
         yield paper_scene("cosine-triangular", 1.0, 2.0, granules=6)
 
 
@@ -197,7 +197,7 @@ def test_a_setting_has_the_least_time_of_all_rounds(
 def test_a_slow_contender_is_not_run_at_dearer_settings(
     scene: hc.Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(module, "_LONGEST", 0.0)
+    monkeypatch.setattr(module, "_LONGEST_RUN_SECONDS", 0.0)
     peaks = Outcome(np.ones(5), 1)
     rows = measured(fixed({0.2: peaks, 0.1: peaks}), scene, np.ones(5), 0.0)
     assert [row.natural_step for row in rows] == [0.2]

@@ -15,21 +15,21 @@ from hertzchain.errors import SceneError
 from hertzchain.observables.peaks import judged_contacts
 from hertzchain.scene.scene import Scene
 
-_LOOKED_AT = 2000  # numbers of a file whose digits are counted (chosen)
-_FEWEST = 7  # samples: a curve of sixth degree goes through so many
-_SIXTH = 4.0
+_MOST_COUNTED_NUMBERS = 2000  # numbers of a file whose digits are counted (chosen)
+_FEWEST_SAMPLES = 7  # samples: a curve of sixth degree goes through so many
+_SIXTH_DEGREE_FACTOR = 4.0
 """Factor on the difference of curves of sixth and fourth degree: the error of the former is at most
 3.2 times this difference for samples up to 0.8 natural time units apart, 0.1 times at 0.2
 (measured, see there). In random scenes with samples 0.02 to 1 unit apart, 45 of 9,932 peaks were
 off by more than this bound, nearly all with more than 0.6 between samples."""
-_COARSE, _TELLS_LITTLE = 0.02, 10.0
+_COARSE_DIFFERENCE, _COARSE_FACTOR = 0.02, 10.0
 """Difference of curves of fourth and second degree from which on samples are too far apart for
 this; and the largest error then, in such differences (measured, up to 1.2 units apart)."""
-_AGAIN = 0.05
+_REPEATED_FORCE_RATIO = 0.05
 """Largest difference of two samples of the same time, over the largest force: dampers act
 with velocities half a step apart in them. On granule 1 a force may begin between them."""
 _MOST_CRESTS = 8  # humps that are examined for each contact (chosen)
-_DIGITS = 2.0  # last digits that rounded forces cost a peak at most: sums of a few (chosen)
+_ROUNDED_DIGITS = 2.0  # last digits that rounded forces cost a peak at most: sums of a few (chosen)
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +50,7 @@ def last_digit(values: FloatArray) -> float:
     some = np.abs(values[values != 0])
     if not some.size:
         return 0.0
-    words = [f"{value:.14e}" for value in some[:: max(1, some.size // _LOOKED_AT)]]
+    words = [f"{value:.14e}" for value in some[:: max(1, some.size // _MOST_COUNTED_NUMBERS)]]
     digits = max(len(word.partition("e")[0].rstrip("0").replace(".", "")) for word in words)
     exponent = math.floor(math.log10(float(np.max(some))))
     return 0.0 if digits >= 15 else float(10.0 ** (exponent - digits + 1))
@@ -77,14 +77,14 @@ def peaks_of(scene: Scene, motion: Motion, file: object) -> Sampled:
     # A code writes a sample twice, at the end of a run and at the start of the next.
     once = np.append(True, np.diff(motion.time) != 0)
     time = motion.time[once]
-    again = np.abs(np.diff(motion.net_force[:, 1:], axis=0))[~once[1:]]
-    if np.max(again, initial=0.0) > _AGAIN * np.max(np.abs(motion.net_force)):
+    repeated = np.abs(np.diff(motion.net_force[:, 1:], axis=0))[~once[1:]]
+    if np.max(repeated, initial=0.0) > _REPEATED_FORCE_RATIO * np.max(np.abs(motion.net_force)):
         allowed = "has two different samples of one time: give the samples of one run"
         raise SceneError("", None, allowed, file=str(file))
-    if time.size < _FEWEST:
+    if time.size < _FEWEST_SAMPLES:
         allowed = (
-            f"has {time.size} samples of the run, must have at least {_FEWEST}: name all files of a"
-            " dump that has one for each frame"
+            f"has {time.size} samples of the run, must have at least {_FEWEST_SAMPLES}: name all"
+            " files of a dump that has one for each frame"
         )
         raise SceneError("", None, allowed, file=str(file))
     if not np.all(np.diff(time) > 0):
@@ -92,7 +92,7 @@ def peaks_of(scene: Scene, motion: Motion, file: object) -> Sampled:
         raise SceneError("", None, allowed, file=str(file))
     forces = _contact_forces(scene, time, motion, motion.net_force[once], file)
     peaks, error = _through_samples(time, forces)
-    error = error + _DIGITS * motion.grain / np.where(peaks > 0, peaks, np.inf)
+    error = error + _ROUNDED_DIGITS * motion.grain / np.where(peaks > 0, peaks, np.inf)
     largest = float(np.max(error[judged_contacts(peaks)], initial=0.0))
     apart = f"{np.median(np.diff(time)):.3g} {'s' if motion.is_clock else 'steps'}"
     how = (
@@ -108,9 +108,9 @@ def _contact_forces(
     scene: Scene, time: FloatArray, motion: Motion, net_force: FloatArray, file: object
 ) -> FloatArray:
     """Return the force in each contact between granules [N], (samples, contacts)."""
-    own = net_force - scene.granules.constant_force
+    from_contacts = net_force - scene.granules.constant_force
     if scene.wall is None:
-        return np.ascontiguousarray(np.cumsum(own[:, :0:-1], axis=1)[:, ::-1])
+        return np.ascontiguousarray(np.cumsum(from_contacts[:, :0:-1], axis=1)[:, ::-1])
     if scene.piston is not None:
         allowed = "has net forces, which do not tell contact forces between a piston and a wall"
         raise SceneError("", None, allowed, file=str(file))
@@ -119,7 +119,7 @@ def _contact_forces(
         if not motion.is_clock:
             raise SceneError("", None, "has steps and no times: give --dt", file=str(file))
         applied = scene.applied_force(time)
-    return applied[:, np.newaxis] - np.cumsum(own[:, :-1], axis=1)
+    return applied[:, np.newaxis] - np.cumsum(from_contacts[:, :-1], axis=1)
 
 
 def _through_samples(time: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -136,9 +136,9 @@ def _through_samples(time: FloatArray, force: FloatArray) -> tuple[FloatArray, F
         values = smooth[:, contact]
         if not np.any(values > 0):
             continue
-        found = [_maximum(time, values, at) for at in _crests(values)]
-        highest = max(value for value, _ in found)
-        off = max(value + error for value, error in found) - highest
+        maxima = [_maximum(time, values, at) for at in _crests(values)]
+        highest = max(value for value, _ in maxima)
+        off = max(value + error for value, error in maxima) - highest
         peaks[contact], error[contact] = highest**1.5, 1.5 * off / highest
     return peaks, _robust(peaks, error)
 
@@ -154,9 +154,9 @@ def _crests(values: FloatArray) -> NDArray[np.intp]:
 def _maximum(time: FloatArray, values: FloatArray, at: int) -> tuple[float, float]:
     """Return the maximum of a curve near a sample, and its error."""
     sixth, fourth, second = (_highest(time, values, at, beside) for beside in (3, 2, 1))
-    off = _SIXTH * abs(sixth - fourth)
-    if abs(fourth - second) > _COARSE * fourth:
-        off = max(off, _TELLS_LITTLE * abs(fourth - second))
+    off = _SIXTH_DEGREE_FACTOR * abs(sixth - fourth)
+    if abs(fourth - second) > _COARSE_DIFFERENCE * fourth:
+        off = max(off, _COARSE_FACTOR * abs(fourth - second))
     if at in (0, time.size - 1):  # cut off: how much higher the force went is not known
         off = max(off, abs(values[at] - values[min(max(at, 1), time.size - 2)]))
     return sixth, off
@@ -165,10 +165,10 @@ def _maximum(time: FloatArray, values: FloatArray, at: int) -> tuple[float, floa
 def _highest(time: FloatArray, values: FloatArray, at: int, beside: int) -> float:
     """The maximum of a polynomial through samples around one, near it, and at least its value."""
     first = min(max(at - beside, 0), time.size - 2 * beside - 1)
-    here = slice(first, first + 2 * beside + 1)
-    scale = float(time[here.stop - 1] - time[here.start]) / (2 * beside)
-    s = (time[here] - time[at]) / scale
-    curve = np.polynomial.polynomial.Polynomial.fit(s, values[here], 2 * beside, domain=[-1, 1])
+    window = slice(first, first + 2 * beside + 1)
+    scale = float(time[window.stop - 1] - time[window.start]) / (2 * beside)
+    s = (time[window] - time[at]) / scale
+    curve = np.polynomial.polynomial.Polynomial.fit(s, values[window], 2 * beside, domain=[-1, 1])
     near = np.clip(curve.deriv().roots().real, max(s[0], -1.0), min(s[-1], 1.0))
     return float(max([values[at], *curve(near)]))
 
@@ -181,8 +181,8 @@ def _robust(peaks: FloatArray, error: FloatArray) -> FloatArray:
 
 
 _PLACES, _FORCES = (("x", "y", "z"), ("xu", "yu", "zu")), (("fx", "fy", "fz"),)
-_ACROSS = 1e-3  # fraction of the length of a chain by which places across it may differ (chosen)
-_MOVED = 0.05  # fraction of the largest force from which an end of the chain is pushed (chosen)
+_MOST_WIDTH_RATIO = 1e-3  # of places across a chain over its length (chosen)
+_PUSH_FORCE_RATIO = 0.05  # of the largest force, from which an end of the chain is pushed (chosen)
 
 
 def is_dump(text: str) -> bool:
@@ -227,18 +227,18 @@ def motion_of(
 
 
 def _frames_of(text: str, granules: int, file: str) -> list[_Frame]:
-    found: list[_Frame] = []
+    frames: list[_Frame] = []
     items: dict[str, tuple[list[str], list[str]]] = {}
     for item in text.split("ITEM:")[1:]:
         head, *lines = item.splitlines() or [""]
         kind, *words = head.split() or [""]
         items[kind] = words, [line for line in lines if line.strip()]
         if kind in ("ATOMS", "ENTRIES"):
-            found.append(_frame(items, granules, f"{file}, frame {len(found) + 1}"))
+            frames.append(_frame(items, granules, f"{file}, frame {len(frames) + 1}"))
             items = {}
     if items:
-        raise _cut_off(f"{file}, frame {len(found) + 1}")
-    return found
+        raise _cut_off(f"{file}, frame {len(frames) + 1}")
+    return frames
 
 
 def _cut_off(where: str) -> SceneError:
@@ -272,11 +272,11 @@ def _frame(items: dict[str, tuple[list[str], list[str]]], granules: int, where: 
         raise SceneError("", None, allowed, file=where)
 
     def numbers(*wanted: str) -> FloatArray:
-        found = [
+        columns = [
             [_number([row[names.index(name)]]) if name in names else 0.0 for name in wanted]
             for row in rows
         ]
-        values = np.array(found)
+        values = np.array(columns)
         if not np.all(np.isfinite(values)):
             allowed = f"must have finite numbers in the columns {', '.join(wanted)}"
             raise SceneError("", None, allowed, file=where)
@@ -299,7 +299,7 @@ def _axis(place: FloatArray, file: str) -> int:
     """Return the axis that granules lie along."""
     extent = np.ptp(place, axis=0)
     across, along = np.sort(extent)[1:]
-    if across > _ACROSS * along:
+    if across > _MOST_WIDTH_RATIO * along:
         allowed = (
             f"has granules that are not in a row along x, y or z: they differ by {across:.3g} m"
             " across it"
@@ -310,6 +310,6 @@ def _axis(place: FloatArray, file: str) -> int:
 
 def pushed_at_the_end(force: FloatArray) -> bool:
     """Return whether the last granule feels a force before the first, (samples, granules)."""
-    counts = np.abs(force) > _MOVED * np.max(np.abs(force))
+    counts = np.abs(force) > _PUSH_FORCE_RATIO * np.max(np.abs(force))
     first, last = (np.flatnonzero(counts[:, k]) for k in (0, -1))
     return bool(last.size and (not first.size or last[0] < first[0]))

@@ -31,12 +31,12 @@ if TYPE_CHECKING:
     import pandas
 
 
-MOST_BYTES = 300_000_000  # of all files: a minute to read (chosen)
+LARGEST_FILES_BYTES = 300_000_000  # of all files: a minute to read (chosen)
 
 COLUMNS = ("contact", "peak_force_N")
 """Columns of a table of peaks."""
 
-_LONGEST = 40  # characters of a cell or a name in a message (chosen)
+_MOST_CELL_CHARS = 40  # characters of a cell or a name in a message (chosen)
 
 
 def read(scene: Scene, results: Any, units: str, dt: float | None) -> Sampled:
@@ -60,7 +60,7 @@ def read(scene: Scene, results: Any, units: str, dt: float | None) -> Sampled:
 def _of_files(scene: Scene, paths: Sequence[Path], units: str, dt: float | None) -> Sampled:
     file = " ... ".join(dict.fromkeys((str(paths[0]), str(paths[-1]))))
     texts: list[str] = []
-    left = MOST_BYTES
+    left = LARGEST_FILES_BYTES
     for path in paths:
         content = _content_of(path, left)
         left -= len(content)
@@ -114,7 +114,7 @@ def _table_in(text: str, file: str) -> pandas.DataFrame:
     above = itertools.takewhile(_is_above_the_header, text.splitlines(keepends=True))
     text = text[sum(map(len, above)) :].removeprefix("#").lstrip(" ")
     head = text.partition("\n")[0]
-    separator = next((one for one in ";\t," if one in head), r"\s+")
+    separator = next((sign for sign in ";\t," if sign in head), r"\s+")
     try:
         with warnings.catch_warnings():  # of rows that are longer than the header
             warnings.simplefilter("error", pandas.errors.ParserWarning)
@@ -129,10 +129,10 @@ def _table_in(text: str, file: str) -> pandas.DataFrame:
     for name in set(COLUMNS) & set(table.columns) if separator != "," else ():
         words = table[name]
         commas = words.str.contains(",", regex=False)
-        own, others = words[commas], words[~commas]
-        if own.size and own.str.fullmatch(_GROUPED).all() and others.str.isdecimal().any():
+        decimal, others = words[commas], words[~commas]
+        if decimal.size and decimal.str.fullmatch(_GROUPED).all() and others.str.isdecimal().any():
             allowed = "may have a comma of thousands: leave it out, and write decimals with a point"
-            raise SceneError(name, own.iloc[0], allowed, file=file)
+            raise SceneError(name, decimal.iloc[0], allowed, file=file)
         if not words.str.contains(".", regex=False).any():
             table[name] = words.str.replace(",", ".")
     return table
@@ -154,7 +154,7 @@ def _of_table(scene: Scene, table: pandas.DataFrame, file: str) -> Sampled:
     names = [str(name) for name in table.columns]
     # The second of a name has .1 added.
     if any(names.count(name) != 1 or f"{name}.1" in names for name in COLUMNS):
-        shown = ", ".join(repr(name[:_LONGEST]) for name in names[:8])
+        shown = ", ".join(repr(name[:_MOST_CELL_CHARS]) for name in names[:8])
         allowed = f"has the columns {shown}, must have {' and '.join(COLUMNS)}"
         if {COLUMNS[0], "force"} <= set(names) and COLUMNS[1] not in names:
             raise SceneError("", None, f"{allowed}: did you mean {COLUMNS[1]}?", file=file)
@@ -170,7 +170,7 @@ def _of_table(scene: Scene, table: pandas.DataFrame, file: str) -> Sampled:
         numbers = pandas.to_numeric(words, errors="coerce").to_numpy(np.float64)
         wrong = np.flatnonzero(~np.isfinite(numbers))
         if wrong.size:
-            word = str(words.iloc[int(wrong[0])])[:_LONGEST]
+            word = str(words.iloc[int(wrong[0])])[:_MOST_CELL_CHARS]
             key = f"{name} in row {int(wrong[0]) + 1}"
             raise SceneError(key, word, "must be a finite number", file=file)
         values.append(numbers)
@@ -283,16 +283,16 @@ def judge(
         report_progress("reading results")
         given = read(scene, results, units, dt)
         sampling = given.error if given.how else None
-        found = judged(
+        judgement = judged(
             scene, given.peak_force, tolerance, dt, sampling, time_limit, report_progress
         )
     if not given.how:
-        return found
+        return judgement
     remarks = [given.how]
-    if found.sampled_too_rarely:
+    if judgement.sampled_too_rarely:
         remarks.append(
-            f"{found.sampled_too_rarely} contacts are not judged, as samples so far apart, or"
+            f"{judgement.sampled_too_rarely} contacts are not judged, as samples so far apart, or"
             f" numbers of so few digits, may be off by more than the tolerance of {tolerance:.1e}:"
             " write samples more often, with dump_modify format float %.15g"
         )
-    return replace(found, remarks=(*remarks, *found.remarks))
+    return replace(judgement, remarks=(*remarks, *judgement.remarks))

@@ -24,35 +24,35 @@ from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.scene import Scene, SceneLike, to_scene
 from hertzchain.showing import ShownVerdict, ShowProgress, telling
 from hertzchain.verdict.check import Check, Kind, within
-from hertzchain.verdict.traces.traces import ENOUGH, Traces, read_traces
+from hertzchain.verdict.traces.traces import ENOUGH_QUIET_SAMPLES, Traces, read_traces
 
 if TYPE_CHECKING:
     import pandas
     from scipy.interpolate import CubicSpline
 
 
-_FINE, _MOST_TIMES = 60, 20_000
+_TIMES_PER_WIDTH, _MOST_TIMES = 60, 20_000
 """Recorded times for each width of the narrowest pulse: a cubic spline is within 1e-6 of its force
 (measured); and the most of them."""
 
-_COARSE = 10
+_SHIFTS_PER_WIDTH = 10
 """Steps of the search for the shift for each width; least squares find the rest."""
 
-_UNSURE = 1e-4
+_UNSURE_FORCE_RATIO = 1e-4
 """Difference of two accurate runs, over the peak, from which on later forces are not known."""
 
-_AFTER = 1.2
+_FIT_END_WIDTHS = 1.2
 """End of the fit of a first pulse, in widths from its arrival: a little after the end of the pulse,
 where it has fallen to a half."""
 
-_QUIET = 1e-4
+_QUIET_FORCE_RATIO = 1e-4
 """Part of its largest force below which a gauge is quiet (chosen): that of most is far below two
 widths before a pulse arrives."""
 
-_SHARPEST = 1e-6
+_DELAY_WIDTHS = 1e-6
 """Least deviation of a delay, in widths, averaged over gauges: that of the splines."""
 
-FEWEST = 8
+FEWEST_SAMPLES = 8
 """Fewest samples of a first pulse that determine its height, time and width."""
 
 
@@ -94,23 +94,23 @@ class Expected:
         return np.where(time < 0, 0.0, force)
 
 
-def expected(scene: Scene, gauges: tuple[Gauge, ...], native: Native) -> Expected:
+def expected_of(scene: Scene, gauges: tuple[Gauge, ...], native: Native) -> Expected:
     """Run a scene with gauges, and record their forces until its end.
 
     SceneError if no pulse arrives at any of them.
     """
     result = native.run(replace(scene, gauges=gauges))
-    widths = np.array([one.width for one in result.gauges])
+    widths = np.array([reading.width for reading in result.gauges])
     allowed = "reads no whole first pulse in this scene: name others, or give a later end_time"
     require(bool(np.isfinite(widths).any()), "gauge", None, allowed)
     end = result.scene.end_time
-    count = int(min(_FINE * end / np.nanmin(widths), _MOST_TIMES)) + 2
+    count = int(min(_TIMES_PER_WIDTH * end / np.nanmin(widths), _MOST_TIMES)) + 2
     time = np.linspace(0.0, end, count)
     rough = Native(rtol=1e-6, time_limit=native.time_limit)
-    force, other = (_recorded(result.scene, gauges, one, time) for one in (native, rough))
-    off = np.abs(other - force) > _UNSURE * np.max(np.abs(force), axis=0)
+    force, other = (_recorded(result.scene, gauges, engine, time) for engine in (native, rough))
+    off = np.abs(other - force) > _UNSURE_FORCE_RATIO * np.max(np.abs(force), axis=0)
     unsure = np.flatnonzero(off.any(axis=1))
-    last = np.nanmax([one.arrival + one.width for one in result.gauges])
+    last = np.nanmax([reading.arrival + reading.width for reading in result.gauges])
     until = end if not unsure.size else max(float(time[unsure[0]]), float(last))
     return Expected(result, time, force, until)
 
@@ -128,22 +128,23 @@ def read_in(scene: Scene, gauges: tuple[Gauge, ...], history: History) -> FloatA
     return np.stack([force_over_time(scene, gauge, history) for gauge in gauges], axis=1)
 
 
-def without_offset(traces: Traces, known: Expected, shift: float) -> Traces:
+def without_offset(traces: Traces, expected: Expected, shift: float) -> Traces:
     """Return traces less their mean before anything arrived, if there are enough samples.
 
-    Their noise is the deviation of these samples, if there are ``ENOUGH``.
+    Their noise is the deviation of these samples, if there are ``ENOUGH_QUIET_SAMPLES``.
     """
     force, noise = traces.force.copy(), traces.noise.copy()
-    for k, read in enumerate(known.readings):
+    for k, read in enumerate(expected.readings):
         width = read.width if np.isfinite(read.width) else 0.0
-        arrival = min(read.arrival, known.until)  # the latter where nothing arrives
+        arrival = min(read.arrival, expected.until)  # the latter where nothing arrives
         # Where contacts are unloaded before they are pressed, the gauge is quiet until then.
-        moves = np.abs(known.force[:, k]) > _QUIET * np.max(np.abs(known.force[:, k]))
-        quiet = min(arrival - 2 * width, float(known.time[np.argmax(moves)]))
+        strength = np.abs(expected.force[:, k])
+        moves = strength > _QUIET_FORCE_RATIO * np.max(strength)
+        quiet = min(arrival - 2 * width, float(expected.time[np.argmax(moves)]))
         before = force[traces.time - shift < quiet, k]
-        if before.size >= FEWEST:
+        if before.size >= FEWEST_SAMPLES:
             force[:, k] -= before.mean()
-        if before.size >= ENOUGH:
+        if before.size >= ENOUGH_QUIET_SAMPLES:
             step = float(np.median(np.diff(traces.time)))
             # Digits may show in the pulse alone: no sample before it need differ from another.
             digit = max(resolution_of(before), resolution_of(force[:, k]))
@@ -151,28 +152,28 @@ def without_offset(traces: Traces, known: Expected, shift: float) -> Traces:
     return replace(traces, force=force, noise=noise)
 
 
-def shift_of(traces: Traces, known: Expected) -> float:
+def shift_of(traces: Traces, expected: Expected) -> float:
     """Time on the measured clock at which the run begins [s], to a fraction of a pulse's width.
 
     It is the time with the largest correlation of all gauges with the reference, independent of
     their gain. SceneError if the correlation is larger with the opposite sign.
     """
-    whole = [k for k, one in enumerate(known.readings) if np.isfinite(one.width)]
-    step = float(min(known.readings[k].width for k in whole)) / _COARSE
+    whole = [k for k, reading in enumerate(expected.readings) if np.isfinite(reading.width)]
+    step = float(min(expected.readings[k].width for k in whole)) / _SHIFTS_PER_WIDTH
     size = int((traces.time[-1] - traces.time[0]) / step) + 1
     allowed = f"last {np.ptp(traces.time):.3g} s, which is less than a first pulse: check the unit"
-    require(size > _COARSE, "times", None, allowed)
+    require(size > _SHIFTS_PER_WIDTH, "times", None, allowed)
     require(size < 100 * _MOST_TIMES, "times", None, "last far longer than the run: check the unit")
     grid = traces.time[0] + step * np.arange(size)
-    own = step * np.arange(int(known.until / step) + 1, dtype=np.float64)
-    product = np.zeros(size + own.size - 1)
+    clock = step * np.arange(int(expected.until / step) + 1, dtype=np.float64)
+    product = np.zeros(size + clock.size - 1)
     energy, total = np.zeros_like(product), 0.0
     for k in whole:
         force = traces.force[:, k] - np.median(traces.force[:, k])
         measured = np.interp(grid, traces.time, force)
-        model = known.at(k, own)
+        model = expected.at(k, clock)
         scale = np.max(np.abs(model)) ** 2
-        energy += _correlation(measured**2, np.ones(own.size)) / scale
+        energy += _correlation(measured**2, np.ones(clock.size)) / scale
         product += _correlation(measured, model) / scale
         total += float(np.sum(model**2)) / scale
     # With hardly any signal a correlation is by chance.
@@ -180,7 +181,7 @@ def shift_of(traces: Traces, known: Expected) -> float:
     correlation = product / np.sqrt(np.maximum(energy, least) * total)
     allowed = "are upside down: give a negative unit, such as 'gauge_16=CH1 [-25 N]'"
     require(bool(np.max(correlation) >= -np.min(correlation)), "forces", None, allowed)
-    return float(traces.time[0] + step * (int(np.argmax(correlation)) - own.size + 1))
+    return float(traces.time[0] + step * (int(np.argmax(correlation)) - clock.size + 1))
 
 
 def _correlation(values: FloatArray, model: FloatArray) -> FloatArray:
@@ -192,7 +193,7 @@ def _correlation(values: FloatArray, model: FloatArray) -> FloatArray:
 
 
 def matched(
-    traces: Traces, known: Expected, shift: float, k: int
+    traces: Traces, expected: Expected, shift: float, k: int
 ) -> tuple[FloatArray, FloatArray] | None:
     """Return a measured first pulse relative to the scene's, and deviations by noise, shape (3,).
 
@@ -201,41 +202,41 @@ def matched(
     """
     from scipy.optimize import least_squares
 
-    read = known.readings[k]
+    read = expected.readings[k]
     if not np.isfinite(read.width):
         return None
-    begin, end = read.arrival - read.width, read.arrival + _AFTER * read.width
+    begin, end = read.arrival - read.width, read.arrival + _FIT_END_WIDTHS * read.width
     during = (traces.time - shift >= begin) & (traces.time - shift <= end)
     time, force = traces.time[during] - shift, traces.force[during, k]
-    if time.size < FEWEST or time[-1] < read.arrival + read.width * 0.9:
+    if time.size < FEWEST_SAMPLES or time[-1] < read.arrival + read.width * 0.9:
         return None
 
     def residuals(p: FloatArray) -> FloatArray:
         height, stretch, delay = p
         there = read.time + (time - read.time - delay * read.width) / stretch
-        return np.asarray((height * known.at(k, there) - force) / read.force)
+        return np.asarray((height * expected.at(k, there) - force) / read.force)
 
-    found = least_squares(residuals, [1.0, 1.0, 0.0], bounds=([0, 0.2, -3], [np.inf, 5, 3]))
-    slopes, unit = np.asarray(found.jac), np.array([1.0, 1.0, read.width])
+    solution = least_squares(residuals, [1.0, 1.0, 0.0], bounds=([0, 0.2, -3], [np.inf, 5, 3]))
+    slopes, unit = np.asarray(solution.jac), np.array([1.0, 1.0, read.width])
     if np.linalg.matrix_rank(slopes) < unit.size:
         return None
     deviation = np.linalg.norm(np.linalg.pinv(slopes), axis=1)  # for samples with a deviation of 1
-    return unit * found.x, unit * deviation * float(traces.noise[k]) / read.force
+    return unit * solution.x, unit * deviation * float(traces.noise[k]) / read.force
 
 
-def aligned(traces: Traces, known: Expected, shift: float | None) -> tuple[Traces, float]:
+def aligned(traces: Traces, expected: Expected, shift: float | None) -> tuple[Traces, float]:
     """Return traces without offsets, and the shift of their clock, found where it is not given."""
-    at = shift_of(traces, known) if shift is None else shift
+    at = shift_of(traces, expected) if shift is None else shift
     for _ in range(2):  # the second time with offsets from quiet times, which are known then
-        traces = without_offset(traces, known, at)
+        traces = without_offset(traces, expected, at)
         if shift is not None:
             continue
-        found = [matched(traces, known, at, k) for k in range(len(traces.gauges))]
-        delays = np.array([(one[0][2], one[1][2]) for one in found if one is not None])
+        matches = [matched(traces, expected, at, k) for k in range(len(traces.gauges))]
+        delays = np.array([(match[0][2], match[1][2]) for match in matches if match is not None])
         allowed = "have no whole first pulse of this scene: check clock, unit and gauges"
         require(delays.size > 0, "traces", None, allowed)
         # Samples limit the accuracy of the shift even without noise.
-        least = _SHARPEST * float(np.nanmin([one.width for one in known.readings]))
+        least = _DELAY_WIDTHS * float(np.nanmin([reading.width for reading in expected.readings]))
         at += float(np.average(delays[:, 0], weights=1 / (delays[:, 1] + least) ** 2))
     return traces, at
 
@@ -247,13 +248,13 @@ TRAVEL = Kind("time of travel [s]", "the scene has another speed: try E, density
 ARRIVAL = Kind("arrival [s]", "the clock of the recording is not that of the scene")
 TRACE = Kind("whole trace, rms of differences over the first peak", _ADVICE)
 
-_DEVIATIONS = 3.0
+_NOISE_DEVIATIONS = 3.0
 """Standard deviations of noise that are added to a tolerance: one of 400 is beyond."""
 
-_PULSE = 0.1
+_PULSE_FORCE_RATIO = 0.1
 """Part of the largest force above which the reference is within a pulse."""
 
-_NOISE = 1.2
+_TRACE_OVER_NOISE = 1.2
 """Largest differences of a whole trace over the noise, which 200 quiet samples determine to 5 %:
 four deviations."""
 
@@ -389,83 +390,85 @@ def judge_traces(
     measured = read_traces(scene, traces, columns or {})
     with telling(progress) as report_progress:
         report_progress("native: the reference method")
-        known = expected(scene, measured.gauges, Native("reference", time_limit=time_limit))
+        expected = expected_of(scene, measured.gauges, Native("reference", time_limit=time_limit))
         report_progress("laying the traces over those of the reference")
-        measured, begin = aligned(measured, known, None if shift else 0.0)
-        pulses = [matched(measured, known, begin, k) for k in range(len(measured.gauges))]
-    numbers = _numbers_of(known, pulses, has_clock=not shift)
+        measured, begin = aligned(measured, expected, None if shift else 0.0)
+        pulses = [matched(measured, expected, begin, k) for k in range(len(measured.gauges))]
+    numbers = _numbers_of(expected, pulses, has_clock=not shift)
     remarks, checks = list(measured.remarks), []
     for gauge, pulse in zip(measured.gauges, pulses, strict=True):
         if pulse is None:
             said = "the first pulse is not whole, only the trace is judged"
             remarks.append(f"{gauge.place}: {said}")
-    for one in numbers:
-        noise, most = _DEVIATIONS * one.deviation, tolerance * one.simulated
-        largest = most + noise + one.error
-        if noise > most and abs(one.measured - one.simulated) <= largest:
+    for number in numbers:
+        noise, most = _NOISE_DEVIATIONS * number.deviation, tolerance * number.simulated
+        limit = most + noise + number.error
+        if noise > most and abs(number.measured - number.simulated) <= limit:
             remarks.append(
-                f"{one.name} is not judged, three deviations of its noise,"
-                f" {noise / one.simulated:.1e}, hide the tolerance of {tolerance:.1e}"
+                f"{number.name} is not judged, three deviations of its noise,"
+                f" {noise / number.simulated:.1e}, hide the tolerance of {tolerance:.1e}"
             )
             continue
-        reason = "what was asked for, three deviations of the noise, and the error of the reference"
-        checks.append(within(one.kind, one.of, one.measured, one.simulated, largest, reason))
+        why = "what was asked for, three deviations of the noise, and the error of the reference"
+        checks.append(within(number.kind, number.of, number.measured, number.simulated, limit, why))
     for k in range(len(pulses)):
-        whole = _whole(measured, known, begin, k, tolerance)
+        whole = _whole(measured, expected, begin, k, tolerance)
         if whole is None:
             said = "nothing was measured within a pulse of the reference"
             remarks.append(f"{measured.gauges[k].place}: {said}")
         else:
             checks.append(whole)
     return TraceJudgement(
-        known.result, measured, known, begin, float(tolerance), tuple(numbers), tuple(checks),
+        expected.result, measured, expected, begin, float(tolerance), tuple(numbers), tuple(checks),
         tuple(remarks),
     )  # fmt: skip
 
 
 def _numbers_of(
-    known: Expected, pulses: Sequence[tuple[FloatArray, FloatArray] | None], *, has_clock: bool
+    expected: Expected, pulses: Sequence[tuple[FloatArray, FloatArray] | None], *, has_clock: bool
 ) -> list[Number]:
     """Return the numbers of the first pulses that are complete."""
-    found, there = [], []
-    for read, pulse in zip(known.readings, pulses, strict=True):
+    numbers, there = [], []
+    for read, pulse in zip(expected.readings, pulses, strict=True):
         if pulse is None:
             continue
-        (height, stretch, delay), (high, wide, late) = (one.tolist() for one in pulse)
+        (height, stretch, delay), (high, wide, late) = (values.tolist() for values in pulse)
         of, gauges, force, width = read.gauge.place, (read.gauge,), read.force, read.width
         # The pulse is stretched about its crest.
         arrival = read.arrival + delay - (stretch - 1) * (read.time - read.arrival)
-        own = [
+        of_pulse = [
             Number(PEAK, of, gauges, force, height * force, read.force_error * force, high * force),
             Number(WIDTH, of, gauges, width, stretch * width, read.width_error, wide * width),
             Number(ARRIVAL, of, gauges, read.arrival, arrival, read.arrival_error, late),
         ]
-        found += own[: 2 + has_clock]
+        numbers += of_pulse[: 2 + has_clock]
         there.append((read, delay, late))
-    there.sort(key=lambda one: one[0].time)
+    there.sort(key=lambda arrival: arrival[0].time)
     for (before, early, sooner), (after, late, later) in itertools.pairwise(there):
         true = after.time - before.time
         if true > 0 and not has_clock:
-            found.append(Number(
+            numbers.append(Number(
                 TRAVEL, f"{before.gauge.place} to {after.gauge.place}",
                 (after.gauge, before.gauge), true, true + late - early,
                 before.arrival_error + after.arrival_error, float(np.hypot(sooner, later)),
             ))  # fmt: skip
-    return found
+    return numbers
 
 
-def _whole(traces: Traces, known: Expected, shift: float, k: int, tolerance: float) -> Check | None:
+def _whole(
+    traces: Traces, expected: Expected, shift: float, k: int, tolerance: float
+) -> Check | None:
     """Judge all samples of a gauge at which the reference is known; None if it has no pulse."""
     time = traces.time - shift
-    during = (time >= 0) & (time <= known.until)
-    peak = float(np.max(np.abs(known.force[known.time <= known.until, k])))
-    true = known.at(k, time[during])
-    is_pulse = np.abs(true) > _PULSE * peak
-    if np.count_nonzero(is_pulse) < FEWEST:
+    during = (time >= 0) & (time <= expected.until)
+    peak = float(np.max(np.abs(expected.force[expected.time <= expected.until, k])))
+    true = expected.at(k, time[during])
+    is_pulse = np.abs(true) > _PULSE_FORCE_RATIO * peak
+    if np.count_nonzero(is_pulse) < FEWEST_SAMPLES:
         return None
     off = (traces.force[during, k] - true) / peak
     # Quiet samples must not hide a difference within a pulse.
     rms = max(float(np.sqrt(np.mean(some**2))) for some in (off, off[is_pulse]))
-    reason = f"what was asked for, and {_NOISE:g} times the noise of the samples"
-    allowed = float(np.hypot(tolerance, _NOISE * float(traces.noise[k]) / peak))
+    reason = f"what was asked for, and {_TRACE_OVER_NOISE:g} times the noise of the samples"
+    allowed = float(np.hypot(tolerance, _TRACE_OVER_NOISE * float(traces.noise[k]) / peak))
     return within(TRACE, traces.gauges[k].place, rms, 0.0, allowed, reason)

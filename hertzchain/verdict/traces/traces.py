@@ -29,13 +29,13 @@ _COLUMN = re.compile(rf"({_SENSOR.pattern})(?:[ _/([]*[a-zA-Z]+[)\]]*)?")
 _TIME = re.compile(r"(?:time|t)(?:[ _(/\[]+(?:s|ms|us|µs|ns)[)\]]*)?", re.IGNORECASE)
 _SPEC = re.compile(r"\s*(?P<name>.*?)\s*(?:\[(?P<unit>[^\[\]]+)\])?\s*")
 
-_FLAT = 4
+_FLAT_SAMPLES = 4
 """Least samples with the largest value of a clipped trace (chosen)."""
 
-_OF_A_CREST = 16.0
+_CREST_FALL_DIGITS = 16.0
 """Largest fall of a crest next to as many flat samples, in digits: a parabola falls by 9."""
 
-ENOUGH = 200
+ENOUGH_QUIET_SAMPLES = 200
 """Quiet samples that give the noise to 5 %; with fewer, second differences of all are better."""
 
 
@@ -81,7 +81,7 @@ def _clipped(force: FloatArray) -> int:
     at = np.flatnonzero(force == largest)
     digit = np.min(np.diff(np.unique(force[force > largest / 2])), initial=largest)
     fall = largest - force[max(at[0] - at.size, 0)]
-    return at.size if at.size >= _FLAT and fall > _OF_A_CREST * digit else 0
+    return at.size if at.size >= _FLAT_SAMPLES and fall > _CREST_FALL_DIGITS * digit else 0
 
 
 def is_traces(names: Sequence[str], columns: Mapping[str, str]) -> bool:
@@ -125,8 +125,8 @@ def read_traces(scene: Scene, results: Any, columns: Mapping[str, str]) -> Trace
     sensors = {role: _spec(role, text) for role, text in columns.items()}
     of_times = [(name, "") for name in read.names if _TIME.fullmatch(name)]
     time, unit = sensors.pop("time", None) or next(iter(of_times), (None, ""))
-    found = filter(None, map(_COLUMN.fullmatch, read.names))
-    named = list(sensors.items()) or [(match[1], (match[0], "")) for match in found]
+    matches = filter(None, map(_COLUMN.fullmatch, read.names))
+    named = list(sensors.items()) or [(match[1], (match[0], "")) for match in matches]
     allowed = (
         f"has the columns {', '.join(read.names[:8])}: name those of gauges, as by --column"
         " 'gauge_16=CH1 [25 N]'"
@@ -138,18 +138,18 @@ def read_traces(scene: Scene, results: Any, columns: Mapping[str, str]) -> Trace
     for role, (name, newtons) in named:
         scale = to_si(f"column {role}", newtons, "N") if newtons else None
         try:
-            one = read_recording(read, time, name, unit.removeprefix("1 ") or None, scale)
+            recording = read_recording(read, time, name, unit.removeprefix("1 ") or None, scale)
         except HertzchainError as problem:  # options of the command pulse
             said = str(problem).replace("--time and --force", "--column")
             said = said.replace("--force", "--column").replace("--time", "--column")
             said = said.replace("--scale", "--column 'gauge_16=NAME [25 N]'")
             raise HertzchainError(said) from None
-        require(bool(np.any(one.force)), role, None, "is 0 throughout: nothing was measured")
-        forces.append(one.force)
+        require(bool(np.any(recording.force)), role, None, "is 0 throughout: nothing was measured")
+        forces.append(recording.force)
         # Second differences have part of a pulse's curvature.
-        step = float(np.median(np.diff(one.time)))
-        noise.append(noise_within(one.force, step, resolution_of(one.force)).deviation)
-    return Traces(one.time, gauges, np.stack(forces, axis=1), np.array(noise))
+        step = float(np.median(np.diff(recording.time)))
+        noise.append(noise_within(recording.force, step, resolution_of(recording.force)).deviation)
+    return Traces(recording.time, gauges, np.stack(forces, axis=1), np.array(noise))
 
 
 def _spec(role: str, text: str) -> tuple[str, str]:

@@ -108,13 +108,13 @@ def test_files_that_are_not_one_dump(
     bomb.write_bytes(gzip.compress(bytes(10**6)))
     with pytest.raises(SceneError, match=r"has 1 samples of the run, .*: name all files of a dump"):
         read(SCENE, [one], "si", None)
-    monkeypatch.setattr(reading, "MOST_BYTES", 10)
+    monkeypatch.setattr(reading, "LARGEST_FILES_BYTES", 10)
     with pytest.raises(SceneError, match="larger than"):
         read(SCENE, [table], "si", None)
-    monkeypatch.setattr(reading, "MOST_BYTES", 10**5)
+    monkeypatch.setattr(reading, "LARGEST_FILES_BYTES", 10**5)
     with pytest.raises(SceneError, match="when unpacked"):
         read(SCENE, [bomb], "si", None)
-    monkeypatch.setattr(reading, "MOST_BYTES", int(1.5 * one.stat().st_size))
+    monkeypatch.setattr(reading, "LARGEST_FILES_BYTES", int(1.5 * one.stat().st_size))
     with pytest.raises(SceneError, match="has 1 samples"):
         read(SCENE, [one], "si", None)
     with pytest.raises(SceneError, match="cannot be read"):  # of both together
