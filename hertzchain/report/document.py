@@ -182,8 +182,8 @@ class Finding:
 
     sentences: Sequence[str]
     passed: bool
-    place: str
-    written: str
+    place: str = ""
+    written: str = ""
     right: Sequence[tuple[str, str, Sequence[str]]] = ()
     note: str = ""
 

@@ -96,7 +96,7 @@ def largest_pressure(result: Result) -> str:
     )
 
 
-def _first_pulse(result: Result, k: int) -> tuple[str, str, str]:
+def _first_pulse(result: Result, k: int) -> tuple[str, ...]:
     """Return force, arrival and width of the first pulse of a contact; empty where it has none."""
     columns = result.first_columns
     if np.isnan(columns["first_peak_force_N"][k]):

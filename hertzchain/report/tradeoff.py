@@ -28,11 +28,10 @@ def print_tradeoff(console: Console, tradeoffs: Sequence[Tradeoff]) -> None:
     console.print(title, style="bold", end="\n\n")
     floor = max(tradeoff.truth_error for tradeoff in tradeoffs)
     rows = [replace(point.row, error=point.highest) for point in typical(tradeoffs)]
-    by_accuracy = {wanted: cheapest(rows, wanted, floor) for wanted in _ACCURACIES}
-    by_accuracy = {wanted: reached for wanted, reached in by_accuracy.items() if reached}
     best = {
         wanted: min(reached.values(), key=lambda row: row.wall_time)
-        for wanted, reached in by_accuracy.items()
+        for wanted in _ACCURACIES
+        if (reached := cheapest(rows, wanted, floor))
     }
     console.print("The cheapest way to peaks of a wanted accuracy")
     header = ("right to", "contender", "with", "error", "force evaluations", "time [ms]")

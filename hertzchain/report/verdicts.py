@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -297,8 +298,8 @@ def of_examination(examination: DeckExamination) -> Document:
         remarks=_remarks(examination),
         findings=[
             *_findings(examination),
-            *([Finding([peaks.sentence], False, "", "")] if deck.stopped else []),
-            *(_small(check) for check in small),
+            *([Finding([peaks.sentence], False)] if deck.stopped else []),
+            *(_finding([check], passed=True) for check in small),
         ],
     )  # fmt: skip
 
@@ -346,29 +347,22 @@ def _findings(examination: DeckExamination) -> list[Finding]:
     """Return the findings line by line, with proven corrections."""
     findings = []
     for finding in examination.findings:
-        place, note = finding.checks[0].place, ""
+        note = ""
         if finding.follows is not None:
             note = f"this follows from {finding.follows + 1}"
         elif finding.with_others:
             note = "correct only together with the other corrections"
-        findings.append(
-            Finding(
-                [_with_effect(check) for check in finding.checks],
-                False,
-                "" if place is None else str(place),
-                "" if place is None else place.written,
-                [(f"{line.file}:{line.line}", line.written, line.commands)
-                 for line in finding.correction],
-                note,
-            )
-        )  # fmt: skip
+        right = [
+            (f"{line.file}:{line.line}", line.written, line.commands) for line in finding.correction
+        ]
+        findings.append(replace(_finding(finding.checks, passed=False), right=right, note=note))
     return findings
 
 
-def _small(check: DeckCheck) -> Finding:
-    place = check.place
+def _finding(checks: Sequence[DeckCheck], *, passed: bool) -> Finding:
+    place = checks[0].place
     where, written = ("", "") if place is None else (str(place), place.written)
-    return Finding([_with_effect(check)], True, where, written)
+    return Finding([_with_effect(check) for check in checks], passed, where, written)
 
 
 def _examined_peaks(examination: DeckExamination) -> Peaks:

@@ -32,13 +32,10 @@ def frame_times(scene: Scene, count: int) -> FloatArray:
 
 def plot_times(scene: Scene) -> FloatArray:
     """Equally spaced times at which to record a run so that its wave can be drawn [s]."""
-    wanted = int(np.ceil(scene.end_time / (_FRAME_TIME * wave_time(scene)))) + 1
+    # A wave's time goes as its force to the power -1/6.
+    wave_time = float(scene.units.time * force_scale(scene.momentum_ratio) ** (-1 / 6))
+    wanted = int(np.ceil(scene.end_time / (_FRAME_TIME * wave_time))) + 1
     return frame_times(scene, max(2, min(wanted, MOST_READINGS // scene.chain.granules)))
-
-
-def wave_time(scene: Scene) -> float:
-    """The unit of time of the contacts of a scene [s]: it goes as their force to the power -1/6."""
-    return float(scene.units.time * force_scale(scene.momentum_ratio) ** (-1 / 6))
 
 
 def drawn_contacts(result: Result, most: int) -> list[int]:

@@ -54,11 +54,8 @@ _OPTIONAL_COLUMNS = tuple(name for name in _COLUMNS if _COLUMNS[name] not in (*M
 _LARGEST_TABLE_BYTES = 50_000_000
 """Size of a table of granules [bytes], chosen: 500,000 rows."""
 
-Quantities = Callable[..., dict[str, Any]]
-"""Function that reads the values of a section: see ``reading.quantities``."""
 
-
-def expand(defaults: Chain, segments: Any, quantities: Quantities) -> Chain:
+def expand(defaults: Chain, segments: Any) -> Chain:
     """Return a chain, granule by granule, from its defaults and what each segment changes."""
     allowed = "must be one or more tables, [[chain.segments]]"
     is_list = isinstance(segments, list) and segments
@@ -77,9 +74,9 @@ def expand(defaults: Chain, segments: Any, quantities: Quantities) -> Chain:
         SEGMENT_KEYS["granules"].check(f"{name}.granules", granules)
         counts += granules
         require(counts <= most, f"{name}.granules", granules, _sum_allowed(most, "more"))
-        cells = _cells(name, values, quantities)
+        cells = _cells(name, values)
         read.append({**values, "cell": cells} if "cell" in values else values)
-        _fill(columns, defaults, values, cells, granules, name)
+        _fill(columns, defaults, values, cells, name)
     require(counts == defaults.granules, "chain.segments", None, _sum_allowed(defaults.granules))
     try:
         chain = Chain(defaults.granules, *(columns[key] or None for key in _CELL_KEYS))
@@ -94,7 +91,7 @@ def _sum_allowed(granules: int, how: str = "fewer") -> str:
     return f"the granules of all segments must sum to chain.granules = {granules}, they are {how}"
 
 
-def _cells(name: str, values: Mapping[str, Any], quantities: Quantities) -> list[dict[str, Any]]:
+def _cells(name: str, values: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Return the differing values of each granule of the cell that a segment repeats."""
     if "cell" not in values:
         return [{}]
@@ -111,17 +108,13 @@ def _cells(name: str, values: Mapping[str, Any], quantities: Quantities) -> list
 
 
 def _fill(
-    columns: dict[str, list[float]],
-    defaults: Chain,
-    values: Mapping[str, Any],
-    cells: list[dict[str, Any]],
-    granules: int,
-    name: str,
-) -> None:
+    columns: dict[str, list[float]], defaults: Chain, values: Mapping[str, Any],
+    cells: list[dict[str, Any]], name: str,
+) -> None:  # fmt: skip
     """Append the granules of a segment."""
     ratio = values.get("radius_ratio", 1.0)
     RADIUS_RATIO.check(f"{name}.radius_ratio", ratio)
-    for k in range(granules):
+    for k in range(values["granules"]):
         granule = {**values, **cells[k % len(cells)]}
         for key, column in columns.items():
             value = granule.get(key, getattr(defaults, key))
@@ -409,7 +402,7 @@ def read_chain(section: Mapping[str, Any], folder: Path = Path()) -> Chain:
         return _section("chain", section, Chain, ("segments", "file"))
     plain = {key: value for key, value in section.items() if key != "segments"}
     defaults = _section("chain", plain, Chain, ("segments", "file"))
-    return expand(defaults, section["segments"], quantities)
+    return expand(defaults, section["segments"])
 
 
 def _shock_of(document: Mapping[str, Any], folder: Path) -> Shock:

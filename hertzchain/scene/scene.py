@@ -33,13 +33,14 @@ from hertzchain.scene.natural_units import (
 from hertzchain.scene.ramp import Ramp, impulse_until
 from hertzchain.scene.schedule import (
     Leg,
+    Push,
     Run,
     lay_steps,
     lay_strokes,
     squeezing_force,
     watched_time,
     watched_with_terms,
-    weakest_start,
+    weakest_push,
 )
 from hertzchain.scene.shocks import Moving, Piston, Pulse, Shock, Striker
 from hertzchain.scene.terms import ALL_TERMS, DAMPING, Contact, Precompression, Wall
@@ -524,11 +525,11 @@ class Scene(Numbered, Shown):
             ratio, momentum = self.momentum_ratio, self._shock_momentum
             if ratio < (least := self.shock.least_ratio):
                 ratio, momentum = least, least * self._unit_momentum
-            pushes = [(self._shock_units, ratio, momentum, self.pushed_mass)]
+            pushes = [Push(self._shock_units, ratio, momentum, self.pushed_mass)]
         if self.force_at_start > 0:
-            pushes.append(weakest_start(self.granules, *self.first_contact, self.force_at_start))
+            pushes.append(weakest_push(self.granules, *self.first_contact, self.force_at_start))
         wall, each = self.wall is not None or self.holds, self.granules.as_if_free
-        return self.pulse_end + max(watched_with_terms(each, *push, wall=wall) for push in pushes)
+        return self.pulse_end + max(watched_with_terms(each, push, wall) for push in pushes)
 
     def until(self, end_time: float) -> Scene:
         """Return the scene with another end of its run [s]; what was derived of it is kept."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -157,25 +157,28 @@ def watched_time(granules: Any, momentum_ratio: Any) -> Any:
     return 1.2 * (granules + 5) / speed
 
 
-def watched_with_terms(
-    granules: Granules,
-    units: NaturalUnits,
-    momentum_ratio: float,
-    momentum: float,
-    mass: float,
-    wall: bool,
-) -> float:
+class Push(NamedTuple):
+    """Start of a wave: units of its force, LM_ratio, momentum [N s], and the mass it moves [kg]."""
+
+    units: NaturalUnits
+    momentum_ratio: float
+    momentum: float
+    mass: float
+
+
+def watched_with_terms(granules: Granules, push: Push, wall: bool) -> float:
     """Return the default time between the ends of shock and run, for scenes with terms [s].
 
     The wave crosses each contact in its own time, and each gap with the velocity that collisions
     pass on. A wall has to stop a mass through all contacts in series: that of granule 1, or of all
     granules that move. A piston's mass is infinite.
     """
-    weak = min(1.0, momentum_ratio)
+    units, mass = push.units, push.mass
+    weak = min(1.0, push.momentum_ratio)
     slowness = hertz.slowness(granules.stiffness, granules.contact_mass)
     crossed = slowness * math.pow(units.force, -1 / 6)
     if granules.gap.any():
-        slowed = _velocity_at_gaps(granules, units.velocity * weak, momentum)
+        slowed = _velocity_at_gaps(granules, units.velocity * weak, push.momentum)
         flight = _DECAY_TIME_FACTOR * float(np.sum(granules.gap / slowed))
         crossed = crossed * (units.velocity * weak / slowed) ** 0.2
     else:
@@ -190,23 +193,20 @@ def watched_with_terms(
     if math.isinf(mass):  # a piston is not stopped
         return float(2 * wave + 2 * flight)
     softness = _softness(granules)
-    stop = (mass**3 * softness**3 / momentum) ** 0.2
+    stop = (mass**3 * softness**3 / push.momentum) ** 0.2
     return float(max(2 * wave, _STOPPING_TIME_FACTOR * stop) + 2 * flight)
 
 
-def weakest_start(
-    granules: Granules, stiffness: float, mass: float, force: float
-) -> tuple[NaturalUnits, float, float, float]:
-    """Return units, LM_ratio, momentum and mass of the start, as if only the weakest granule hit.
+def weakest_push(granules: Granules, stiffness: float, mass: float, force: float) -> Push:
+    """Return the push of all granules that move, with the momentum of the weakest alone.
 
-    ``stiffness``, ``mass`` and ``force`` make the units. The mass returned is that of all granules
-    that move.
+    ``stiffness``, ``mass`` and ``force`` make the units.
     """
     moved = np.abs(granules.moved)
     units = NaturalUnits(force, *length_and_time(stiffness, mass, force))
     weakest = float(np.min(moved[moved > 0]))
     ratio = weakest / (MOMENTUM_IN_NATURAL_UNITS * units.momentum)
-    return units, ratio, weakest, float(np.sum(granules.mass[moved > 0]))
+    return Push(units, ratio, weakest, float(np.sum(granules.mass[moved > 0])))
 
 
 def _velocity_at_gaps(granules: Granules, velocity: float, momentum: float) -> FloatArray:

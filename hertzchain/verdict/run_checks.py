@@ -335,7 +335,7 @@ def _grown(
     lost: float,
     deadline: Deadline,
     least: float,
-) -> tuple[float, float, float]:
+) -> list[float]:
     """Return differences of displacement, velocity and peaks after a small one at the start.
 
     ``lost`` is the difference at the start, relative to the largest overlap. The result is the
@@ -353,7 +353,7 @@ def _grown(
             largest_difference(nudged.peaks.force, other.peaks.force),
         )
         largest = np.maximum(largest, differences)
-    return float(largest[0]), float(largest[1]), float(largest[2])
+    return largest.tolist()
 
 
 def _largest(measured: FloatArray, expected: FloatArray, least: float) -> float:

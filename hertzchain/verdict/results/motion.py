@@ -140,7 +140,9 @@ def _through_samples(time: FloatArray, force: FloatArray) -> tuple[FloatArray, F
         highest = max(value for value, _ in maxima)
         off = max(value + error for value, error in maxima) - highest
         peaks[contact], error[contact] = highest**1.5, 1.5 * off / highest
-    return peaks, _robust(peaks, error)
+    counts = judged_contacts(peaks)
+    usual = float(np.median(error[counts])) if counts.any() else 0.0
+    return peaks, np.maximum(error, usual)  # one may be small by chance
 
 
 def _crests(values: FloatArray) -> NDArray[np.intp]:
@@ -171,13 +173,6 @@ def _highest(time: FloatArray, values: FloatArray, at: int, beside: int) -> floa
     curve = np.polynomial.polynomial.Polynomial.fit(s, values[window], 2 * beside, domain=[-1, 1])
     near = np.clip(curve.deriv().roots().real, max(s[0], -1.0), min(s[-1], 1.0))
     return float(max([values[at], *curve(near)]))
-
-
-def _robust(peaks: FloatArray, error: FloatArray) -> FloatArray:
-    """Return errors of at least the median of the judged contacts: one may be small by chance."""
-    counts = judged_contacts(peaks)
-    usual = float(np.median(error[counts])) if counts.any() else 0.0
-    return np.maximum(error, usual)
 
 
 _PLACES, _FORCES = (("x", "y", "z"), ("xu", "yu", "zu")), (("fx", "fy", "fz"),)
