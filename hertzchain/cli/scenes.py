@@ -60,8 +60,7 @@ def predict(scene: SceneFile, as_json: AsJson = False) -> None:
 
 
 def timestep(
-    scene: SceneFile,
-    rtol: float = typer.Option(1e-3, help="Wanted relative error of the peaks."),
+    scene: SceneFile, rtol: float = typer.Option(1e-3, help="Wanted relative error of the peaks.")
 ) -> None:
     """Find the longest time step of LAMMPS for a wanted accuracy.
 
