@@ -5,7 +5,7 @@ what no difference shows. For each row of ``error_bound.SAFETIES`` this script m
 ratio to the estimate of what is left of an error: of forces (peaks, or first pulses where they are
 wanted) and of times (arrivals and widths). The truth is a native run to 1e-10. A row fails where
 the ratio is larger than its factor. Scenes are drawn to be hard on bounds (``random_scenes``,
-``random_drives``).
+``random_drives``); ``--scenes`` is their number in each of three groups.
 """
 
 from __future__ import annotations
