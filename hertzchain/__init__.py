@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from hertzchain.verdict.judgement import Judgement
     from hertzchain.verdict.results.reading import judge
     from hertzchain.verdict.traces.judging import TraceJudgement, judge_traces
+    from hertzchain.verdict.trains import TrainJudgement, judge_trains
 
 _HOME = {
     "Batch": "hertzchain.engines.native.batch",
@@ -70,6 +71,7 @@ _HOME = {
     "Spread": "hertzchain.uncertainty.spread",
     "Sweep": "hertzchain.sweeps.sweeping",
     "TraceJudgement": "hertzchain.verdict.traces.judging",
+    "TrainJudgement": "hertzchain.verdict.trains",
     "Uncertain": "hertzchain.scene.uncertain",
     "Validation": "hertzchain.uncertainty.validation",
     "Wall": "hertzchain.scene.terms",
@@ -80,6 +82,7 @@ _HOME = {
     "fit": "hertzchain.fits.fit",
     "judge": "hertzchain.verdict.results.reading",
     "judge_traces": "hertzchain.verdict.traces.judging",
+    "judge_trains": "hertzchain.verdict.trains",
     "peak_forces": "hertzchain.engines.native.batch",
     "plot": "hertzchain.report.several",
     "scenes": "hertzchain.sweeps.design",
@@ -118,6 +121,7 @@ __all__ = [
     "Striker",
     "Sweep",
     "TraceJudgement",
+    "TrainJudgement",
     "Uncertain",
     "Validation",
     "Wall",
@@ -128,6 +132,7 @@ __all__ = [
     "fit",
     "judge",
     "judge_traces",
+    "judge_trains",
     "peak_forces",
     "plot",
     "scenes",

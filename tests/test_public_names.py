@@ -53,9 +53,9 @@ def test_the_public_names_are_those_of_the_contract() -> None:
     expected = """
     Batch Certificate Chain Comparison Contact DeckCheck DeckExamination Fit Gauge HertzchainError
     Judgement Lammps Liggghts Moving Native Piston Precompression Pulse PulseTable Result
-    Run Scene Sine Spread Striker Sweep TraceJudgement Uncertain Validation Wall Yade certify
-    compare examine fit judge judge_traces peak_forces plot scenes similar_peak_forces spread sweep
-    theory validate write_trajectory
+    Run Scene Sine Spread Striker Sweep TraceJudgement TrainJudgement Uncertain Validation Wall Yade
+    certify compare examine fit judge judge_traces judge_trains peak_forces plot scenes
+    similar_peak_forces spread sweep theory validate write_trajectory
     """
     assert hc.__all__ == expected.split()
     code = "import hertzchain; print(' '.join(dir(hertzchain)))"

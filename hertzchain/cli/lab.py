@@ -112,7 +112,8 @@ def judge(
         metavar="FILE",
         help="CSV with the columns contact, peak_force_N; or a LAMMPS dump of all granules with id,"
         " x, fx (all files of one dump); or measured traces: time_s, gauge_16_N, contact_10_N,"
-        " wall_N, near_wall_N, or any with --column. Peaks and dumps may be gzipped.",
+        " wall_N, near_wall_N, or any with --column; or measured pulses: contact or granule,"
+        " force_N, perhaps time_s and width_s. Peaks and dumps may be gzipped.",
     ),
     column: list[str] | None = typer.Option(
         None,
@@ -149,12 +150,14 @@ def judge(
     from hertzchain.verdict.results import reading
     from hertzchain.verdict.traces.judging import judge_traces
     from hertzchain.verdict.traces.traces import is_traces, names_in
+    from hertzchain.verdict.trains import is_train, judge_trains
 
     shown = Shown(scene, results, as_json, plot, report, junit, size=size)
     columns = options.by_name("--column", column or [], "gauge_16=CH1")
     step, limit = options.to_seconds("--dt", dt), options.to_time_limit(time_limit)
     loaded = options.load_scene(scene)
-    of_traces = len(results) == 1 and is_traces(names_in(results[0]), columns)
+    names = names_in(results[0]) if len(results) == 1 else ()
+    of_traces = len(results) == 1 and is_traces(names, columns)
     options.refuse_without_need(of_traces, no_shift=no_shift, column=bool(columns))
     with output.progress() as report_progress, output.compiling(report_progress):
         if of_traces:
@@ -171,6 +174,12 @@ def judge(
                 shown.end(of_validation(validate(loaded, results[0], tolerance=seen, **how)))
             within = TOLERANCE if tolerance is None else tolerance
             shown.end(document_of(judge_traces(loaded, results[0], tolerance=within, **how)))
+        if is_train(names):
+            allowed = "must be left out for pulses, whose forces are in N"
+            require(units is SI and step is None, "units and dt", None, allowed)
+            within = TOLERANCE if tolerance is None else tolerance
+            told: dict[str, Any] = {"time_limit": limit, "progress": report_progress}
+            shown.end(document_of(judge_trains(loaded, results[0], tolerance=within, **told)))
         judgement = reading.judge(
             loaded,
             results,

@@ -76,6 +76,12 @@ def run(
         " gauge_16_N, contact_10_N, wall_N, near_wall_N (.csv, .parquet), at the times of"
         " --record, else at 500.",
     ),
+    pulses: bool = typer.Option(
+        False,
+        "--pulses",
+        help="Find all pulses of each contact and gauge, incident and reflected, by two more runs."
+        " With -o pulses.csv their table is written.",
+    ),
     size: options.Size = None,
     report: Path | None = typer.Option(
         None, metavar="FILE", help="Write a page (html): plots, tables, all numbers."
@@ -119,9 +125,12 @@ def run(
         if backend == "native":
             parameters["peaks_only"] = times is None and method != "scipy"
         result = ENGINES[backend].make(time_limit=limit, **parameters).run(loaded, times)
-    document = of_result(result)
+        if pulses:
+            report_progress(f"{backend}: recording all pulses")
+            _ = result.trains
+    document = of_result(result, pulses)
     shown.print(document, f"in {output}" if output and record is None else None)
-    _write(result, output, traces, is_motion=record is not None)
+    _write(result, output, traces, is_motion=record is not None, pulses=pulses)
     shown.write(document)
     asked = (RTOL if method is None and step is None else None) if rtol is None else rtol
     error = result.wanted_error
@@ -138,15 +147,19 @@ def run(
         raise typer.Exit(OUT_OF_TOLERANCE)
 
 
-def _write(result: Result, output: Path | None, traces: Path | None, is_motion: bool) -> None:
+def _write(
+    result: Result, output: Path | None, traces: Path | None, is_motion: bool, pulses: bool
+) -> None:
     """Write the tables of a run: its peaks or its motion, and the traces of its gauges."""
     from hertzchain.report.files import motion_frame, write_frame, write_result
 
     if is_motion:
         write_file("Motion", output, lambda path: write_frame(motion_frame(result), path))
     else:
-        what = "Result" if output is not None and output.suffix.lower() == ".json" else "Peaks"
-        write_file(what, output, lambda path: write_result(result, path))
+        of_table = "Pulses" if pulses else "Peaks"
+        is_whole = output is not None and output.suffix.lower() == ".json"
+        what = "Result" if is_whole else of_table
+        write_file(what, output, lambda path: write_result(result, path, pulses))
     write_file("Traces", traces, lambda path: write_frame(result.to_traces(), path))
 
 

@@ -22,6 +22,7 @@ from hertzchain.observables.first_pulse import FirstPulses
 from hertzchain.observables.gauges import Reading, force_over_time
 from hertzchain.observables.history import History
 from hertzchain.observables.pressure import LargestPressure, largest_pressure, yield_warning
+from hertzchain.observables.trains import Recorded, Train, trains_of
 from hertzchain.observables.transition import SolitaryWave, solitary_wave, transition_granules
 from hertzchain.observables.wave import Wave, dict_of, is_near_end, usual_wave, wave_between
 from hertzchain.scene.gauge import NO_GAUGE
@@ -86,6 +87,8 @@ class Result(ShownRun):
         ``error_estimate``.
     gauges
         Readings of the scene's gauges.
+    engines
+        Engines that record this run and one with other steps, for ``pulses``.
     """
 
     scene: Scene
@@ -110,6 +113,7 @@ class Result(ShownRun):
     first_pulses: FirstPulses | None = None
     errors: ContactErrors | None = None
     gauges: tuple[Reading, ...] = ()
+    engines: tuple[Recorded, Recorded] | None = None
 
     @property
     def static_force(self) -> FloatArray | None:
@@ -306,6 +310,58 @@ class Result(ShownRun):
             columns["dynamic_force_N"] = self.peak_force - self.static_force
         return pandas.DataFrame({**columns, **self.first_columns})
 
+    @cached_property
+    def trains(self) -> tuple[Train, ...]:
+        """All pulses of each contact, then of each gauge in a granule.
+
+        Three further runs are recorded for them, when they are first wanted.
+        """
+        assert self.engines is not None
+        return trains_of(self.scene, *self.engines)
+
+    def pulses(self, contact: int | None = None, granule: int | None = None) -> pandas.DataFrame:
+        """Return all pulses, incident and reflected, of a contact or a gauge, in order of time.
+
+        A pulse is a maximum of the dynamic force (without the static load) of at least 1 % of the
+        largest of its contact. Three further runs are made for the first call.
+
+        Parameters
+        ----------
+        contact, granule
+            Its number: of a contact, or of a granule with a gauge. With neither the table has the
+            pulses of all, and the columns contact and granule.
+
+        Returns
+        -------
+        A table with a row for each pulse: ``time_s``, ``force_N``, ``arrival_time_s`` (when half
+        of the force is reached), ``width_s`` (at half of the force; NaN where the run ended
+        before), and bounds of their errors, ``time_error_s``, ``force_error`` (relative),
+        ``arrival_error_s``, ``width_error_s``; infinite where a run with other steps has no such
+        pulse.
+
+        Raises
+        ------
+        SceneError
+            If there is no such contact or gauge.
+        """
+        import pandas
+
+        if contact is None and granule is None:
+            each = [
+                train.to_frame().assign(**{train.gauge.key: train.gauge.number})
+                for train in self.trains
+            ]
+            table = pandas.concat(each, ignore_index=True)
+            first = [name for name in ("contact", "granule") if name in table]
+            table = table.astype(dict.fromkeys(first, "Int64"))
+            return table[[*first, *(name for name in table if name not in first)]]
+        require(contact is None or granule is None, "granule", granule, "must not have a contact")
+        if contact is not None:
+            return self.trains[self._place_of(contact)].to_frame()
+        of_gauges = {train.gauge.granule: train for train in self.trains}
+        require(granule in of_gauges, "granule", granule, "must have a [[gauge]] of the scene")
+        return of_gauges[granule].to_frame()
+
     @property
     def peak_errors(self) -> FloatArray:
         """Bounds of the relative errors of peaks, shape (contacts,).
@@ -340,9 +396,13 @@ class Result(ShownRun):
         """The wave over the last contacts that no end disturbs, at most ten; None without one."""
         return usual_wave(self.scene, self.first_columns)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return the result and its scene as a JSON object; null stands for a missing value."""
-        return {**self.numbers(), **context_of(self.scene)}
+    def to_dict(self, pulses: bool = False) -> dict[str, Any]:
+        """Return the result and its scene as a JSON object; null stands for a missing value.
+
+        With ``pulses`` it has those of all contacts.
+        """
+        trains = {"pulses": [train.to_dict() for train in self.trains]} if pulses else {}
+        return {**self.numbers(), **trains, **context_of(self.scene)}
 
     def numbers(self) -> dict[str, Any]:
         """Return the object of ``to_dict`` without the scene, its contacts and the versions."""

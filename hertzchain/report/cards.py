@@ -42,6 +42,7 @@ def card_of(shown: Any) -> str:
 def document_of(shown: Any) -> Document:
     """The document of a result, a comparison, a judgement or an examination of a deck."""
     from hertzchain.report.run import of_result
+    from hertzchain.report.trains import of_trains
     from hertzchain.report.verdicts import of_comparison, of_examination, of_judgement, of_traces
 
     if isinstance(shown, Result):
@@ -51,6 +52,7 @@ def document_of(shown: Any) -> Document:
         "Judgement": of_judgement,
         "DeckExamination": of_examination,
         "TraceJudgement": of_traces,
+        "TrainJudgement": of_trains,
     }
     return makers[type(shown).__name__](shown)
 

@@ -165,6 +165,9 @@ def print_document(
         console.print()
     if (answers := document.answers) is not None:
         console.print(table(answers.header, answers.rows, left=("", "number")))
+    if (pulses := document.pulses) is not None:
+        console.print(f"\n{pulses.caption}")
+        console.print(table(pulses.header, pulses.rows))
     if document.facts:
         print_facts(console, document.facts)
     for remark in document.notes:

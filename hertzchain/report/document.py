@@ -213,6 +213,7 @@ class Document:
     absent: Sequence[str] = ()  # labels of engines that did not run
     answers: Table | None = None  # the transition by each engine of a comparison
     checks: Sequence[Check] = ()  # checks that decide the verdict
+    pulses: Table | None = None  # all pulses of all contacts, where a run was asked for them
     notes: Sequence[str] = ()  # remarks on the answers: formulas, engines with a similar chain
     facts: Sequence[tuple[str, str]] = ()  # label and value of facts on all contacts together
     remarks: Sequence[str] = ()  # sentences on causes, and on parts that could not be done

@@ -45,9 +45,12 @@ def check_format(path: Path | str | None, kind: str) -> None:
         raise OutputError(f"{path}: {words} must end in {listed}")
 
 
-def run_document(result: Any) -> dict[str, Any]:
-    """Return the JSON document of a run: the result, and how two spheres part under its damping."""
-    document: dict[str, Any] = result.to_dict()
+def run_document(result: Any, pulses: bool = False) -> dict[str, Any]:
+    """Return the JSON document of a run: the result, and how two spheres part under its damping.
+
+    With ``pulses`` it has those of all contacts.
+    """
+    document: dict[str, Any] = result.to_dict(pulses) if pulses else result.to_dict()
     spheres = parting(result.scene) if isinstance(result, Result) else None
     if spheres is None:
         return document
@@ -55,17 +58,18 @@ def run_document(result: Any) -> dict[str, Any]:
     return {**document, "two_spheres": of_spheres}
 
 
-def write_result(result: Any, path: Path | str) -> None:
+def write_result(result: Any, path: Path | str, pulses: bool = False) -> None:
     """Write a result, completely or not at all; OutputError on failure.
 
     ``.csv`` and ``.parquet`` have a row for each contact, as ``Result.to_frame``; ``.json`` has the
-    whole result, as ``Result.to_dict``. A spread has the same functions.
+    whole result, as ``Result.to_dict``. A spread has the same functions. With ``pulses`` the rows
+    are those of ``Result.pulses``, which the whole result then has, too.
     """
     check_format(path, "result")
     if Path(path).suffix.lower() == ".json":
-        write_text(path, json.dumps(run_document(result), indent=2, allow_nan=False) + "\n")
+        write_text(path, json.dumps(run_document(result, pulses), indent=2, allow_nan=False) + "\n")
     else:
-        write_frame(result.to_frame(), Path(path))
+        write_frame(result.pulses() if pulses else result.to_frame(), Path(path))
 
 
 def write_frame(frame: pandas.DataFrame, path: Path) -> None:

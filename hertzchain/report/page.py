@@ -68,6 +68,8 @@ def _sections(document: Document) -> list[Section]:
         said = () if document.verdict.sentence else [f"{text}." for text in document.remarks]
         sections.append(Section("Summary", facts, said))
     sections.append(Section("Peak forces", _peak_table(document)))
+    if document.pulses is not None:
+        sections.append(Section("Pulses", document.pulses))
     if document.checks:
         rows = [_check_row(check) for check in document.checks]
         checks = Table(

@@ -8,6 +8,7 @@ from hertzchain.observables.result import Result
 from hertzchain.report.document import (
     Document,
     Peaks,
+    Table,
     Verdict,
     cost,
     facts_of_terms,
@@ -20,11 +21,11 @@ from hertzchain.report.document import (
 from hertzchain.report.files import run_document
 
 
-def of_result(result: Result) -> Document:
-    """Return the document of a run, which has no verdict."""
+def of_result(result: Result, pulses: bool = False) -> Document:
+    """Return the document of a run, which has no verdict; with all pulses on request."""
     return Document(
         kind="Run",
-        numbers=lambda: run_document(result),
+        numbers=lambda: run_document(result, pulses),
         command="run",
         results={result.backend: result},
         verdict=Verdict(None, ""),
@@ -33,6 +34,7 @@ def of_result(result: Result) -> Document:
         limits=(),
         facts=_facts(result),
         remarks=result.warnings,
+        pulses=_pulses(result) if pulses else None,
     )
 
 
@@ -66,6 +68,23 @@ def _peaks(result: Result) -> Peaks:
         row,
         range(len(shown_contacts(result))),
     )
+
+
+def _pulses(result: Result) -> Table:
+    """Return all pulses with their known digits; a width is empty where it has no right one."""
+    rows = [
+        [
+            train.gauge.place,
+            number(pulse["time_s"], 6),
+            known_digits(pulse["force_N"], pulse["force_error"]),
+            number(pulse["arrival_time_s"], 6),
+            number(pulse["width_s"], 6) if pulse["width_error_s"] < pulse["width_s"] else "",
+        ]
+        for train in result.trains
+        for pulse in train.to_frame().to_dict("records")
+    ]
+    header = ("pulse of", "time [s]", "dynamic force [N]", "arrival [s]", "width [s]")
+    return Table("All pulses, incident and reflected", header, rows)
 
 
 def _facts(result: Result) -> list[tuple[str, str]]:

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
+from scipy.signal import find_peaks, peak_prominences
 
 import hertzchain as hc
 from tests.oracles.extrapolation import push_of
@@ -38,7 +39,7 @@ class Seen:
 class Trace:
     """Forces over time of a scene of elastic or damped contacts without a piston."""
 
-    def __init__(self, scene: hc.Scene, tolerance: float = 3e-14) -> None:
+    def __init__(self, scene: hc.Scene, tolerance: float = 3e-14, longest: float = 0.05) -> None:
         self.chain, pieces = numbers_of(scene), pieces_of(scene)
         c, count = self.chain, self.chain.inverse_mass.size
         self.granules, self.contacts = count, c.stiffness.size
@@ -62,7 +63,7 @@ class Trace:
             scale = np.repeat([c.length, c.length / c.time], count)
             done = solve_ivp(
                 rates, (begin, end), state, method="DOP853", rtol=tolerance,
-                atol=tolerance * scale, max_step=0.05 * c.time, dense_output=True,
+                atol=tolerance * scale, max_step=longest * c.time, dense_output=True,
             )  # fmt: skip
             state = done.y[:, -1]
             self.parts.append((begin, end, done.sol))
@@ -101,6 +102,16 @@ class Trace:
             seen(times, dynamic[i], partial(self._above, i, float(static[i])))
             if of_run[i] >= 1e-3 * of_run.max()
             else None
+            for i in range(self.contacts)
+        ]
+
+    def trains(self, static: Floats) -> list[list[Seen]]:
+        """All pulses of each contact."""
+        times = self._times()
+        forces = np.concatenate([self.at_all(some) for some in np.array_split(times, 50)], axis=1)
+        dynamic = forces - static[:, np.newaxis]
+        return [
+            all_pulses(times, dynamic[i], partial(self._above, i, float(static[i])))
             for i in range(self.contacts)
         ]
 
@@ -170,3 +181,30 @@ def seen(times: Floats, f: Floats, read: Callable[[float], float]) -> Seen:
         arrival = brentq(excess, times[reached - 1], times[reached], xtol=1e-18)
     end = None if over is None else brentq(excess, times[over - 1], times[over], xtol=1e-18)
     return Seen(force, float(low + found.x * (high - low)), arrival, end)
+
+
+def all_pulses(times: Floats, f: Floats, read: Callable[[float], float]) -> list[Seen]:
+    """All pulses of a signal: maxima of at least 0.9 % of the largest, a twentieth above dips."""
+    padded = np.concatenate([[0.0], np.maximum(f, 0.0), [0.0]])  # at an end, too, is a maximum
+    places = find_peaks(padded, height=0.009 * f.max())[0]
+    stands = peak_prominences(padded, places)[0] >= 0.049 * padded[places]
+    found = []
+    for k in places[stands] - 1:
+        low, high = times[max(k - 1, 0)], times[min(k + 1, times.size - 1)]
+        top = minimize_scalar(
+            lambda s, low=low, high=high: -read(low + s * (high - low)), bounds=(0, 1),
+            method="bounded", options={"xatol": 1e-9},
+        )  # fmt: skip
+        force = max(-float(top.fun), float(f[k]))
+
+        def excess(time: float, force: float = force) -> float:
+            return read(time) - force / 2
+
+        before, after = np.flatnonzero(f[:k] < force / 2), np.flatnonzero(f[k:] < force / 2)
+        arrival, end = float(times[0]), None
+        if before.size:
+            arrival = brentq(excess, times[before[-1]], times[before[-1] + 1], xtol=1e-18)
+        if after.size:
+            end = brentq(excess, times[k + after[0] - 1], times[k + after[0]], xtol=1e-18)
+        found.append(Seen(force, float(low + top.x * (high - low)), arrival, end))
+    return found

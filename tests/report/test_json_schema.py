@@ -96,6 +96,10 @@ def judged(factor: float, **how: Any) -> dict[str, Any]:
     return hc.judge(SHORT, factor * hc.Native().run(SHORT).peak_force, **how).to_dict()
 
 
+def trains() -> pd.DataFrame:
+    return pd.DataFrame({"contact": [3, 3], "force_N": [10.0, 1.0], "time_s": [2e-5, 9e-5]})
+
+
 def traces() -> pd.DataFrame:
     return hc.Native().run(replace(SHORT, gauges=(hc.Gauge(granule=4),)), 500).to_traces()
 
@@ -136,11 +140,13 @@ DOCUMENTS: dict[str, tuple[str, Callable[[], dict[str, Any]]]] = {
     "run": ("run.json", lambda: hc.Native().run(SHORT).to_dict()),
     "run, unlike": ("run.json", lambda: hc.Native().run(UNLIKE).to_dict()),
     "run, held": ("run.json", lambda: hc.Native().run(HELD).to_dict()),
+    "run, pulses": ("run.json", lambda: hc.Native().run(SHORT).to_dict(pulses=True)),
     "compare": ("compare.json", comparison),
     "judge, pass": ("judge.json", lambda: judged(1.0)),
     "judge, fail": ("judge.json", lambda: judged(1.0 + 3e-3)),
     "judge, step": ("judge.json", lambda: judged(1.0, dt=1e-8)),
     "judge, traces": ("traces.json", lambda: hc.judge_traces(SHORT, traces()).to_dict()),
+    "judge, trains": ("trains.json", lambda: hc.judge_trains(SHORT, trains()).to_dict()),
     "fit": ("fit.json", lambda: hc.fit(SHORT, traces(), ["shock.peak_force"]).to_dict()),
     "fit, peaks": (
         "fit.json",
@@ -181,7 +187,7 @@ DOCUMENTS: dict[str, tuple[str, Callable[[], dict[str, Any]]]] = {
 }
 
 STAND_ALONE = {
-    *("run.json", "traces.json", "fit.json", "uncertainty.json"),
+    *("run.json", "traces.json", "trains.json", "fit.json", "uncertainty.json"),
     *("validation.json", "compare.json", "judge.json", "examine.json", "sweep.json"),
 }
 """Schemas of documents with their scene and the version of all definitions."""
@@ -190,7 +196,7 @@ STAND_ALONE = {
 FIRST = {
     "first_peak_force_N", "first_peak_time_s", "arrival_time_s", "first_width_s", "kind",
     "clear", "near_end", "peak_error", "first_peak_error", "arrival_error_s",
-    "first_width_error_s", "wave", "gauges",
+    "first_width_error_s", "wave", "gauges", "pulses",
 }  # fmt: skip
 """Keys of runs with first pulses."""
 

@@ -58,6 +58,10 @@ about 10 ms (chosen). Their first run may take this share of the work: its evalu
 times as much (measured). Where the first run is given up, the whole usually takes a tenth
 longer."""
 
+_TIGHT = 1e-9
+"""Accuracy below which errors of pulses are differences from a looser run, not from a tighter one
+(chosen)."""
+
 _CLEAR = 10.0
 """Least ratio of a difference to the error of the accurate run (chosen)."""
 
@@ -246,7 +250,16 @@ class Native:
             first_pulses=first and first.part(slice(contacts)),
             errors=errors.of_contacts(contacts),
             gauges=readings(scene, first, errors),
+            engines=self._recorded,
         )
+
+    @property
+    def _recorded(self) -> tuple[Native, Native]:
+        """Engines of two recorded runs: this one, and one whose errors are far from its own."""
+        engine = replace(self, peaks_only=False)
+        is_tight = self.method == "reference" or (self.rtol or RTOL) < _TIGHT
+        rtol = 10 * _TIGHT if is_tight else plans.TIGHTEST
+        return engine, replace(engine, method=None, dt=None, rtol=rtol)
 
     def _as_asked(self, scene: Scene, recorder: Recorder | None, deadline: Deadline) -> Run:
         """Return a run with the given method and step."""

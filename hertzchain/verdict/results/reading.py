@@ -107,6 +107,15 @@ def _content_of(path: Path, most: int) -> bytes:
     raise SceneError("", None, allowed, file=path) from None
 
 
+def table_of(path: Path) -> pandas.DataFrame:
+    """Return the words of a CSV file, which may be gzipped; SceneError for any other."""
+    text = text_in(_content_of(path, MOST_BYTES))
+    if text is None:
+        allowed = "is not a text file: a spreadsheet is saved as CSV first"
+        raise SceneError("", None, allowed, file=path)
+    return _table_in(text, str(path))
+
+
 def _table_in(text: str, file: str) -> pandas.DataFrame:
     """Return the words of a CSV file, whose header may be a comment; decimal commas as points."""
     import pandas
@@ -205,7 +214,7 @@ def by_contact(
                 f" and 2{_other_numbers(contacts, first, last)}"
             )
         elif not np.isnan(peaks[int(contact) - first]):
-            key, wrong, allowed = "contact", int(contact), "is given twice"
+            key, wrong, allowed = "contact", int(contact), _TWICE
         elif not 0 <= force < np.inf:
             key, wrong = "peak_force", force
             allowed = (
@@ -217,6 +226,12 @@ def by_contact(
             continue
         raise SceneError(key if file is None else f"{key} in row {row}", wrong, allowed, file=file)
     return peaks
+
+
+_TWICE = (
+    "is given twice: several pulses of a contact stand in the columns contact and force_N"
+    " (hc.judge_trains)"
+)
 
 
 def _other_numbers(contacts: FloatArray, first: int, last: int) -> str:

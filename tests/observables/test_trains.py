@@ -1,0 +1,143 @@
+"""All pulses of contacts and gauges, judged by an independent solver."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import hertzchain as hc
+from hertzchain.errors import HertzchainError, SceneError
+from tests.command_line import Command
+from tests.conftest import STEEL
+from tests.observables.test_first_pulse import random_scene
+from tests.oracles.first_pulses import Seen, Trace
+
+JUDGE = 1e-8
+"""Least error of the judge, over the force and the time unit; that of a pulse is the difference
+from a hundredth of its accuracy, if it is larger."""
+
+
+def off_by(row: Any, true: Seen, rough: Seen, unit: float) -> list[float]:
+    """Errors of a pulse over what was stated, less those of the judge."""
+    judge = JUDGE * unit
+    late = max(judge, abs(true.arrival - rough.arrival))
+    shares = [
+        (abs(row.force_N / true.force - 1) - max(JUDGE, abs(true.force / rough.force - 1)))
+        / row.force_error,
+        (abs(row.time_s - true.time) - max(1e-6 * unit, abs(true.time - rough.time)))
+        / row.time_error_s,
+        (abs(row.arrival_time_s - true.arrival) - late) / row.arrival_error_s,
+    ]
+    if true.end is not None and rough.end is not None and np.isfinite(row.width_error_s):
+        late = max(late, abs(true.end - rough.end))
+        shares.append((abs(row.width_s - (true.end - true.arrival)) - 2 * late) / row.width_error_s)
+    return shares
+
+
+def shares(scene: hc.Scene, backend: hc.Native | hc.Lammps) -> tuple[list[float], list[float]]:
+    """Errors of all pulses over what was stated; and missed pulses, over the largest force.
+
+    A pulse is missed if it is apart from the others by more than its width.
+    """
+    result = backend.run(scene)
+    trains, roughly = (
+        Trace(result.scene, tolerance).trains(scene.granules.static_force)
+        for tolerance in (3e-14, 3e-12)
+    )
+    off: list[float] = []
+    missed: list[float] = []
+    for contact, pulses, rough in zip(result.contact.tolist(), trains, roughly, strict=True):
+        train = result.pulses(contact=contact)
+        times = np.array([pulse.time for pulse in pulses])
+        largest = max((pulse.force for pulse in pulses), default=0.0)
+        is_seen = largest > 1e-8 * (scene.units.force + result.peak_at(contact))
+        seen = np.zeros(len(pulses), bool)
+        rows: list[Any] = list(train[train["force_error"] < 0.1].itertuples())
+        for row in rows:
+            k = int(np.argmin(np.abs(times - row.time_s)))
+            other = min(rough, key=lambda pulse, k=k: abs(pulse.time - times[k]))  # type: ignore[misc]
+            seen[k] = True
+            off += off_by(row, pulses[k], other, scene.contact_time)
+        for k, pulse in enumerate(pulses):
+            apart = np.min(np.abs(np.delete(times, k) - pulse.time), initial=np.inf)
+            wide = np.inf if pulse.end is None else pulse.end - pulse.arrival
+            is_sure = is_seen and len(rows) == len(train) and pulse.force > 0.0101 * largest
+            if not seen[k] and apart > wide and is_sure:
+                missed.append(pulse.force / largest)
+    return off, missed
+
+
+@pytest.mark.parametrize(
+    "number",
+    [pytest.param(number, marks=[] if number == 4 else pytest.mark.slow) for number in range(300)],
+)
+def test_random_scenes(number: int) -> None:
+    """No pulse is off by more than what is stated, and none is missed."""
+    try:
+        off, missed = shares(random_scene(number), hc.Native(rtol=1e-6))
+    except HertzchainError:
+        return  # a refusal is honest
+    assert max(off, default=0.0) <= 1
+    assert not missed
+
+
+STEEL_PAIR = hc.Scene(
+    hc.Chain(2, **STEEL), hc.Striker(1.0),
+    contact=hc.Contact("viscoelastic", relaxation_time=2e-6, attraction=True),
+)  # fmt: skip
+HELD = hc.PulseTable((0.0, 2e-3, 4e-3, 6e-3), (0.0, 10.0, 10.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("scene", "contact", "expected"),
+    [
+        pytest.param(STEEL_PAIR, 2, 1, id="pull"),
+        pytest.param(hc.Scene(hc.Chain(2, **STEEL), HELD, hc.Run(7e-3), wall=hc.Wall("rigid"),
+                              contact=hc.Contact("restitution", restitution=0.5)),
+                     2, 1, id="plateau"),
+        pytest.param(hc.Scene(hc.Chain(12, **STEEL), hc.Striker(1.0), hc.Run(3.2e-4),
+                              wall=hc.Wall("rigid")), 6, 2, id="reflected"),
+        pytest.param(hc.Scene(hc.Chain(12, velocity=[1.0, *[0.0] * 10, -1.0], **STEEL), hc.Moving(),
+                              hc.Run(1.8e-4)), 5, 2, id="crossing"),
+    ],
+)  # fmt: skip
+def test_what_is_a_pulse(scene: hc.Scene, contact: int, expected: int) -> None:
+    """A plateau is one pulse, a pull none; waves that are apart are two, at their own times."""
+    result = hc.Native().run(scene)
+    train = result.pulses(contact=contact)
+    strong = train[train["force_N"] > 0.5 * train["force_N"].max()]
+    assert len(strong) == expected
+    assert (strong["width_s"] < np.append(strong["time_s"].diff()[1:], np.inf)).all()
+    assert strong["force_N"].max() == pytest.approx(result.peak_at(contact), rel=1e-6)
+
+
+def test_command_json_and_judge(hertzchain: Command, tmp_path: Path) -> None:
+    """The list is written, read again and judged; weak pulses may be missing, wrong ones fail."""
+    scene, pulses = tmp_path / "wall.toml", tmp_path / "pulses.csv"
+    hc.Scene(
+        hc.Chain(6, **STEEL), hc.Striker(1.0), hc.Run(2.5e-4), wall=hc.Wall("rigid"),
+        gauges=(hc.Gauge(granule=4),),
+    ).to_toml(scene)  # fmt: skip
+    done = hertzchain("run", scene, "--pulses", "--json", "-o", pulses)
+    trains = done.json()["pulses"]
+    assert [next(iter(train.items())) for train in trains] == [
+        *(("contact", k) for k in range(2, 8)), ("granule", 4)
+    ]  # fmt: skip
+    table = pd.read_csv(pulses)
+    assert table["force_N"].tolist() == [p["force_N"] for t in trains for p in t["pulses"]]
+    assert "All pulses" in hertzchain("run", scene, "--pulses").out
+    strong = table[(table["contact"] == 4) & (table["force_N"] > 0.3 * table["force_N"].max())]
+    assert len(strong) == 2 < np.count_nonzero(table["contact"] == 4)
+    strong.to_csv(pulses, index=False)
+    assert hertzchain("judge", scene, pulses).status == 0
+    strong.assign(force_N=strong["force_N"] * [1.0, 1.01]).to_csv(pulses, index=False)
+    done = hertzchain("judge", scene, pulses, "--json")
+    assert done.status == 1
+    failed = [check["name"] for check in done.json()["checks"] if not check["passed"]]
+    assert failed == ["contact 4: force of pulse 2 [N]"]
+    with pytest.raises(SceneError, match="gauge"):
+        hc.Native().run(scene).pulses(granule=3)
