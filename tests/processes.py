@@ -22,23 +22,23 @@ linux = pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
 def wait_for(what: Callable[[], Any], seconds: float = 150.0) -> Any:
     """Return a function's first result that is not empty."""
     end = time.monotonic() + seconds
-    while not (found := what()):
+    while not (result := what()):
         assert time.monotonic() < end, "waited in vain"
         time.sleep(0.01)
-    return found
+    return result
 
 
 def children(parent: int) -> list[int]:
     """The processes that another has started and that still run."""
-    found = []
+    numbers = []
     for folder in Path("/proc").glob("[0-9]*"):
         try:
             state, ppid = (folder / "stat").read_text().rpartition(")")[2].split()[:2]
         except OSError:  # it has just ended
             continue
         if int(ppid) == parent and state != "Z":
-            found.append(int(folder.name))
-    return found
+            numbers.append(int(folder.name))
+    return numbers
 
 
 def below(parent: int) -> list[int]:

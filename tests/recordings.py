@@ -39,8 +39,8 @@ def volts(samples: int, noise: float = 0.0, seed: int = 3) -> FloatArray:
     deviation = noise * FORCE / GAIN
     generator = np.random.default_rng(seed)
     signal = sine_squared(times(samples)) / GAIN + OFFSET
-    found: FloatArray = signal + generator.normal(0, deviation, samples)
-    return found
+    voltage: FloatArray = signal + generator.normal(0, deviation, samples)
+    return voltage
 
 
 def write_scope(path: Path, samples: int = 2000, noise: float = 0.01, seed: int = 3) -> Path:

@@ -154,9 +154,9 @@ def read_table_of(path: Path) -> hc.PulseTable:
 def there_and_back(path: Path) -> None:
     """Read a scene; one that can be read is written and read to be the same."""
     scene = hc.Scene.from_toml(path)
-    again = path.with_name("again.toml")
-    scene.to_toml(again)
-    assert hc.Scene.from_toml(again) == scene
+    copy = path.with_name("again.toml")
+    scene.to_toml(copy)
+    assert hc.Scene.from_toml(copy) == scene
 
 
 def _written(path: Path, content: bytes) -> Path:

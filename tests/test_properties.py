@@ -94,10 +94,10 @@ def a_scene_vs_one_of_another_material_and_force(
         answer(functools.partial(hc.Native("srkn-11b", dt=0.1 * each.units.time).run, each), scene)
         for each in (scene, similar)
     ]
-    one, two = (run.peak_force / run.scene.units.force for run in runs)
+    first, two = (run.peak_force / run.scene.units.force for run in runs)
     # The same steps but for their last digit, which hard scenes multiply.
     hard = runs[0].error_estimate + runs[1].error_estimate
-    assert largest_difference(two, one) <= (hard if is_hard(scene) else 1e-12)
+    assert largest_difference(two, first) <= (hard if is_hard(scene) else 1e-12)
 
 
 # Symmetry of the free flight
@@ -116,9 +116,9 @@ def after_the_pulse(scene: hc.Scene) -> State:
     end = scene.ramps[-1].end + 0.2 * scene.chain.granules * scene.units.time
     scene = replace(scene, run=hc.Run(end))
     legs = scene.schedule(0.1 * scene.units.time)
-    found = simulate(scene, legs, METHODS["srkn-11b"].walker)
-    pushed = Chain.plain(scene.chain.granules).acceleration(found.displacement, 0.0)
-    return State(found.displacement, found.velocity, pushed)
+    flown = simulate(scene, legs, METHODS["srkn-11b"].walker)
+    pushed = Chain.plain(scene.chain.granules).acceleration(flown.displacement, 0.0)
+    return State(flown.displacement, flown.velocity, pushed)
 
 
 @holds_for(scene=any_scene)
@@ -128,18 +128,18 @@ def free_flight_runs_backwards(scene: hc.Scene) -> None:
     back = flight(replace(end, velocity=-end.velocity), 100)
     # A symmetric method with fixed steps is reversible; 2,200 roundings, of which an opening
     # contact, stiff as a root, makes ten times as much (4e-14 measured).
-    for one, two in ((back.displacement, start.displacement), (back.velocity, -start.velocity)):
-        assert np.max(np.abs(one - two)) <= 1e-12 * np.max(np.abs(two))
+    for state, two in ((back.displacement, start.displacement), (back.velocity, -start.velocity)):
+        assert np.max(np.abs(state - two)) <= 1e-12 * np.max(np.abs(two))
 
 
 @holds_for(scene=any_scene)
 def a_mirrored_chain_flies_mirrored(scene: hc.Scene) -> None:
     start = after_the_pulse(scene)
     mirrored = State(-start.displacement[::-1], -start.velocity[::-1], -start.acceleration[::-1])
-    one, two = flight(start, 50), flight(mirrored, 50)
+    flown, two = flight(start, 50), flight(mirrored, 50)
     # Differences and products only: no rounding knows left from right.
-    assert np.array_equal(two.displacement, -one.displacement[::-1])
-    assert np.array_equal(two.velocity, -one.velocity[::-1])
+    assert np.array_equal(two.displacement, -flown.displacement[::-1])
+    assert np.array_equal(two.velocity, -flown.velocity[::-1])
 
 
 @holds_for(scene=any_scene)
@@ -147,8 +147,8 @@ def momentum_and_energy_balance(scene: hc.Scene) -> None:
     balance = hc.Native("reference").run(scene).balance
     # Times are known to a rounding of themselves, a pulse to that of its end over its length.
     ramps = scene.ramps
-    known = EPS * ramps[-1].end / (ramps[-1].end - ramps[0].start)
-    assert balance.momentum == pytest.approx(balance.impulse, rel=1e-13 + 10 * known, abs=0)
+    round_off = EPS * ramps[-1].end / (ramps[-1].end - ramps[0].start)
+    assert balance.momentum == pytest.approx(balance.impulse, rel=1e-13 + 10 * round_off, abs=0)
     # What opening contacts leave; 5e-12 measured.
     assert balance.energy == pytest.approx(balance.work, rel=2e-11, abs=0)
     # All the momentum in one granule, and in all of them alike; rounded as above.
@@ -186,13 +186,13 @@ def farthest(granules: int, time: FloatArray) -> FloatArray:
     time; natural units.
     """
     power, factor = 2.0, math.log(0.5)
-    found = []
+    displacements = []
     for _ in range(granules):
-        found.append(np.exp(np.minimum(factor + power * np.log(time), 700.0)))
+        displacements.append(np.exp(np.minimum(factor + power * np.log(time), 700.0)))
         following = 1.5 * power
         factor = 1.5 * factor - math.log((following + 1) * (following + 2))
         power = following + 2
-    return np.stack(found, axis=1)
+    return np.stack(displacements, axis=1)
 
 
 @holds_for(scene=any_scene)
@@ -216,18 +216,18 @@ def a_longer_chain_does_not_change_the_past_of_a_shorter_one(scene: hc.Scene) ->
     run = hc.Run(end * unit.time)
     times = np.linspace(0.1, 1.0, 10) * (end * unit.time)
     longer = replace(scene.chain, granules=granules + 10)
-    one, two = (
+    short, two = (
         hc.Native("srkn-11b", dt=0.1 * unit.time).run(
             hc.Scene(chain, scene.shock, run), record=times
         )
         for chain in (scene.chain, longer)
     )
-    displacement = one.history.displacement / unit.length
+    displacement = short.history.displacement / unit.length
     difference = np.abs(displacement - two.history.displacement[:, :granules] / unit.length)
     assert np.max(difference) <= 1e-18 * end**2 + 1e-14 * np.max(np.abs(displacement))
     # A peak is as much larger as the overlap, times 3/2 of its root, which is at most 2.
-    peaks = np.abs(one.peak_force - two.peak_force[: granules - 1]) / unit.force
-    assert np.max(peaks) <= 4 * np.max(difference) + 1e-14 * np.max(one.peak_force / unit.force)
+    peaks = np.abs(short.peak_force - two.peak_force[: granules - 1]) / unit.force
+    assert np.max(peaks) <= 4 * np.max(difference) + 1e-14 * np.max(short.peak_force / unit.force)
 
 
 # Answers that agree
@@ -269,9 +269,9 @@ def wanted_accuracies_agree(scene: hc.Scene) -> None:
         native = hc.Native(rtol=rtol, peaks_only=True)
         results.append(answer(functools.partial(native.run, scene), scene))
         assert results[-1].error_estimate <= rtol or is_out_of_reach(scene, rtol)
-    for one, two in itertools.combinations(results, 2):
-        within = one.error_estimate + two.error_estimate
-        assert largest_difference(one.peak_force, two.peak_force) <= within
+    for first, two in itertools.combinations(results, 2):
+        within = first.error_estimate + two.error_estimate
+        assert largest_difference(first.peak_force, two.peak_force) <= within
 
 
 @holds_for(
@@ -286,14 +286,14 @@ def the_order_of_a_batch_does_not_matter(scenes: list[hc.Scene], order: Any) -> 
     places = list(range(len(scenes)))
     order.shuffle(places)
     try:
-        one = hc.peak_forces(scenes, 1e-4)
+        batch = hc.peak_forces(scenes, 1e-4)
     except Unpredictable:
         assert any(is_hard(scene) for scene in scenes)
         assume(False)
     two = hc.peak_forces([scenes[k] for k in places], 1e-4)
-    assert np.array_equal(two.peak_force, one.peak_force[places])
-    assert np.array_equal(two.peak_time, one.peak_time[places], equal_nan=True)
-    assert np.array_equal(two.error_estimate, one.error_estimate[places])
+    assert np.array_equal(two.peak_force, batch.peak_force[places])
+    assert np.array_equal(two.peak_time, batch.peak_time[places], equal_nan=True)
+    assert np.array_equal(two.error_estimate, batch.error_estimate[places])
 
 
 @holds_for(scene=any_scene, part=st.one_of(st.none(), powers_of_ten(-3, 0)))

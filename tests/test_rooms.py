@@ -63,30 +63,30 @@ FILES = {
 
 def imported_by(path: Path) -> set[str]:
     """The modules of this package that a source file imports anywhere, in functions too."""
-    found: set[str] = set()
+    modules: set[str] = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
-            found |= {name.name for name in node.names}
+            modules |= {name.name for name in node.names}
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}: imports are absolute here"
             assert node.module is not None
             names = {f"{node.module}.{name.name}" for name in node.names}
-            found |= {name if name in FILES else node.module for name in names}
+            modules |= {name if name in FILES else node.module for name in names}
         elif isinstance(node, ast.Constant) and isinstance(node.value, str):
             # importlib.import_module and the like
-            found |= {node.value} if node.value.startswith("hertzchain.") else set()
-    return {name for name in found if name.startswith("hertzchain.")}
+            modules |= {node.value} if node.value.startswith("hertzchain.") else set()
+    return {name for name in modules if name.startswith("hertzchain.")}
 
 
 @functools.cache
 def imports() -> dict[str, set[str]]:
     """Return the imports of each module, by name; reading all sources takes half a second."""
-    found = {
+    modules = {
         name: (imported_by(path) & FILES.keys()) - {name}
         for name, path in FILES.items()
         if name not in OUTSIDE
     }
-    return found | {SHOWING: set()}
+    return modules | {SHOWING: set()}
 
 
 def room_of(name: str) -> str:
@@ -108,13 +108,13 @@ def test_imports_go_down_only() -> None:
     level = {room: k for k, rooms in enumerate(LEVELS) for room in rooms}
     wrong = []
     for name, imported in imports().items():
-        here = room_of(name)
+        room = room_of(name)
         for other in imported - set(OUTSIDE):
             there = room_of(other)
-            ground = level[here] == level[there] == 0
+            ground = level[room] == level[there] == 0
             if (name, other) == THE_SAME_END:
                 continue
-            if here != there and level[there] >= level[here] and not ground:
+            if room != there and level[there] >= level[room] and not ground:
                 wrong.append((name, other))
     assert wrong == []
 

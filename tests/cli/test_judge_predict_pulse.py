@@ -161,7 +161,7 @@ def test_from_an_oscilloscope_to_peaks(hertzchain: Command, scope: Path, scene: 
     assert done.err.endswith('under [shock] as profile = "table" and file = "scene.csv"\n')
     assert max(map(len, done.out.splitlines())) <= 120
     words = ("semicolons between columns, decimal commas", "in us (header)", "F0 ", " ± ")
-    assert [one for one in words if one not in done.out] == []
+    assert [word for word in words if word not in done.out] == []
     assert len(table.read_text(encoding="utf-8").splitlines()) < 60
     assert table.read_text(encoding="utf-8").startswith("time_s,force_N\n0.0,")
     run = hertzchain("run", scene, "--json").json()
@@ -182,26 +182,26 @@ def test_json(hertzchain: Command, scope: Path, scene: Path) -> None:
     done = hertzchain("pulse", scope, *options)
     assert (done.status, done.err) == (0, f"Plot written to {plot}\n")
     assert plot.read_text(encoding="utf-8").startswith("<?xml")
-    found = done.json()
-    assert found["samples"] == 1000
-    assert found["rows"] < found["samples_of_pulse"] < 500
-    assert abs(found["start_s"] - START) < 4e-6
+    document = done.json()
+    assert document["samples"] == 1000
+    assert document["rows"] < document["samples_of_pulse"] < 500
+    assert abs(document["start_s"] - START) < 4e-6
     for key, true in (("peak_force_N", FORCE), ("impulse_N_s", FORCE * DURATION / 2)):
-        assert abs(found[key]["value"] - true) < 4 * found[key]["standard_deviation"]
+        assert abs(document[key]["value"] - true) < 4 * document[key]["standard_deviation"]
     few = hertzchain("pulse", scope, "--scale", 25, "--rows", 5, "--json").json()
-    assert few["rows"] <= 5 < found["rows"]
-    assert few["bend_N"] > found["bend_N"]
-    assert few["impulse_N_s"]["value"] == pytest.approx(found["impulse_N_s"]["value"], rel=1e-12)
+    assert few["rows"] <= 5 < document["rows"]
+    assert few["bend_N"] > document["bend_N"]
+    assert few["impulse_N_s"]["value"] == pytest.approx(document["impulse_N_s"]["value"], rel=1e-12)
 
 
 def test_options_reach_the_pulse(hertzchain: Command, scope: Path) -> None:
     columns = ("--time", "Time", "--force", 2, "--time-unit", "ns")
     pulse = ("--scale", 2e3, "--baseline", 0.1, "--start", "0 ns", "--end", "50 ns")
-    found = hertzchain("pulse", scope, *columns, *pulse, "--json").json()
-    assert found["start_s"] == pytest.approx(0, abs=0.2e-9)  # a sample every 0.18
-    assert found["duration_s"] == pytest.approx(50e-9, abs=0.4e-9)
-    assert found["baseline_N"] == pytest.approx(200)
-    assert found["peak_force_N"]["value"] == pytest.approx(2000 * (4.012 - 0.1), rel=0.02)
+    document = hertzchain("pulse", scope, *columns, *pulse, "--json").json()
+    assert document["start_s"] == pytest.approx(0, abs=0.2e-9)  # a sample every 0.18
+    assert document["duration_s"] == pytest.approx(50e-9, abs=0.4e-9)
+    assert document["baseline_N"] == pytest.approx(200)
+    assert document["peak_force_N"]["value"] == pytest.approx(2000 * (4.012 - 0.1), rel=0.02)
 
 
 def test_what_makes_the_pulse_wrong_is_said(hertzchain: Command, tmp_path: Path) -> None:

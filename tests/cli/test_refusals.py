@@ -126,7 +126,7 @@ STEPS = ("0", "-1 ns", "inf", "nan", "1 m", "soon", "", "1e-320", "1 s s")
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def templates(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a file of each kind."""
     folder = tmp_path_factory.mktemp("made")
     with pytest.MonkeyPatch.context() as patch:
@@ -150,10 +150,10 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def files(made: Path, folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def files(templates: Path, folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """These files in the current folder; LIGGGHTS and Yade are not there."""
     monkeypatch.setenv("PATH", "")
-    shutil.copytree(made, folder, dirs_exist_ok=True)
+    shutil.copytree(templates, folder, dirs_exist_ok=True)
     return folder
 
 

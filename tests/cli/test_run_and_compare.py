@@ -105,9 +105,9 @@ def test_dt_with_a_unit_vs_seconds(hertzchain: Command) -> None:
 @pytest.mark.parametrize("method", list(MethodName))
 def test_every_method_runs(hertzchain: Command, method: str) -> None:
     scene_file({"chain.granules": "4", "run.end_time": '"60 us"'})
-    found = hertzchain("run", "scene.toml", "--method", method, "--json").json()
-    assert found["method"] == method
-    assert found["error_estimate"] < 1e-5  # of velocity Verlet; all others are far below
+    document = hertzchain("run", "scene.toml", "--method", method, "--json").json()
+    assert document["method"] == method
+    assert document["error_estimate"] < 1e-5  # of velocity Verlet; all others are far below
 
 
 SHORT_RUNS = [
@@ -197,8 +197,8 @@ def test_compare_with_native_alone(hertzchain: Command, monkeypatch: pytest.Monk
     assert (document["verdict"], list(document["results"])) == ("pass", ["native"])
     # Eq. 6 speaks of contacts 2 to p, Eq. 9 of one more; p is 5.
     for key, last in (("lammps_N", 1), ("eq6_N", 5), ("eq9_N", 6)):
-        known = [row["contact"] for row in document["rows"] if row[key] is not None]
-        assert known == list(range(2, last + 1))
+        contacts = [row["contact"] for row in document["rows"] if row[key] is not None]
+        assert contacts == list(range(2, last + 1))
 
 
 def test_a_picture_does_not_change_the_end_of_the_runs(hertzchain: Command) -> None:
@@ -234,10 +234,10 @@ def test_codes_are_compared_at_a_wanted_accuracy(hertzchain: Command) -> None:
     for rtol in ("1e-2", "1e-3"):
         document = hertzchain("compare", "scene.toml", "--rtol", rtol, "--json").json()
         assert document["verdict"] == "pass"
-        found = document["results"]["lammps"]
-        assert found["error_estimate"] <= float(rtol)
+        result = document["results"]["lammps"]
+        assert result["error_estimate"] <= float(rtol)
         assert document["results"]["native"]["error_estimate"] < 1e-8
-        steps.append(found["steps"])
+        steps.append(result["steps"])
     assert steps[1] > steps[0]
 
 
@@ -328,8 +328,8 @@ def test_the_step_of_a_wanted_accuracy(hertzchain: Command) -> None:
     assert (said.status, said.out.count("\n")) == (0, 1)
     dt = float(said.out.split()[1])
     right = hc.Native(rtol=1e-9, wanted="all").run("scene.toml").peak_force
-    found = hc.Native("velocity-verlet", dt, wanted="all").run("scene.toml").peak_force
-    assert rtol / 50 < largest_difference(found, right) < rtol
+    peak_force = hc.Native("velocity-verlet", dt, wanted="all").run("scene.toml").peak_force
+    assert rtol / 50 < largest_difference(peak_force, right) < rtol
 
 
 @pytest.mark.lammps

@@ -27,9 +27,9 @@ def test_a_sweep_says_how_many_rows_there_are_and_how_to_open_them(hertzchain: C
     done = hertzchain("sweep", "scene.toml", *GRID, "-o", "out")
     assert done == Outcome(0, '8 rows in out, for pandas: read_parquet("out/scenes")\n', "")
     assert len(pd.read_parquet("out/scenes")) == 8
-    again = hertzchain("sweep", "scene.toml", *GRID, "-o", "out", "--json").json()
-    del again["wall_time_s"]
-    assert again == {
+    document = hertzchain("sweep", "scene.toml", *GRID, "-o", "out", "--json").json()
+    del document["wall_time_s"]
+    assert document == {
         "folder": "out", "rows": 8, "failed": 0, "missed_accuracy": 0, "first_failure": None
     }  # fmt: skip
 
@@ -68,8 +68,8 @@ def test_overlaps_beyond_the_valid_range_are_counted(hertzchain: Command) -> Non
     assert above.tolist() == [False, True, True]
     assert done.status == 0
     assert done.err.startswith("hertzchain: in 2 of 3 rows the largest overlap is above 0.01 radii")
-    again = hertzchain("sweep", "scene.toml", *forces, "-o", "out", "--json")
-    assert again.json()["doubtful_overlap"] == 2
+    resumed = hertzchain("sweep", "scene.toml", *forces, "-o", "out", "--json")
+    assert resumed.json()["doubtful_overlap"] == 2
 
 
 @pytest.mark.parametrize(

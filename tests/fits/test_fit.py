@@ -61,8 +61,8 @@ def experiment(
 def test_the_motion_of_another_code() -> None:
     """LAMMPS's, at steps for 1e-4: the values come out as near."""
     fit = hc.fit(START, experiment(0.0, backend=hc.Lammps(rtol=1e-4)), FREE)
-    for one, true in zip(fit.parameters, TRUTH, strict=True):
-        assert one.value == pytest.approx(true, rel=1e-3)
+    for parameter, true in zip(fit.parameters, TRUTH, strict=True):
+        assert parameter.value == pytest.approx(true, rel=1e-3)
     assert fit.scene.chain.young_modulus == fit.parameters[0].value
     assert fit.scene.run == START.run
 
@@ -70,8 +70,8 @@ def test_the_motion_of_another_code() -> None:
 def test_intervals_hold_the_truth() -> None:
     """In one experiment: no value is off by four deviations, and what is left is the noise."""
     fit = hc.fit(START, experiment(0.01, seed=3), FREE)
-    for one, true in zip(fit.parameters, TRUTH, strict=True):
-        assert abs(one.value - true) < 4 * one.deviation
+    for parameter, true in zip(fit.parameters, TRUTH, strict=True):
+        assert abs(parameter.value - true) < 4 * parameter.deviation
     assert fit.mean_square == pytest.approx(1.0, abs=0.2)
     assert abs(fit.autocorrelation) < 0.1
     assert fit.is_noise
@@ -97,10 +97,10 @@ def test_collisions_across_gaps(seed: int) -> None:
     true = replace(scene(*truth), gauges=GAUGES[:1])
     traces = hc.Native(rtol=1e-8).run(true, record=500).to_traces()
     traces["gauge_4_N"] += 0.01 * traces["gauge_4_N"].max() * random.normal(size=len(traces))
-    found = hc.fit(scene(0.75, 0.33, 2.1e-6), traces, [*FREE[1:], "chain.gap"])
-    for one, value in zip(found.parameters, truth, strict=True):
-        assert abs(one.value - value) < 3 * one.deviation
-        assert one.deviation < 0.03 * value
+    fit = hc.fit(scene(0.75, 0.33, 2.1e-6), traces, [*FREE[1:], "chain.gap"])
+    for parameter, value in zip(fit.parameters, truth, strict=True):
+        assert abs(parameter.value - value) < 3 * parameter.deviation
+        assert parameter.deviation < 0.03 * value
 
 
 @pytest.mark.slow
@@ -124,11 +124,11 @@ def test_intervals_hold_the_truth_in_95_of_100() -> None:
     or two fits may say that they stand in another minimum.
     """
     each = [experiments.experiment("right", seed) for seed in range(24)]
-    known = [one for one in each if one.get("is_noise")]
-    assert len(known) >= 22
-    held, values = (sum(one[name] for one in known) for name in ("held", "values"))
+    fitted = [experiment for experiment in each if experiment.get("is_noise")]
+    assert len(fitted) >= 22
+    held, values = (sum(experiment[name] for experiment in fitted) for name in ("held", "values"))
     assert held / values > 0.95 - 3 * np.sqrt(0.95 * 0.05 / 24)
-    assert max(one["farthest"] for one in known) < experiments.FAR
+    assert max(experiment["farthest"] for experiment in fitted) < experiments.FAR
 
 
 @pytest.mark.slow
@@ -167,11 +167,11 @@ def test_forces_without_noise_and_with_few_digits(digit: float | None) -> None:
     traces = hc.Native().run(replace(scene, gauges=GAUGES[1:]), record=2000).to_traces()
     if digit:
         traces["gauge_9_N"] = traces["gauge_9_N"].round()
-    found = hc.fit(scene, traces, ["chain.young_modulus"])
-    assert found.is_noise
-    assert not found.remarks
-    assert found.mean_square < 1.0
-    value = found.parameters[0]
+    fit = hc.fit(scene, traces, ["chain.young_modulus"])
+    assert fit.is_noise
+    assert not fit.remarks
+    assert fit.mean_square < 1.0
+    value = fit.parameters[0]
     assert abs(value.value - E) < 3 * value.deviation
 
 
@@ -246,16 +246,16 @@ def test_a_fit_to_peaks() -> None:
     """Intervals are those of the scatter: two files are the narrower ones; LAMMPS's are exact."""
     free, truth = ["striker.velocity", "contact.restitution"], dict(zip(FREE, TRUTH, strict=True))
     true = replace(START, chain=TRUE.chain)
-    one, both = (
+    single, both = (
         hc.fit(true, [peaks_of(TRUE, 0.01, k) for k in some], free) for some in ([1], [1, 2])
     )
-    for found in (one, both):
-        assert found.is_noise
-        assert not found.noise_is_known
+    for fit in (single, both):
+        assert fit.is_noise
+        assert not fit.noise_is_known
     for value in both.parameters:
         assert abs(value.value - truth[value.key]) < 4 * value.deviation
         assert value.deviation < 0.02 * value.value
-    ratio = both.parameters[0].deviation / one.parameters[0].deviation
+    ratio = both.parameters[0].deviation / single.parameters[0].deviation
     assert 0.4 < ratio < 1.0
     with pytest.raises(SceneError, match="cannot be told apart"):
         hc.fit(true, peaks_of(TRUE, 0.01), ["chain.young_modulus", "chain.poisson_ratio"])
@@ -275,22 +275,22 @@ def test_peaks_that_do_not_depend_on_a_key() -> None:
 def test_peaks_of_another_scene_are_told_from_noise() -> None:
     """A chain of no losses has peaks that the fitted speed alone cannot follow."""
     long = replace(TRUE, chain=hc.Chain(24, **STEEL), gauges=())
-    found = hc.fit(replace(long, contact=None), peaks_of(long, 0.003), ["striker.velocity"])
-    assert not found.is_noise
-    assert "12% of the peaks" in found.remarks[0]
+    fit = hc.fit(replace(long, contact=None), peaks_of(long, 0.003), ["striker.velocity"])
+    assert not fit.is_noise
+    assert "12% of the peaks" in fit.remarks[0]
 
 
 def test_peaks_that_scatter_too_much_are_no_noise() -> None:
     few = peaks_of(TRUE, 0.0).iloc[::3]
     for scatter, is_noise in ((0.03, True), (0.3, False)):
         signs = np.where(np.arange(len(few)) % 2, 1, -1)
-        found = hc.fit(
+        fit = hc.fit(
             TRUE, few.assign(peak_force_N=few["peak_force_N"] * (1 + scatter * signs)),
             ["striker.velocity"],
         )  # fmt: skip
-        assert found.is_noise == is_noise
-        assert ("more than measuring explains" in repr(found)) != is_noise
-        assert ("are widened by that" in " ".join(repr(found).split())) != is_noise
+        assert fit.is_noise == is_noise
+        assert ("more than measuring explains" in repr(fit)) != is_noise
+        assert ("are widened by that" in " ".join(repr(fit).split())) != is_noise
 
 
 @pytest.mark.parametrize(
@@ -319,11 +319,11 @@ def test_peaks_and_traces_together() -> None:
 def test_a_tied_key_and_a_range() -> None:
     """The striker is as fast as the scene's E says: one key moves both; a range excludes E."""
     ties = {"striker.velocity": f"{SPEED} * chain.young_modulus / {E}"}
-    found = hc.fit(START, experiment(0.01), ["chain.young_modulus", "restitution"], ties=ties)
-    speed = found.scene.shock
+    fit = hc.fit(START, experiment(0.01), ["chain.young_modulus", "restitution"], ties=ties)
+    speed = fit.scene.shock
     assert isinstance(speed, hc.Striker)
-    assert speed.velocity == pytest.approx(SPEED * found.parameters[0].value / E)
-    assert abs(found.parameters[0].value - E) < 4 * found.parameters[0].deviation
+    assert speed.velocity == pytest.approx(SPEED * fit.parameters[0].value / E)
+    assert abs(fit.parameters[0].value - E) < 4 * fit.parameters[0].deviation
     softer = replace(KNOWN, chain=START.chain)
     with pytest.raises(SceneError, match=r"Pa is at the end .* 1.7e\+11 to 1.85e\+11 Pa: widen"):
         hc.fit(softer, experiment(0.01), ["chain.young_modulus=170 GPa:185 GPa"])
@@ -341,8 +341,8 @@ def test_traces_that_are_not_those_of_the_scene() -> None:
     judged = hc.judge_traces(TRUE, clipped, tolerance=0.1)
     assert judged.verdict == "fail"
     for remarks in (recordings, judged.remarks[:2]):
-        assert [one.partition(":")[0] for one in remarks] == ["granule 4", "granule 9"]
-        assert all("clipped recording" in one for one in remarks)
+        assert [remark.partition(":")[0] for remark in remarks] == ["granule 4", "granule 9"]
+        assert all("clipped recording" in remark for remark in remarks)
     plastic = hc.Chain(12, radius=3e-3, young_modulus=2e9, poisson_ratio=0.4, density=2000.0)
     other = experiment(0.01, scene=replace(TRUE, chain=plastic))
     assert hc.judge_traces(TRUE, other, tolerance=0.1).verdict == "fail"
@@ -352,8 +352,8 @@ def test_a_gap_that_the_scene_does_not_have() -> None:
     """The fit starts in the middle of its range, where the wave comes later than without gaps."""
     start = replace(KNOWN, chain=hc.Chain(8, **STEEL))
     true = replace(start, chain=hc.Chain(8, **STEEL, gap=4e-5), gauges=GAUGES[:1])
-    found = hc.fit(start, experiment(0.003, scene=true), ["chain.gap=0.03 mm:0.06 mm"])
-    assert found.parameters[0].value == pytest.approx(4e-5, rel=0.01)
+    fit = hc.fit(start, experiment(0.003, scene=true), ["chain.gap=0.03 mm:0.06 mm"])
+    assert fit.parameters[0].value == pytest.approx(4e-5, rel=0.01)
 
 
 def test_what_the_gauges_do_not_feel() -> None:
@@ -407,12 +407,12 @@ def test_the_command(tmp_path: Path, hertzchain: Command) -> None:
     done = hertzchain("fit", *files, *free, "-o", tmp_path / "fitted.toml", "--json")
     assert done.status == 0, done.err
     document = done.json()
-    assert [one["key"] for one in document["parameters"]] == FREE
-    assert [one["unit"] for one in document["parameters"]] == ["Pa", "", "m/s"]
-    for one, true in zip(document["parameters"], TRUTH, strict=True):
-        low, high = one["interval_95"]
-        assert low < one["value"] < high
-        assert abs(one["value"] - true) < 2 * (high - low)
+    assert [parameter["key"] for parameter in document["parameters"]] == FREE
+    assert [parameter["unit"] for parameter in document["parameters"]] == ["Pa", "", "m/s"]
+    for parameter, true in zip(document["parameters"], TRUTH, strict=True):
+        low, high = parameter["interval_95"]
+        assert low < parameter["value"] < high
+        assert abs(parameter["value"] - true) < 2 * (high - low)
     assert np.shape(document["correlation"]) == (3, 3)
     fitted = hc.Scene.from_toml(tmp_path / "fitted.toml")
     assert fitted.chain.young_modulus == document["parameters"][0]["value"]

@@ -41,19 +41,19 @@ def peaks(table: PulseTable) -> FloatArray:
 
 @pytest.mark.parametrize("seed", [11, 12])
 def test_the_truth_is_within_what_is_said(seed: int) -> None:
-    found = found_in(2000, 0.01, seed)
-    for value, true in ((found.peak_force, FORCE), (found.impulse, FORCE * DURATION / 2)):
+    pulse = found_in(2000, 0.01, seed)
+    for value, true in ((pulse.peak_force, FORCE), (pulse.impulse, FORCE * DURATION / 2)):
         assert 0 < value.deviation < 0.02 * true
         assert abs(value.value - true) < 3 * value.deviation
     rise = DURATION / np.pi * (np.arcsin(np.sqrt(0.9)) - np.arcsin(np.sqrt(0.1)))
-    assert found.rise_time == pytest.approx(rise, rel=0.05)
-    assert max(found.table.force) == found.peak_force.value
-    assert len(found.table.time) < 40
+    assert pulse.rise_time == pytest.approx(rise, rel=0.05)
+    assert max(pulse.table.force) == pulse.peak_force.value
+    assert len(pulse.table.time) < 40
     true_peaks = hc.Native(rtol=1e-5).run(
         hc.Scene(CHAIN, hc.Pulse("cosine", FORCE, 2.0, rise_time=DURATION / 2))
     )
     # The peaks follow the impulse, which is known to 0.2 %.
-    np.testing.assert_allclose(peaks(found.table), true_peaks.peak_force, rtol=0.005)
+    np.testing.assert_allclose(peaks(pulse.table), true_peaks.peak_force, rtol=0.005)
 
 
 def shape(name: str, part: FloatArray) -> FloatArray:
@@ -73,10 +73,10 @@ def test_recordings_scatter_as_is_said(name: str) -> None:
     for seed in range(40):
         noise = np.random.default_rng(seed).normal(0, 0.0125 * FORCE, clock.size)
         read = Recording(clock, force + noise, 1.0, ())
-        found = measured_pulse(read, pulse_of(read))
+        pulse = measured_pulse(read, pulse_of(read))
         true = FORCE, np.trapezoid(force, clock)
-        both = found.peak_force, found.impulse
-        off.append([(one.value - t) / one.deviation for one, t in zip(both, true, strict=True)])
+        both = pulse.peak_force, pulse.impulse
+        off.append([(size.value - t) / size.deviation for size, t in zip(both, true, strict=True)])
     within = np.mean(np.abs(off) < 2, axis=0)
     # Three standard deviations of a count of 40 whose share is 0.95.
     assert np.all(within > 0.95 - 3 * np.sqrt(0.95 * 0.05 / 40))
@@ -88,24 +88,24 @@ def test_rows_are_at_most_so_many_and_change_peaks_little() -> None:
     signal = everything.signal
     true = peaks(PulseTable(tuple(signal.time.tolist()), tuple(signal.force.tolist())))
     for rows, change in ((80, 1e-3), (15, 2e-2)):
-        found = found_in(2000, 0.0, 1, rows)
-        assert len(found.table.time) <= rows
-        np.testing.assert_allclose(peaks(found.table), true, rtol=change)
-        off = np.interp(signal.time, found.table.time, found.table.force) - signal.force
-        assert np.abs(off).max() < 2 * found.bend
-        assert found.impulse.value == pytest.approx(everything.impulse.value, rel=1e-12)
+        pulse = found_in(2000, 0.0, 1, rows)
+        assert len(pulse.table.time) <= rows
+        np.testing.assert_allclose(peaks(pulse.table), true, rtol=change)
+        off = np.interp(signal.time, pulse.table.time, pulse.table.force) - signal.force
+        assert np.abs(off).max() < 2 * pulse.bend
+        assert pulse.impulse.value == pytest.approx(everything.impulse.value, rel=1e-12)
     with pytest.raises(SceneError, match="--rows = 2: must be at least 3"):
         found_in(2000, 0.0, 1, 2)
 
 
 def test_the_table_reads_back(tmp_path: Path) -> None:
-    found = found_in(500, 0.01, 1)
-    (tmp_path / "pulse.csv").write_text(found.to_text(), encoding="utf-8")
+    pulse = found_in(500, 0.01, 1)
+    (tmp_path / "pulse.csv").write_text(pulse.to_text(), encoding="utf-8")
     write_starter("pulse-table", tmp_path / "scene.toml")
     text = (tmp_path / "scene.toml").read_text(encoding="utf-8")
     path = tmp_path / "other.toml"
     path.write_text(text.replace("scene.csv", "pulse.csv"), encoding="utf-8")
-    assert hc.Scene.from_toml(path).shock == found.table
+    assert hc.Scene.from_toml(path).shock == pulse.table
 
 
 def test_a_pulse_that_noise_hides() -> None:
@@ -147,8 +147,8 @@ def test_peaks_stay_within_the_wanted_accuracy(profile: str, momentum_ratio: flo
     for wanted in (1e-2, 1e-3):
         clock, few = reduced(time, force, wanted / 3 * 100.0)
         table = hc.PulseTable(tuple(clock), tuple(few))
-        found = hc.Native(rtol=1e-6).run(replace(scene, shock=table)).peak_force
-        np.testing.assert_allclose(found, expected, rtol=wanted)
+        peak_force = hc.Native(rtol=1e-6).run(replace(scene, shock=table)).peak_force
+        np.testing.assert_allclose(peak_force, expected, rtol=wanted)
         rows.append(clock.size)
     assert 3 <= rows[0] <= rows[1] <= 80
 
@@ -194,11 +194,11 @@ def test_a_tip_of_little_impulse_is_not_cut_off() -> None:
 
 
 def test_what_is_printed_and_drawn_of_a_pulse() -> None:
-    found = found_in(2000, 0.01, 11)
+    pulse = found_in(2000, 0.01, 11)
     table = PulseTable((0.0, 1e-5, 5e-5, 6e-5), (0.0, 50.0, 100.0, 0.0))
     left = 0.01 * 3.75e-3, 0.001 * 3.75e-3
-    signal = replace(found.signal, start=-0.0, left_out=left, remarks=(("baseline", "0.3 N"),))
-    shown = replace(found, table=table, signal=signal, bend=0.5)
+    signal = replace(pulse.signal, start=-0.0, left_out=left, remarks=(("baseline", "0.3 N"),))
+    shown = replace(pulse, table=table, signal=signal, bend=0.5)
     assert plain_text(lambda console: print_pulse(console, shown)).splitlines() == [
         " baseline                 0.3 N",
         " pulse                    from 0 s to 6e-05 s of the file; its start is now 0",
@@ -216,7 +216,7 @@ def test_what_is_printed_and_drawn_of_a_pulse() -> None:
     above, below = plot_pulse(shown).axes
     assert above.get_xlim() == pytest.approx((-0.3 * 6e-5, 1.3 * 6e-5))
     recording, baseline, rows = above.lines
-    np.testing.assert_array_equal(recording.get_ydata(), found.recording.force)
+    np.testing.assert_array_equal(recording.get_ydata(), pulse.recording.force)
     assert set(np.asarray(baseline.get_ydata())) == {signal.baseline}
     assert rows.get_ydata() == pytest.approx(signal.baseline + np.array(table.force))
     off, *levels = below.lines

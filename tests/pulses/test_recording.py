@@ -135,12 +135,12 @@ def test_settings_next_to_the_first_samples(tmp_path: Path) -> None:
 
 
 def test_the_file_of_an_oscilloscope(tmp_path: Path) -> None:
-    found = read_recording(write_scope(tmp_path / "scope.csv", noise=0.0), scale=GAIN)
+    recording = read_recording(write_scope(tmp_path / "scope.csv", noise=0.0), scale=GAIN)
     # Four decimals of us and of V.
-    np.testing.assert_allclose(found.time, times(2000), atol=0.51e-10)
+    np.testing.assert_allclose(recording.time, times(2000), atol=0.51e-10)
     expected = sine_squared(times(2000)) + OFFSET * GAIN
-    np.testing.assert_allclose(found.force, expected, atol=0.51e-4 * GAIN)
-    assert dict(found.facts)["time"] == "column 1 (Time), in us (header)"
+    np.testing.assert_allclose(recording.force, expected, atol=0.51e-4 * GAIN)
+    assert dict(recording.facts)["time"] == "column 1 (Time), in us (header)"
 
 
 def test_all_that_is_wrong_is_said_at_once(tmp_path: Path) -> None:

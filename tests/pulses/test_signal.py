@@ -30,51 +30,51 @@ def noisy(samples: int = 2000, noise: float = 0.01, seed: int = 3) -> Recording:
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_baseline_noise_start_and_end(seed: int) -> None:
-    found = pulse_of(noisy(seed=seed))
-    assert 50 < found.baseline_samples < 200  # those before the pulse
+    signal = pulse_of(noisy(seed=seed))
+    assert 50 < signal.baseline_samples < 200  # those before the pulse
     # Four standard deviations of a mean and of a standard deviation of 50 samples of 1 N.
-    assert abs(found.baseline - GAIN * OFFSET) < 4 / np.sqrt(50)
-    assert abs(found.noise.deviation - 1.0) < 4 / np.sqrt(100)
+    assert abs(signal.baseline - GAIN * OFFSET) < 4 / np.sqrt(50)
+    assert abs(signal.noise.deviation - 1.0) < 4 / np.sqrt(100)
     # Averages of 19 samples leave the noise at 5 / sqrt(19) = 1.1 N; noise may make that 2 N.
     late = DURATION / np.pi * np.arcsin(np.sqrt(0.02))
-    assert START - 1e-6 < found.start < START + late
-    assert DURATION - 2 * late < found.time[-1] < DURATION + 2e-6
-    assert found.time[0] == 0
-    assert found.force.min() >= 0
+    assert START - 1e-6 < signal.start < START + late
+    assert DURATION - 2 * late < signal.time[-1] < DURATION + 2e-6
+    assert signal.time[0] == 0
+    assert signal.force.min() >= 0
     # The baseline is off by 0.14 N, of a mean force of 50 N, and noise about 0 by less.
-    assert np.trapezoid(found.force, found.time) == pytest.approx(IMPULSE, rel=4 * 0.14 / 50)
+    assert np.trapezoid(signal.force, signal.time) == pytest.approx(IMPULSE, rel=4 * 0.14 / 50)
 
 
 def test_a_clean_recording_keeps_every_sample() -> None:
     read = recording(sine_squared(times(2000)))
-    found = pulse_of(read)
-    assert found.noise.deviation == found.baseline == 0
-    inside = (read.time >= found.start) & (read.time <= found.start + found.time[-1] + 1e-12)
+    signal = pulse_of(read)
+    assert signal.noise.deviation == signal.baseline == 0
+    inside = (read.time >= signal.start) & (read.time <= signal.start + signal.time[-1] + 1e-12)
     # The first and the last samples, of less than 1e-7 N, are averages.
-    np.testing.assert_allclose(found.force, read.force[inside], atol=1e-6)
-    assert found.time.size < 1.04 * np.count_nonzero(read.force > 1e-6)
-    assert found.left_out == pytest.approx((0, 0), abs=1e-12)
+    np.testing.assert_allclose(signal.force, read.force[inside], atol=1e-6)
+    assert signal.time.size < 1.04 * np.count_nonzero(read.force > 1e-6)
+    assert signal.left_out == pytest.approx((0, 0), abs=1e-12)
 
 
 def test_what_is_given_is_taken() -> None:
     read = noisy()
-    found = pulse_of(read, baseline=0.02, start=10e-6, end=40e-6)
-    assert found.baseline == 0.02 * GAIN
-    assert found.baseline_samples == 0
+    signal = pulse_of(read, baseline=0.02, start=10e-6, end=40e-6)
+    assert signal.baseline == 0.02 * GAIN
+    assert signal.baseline_samples == 0
     inside = (read.time >= 10e-6) & (read.time <= 40e-6)
-    assert found.force[:-1].tolist() == (read.force[inside] - 0.02 * GAIN).tolist()
-    before = read.time <= found.start
+    assert signal.force[:-1].tolist() == (read.force[inside] - 0.02 * GAIN).tolist()
+    before = read.time <= signal.start
     left_out = np.trapezoid(read.force[before] - 0.02 * GAIN, read.time[before])
-    assert found.left_out[0] == pytest.approx(left_out, rel=1e-12)
+    assert signal.left_out[0] == pytest.approx(left_out, rel=1e-12)
 
 
 def test_a_recording_that_begins_with_its_pulse() -> None:
     read = noisy()
     inside = read.time > START
-    found = pulse_of(Recording(read.time[inside], read.force[inside], GAIN, ()))
-    assert (found.baseline, found.baseline_samples) == (0, 0)
-    assert "none taken off" in dict(found.remarks)["baseline"]
-    assert found.noise.deviation == pytest.approx(1.0, rel=0.15)  # as samples scatter
+    signal = pulse_of(Recording(read.time[inside], read.force[inside], GAIN, ()))
+    assert (signal.baseline, signal.baseline_samples) == (0, 0)
+    assert "none taken off" in dict(signal.remarks)["baseline"]
+    assert signal.noise.deviation == pytest.approx(1.0, rel=0.15)  # as samples scatter
 
 
 def test_what_is_below_zero_adds_no_impulse_where_it_is_noise() -> None:
@@ -90,19 +90,19 @@ def test_what_is_below_zero_adds_no_impulse_where_it_is_noise() -> None:
 def test_a_swing_below_zero_is_set_to_zero_and_said() -> None:
     read = noisy()
     swing = (read.time > 50e-6) & (read.time < 55e-6)
-    found = pulse_of(recording(np.where(swing, -30.0, read.force)))
-    clock = found.time + found.start
+    signal = pulse_of(recording(np.where(swing, -30.0, read.force)))
+    clock = signal.time + signal.start
     inside = (clock > 51e-6) & (clock < 54e-6)
-    assert np.all(found.force[inside] == 0)
-    lowest = -30.0 - found.baseline
-    assert f"the lowest {lowest:.3g} N: set to 0" in dict(found.remarks)["samples below 0"]
+    assert np.all(signal.force[inside] == 0)
+    lowest = -30.0 - signal.baseline
+    assert f"the lowest {lowest:.3g} N: set to 0" in dict(signal.remarks)["samples below 0"]
 
 
 def test_the_height_of_a_rectangle_is_no_noise() -> None:
     clock = times(500)
-    found = pulse_of(recording(np.where((clock > 0) & (clock < 70e-6), FORCE, 0.0)))
-    assert found.noise.deviation == 0
-    assert found.force.max() == FORCE
+    signal = pulse_of(recording(np.where((clock > 0) & (clock < 70e-6), FORCE, 0.0)))
+    assert signal.noise.deviation == 0
+    assert signal.force.max() == FORCE
 
 
 @pytest.mark.parametrize(
@@ -202,12 +202,12 @@ def test_a_return_is_within_five_deviations_of_the_end_of_a_line(
 def test_a_recording_that_does_not_return_is_said(off: float, is_said: bool) -> None:
     time = times(2000)
     away = np.interp(time, [100e-6, 160e-6], [0, off])  # 1 N is a hundredth of F0
-    found = pulse_of(recording(sine_squared(time) + away)).warnings
-    assert [f"ends {off:+.2g} N from its baseline" in warning for warning in found] == [
+    warnings = pulse_of(recording(sine_squared(time) + away)).warnings
+    assert [f"ends {off:+.2g} N from its baseline" in warning for warning in warnings] == [
         True
     ] * is_said
-    known = {"end": START + DURATION}
-    assert pulse_of(recording(sine_squared(time) + away), **known).warnings == ()
+    given = {"end": START + DURATION}
+    assert pulse_of(recording(sine_squared(time) + away), **given).warnings == ()
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.001, 0.01, 0.05])
@@ -223,8 +223,9 @@ def test_noise_and_digits_alone_are_no_drift_and_no_cut_off_top(noise: float, di
 @pytest.mark.parametrize(("equal", "is_said"), [(4, False), (5, True), (200, True)])
 def test_a_cut_off_top_is_said(equal: int, is_said: bool) -> None:
     force = noisy().force
-    found = pulse_of(recording(np.minimum(force, np.sort(force)[-equal]))).warnings
-    assert [f"{equal} samples have the largest force" in one for one in found] == [True] * is_said
+    warnings = pulse_of(recording(np.minimum(force, np.sort(force)[-equal]))).warnings
+    assert len(warnings) == is_said
+    assert all(f"{equal} samples have the largest force" in warning for warning in warnings)
 
 
 @pytest.mark.parametrize("samples", [300, 1000, 3000])
@@ -235,9 +236,9 @@ def test_a_crest_of_more_digits_than_samples_is_not_cut_off(samples: int, bits: 
     for seed in range(20):
         noise = np.random.default_rng(seed).normal(0, 2e-4 * FORCE, samples)
         crest = np.round((sine_squared(times(samples)) + noise) / digit) * digit
-        assert not [one for one in pulse_of(recording(crest)).warnings if "largest force" in one]
+        assert not any("largest force" in text for text in pulse_of(recording(crest)).warnings)
         cut = np.minimum(crest, np.round(0.95 * FORCE / digit) * digit)
-        assert any("largest force" in one for one in pulse_of(recording(cut)).warnings)
+        assert any("largest force" in warning for warning in pulse_of(recording(cut)).warnings)
 
 
 def test_a_spike_outside_of_the_times_that_are_given_is_not_used() -> None:
@@ -248,9 +249,9 @@ def test_a_spike_outside_of_the_times_that_are_given_is_not_used() -> None:
     given = {"start": START - 1e-6, "end": START + DURATION}
     with pytest.raises(HertzchainError, match="pulls"):
         pulse_of(recording(force), start=START - 1e-6)
-    found, clean = pulse_of(recording(force), **given), pulse_of(recording(read.force), **given)
-    assert found.force.tolist() == clean.force.tolist()
-    assert found.baseline == clean.baseline
+    signal, clean = pulse_of(recording(force), **given), pulse_of(recording(read.force), **given)
+    assert signal.force.tolist() == clean.force.tolist()
+    assert signal.baseline == clean.baseline
 
 
 def begun_late(after: float, offset: float = 4.5) -> Recording:
@@ -263,9 +264,9 @@ def begun_late(after: float, offset: float = 4.5) -> Recording:
 
 @pytest.mark.parametrize("after", [0.05, 0.15])
 def test_a_recording_that_begins_in_its_pulse_has_one_story(after: float) -> None:
-    found = pulse_of(begun_late(after))
-    assert "none taken off" in dict(found.remarks)["baseline"]
-    (warning,) = found.warnings
+    signal = pulse_of(begun_late(after))
+    assert "none taken off" in dict(signal.remarks)["baseline"]
+    (warning,) = signal.warnings
     assert "N from 0, as no baseline is taken off: say with --baseline" in warning
     assert pulse_of(begun_late(after), baseline=4.5).warnings == ()
     (warning,) = pulse_of(begun_late(after), baseline=0.0).warnings
@@ -276,9 +277,9 @@ def test_a_recording_that_begins_in_its_pulse_has_one_story(after: float) -> Non
 def test_a_recording_that_begins_near_its_crest_is_no_pull(after: float) -> None:
     with pytest.raises(HertzchainError, match=r"begins in its pulse.* --baseline"):
         pulse_of(begun_late(after))
-    found = pulse_of(begun_late(after), baseline=4.5)
+    signal = pulse_of(begun_late(after), baseline=4.5)
     # Five standard deviations of a sample, of 1 N each.
-    assert found.force.max() == pytest.approx(FORCE * np.sin(np.pi * max(after, 0.5)) ** 2, abs=5)
+    assert signal.force.max() == pytest.approx(FORCE * np.sin(np.pi * max(after, 0.5)) ** 2, abs=5)
 
 
 @pytest.mark.parametrize("slower", [1, 2])

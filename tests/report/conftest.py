@@ -26,13 +26,13 @@ WELL = Check(Kind("all is well"), "native", 1.0, 1.0, 1e-9, True, "why not")
 def compared() -> hc.Comparison:
     """A chain of 12, p = 5, and as if LAMMPS had found peaks one part in a million higher."""
     scene = paper_scene("cosine-triangular", 1.0, 2.0, granules=12)
-    found = hc.compare(scene, ["native"], record=plot_times(scene))
-    return with_lammps(found, 1e-6)
+    comparison = hc.compare(scene, ["native"], record=plot_times(scene))
+    return with_lammps(comparison, 1e-6)
 
 
-def with_lammps(found: hc.Comparison, part: float) -> hc.Comparison:
+def with_lammps(comparison: hc.Comparison, part: float) -> hc.Comparison:
     """As if LAMMPS had found peaks higher by a part of them."""
-    native = found.native
+    native = comparison.native
     higher = replace(
         native,
         backend="lammps",
@@ -41,8 +41,8 @@ def with_lammps(found: hc.Comparison, part: float) -> hc.Comparison:
         error_estimate=2 * part,
         steps=54321,
     )
-    results = {**found.results, "lammps": higher}
-    return replace(found, results=results, wanted=("native", "lammps"))
+    results = {**comparison.results, "lammps": higher}
+    return replace(comparison, results=results, wanted=("native", "lammps"))
 
 
 @pytest.fixture(scope="module")

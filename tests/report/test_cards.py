@@ -197,7 +197,7 @@ def test_a_notebook_shows_a_figure_without_pyplot(result: hc.Result, sweep: hc.S
 
 def test_the_sentence_of_an_examination(examination: hc.DeckExamination) -> None:
     peaks = replace(examination.checks[-1], passed=False, effect=None)
-    right = tuple(replace(one, passed=True) for one in examination.checks)
+    right = tuple(replace(check, passed=True) for check in examination.checks)
     others = {
         "3 things are to correct in the deck.": examination,
         "One thing is to correct in the deck.": replace(
@@ -207,15 +207,15 @@ def test_the_sentence_of_an_examination(examination: hc.DeckExamination) -> None
             examination, checks=right
         ),
     }
-    for sentence, one in others.items():
+    for sentence, other in others.items():
         off = " Its peaks are off by 7.0e-05 at most, 0.001 is allowed."
-        assert of_examination(one).verdict.sentence == sentence + off
+        assert of_examination(other).verdict.sentence == sentence + off
     off_only = of_examination(replace(examination, checks=(*right[:-1], peaks), findings=()))
     assert off_only.verdict.sentence == (
         "No number of the deck alone is to blame, but its peaks are off: small differences add up."
         " None of its peaks can be judged."
     )
-    assert [one.name for one in off_only.verdict.failures] == [peaks.name]
+    assert [failure.name for failure in off_only.verdict.failures] == [peaks.name]
 
 
 def test_what_is_to_correct_is_printed_line_by_line(examination: hc.DeckExamination) -> None:

@@ -271,17 +271,17 @@ def test_contacts_that_are_weak_are_not_those_that_are_not_given() -> None:
     truth = hc.Native("reference").run(scene).peak_force
     strong = truth >= 1e-3 * truth.max()
     judged, others = int(np.count_nonzero(strong)), int(np.count_nonzero(~strong))
-    found = dict(of_judgement(hc.judge(scene, truth)).facts)
+    facts = dict(of_judgement(hc.judge(scene, truth)).facts)
     weak = f"{others} below a thousandth of the largest, not judged"
-    assert found["contacts"] == f"{judged} judged, 0 failed, 0 not given, {weak}"
-    found = dict(of_judgement(hc.judge(scene, np.where(strong, truth, np.nan))).facts)
-    assert found["contacts"] == f"{judged} judged, 0 failed, {others} not given"
-    assert "error of sampling, at most" not in found
+    assert facts["contacts"] == f"{judged} judged, 0 failed, 0 not given, {weak}"
+    facts = dict(of_judgement(hc.judge(scene, np.where(strong, truth, np.nan))).facts)
+    assert facts["contacts"] == f"{judged} judged, 0 failed, {others} not given"
+    assert "error of sampling, at most" not in facts
     sampling = np.where(np.arange(truth.size) == 1, 0.02, 5e-4)  # of 1e-3
-    found = dict(of_judgement(replace(hc.judge(scene, truth), sampling=sampling)).facts)
+    facts = dict(of_judgement(replace(hc.judge(scene, truth), sampling=sampling)).facts)
     rare = f"{judged - 1} judged, 0 failed, 0 not given, {weak}, 1 sampled too rarely, not judged"
-    assert found["contacts"] == rare
-    assert found["error of sampling, at most"] == "5.0e-04, which adds to the tolerance"
+    assert facts["contacts"] == rare
+    assert facts["error of sampling, at most"] == "5.0e-04, which adds to the tolerance"
 
 
 # Trade-offs and predictions
@@ -334,9 +334,9 @@ def test_a_plot_of_a_tradeoff_shows_every_contender(
             assert words in comments
         shown = lines_of(drawn[-1].axes[0])
         for name in {row.contender for row in traded.rows}:
-            own = [row for row in traded.rows if row.contender == name]
-            found = ([row.wall_time for row in own], [row.error for row in own])
-            np.testing.assert_array_equal(shown[name.removesuffix(", compiled")], found)
+            rows = [row for row in traded.rows if row.contender == name]
+            line = ([row.wall_time for row in rows], [row.error for row in rows])
+            np.testing.assert_array_equal(shown[name.removesuffix(", compiled")], line)
 
 
 def test_a_prediction_shows_the_transition_and_both_equations(demo: hc.Scene) -> None:

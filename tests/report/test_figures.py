@@ -241,7 +241,7 @@ def test_a_small_wave_on_a_static_load_fills_the_panels() -> None:
         span = drawn.max() - drawn.min()
         assert 10 < low < drawn.min() - 0.05 * span
         assert high > drawn.max() + 0.05 * span
-    (applied,) = (one for one in forces.lines if one.get_label() == "applied and static force")
+    (applied,) = (line for line in forces.lines if line.get_label() == "applied and static force")
     assert np.array_equal(applied.get_ydata(), scene.applied_force(result.history.time) + 20)
 
 
@@ -256,7 +256,7 @@ def runs() -> list[hc.Result]:
     """Runs of three largest forces, the one in the middle last."""
     assert SCENE.pulse is not None
     shocks = [replace(SCENE.pulse, peak_force=force) for force in (90.0, 110.0, 100.0)]
-    return [hc.Native(rtol=1e-4).run(replace(SCENE, shock=one), record=300) for one in shocks]
+    return [hc.Native(rtol=1e-4).run(replace(SCENE, shock=shock), record=300) for shock in shocks]
 
 
 def axes_of(*given: Any) -> Any:

@@ -73,8 +73,8 @@ SHIPPED = sorted(
 
 
 def through_json(document: dict[str, Any]) -> dict[str, Any]:
-    again: dict[str, Any] = json.loads(json.dumps(document, allow_nan=False))
-    return again
+    read: dict[str, Any] = json.loads(json.dumps(document, allow_nan=False))
+    return read
 
 
 def comparison() -> dict[str, Any]:
@@ -271,7 +271,7 @@ def scene_from(sections: dict[str, Any], folder: Path) -> hc.Scene:
     unlike = {key: value for key, value in chain.items() if isinstance(value, list)}
     if unlike and "segments" not in chain:
         each = [dict(zip(unlike, row, strict=True)) for row in zip(*unlike.values(), strict=True)]
-        segments = [{"granules": 1, **own} for own in each]
+        segments = [{"granules": 1, **granule} for granule in each]
         sections["chain"] = {**chain, **each[0], "segments": segments}
     (folder / "scene.toml").write_text(tomli_w.dumps(sections))
     return hc.Scene.from_toml(folder / "scene.toml")
@@ -288,8 +288,8 @@ def test_scenes_come_back_from_json(path: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize("scene", [UNLIKE, HELD], ids=["unlike", "held"])
 def test_a_run_comes_back_from_its_document(scene: hc.Scene, tmp_path: Path) -> None:
     document = through_json(hc.Native().run(scene).to_dict())
-    again = hc.Native().run(scene_from(document["scene"], tmp_path))
-    np.testing.assert_array_equal(again.peak_force, document["peak_force_N"])
+    result = hc.Native().run(scene_from(document["scene"], tmp_path))
+    np.testing.assert_array_equal(result.peak_force, document["peak_force_N"])
 
 
 def test_the_schema_of_a_scene_is_that_of_its_keys() -> None:

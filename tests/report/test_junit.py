@@ -59,7 +59,7 @@ def checked(text: str) -> ElementTree.Element:
     for suite in root:
         assert int(suite.attrib["skipped"]) == len(suite.findall(".//skipped"))
         assert datetime.fromisoformat(suite.attrib["timestamp"]).tzinfo is not None
-        names = [one.attrib["name"] for one in suite]
+        names = [case.attrib["name"] for case in suite]
         assert len(set(names)) == len(names)
     return root
 
@@ -118,9 +118,9 @@ def test_suites_add_up() -> None:
 def test_names_that_come_twice_are_told_apart() -> None:
     """GitLab keeps the first of them only."""
     (suite,) = checked(to_xml([suite_of(Case("p"), Case("p", "failure"), Case("p"))]))
-    assert [one.attrib["name"] for one in suite] == ["p", "p (2)", "p (3)"]
+    assert [case.attrib["name"] for case in suite] == ["p", "p (2)", "p (3)"]
     (suite,) = checked(to_xml([suite_of(Case("p"), Case("p (2)"), Case("p"))]))
-    assert [one.attrib["name"] for one in suite] == ["p", "p (2)", "p (3)"]
+    assert [case.attrib["name"] for case in suite] == ["p", "p (2)", "p (3)"]
 
 
 HOSTILE = "<b> & \"q\" 's' ]]> \x00\x08\x1b[31m \x7f\x85 \ud800 \ufffe \U0001f600 \u202e é\r\n\tend"
@@ -132,10 +132,10 @@ def test_hostile_text_goes_through() -> None:
     text.encode("utf-8")
     root = checked(text)
     clean = re.sub("[\x00\x08\x1b\ud800\ufffe]", "\ufffd", HOSTILE)
-    (one,) = root.iter("testcase")
-    assert one.attrib["name"] == one[0].attrib["message"] == clean
+    (case,) = root.iter("testcase")
+    assert case.attrib["name"] == case[0].attrib["message"] == clean
     # In text XML takes a carriage return for a line's end.
-    assert one[0].text == clean.replace("\r\n", "\n")
+    assert case[0].text == clean.replace("\r\n", "\n")
 
 
 # The commands
@@ -153,7 +153,7 @@ def of_checks(checks: Sequence[dict[str, object]]) -> dict[object, str | None]:
 
 def problems(suite: ElementTree.Element) -> dict[object, str | None]:
     """Return the kind of each case, by its name."""
-    return {one.attrib["name"]: one[0].tag if len(one) else None for one in suite}
+    return {case.attrib["name"]: case[0].tag if len(case) else None for case in suite}
 
 
 @pytest.fixture

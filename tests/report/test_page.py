@@ -89,8 +89,8 @@ class Reader(HTMLParser):
 
     def table(self, start: str) -> list[list[str]]:
         """The one table whose caption starts so."""
-        (found,) = (rows for caption, rows in self.tables.items() if caption.startswith(start))
-        return found
+        (table,) = (rows for caption, rows in self.tables.items() if caption.startswith(start))
+        return table
 
 
 def comparison_page(comparison: hc.Comparison, file: str = "scene.toml") -> str:
@@ -125,11 +125,11 @@ def test_numbers_of_the_page_are_those_of_the_json(compared: hc.Comparison, page
             [entry["native_N"], entry["lammps_N"]], rel=5e-9, abs=0
         )
         for cell, key in ((cells[3], "eq6_N"), (cells[4], "eq9_N")):
-            known = entry[key]
+            force = entry[key]
             assert (
                 cell == ""
-                if known is None
-                else float(cell) == pytest.approx(known, rel=5e-6, abs=0)
+                if force is None
+                else float(cell) == pytest.approx(force, rel=5e-6, abs=0)
             )
         assert cells[5] == "+1.0e-06"
     checks = read.table("Each check")[1:]
@@ -148,8 +148,8 @@ def test_numbers_of_the_page_are_those_of_the_json(compared: hc.Comparison, page
 
 def panels(comparison: hc.Comparison) -> dict[str, Axes]:
     """The panels of the figure of a page, by the starts of their labels."""
-    found = figure_of(of_comparison(comparison)).axes
-    return {axes.get_ylabel().partition(" [")[0]: axes for axes in found}
+    drawn = figure_of(of_comparison(comparison)).axes
+    return {axes.get_ylabel().partition(" [")[0]: axes for axes in drawn}
 
 
 def test_nothing_is_loaded_and_texts_of_tables_are_not_aligned_as_numbers(page: str) -> None:
@@ -158,8 +158,8 @@ def test_nothing_is_loaded_and_texts_of_tables_are_not_aligned_as_numbers(page: 
     assert "url(" not in page[: page.index("</style>")]
     assert len(page.encode()) <= MOST
     assert page.count("<svg") == 2
-    found = re.findall(r'<table class="(.*)">\s*<caption><span>(.*)</span>', page)
-    assert [(look, caption.split()[0]) for look, caption in found] == [
+    tables = re.findall(r'<table class="(.*)">\s*<caption><span>(.*)</span>', page)
+    assert [(look, caption.split()[0]) for look, caption in tables] == [
         ("text0", "Peak"), ("text2", "Each"), ("text1", "What"), ("text2 facts", "What"),
     ]  # fmt: skip
 
@@ -180,7 +180,7 @@ def test_forces_of_all_engines_have_their_exact_peaks(compared: hc.Comparison) -
 
 
 def test_without_times_no_forces_are_drawn(compared: hc.Comparison) -> None:
-    results = {name: replace(found, history=None) for name, found in compared.results.items()}
+    results = {name: replace(result, history=None) for name, result in compared.results.items()}
     still = replace(compared, results=results)
     assert set(panels(still)) == {"peak force", "relative difference"}
 
@@ -226,8 +226,8 @@ def test_a_missing_backend_is_said_plainly(compared: hc.Comparison) -> None:
 def test_a_scene_can_be_copied_and_run(compared: hc.Comparison, tmp_path: Path) -> None:
     pulse = hc.PulseTable((0.0, 2e-5, 6e-5), (0.0, 100.0, 0.0), "<b>.csv")
     for scene in (compared.scene, replace(compared.scene, shock=pulse)):
-        found = hc.compare(scene, ["native"], record=plot_times(scene))
-        page = comparison_page(found)
+        comparison = hc.compare(scene, ["native"], record=plot_times(scene))
+        page = comparison_page(comparison)
         texts = re.findall(r"<pre tabindex=\"0\">(.*?)</pre>", page, re.DOTALL)
         for name, text in zip(("scene.toml", "scene.csv"), texts, strict=False):
             (tmp_path / name).write_text(text.replace("&#34;", '"'))
@@ -240,9 +240,9 @@ def test_a_scene_can_be_copied_and_run(compared: hc.Comparison, tmp_path: Path) 
 @pytest.mark.usefixtures("_no_pictures")
 def test_contacts_that_are_never_pressed(compared: hc.Comparison) -> None:
     scene = replace(compared.scene, run=hc.Run(2e-5))
-    found = hc.compare(scene, ["native"], record=plot_times(scene))
-    assert np.isnan(found.native.peak_time).any()
-    read = Reader(comparison_page(with_lammps(found, 1e-6)))
+    comparison = hc.compare(scene, ["native"], record=plot_times(scene))
+    assert np.isnan(comparison.native.peak_time).any()
+    read = Reader(comparison_page(with_lammps(comparison, 1e-6)))
     last = read.table("Peak force of each contact")[-1]
     assert (last[0], float(last[1]), last[5]) == ("12", 0.0, "")
     assert "none ends here" in read.table("What each of them")[1]
@@ -250,8 +250,8 @@ def test_contacts_that_are_never_pressed(compared: hc.Comparison) -> None:
 
 def test_a_long_chain_shows_the_transition_first() -> None:
     scene = paper_scene("cosine", 0.5, 4.0, granules=1000)
-    found = hc.compare(scene, ["native"], record=plot_times(scene))
-    page = comparison_page(with_lammps(found, 1e-6))
+    comparison = hc.compare(scene, ["native"], record=plot_times(scene))
+    page = comparison_page(with_lammps(comparison, 1e-6))
     assert len(page.encode()) <= MOST
     read = Reader(page)
     rows = read.table("Peak force of the first 200 of 999 contacts")
@@ -305,19 +305,19 @@ def outcomes() -> list[Outcome]:
 
 
 def test_a_report_of_all_scripts(tmp_path: Path) -> None:
-    found = outcomes()
+    scripts = outcomes()
     folder = tmp_path / "there" / "report"
     validation.page.make_folder(folder)
-    sections = [validation.page.write_outcome(folder, outcome) for outcome in found]
-    validation.page.write_report(folder, sections, to_dict(found))
+    sections = [validation.page.write_outcome(folder, outcome) for outcome in scripts]
+    validation.page.write_report(folder, sections, to_dict(scripts))
     assert {path.name for path in folder.iterdir()} == {"index.html", "well.csv", "well.svg"}
     table = pd.read_csv(folder / "well.csv", comment="#")
-    assert len(table) == len(found[0].rows)
+    assert len(table) == len(scripts[0].rows)
     page = (folder / "index.html").read_text("utf-8")
     read = Reader(page)
-    assert read.data["numbers"] == json.loads(json.dumps(to_dict(found)))
+    assert read.data["numbers"] == json.loads(json.dumps(to_dict(scripts)))
     assert "✗ FAIL" in read.text
-    drawn = lines_of(validation.page._overview(found).axes[0])
+    drawn = lines_of(validation.page._overview(scripts).axes[0])
     assert [drawn[name][0].size for name in ("passes", "fails")] == [20, 2]
     assert "20 rows that pass" in read.text
     images = [source for source in read.loaded if source.startswith("data:image/svg+xml;base64,")]

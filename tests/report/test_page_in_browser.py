@@ -27,9 +27,9 @@ CHROMIUM = [
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
     with sync_playwright() as playwright:
-        found = playwright.chromium.launch(executable_path=chromium(), args=CHROMIUM)
-        yield found
-        found.close()
+        chrome = playwright.chromium.launch(executable_path=chromium(), args=CHROMIUM)
+        yield chrome
+        chrome.close()
 
 
 @pytest.fixture(scope="module")

@@ -90,8 +90,8 @@ def test_small_scenes_keep_their_digits(tmp_path: Path) -> None:
     hc.write_trajectory(result, tmp_path / "motion.extxyz")
     exact = HALF_A_DIGIT * scene.units.length
     last = read(tmp_path / "motion.extxyz", index=-1)
-    found = last.arrays["displacement"][:, 0] * last.info["length_unit_m"]
-    assert found == pytest.approx(result.history.displacement[-1], rel=0, abs=exact)
+    displacement = last.arrays["displacement"][:, 0] * last.info["length_unit_m"]
+    assert displacement == pytest.approx(result.history.displacement[-1], rel=0, abs=exact)
 
 
 def test_units_are_powers_of_1000() -> None:

@@ -195,11 +195,11 @@ def test_a_free_striker_touches_a_chain_that_is_pressed_without_it(wall: hc.Wall
     shorter = hc.Scene(
         hc.Chain(3, **STEEL), hc.Striker(0.1, loaded=True), wall=wall, precompression=load
     )
-    own, others = scene.granules, shorter.granules
-    assert own.static_force.tolist() == [0.0, *others.static_force]
-    assert own.constant_force.tolist() == [own.mass[0] * gravity, *others.constant_force]
-    assert own.position[1] == 2 * chain.radius
-    assert own.position[1:] - own.position[1] == pytest.approx(others.position)
+    granules, others = scene.granules, shorter.granules
+    assert granules.static_force.tolist() == [0.0, *others.static_force]
+    assert granules.constant_force.tolist() == [granules.mass[0] * gravity, *others.constant_force]
+    assert granules.position[1] == 2 * chain.radius
+    assert granules.position[1:] - granules.position[1] == pytest.approx(others.position)
 
 
 def test_a_loaded_striker_needs_a_load(tmp_path: Path) -> None:

@@ -51,7 +51,7 @@ def test_every_part_is_tried_and_shocks_with_a_key_of_one_name_share_it() -> Non
         (f"{shock.section}.{name}", key) for shock in SHOCKS for name, key in keys_of(shock).items()
     ]
     tried = {type(part) for part in PARTS}
-    assert [one for one in (*SHOCKS, *OTHERS.values()) if keys_of(one) and one not in tried] == []
+    assert {part for part in (*SHOCKS, *OTHERS.values()) if keys_of(part)} <= tried
     differing = {
         name
         for name, key in of_shocks
@@ -88,7 +88,7 @@ def wrong_values(key: Key) -> Iterator[object]:
 
 @pytest.mark.parametrize(("part", "name", "key"), GIVEN)
 def test_an_impossible_value_is_an_error_with_key_and_value(part: Any, name: str, key: Key) -> None:
-    required = next(one for one in fields(part) if one.name == name).default is not None
+    required = next(field for field in fields(part) if field.name == name).default is not None
     for value in (*wrong_values(key), *([None] if required else [])):
         if isinstance(part, hc.Chain) and isinstance(value, list) and name != "granules":
             continue  # one number for each granule
@@ -158,11 +158,11 @@ def test_every_part_is_looked_at() -> None:
     wall = hc.Wall("elastic", young_modulus=70.0, poisson_ratio=0.3)
     law = hc.Contact("viscoelastic", relaxation_time=2.0)
     granules = replace(CHAIN, radius=(1e-3, 1e-3, 2.5))
-    found = unusual_values(hc.Scene(granules, striker, wall=wall, contact=law))
-    assert [one.partition(" = ")[0] for one in found] == [
+    remarks = unusual_values(hc.Scene(granules, striker, wall=wall, contact=law))
+    assert [remark.partition(" = ")[0] for remark in remarks] == [
         *("chain.radius", "striker.velocity", "wall.young_modulus", "contact.relaxation_time")
     ]
-    assert found[0] == "chain.radius = 2.5 m (usually 1e-06 to 0.5 m)"
+    assert remarks[0] == "chain.radius = 2.5 m (usually 1e-06 to 0.5 m)"
 
 
 @pytest.mark.parametrize(

@@ -96,9 +96,9 @@ def test_a_table_of_many_rows_is_summed_in_one_pass() -> None:
     """20,000 rows took minutes: the end of the run was asked for at each."""
     time = tuple(1e-9 * k for k in range(20_000))
     scene = hc.Scene(CHAIN, hc.PulseTable(time, tuple(1.0 + k % 7 for k in range(20_000))))
-    found: list[float] = []
-    assert effort(lambda: found.append(scene.applied_impulse)) < 100  # 2 measured
-    assert found == [pytest.approx(scene.impulse, rel=1e-14, abs=0)]
+    impulses: list[float] = []
+    assert effort(lambda: impulses.append(scene.applied_impulse)) < 100  # 2 measured
+    assert impulses == [pytest.approx(scene.impulse, rel=1e-14, abs=0)]
 
 
 @pytest.mark.parametrize("profile", ["cosine", "triangular", "cosine-triangular"])

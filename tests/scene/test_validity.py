@@ -110,9 +110,9 @@ def test_the_overlap_is_that_of_the_history() -> None:
     times = np.linspace(0, scene.end_time, 4001)[1:]
     history = hc.Native("reference").run(scene, record=times).history
     deepest = -np.diff(history.displacement, axis=1).min()
-    found = hc.Native(peaks_only=True).run(scene).overlap_ratio
+    overlap = hc.Native(peaks_only=True).run(scene).overlap_ratio
     # Recorded times miss the maximum by half of their distance squared.
-    assert deepest / scene.chain.radius == pytest.approx(found, rel=1e-4, abs=0)
+    assert deepest / scene.chain.radius == pytest.approx(overlap, rel=1e-4, abs=0)
 
 
 @pytest.mark.parametrize(("depth", "warned"), [(1e-12, False), (7e-3, False), (0.02, True)])

@@ -137,9 +137,9 @@ def switch_of_p(granules: int) -> tuple[hc.Scene, int]:
     """The scene at which p goes from one number to the next, and the smaller one."""
 
     def p(ratio: float) -> int:
-        found = theory.predict(paper_scene("triangular", ratio, 10.0)).transition_granules
-        assert found is not None
-        return found
+        granules = theory.predict(paper_scene("triangular", ratio, 10.0)).transition_granules
+        assert granules is not None
+        return granules
 
     low, high = 1.5, 2.5
     smaller = p(low)
@@ -234,16 +234,16 @@ def test_momentum_of_the_wave_vs_its_force_over_time() -> None:
 
 def test_constants_vs_their_exact_values() -> None:
     """The exact ones from the travelling wave by other means, to the digits known."""
-    known = {
+    constants = {
         "V_SW, 7/10": (0.7, 0.6886728470),
         "L_SW, 139/32": (139 / 32, 4.3445078540),
         "Eq. 4b, shift 1.077": (1.077, 1.104342989975),
         "Eq. 5, force integral 1.543": (1.543, 1.495972296330),
         "Eq. 5, momentum 53/32": (53 / 32, 1.652066518648),
     }
-    assert [constant.name for constant in prediction.constants()] == list(known)
+    assert [constant.name for constant in prediction.constants()] == list(constants)
     for constant in prediction.constants():
-        paper, exact = known[constant.name]
+        paper, exact = constants[constant.name]
         assert constant.paper == paper
         assert constant.exact == pytest.approx(exact, rel=1e-10, abs=0)
         assert constant.difference == pytest.approx(paper / exact - 1, rel=1e-6, abs=0)

@@ -35,9 +35,9 @@ def collide(damping: float, exponent: float, pulls: bool, duration: float = 60.0
         force = d**1.5 + damping * d**exponent * v
         return v, -force if pulls else -max(force, 0.0)
 
-    found = solve_ivp(motion, (0, duration), (0, 1), rtol=1e-10, atol=1e-13, method="RK45")
-    assert found.success
-    return float(-found.y[1, -1])
+    solution = solve_ivp(motion, (0, duration), (0, 1), rtol=1e-10, atol=1e-13, method="RK45")
+    assert solution.success
+    return float(-solution.y[1, -1])
 
 
 @pytest.mark.parametrize(
@@ -77,10 +77,10 @@ def test_critical_damping_is_no_corner() -> None:
 )
 def test_kuwabara_and_kono(relaxation: float, parted: float, pulled: float) -> None:
     """The spheres part at a lower speed where the contact pulls as it opens."""
-    one = Collision(mass=1.0, stiffness=1.0, velocity=1.0)
+    collision = Collision(mass=1.0, stiffness=1.0, velocity=1.0)
     # Half a unit of the last digit that is known.
-    assert restitution.viscoelastic(relaxation, one, False) == pytest.approx(parted, abs=5e-9)
-    assert restitution.viscoelastic(relaxation, one, True) == pytest.approx(pulled, abs=5e-9)
+    assert restitution.viscoelastic(relaxation, collision, False) == pytest.approx(parted, abs=5e-9)
+    assert restitution.viscoelastic(relaxation, collision, True) == pytest.approx(pulled, abs=5e-9)
 
 
 @BOTH
@@ -93,9 +93,9 @@ def test_laws_that_depend_on_the_velocity(exponent: float, damping: float, pulls
 
 def test_strong_viscous_damping_scales() -> None:
     """A contact that pulls creeps back on one path: e goes as c^-5; below 8 it is integrated."""
-    one, other = of_natural(7.0, 0.5, True), of_natural(16.0, 0.5, True)
+    weaker, other = of_natural(7.0, 0.5, True), of_natural(16.0, 0.5, True)
     # 1e-16 of the absolute error of a step, 4e-6 being the smaller number.
-    assert one * 7.0**5 == pytest.approx(other * 16.0**5, rel=1e-6)
+    assert weaker * 7.0**5 == pytest.approx(other * 16.0**5, rel=1e-6)
 
 
 @BOTH
@@ -122,8 +122,8 @@ def test_units_of_a_collision() -> None:
     """A scene, and the same in natural units: lengths, times and masses are scaled."""
     scene = hc.Scene(hc.Chain(2, **STEEL), hc.Striker(2.0, radius=6e-3))
     collision = collision_of(scene)
-    one, other = scene.granules.mass
-    assert collision.mass == pytest.approx(one * other / (one + other), rel=1e-14)  # round-off
+    mass, other = scene.granules.mass
+    assert collision.mass == pytest.approx(mass * other / (mass + other), rel=1e-14)  # round-off
     assert collision.velocity == 2.0
     # x = 3/2 A (k/m)^(2/5) v^(1/5) and g (m^3 k^2 v)^(-1/5), formulas of dimensions
     m, k, v = collision.mass, collision.stiffness, 2.0
@@ -171,7 +171,7 @@ LAWS = {
 def test_two_spheres_part_as_the_law_says(name: str) -> None:
     law, q = LAWS[name]
     speed = 0.7
-    found = parting(hc.Scene(CHAIN, hc.Striker(speed), contact=law))
+    parted = parting(hc.Scene(CHAIN, hc.Striker(speed), contact=law))
     mass, decay = MASS / 2, math.log(2)
     # Dimensionless, of lengths and times of a collision at this speed.
     damping = {
@@ -179,14 +179,14 @@ def test_two_spheres_part_as_the_law_says(name: str) -> None:
         "dashpot": 10.0 / (mass**3 * STIFFNESS**2 * speed) ** 0.2,
     }.get(name, math.sqrt(5) * decay / math.hypot(math.pi, decay))
     # SciPy's steps across the ends of the contact are right to 1e-8.
-    assert found.restitution == pytest.approx(collide(damping, q, law.attraction), abs=3e-8)
-    assert found.speed == (None if q == 0.25 else speed)
+    assert parted.restitution == pytest.approx(collide(damping, q, law.attraction), abs=3e-8)
+    assert parted.speed == (None if q == 0.25 else speed)
 
 
 def test_one_half_is_not_one_half_and_a_piston_is_as_fast_as_a_striker() -> None:
     law, _ = LAWS["restitution"]
-    found = parting(hc.Scene(CHAIN, PULSE, contact=law))
-    assert found.restitution == pytest.approx(0.5502832, abs=0.5e-7)  # as tests of restitution have
+    parted = parting(hc.Scene(CHAIN, PULSE, contact=law))
+    assert parted.restitution == pytest.approx(0.5502832, abs=0.5e-7)  # as in other tests
     assert parting(hc.Scene(CHAIN, PULSE)) is None
     law, _ = LAWS["dashpot"]
     struck, pushed = (
@@ -202,18 +202,18 @@ def test_the_speed_is_that_of_a_granule_in_a_wave() -> None:
     result = hc.Native(rtol=1e-8).run(scene, record=np.linspace(3e-4, 6e-4, 6001))
     velocity = np.max(result.history.velocity[:, 29])
     force = math.sqrt(result.peak_at(30) * result.peak_at(31))
-    found = parting(hc.Scene(CHAIN, PULSE, contact=LAWS["dashpot"][0]))
+    parted = parting(hc.Scene(CHAIN, PULSE, contact=LAWS["dashpot"][0]))
     # The wave of a striker is not yet of its final height, to 1e-5; Simpson's rule: below that.
-    assert found.speed == pytest.approx(velocity * (100.0 / force) ** (5 / 6), rel=1e-4)
+    assert parted.speed == pytest.approx(velocity * (100.0 / force) ** (5 / 6), rel=1e-4)
 
 
 def test_a_document_of_a_damped_run_has_it() -> None:
     short = hc.Chain(3, **STEEL)
     for name, (law, _) in LAWS.items():
         scene = hc.Scene(short, hc.Striker(1.0), contact=law)
-        found = parting(scene)
+        parted = parting(scene)
         document = run_document(hc.Native(rtol=1e-4).run(scene))
-        expected = {"restitution": found.restitution, "speed_m_s": found.speed}
+        expected = {"restitution": parted.restitution, "speed_m_s": parted.speed}
         assert document["two_spheres"] == expected, name
     assert "two_spheres" not in run_document(hc.Native().run(hc.Scene(short, PULSE)))
 

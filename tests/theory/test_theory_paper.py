@@ -322,9 +322,9 @@ def test_wave_solves_its_equation(x: float) -> None:
     for start in (x - 1, x):
         y = start + (nodes + 1) / 2
         integral += float(np.sum(weights / 2 * (1 - np.abs(x - y)) * force(y)))
-    here = WAVE.overlap[MIDDLE + round(x * PER_GRANULE)]
+    overlap = WAVE.overlap[MIDDLE + round(x * PER_GRANULE)]
     # Ten roundings of a number of order 1.
-    assert integral == pytest.approx(WAVE.speed**2 * here, rel=0, abs=2e-15)
+    assert integral == pytest.approx(WAVE.speed**2 * overlap, rel=0, abs=2e-15)
 
 
 def test_wave_is_symmetric_of_height_1_and_its_force_has_its_integral() -> None:

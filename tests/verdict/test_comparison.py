@@ -218,19 +218,19 @@ def test_an_engine_that_is_missing_is_said_to_be(monkeypatch: pytest.MonkeyPatch
         raise BackendMissing("there is no Yade")
 
     monkeypatch.setattr(hc.Yade, "run", run)
-    found = hc.compare(SCENE, ["native", "yade"])
-    assert (found.missing, found.verdict) == (True, "fail")
-    assert failed(found.checks) == {"yade: not run"}
+    comparison = hc.compare(SCENE, ["native", "yade"])
+    assert (comparison.missing, comparison.verdict) == (True, "fail")
+    assert failed(comparison.checks) == {"yade: not run"}
 
 
 @pytest.mark.lammps
 def test_a_backend_runs_with_its_parameters() -> None:
     scene = paper_scene("cosine", 1.0, 2.0, granules=5)
     step = 0.1 * scene.units.time
-    one, other = (hc.compare(scene, [engine]) for engine in ("lammps", hc.Lammps(step)))
+    default, other = (hc.compare(scene, [engine]) for engine in ("lammps", hc.Lammps(step)))
     assert other.results["lammps"].dt == pytest.approx(step, rel=0.05)
-    assert one.results["lammps"].dt < step / 2
-    assert list(one.rows[0]) == list(other.rows[0])
+    assert default.results["lammps"].dt < step / 2
+    assert list(default.rows[0]) == list(other.rows[0])
 
 
 # Formulas
@@ -243,33 +243,33 @@ def test_formulas_vs_the_theory_with_p_and_wave_force_of_the_run(
     force = native_only.native.peak_force
     contact = np.arange(2, 10)
     eq6 = force[10 - 2] * 2.0 ** (15 * (contact - 9) / (8 * contact * 9 * np.sqrt(2.0)))
-    found = native_only.formulas
-    assert found.eq6[:8] == pytest.approx(eq6, rel=1e-14, abs=0)
+    values = native_only.formulas
+    assert values.eq6[:8] == pytest.approx(eq6, rel=1e-14, abs=0)
     j = (np.arange(2, 11) - 2) / 8
     eq9 = eq6[0] + (force[8] - eq6[0]) / 10 * (25 * j - 24 * j**2 + 9 * j**3)
-    assert found.eq9[:9] == pytest.approx(eq9, rel=1e-14, abs=0)
+    assert values.eq9[:9] == pytest.approx(eq9, rel=1e-14, abs=0)
     # Table 2 has 8.3 for this scene.
-    assert found.transition_granules == pytest.approx(8.3, abs=0.05)
+    assert values.transition_granules == pytest.approx(8.3, abs=0.05)
     # The paper's 7/10 over the exact coefficient.
     ratio = 0.7 / theory.solitary_wave.speed_coefficient()
-    assert found.speed / found.exact_speed == pytest.approx(ratio, rel=1e-14, abs=0)
+    assert values.speed / values.exact_speed == pytest.approx(ratio, rel=1e-14, abs=0)
 
 
 def test_formulas_do_not_apply_to_a_pulse_table() -> None:
     compared = hc.compare(TABLE, ["native"])
-    found = compared.formulas
-    assert "table" in found.applicable
-    assert np.isnan(found.eq6).all()
-    assert np.isnan(found.eq9).all()
-    assert found.transition_granules is found.speed is found.exact_speed is None
+    values = compared.formulas
+    assert "table" in values.applicable
+    assert np.isnan(values.eq6).all()
+    assert np.isnan(values.eq9).all()
+    assert values.transition_granules is values.speed is values.exact_speed is None
     assert all(row["eq6_N"] is row["eq9_N"] is None for row in compared.rows)
     json.dumps(compared.to_dict(), allow_nan=False)
 
 
 def test_formulas_do_not_apply_where_the_transition_does_not_end() -> None:
-    found = formulas(hc.Native("rk4").run(paper_scene("cosine", 2.0, 2.0, granules=6)))
-    assert "does not end" in found.applicable
-    assert np.isnan(found.eq6).all()
+    values = formulas(hc.Native("rk4").run(paper_scene("cosine", 2.0, 2.0, granules=6)))
+    assert "does not end" in values.applicable
+    assert np.isnan(values.eq6).all()
 
 
 @pytest.mark.lammps
@@ -318,14 +318,14 @@ def other(reference: hc.Result, force: float = 0.0, late: float = 0.0) -> hc.Res
 
 @pytest.mark.parametrize(("off", "passed"), [(3e-5, False), (-3e-5, False), (3.3e-6, True)])
 def test_first_pulses(reference: hc.Result, off: float, passed: bool) -> None:
-    found = verdicts(other(reference, force=off), reference)
-    assert found == {"peaks": True, "first": passed, "arrivals": True}
+    passes = verdicts(other(reference, force=off), reference)
+    assert passes == {"peaks": True, "first": passed, "arrivals": True}
 
 
 @pytest.mark.parametrize(("late", "passed"), [(3e-9, False), (-3e-9, False), (3.3e-10, True)])
 def test_arrivals(reference: hc.Result, late: float, passed: bool) -> None:
-    found = verdicts(other(reference, late=late), reference)
-    assert found == {"peaks": True, "first": True, "arrivals": passed}
+    passes = verdicts(other(reference, late=late), reference)
+    assert passes == {"peaks": True, "first": True, "arrivals": passed}
 
 
 def test_no_clear_pulse_is_no_check(reference: hc.Result) -> None:
@@ -342,11 +342,11 @@ def test_gauges(off: float, passed: bool) -> None:
     true = hc.Native("reference").run(
         replace(STRUCK, gauges=(hc.Gauge(granule=4), hc.Gauge(contact=3)))
     )
-    one, two = true.gauges
-    said = one.force * 2 * one.force_error
-    mine = replace(true, gauges=(replace(one, force=one.force + off * said), two))
-    found = verdicts(mine, true)
-    assert found == {"peaks": True, "first": True, "arrivals": True, "gauges": passed}
+    gauge, two = true.gauges
+    said = gauge.force * 2 * gauge.force_error
+    changed = replace(true, gauges=(replace(gauge, force=gauge.force + off * said), two))
+    passes = verdicts(changed, true)
+    assert passes == {"peaks": True, "first": True, "arrivals": True, "gauges": passed}
 
 
 def test_a_pulse_that_is_missing_fails(reference: hc.Result) -> None:

@@ -38,18 +38,18 @@ PISTON = replace(SCENE, shock=hc.Piston(0.2))
 def set_to(name: str, index: object, value: float | FloatArray) -> Callable[[FoundDeck], FoundDeck]:
     """Replace one element of an array."""
 
-    def change(found: FoundDeck) -> FoundDeck:
-        array: FloatArray = np.array(getattr(found, name))
+    def change(deck: FoundDeck) -> FoundDeck:
+        array: FloatArray = np.array(getattr(deck, name))
         array[index] = value  # type: ignore[call-overload]
         changes: dict[str, Any] = {name: array}
-        return replace(found, **changes)
+        return replace(deck, **changes)
 
     return change
 
 
 def by(name: str, index: object, factor: float) -> Callable[[FoundDeck], FoundDeck]:
     """Multiply one element of an array."""
-    return lambda found: set_to(name, index, getattr(found, name)[index] * factor)(found)
+    return lambda deck: set_to(name, index, getattr(deck, name)[index] * factor)(deck)
 
 
 MASS = SCENE.chain.granule_mass
@@ -76,8 +76,8 @@ ALLOWED: dict[str, Callable[[float], Callable[[FoundDeck], FoundDeck]]] = {
     "granules that are pushed": lambda k: set_to("applied_force", (0, 3), k * EXAMINED * FORCE),
     "applied force": lambda k: set_to("applied_force", (9, 0), float(right().applied_force[9, 0])
                                       + k * EXAMINED * FORCE),
-    "applied force across the chain": lambda k: lambda found: replace(
-        found, applied_sideways=k * EXAMINED * FORCE),
+    "applied force across the chain": lambda k: lambda deck: replace(
+        deck, applied_sideways=k * EXAMINED * FORCE),
     "force at other overlaps": lambda k: by("contact_force", (2, 2), 1 + k * 10 * ROUNDED),
 }  # fmt: skip
 """By the name of a number: the deck that is off by so many times what is allowed."""
@@ -97,7 +97,7 @@ def test_both_sides_of_what_is_allowed(name: str) -> None:
 def test_an_applied_force_is_that_of_one_time() -> None:
     """Readings may lie next to the peak: the largest of them is none of the scene's."""
     (force,) = (
-        one for one in number_checks(SCENE, right()) if one.kind.name == "applied force [N]"
+        check for check in number_checks(SCENE, right()) if check.kind.name == "applied force [N]"
     )
     assert force.tolerance < 1e-10 * SCENE.peak_force
 
@@ -119,19 +119,19 @@ def test_a_chain_that_begins_elsewhere() -> None:
     assert failed(moved) == ["lammps: place of granules [m]"]
 
 
-def failed(found: FoundDeck, scene: hc.Scene = SCENE) -> list[str]:
+def failed(deck: FoundDeck, scene: hc.Scene = SCENE) -> list[str]:
     """The names of the checks that fail."""
-    return [check.name for check in number_checks(scene, found) if not check.passed]
+    return [check.name for check in number_checks(scene, deck) if not check.passed]
 
 
 def test_the_rounding_of_a_long_run_excuses_no_force_between_corners() -> None:
     """The time at a corner may be off by as much, which on a ramp would be a larger force."""
     scene = replace(SCENE, run=hc.Run(0.1))
-    found = hc.Lammps().examine(scene)
-    late = found.applied_time[2:3] + 4 * len(found.runs) * np.spacing(0.1)
+    deck = hc.Lammps().examine(scene)
+    late = deck.applied_time[2:3] + 4 * len(deck.runs) * np.spacing(0.1)
     force = float(applied_force(scene, late)[0])
-    assert failed(found, scene) == []
-    wrong = failed(set_to("applied_force", (2, 0), force)(found), scene)
+    assert failed(deck, scene) == []
+    wrong = failed(set_to("applied_force", (2, 0), force)(deck), scene)
     assert wrong == ["lammps: applied force [N]"]
 
 
@@ -149,7 +149,7 @@ UNLIKE = hc.Scene(hc.Chain(4, **STEEL | {"radius": [4e-3, 5e-3, 6e-3, 5e-3]}), P
 def test_numbers_behind_a_near_wall_are_those_of_tables() -> None:
     """The wall is a granule of the deck, its first."""
     scene = replace(SCENE, near_wall=hc.Wall("rigid"))
-    found = hc.Lammps().examine(scene)
+    deck = hc.Lammps().examine(scene)
     for change, words in (
         (by("mass", 2, 1.1), "mass of granule 2"),
         (by("damped_force", (0, 0), 1.1), "damping of the near wall"),
@@ -158,7 +158,7 @@ def test_numbers_behind_a_near_wall_are_those_of_tables() -> None:
         (set_to("integrated", 0, 1), "the near wall is moved by a fix"),
         (by("radius", slice(3), 1.1), "radius of the near wall and granules 1 to 2"),
     ):
-        reasons = [one.reason for one in number_checks(scene, change(found)) if not one.passed]
+        reasons = [check.reason for check in number_checks(scene, change(deck)) if not check.passed]
         assert words in " ".join(reasons)
 
 
@@ -166,24 +166,24 @@ def test_numbers_behind_a_near_wall_are_those_of_tables() -> None:
 def test_both_sides_of_the_wall_and_of_friction_by_the_softest_contact(
     share: float, passed: bool
 ) -> None:
-    found, near = hc.Lammps().examine(UNLIKE), 1.01 * DEPTH * 4e-3
+    deck, near = hc.Lammps().examine(UNLIKE), 1.01 * DEPTH * 4e-3
     room = EXAMINED * near + ROUNDED / 2 * DEPTH * 2 * (4e-3 + 5e-3 + 6e-3 + 5e-3)
-    (wall,) = found.walls
+    (wall,) = deck.walls
     walls = (replace(wall, position=wall.position + share * room),)
-    wrong = failed(replace(found, walls=walls), UNLIKE)
+    wrong = failed(replace(deck, walls=walls), UNLIKE)
     assert ("lammps: place of the wall [m]" not in wrong) == passed
     least = share * EXAMINED * float(np.min(UNLIKE.granules.stiffness)) * near**1.5
-    wrong = failed(set_to("tangential_force", 2, least)(found), UNLIKE)
+    wrong = failed(set_to("tangential_force", 2, least)(deck), UNLIKE)
     assert wrong == ([] if passed else ["lammps: friction [N]"])
 
 
 def test_both_sides_of_the_displacement_of_a_piston() -> None:
-    found = right(driven=True)
+    deck = right(driven=True)
     way = 0.2 * PISTON.end_time + 1.01 * DEPTH * STEEL["radius"]
     room = EXAMINED * way + ROUNDED / 2 * DEPTH * LENGTH
     for share, passed in ((1 / 3, True), (3.0, False)):
-        moved = set_to("driven_displacement", -1, 0.2 * float(found.driven_time[-1])
-                       + share * room)(found)  # fmt: skip
+        moved = set_to("driven_displacement", -1, 0.2 * float(deck.driven_time[-1])
+                       + share * room)(deck)  # fmt: skip
         checks = {check.name: check.passed for check in number_checks(PISTON, moved)}
         assert checks["lammps: displacement of the piston [m]"] == passed
 
@@ -201,10 +201,10 @@ def test_a_fixed_granule_that_moves_is_named() -> None:
     chain = replace(SCENE.chain, fixed=[False, False, False, True, False, False])
     load = hc.Precompression(20.0)
     scene = replace(SCENE, chain=chain, precompression=load)
-    found = hc.Lammps().examine(scene)
-    assert failed(found, scene) == []
-    (moved,) = (one for one in number_checks(scene, found) if one.kind.name == "integrators")
+    deck = hc.Lammps().examine(scene)
+    assert failed(deck, scene) == []
+    (moved,) = (check for check in number_checks(scene, deck) if check.kind.name == "integrators")
     assert moved.tolerance == 0
-    assert failed(set_to("integrated", 3, 1)(found), scene) == ["lammps: integrators"]
+    assert failed(set_to("integrated", 3, 1)(deck), scene) == ["lammps: integrators"]
     free = hc.Lammps().examine(replace(SCENE, precompression=load))
     assert {*failed(free, scene)} >= {"lammps: integrators", "lammps: place of granules [m]"}

@@ -67,8 +67,8 @@ def seen(plant: Plant, name: str) -> Check:
 @pytest.mark.parametrize(
     "mistake",
     [
-        pytest.param(one, marks=[] if k % 2 == 0 else pytest.mark.slow)
-        for k, one in enumerate(MISTAKES)
+        pytest.param(mistake, marks=[] if k % 2 == 0 else pytest.mark.slow)
+        for k, mistake in enumerate(MISTAKES)
     ],
     ids=lambda mistake: mistake.what,
 )
@@ -104,7 +104,7 @@ def test_without_a_mistake_nothing_is_caught() -> None:
 @pytest.mark.parametrize("steps", [1, -1])
 def test_a_late_force_is_off_by_what_it_grows_in_a_step(steps: int) -> None:
     what = "force one step late" if steps > 0 else "force one step early"
-    check = seen(next(one for one in MISTAKES if one.what == what).plant, APPLIED)
+    check = seen(next(mistake for mistake in MISTAKES if mistake.what == what).plant, APPLIED)
     # Four steps a leg: over the cosine rise the largest growth in one is sin(45 degrees) / 2 of F0.
     assert abs(check.measured - check.expected) == pytest.approx(
         100 * math.sqrt(0.5) / 2, rel=1e-9, abs=0
@@ -141,11 +141,11 @@ def test_eq6_as_printed_fails_the_tables(
     assert all(entry.passed for entry in rows())
     printed = EXPONENTS["printed: 15 (i - p) / (8 sqrt(n p))"]
     monkeypatch.setattr(theory, "peak_force", printed)
-    found = rows()
-    names = {entry.what.partition(",")[0] for entry in found if ", F_" in entry.what}
+    entries = rows()
+    names = {entry.what.partition(",")[0] for entry in entries if ", F_" in entry.what}
     assert len(names) == 3
     for name in names:
-        off = [abs(e.measured - e.expected) for e in found if f"{name}, F_" in e.what]
+        off = [abs(e.measured - e.expected) for e in entries if f"{name}, F_" in e.what]
         assert max(off) > 20
 
 
@@ -203,8 +203,8 @@ AT_THE_WALL = ("wall twice as stiff", "wall damped")
 @pytest.mark.parametrize(
     "mistake",
     [
-        pytest.param(one, marks=[] if k % 3 == 0 else pytest.mark.slow)
-        for k, one in enumerate(MISTAKES_WITH_TERMS)
+        pytest.param(mistake, marks=[] if k % 3 == 0 else pytest.mark.slow)
+        for k, mistake in enumerate(MISTAKES_WITH_TERMS)
     ],
     ids=lambda mistake: mistake.what,
 )

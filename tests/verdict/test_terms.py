@@ -82,11 +82,11 @@ def test_any_scene_passes_its_examination(scene: hc.Scene) -> None:
 
 def test_forces_that_are_no_numbers_fail() -> None:
     scene = SCENES["all at once"]
-    found = hc.Lammps().examine(scene)
-    nothing = np.full_like(found.contact_force, np.nan)
-    walls = (replace(found.walls[0], position=np.nan),)
-    moving = np.full_like(found.damped_force, np.nan)
-    wrong = replace(found, contact_force=nothing, damped_force=moving, walls=walls)
+    deck = hc.Lammps().examine(scene)
+    nothing = np.full_like(deck.contact_force, np.nan)
+    walls = (replace(deck.walls[0], position=np.nan),)
+    moving = np.full_like(deck.damped_force, np.nan)
+    wrong = replace(deck, contact_force=nothing, damped_force=moving, walls=walls)
     bad = [check for check in number_checks(scene, wrong) if not check.passed]
     assert [check.name for check in bad] == ["lammps: place of the wall [m]", "lammps: contacts"]
     assert all(check.measured is None for check in bad)
@@ -99,9 +99,9 @@ UNLIKE = hc.Chain(3, **STEEL | {"radius": [4e-3, 5e-3, 6e-3]})
 
 def test_a_comparison_passes() -> None:
     scene = scene_with(LAWS["restitution"])
-    found = hc.compare(scene, [hc.Lammps(rtol=1e-2)])
-    assert [check for check in found.checks if not check.passed] == []
-    names = {check.name for check in found.checks}
+    comparison = hc.compare(scene, [hc.Lammps(rtol=1e-2)])
+    assert [check for check in comparison.checks if not check.passed] == []
+    names = {check.name for check in comparison.checks}
     assert {DAMPING, "lammps: velocity, same steps", "lammps: energy [J]"} <= names
 
 

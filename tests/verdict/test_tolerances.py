@@ -134,9 +134,9 @@ def test_peaks_at_the_same_steps(
     cut = result.dt / result.scene.contact_time
     for lost in (0.0, readings(cut) + more(cut)):
         allowed = readings(cut) + more(cut) + lost
-        known = lossy(result, lost) if lost else result
+        changed = lossy(result, lost) if lost else result
         for off, passed in ((3 * allowed, False), (allowed / 3, True)):
-            assert check_of(same_steps_checks(with_peak(known, off)), "peaks").passed is passed
+            assert check_of(same_steps_checks(with_peak(changed, off)), "peaks").passed is passed
 
 
 @pytest.mark.parametrize(("name", "gain"), [("free", 3), ("damped", 1)])
@@ -166,8 +166,8 @@ def test_differences_that_grow(monkeypatch: pytest.MonkeyPatch) -> None:
     """Three times the growth of one small difference is allowed, and said from 0.01 on."""
     result = lossy(verlet("free", 0.1))
     for grown in (1e-5, 2e-3, 5e-3):
-        found = grown, grown / 2, 2 * grown
-        monkeypatch.setattr(run_checks, "_grown", lambda *_, found=found: found)
+        growth = grown, grown / 2, 2 * grown
+        monkeypatch.setattr(run_checks, "_grown", lambda *_, growth=growth: growth)
         for off, passed in ((9 * grown, False), (grown, True)):
             check = check_of(same_steps_checks(with_state(result, "velocity", off, 0)), "velocity")
             assert check.passed is passed
@@ -300,9 +300,9 @@ def test_balances(case: Balanced) -> None:
         momentum = balance.impulse + part * case.momentum(result)
         energy = sent + part * case.energy(result)
         wrong = replace(result, balance=replace(balance, momentum=momentum, energy=energy))
-        found = balance_checks(wrong)
-        assert [check.passed for check in found] == [passed, passed], [
-            check.tolerance for check in found
+        checks = balance_checks(wrong)
+        assert [check.passed for check in checks] == [passed, passed], [
+            check.tolerance for check in checks
         ]
 
 
@@ -316,8 +316,8 @@ def test_a_pulse_of_other_halves_has_the_impulse_of_its_steps(
     off = result.balance.momentum - result.balance.impulse
     for part, passed in ((3.0, False), (1.0, True), (1 / 3, True)):
         balance = replace(result.balance, momentum=result.balance.impulse + part * off)
-        found = check_of(balance_checks(replace(result, balance=balance)), "momentum")
-        assert found.passed == passed
+        check = check_of(balance_checks(replace(result, balance=balance)), "momentum")
+        assert check.passed == passed
 
 
 # A judgement
@@ -335,9 +335,9 @@ def test_peaks_that_are_judged(sampling: float | None, allowed: float) -> None:
     errors = None if sampling is None else np.full(4, sampling)
     for part, passed in ((3.0, False), (-3.0, False), (1 / 3, True), (-1 / 3, True)):
         off = np.array([0.0, part * allowed, 0.0, 0.0])
-        found = judgement(off, errors)
-        assert found.passed.tolist() == [True, passed, True, True]
-        assert (found.verdict == "pass") is passed
+        outcome = judgement(off, errors)
+        assert outcome.passed.tolist() == [True, passed, True, True]
+        assert (outcome.verdict == "pass") is passed
 
 
 def test_a_contact_is_judged_from_a_thousandth_of_the_largest() -> None:
@@ -346,8 +346,8 @@ def test_a_contact_is_judged_from_a_thousandth_of_the_largest() -> None:
         weak = reference.peak_force.copy()
         weak[3] = part * weak.max()
         seen = replace(reference, peak_force=weak)
-        found = Judgement(seen, weak, False, weak, 1e-3, None, None, (), None, None)
-        assert found.judged.tolist() == [True, True, True, counts]
+        outcome = Judgement(seen, weak, False, weak, 1e-3, None, None, (), None, None)
+        assert outcome.judged.tolist() == [True, True, True, counts]
 
 
 def test_a_tolerance_is_ten_times_the_error_of_the_reference() -> None:
@@ -364,8 +364,8 @@ def test_a_cause_leaves_what_is_allowed_with_samples(sampling: float | None, nam
     wave = 1 + 1e-3 * np.cos(np.linspace(0, 2 * np.pi, 9))
     peaks = 1e-3 * hc.Native("reference").run(scene).peak_force * wave
     errors = None if sampling is None else np.full(9, sampling)
-    found = judged(scene, peaks, 5e-4, None, errors, 60.0, lambda _: None)
-    assert ("in units of kN" in (found.cause or "")) is named
+    outcome = judged(scene, peaks, 5e-4, None, errors, 60.0, lambda _: None)
+    assert ("in units of kN" in (outcome.cause or "")) is named
 
 
 # One number

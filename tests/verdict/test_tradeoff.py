@@ -50,7 +50,7 @@ def whole(scene: hc.Scene) -> Tradeoff:
     said: list[str] = []
     engines = [name for name in WAYS if name != "LAMMPS"]
     result = tradeoff(scene, engines, said.append, enough=0.0)
-    names = [one.name for one in contenders(scene) if one.engine in engines]
+    names = [contender.name for contender in contenders(scene) if contender.engine in engines]
     assert said == ["the truth: the reference method with short steps", *names, *names]
     return result
 
@@ -63,8 +63,8 @@ def rows_of(result: Tradeoff, contender: str) -> list[Row]:
 
 def test_every_engine_has_contenders_and_every_contender_a_name(scene: hc.Scene) -> None:
     everyone = contenders(scene)
-    assert {one.engine for one in everyone} == set(WAYS) == set(style.WAYS)
-    names = [one.name for one in everyone]
+    assert {contender.engine for contender in everyone} == set(WAYS) == set(style.WAYS)
+    names = [contender.name for contender in everyone]
     assert len(set(names)) == len(names)
     assert {f"{method}, compiled" for method in COMPILED} <= set(names)
 
@@ -83,29 +83,29 @@ def test_the_settings_of_each_contender(scene: hc.Scene) -> None:
     }  # fmt: skip
     rtols = {"rtol, with estimate": (2, 10), "rtol, without estimate": (2, 10),
              "DOP853, SciPy": (4, 12)}  # fmt: skip
-    for one in contenders(scene):
-        if one.name in steps:
-            first, last, factor = steps.pop(one.name)
-            assert (one.steps[0], one.steps[-1]) == pytest.approx((first, last))
-            assert np.divide(one.steps[:-1], one.steps[1:]) == pytest.approx(factor)
-            assert one.rtols == ()
+    for contender in contenders(scene):
+        if contender.name in steps:
+            first, last, factor = steps.pop(contender.name)
+            assert (contender.steps[0], contender.steps[-1]) == pytest.approx((first, last))
+            assert np.divide(contender.steps[:-1], contender.steps[1:]) == pytest.approx(factor)
+            assert contender.rtols == ()
         else:
-            begin, end = rtols.pop(one.name)
-            assert one.rtols == pytest.approx([10.0**-k for k in range(begin, end + 1)])
-            assert one.steps == ()
+            begin, end = rtols.pop(contender.name)
+            assert contender.rtols == pytest.approx([10.0**-k for k in range(begin, end + 1)])
+            assert contender.steps == ()
     assert (steps, rtols) == ({}, {})
 
 
 def test_all_settings_of_all_contenders_are_measured(whole: Tradeoff) -> None:
     assert (whole.missing, whole.remarks) == (False, ())
     assert whole.truth_error == module.TRUTH_ERROR  # its step moves it by less here
-    for one in contenders(whole.scene):
-        if one.engine == "LAMMPS":
+    for contender in contenders(whole.scene):
+        if contender.engine == "LAMMPS":
             continue
-        rows = rows_of(whole, one.name)
-        assert [row.natural_step for row in rows if row.natural_step] == list(one.steps)
-        assert [row.rtol for row in rows if row.rtol] == list(one.rtols)
-        assert {row.engine for row in rows} == {one.engine}
+        rows = rows_of(whole, contender.name)
+        assert [row.natural_step for row in rows if row.natural_step] == list(contender.steps)
+        assert [row.rtol for row in rows if row.rtol] == list(contender.rtols)
+        assert {row.engine for row in rows} == {contender.engine}
         for row in rows:
             assert row.wall_time > 0
             if row.step is not None and row.natural_step is not None:
@@ -117,15 +117,15 @@ def test_all_settings_of_all_contenders_are_measured(whole: Tradeoff) -> None:
 
 @pytest.mark.lammps
 def test_lammps_is_measured_plain_and_extrapolated(scene: hc.Scene) -> None:
-    found = tradeoff(scene, ["LAMMPS"], enough=0.0)
-    for row in rows_of(found, "LAMMPS"):
+    measured = tradeoff(scene, ["LAMMPS"], enough=0.0)
+    for row in rows_of(measured, "LAMMPS"):
         assert row.step is not None
         assert row.force_evaluations == sum(leg.steps for leg in scene.schedule(row.step))
-    for row in rows_of(found, "LAMMPS, extrapolated"):
+    for row in rows_of(measured, "LAMMPS, extrapolated"):
         assert row.step is not None
         assert row.force_evaluations == 3 * sum(leg.steps for leg in scene.schedule(2 * row.step))
-    plain = {row.natural_step: row.error for row in rows_of(found, "LAMMPS")}
-    better = {row.natural_step: row.error for row in rows_of(found, "LAMMPS, extrapolated")}
+    plain = {row.natural_step: row.error for row in rows_of(measured, "LAMMPS")}
+    better = {row.natural_step: row.error for row in rows_of(measured, "LAMMPS, extrapolated")}
     for step in (0.05, 0.025, 0.0125):
         assert better[step] < plain[step] / 50
 
@@ -137,7 +137,7 @@ def fixed(outcomes: dict[float, Outcome]) -> Contender:
     """A contender that knows its answers."""
 
     def run(scene: hc.Scene, step: float) -> Outcome:
-        return outcomes[min(outcomes, key=lambda known: abs(known - step / scene.units.time))]
+        return outcomes[min(outcomes, key=lambda key: abs(key - step / scene.units.time))]
 
     return Contender("fixed", "compiled", run, steps=tuple(outcomes))
 
@@ -175,10 +175,10 @@ def test_one_that_always_fails_is_a_remark(
 
     broken = Contender("broken", "compiled", run, steps=(0.2, 0.1))
     monkeypatch.setattr(module, "contenders", lambda *_: (broken, fixed({0.2: ONES})))
-    found = tradeoff(scene, ["compiled"], enough=0.0)
+    measured = tradeoff(scene, ["compiled"], enough=0.0)
     said = "it does not work" if missing else "broken: it does not work"
-    assert (found.missing, found.remarks) == (missing, (said,))
-    assert [row.contender for row in found.rows] == ["fixed"]
+    assert (measured.missing, measured.remarks) == (missing, (said,))
+    assert [row.contender for row in measured.rows] == ["fixed"]
 
 
 ONES = Outcome(np.ones(5), 1)
@@ -230,38 +230,38 @@ def known(row: Row) -> float:
     return max(row.error, 1e-12)
 
 
-def beats(one: Row, other: Row) -> bool:
-    as_good = one.wall_time <= other.wall_time and known(one) <= known(other)
-    return as_good and (one.wall_time < other.wall_time or known(one) < known(other))
+def beats(row: Row, other: Row) -> bool:
+    as_good = row.wall_time <= other.wall_time and known(row) <= known(other)
+    return as_good and (row.wall_time < other.wall_time or known(row) < known(other))
 
 
 @given(ROWS)
 def test_the_frontier_is_what_nothing_beats(rows: list[Row]) -> None:
-    found = frontier(rows, 1e-12)
+    best = frontier(rows, 1e-12)
     for row in rows:
         beaten = any(beats(other, row) for other in rows)
-        same = [one for one in found if (one.wall_time, known(one)) == (row.wall_time, known(row))]
-        assert len(same) == (0 if beaten else 1)
-    assert all(one in rows for one in found)
-    for before, after in itertools.pairwise(found):
+        points = [(point.wall_time, known(point)) for point in best]
+        assert points.count((row.wall_time, known(row))) == (0 if beaten else 1)
+    assert all(point in rows for point in best)
+    for before, after in itertools.pairwise(best):
         assert before.wall_time < after.wall_time
         assert known(before) > known(after)
 
 
 def test_a_typical_setting_has_the_range_of_its_errors(scene: hc.Scene) -> None:
     each = [Tradeoff(scene, (a_row(time, 1e-3 * time),), 1e-12, False, ()) for time in (1, 2, 6)]
-    (found,) = typical(each)
-    assert (found.row.wall_time, found.row.error) == (2, 2e-3)
-    assert (found.lowest, found.highest) == (1e-3, 6e-3)
+    (point,) = typical(each)
+    assert (point.row.wall_time, point.row.error) == (2, 2e-3)
+    assert (point.lowest, point.highest) == (1e-3, 6e-3)
     (alone,) = typical(each[:1])
     assert alone.row == each[0].rows[0]
 
 
 @given(ROWS)
 def test_the_cheapest_is_right_to_what_is_wanted(rows: list[Row]) -> None:
-    found = cheapest(rows, 1e-6, 1e-12)
+    best = cheapest(rows, 1e-6, 1e-12)
     enough = [row.wall_time for row in rows if row.error <= 1e-6]
-    assert [row.wall_time for row in found.values()] == ([min(enough)] if enough else [])
+    assert [row.wall_time for row in best.values()] == ([min(enough)] if enough else [])
     assert cheapest(rows, 1e-13, 1e-12) == {}
 
 
@@ -272,24 +272,24 @@ STRIKER = hc.Scene(hc.Chain(8, **STEEL), hc.Striker(1.0, radius=6e-3), wall=hc.W
 
 def test_native_methods_on_a_scene_with_terms() -> None:
     """Errors are those of single runs against the truth, the force on the wall among them."""
-    found = tradeoff(STRIKER, ["compiled"], enough=0.0)
-    assert found.remarks == ()
-    assert found.contenders == (
+    measured = tradeoff(STRIKER, ["compiled"], enough=0.0)
+    assert measured.remarks == ()
+    assert measured.contenders == (
         *(f"{name}, compiled" for name in ("velocity-verlet", "srkn-11b", "reference")),
         *("rtol, with estimate", "rtol, without estimate"),
     )
     truth = hc.Native("reference", module.TRUTH_STEP * STRIKER.contact_time).run(STRIKER)
-    for row in rows_of(found, "srkn-11b, compiled"):
+    for row in rows_of(measured, "srkn-11b, compiled"):
         assert row.step == row.natural_step * STRIKER.contact_time
         if row.natural_step < 0.1:  # longer steps cost more runs for their estimate
             continue
         alone = hc.Native("srkn-11b", row.step).run(STRIKER)
         assert row.error == largest_difference(alone.peak_force, truth.peak_force)
         assert row.force_evaluations == alone.force_evaluations
-    for row in rows_of(found, "rtol, with estimate"):
+    for row in rows_of(measured, "rtol, with estimate"):
         assert row.error <= row.rtol
     # Steps 22 times as short: above second order, although contacts open.
-    errors = [row.error for row in rows_of(found, "srkn-11b, compiled")]
+    errors = [row.error for row in rows_of(measured, "srkn-11b, compiled")]
     assert errors[0] / errors[-1] > 1e3
 
 
@@ -299,9 +299,9 @@ def test_damped_contacts_are_measured_against_the_reference() -> None:
     reference = hc.Native("reference").run(damped)
     assert truth.peak_force == pytest.approx(reference.peak_force, rel=1e-12)
     assert error == pytest.approx(reference.error_estimate, rel=1e-6)
-    everyone = {one.name: one for one in contenders(damped)}
+    everyone = {contender.name: contender for contender in contenders(damped)}
     assert "srkn-11b, compiled" not in everyone
     for name in ("rtol, without estimate", "rtol, with estimate"):
-        found = everyone[name].run(damped, 1e-5)
-        assert largest_difference(found.peak_force, reference.peak_force) < 1e-5
-        assert found.force_evaluations > 1000
+        outcome = everyone[name].run(damped, 1e-5)
+        assert largest_difference(outcome.peak_force, reference.peak_force) < 1e-5
+        assert outcome.force_evaluations > 1000

@@ -42,10 +42,10 @@ def sampled(scene: hc.Scene, apart: float, phase: float = 0.0) -> Samples:
     return Samples(time, position, net)
 
 
-def off(found: FloatArray, true: FloatArray) -> FloatArray:
+def off(peak_force: FloatArray, true: FloatArray) -> FloatArray:
     """Relative differences of the peaks that count."""
     counts = true > 1e-3 * true.max()
-    return np.asarray(np.abs(found[counts] / true[counts] - 1))
+    return np.asarray(np.abs(peak_force[counts] / true[counts] - 1))
 
 
 def motion(run: Samples) -> Motion:
@@ -84,11 +84,11 @@ def dump_of(run: Samples, beside: FloatArray | float = 0.0) -> list[str]:
 
 def deck(folder: Path, axis: str = "x", sign: int = 1) -> str:
     """A run of the scene that writes every kind of file."""
-    along = [one == axis for one in "xyz"]
+    along = [direction == axis for direction in "xyz"]
     texts = {
         "FOLDER": str(folder), "AXIS": axis, "PUSH": str(sign * 100),
-        "PLACE": " ".join(f"$({sign}*(v_i-1)*0.0095)" if one else "0" for one in along),
-        "FORCE": " ".join("v_push" if one else "0.0" for one in along),
+        "PLACE": " ".join(f"$({sign}*(v_i-1)*0.0095)" if is_along else "0" for is_along in along),
+        "FORCE": " ".join("v_push" if is_along else "0.0" for is_along in along),
     }  # fmt: skip
     text = Path(__file__).with_name("in.sampled").read_text(encoding="utf-8")
     for name, value in texts.items():

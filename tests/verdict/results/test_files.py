@@ -43,11 +43,11 @@ def verlet() -> FloatArray:
 def test_dumps_of_lammps_have_its_peaks(
     file: str, dt: float | None, files: Path, verlet: FloatArray
 ) -> None:
-    found = read(SCENE, list(files.glob(file)), "si", dt)
+    peaks = read(SCENE, list(files.glob(file)), "si", dt)
     apart = "20 steps" if file == "frame.*" else "2e-06 s"
-    assert f"peaks are from net forces in a dump, 201 samples {apart} apart" in found.how
-    assert np.all(off(found.peak_force, verlet) <= found.error)
-    assert np.max(found.error) < 5e-5
+    assert f"peaks are from net forces in a dump, 201 samples {apart} apart" in peaks.how
+    assert np.all(off(peaks.peak_force, verlet) <= peaks.error)
+    assert np.max(peaks.error) < 5e-5
 
 
 @pytest.mark.lammps
@@ -59,8 +59,8 @@ def test_the_axis_and_the_pushed_end_are_found(
     file.write_text(deck(tmp_path, axis, sign), encoding="utf-8")
     with engine() as lammps:
         lammps.file(str(file))
-    found = read(SCENE, [tmp_path / "six.dump"], "si", None)
-    assert np.all(off(found.peak_force, verlet) <= found.error)
+    peaks = read(SCENE, [tmp_path / "six.dump"], "si", None)
+    assert np.all(off(peaks.peak_force, verlet) <= peaks.error)
 
 
 @pytest.mark.lammps
@@ -82,8 +82,8 @@ def test_a_dump_may_be_packed_have_other_units_or_any_name(
     (tmp_path / "dump.gz").write_bytes(gzip.compress("".join(dump_of(run)).encode()))
     (tmp_path / "dump.xyz").write_text("".join(dump_of(micro)), encoding="utf-8")
     for name, units in (("dump.gz", "si"), ("dump.xyz", "micro")):
-        found = read(SCENE, [tmp_path / name], units, None)
-        assert np.all(off(found.peak_force, truth) <= found.error), name
+        peaks = read(SCENE, [tmp_path / name], units, None)
+        assert np.all(off(peaks.peak_force, truth) <= peaks.error), name
 
 
 @pytest.mark.parametrize(("across", "is_a_chain"), [(3e-3, False), (3e-4, True)])
@@ -102,23 +102,23 @@ def test_granules_stand_in_a_row(
 def test_files_that_are_not_one_dump(
     run: Samples, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    one, table, bomb = (tmp_path / name for name in ("1", "peaks.csv", "bomb.gz"))
-    one.write_text(dump_of(run)[0], encoding="utf-8")
+    frame, table, bomb = (tmp_path / name for name in ("1", "peaks.csv", "bomb.gz"))
+    frame.write_text(dump_of(run)[0], encoding="utf-8")
     table.write_text("contact,peak_force_N\n2,3.0\n", encoding="utf-8")
     bomb.write_bytes(gzip.compress(bytes(10**6)))
     with pytest.raises(SceneError, match=r"has 1 samples of the run, .*: name all files of a dump"):
-        read(SCENE, [one], "si", None)
+        read(SCENE, [frame], "si", None)
     monkeypatch.setattr(reading, "LARGEST_FILES_BYTES", 10)
     with pytest.raises(SceneError, match="larger than"):
         read(SCENE, [table], "si", None)
     monkeypatch.setattr(reading, "LARGEST_FILES_BYTES", 10**5)
     with pytest.raises(SceneError, match="when unpacked"):
         read(SCENE, [bomb], "si", None)
-    monkeypatch.setattr(reading, "LARGEST_FILES_BYTES", int(1.5 * one.stat().st_size))
+    monkeypatch.setattr(reading, "LARGEST_FILES_BYTES", int(1.5 * frame.stat().st_size))
     with pytest.raises(SceneError, match="has 1 samples"):
-        read(SCENE, [one], "si", None)
+        read(SCENE, [frame], "si", None)
     with pytest.raises(SceneError, match="cannot be read"):  # of both together
-        read(SCENE, [one, one], "si", None)
+        read(SCENE, [frame, frame], "si", None)
 
 
 @pytest.mark.parametrize("signs", [";,", ";.", "\t,", ",."])
@@ -134,8 +134,8 @@ def test_separators_and_decimal_commas(
     lines = [separator.join(row) + "\n" for row in rows]
     text = lines[0] + "".join(lines[1:]).replace(".", decimal)
     file.write_text(text, encoding=encoding)
-    found = read(SCENE, [file], "si", None)
-    assert found.peak_force == pytest.approx(truth, rel=1e-11, abs=0)
+    peaks = read(SCENE, [file], "si", None)
+    assert peaks.peak_force == pytest.approx(truth, rel=1e-11, abs=0)
     table = pandas.read_csv(file, sep=separator, decimal=decimal, encoding=encoding)
     assert hc.judge(SCENE, table).verdict == "pass"
 
@@ -143,9 +143,9 @@ def test_separators_and_decimal_commas(
 def test_columns_stand_in_any_order_among_others(tmp_path: Path) -> None:
     file = tmp_path / "peaks.csv"
     file.write_text('\ufeffnote, peak_force_N ,contact\n"a,b",3.5,4\n,2e2,2\n\n,0,3.0\n')
-    found = read(SCENE, [file], "si", None).peak_force
-    assert found.tolist()[:3] == [200.0, 0.0, 3.5]
-    assert np.isnan(found[3:]).all()
+    peak_force = read(SCENE, [file], "si", None).peak_force
+    assert peak_force.tolist()[:3] == [200.0, 0.0, 3.5]
+    assert np.isnan(peak_force[3:]).all()
     file.write_text(
         "# made by\n\n# contact peak_force_N\n2 200\n4  3.5\n"
     )  # as np.savetxt writes it
@@ -193,7 +193,7 @@ def test_the_sampling_error_adds_to_the_tolerance(run: Samples, tmp_path: Path) 
     error = judged.sampling_error
     assert 1e-5 < error < 1e-3
     assert f"they may be off by up to {error:.1e} for that" in judged.remarks[0]
-    assert not any("not judged" in one for one in judged.remarks)
+    assert not any("not judged" in remark for remark in judged.remarks)
     rare = hc.judge(SCENE, given_by(run, 6, tmp_path), tolerance=1e-4)
     assert rare.remarks[1].startswith("11 contacts are not judged, as samples so far apart")
     assert "0 judged, 0 failed, 0 not given, 11 sampled too rarely, not judged" in " ".join(

@@ -96,14 +96,14 @@ PEAKS = "contact,peak_force_N\n2,105.4\n3,116.2\n"
 
 def is_read_or_refused(path: Path) -> None:
     try:
-        found = read(SCENE, [path], "si", None).peak_force
+        peak_force = read(SCENE, [path], "si", None).peak_force
     except SceneError as problem:
         assert str(problem).isprintable()  # noqa: PT017
         assert len(str(problem)) < 1000  # noqa: PT017
     else:
-        assert found.shape == (N - 1,)
-        assert not np.any(found < 0)
-        assert not np.any(np.isinf(found))
+        assert peak_force.shape == (N - 1,)
+        assert not np.any(peak_force < 0)
+        assert not np.any(np.isinf(peak_force))
 
 
 @pytest.mark.parametrize("seed", range(10))

@@ -23,10 +23,10 @@ def test_peaks_are_off_by_no_more_than_is_said(name: str, apart: float) -> None:
     result = hc.Native("reference").run(scene)
     samples = sampled(scene, apart, 0.3)
     counts = result.peak_force > 1e-3 * result.peak_force.max()
-    found = peaks_of(scene, motion(samples), "file")
+    peaks = peaks_of(scene, motion(samples), "file")
     # The reference itself is right to 1e-9.
-    allowed = found.error[counts] + 1e-9
-    assert np.all(off(found.peak_force, result.peak_force) <= allowed)
+    allowed = peaks.error[counts] + 1e-9
+    assert np.all(off(peaks.peak_force, result.peak_force) <= allowed)
 
 
 def of_contacts(time: FloatArray, force: list[FloatArray]) -> Motion:
@@ -43,10 +43,10 @@ def test_the_maximum_may_be_that_of_another_hump(rate: float, higher: float) -> 
     time = 0.4 * np.arange(-30.0, 90.0)
     shape = 1 / np.cosh(0.7 * time) ** 2 + higher / np.cosh(rate * (time - 8.2)) ** 2
     scene = hc.Scene(hc.Chain(3, **STEEL), hc.Pulse("cosine", 100.0, 2.0, rise_time=5e-5))
-    found = peaks_of(scene, of_contacts(time, [shape, shape[::-1]]), "file")
+    peaks = peaks_of(scene, of_contacts(time, [shape, shape[::-1]]), "file")
     # At 8 time units the other hump adds 4 exp(-1.4 * 8) = 5e-5.
-    assert np.all(np.abs(found.peak_force / max(1.0, higher) - 1) <= found.error + 6e-5)
-    assert rate > 0.7 or np.all(found.error < 2e-3)
+    assert np.all(np.abs(peaks.peak_force / max(1.0, higher) - 1) <= peaks.error + 6e-5)
+    assert rate > 0.7 or np.all(peaks.error < 2e-3)
 
 
 @pytest.mark.parametrize(
@@ -69,9 +69,9 @@ def test_what_is_said_follows_from_curves_of_three_degrees(
     assert (abs(fourth - second) > 0.02 * fourth) == is_coarse
     error = max(4 * abs(sixth - fourth), 10 * abs(fourth - second) * is_coarse)
     scene = hc.Scene(hc.Chain(3, **STEEL), hc.Pulse("cosine", 100.0, 2.0, rise_time=5e-5))
-    found = peaks_of(scene, of_contacts(time - time[0], [shape, shape]), "file")
-    assert found.peak_force == pytest.approx(sixth**1.5, rel=1e-9)
-    assert found.error == pytest.approx(1.5 * error / sixth, rel=1e-6)
+    peaks = peaks_of(scene, of_contacts(time - time[0], [shape, shape]), "file")
+    assert peaks.peak_force == pytest.approx(sixth**1.5, rel=1e-9)
+    assert peaks.error == pytest.approx(1.5 * error / sixth, rel=1e-6)
 
 
 def test_a_hump_that_is_cut_off_may_be_higher_by_a_whole_step() -> None:
@@ -79,10 +79,10 @@ def test_a_hump_that_is_cut_off_may_be_higher_by_a_whole_step() -> None:
     time = np.arange(12.0)
     rises = 4.0 + 0.3 * time - 0.01 * time**2
     scene = hc.Scene(hc.Chain(3, **STEEL), hc.Pulse("cosine", 100.0, 2.0, rise_time=5e-5))
-    found = peaks_of(scene, of_contacts(time, [rises**1.5, rises[::-1] ** 1.5]), "file")
+    peaks = peaks_of(scene, of_contacts(time, [rises**1.5, rises[::-1] ** 1.5]), "file")
     step = 1.5 * (rises[-1] - rises[-2]) / rises[-1]
-    assert found.peak_force == pytest.approx(rises[-1] ** 1.5)
-    assert found.error == pytest.approx(step, rel=1e-6)
+    assert peaks.peak_force == pytest.approx(rises[-1] ** 1.5)
+    assert peaks.error == pytest.approx(step, rel=1e-6)
 
 
 @pytest.mark.parametrize("digits", [4, 6, 9, 12])
@@ -93,33 +93,33 @@ def test_digits_of_numbers_are_counted(digits: int, run: Samples, truth: FloatAr
     size = np.floor(np.log10(np.abs(run.net_force).max()))
     assert grain == pytest.approx(10.0 ** (size - digits + 1), rel=1e-9, abs=0)
     assert last_digit(0 * force) == 0
-    found = peaks_of(SCENE, Motion(run.time, True, force, grain), "file")
-    assert np.all(off(found.peak_force, truth) <= found.error)
-    known = peaks_of(SCENE, Motion(run.time, True, force), "file")
-    assert found.error - known.error == pytest.approx(2 * grain / known.peak_force, abs=1e-15)
+    peaks = peaks_of(SCENE, Motion(run.time, True, force, grain), "file")
+    assert np.all(off(peaks.peak_force, truth) <= peaks.error)
+    exact = peaks_of(SCENE, Motion(run.time, True, force), "file")
+    assert peaks.error - exact.error == pytest.approx(2 * grain / exact.peak_force, abs=1e-15)
 
 
 @pytest.mark.parametrize("name", TERMS)
 def test_scenes_with_terms(name: str) -> None:
     scene = TERMS[name]
     true = hc.Native(rtol=1e-8).run(scene).peak_force[: scene.chain.granules - 1]
-    found = peaks_of(scene, motion(sampled(scene, 0.1)), "file")
-    assert np.isnan(found.peak_force[true.size :]).all()
-    error = found.error[: true.size]
-    assert np.all(off(found.peak_force[: true.size], true) <= error + 1e-8)
+    peaks = peaks_of(scene, motion(sampled(scene, 0.1)), "file")
+    assert np.isnan(peaks.peak_force[true.size :]).all()
+    error = peaks.error[: true.size]
+    assert np.all(off(peaks.peak_force[: true.size], true) <= error + 1e-8)
     assert np.max(error) < 1e-3
 
 
 def twice(run: Samples, more: float) -> Motion:
     """A run with one sample again, in which one granule feels more by a share of the largest."""
-    again = np.insert(run.net_force, 50, run.net_force[50], axis=0)
-    again[51, 4] += more * np.abs(run.net_force).max()
-    return Motion(np.insert(run.time, 50, run.time[50]), True, again)
+    net_force = np.insert(run.net_force, 50, run.net_force[50], axis=0)
+    net_force[51, 4] += more * np.abs(run.net_force).max()
+    return Motion(np.insert(run.time, 50, run.time[50]), True, net_force)
 
 
 def test_a_sample_may_stand_there_twice(run: Samples, truth: FloatArray) -> None:
-    found = peaks_of(SCENE, twice(run, 0.05 / 3), "file")
-    assert np.all(off(found.peak_force, truth) <= found.error)
+    peaks = peaks_of(SCENE, twice(run, 0.05 / 3), "file")
+    assert np.all(off(peaks.peak_force, truth) <= peaks.error)
 
 
 def test_samples_that_cannot_be(run: Samples) -> None:

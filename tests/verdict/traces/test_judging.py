@@ -121,7 +121,7 @@ def test_samples_that_tell_no_width_give_no_pulse(measured: pd.DataFrame) -> Non
     """A force without a slope fits at any time and with any width."""
     done = hc.judge_traces(SCENE, measured)
     flat = replace(done.known, force=np.ones_like(done.known.force))
-    pulses = [matched(done.traces, known, done.shift, 1) for known in (done.known, flat)]
+    pulses = [matched(done.traces, expected, done.shift, 1) for expected in (done.known, flat)]
     assert [pulse is None for pulse in pulses] == [False, True]
 
 
@@ -302,7 +302,7 @@ def test_clipped_recordings_are_named(measured: pd.DataFrame, digits: int, clipp
     force = traces["gauge_6_N"] / traces["gauge_6_N"].max()
     traces["gauge_6_N"] = 20 * (force.clip(upper=0.8) if clipped else force).round(digits)
     remarks = hc.judge_traces(SCENE, traces).remarks
-    assert any("clipped recording" in one for one in remarks) == clipped
+    assert any("clipped recording" in remark for remark in remarks) == clipped
 
 
 def test_names_that_do_not_fit(measured: pd.DataFrame) -> None:
