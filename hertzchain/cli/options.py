@@ -95,23 +95,16 @@ Variables = Annotated[
 
 def load_scene(path: Path) -> Scene:
     """Read a scene; warn if a unit may be missing."""
-    from hertzchain.scene.scene import Scene
+    from hertzchain.scene.scene import Scene, unusual_values
 
     scene = Scene.from_toml(path)
-    remark_on_units(scene)
+    _ask_about_units(unusual_values(scene))
     if scene.pulse_end > 0 and scene.momentum_ratio > _ODD_MOMENTUM_RATIO:
         say(
             f"LM_ratio is {scene.momentum_ratio:.3g}, so this may take long: the pulse"
             f" lasts {scene.pulse_end:.3g} s, is that meant?"
         )
     return scene
-
-
-def remark_on_units(scene: Scene) -> None:
-    """Print one line on stderr on values of a scene that may have a wrong unit."""
-    from hertzchain.scene.scene import unusual_values
-
-    _ask_about_units(unusual_values(scene))
 
 
 def remark_on_units_of(varied: Any, scene: Scene) -> None:

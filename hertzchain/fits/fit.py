@@ -313,7 +313,8 @@ def fit(
             minima.append(_least_squares(model, begin, widths))
             best = min(minima, key=lambda minimum: minimum.mean_square)
             # Where granules fly, the first minimum may be a wrong one even if only noise is left.
-            if not flies and _is_noise(model, best):
+            is_noise = best.mean_square <= MOST_MEAN_SQUARE
+            if not flies and is_noise and model.chance(best.off) >= LEAST_CHANCE:
                 break
         best = _refined(model, best)
     _refuse_ends(model, chosen, best.x)
@@ -369,10 +370,6 @@ class _Minimum:
     off: FloatArray
     mean_square: float
     slopes: FloatArray
-
-
-def _is_noise(model: Model, minimum: _Minimum) -> bool:
-    return minimum.mean_square <= MOST_MEAN_SQUARE and model.chance(minimum.off) >= LEAST_CHANCE
 
 
 def _least_squares(model: Model, begin: FloatArray, widths: Sequence[float]) -> _Minimum:

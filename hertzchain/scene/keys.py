@@ -46,7 +46,13 @@ def to_si(key: str, value: object, unit: str) -> float:
     number = float(match["number"])
     if match["unit"] is None:
         return number
-    return _convert(key, value, number, match["unit"], unit, example)
+    factor = _UNITS.get(unit, {}).get(match["unit"])
+    if factor is None:
+        converted = _by_pint(key, value, number, match["unit"], unit, example)
+    else:
+        converted = number * factor
+    # 8.5 g/cm^3 is 8500 kg/m^3, not 8499.999999999998; a value in SI is not changed.
+    return number if converted == number else float(f"{converted:.15g}")
 
 
 def _meant(value: str) -> str | None:
@@ -70,15 +76,6 @@ _UNITS = {
     "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
 }
 """SI units, each with other units and their value in it."""
-
-
-def _convert(key: str, value: object, number: float, given: str, unit: str, example: str) -> float:
-    factor = _UNITS.get(unit, {}).get(given)
-    converted = (
-        _by_pint(key, value, number, given, unit, example) if factor is None else (number * factor)
-    )
-    # 8.5 g/cm^3 is 8500 kg/m^3, not 8499.999999999998; a value in SI is not changed.
-    return number if converted == number else float(f"{converted:.15g}")
 
 
 def _by_pint(key: str, value: object, number: float, given: str, unit: str, example: str) -> float:

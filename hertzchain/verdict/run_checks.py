@@ -181,7 +181,6 @@ _GROWTH_FACTOR = 3.0
 _NUDGE_COUNT = 3  # number of differences tried at the start (chosen): one may grow little by chance
 GROSS_ERROR = 0.01  # a wider tolerance shows only gross errors: right decks differ by up to 0.35
 _STATE_ROUND_OFF = 1e-12  # error of the states without any by coordinates
-_MOST_HALVINGS = 20  # most halvings of the steps of extrapolated runs (chosen)
 # relative tolerance; steps end at the corners, so every method has the whole impulse
 MOMENTUM_ERROR = 1e-12
 MOMENTUM_ERROR_PER_STEP = 2e-17  # relative: codes add up the time; measured 5e-18 to 1e-17
@@ -290,11 +289,12 @@ def _legs(result: Result) -> Sequence[Leg]:
     The finer run has the steps of a coarse run times a power of 2; the result counts both runs.
     """
     scene = result.scene
-    for halvings in range(1, _MOST_HALVINGS + 1) if _is_extrapolated(result) else ():
-        legs = [
-            leg.in_steps(2**halvings * leg.steps) for leg in scene.schedule(2**halvings * result.dt)
-        ]
-        if 3 * sum(leg.steps for leg in legs) == 2 * result.steps:
+    finer, steps = 1, 0
+    while _is_extrapolated(result) and 3 * steps < 2 * result.steps:
+        finer *= 2
+        legs = [leg.in_steps(finer * leg.steps) for leg in scene.schedule(finer * result.dt)]
+        steps = sum(leg.steps for leg in legs)  # never less for a coarser run
+        if 3 * steps == 2 * result.steps:
             return legs
     return scene.schedule(result.dt)
 
