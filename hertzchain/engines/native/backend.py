@@ -258,7 +258,7 @@ class Native:
         """Engines of two recorded runs: this one, and one whose errors are far from its own."""
         engine = replace(self, peaks_only=False)
         is_tight = self.method == "reference" or (self.rtol or RTOL) < _TIGHT
-        rtol = 10 * _TIGHT if is_tight else plans.TIGHTEST
+        rtol = 10 * _TIGHT if is_tight else TIGHTEST
         return engine, replace(engine, method=None, dt=None, rtol=rtol)
 
     def _as_asked(self, scene: Scene, recorder: Recorder | None, deadline: Deadline) -> Run:

@@ -109,7 +109,7 @@ def _content_of(path: Path, most: int) -> bytes:
 
 def table_of(path: Path) -> pandas.DataFrame:
     """Return the words of a CSV file, which may be gzipped; SceneError for any other."""
-    text = text_in(_content_of(path, MOST_BYTES))
+    text = text_in(_content_of(path, LARGEST_FILES_BYTES))
     if text is None:
         allowed = "is not a text file: a spreadsheet is saved as CSV first"
         raise SceneError("", None, allowed, file=path)
