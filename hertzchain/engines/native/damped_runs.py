@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 LONGEST = 0.8
 """Longest step, natural time units of the fastest contact."""
 
-LOOSEST, TIGHTEST = 2e-5, 1e-12
+LOOSEST, TIGHTEST = 2e-5, 7e-13
 """Tolerances: a thousandth of the wanted accuracy is enough above; below is round-off."""
 
 _FIRST = 0.02
