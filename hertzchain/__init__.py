@@ -18,8 +18,7 @@ if TYPE_CHECKING:
     from hertzchain.engines.native.batch import Batch, peak_forces, similar_peak_forces
     from hertzchain.engines.yade.backend import Yade
     from hertzchain.errors import HertzchainError
-    from hertzchain.examiner.case import DeckCheck
-    from hertzchain.examiner.examined import DeckExamination
+    from hertzchain.examiner.examined import DeckCheck, DeckExamination
     from hertzchain.examiner.examining import examine
     from hertzchain.fits.fit import Fit, fit
     from hertzchain.known.certificate import Certificate, certify
@@ -48,7 +47,7 @@ _HOME = {
     "Certificate": "hertzchain.known.certificate",
     "Chain": "hertzchain.scene.chain",
     "Comparison": "hertzchain.verdict.comparison",
-    "DeckCheck": "hertzchain.examiner.case",
+    "DeckCheck": "hertzchain.examiner.examined",
     "DeckExamination": "hertzchain.examiner.examined",
     "Fit": "hertzchain.fits.fit",
     "Gauge": "hertzchain.scene.gauge",

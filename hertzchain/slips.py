@@ -18,16 +18,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.damping import BEFORE_ROOT_2, WITH_ROOT_2, tsuji
+from hertzchain.engines.lammps.dialect import BEFORE_ROOT_2, WITH_ROOT_2, tsuji
 from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.methods import METHODS, Method
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.errors import RunFailed, SceneError, StepUnstable, TooExpensive
 from hertzchain.limits import Deadline
 from hertzchain.observables.error_bound import stable_step
-from hertzchain.observables.history import Recorder
 from hertzchain.observables.result import Result
-from hertzchain.observables.transition import FREE_END
+from hertzchain.observables.samples import Recorder
+from hertzchain.observables.wave import FREE_END
 from hertzchain.scene.keys import keys_of
 from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.scene import Scene

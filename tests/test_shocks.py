@@ -18,7 +18,7 @@ from hertzchain.engines.native.methods import METHODS
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.engines.yade import deck as yade
 from hertzchain.errors import HertzchainError
-from hertzchain.examiner.expected import applied_force
+from hertzchain.examiner.measured import applied_force
 from hertzchain.known.answer import lammps_deck, program_deck
 from hertzchain.observables.error_bound import amplifies_errors
 from hertzchain.observables.peaks import largest_difference

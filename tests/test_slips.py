@@ -17,7 +17,7 @@ import pytest
 import hertzchain as hc
 from hertzchain import slips
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.damping import tsuji
+from hertzchain.engines.lammps.dialect import tsuji
 from hertzchain.limits import Deadline
 from hertzchain.scene.shocks import profile_named
 from hertzchain.slips import Case, Mistake, in_words, near, slips_of, with_rise_time

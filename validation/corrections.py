@@ -22,7 +22,7 @@ from matplotlib.figure import Figure
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.observables.transition import SMALLEST
+from hertzchain.observables.wave import SMALLEST
 from hertzchain.theory import paper
 from hertzchain.theory import solitary_wave as exact
 from validation.claims import far_field

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 import hertzchain as hc
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
-from hertzchain.observables.transition import transition_granules
+from hertzchain.observables.wave import transition_granules
 from hertzchain.scene.shocks import PROFILES as RAMPS
 from hertzchain.scene.shocks import profile_named
 from validation.drawing import PROFILES, new_figure

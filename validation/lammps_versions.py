@@ -23,8 +23,7 @@ import hertzchain as hc
 from hertzchain.engines.lammps.binary import find_mpiexec
 from hertzchain.errors import RunFailed
 from hertzchain.files import check_writable, write_text
-from hertzchain.known.certificate import ROUND_OFF
-from hertzchain.known.rows import CASES
+from hertzchain.known.certificate import CASES, ROUND_OFF
 from validation.gallery import FOLDER, GALLERY
 from validation.script import leave_with
 

@@ -11,7 +11,7 @@ from unittest.mock import patch
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.damping import tsuji
+from hertzchain.engines.lammps.dialect import tsuji
 from hertzchain.engines.native import damped_runs
 from hertzchain.engines.native.equations import Chain
 from hertzchain.scene import granules

@@ -15,7 +15,7 @@ from scipy.integrate import quad
 import hertzchain as hc
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
-from hertzchain.observables.transition import SMALLEST, STEADY
+from hertzchain.observables.wave import SMALLEST, STEADY
 from validation.claims import far_field, first_within
 from validation.shipped import eq3, pulse_of
 

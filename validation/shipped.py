@@ -11,7 +11,7 @@ from hertzchain import theory
 from hertzchain.engines.lammps.backend import run_in
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.errors import RunFailed
-from hertzchain.observables.history import History
+from hertzchain.observables.samples import History
 from validation.rows import progress
 
 HERE = Path(__file__).parent

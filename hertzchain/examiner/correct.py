@@ -17,8 +17,15 @@ import numpy as np
 from hertzchain.engines.lammps.reading.found import FoundDeck
 from hertzchain.engines.lammps.reading.text import Edits
 from hertzchain.errors import RunFailed
-from hertzchain.examiner.case import ACTS, Case, DeckCheck
-from hertzchain.examiner.examined import Correction, DeckExamination, Finding, by_command
+from hertzchain.examiner.examined import (
+    ACTS,
+    Case,
+    Correction,
+    DeckCheck,
+    DeckExamination,
+    Finding,
+    by_command,
+)
 from hertzchain.examiner.measured import far_wall
 from hertzchain.examiner.places import (
     Changes,

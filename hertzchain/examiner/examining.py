@@ -9,28 +9,36 @@ from pathlib import Path
 
 import numpy as np
 
-from hertzchain.engines.lammps.reading.found import FoundDeck
+from hertzchain.engines.lammps.reading.found import UNITS, FoundDeck
 from hertzchain.engines.lammps.reading.reading import DEPTH, Reader
 from hertzchain.engines.lammps.reading.text import Edits
-from hertzchain.engines.lammps.reading.units import UNITS
 from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.duration import with_end
 from hertzchain.errors import RunFailed, SceneError, is_positive, require
-from hertzchain.examiner.case import EXAMINED, Case, DeckCheck
 from hertzchain.examiner.correct import Prover, with_findings, with_trials
-from hertzchain.examiner.examined import DeckExamination, Finding, by_command, in_order
-from hertzchain.examiner.expected import constant_force
+from hertzchain.examiner.examined import (
+    EXAMINED,
+    Case,
+    DeckCheck,
+    DeckExamination,
+    Finding,
+    by_command,
+    in_order,
+)
 from hertzchain.examiner.measured import (
+    TwinRun,
+    constant_force,
     in_si,
     laws,
+    run_twin,
     start_of_shock,
     stretches_of,
+    twin_of,
     with_held,
     with_loads,
 )
 from hertzchain.examiner.places import place
 from hertzchain.examiner.probes import all_checks, peaks_check
-from hertzchain.examiner.twin import TwinRun, run_twin, twin_of
 from hertzchain.limits import TIME_LIMIT, TOLERANCE, Deadline, check_time_limit
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene, SceneLike, to_scene

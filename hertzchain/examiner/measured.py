@@ -1,24 +1,204 @@
-"""Numbers of a deck in SI units, from its probes: contact laws, damping, start of the shock."""
+"""Numbers of a deck in SI units, those that a scene expects, and what they do to the peaks."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hertzchain import theory
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.reading.found import FoundDeck, FoundWall, scaled
+from hertzchain.engines.lammps.reading.found import UNITS, FoundDeck, FoundWall, Units, scaled
 from hertzchain.engines.lammps.reading.probing import DAMPED, DEPTHS
-from hertzchain.engines.lammps.reading.units import UNITS, Units
+from hertzchain.engines.native.damped_verlet import states_of
+from hertzchain.engines.native.damped_verlet_kernel import Walk
+from hertzchain.engines.native.equations import Chain
 from hertzchain.errors import RunFailed
-from hertzchain.examiner.twin import Stretch, twin_of
-from hertzchain.observables.damped_law import DampedLaw
+from hertzchain.limits import Deadline
+from hertzchain.observables.samples import DampedLaw
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.shocks import Piston
+
+_BLOCK = 2048
+"""States that are processed together: with 20 granules fewer would cost as much as the steps."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """A run of a deck in equal steps [s].
+
+    ``applied`` is the force on the granules that are pushed at the start and after each step [N],
+    shape (steps + 1, pushed granules); ``driven`` the displacement of a piston at these times [m],
+    else of shape (0,).
+    """
+
+    dt: float
+    applied: FloatArray
+    driven: FloatArray
+
+
+class Twin(NamedTuple):
+    """A chain with any numbers, which velocity Verlet integrates at the steps of a deck.
+
+    Arrays have the shape (granules,) or (contacts,); a wall at the far end is the last contact.
+    """
+
+    mass: FloatArray  # [kg]
+    velocity: FloatArray  # [m/s]
+    constant_force: FloatArray  # [N]
+    drag: FloatArray  # [N s/m]
+    stiffness: FloatArray  # k and p in F = k overlap^p
+    exponent: FloatArray
+    opening: FloatArray  # gap at the start [m], below 0 for an overlap
+    damping: FloatArray  # c in c overlap^q d'
+    damping_exponent: float  # q of all contacts
+    attraction: bool  # whether contacts may pull
+    pushed: NDArray[np.intp]  # granules on which the shock acts, counted from 0
+
+
+@dataclass(frozen=True, eq=False)
+class TwinRun:
+    """Peaks of a twin [N], and how far its ends move against and along the chain [m]."""
+
+    peak_force: FloatArray  # (contacts,)
+    backwards: float
+    forwards: float
+    displacement: FloatArray  # (granules,), at the end
+    velocity: FloatArray
+
+
+def twin_of(scene: Scene) -> Twin:
+    """Return the twin of the scene itself."""
+    granules, count = scene.granules, scene.bodies
+    contacts = granules.stiffness.size
+    contact = scene.contact
+    return Twin(
+        mass=granules.mass,
+        velocity=granules.velocity,
+        constant_force=granules.constant_force,
+        drag=np.zeros(count),
+        stiffness=granules.stiffness,
+        exponent=np.full(contacts, 1.5),
+        opening=granules.gap - granules.static_overlap,
+        damping=np.zeros(contacts) if granules.damping is None else granules.damping,
+        damping_exponent=0.0 if contact is None else contact.exponent,
+        attraction=contact is not None and contact.attraction,
+        pushed=np.array([scene.pushed]),
+    )
+
+
+def run_twin(twin: Twin, stretches: Iterable[Stretch], deadline: Deadline) -> TwinRun:
+    """Integrate a twin; peaks are not finite where the motion diverges. Raises TooExpensive."""
+    contacts, granules = twin.stiffness.size, twin.mass.size
+    stretches = tuple(stretches)
+    inverse_mass = 1 / twin.mass
+    if stretches and stretches[0].driven.size:  # as in all others
+        inverse_mass[0] = 0.0
+    chain = Chain(
+        twin.stiffness, inverse_mass, twin.opening, twin.constant_force * inverse_mass,
+        twin.damping, twin.damping_exponent, twin.attraction,
+    )  # fmt: skip
+    walk = Walk.of(chain, np.zeros(granules), twin.velocity, twin.pushed, twin.exponent, twin.drag)
+    force, backwards, forwards = np.zeros(contacts), 0.0, 0.0
+    for one in stretches:
+        before = np.full((1, contacts), np.inf)
+        steps, force_at = len(one.applied) - 1, one.applied.__getitem__
+        run = states_of(walk, one.dt, steps, force_at, deadline, led=one.driven, block=_BLOCK)
+        for _, states in run:
+            if not np.all(np.isfinite(states[:, -1])):
+                none = np.full(contacts, np.nan)
+                return TwinRun(none, backwards, forwards, walk.u[:-1], walk.v[:-1])
+            seen = np.concatenate([before, states[3, :, :contacts]])
+            force, before = np.maximum(force, _highest(seen)), seen[-2:-1]
+            backwards = max(backwards, float(-np.min(states[0, :, 0])))
+            forwards = max(forwards, float(np.max(states[0, :, -1])))
+    return TwinRun(force, backwards, forwards, walk.u[:-1], walk.v[:-1])
+
+
+def _highest(force: FloatArray) -> FloatArray:
+    """The highest force of each contact, by a parabola where one lies between its neighbours.
+
+    Forces have the shape (samples, contacts); the first sample, which may be infinite, is only a
+    neighbour.
+    """
+    before, now, after = force[:-2], force[1:-1], force[2:]
+    top = force[1:].max(axis=0)
+    at = np.nonzero((now >= before) & (now > after))
+    slope, bend = after[at] - before[at], before[at] - 2 * now[at] + after[at]
+    np.maximum.at(top, at[1], now[at] - slope**2 / (8 * bend))
+    return np.asarray(top)
+
+
+def change_of_peaks(found: FloatArray, expected: FloatArray, judged: NDArray[np.bool_]) -> float:
+    """Largest relative difference of the peaks that are judged; infinite without a number.
+
+    All of shape (contacts,); ``found`` may lack the contact of a wall, or have one too many.
+    """
+    size = min(found.size, expected.size)
+    found, expected, judged = found[:size], expected[:size], judged[:size]
+    if not judged.any():
+        return 0.0
+    change = np.abs(found[judged] / expected[judged] - 1)
+    return float(np.max(change)) if np.all(np.isfinite(change)) else float("inf")
+
+
+def length(scene: Scene) -> float:
+    """Length of the chain, the size of coordinates [m]."""
+    return float(np.sum(2 * scene.granules.radius) + np.sum(scene.granules.gap))
+
+
+def places(scene: Scene) -> FloatArray:
+    """Places of granules and a wall [m]: contact after contact, each in equilibrium."""
+    granules = scene.granules
+    pressed, carried = scene.precompression, np.zeros(granules.stiffness.size)
+    load, weighs, weight = 0.0 if pressed is None else pressed.force, 0.0, _weight(scene)
+    fixed = set(granules.fixed[scene.first_granule :].tolist())
+    # A free striker presses nothing at the start, and a fixed granule passes nothing on but a near
+    # wall, which presses the chain.
+    for k in range(scene.shock.loaded_granule, carried.size):
+        weighs += weight[k]
+        if k in fixed:
+            load = weighs = 0.0
+        carried[k] = weighs + load
+    overlap = (carried / granules.stiffness) ** (2 / 3)
+    ahead = np.broadcast_to(scene.chain.gap, scene.chain.granules)[1:]
+    if scene.near_wall is not None:
+        ahead = np.append(scene.near_wall.gap, ahead)
+    ahead = granules.radius[1:] + ahead
+    if scene.wall is not None:
+        ahead = np.append(ahead, scene.wall.gap)
+    return np.append(0.0, np.cumsum(granules.radius[: carried.size] + ahead - overlap))
+
+
+def _weight(scene: Scene) -> FloatArray:
+    """Weight of each granule along the chain [N], shape (granules,)."""
+    gravity = 0.0 if scene.precompression is None else scene.precompression.gravity
+    granules = scene.granules
+    weight = np.asarray(gravity * 4 / 3 * math.pi * granules.radius**3 * granules.density)
+    weight[: scene.first_granule] = 0.0  # a near wall has none
+    return weight
+
+
+def constant_force(scene: Scene) -> FloatArray:
+    """Weight and static loads on each granule [N], shape (granules,); fixed ones bear any."""
+    load = _weight(scene)
+    if scene.precompression is not None:
+        load[scene.shock.loaded_granule] += scene.precompression.force
+        load[-1] -= scene.held_load
+    return load
+
+
+def applied_force(scene: Scene, time: FloatArray) -> FloatArray:
+    """F(t) [N] by Table 1 or the pulse table, not by the schedule's ramps; of the shape of time."""
+    if scene.pulse is None:
+        return scene.shock.by_formula(time)
+    assert scene.rise_time is not None
+    return theory.applied_force(time, scene.pulse, scene.rise_time)
+
 
 _FITS = 1e-2  # of the largest force: a shock that begins at another time fits as well (chosen)
 _WHOLE = 0.02  # fraction of a step: a measured start so near to a step is that step (chosen)

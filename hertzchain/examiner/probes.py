@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hertzchain.arrays import FloatArray, apart
-from hertzchain.engines.lammps.reading.found import FoundFix
-from hertzchain.engines.lammps.reading.units import UNITS
+from hertzchain.engines.lammps.reading.found import UNITS, FoundFix
 from hertzchain.engines.native.methods import METHODS
-from hertzchain.examiner.case import (
+from hertzchain.examiner.examined import (
     ACTS,
     DIGITS,
     EXAMINED,
@@ -27,15 +26,19 @@ from hertzchain.examiner.case import (
     groups,
     values,
 )
-from hertzchain.examiner.expected import applied_force, constant_force, length, places
 from hertzchain.examiner.measured import (
     EXPONENT,
     QUIET,
+    applied_force,
+    change_of_peaks,
+    constant_force,
     dampers,
     damping_of,
     displacement,
     far_wall,
     law_of,
+    length,
+    places,
     stretches_of,
 )
 from hertzchain.examiner.places import (
@@ -51,7 +54,6 @@ from hertzchain.examiner.places import (
     with_numbers,
 )
 from hertzchain.examiner.right_commands import wall_plane
-from hertzchain.examiner.twin import change_of_peaks
 from hertzchain.observables.error_bound import stable_step
 from hertzchain.scene.chain import granule_mass
 from hertzchain.slips import near, slips_of

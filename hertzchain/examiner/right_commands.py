@@ -10,7 +10,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.deck import force_formula
 from hertzchain.engines.lammps.reading.found import FoundDeck
-from hertzchain.examiner.case import Case
+from hertzchain.examiner.examined import Case
 from hertzchain.scene.ramp import Ramp
 
 _MOST_LINES = 64  # commands that a correction may add, one for each granule (chosen)

@@ -17,12 +17,12 @@ from hertzchain.errors import SceneError, require
 from hertzchain.fits.keys import GAIN, Free, free_of, limits_of, with_unit
 from hertzchain.fits.model import SLOPE_RTOL, Model, OfPeaks, OfTraces, lasting, said
 from hertzchain.limits import TIME_LIMIT, Deadline
-from hertzchain.observables.definitions import context_of
+from hertzchain.observables.result import context_of
 from hertzchain.scene.scene import Scene, SceneLike, to_scene
 from hertzchain.scene.uncertain import Uncertain
 from hertzchain.showing import ShowProgress, telling
 from hertzchain.sweeps.columns import unit_of
-from hertzchain.sweeps.points import sobol_points
+from hertzchain.sweeps.design import sobol_points
 from hertzchain.verdict.results.reading import COLUMNS, read
 from hertzchain.verdict.traces.judging import aligned, expected_of
 from hertzchain.verdict.traces.traces import Traces, is_traces, names_in, read_traces

@@ -13,8 +13,8 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.scene import Scene
-from hertzchain.sweeps.axes import Span, axis_of
 from hertzchain.sweeps.columns import OTHER_MEASURE, is_whole, unit_of
+from hertzchain.sweeps.design import Span, axis_of
 from hertzchain.sweeps.keys import base_values, changed, full_name
 
 _KEY = re.compile(r"[A-Za-z_]\w*(?:\.\w+)+")

@@ -39,8 +39,8 @@ from hertzchain.observables.error_bound import (
     stable_step,
     step_for,
 )
-from hertzchain.observables.history import Recorder
 from hertzchain.observables.peaks import judged_contacts, largest_difference
+from hertzchain.observables.samples import Recorder
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg, Run
 

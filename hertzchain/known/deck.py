@@ -19,9 +19,8 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.rescaling import NONE, Softening, predicted_loss, softening
 from hertzchain.engines.external.terms import wall_position
-from hertzchain.engines.lammps.damping import oldest
 from hertzchain.engines.lammps.deck import START, chain, leg_commands, refuse_pair_style
-from hertzchain.engines.lammps.dialect import NO_STEP, OLDEST, write_dump
+from hertzchain.engines.lammps.dialect import NO_STEP, OLDEST, oldest, write_dump
 from hertzchain.errors import SceneError, require
 from hertzchain.observables.peaks import judged_contacts
 from hertzchain.scene.scene import Scene

@@ -17,15 +17,14 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.terms import wall_position
-from hertzchain.engines.lammps.damping import damping_of
-from hertzchain.engines.lammps.dialect import NO_FRICTION
+from hertzchain.engines.lammps.dialect import NO_FRICTION, damping_of
 from hertzchain.engines.lammps.dialect import hertz as hertz_law
 from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.equations import hertz, net_force
 from hertzchain.errors import RunFailed, SceneError
 from hertzchain.known.deck import plain
 from hertzchain.limits import RTOL
-from hertzchain.observables.damped_law import DampedLaw
+from hertzchain.observables.samples import DampedLaw
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.scene import Scene, refuse_terms
 from hertzchain.scene.shocks import Striker

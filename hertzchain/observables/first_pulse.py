@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.contact import hertz
 from hertzchain.errors import require
-from hertzchain.observables.damped_law import DampedLaw
+from hertzchain.observables.samples import DampedLaw
 from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.natural_units import NaturalUnits
 from hertzchain.scene.scene import Scene

@@ -15,7 +15,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray, or_none
 from hertzchain.observables.contact_errors import COLUMNS, ContactErrors, columns
 from hertzchain.observables.first_pulse import FirstPulses, contacts_of
-from hertzchain.observables.history import History
+from hertzchain.observables.samples import History
 from hertzchain.observables.wave import NEAR_END, is_near_end, places, runs_forwards
 from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.scene import Scene

@@ -1,10 +1,13 @@
-"""The one result of every backend, in SI units."""
+"""The one result of every backend, in SI units, with the definitions of its numbers."""
 
 from __future__ import annotations
 
+import math
+import platform
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from importlib.metadata import version
 from numbers import Integral
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,17 +17,23 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray, or_none
 from hertzchain.contact import hertz
 from hertzchain.errors import SceneError, require
-from hertzchain.observables.balance import Balance, LostDigits
 from hertzchain.observables.contact_errors import ContactErrors, columns
-from hertzchain.observables.definitions import context_of, provenance
 from hertzchain.observables.error_bound import SHORTER
 from hertzchain.observables.first_pulse import FirstPulses
 from hertzchain.observables.gauges import Reading, force_over_time
-from hertzchain.observables.history import History
-from hertzchain.observables.pressure import LargestPressure, largest_pressure, yield_warning
+from hertzchain.observables.samples import History
 from hertzchain.observables.trains import Recorded, Train, trains_of
-from hertzchain.observables.transition import SolitaryWave, solitary_wave, transition_granules
-from hertzchain.observables.wave import Wave, dict_of, is_near_end, usual_wave, wave_between
+from hertzchain.observables.wave import (
+    SolitaryWave,
+    Wave,
+    dict_of,
+    is_near_end,
+    solitary_wave,
+    transition_granules,
+    usual_wave,
+    wave_between,
+)
+from hertzchain.scene.file import sections_of
 from hertzchain.scene.gauge import NO_GAUGE
 from hertzchain.scene.scene import Scene, largest_overlap_ratio, overlap_warning
 from hertzchain.scene.shocks import Moving
@@ -32,6 +41,175 @@ from hertzchain.showing import ShownRun
 
 if TYPE_CHECKING:
     import pandas
+
+
+@dataclass(frozen=True)
+class Balance:
+    """Momentum and energy given to the chain, and those that it has at the end of a run.
+
+    Parameters
+    ----------
+    impulse
+        Integral of the applied force over time, from the scene [N s]; with a striker its momentum,
+        with a piston the integral of its force on granule 2, with constant forces their impulse,
+        less that on a wall.
+    momentum
+        Momentum of all granules except a piston at the end [N s].
+    work
+        Work of the applied force, or of a piston on granule 2, plus the energy at the start [J].
+    energy
+        Energy at the end [J]: kinetic energy of all granules except a piston, plus 2/5 F overlap
+        for each contact, less the work of constant forces.
+    dissipated
+        Energy that damping of contacts took [J].
+    """
+
+    impulse: float
+    momentum: float
+    work: float
+    energy: float
+    dissipated: float = 0.0
+
+
+@dataclass(frozen=True)
+class LostDigits:
+    """Digits that a code loses to absolute coordinates, and the modulus used to limit the loss.
+
+    Parameters
+    ----------
+    young_modulus
+        Modulus passed to the code [Pa]: the scene's own, or that of a similar scene which loses
+        fewer digits and whose results are scaled back.
+    predicted
+        Relative error of the peaks with the scene's own modulus, estimated before the run.
+    bound
+        Upper bound of the relative error of the peaks with the modulus used; part of the error
+        estimate.
+    """
+
+    young_modulus: float
+    predicted: float
+    bound: float
+
+
+DEFINITIONS = 2
+"""Raised when the definition of a number changes; not when its digits improve."""
+
+
+def provenance(versions: Mapping[str, str]) -> dict[str, str]:
+    """Return versions with those of hertzchain and Python, and the machine."""
+    return {
+        "hertzchain": version("hertzchain"),
+        **versions,
+        "python": platform.python_version(),
+        "platform": platform.platform(),
+    }
+
+
+def context_of(scene: Scene) -> dict[str, Any]:
+    """Return the scene, contacts and versions that a JSON document contains besides its numbers."""
+    return {
+        "scene": sections_of(scene),
+        "contacts": list(scene.contacts),
+        "definitions": DEFINITIONS,
+        "hertzchain": version("hertzchain"),
+    }
+
+
+YIELDS_AT = 1.60
+"""p0 over Y at which a sphere begins to yield (Johnson, chapter 6)."""
+
+
+@dataclass(frozen=True)
+class LargestPressure:
+    """The largest p0 of all contacts, and when.
+
+    Parameters
+    ----------
+    pressure
+        p0, the pressure in the middle of the contact at its peak force [Pa].
+    contact
+        Number of the contact.
+    time
+        Time of the peak [s]; None if no contact was pressed.
+    """
+
+    pressure: float
+    contact: int
+    time: float | None
+
+    @property
+    def needed_strength(self) -> float:
+        """Yield strength below which a metal yields under this pressure, p0 / 1.60 [Pa]."""
+        return self.pressure / YIELDS_AT
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the keys of a JSON document; null for the time where no contact was pressed."""
+        return {
+            "largest_pressure_Pa": self.pressure,
+            "largest_pressure_contact": self.contact,
+            "largest_pressure_time_s": self.time,
+            "needed_yield_strength_Pa": self.needed_strength,
+        }
+
+
+def largest_pressure(
+    scene: Scene, peak_force: FloatArray, peak_time: FloatArray
+) -> LargestPressure:
+    """Return the largest pressure under the peaks [N] at their times [s], (contacts,) each."""
+    pressure = pressures(scene, peak_force)
+    k = int(np.argmax(pressure))
+    time = float(peak_time[k])
+    return LargestPressure(
+        float(pressure[k]), scene.contacts[k], None if math.isnan(time) else time
+    )
+
+
+def pressures(scene: Scene, force: FloatArray) -> FloatArray:
+    """Return p0 of every contact under its force [N]; [Pa], shape (contacts,).
+
+    The force of a damped contact has the part of its damper, so that p0 is above that of the
+    overlap: by 0.06 % for two spheres of restitution 0.9, by 3 % for 0.5 (measured).
+    """
+    each = scene.granules
+    return np.asarray(hertz.pressure_of(each.stiffness, each.contact_radius, force))
+
+
+def yield_warning(scene: Scene, peak_force: FloatArray) -> str | None:
+    """Return the warning where p0 exceeds 1.60 Y; None where it does not or no Y is known."""
+    walls = (one for one in (scene.wall, scene.near_wall) if one is not None)
+    if scene.chain.yield_strength is None and not any(one.yield_strength for one in walls):
+        return None
+    weaker = _weaker(scene, peak_force.size)
+    load = pressures(scene, peak_force) / (YIELDS_AT * weaker)
+    k, beyond = int(np.argmax(load)), int(np.count_nonzero(load > 1))
+    if not beyond:
+        return None
+    most = scene.contact_name(scene.contacts[k])
+    return (
+        f"{beyond} of {load.size} contacts yield, {most} most: the pressure is"
+        f" {load[k]:.3g} times the {YIELDS_AT * weaker[k]:.3g} Pa at which a yield_strength of"
+        f" {weaker[k]:.3g} Pa is reached below the surface (von Mises; Johnson, Contact Mechanics,"
+        " 1985, chapter 6), and the contacts here stay elastic"
+    )
+
+
+def _weaker(scene: Scene, contacts: int) -> FloatArray:
+    """Return Y of the weaker body of each contact [Pa], shape (contacts,); inf where none is known.
+
+    A striker with a material of its own and a rigid wall have no known Y.
+    """
+    known = scene.chain.yield_strength
+    of = np.full(scene.chain.granules, math.inf)
+    if known is not None:
+        of[:] = known
+    if set(scene.shock.material) - {"radius"}:
+        of[0] = math.inf
+    wall, near = scene.wall, scene.near_wall
+    if near is not None:
+        of = np.append(near.yield_strength or math.inf, of)
+    behind = math.inf if wall is None or wall.yield_strength is None else wall.yield_strength
+    return np.append(np.minimum(of[:-1], of[1:]), min(float(of[-1]), behind))[:contacts]
 
 
 ROUGH = 0.01  # error of the peaks above which p means nothing: p depends on changes of 1 %

@@ -1,14 +1,23 @@
-"""Samples: the state of the chain at successive times, as a simulation returns it."""
+"""Samples: the state of the chain at successive times, its contact forces, and its history."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from numbers import Integral
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hertzchain.arrays import FloatArray
+from hertzchain.contact import hertz
+from hertzchain.errors import SceneError, require
+from hertzchain.limits import refuse_memory
+from hertzchain.scene.natural_units import NaturalUnits
+from hertzchain.scene.scene import Scene
+from hertzchain.scene.schedule import Leg
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,3 +76,187 @@ def closing(values: FloatArray, contacts: int) -> FloatArray:
     if contacts == between.shape[1]:
         return between
     return np.concatenate([between, values[:, -1:]], axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class DampedLaw:
+    """Force law F = k d^(3/2) + c d^q d' of contacts that overlap; 0 for open contacts.
+
+    Parameters
+    ----------
+    stiffness, damping
+        k and c of each contact, shape (contacts,).
+    exponent
+        q of all contacts.
+    attraction
+        Whether F may be negative; if not, negative values are set to 0.
+    """
+
+    stiffness: FloatArray
+    damping: FloatArray
+    exponent: float
+    attraction: bool
+
+    @classmethod
+    def of(cls, scene: Scene) -> DampedLaw:
+        """Return the law of the contacts of a scene, in SI units; elastic ones have c = 0."""
+        granules, contact = scene.granules, scene.contact
+        if contact is None:
+            return cls.of_elastic(granules.stiffness)
+        assert granules.damping is not None
+        return cls(granules.stiffness, granules.damping, contact.exponent, contact.attraction)
+
+    @classmethod
+    def of_elastic(cls, stiffness: FloatArray) -> DampedLaw:
+        """Return the law of elastic contacts."""
+        return cls(stiffness, np.zeros_like(stiffness), 0.5, attraction=False)
+
+    def in_units(self, units: NaturalUnits) -> DampedLaw:
+        """Return the same law with all quantities in other units."""
+        per_rate = units.velocity * units.length**self.exponent / units.force
+        return replace(
+            self,
+            stiffness=self.stiffness * (units.length**1.5 / units.force),
+            damping=self.damping * per_rate,
+        )
+
+    def elastic(self, overlap: FloatArray, contacts: Any = slice(None)) -> FloatArray:
+        """Elastic force without damping; the last axis of the overlaps has some or all contacts."""
+        return np.asarray(hertz.force_of(self.stiffness[contacts], overlap))
+
+    @cached_property
+    def is_damped(self) -> bool:
+        """Whether any contact loses energy."""
+        return bool(self.damping.any())
+
+    def damper(
+        self, overlap: FloatArray, rate: FloatArray, contacts: Any = slice(None)
+    ) -> FloatArray:
+        """Force that damping adds to the elastic force; rates have the shape of the overlaps."""
+        added = self.damping[contacts] * self._power(overlap) * rate
+        if self.attraction:
+            return np.asarray(added)
+        return np.asarray(np.maximum(added, -self.elastic(overlap, contacts)))
+
+    def _power(self, overlap: FloatArray) -> FloatArray:
+        """Powers of overlaps with the exponent of damping; 0 for open contacts."""
+        pressed = np.maximum(overlap, 0.0)
+        if self.exponent == 0:
+            return np.where(overlap > 0, 1.0, 0.0)
+        return np.sqrt(np.sqrt(pressed)) if self.exponent == 0.25 else pressed**self.exponent
+
+    def force(
+        self, overlap: FloatArray, rate: FloatArray, contacts: Any = slice(None)
+    ) -> FloatArray:
+        """Total force of contacts, limited to 0 where contacts do not attract."""
+        return self.elastic(overlap, contacts) + self.damper(overlap, rate, contacts)
+
+    def with_rate(
+        self, force: FloatArray, overlap: FloatArray, felt: FloatArray, rate: FloatArray
+    ) -> FloatArray:
+        """Convert forces that a backend computed with the rate ``felt`` to the rate ``rate``.
+
+        All arrays have the shape (samples, contacts). Velocity Verlet computes forces before it has
+        the velocity of that time; codes use the velocity half a step earlier.
+        """
+        found = force + (self.force(overlap, rate) - self.force(overlap, felt))
+        return found if self.attraction else np.maximum(found, 0.0)
+
+
+def true_forces(samples: Samples, law: DampedLaw, leg: Leg) -> Samples:
+    """Return samples of velocity Verlet whose forces use the velocities of the samples.
+
+    The given samples have forces computed with the velocities half a step earlier, as in LAMMPS. At
+    the start of a leg, where forces are computed again, the velocities of that time are used.
+    """
+    overlap, rate, growth = samples.overlap_derivatives[:3]
+    late = np.where(samples.time > leg.start, leg.dt / 2, 0.0)[:, np.newaxis]
+    force = law.with_rate(samples.contact_force, overlap, rate - late * growth, rate)
+    return replace(samples, contact_force=force)
+
+
+@dataclass(frozen=True, eq=False)
+class History:
+    """Histories that a run recorded, in SI units.
+
+    Parameters
+    ----------
+    time
+        Requested times [s], shape (times,).
+    displacement, velocity
+        Displacement [m] and its slope [m/s], shape (times, granules). The velocities of velocity
+        Verlet itself are central differences; they differ from the slope by dt^2/6 times the jerk.
+    contact_force
+        Force of each contact [N], shape (times, contacts); that of a near wall is the first, that
+        of a wall the last.
+    """
+
+    time: FloatArray
+    displacement: FloatArray
+    velocity: FloatArray
+    contact_force: FloatArray
+
+
+MOST_FRAMES = 1_000_000
+"""Largest number of frames that can be asked for (chosen): 1.4 GB for 60 granules."""
+
+
+def wanted_times(record: ArrayLike, end_time: float) -> FloatArray:
+    """Return the times of a history [s], shape (times,), from a number of frames or from times.
+
+    SceneError for fewer than two frames, or unless the times increase and lie within the run.
+    """
+    if isinstance(record, Integral) and not isinstance(record, bool):
+        allowed = f"must be from 2 to {MOST_FRAMES:,} frames, or increasing times [s]"
+        require(2 <= record <= MOST_FRAMES, "record", record, allowed)
+        return np.linspace(0.0, end_time, int(record))
+    allowed = f"must be increasing times from 0 to the end of the run, {end_time} s"
+    allowed += ", or a whole number of frames"
+    try:
+        time = np.atleast_1d(np.asarray(record, np.float64))
+    except (TypeError, ValueError):
+        raise SceneError("record", record, allowed) from None
+    require(time.ndim == 1 and time.size > 0, "record", record, allowed)
+    increasing = bool(np.all(np.diff(time) > 0))
+    require(increasing and time[0] >= 0 and time[-1] <= end_time, "record", record, allowed)
+    return time
+
+
+class Recorder:
+    """Fills a history from samples, at wanted times that increase, in the units of the samples.
+
+    Where there is a wall, the last contact is the one with the wall.
+    """
+
+    def __init__(self, time: FloatArray, granules: int, wall: bool = False) -> None:
+        self.time = np.asarray(time)
+        refuse_memory(8.0 * 3 * self.time.size * granules)
+        self.displacement = np.full((self.time.size, granules), np.nan)
+        self.velocity = np.full((self.time.size, granules), np.nan)
+        self.contact_force = np.full((self.time.size, granules - 1 + wall), np.nan)
+
+    def update(self, samples: Samples, signals: Any) -> None:
+        """Interpolate at the wanted times that lie within these samples.
+
+        ``signals`` are those of the contacts: see ``observer.signals_of``.
+        """
+        from hertzchain.observables.intervals import forces_at, motion_at
+
+        wanted = np.nonzero((self.time >= samples.time[0]) & (self.time <= samples.time[-1]))[0]
+        if not wanted.size:
+            return
+        part = slice(wanted[0], wanted[-1] + 1)
+        times, moved = self.time[part], (self.displacement[part], self.velocity[part])
+        motion_at(times, *samples.of_granules(), *moved)
+        forces_at(signals, times, *samples.of_contacts, self.contact_force[part])
+
+    def history(
+        self, time: FloatArray, length: float = 1.0, velocity: float = 1.0, force: float = 1.0,
+        first: int = 0,
+    ) -> History:  # fmt: skip
+        """Return the history in SI units.
+
+        Arguments are the units of the samples in SI, and the place of granule 1 in them.
+        """
+        motion = self.displacement[:, first:] * length, self.velocity[:, first:] * velocity
+        return History(time, *motion, self.contact_force * force)

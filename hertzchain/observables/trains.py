@@ -17,9 +17,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from hertzchain.arrays import FloatArray, or_none
-from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.first_pulse import contacts_of
-from hertzchain.observables.history import History
+from hertzchain.observables.samples import DampedLaw, History
 from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.scene import Scene
 

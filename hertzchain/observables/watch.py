@@ -14,11 +14,9 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.observables.contact_errors import Peaks
-from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.first_pulse import Signals, pulses_in
-from hertzchain.observables.history import Recorder
 from hertzchain.observables.peaks import ESTIMATED, judged_contacts
-from hertzchain.observables.samples import Samples
+from hertzchain.observables.samples import DampedLaw, Recorder, Samples
 from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg

@@ -32,8 +32,7 @@ from hertzchain.verdict.run_checks import FIRST_PULSES, PEAKS
 
 if TYPE_CHECKING:
     from hertzchain.engines.lammps.reading.found import Executed
-    from hertzchain.examiner.case import DeckCheck
-    from hertzchain.examiner.examined import DeckExamination
+    from hertzchain.examiner.examined import DeckCheck, DeckExamination
     from hertzchain.verdict.comparison import Comparison
     from hertzchain.verdict.judgement import Judgement
     from hertzchain.verdict.traces.judging import TraceJudgement

@@ -6,8 +6,8 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError
-from hertzchain.observables.history import History
 from hertzchain.observables.result import Result
+from hertzchain.observables.samples import History
 from hertzchain.scene.natural_units import force_scale
 from hertzchain.scene.scene import Scene
 

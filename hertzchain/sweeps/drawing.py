@@ -20,7 +20,6 @@ from hertzchain.report.document import in_prefixed
 from hertzchain.report.style import COLOURS, distinct
 from hertzchain.scene.file import key_named
 from hertzchain.scene.keys import to_si
-from hertzchain.sweeps.axes import Axis, Listed, Span, Tabled
 from hertzchain.sweeps.columns import (
     OTHER_MEASURE,
     TEXT,
@@ -29,6 +28,7 @@ from hertzchain.sweeps.columns import (
     full_name,
     is_whole,
 )
+from hertzchain.sweeps.design import Axis, Listed, Span, Tabled
 
 if TYPE_CHECKING:
     import pandas

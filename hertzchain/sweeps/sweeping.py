@@ -13,15 +13,22 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from hertzchain.errors import OutputError, did_you_mean, require
 from hertzchain.limits import RTOL
-from hertzchain.observables.definitions import DEFINITIONS
+from hertzchain.observables.result import DEFINITIONS
 from hertzchain.scene.scene import DOUBTFUL_OVERLAP, SceneLike
 from hertzchain.showing import telling
-from hertzchain.sweeps.axes import Value
 from hertzchain.sweeps.columns import columns_in, peak_columns
-from hertzchain.sweeps.design import design
+from hertzchain.sweeps.design import Value, design
 from hertzchain.sweeps.folder import Folder, Memory, claimed, read_manifest
-from hertzchain.sweeps.loop import KINDS, NAMES, Backend, cut, loop_here, loop_on, part_size
-from hertzchain.sweeps.table import long_table
+from hertzchain.sweeps.loop import (
+    KINDS,
+    NAMES,
+    Backend,
+    cut,
+    long_table,
+    loop_here,
+    loop_on,
+    part_size,
+)
 
 if TYPE_CHECKING:
     import pandas

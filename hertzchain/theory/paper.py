@@ -7,7 +7,7 @@ paper is wrong, the docstring says what is printed and what is used instead.
 The paper takes F_SW, the height of the wave, from its reference 22. Here it is an argument, as is
 the number p of granules in the transition: both come from a simulation.
 
-p is defined in hertzchain.observables.transition; F_SW is the peak of contact p + 1.
+p is defined in hertzchain.observables.wave; F_SW is the peak of contact p + 1.
 """
 
 from __future__ import annotations
@@ -236,7 +236,7 @@ def peak_force(
     contact
         i, 2 <= i <= p.
     p
-        Granules in the transition, the integer of hertzchain.observables.transition.
+        Granules in the transition, the integer of hertzchain.observables.wave.
     wave_force
         F_SW.
     duration_ratio

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray, or_none
-from hertzchain.observables.transition import STEADY, transition_granules
+from hertzchain.observables.wave import STEADY, transition_granules
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.natural_units import PAPER_MOMENTUM
 from hertzchain.scene.scene import (

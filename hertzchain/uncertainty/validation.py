@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 
 from hertzchain.limits import TIME_LIMIT
-from hertzchain.observables.definitions import context_of
+from hertzchain.observables.result import context_of
 from hertzchain.scene.scene import SceneLike, to_scene
 from hertzchain.showing import ShownVerdict, ShowProgress
 from hertzchain.uncertainty.spread import REALISATIONS, Spread, name_of, spread

@@ -14,10 +14,9 @@ from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.methods import METHODS
 from hertzchain.errors import SceneError, is_positive, require
 from hertzchain.limits import Deadline
-from hertzchain.observables.definitions import context_of
 from hertzchain.observables.error_bound import refuse_unstable
 from hertzchain.observables.peaks import judged_contacts, largest_difference
-from hertzchain.observables.result import Result
+from hertzchain.observables.result import Result, context_of
 from hertzchain.scene.scene import Scene
 from hertzchain.showing import ShownVerdict
 from hertzchain.slips import Case, families_for, likely_cause, velocity_verlet

@@ -14,8 +14,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.backend import Native
 from hertzchain.errors import SceneError, is_positive, require
 from hertzchain.limits import TIME_LIMIT, TOLERANCE
-from hertzchain.observables.definitions import context_of
-from hertzchain.observables.result import Result
+from hertzchain.observables.result import Result, context_of
 from hertzchain.observables.trains import Train
 from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.scene import Scene, SceneLike, to_scene

@@ -19,8 +19,7 @@ from hertzchain.engines.lammps.reading.found import (
     FoundWall,
 )
 from hertzchain.engines.lammps.reading.probing import DAMPED, DEPTHS
-from hertzchain.examiner.case import DeckCheck
-from hertzchain.examiner.examined import DeckExamination
+from hertzchain.examiner.examined import DeckCheck, DeckExamination
 from hertzchain.examiner.examining import compared
 from hertzchain.examiner.places import SIZES
 from hertzchain.limits import Deadline

@@ -12,10 +12,9 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps.reading.found import FoundDeck, FoundWall
+from hertzchain.engines.lammps.reading.found import FoundDeck, FoundWall, Units
 from hertzchain.engines.lammps.reading.probing import DAMPED, DEPTHS
-from hertzchain.engines.lammps.reading.units import Units
-from hertzchain.examiner.case import Case
+from hertzchain.examiner.examined import Case
 from hertzchain.examiner.examining import case_of
 from hertzchain.examiner.probes import probes_of
 from hertzchain.limits import Deadline

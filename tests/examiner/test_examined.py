@@ -15,8 +15,7 @@ from hertzchain.engines.lammps.reading.found import Executed, FoundDeck, FoundRu
 from hertzchain.engines.lammps.reading.text import Edits
 from hertzchain.errors import RunFailed, SceneError
 from hertzchain.examiner import examining, places
-from hertzchain.examiner.case import DeckCheck
-from hertzchain.examiner.examined import Finding, in_order
+from hertzchain.examiner.examined import DeckCheck, Finding, in_order
 from hertzchain.examiner.places import variables_of
 from hertzchain.limits import Deadline
 from tests.examiner.corpus import scene_of

@@ -12,9 +12,9 @@ import hertzchain as hc
 from hertzchain.engines.lammps.reading.found import Executed, FoundDeck, FoundRun
 from hertzchain.engines.lammps.reading.probing import DAMPED, DEPTHS
 from hertzchain.errors import RunFailed
-from hertzchain.examiner import case as of_case
+from hertzchain.examiner import examined as of_case
 from hertzchain.examiner import measured, probes
-from hertzchain.examiner.case import ACTS, Case
+from hertzchain.examiner.examined import ACTS, Case
 from hertzchain.examiner.examining import case_of
 from hertzchain.examiner.measured import law_of
 from hertzchain.examiner.right_commands import wall_plane

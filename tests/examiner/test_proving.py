@@ -14,7 +14,7 @@ from hertzchain.engines.lammps.reading.found import Executed, FoundDeck
 from hertzchain.engines.lammps.reading.text import Edits
 from hertzchain.errors import RunFailed
 from hertzchain.examiner import correct
-from hertzchain.examiner.case import DeckCheck
+from hertzchain.examiner.examined import DeckCheck
 from hertzchain.examiner.places import Changes, Place
 from tests.examiner.made import changed, examined
 

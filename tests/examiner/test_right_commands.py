@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps.reading.units import UNITS
+from hertzchain.engines.lammps.reading.found import UNITS
 from hertzchain.examiner import right_commands as right
-from hertzchain.examiner.case import Case
+from hertzchain.examiner.examined import Case
 from hertzchain.examiner.examining import case_of
 from hertzchain.limits import Deadline
 from tests.examiner.corpus import scene_of

@@ -16,8 +16,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.errors import SceneError
-from hertzchain.known.certificate import ROUND_OFF, UNSUPPORTED, UNTESTED, WRONG, certify
-from hertzchain.known.rows import CASES
+from hertzchain.known.certificate import CASES, ROUND_OFF, UNSUPPORTED, UNTESTED, WRONG, certify
 from hertzchain.report.console import suite
 from tests.command_line import Command
 from tests.oracles.json_schema import problems

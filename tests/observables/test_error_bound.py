@@ -25,7 +25,6 @@ from hertzchain.engines.external.step_error import (
 )
 from hertzchain.errors import StepUnstable, Unpredictable
 from hertzchain.observables.contact_errors import ContactErrors
-from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.error_bound import (
     SAFETIES,
     Safety,
@@ -38,6 +37,7 @@ from hertzchain.observables.error_bound import (
     step_for,
 )
 from hertzchain.observables.peaks import largest_difference
+from hertzchain.observables.samples import DampedLaw
 from hertzchain.observables.watch import PeakWatch
 from hertzchain.scene.schedule import Leg
 from hertzchain.theory.solitary_wave import solitary_wave

@@ -13,8 +13,8 @@ import pytest
 import hertzchain as hc
 from hertzchain.errors import HertzchainError, SceneError
 from hertzchain.observables import first_pulse
-from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.intervals import observe_samples
+from hertzchain.observables.samples import DampedLaw
 from tests.command_line import Command
 from tests.conftest import STEEL, paper_scene
 from tests.oracles.first_pulses import Trace

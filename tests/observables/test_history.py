@@ -17,9 +17,14 @@ from scipy.integrate import quad
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, TooExpensive
-from hertzchain.observables.damped_law import DampedLaw
-from hertzchain.observables.history import MOST_FRAMES, History, Recorder, wanted_times
-from hertzchain.observables.samples import Samples
+from hertzchain.observables.samples import (
+    MOST_FRAMES,
+    DampedLaw,
+    History,
+    Recorder,
+    Samples,
+    wanted_times,
+)
 from hertzchain.observables.watch import PeakWatch, work_done
 from hertzchain.scene.ramp import Ramp
 from tests.conftest import paper_scene

@@ -14,10 +14,9 @@ from scipy.integrate import quad
 
 from hertzchain.arrays import FloatArray
 from hertzchain.observables import intervals
-from hertzchain.observables.damped_law import DampedLaw, true_forces
 from hertzchain.observables.interpolant import curvature_at, slope_at, value_at
 from hertzchain.observables.observer import curve_of
-from hertzchain.observables.samples import Samples
+from hertzchain.observables.samples import DampedLaw, Samples, true_forces
 from hertzchain.observables.watch import PeakWatch
 from hertzchain.scene.schedule import Leg
 

@@ -11,9 +11,8 @@ import pytest
 
 from hertzchain.arrays import FloatArray
 from hertzchain.observables.contact_errors import Peaks
-from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.observables.samples import Samples
+from hertzchain.observables.samples import DampedLaw, Samples
 from hertzchain.observables.watch import PeakWatch
 
 Overlap = Callable[[FloatArray, int], FloatArray]

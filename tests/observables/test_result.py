@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.observables.pressure import yield_warning
+from hertzchain.observables.result import yield_warning
 from tests.conftest import STEEL, paper_scene
 
 

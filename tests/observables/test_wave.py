@@ -11,15 +11,15 @@ from hypothesis import strategies as st
 
 import hertzchain as hc
 from hertzchain.errors import SceneError
-from hertzchain.observables.transition import (
+from hertzchain.observables.wave import (
     UNSETTLED,
     WAVE_SPEED,
     SolitaryWave,
+    places,
     solitary_wave,
     transition_granules,
     unsettled,
 )
-from hertzchain.observables.wave import places
 from hertzchain.theory import solitary_wave as exact
 from tests.conftest import STEEL, paper_scene
 

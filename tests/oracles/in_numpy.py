@@ -22,8 +22,7 @@ from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.methods import Stepper, SymplecticNystrom, Walker
 from hertzchain.engines.native.simulation import Simulation, softest
 from hertzchain.limits import TIME_LIMIT, Deadline
-from hertzchain.observables.history import Recorder
-from hertzchain.observables.samples import Samples
+from hertzchain.observables.samples import Recorder, Samples
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 

@@ -10,7 +10,7 @@ from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.methods import METHODS
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.known.answer import looks_at_damped
-from hertzchain.observables.history import Recorder
+from hertzchain.observables.samples import Recorder
 from tests.oracles.in_numpy import integrate
 
 

@@ -20,10 +20,8 @@ import tomli_w
 
 import hertzchain as hc
 from hertzchain import theory
-from hertzchain.known.certificate import ROUND_OFF, UNTESTED, Certificate, Row
-from hertzchain.known.rows import CASES
-from hertzchain.observables.balance import LostDigits
-from hertzchain.observables.definitions import DEFINITIONS
+from hertzchain.known.certificate import CASES, ROUND_OFF, UNTESTED, Certificate, Row
+from hertzchain.observables.result import DEFINITIONS, LostDigits
 from hertzchain.pulses.pulse import measured_pulse, pulse_of
 from hertzchain.pulses.recording import read_recording
 from hertzchain.scene.file import sections_of

@@ -15,9 +15,8 @@ import hertzchain as hc
 from hertzchain.errors import SceneError
 from hertzchain.scene.shocks import PROFILES
 from hertzchain.sweeps.columns import PARAMETERS
-from hertzchain.sweeps.design import MOST_SCENES, design
+from hertzchain.sweeps.design import MOST_SCENES, design, sobol_points
 from hertzchain.sweeps.loop import MOST_PEAKS, cut, part_size
-from hertzchain.sweeps.points import sobol_points
 from tests.sweeps.made import GRID, SHORT, all_scenes
 
 

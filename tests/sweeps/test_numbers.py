@@ -30,7 +30,7 @@ from hertzchain.sweeps.columns import (
     numbers_of,
 )
 from hertzchain.sweeps.design import design
-from hertzchain.sweeps.table import Rows
+from hertzchain.sweeps.loop import Rows
 from tests.command_line import MAIN, process
 from tests.conftest import STEEL, paper_scene
 from tests.sweeps.made import GRID, LAMMPS, SHORT, all_scenes

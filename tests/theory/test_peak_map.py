@@ -11,7 +11,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError
-from hertzchain.observables.transition import transition_granules
+from hertzchain.observables.wave import transition_granules
 from hertzchain.scene.shocks import PROFILES
 from hertzchain.theory import peak_map
 from tests.conftest import paper_scene

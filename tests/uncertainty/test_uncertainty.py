@@ -16,9 +16,8 @@ from hertzchain.report.console import plain_text
 from hertzchain.scene.uncertain import Uncertain
 from hertzchain.uncertainty import validation
 from hertzchain.uncertainty.document import of_validation
-from hertzchain.uncertainty.realisations import Realisations
-from hertzchain.uncertainty.shares import first_order
 from hertzchain.uncertainty.shown import print_spread
+from hertzchain.uncertainty.spread import Realisations, first_order
 from hertzchain.uncertainty.validation import Compared
 from hertzchain.verdict.traces.judging import PEAK, Number
 from tests.command_line import Command

@@ -14,9 +14,9 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.found import FoundDeck
 from hertzchain.engines.lammps.reading.reading import DEPTH
-from hertzchain.examiner.case import EXAMINED
-from hertzchain.examiner.expected import applied_force
-from hertzchain.verdict.generated_deck import number_checks
+from hertzchain.examiner.examined import EXAMINED
+from hertzchain.examiner.measured import applied_force
+from hertzchain.verdict.comparison import number_checks
 from tests.conftest import STEEL
 
 pytestmark = pytest.mark.lammps

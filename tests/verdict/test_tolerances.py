@@ -15,8 +15,8 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError
 from hertzchain.limits import Deadline
-from hertzchain.observables.balance import LostDigits
 from hertzchain.observables.error_bound import highest_rate
+from hertzchain.observables.result import LostDigits
 from hertzchain.scene.shocks import PROFILES
 from hertzchain.verdict import run_checks
 from hertzchain.verdict.check import Check, Kind, within

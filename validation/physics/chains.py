@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.observables.history import History
+from hertzchain.observables.samples import History
 from validation.shipped import STEEL, history_of
 
 LAMMPS_STEP = 0.01

@@ -6,7 +6,7 @@ import math
 import shutil
 from collections.abc import Iterator
 
-from hertzchain.engines.lammps.damping import tsuji
+from hertzchain.engines.lammps.dialect import tsuji
 from hertzchain.theory.restitution import (
     DASHPOT,
     VISCOELASTIC,

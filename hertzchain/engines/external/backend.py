@@ -17,11 +17,10 @@ from hertzchain.engines.external.rescaling import predicted_loss
 from hertzchain.errors import POSITIVE, Unpredictable, is_finite, is_positive, require
 from hertzchain.limits import TIGHTEST
 from hertzchain.observables import error_bound
-from hertzchain.observables.balance import LostDigits
 from hertzchain.observables.contact_errors import ContactErrors, Peaks
 from hertzchain.observables.gauges import readings
-from hertzchain.observables.history import History
-from hertzchain.observables.result import Result
+from hertzchain.observables.result import LostDigits, Result
+from hertzchain.observables.samples import History
 from hertzchain.observables.watch import PeakWatch
 from hertzchain.scene.scene import (
     Scene,

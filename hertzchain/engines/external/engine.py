@@ -21,8 +21,8 @@ from hertzchain.engines.external.readings import Granules
 from hertzchain.engines.external.rescaling import softening
 from hertzchain.limits import RTOL, TIME_LIMIT, Deadline, check_time_limit
 from hertzchain.observables.first_pulse import check_wanted, usually_wanted
-from hertzchain.observables.history import wanted_times
 from hertzchain.observables.result import Result
+from hertzchain.observables.samples import wanted_times
 from hertzchain.scene.scene import Scene, SceneLike, refuse_terms, to_scene
 from hertzchain.scene.schedule import Leg
 

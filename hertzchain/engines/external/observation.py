@@ -14,13 +14,11 @@ from hertzchain.engines.external import readings
 from hertzchain.engines.external.rescaling import Softening, round_off
 from hertzchain.engines.external.terms import wall_position
 from hertzchain.errors import OverlapTooLarge, RunFailed
-from hertzchain.observables.balance import Balance
 from hertzchain.observables.contact_errors import Peaks
-from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.error_bound import SHORTER, diverged
 from hertzchain.observables.first_pulse import Signals
-from hertzchain.observables.history import Recorder
-from hertzchain.observables.samples import Samples
+from hertzchain.observables.result import Balance
+from hertzchain.observables.samples import DampedLaw, Recorder, Samples
 from hertzchain.observables.watch import PeakWatch, Watch
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg

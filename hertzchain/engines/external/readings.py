@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.observables.damped_law import DampedLaw, true_forces
-from hertzchain.observables.samples import Samples, closing
+from hertzchain.observables.samples import DampedLaw, Samples, closing, true_forces
 from hertzchain.scene.schedule import Leg
 
 BLOCK = 256  # most readings passed on at a time

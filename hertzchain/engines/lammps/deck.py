@@ -28,13 +28,15 @@ from hertzchain.engines.external.terms import (
     wall_position,
     weighty_density,
 )
-from hertzchain.engines.lammps.damping import by_version, damping_of, refuse_old
 from hertzchain.engines.lammps.dialect import (
     LET_GO,
     NO_FRICTION,
     PAIR_STYLES,
     WALL,
     WITHOUT_ATTRACTION,
+    by_version,
+    damping_of,
+    refuse_old,
 )
 from hertzchain.errors import RunFailed, require
 from hertzchain.scene.chain import Chain

@@ -20,11 +20,9 @@ from hertzchain.engines.native.simulation import Run, Simulation, start_of
 from hertzchain.errors import RunFailed
 from hertzchain.limits import Deadline, refuse_memory
 from hertzchain.observables.contact_errors import Peaks
-from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.error_bound import SAFETIES, diverged
 from hertzchain.observables.first_pulse import Signals
-from hertzchain.observables.history import Recorder
-from hertzchain.observables.samples import Samples
+from hertzchain.observables.samples import DampedLaw, Recorder, Samples
 from hertzchain.observables.watch import Watch
 from hertzchain.scene.natural_units import force_scale
 from hertzchain.scene.scene import Scene

@@ -23,13 +23,12 @@ from hertzchain.engines.native.simulation import Prepared, Run, Simulation, work
 from hertzchain.errors import POSITIVE, StepUnstable, is_positive, require
 from hertzchain.limits import RTOL, TIGHTEST, TIME_LIMIT, Deadline, check_time_limit
 from hertzchain.observables import error_bound
-from hertzchain.observables.balance import Balance
 from hertzchain.observables.contact_errors import ContactErrors
 from hertzchain.observables.first_pulse import check_wanted, finds_end, usually_wanted
 from hertzchain.observables.gauges import readings
-from hertzchain.observables.history import History, Recorder, wanted_times
 from hertzchain.observables.peaks import times_of_peaks
-from hertzchain.observables.result import Result
+from hertzchain.observables.result import Balance, Result
+from hertzchain.observables.samples import History, Recorder, wanted_times
 from hertzchain.scene.scene import (
     Scene,
     SceneLike,

@@ -26,7 +26,7 @@ from hertzchain.limits import Deadline, refuse_memory
 from hertzchain.observables.contact_errors import ContactErrors, Peaks
 from hertzchain.observables.error_bound import SAFETIES
 from hertzchain.observables.first_pulse import LATEST, Signals, finds_end, usual_end
-from hertzchain.observables.history import Recorder
+from hertzchain.observables.samples import Recorder
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 

@@ -16,10 +16,8 @@ from hertzchain.engines.native.as_written import law_of, simulation_of, start_of
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.simulation import Simulation
 from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
-from hertzchain.observables.damped_law import true_forces
 from hertzchain.observables.error_bound import diverged
-from hertzchain.observables.history import Recorder
-from hertzchain.observables.samples import Samples, closing
+from hertzchain.observables.samples import Recorder, Samples, closing, true_forces
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 

@@ -20,7 +20,7 @@ from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
 from hertzchain.observables.contact_errors import ContactErrors, Peaks
 from hertzchain.observables.error_bound import diverged
 from hertzchain.observables.first_pulse import LATEST, Signals, pulses_in
-from hertzchain.observables.history import Recorder
+from hertzchain.observables.samples import Recorder
 from hertzchain.scene.natural_units import NaturalUnits, force_scale
 from hertzchain.scene.ramp import SHAPES
 from hertzchain.scene.scene import Scene

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from hertzchain.arrays import FloatArray
     from hertzchain.engines.lammps.reading.found import Executed
     from hertzchain.engines.lammps.reading.frozen import Applied
-    from hertzchain.engines.lammps.reading.granules import Granules
+    from hertzchain.engines.lammps.reading.probing import Granules
     from hertzchain.engines.lammps.reading.reading import Look
 
 MOST_BYTES = 5_000_000  # of a deck: more are not written by hand

@@ -1,25 +1,465 @@
-"""Known traps in a user's LAMMPS deck of a chain, named by line: a function for each in `RULES`.
-
-Rules that need numbers of the deck report nothing if LAMMPS could not read it. The numbers in the
-sentences were measured on 30 steel spheres, pushed by 100 N for 100 us (LAMMPS 22 Jul 2025), as
-`tests/examiner/lint/test_lint.py` does again.
-"""
+"""Known traps in a user's LAMMPS deck of a chain, named by line: a function for each in `RULES`."""
 
 from __future__ import annotations
 
 import contextlib
+import math
 import re
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hertzchain.engines.lammps import dialect
+from hertzchain.engines.lammps.dialect import BEFORE_ROOT_2
+from hertzchain.engines.lammps.reading.text import number
 from hertzchain.errors import HertzchainError, TooExpensive
-from hertzchain.examiner.lint import chain_rules, traps
-from hertzchain.examiner.lint.deck import MOST_BYTES, Command, Deck, Finding, Found, script_of
+from hertzchain.examiner.lint.deck import (
+    CLASSIC,
+    MOST_BYTES,
+    Command,
+    Deck,
+    Finding,
+    Found,
+    Severity,
+    script_of,
+)
 from hertzchain.files import read_bytes
 
 if TYPE_CHECKING:
     from hertzchain.engines.lammps.reading.reading import Look
+
+
+_HERTZ = f"pair_coeff * * {dialect.hertz('E', 'nu')} {dialect.NO_FRICTION}"
+
+_HOOKE = (
+    "{law} is a linear spring, not Hertz's law: there are no solitary waves in it (with a stiffness"
+    " of 1e7 N/m the tenth peak is 88 instead of 158 N); take hertz/material, or gran/hertz/history"
+)
+
+_ZERO = r"[+-]?0*\.?0*(?:e\S*)?"
+_FIX, _LAW = r"\S+ \S+ ", r"\S+ \S+ (?:granular )?"
+
+
+@dataclass(frozen=True)
+class Trap:
+    """A trap in one command."""
+
+    rule: str  # name of the finding
+    severity: Severity
+    command: str  # name of the command
+    pattern: str  # of the beginning of its words, joined by single blanks
+    sentence: str  # ``{names}`` stand for the groups of the pattern
+    of_any: bool = False  # whether it also applies to decks that are no chains
+
+    def found_in(self, deck: Deck) -> Found:
+        """The commands of a deck with this trap; laws of LIGGGHTS have other numbers."""
+        if (deck.no_chain and not self.of_any) or (deck.is_of_liggghts and self.rule in _OF_LAWS):
+            return
+        for command in deck.named(self.command):
+            found = re.match(self.pattern, f"{' '.join(command.words[1:])} ")
+            if found is not None:
+                yield command, self.severity, self.sentence.format(**found.groupdict())
+
+
+_OF_LAWS = {"not-hertz", "wall", "tangential"}
+
+TRAPS = (
+    Trap("thermostat", "error", "fix",
+         _FIX + r"(?P<style>(?:nvt|npt|nph|langevin|temp/|nve/limit|press/)\S*)",
+         "fix {style} changes velocities by something else than forces, and the wave with them: fix"
+         " nve is all that a chain needs"),
+    Trap("random-velocities", "error", "velocity", r"(?P<group>\S+) create (?P<kelvin>\S+)",
+         "granules of group {group} start with random velocities of temperature {kelvin}, in all"
+         " directions: a chain starts at rest (leave the command out), a striker with velocity"
+         " first set V 0 0 units box"),
+    Trap("force-in-steps", "error", "fix",
+         _FIX + r"addforce \S+ \S+ \S+ (?:.* )?every (?P<count>[2-9]|\d\d+)(?: |$)",
+         "with every {count} the force is there at one of {count} steps only: the granule gets"
+         " 1/{count} of the momentum; leave the words out", of_any=True),
+    Trap("not-hertz", "error", "pair_style", r"(?:hybrid\S* .*)?(?P<law>gran/hooke\S*)", _HOOKE),
+    Trap("not-hertz", "error", "pair_coeff", _LAW + r"(?P<law>hooke) ", _HOOKE),
+    Trap("not-hertz", "warning", "pair_coeff",
+         _LAW + rf"(?P<law>jkr|dmt) \S+ \S+ \S+ (?!{_ZERO} )(?P<cohesion>\S+) ",
+         "{law} adds cohesion to Hertz's law ({cohesion}; 0.1 J/m^2 moved peaks of about 150 N by"
+         " 0.1 %): hertz/material has none"),
+    Trap("not-hertz", "warning", "pair_coeff", _LAW + "mdr ",
+         "mdr is an elastic-plastic law, not Hertz's: hertz/material is elastic"),
+    Trap("tangential", "warning", "pair_style",
+         rf"(?:hybrid\S* .*)?gran/h(?:ooke|ertz)/history\S* \S+ {_ZERO} ",
+         "Kt = 0: where granules slide LAMMPS divides by it; write NULL (2/7 of Kn) and a friction"
+         " of 0.0 as the fifth number, which takes the tangential force away", of_any=True),
+    Trap("wall", "error", "fix",
+         _FIX + rf"wall/gran\S* (?P<law>hertz|hooke)/history \S+ \S+ {_ZERO} ",
+         "wall/gran {law}/history with gamma_n = 0 makes positions NaN at the first touch"
+         f" ({dialect.WALL_IS_NAN}): write wall/gran granular hertz K 0.0 {dialect.NO_FRICTION}"
+         " with K = 4/3 E*", of_any=True),
+    Trap("wall", "warning", "fix", _FIX + r"wall/gran\S* granular hertz/material ",
+         "this wall is an elastic half-space of its material, no rigid wall, and LAMMPS of 2021 and"
+         " 2022 makes it 1 + nu times too stiff: give the stiffness itself, granular hertz K with"
+         " K = 4/3 E*"),
+)  # fmt: skip
+
+
+def not_hertz(deck: Deck) -> Found:
+    """Pair styles that are not for granules."""
+    style = deck.pair_style
+    if style is None:
+        if deck.runs and not deck.is_partial:
+            text = (
+                "there is no pair style: granules do not feel one another; write pair_style"
+                f" granular and {_HERTZ}"
+            )
+            yield deck.runs[0], "error", text
+    elif not (deck.is_granular or deck.is_of_liggghts) and "$" not in style.word(1):
+        text = (
+            f"pair_style {style.word(1)} is no contact of spheres: Hertz's law is pair_style"
+            f" granular with {_HERTZ}"
+        )
+        yield style, "error", text
+
+
+# ---- Damping
+
+_NO_DAMPING = 1e-100  # numbers up to this count as 0, in all units (chosen)
+_UNDAMPED = "leave the damping out and give 0.0 there, which damps nothing"
+
+
+def damping(deck: Deck) -> Found:
+    """Hertz's law itself has no damping."""
+    for law in deck.laws:
+        kind, value = law.command.after("damping"), number(law.numbers[1])
+        if law.normal == "mdr" or value is None:
+            continue
+        number_of = f"the second number of {law.normal}"
+        if kind in ("tsuji", "coeff_restitution") and value == 0:
+            what = "the tenth peak loses 73 %" if kind == "tsuji" else "positions become NaN"
+            text = (
+                f"with damping {kind} {number_of} is a coefficient of restitution: 0 damps the most"
+                f" ({what}), it does not switch damping off; {_UNDAMPED}"
+            )
+            yield law.command, "error", text
+        elif kind == "tsuji":
+            text = (
+                f"damping tsuji with {value:g} gives another restitution than that, and another in"
+                f" LAMMPS {BEFORE_ROOT_2} than in later ones (1 lowers peaks by up to 0.2 %):"
+                f" coeff_restitution gives its number since 29 Aug 2024; without any, {_UNDAMPED}"
+            )
+            yield law.command, "note" if deck.no_chain else "warning", text
+        elif abs(value) > _NO_DAMPING and (kind, value) != ("coeff_restitution", 1):
+            if deck.no_chain:
+                continue
+            what = "gamma_n" if law.normal in CLASSIC else number_of
+            text = (
+                f"{what}, {law.numbers[1]}, damps the contacts: energy is lost, and peaks are lower"
+                " than those of Hertz's law; 0.0 damps nothing"
+            )
+            yield law.command, "note", text
+
+
+def attraction(deck: Deck) -> Found:
+    """Without a limit, damping pulls as a contact opens."""
+    text = (
+        "damping without limit_damping makes contacts pull as they open, which dry granules cannot:"
+        " write limit_damping at the end of this command (LAMMPS since 29 Sep 2021)"
+    )
+    for law in deck.laws:
+        value = number(law.numbers[1])
+        known = law.normal in ("hooke", "hertz", "hertz/material", *CLASSIC)
+        damps = value is not None and abs(value) > _NO_DAMPING
+        if known and damps and not {"none", "limit_damping"} & set(law.command.words):
+            yield law.command, "note" if deck.no_chain else "warning", text
+
+
+_SMALL = 1e-2  # a Poisson's ratio that no material of granules has (chosen)
+
+
+def poisson_ratio(deck: Deck) -> Found:
+    """The order of the numbers is E, damping, Poisson's ratio."""
+    for law in deck.laws:
+        damping, poisson = number(law.numbers[1]), number(law.numbers[-1])
+        if law.normal != "hertz/material" or poisson is None or damping is None:
+            continue
+        impossible = not -1 < poisson <= 0.5
+        if impossible or (abs(poisson) < _SMALL and 0 < damping <= 0.5):
+            text = (
+                f"the numbers of {law.normal} are E, damping, Poisson's ratio, in this order: here"
+                f" the ratio is {poisson:g} and the damping {damping:g}"
+            )
+            yield law.command, "error" if impossible else "warning", text
+
+
+COMMAND_RULES = not_hertz, damping, attraction, poisson_ratio
+
+
+# ---- Granules
+
+_TOUCHING = 1e-9  # relative; sites that differ by less from a diameter differ by rounding
+
+_DENSITY = (
+    "the density is set before the diameter, so that granules keep the mass that the old diameter"
+    " made (1e6 times too large for a radius of 5 mm, and only the first one moves): set the"
+    " diameter first, then the density"
+)
+
+
+def density_before_diameter(deck: Deck) -> Found:
+    """The mass is made when the density is set, with the diameter of that moment."""
+    last = max((command.place for command, _ in deck.given("density")), default=-1)
+    first = min((command.place for command, _ in deck.given("diameter")), default=-1)
+    pending: Command | None = None
+    for command in deck.named("set"):
+        words = command.words
+        if "density" in words:
+            both = "diameter" in words[words.index("density") :]
+            if both:
+                yield command, "error", _DENSITY
+            pending = None if both or "diameter" in words else command
+        elif "diameter" in words and pending is not None:
+            covers = pending.words[1:3] == words[1:3] or "all" in (words[2], pending.words[2])
+            if covers and last < command.place:
+                if first < pending.place:
+                    yield command, "warning", _DENSITY
+                else:
+                    yield pending, "error", _DENSITY
+            pending = None
+
+
+def diameter_missing(deck: Deck) -> Found:
+    """Granules that are created have diameter 1 and density 1."""
+    created = deck.named("create_atoms")
+    brought = deck.named("read_data", "molecule") or deck.is_partial
+    given = {word for command in deck.named("set") for word in command.words}
+    lacks = "diameter" if "diameter" not in given else "density"
+    if not created or brought or not deck.is_granular or deck.no_chain:
+        return
+    if not {"density", "mass"} & given or lacks == "diameter":
+        text = (
+            f"no {lacks} is set: granules that are created have diameter 1 and the mass 0.5236 of"
+            " density 1, in the units of the deck; write set group all diameter ..., then set group"
+            " all density ..."
+        )
+        yield created[0], "error", text
+
+
+_HELD = 1e15  # kg/m^3; granules of a larger density are heavy to stay in place (chosen)
+
+
+def unusual_density(deck: Deck) -> Found:
+    """Densities that may have a wrong unit, by the usual range of scenes, which are in SI."""
+    given = [(command, number(value)) for command, value in deck.given("density")]
+    if deck.units != "si" or not given:
+        return
+    from hertzchain.scene.scene import unusual
+
+    for command, density in given:
+        remark = unusual("chain.density", density)
+        if remark and density is not None and density < _HELD:
+            yield command, "note", f"perhaps a wrong unit: {remark.removeprefix('chain.')}"
+
+
+def ghost_velocity(deck: Deck) -> Found:
+    """Contact laws of granules ask for the velocities of ghosts."""
+    wanted = any(command.after("vel") == "yes" for command in deck.named("comm_modify"))
+    if deck.is_granular and not wanted and not deck.is_partial:
+        text = (
+            "comm_modify vel yes is missing: pair styles of granules need the velocities of ghost"
+            " granules, and LAMMPS stops at the first run; write it before the pair style"
+        )
+        yield deck.pair_style, "error", text
+
+
+def periodic(deck: Deck) -> Found:
+    """Images of a chain that meet it, or are ghosts that cost time."""
+    granules = deck.granules
+    if granules is None or deck.skin is None:
+        return
+    where = deck.boundary or next(iter(deck.named("create_box", "read_data")), None)
+    room = 2 * (2 * float(granules.radius.max()) + deck.skin)
+    box, place = granules.high - granules.low, granules.position
+    is_flat = any(command.word(1) == "2" for command in deck.named("dimension"))
+    for k, direction in enumerate(granules.frame):
+        name = "xyz"[int(abs(direction).argmax())]
+        narrow = box[k] <= place[:, k].max() - place[:, k].min() + room
+        if granules.periodic[k] and narrow and not (is_flat and name == "z"):  # as LAMMPS wants it
+            what = (
+                "every granule has images as ghosts, and a step takes twice as long" if k
+                else "the chain has no free ends, the last granule meets the first"
+            )  # fmt: skip
+            text = (
+                f"{name} is periodic, as all sides are by default, and the box is narrow: {what};"
+                " write boundary f f f with room around the chain"
+            )
+            yield where, "warning", text
+
+
+def not_touching(deck: Deck) -> Found:
+    """Granules of a chain touch without force, unless gaps and loads are intended."""
+    granules = deck.granules
+    made = deck.named("lattice", "create_atoms", "read_data", "displace_atoms")
+    if granules is None or not deck.is_granular or not made:
+        return
+    gap = (granules.position[1:, 0] - granules.position[:-1, 0]) / granules.reach - 1
+    is_meant = deck.is_loaded or granules.velocity.any()
+    text = "neighbours are {:.10g} times the sum of their radii apart: granules {}"
+    if gap.max() > _TOUCHING:
+        what = "do not touch (with gaps of 1e-3 peaks are off by 113 %)"
+        yield made[0], "warning", text.format(1 + gap.max(), what)
+    if gap.min() < -_TOUCHING and not is_meant:
+        what = "press one another from the start, and spring apart if nothing holds the ends"
+        yield made[0], "warning", text.format(1 + gap.min(), what)
+
+
+# ---- What moves them
+
+_MOVER = re.compile(r"(nve|nvt|npt|nph|rigid|move$|brownian|ehex|controller|python|freeze)")
+
+
+def motion(deck: Deck) -> Found:
+    """Exactly one fix has to move each granule."""
+    if deck.is_of_liggghts:
+        return
+    movers = [fix for fix in deck.fixes() if _MOVER.match(fix.words[3])]
+    is_whole = deck.pair_style is not None and not deck.is_partial and not deck.no_chain
+    if deck.runs and not movers and is_whole:
+        text = "no fix moves the granules, nothing happens: write fix motion all nve"
+        yield deck.runs[0], "error", text
+    gone = {command.word(1): command.place for command in deck.named("unfix")}
+    seen: dict[str, Command] = {}
+    for fix in movers:
+        other = seen.get(fix.words[2], fix)
+        is_gone = other.place < gone.get(other.word(1), -1) < fix.place
+        if other.word(1) != fix.word(1) and not is_gone:
+            text = (
+                f"granules of group {fix.words[2]} are moved twice each step, here and by fix"
+                f" {other.word(1)} (peaks off by 20 %): keep one"
+            )
+            yield fix, "error", text
+        seen[fix.words[2]] = fix
+
+
+def lattice_units(deck: Deck) -> Found:
+    """Velocities are in lattice spacings per unit of time, unless ``units box`` is given.
+
+    A ``v_name`` is in units of the deck (LAMMPS's documentation of ``velocity``).
+    """
+    spacing: Command | None = None
+    for command in deck.named("lattice", "velocity", "fix"):
+        if command.name == "lattice":
+            spacing = command
+            continue
+        given = {"set": command.words[3:6], "ramp": command.words[4:6]}.get(command.word(2), ())
+        if command.name == "fix":
+            given = command.words[5:8] if command.words[3:5] == ("move", "linear") else ()
+        is_scaled = any(number(word) for word in given) and command.after("units") != "box"
+        if is_scaled and spacing is not None and number(spacing.word(2)) != 1:
+            text = (
+                "without units box LAMMPS multiplies these velocities by the spacing of"
+                f" {' '.join(spacing.words[:3])}: write units box at the end"
+            )
+            yield command, "warning", text
+
+
+def force_frozen(deck: Deck) -> Found:
+    """A formula that is evaluated only once is a constant."""
+    formulas = {c.word(1): " ".join(c.words[3:]) for c in deck.named("variable")}
+    for fix in deck.fixes("addforce", "setforce"):
+        for word in fix.raw[4:7]:
+            match = re.fullmatch(r"\$\{(\w+)\}|\$\(\s*v_(\w+)\s*(?::[^)]*)?\)", word)
+            name = match and (match[1] or match[2])
+            if name and re.search(r"\b(step|time|elapsed|elaplong)\b", formulas.get(name, "")):
+                text = (
+                    f"{word} is filled in once, when the line is read: the force stays at the"
+                    f" value of that moment; write v_{name}, which follows the time"
+                )
+                yield fix, "error", text
+
+
+def force_on_all(deck: Deck) -> Found:
+    """A shock hits one end; an atom-style variable gives each granule a force of its own."""
+    each = {
+        f"v_{command.word(1)}" for command in deck.named("variable") if command.word(2) == "atom"
+    }
+    for fix in deck.fixes("addforce"):
+        if each & {*fix.words[4:7]}:
+            continue
+        largest = None if fix.index is None else deck.pushes.get(fix.index)
+        zero = all(number(word) == 0 or word == "NULL" for word in fix.words[4:7])
+        many = "every granule" if fix.word(2) == "all" and not zero else None
+        if largest is not None:
+            count = int((largest.max(axis=1) > 0).sum())
+            many = f"the {count} granules of group {fix.word(2)}" if count > 1 else None
+        if many:
+            text = (
+                f"the force acts on {many}, on each in full: group first id 1, and fix"
+                f" {fix.word(1)} first addforce, push one end"
+            )
+            yield fix, "warning", text
+
+
+# ---- Steps
+
+_UNSTABLE = math.sqrt(2 / 3)  # natural time units; 2 over the largest frequency, 2 sqrt(3/2)
+_LONG = 0.2  # natural time units; peaks are then off by 1 % (chosen)
+
+
+def step_length(deck: Deck) -> Found:
+    """Compare the step with the stiffest contacts that the deck itself makes."""
+    granules, look = deck.granules, deck.look
+    law = None if look is None else look.law
+    if granules is None or look is None or law is None:
+        return
+    if not look.runs or deck.fixes("dt/reset"):
+        return
+    import numpy as np
+    from scipy.linalg import eigvalsh_tridiagonal
+
+    from hertzchain.contact import hertz
+
+    (stiffness, exponent), mass = law, granules.mass
+    if not np.all(np.abs(exponent - 1.5) < 0.01) or np.any(mass <= 0):
+        return
+    pressing = max((push.max() for push in deck.pushes.values()), default=0.0)
+    origin = "the largest force of this deck"
+    speed = np.abs(np.diff(granules.velocity[:, 0]))
+    reduced = mass[1:] * mass[:-1] / (mass[1:] + mass[:-1])
+    hits = hertz.impact_force(stiffness, reduced, speed)
+    if hits.max() > pressing:
+        pressing = hits.max()
+        origin = f"that of granules that collide at {speed[hits.argmax()]:g}"
+    if not pressing:
+        return
+    spring = hertz.slope_of(stiffness, pressing)
+    both = np.append(spring, 0) + np.append(0, spring)
+    squares = eigvalsh_tridiagonal(
+        both / mass, -spring / np.sqrt(mass[1:] * mass[:-1]),
+        select="i", select_range=(len(mass) - 1, len(mass) - 1),
+    )  # fmt: skip
+    limit = 2 / math.sqrt(squares[0])
+    unit, longest = limit / _UNSTABLE, max(look.runs, key=lambda run: run.dt)
+    run = deck.carried_out(longest.command)
+    steps = [c for c in deck.named("timestep") if run is not None and c.place < run.place]
+    step, what = longest.dt / unit, f"contacts pressed by {pressing:.4g}, {origin}"
+    text = f"{0.02 * unit:.1g} gives peaks right to about 1e-4"
+    if longest.dt > limit:
+        text = (
+            f"the step {longest.dt:.3g} is above the limit of stability, {limit:.3g} for {what}:"
+            f" granules fly apart; {text}"
+        )
+        yield steps[-1] if steps else run, "error", text
+    elif step > _LONG:
+        text = (
+            f"the step {longest.dt:.3g} is {step:.2g} of the natural time of {what}: peaks are"
+            f" off by about {0.22 * step**2:.1%}, which goes with the square of it; {text}"
+        )
+        yield steps[-1] if steps else run, "warning", text
+
+
+CHAIN_RULES = (
+    density_before_diameter, diameter_missing, unusual_density, ghost_velocity, periodic,
+    not_touching, motion, lattice_units, force_frozen, force_on_all, step_length,
+)  # fmt: skip
+
 
 LINT_TIME_LIMIT = 60.0  # for LAMMPS to read a deck [s] (chosen)
 
@@ -97,10 +537,10 @@ def _elsewhere(deck: Deck) -> Found:
 RULES: dict[str, Callable[[Deck], Found]] = {
     rule.__name__.strip("_").replace("_", "-"): rule
     for rule in (
-        _no_deck, _no_run, _no_chain, _text_alone, _elsewhere, *traps.RULES, *chain_rules.RULES,
+        _no_deck, _no_run, _no_chain, _text_alone, _elsewhere, *COMMAND_RULES, *CHAIN_RULES,
     )
 }  # fmt: skip
-"""Rules that are functions, by name; the others are those of ``traps.TRAPS``."""
+"""Rules that are functions, by name; the others are those of ``TRAPS``."""
 
 OF_CHAINS = {
     "not-hertz", "unusual-density", "not-touching", "periodic", "lattice-units", "force-on-all",
@@ -112,7 +552,7 @@ OF_CHAINS = {
 def findings(commands: Sequence[Command], look: Look | None = None) -> list[Finding]:
     """Return the findings in the commands of a deck, and in what LAMMPS finds in it, by line."""
     deck = Deck(commands, look)
-    made = [(trap.rule, trap.found_in(deck)) for trap in traps.TRAPS]
+    made = [(trap.rule, trap.found_in(deck)) for trap in TRAPS]
     rules = {
         name: rule for name, rule in RULES.items() if not (deck.no_chain and name in OF_CHAINS)
     }

@@ -15,10 +15,9 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.backend import Native
 from hertzchain.errors import is_positive, require
 from hertzchain.limits import TIME_LIMIT, TOLERANCE
-from hertzchain.observables.definitions import context_of
 from hertzchain.observables.gauges import Reading, force_over_time
-from hertzchain.observables.history import History
-from hertzchain.observables.result import Result
+from hertzchain.observables.result import Result, context_of
+from hertzchain.observables.samples import History
 from hertzchain.pulses.recording import noise_before, resolution_of
 from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.scene import Scene, SceneLike, to_scene

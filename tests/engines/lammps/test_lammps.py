@@ -19,9 +19,8 @@ from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.methods import METHODS
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.errors import RunFailed, SceneError
-from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.observables.samples import Samples
+from hertzchain.observables.samples import DampedLaw, Samples
 from hertzchain.observables.watch import PeakWatch
 from hertzchain.scene.schedule import Leg
 from tests import scenes

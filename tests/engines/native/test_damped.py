@@ -25,8 +25,8 @@ from hertzchain.observables.error_bound import (
     refuse_strong_dampers,
     stable_step,
 )
-from hertzchain.observables.history import Recorder
 from hertzchain.observables.peaks import largest_difference
+from hertzchain.observables.samples import Recorder
 from hertzchain.verdict.run_checks import balance_checks
 from tests.conftest import STEEL
 from tests.oracles import extrapolation

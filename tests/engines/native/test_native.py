@@ -37,8 +37,8 @@ from hertzchain.engines.native.methods import (
 from hertzchain.engines.native.simulation import leg_rows, room_for, simulate, stoppable
 from hertzchain.limits import Deadline
 from hertzchain.observables import observer
-from hertzchain.observables.history import Recorder
 from hertzchain.observables.peaks import largest_difference
+from hertzchain.observables.samples import Recorder
 from hertzchain.scene.ramp import SHAPES, Ramp
 from hertzchain.scene.schedule import Leg
 from hertzchain.theory import solitary_wave as exact

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.errors import HertzchainError, TooExpensive
-from hertzchain.examiner.lint import traps
+from hertzchain.examiner.lint import rules as traps
 from hertzchain.examiner.lint.deck import Deck, Finding, script_of
 from hertzchain.examiner.lint.rules import RULES, findings, lint_file
 from tests.command_line import Command

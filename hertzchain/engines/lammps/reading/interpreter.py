@@ -14,13 +14,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from hertzchain.engines.lammps.reading.allowed import CONTROL, Rules, shown, steps_of
 from hertzchain.engines.lammps.reading.found import Executed
 from hertzchain.engines.lammps.reading.text import (
+    CONTROL,
     Edits,
     Line,
+    Rules,
     edited,
     in_ascii,
+    shown,
+    steps_of,
     without_comment,
     words_of,
 )

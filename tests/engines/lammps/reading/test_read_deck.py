@@ -12,10 +12,9 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps.reading import assembling
-from hertzchain.engines.lammps.reading.found import FoundDeck
+from hertzchain.engines.lammps.reading import reading as assembling
+from hertzchain.engines.lammps.reading.found import UNITS, FoundDeck
 from hertzchain.engines.lammps.reading.probing import Sizes
-from hertzchain.engines.lammps.reading.units import UNITS
 from hertzchain.engines.lammps.reading.watching import Watched
 from tests.engines.lammps.reading.chains import BESIDE_PYTHON, SCENE, STEP, Deck, read_deck
 from tests.engines.lammps.test_bounds import whole_deck
