@@ -1,9 +1,14 @@
-"""The comparison of all oracles on a scene: rows, checks and a verdict."""
+"""The comparison of all oracles on a scene: rows, checks and a verdict.
+
+It separates three differences: LAMMPS's numbers from the scene, by round-off; codes from native
+velocity Verlet at the same steps, by round-off; each simulation from the reference, by its steps.
+The formulas never decide.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
 from numpy.typing import ArrayLike
@@ -11,27 +16,15 @@ from numpy.typing import ArrayLike
 from hertzchain.arrays import or_none
 from hertzchain.engines.external.step_error import usual_accuracy
 from hertzchain.engines.lammps.backend import Lammps
-from hertzchain.engines.lammps.reading.found import FoundDeck
 from hertzchain.engines.native.backend import Native
 from hertzchain.engines.registry import ENGINES, Simulator, compared_by_default, label_of, others
 from hertzchain.errors import BackendMissing, OverlapTooLarge, RunFailed, TooExpensive, require
-from hertzchain.examiner.examined import DeckCheck
-from hertzchain.examiner.examining import case_of_generated
-from hertzchain.examiner.probes import checks_of, probes_of
-from hertzchain.limits import TIME_LIMIT, Deadline
+from hertzchain.limits import TIME_LIMIT
 from hertzchain.observables.result import Result, context_of
 from hertzchain.scene.scene import Scene, SceneLike, to_scene
 from hertzchain.showing import ShownVerdict, ShowProgress, telling
-from hertzchain.verdict.check import (
-    FAILED,
-    NOT_RUN,
-    Check,
-    Formulas,
-    Kind,
-    formulas,
-    unmeasured,
-    within,
-)
+from hertzchain.verdict.check import FAILED, NOT_RUN, Check, Formulas, formulas, unmeasured
+from hertzchain.verdict.generated_deck import examined
 from hertzchain.verdict.run_checks import (
     as_written_check,
     balance_checks,
@@ -42,48 +35,6 @@ from hertzchain.verdict.run_checks import (
 
 if TYPE_CHECKING:
     import pandas
-
-
-_ENGINE = "lammps"
-_ADVICE = (
-    "what LAMMPS made of the deck is not the scene: `hertzchain deck` writes the deck,"
-    " `hertzchain lint` points at what is wrong in it"
-)
-NOT_EXAMINED = Kind("not examined", _ADVICE)
-
-
-def examined(scene: Scene, lammps: Lammps) -> list[Check]:
-    """Examine the deck of a scene in LAMMPS, each number by itself."""
-    try:
-        return number_checks(scene, lammps.examine(scene), lammps.time_limit)
-    except RunFailed as problem:
-        return [unmeasured(NOT_EXAMINED, _ENGINE, str(problem))]
-
-
-def number_checks(scene: Scene, deck: FoundDeck, time_limit: float = 60.0) -> list[Check]:
-    """Return a check of each number that applies to a scene."""
-    case = case_of_generated(scene, deck, Deadline(time_limit))
-    checks: list[Check] = []
-    for probe in probes_of(case):
-        several = checks_of(case, probe)
-        if several:
-            worst = next((check for check in several if check.differs), several[0])
-            name = f"{probe.name} [{probe.unit}]" if probe.unit else probe.name
-            checks.append(_check(Kind(name, _ADVICE), worst))
-        if len(checks) == 1 and not checks[0].passed:  # of another chain the rest tells nothing
-            return checks
-    return checks
-
-
-def _check(kind: Kind, number: DeckCheck) -> Check:
-    """The check of one number of an exact deck."""
-    reason = "only round-off may differ"
-    if number.differs:
-        reason += f"; {number.sentence}"
-    if number.measured is None or number.expected is None:
-        return unmeasured(kind, _ENGINE, reason)
-    numbers = float(number.measured), float(number.expected), number.room or 0.0
-    return replace(within(kind, _ENGINE, *numbers, reason), passed=not number.differs)
 
 
 @dataclass(frozen=True, repr=False)

@@ -105,7 +105,7 @@ _STEPS = {
 """
 
 _RK4_STEPS = _halvings(0.4, 0.4 / 2**7)[::2]
-"""Steps of the method in NumPy, natural time units: the last takes seconds."""
+"""Steps of the method in NumPy, natural time units: the last takes a second."""
 
 _SCIPY_STEP_FACTOR, _DAMPER_SAMPLES = 10.0, 40
 """Longest step of SciPy over that of ``Native("scipy")``, and samples of it for damped contacts.

@@ -21,7 +21,7 @@ from hertzchain.report.page import page_of, write_page
 from hertzchain.report.verdicts import of_comparison, of_judgement
 from hertzchain.report.waterfall import drawn_contacts, plot_times
 from hertzchain.verdict.check import NOT_RUN, Check, Kind, unmeasured
-from hertzchain.verdict.comparison import NOT_EXAMINED
+from hertzchain.verdict.generated_deck import NOT_EXAMINED
 from tests.conftest import paper_scene
 from tests.report.conftest import lines_of, with_lammps
 from validation.rows import row

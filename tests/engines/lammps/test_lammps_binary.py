@@ -24,7 +24,7 @@ from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.lammps.engine import look as look_at_module
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed, StepUnstable, TooExpensive
 from hertzchain.limits import Deadline
-from hertzchain.verdict.comparison import number_checks
+from hertzchain.verdict.generated_deck import number_checks
 from tests.command_line import python
 from tests.conftest import STEEL, paper_scene
 from tests.engines.lammps.reading.chains import BESIDE_PYTHON, OTHERS
