@@ -157,7 +157,7 @@ def work_in_step(
     u0: Any, v0: Any, u: Any, v: Any, lo: int, leg: Any, begin: float, h: float, off: float,
     chain: Any,
 ) -> float:  # fmt: skip
-    """Work done by the applied force in a step: four Gauss points, see ``work.work_done``."""
+    """Work done by the applied force in a step: four Gauss points, see ``watch.work_done``."""
     i = lo if chain is None else chain.pushed
     start = motion_of_granule(u0, v0, i, lo, leg, begin, off, chain)
     end = motion_of_granule(u, v, i, lo, leg, begin + h, off, chain)
