@@ -13,7 +13,7 @@ CORE = (
 )  # fmt: skip
 """Rooms to read first; ``tests/test_rooms.py`` keeps them apart from all others."""
 
-COMPARISON = ("check", "comparison", "formulas", "reference_checks", "run_checks")
+COMPARISON = ("check", "comparison", "run_checks")
 """Modules of ``verdict/`` that compare; the others judge what was computed elsewhere."""
 
 PLACES = (

@@ -178,8 +178,8 @@ def judge(
             allowed = "must be left out for pulses, whose forces are in N"
             require(units is SI and step is None, "units and dt", None, allowed)
             within = TOLERANCE if tolerance is None else tolerance
-            told: dict[str, Any] = {"time_limit": limit, "progress": report_progress}
-            shown.end(document_of(judge_trains(loaded, results[0], tolerance=within, **told)))
+            limits: dict[str, Any] = {"time_limit": limit, "progress": report_progress}
+            shown.end(document_of(judge_trains(loaded, results[0], tolerance=within, **limits)))
         judgement = reading.judge(
             loaded,
             results,

@@ -79,8 +79,8 @@ def run(
     pulses: bool = typer.Option(
         False,
         "--pulses",
-        help="Find all pulses of each contact and gauge, incident and reflected, by two more runs."
-        " With -o pulses.csv their table is written.",
+        help="Find all pulses of each contact and gauge, incident and reflected, by three further"
+        " runs. With -o pulses.csv their table is written.",
     ),
     size: options.Size = None,
     report: Path | None = typer.Option(

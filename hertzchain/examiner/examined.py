@@ -66,7 +66,7 @@ class DeckCheck:
     expected: float | None  #: number of the scene
     effect: float | None  #: largest relative change of the peaks by this alone; None if unknown
     passed: bool
-    differs: bool  #: whether the difference is above round-off, so that it gets a remark if it passed
+    differs: bool  #: whether the difference is above round-off; it gets a remark if it passed
     sentence: str  #: the number that was measured and the right one, in words
     reason: str  #: why this is too much, or not
     place: Place | None = None  #: line of the deck that sets it; None if nothing differs

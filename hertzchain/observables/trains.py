@@ -1,8 +1,8 @@
 """Trains: all pulses of each contact and of each gauge in a granule, incident and reflected.
 
 A pulse is a maximum of the dynamic force (total less static) of at least ``LEAST`` of the largest
-in the run, before and after which the force is lower by ``_DIP``: so a plateau is one pulse, and a
-pull is none. Its arrival is the last time before it at which the force is half of its height, and
+of its contact, before and after which the force is lower by ``_DIP``: so a plateau is one pulse,
+and a pull is none. Its arrival is the last time before it at which the force is half of its height, and
 its width lasts from there to the next time.
 
 Two recorded runs with other steps and other frames are compared. An error at one contact acts on
@@ -51,7 +51,7 @@ _PARTS = 8
 brackets that close around maxima and crossings."""
 
 _ROUNDS = 12
-"""How often brackets are cut: down to 1e-9 of a frame for maxima, 1e-11 for crossings."""
+"""How often brackets are cut: down to 1e-8 of a frame for maxima, 2e-12 for crossings."""
 
 _SAFETY = 3.0
 """Bound of an error over the difference of two runs (chosen): of first-order steps and their halves
@@ -59,7 +59,7 @@ it is 2, of second-order ones 4/3."""
 
 _RESOLVED = 2e-8
 """Least error that is stated, over total forces and the time unit: that of histories, which two
-runs may share. In two of some 300 random scenes it was 1e-9 and 1.2e-8."""
+runs may share. In two of about 300 random scenes it was 1e-9 and 1.2e-8."""
 
 COLUMNS = (
     "time_s", "force_N", "arrival_time_s", "width_s", "time_error_s", "force_error",

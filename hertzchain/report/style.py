@@ -11,7 +11,7 @@ from hertzchain.engines.registry import ENGINES
 if TYPE_CHECKING:
     from matplotlib.colors import Colormap
 
-FORMULAS = ("eq6", "eq9")  # formulas with peaks: fields of ``verdict.formulas.Formulas``
+FORMULAS = ("eq6", "eq9")  # formulas with peaks: fields of ``verdict.check.Formulas``
 GIVEN = "given"  # given peaks, which belong to no engine
 
 # Label, colour and marker. Okabe and Ito's colours; Tol's wine for what is given.

@@ -16,7 +16,7 @@ def of_trains(judgement: TrainJudgement) -> Document:
     failed = [check for check in checks if not check.passed]
     sentence = f"All {len(checks)} numbers are within {tolerance:.1e}."
     if failed:
-        sentence = f"{len(failed)} of {len(checks)} numbers are off by more than {tolerance:.1e}."
+        sentence = f"{len(failed)} of {len(checks)} numbers do not agree within {tolerance:.1e}."
     forces = [check for check in checks if check.kind.name.startswith("force")]
 
     def row(k: int) -> list[str]:

@@ -145,9 +145,6 @@ def _refuse_no_meeting(
     require(meet, "velocities at the start", None, allowed)
 
 
-# Floating point
-
-
 def are_normal(*values: float) -> bool:
     """Return whether all values are positive normal numbers, so that they lose no digits."""
     return all(sys.float_info.min <= value < math.inf for value in values)

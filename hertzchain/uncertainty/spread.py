@@ -120,7 +120,7 @@ def standard(one: Uncertain, place: FloatArray) -> FloatArray:
     if one.uniform:
         return np.asarray(2 * place - 1)
     normal = np.vectorize(NormalDist().inv_cdf, otypes=[float])  # SciPy takes long to load
-    return np.asarray(normal(place))
+    return np.asarray(normal(np.clip(place, 2.0**-31, 1 - 2.0**-31)))  # 0 and 1 have no quantile
 
 
 def _drawn(one: Uncertain, key: str, middle: FloatArray | float, place: FloatArray) -> FloatArray:

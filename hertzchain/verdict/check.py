@@ -1,4 +1,4 @@
-"""A check: one number against its expected value, and advice where it fails."""
+"""A check: one number against its expected value, with advice; and the values of the formulas."""
 
 from __future__ import annotations
 

@@ -70,8 +70,8 @@ def reference_checks(result: Result, reference: Result) -> list[Check]:
         return [peaks]
     if errors.first is None or true_errors.first is None:
         return [peaks]
-    assert errors.arrival is not None
-    assert true_errors.arrival is not None
+    if errors.arrival is None or true_errors.arrival is None:
+        return [peaks]
     both = true.is_clear & np.isfinite(true.force)
     if not both.any():
         return [peaks, *_gauge_checks(result, reference, reason)]

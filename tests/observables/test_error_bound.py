@@ -143,8 +143,8 @@ def test_a_bound_is_the_largest_weighted_difference_times_the_safety_and_the_res
 
 def test_no_safety_factor_is_below_what_was_measured() -> None:
     for safety in SAFETIES.values():
-        assert safety.measured < safety.factor
-        assert safety.measured_of_times < safety.of_times
+        assert 1.04 * safety.measured < safety.factor
+        assert 1.04 * safety.measured_of_times < safety.of_times
 
 
 def test_an_error_of_1_leaves_no_digit() -> None:

@@ -139,5 +139,14 @@ def test_command_json_and_judge(hertzchain: Command, tmp_path: Path) -> None:
     assert done.status == 1
     failed = [check["name"] for check in done.json()["checks"] if not check["passed"]]
     assert failed == ["contact 4: force of pulse 2 [N]"]
+    for wrong, words in (
+        ({"time_s": strong["time_s"].to_numpy()[::-1]}, "must increase from pulse to pulse"),
+        ({"width_s": ["", "wide"]}, "width_s in row 2"),
+        ({"granule": 4}, "row 1"),
+    ):
+        strong.assign(**wrong).to_csv(pulses, index=False)
+        done = hertzchain("judge", scene, pulses)
+        assert (done.status, done.out) == (2, "")
+        assert words in done.err
     with pytest.raises(SceneError, match="gauge"):
         hc.Native().run(scene).pulses(granule=3)

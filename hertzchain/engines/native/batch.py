@@ -1,6 +1,7 @@
-"""Peaks of many scenes at once, on all cores: chains of one length, any material and shock.
+"""Many scenes at once, on all cores: peaks of plain ones, and whole results of any.
 
-In natural units a scene is given by its profile, LM_ratio, n and N; a batch has arrays of these.
+In natural units a plain scene is given by its profile, LM_ratio, n and N; a batch has arrays of
+these. Scenes with terms make their first two runs in one compiled loop.
 """
 
 from __future__ import annotations

@@ -49,12 +49,12 @@ _MUCH_COARSER, _COARSER = (30.0, 1.5), (4.0, 1.2)
 difference may be small by chance, but seldom both."""
 
 _WEIGHTS = 0.15, 1.0
-"""Weights of their differences (chosen): that of the much coarser run is seven times as large where
-errors go as the tolerance."""
+"""Weights of their differences (chosen): that of the much coarser run is ten times as large where errors
+go as the tolerance."""
 
 _KNOWN, _FLOOR = 2.5, 2e-11
-"""Error that no difference shows, over the tolerance, and at least: it was 1.5e-11 once with the
-tightest one."""
+"""Error that no difference shows, over the tolerance, and what is added to that: with the tightest
+one it was 1.5e-11 once."""
 
 _TRIES = 5
 """Most tolerances that are tried."""

@@ -227,6 +227,8 @@ def test_scenes_measured_together_vs_runs_of_each(
         assert np.array_equal(result.velocity, single.velocity, equal_nan=True)
     elastic_ones = [scene for scene in scenes if not (scene.contact or scene.piston)]
     assert len(runs) == alone - 2 * len(elastic_ones)
+    limits = [deadline.limit for _, _, deadline, *_ in runs]
+    assert max(limits) <= native.time_limit
     runs.clear()
     assert len(list(batch.run_each(scenes[:1], native, Deadline(600.0)))) == 1
     assert not runs
