@@ -78,9 +78,9 @@ class Safety:
         the step (see ``SecondRun``), 1 by default; ``rest`` is an error that no difference shows,
         and is added; ``least`` is the least error by the steps.
 
-        These errors are bounds of total forces, so a small pulse on a large static force has a larger
-        relative error. Arrivals and widths [natural time units] are off by about the part of a unit
-        that forces are of themselves.
+        These errors are bounds of total forces, so a small pulse on a large static force has a
+        larger relative error. Arrivals and widths [natural time units] are off by about the part
+        of a unit that forces are of themselves.
         """
         weights, dynamic = weights or [1.0] * len(differences), differences[0].dynamic
 

@@ -49,8 +49,8 @@ _MUCH_COARSER, _COARSER = (30.0, 1.5), (4.0, 1.2)
 difference may be small by chance, but seldom both."""
 
 _WEIGHTS = 0.15, 1.0
-"""Weights of their differences (chosen): that of the much coarser run is ten times as large where errors
-go as the tolerance."""
+"""Weights of their differences (chosen): that of the much coarser run is ten times as large
+where errors go as the tolerance."""
 
 _KNOWN, _FLOOR = 2.5, 2e-11
 """Error that no difference shows, over the tolerance, and what is added to that: with the tightest
