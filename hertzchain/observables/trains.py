@@ -2,8 +2,8 @@
 
 A pulse is a maximum of the dynamic force (total less static) of at least ``LEAST`` of the largest
 of its contact, before and after which the force is lower by ``_DIP``: so a plateau is one pulse,
-and a pull is none. Its arrival is the last time before it at which the force is half of its height, and
-its width lasts from there to the next time.
+and a pull is none. Its arrival is the last time before it at which the force is half of its height,
+and its width lasts from there to the next time.
 
 Two recorded runs with other steps and other frames are compared. An error at one contact acts on
 all later events, so each pulse takes the largest difference of all pulses that came no later.

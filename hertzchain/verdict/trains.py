@@ -15,7 +15,7 @@ from hertzchain.engines.native.backend import Native
 from hertzchain.errors import SceneError, is_positive, require
 from hertzchain.limits import TIME_LIMIT, TOLERANCE
 from hertzchain.observables.result import Result, context_of
-from hertzchain.observables.trains import Train
+from hertzchain.observables.trains import COLUMNS, Train
 from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.scene import Scene, SceneLike, to_scene
 from hertzchain.showing import ShownVerdict, ShowProgress, telling
@@ -94,7 +94,8 @@ def judge_trains(
         A pandas table, or a CSV file, with the columns contact or granule (its number; empty in
         rows of the other) and force_N, the dynamic force of a pulse; perhaps time_s and width_s, as
         ``Result.pulses`` has them. Of times only those between pulses matter. Weak pulses may be
-        left out: the measured forces are matched with those that fit best, in order.
+        left out, but not stronger ones before them: the measured forces are matched with those that
+        fit best, in order. [uncertainty] of the scene is not used.
     tolerance
         Largest relative difference that passes; between 0 and 1.
     time_limit
@@ -140,16 +141,22 @@ def _measured(scene: Scene, pulses: Any) -> dict[Gauge, dict[str, FloatArray]]:
     if not is_train(list(table.columns)):
         raise SceneError("pulses", None, "must have the columns contact or granule, and force_N",
                          file=file)  # fmt: skip
+    for name in table.columns:
+        if name not in (*_PLACES, _FORCE, *COLUMNS):
+            allowed = f"must be {', '.join((*_PLACES, _FORCE, *_TIMES))}"
+            raise SceneError("column", name, allowed, file=file)
     columns = [name for name in (*_PLACES, _FORCE, *_TIMES) if name in table]
     places = [name for name in columns if name in _PLACES]
     cells = table[columns].replace(r"^\s*$", np.nan, regex=True)
     table = cells.apply(pandas.to_numeric, errors="coerce").astype(float)
     for name in columns:
         is_needed = np.full(len(table), name in (_FORCE, "time_s")) | cells[name].notna()
-        wrong = np.flatnonzero(is_needed & ~(np.isfinite(table[name]) & (table[name] > 0)))
+        is_possible = np.isfinite(table[name]) & ((table[name] > 0) | (name == "time_s"))
+        wrong = np.flatnonzero(is_needed & ~is_possible)
         if wrong.size:
             key, value = f"{name} in row {int(wrong[0]) + 1}", cells[name].iloc[wrong[0]]
-            raise SceneError(key, value, "must be a finite number above 0", file=file)
+            allowed = "must be a finite number" + (" above 0" if name != "time_s" else "")
+            raise SceneError(key, value, allowed, file=file)
     wrong = np.flatnonzero(table[places].notna().sum(axis=1) != 1)
     if wrong.size:
         key = f"row {int(wrong[0]) + 1}"
@@ -189,11 +196,16 @@ def _checks(train: Train, measured: dict[str, FloatArray], tolerance: float) -> 
             expected.append((LATER, float(np.diff(measured["time_s"])[k - 1]), later, off))
         for kind, value, right, off in expected:
             named = Kind(kind.name.format(k + 1), kind.advice)
-            if off < tolerance * abs(right) or kind is LATER and np.isfinite(off):
+            if off < tolerance * abs(right) or (kind is LATER and np.isfinite(off)):
                 checks.append(within(named, place, value, right, tolerance * right + off, reason))
             else:
                 why = "the reference itself does not know this to the tolerance"
                 checks.append(unmeasured(named, place, why))
+    least, last = (1 + tolerance) * np.min(forces), match.max(initial=0)
+    for at in set(np.flatnonzero(true[_FORCE][:last] > least).tolist()) - {*match.tolist()}:
+        kind = Kind(f"pulse of {true[_FORCE][at]:.4g} N at {true['time_s'][at]:.4g} s", _ADVICE)
+        why = "it was not measured, though a weaker one was"
+        checks.append(unmeasured(kind, place, why))
     count = true[_FORCE].size
     why = f"the reference has {count} pulses there: leave out noise, or lengthen end_time"
     more = range(match.size + 1, forces.size + 1)

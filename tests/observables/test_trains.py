@@ -139,10 +139,15 @@ def test_command_json_and_judge(hertzchain: Command, tmp_path: Path) -> None:
     assert done.status == 1
     failed = [check["name"] for check in done.json()["checks"] if not check["passed"]]
     assert failed == ["contact 4: force of pulse 2 [N]"]
+    table[table["contact"] == 4].tail(1).to_csv(pulses, index=False)
+    done = hertzchain("judge", scene, pulses)
+    assert done.status == 1
+    assert "it was not measured, though a weaker one was" in done.out
     for wrong, words in (
         ({"time_s": strong["time_s"].to_numpy()[::-1]}, "must increase from pulse to pulse"),
         ({"width_s": ["", "wide"]}, "width_s in row 2"),
         ({"granule": 4}, "row 1"),
+        ({"time_us": 1.0}, "column = 'time_us'"),
     ):
         strong.assign(**wrong).to_csv(pulses, index=False)
         done = hertzchain("judge", scene, pulses)
