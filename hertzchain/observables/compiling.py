@@ -55,16 +55,16 @@ def compiled_and_kept(**how: Any) -> Callable[[Any], Any]:
 
 def _stamps(file: Path) -> tuple[tuple[str, float, int], ...]:
     """Name, time of change and size of a file and of all files here that it imports."""
-    found: dict[Path, tuple[str, float, int]] = {}
+    stamps: dict[Path, tuple[str, float, int]] = {}
     waiting = [file]
     while waiting:
         file = waiting.pop()
-        if file not in found:
+        if file not in stamps:
             status = file.stat()
-            found[file] = file.name, status.st_mtime, status.st_size
+            stamps[file] = file.name, status.st_mtime, status.st_size
             imported = _IMPORTED.findall(file.read_text(encoding="utf-8"))
             waiting += [_PACKAGE.joinpath(*name.split(".")).with_suffix(".py") for name in imported]
-    return tuple(sorted(found.values()))
+    return tuple(sorted(stamps.values()))
 
 
 _IMPORTED = re.compile(r"^from hertzchain\.((?:observables|engines\.native)\.\w+) import", re.M)

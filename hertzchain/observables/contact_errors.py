@@ -109,8 +109,8 @@ class ContactErrors:
         """
         if self.first is None:
             return self.largest
-        known = np.append(self.peak, self.first)
-        return float(np.min(known[~np.isnan(known)], initial=np.inf))
+        errors = np.append(self.peak, self.first)
+        return float(np.min(errors[~np.isnan(errors)], initial=np.inf))
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,8 +151,8 @@ class Peaks:
         Peaks after a contact's first pulse come of waves that met more than once: they differ
         erratically, and each takes the largest difference of all contacts.
         """
-        mine, its = self.first, other.first
-        if mine is None or its is None:
+        pulses, others = self.first, other.first
+        if pulses is None or others is None:
             return ContactErrors(np.asarray(largest_difference(other.force, self.force, ESTIMATED)))
         judged = judged_contacts(self.force, ESTIMATED)
         if not judged.any():  # no force in the whole run: then any is all wrong
@@ -160,21 +160,21 @@ class Peaks:
             wrong = np.where(other.force > 0, 1.0, 0.0)
             return ContactErrors(wrong, never, never, never, never)
         peak = _relative(other.force, self.force, judged)
-        ended = np.where(mine.is_ended, mine.arrival + mine.width, np.inf)[: peak.size]
+        ended = np.where(pulses.is_ended, pulses.arrival + pulses.width, np.inf)[: peak.size]
         later = judged & (self.time > ended)
         peak = _causal(np.where(later, np.max(peak[judged]), peak), self.time)
-        has = ~np.isnan(mine.force)
-        first = _relative(its.force, mine.force, has)
-        same = (mine.is_ended == its.is_ended) & (mine.is_front == its.is_front)
-        first[has & ~(same & np.isfinite(its.force))] = np.inf
+        has = ~np.isnan(pulses.force)
+        first = _relative(others.force, pulses.force, has)
+        same = (pulses.is_ended == others.is_ended) & (pulses.is_front == others.is_front)
+        first[has & ~(same & np.isfinite(others.force))] = np.inf
         arrival, width = (
             np.where(np.isinf(first), np.inf, np.where(has, np.abs(difference), np.nan))
-            for difference in (its.arrival - mine.arrival, its.width - mine.width)
+            for difference in (others.arrival - pulses.arrival, others.width - pulses.width)
         )
         width = np.maximum(width, arrival)  # both ends of a pulse may move alike
-        width[has & ~mine.is_steady] = np.inf
-        dynamic = mine.force / (mine.force + mine.static)
-        first, arrival, width = (_causal(each, mine.time) for each in (first, arrival, width))
+        width[has & ~pulses.is_steady] = np.inf
+        dynamic = pulses.force / (pulses.force + pulses.static)
+        first, arrival, width = (_causal(each, pulses.time) for each in (first, arrival, width))
         return ContactErrors(peak, first, arrival, width, dynamic)
 
 
@@ -209,9 +209,9 @@ def columns(first: FirstPulses | None, errors: ContactErrors | None) -> dict[str
     }
 
 
-def _relative(found: FloatArray, expected: FloatArray, some: NDArray[np.bool_]) -> FloatArray:
+def _relative(values: FloatArray, expected: FloatArray, some: NDArray[np.bool_]) -> FloatArray:
     """Relative differences of some values; NaN for all others."""
-    return np.asarray(np.abs(found / np.where(some, expected, np.nan) - 1.0), np.float64)
+    return np.asarray(np.abs(values / np.where(some, expected, np.nan) - 1.0), np.float64)
 
 
 def _causal(difference: FloatArray, time: FloatArray) -> FloatArray:

@@ -245,15 +245,15 @@ def refuse_strong_dampers(scene: Scene) -> None:
     without: Any = {name: wall.damped(nearly_none) for name, wall in own_law.items()}
     alone = {"contact": (contact, replace(scene, contact=unit, **without))}
     for name, wall in own_law.items():
-        one = replace(scene, contact=nearly_none, **without | {name: wall.damped(unit)})
-        alone[name] = contact.at(wall), one
-    for section, (own, one) in alone.items():
-        most = _STRONGEST / (highest_rate(one) * scene.contact_time)
+        damped = replace(scene, contact=nearly_none, **without | {name: wall.damped(unit)})
+        alone[name] = contact.at(wall), damped
+    for section, (law, damped) in alone.items():
+        most = _STRONGEST / (highest_rate(damped) * scene.contact_time)
         allowed = (
             f"must be at most {most:.2g} {keys_of(Contact)[key].unit} in this scene: stronger"
             " dampers are beyond what can be computed"
         )
-        require(own.parameter <= most, f"{section}.{key}", own.parameter, allowed)
+        require(law.parameter <= most, f"{section}.{key}", law.parameter, allowed)
 
 
 def _largest_row(scene: Scene, of_contact: FloatArray) -> float:

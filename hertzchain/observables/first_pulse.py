@@ -72,7 +72,7 @@ class FirstPulses:
 
     def part(self, some: slice) -> FirstPulses:
         """Return the first pulses of some signals."""
-        return FirstPulses(*(getattr(self, one.name)[some] for one in fields(self)))
+        return FirstPulses(*(getattr(self, field.name)[some] for field in fields(self)))
 
     @property
     def is_ended(self) -> _Mask:

@@ -59,8 +59,8 @@ class Reading:
         With a history it has ``time_s`` and ``force_N``, what the gauge reads over time.
         """
         values = np.array(astuple(self)[1:-1])  # all but gauge and reason
-        known = zip((*COLUMNS, "speed_m_s", "speed_error"), or_none(values), strict=True)
-        read = {self.gauge.key: self.gauge.number, **dict(known), "speed_reason": self.speed_reason}
+        cells = zip((*COLUMNS, "speed_m_s", "speed_error"), or_none(values), strict=True)
+        read = {self.gauge.key: self.gauge.number, **dict(cells), "speed_reason": self.speed_reason}
         if history is None:
             return read
         force = force_over_time(scene, self.gauge, history)
@@ -90,8 +90,8 @@ def readings(scene: Scene, first: FirstPulses | None, errors: ContactErrors) -> 
     """
     if first is None:
         return ()
-    known = columns(first, errors)
-    is_ended = known["clear"].astype(bool) | ~np.isnan(known["first_width_s"])
+    table = columns(first, errors)
+    is_ended = table["clear"].astype(bool) | ~np.isnan(table["first_width_s"])
     read, next_granule = [], len(scene.contacts)
     for gauge in scene.gauges:
         place = next_granule
@@ -99,9 +99,9 @@ def readings(scene: Scene, first: FirstPulses | None, errors: ContactErrors) -> 
             place = scene.contacts.index(gauge.number)
         else:
             next_granule += 1
-        values = (float(known[name][place]) if is_ended[place] else np.nan for name in COLUMNS)
+        values = (float(table[name][place]) if is_ended[place] else np.nan for name in COLUMNS)
         read.append(Reading(gauge, *values))
-    return _with_speeds(scene, read, known["arrival_time_s"])
+    return _with_speeds(scene, read, table["arrival_time_s"])
 
 
 def _with_speeds(scene: Scene, readings: list[Reading], arrival: FloatArray) -> tuple[Reading, ...]:

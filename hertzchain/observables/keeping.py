@@ -25,9 +25,9 @@ class _Telling:
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         begins()
-        found = self._found(sig, target_context)
-        (begins if found is None else ends)(compiles=found is None)
-        return found
+        kernel = self._found(sig, target_context)
+        (begins if kernel is None else ends)(compiles=kernel is None)
+        return kernel
 
     def save_overload(self, sig: Any, data: Any) -> None:
         ends(compiles=True)
@@ -45,9 +45,9 @@ class Kept(_Telling, FunctionCache):
         with suppress(Exception):  # what was damaged can raise anything
             rtsys.initialize(target_context)  # Numba loads more: a quarter of a short command
             with self._guard_against_spurious_io_errors():  # Windows: another process writes
-                found = self._load_overload(sig, target_context)  # type: ignore[no-untyped-call]
-            if found is None or tuple(found.signature.args) == tuple(sig):
-                return found
+                kernel = self._load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+            if kernel is None or tuple(kernel.signature.args) == tuple(sig):
+                return kernel
         with suppress(Exception):  # an entry that cannot be read could not be replaced either
             self.flush()  # type: ignore[no-untyped-call]
         return None

@@ -177,8 +177,8 @@ def pressures(scene: Scene, force: FloatArray) -> FloatArray:
 
 def yield_warning(scene: Scene, peak_force: FloatArray) -> str | None:
     """Return the warning where p0 exceeds 1.60 Y; None where it does not or no Y is known."""
-    walls = (one for one in (scene.wall, scene.near_wall) if one is not None)
-    if scene.chain.yield_strength is None and not any(one.yield_strength for one in walls):
+    walls = (wall for wall in (scene.wall, scene.near_wall) if wall is not None)
+    if scene.chain.yield_strength is None and not any(wall.yield_strength for wall in walls):
         return None
     weaker = _weaker(scene, peak_force.size)
     load = pressures(scene, peak_force) / (YIELDS_AT * weaker)
@@ -199,10 +199,10 @@ def _weaker(scene: Scene, contacts: int) -> FloatArray:
 
     A striker with a material of its own and a rigid wall have no known Y.
     """
-    known = scene.chain.yield_strength
+    strength = scene.chain.yield_strength
     of = np.full(scene.chain.granules, math.inf)
-    if known is not None:
-        of[:] = known
+    if strength is not None:
+        of[:] = strength
     if set(scene.shock.material) - {"radius"}:
         of[0] = math.inf
     wall, near = scene.wall, scene.near_wall
@@ -334,41 +334,41 @@ class Result(ShownRun):
     def warnings(self) -> tuple[str, ...]:
         """Validity warnings; usually empty."""
         validity = overlap_warning(self.overlap_ratio), yield_warning(self.scene, self.peak_force)
-        found = [warning for warning in validity if warning is not None]
+        warnings = [warning for warning in validity if warning is not None]
         if self.first_pulses is not None and self.errors is not None:
             of_first = self.errors.first
             if of_first is not None and (lost := np.flatnonzero(np.isinf(of_first))).size:
                 names = [self.scene.contact_name(self.scene.contacts[k]) for k in lost[:3].tolist()]
                 more = f" and {lost.size - 3} more" if lost.size > 3 else ""
-                found.append(
+                warnings.append(
                     f"no digit is known of the first pulse of {', '.join(names)}{more}: with other"
                     " steps it is another"
                 )
             unsure = int(np.count_nonzero(self.errors.peak > ROUGH))
             if unsure:
-                found.append(
+                warnings.append(
                     f"the largest force of {unsure} of {self.contact.size} contacts may be off by"
                     " more than 1 %, as peak_error tells: repeated collisions amplify errors, but"
                     " not those of first pulses"
                 )
         elif self.error_estimate > ROUGH:
-            found.append(
+            warnings.append(
                 f"the peaks may be off by {self.error_estimate:.0%}, and p and all that follows"
                 f" from them may be wrong: {SHORTER}"
             )
         end, of_shock = self.scene.end_time, self.scene.pulse_end
         if end < of_shock:
-            found.append(
+            warnings.append(
                 f"the run ended at {end:.6g} s, before its shock did, at {of_shock:.6g} s: set a"
                 " later end_time in [run], or leave it out"
             )
         if late := self.cut_off:
             more = f" and {len(late) - 3} more" if len(late) > 3 else ""
-            found.append(
+            warnings.append(
                 f"the run ended before {', '.join(late[:3])}{more} had been pressed and had let up:"
                 f" set end_time in [run] to watch longer than {self.scene.end_time:.3g} s"
             )
-        return tuple(found)
+        return tuple(warnings)
 
     @property
     def cut_off(self) -> tuple[str, ...]:
@@ -548,14 +548,14 @@ class Result(ShownRun):
 
         Contacts without an error of their own have ``error_estimate``.
         """
-        known = self.first_columns.get("peak_error", np.full(self.peak_force.size, np.nan))
-        return np.where(np.isnan(known), self.error_estimate, known)
+        errors = self.first_columns.get("peak_error", np.full(self.peak_force.size, np.nan))
+        return np.where(np.isnan(errors), self.error_estimate, errors)
 
     @property
     def wanted_error(self) -> float:
         """The largest error of the forces for which the wanted accuracy holds (see ``wanted``)."""
-        known = self.first_pulses is not None and self.errors is not None
-        return self.errors.wanted if known else self.error_estimate  # type: ignore[union-attr]
+        has_errors = self.first_pulses is not None and self.errors is not None
+        return self.errors.wanted if has_errors else self.error_estimate  # type: ignore[union-attr]
 
     @cached_property
     def first_columns(self) -> dict[str, NDArray[Any]]:
@@ -564,8 +564,8 @@ class Result(ShownRun):
         ``near_end`` is true for the last contacts, where incident and reflected wave are one hump:
         two, or seven if contacts are damped or loaded.
         """
-        known = columns(self.first_pulses, self.errors)
-        return {**known, "near_end": is_near_end(self.scene)} if known else {}
+        table = columns(self.first_pulses, self.errors)
+        return {**table, "near_end": is_near_end(self.scene)} if table else {}
 
     def wave(self, first: int, last: int) -> Wave:
         """Return the wave from one contact to a later one; SceneError without first pulses."""
@@ -602,7 +602,7 @@ class Result(ShownRun):
             **({} if static is None else {"static_force_N": static.tolist()}),
             **{name: or_none(values) for name, values in self.first_columns.items()},
             **({} if self.first_pulses is None else {"wave": dict_of(self.usual_wave)}),
-            **({"gauges": [one.to_dict(scene, history) for one in gauges]} if gauges else {}),
+            **({"gauges": [gauge.to_dict(scene, history) for gauge in gauges]} if gauges else {}),
             "transition_granules": self.transition_granules,
             "solitary_wave": {
                 "peak_force_N": wave.peak_force,

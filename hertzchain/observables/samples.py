@@ -39,8 +39,8 @@ class Samples:
     @property
     def granule_derivatives(self) -> tuple[FloatArray, ...]:
         """Displacement and its time derivatives, as many as are known."""
-        known = (self.displacement, self.velocity, self.acceleration)
-        return known if self.jerk is None else (*known, self.jerk)
+        derivatives = (self.displacement, self.velocity, self.acceleration)
+        return derivatives if self.jerk is None else (*derivatives, self.jerk)
 
     @property
     def overlap_derivatives(self) -> tuple[FloatArray, ...]:
@@ -62,8 +62,8 @@ class Samples:
         return self.time, _of_four([values[:, which] for values in self.granule_derivatives])
 
 
-def _of_four(known: Sequence[FloatArray]) -> FloatArray:
-    return np.array([*known, np.full_like(known[0], np.nan)][:4])
+def _of_four(derivatives: Sequence[FloatArray]) -> FloatArray:
+    return np.array([*derivatives, np.full_like(derivatives[0], np.nan)][:4])
 
 
 def closing(values: FloatArray, contacts: int) -> FloatArray:
@@ -159,8 +159,8 @@ class DampedLaw:
         All arrays have the shape (samples, contacts). Velocity Verlet computes forces before it has
         the velocity of that time; codes use the velocity half a step earlier.
         """
-        found = force + (self.force(overlap, rate) - self.force(overlap, felt))
-        return found if self.attraction else np.maximum(found, 0.0)
+        total = force + (self.force(overlap, rate) - self.force(overlap, felt))
+        return total if self.attraction else np.maximum(total, 0.0)
 
 
 def true_forces(samples: Samples, law: DampedLaw, leg: Leg) -> Samples:

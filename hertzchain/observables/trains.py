@@ -315,14 +315,14 @@ class _Signal:
                 n, sign = (below[0], -1) if ahead else (below[-1], 1)
                 low[k] = self.grid[n]  # below the level; towards ``high`` it is reached
                 high[k] = (max if ahead else min)(self.grid[n + sign], at)
-        known = np.flatnonzero(~np.isnan(low))
-        each, parts = np.arange(known.size), np.arange(_PARTS + 1) / _PARTS
+        rows = np.flatnonzero(~np.isnan(low))
+        each, parts = np.arange(rows.size), np.arange(_PARTS + 1) / _PARTS
         for _ in range(_ROUNDS):
-            times = low[known][:, np.newaxis] + parts * (high - low)[known][:, np.newaxis]
-            is_below = self.at(times) < level[known][:, np.newaxis]
+            times = low[rows][:, np.newaxis] + parts * (high - low)[rows][:, np.newaxis]
+            is_below = self.at(times) < level[rows][:, np.newaxis]
             is_below[:, 0], is_below[:, -1] = True, False
-            last = _PARTS - 1 - np.argmax(is_below[:, -2::-1], axis=1) if known.size else each
-            low[known], high[known] = times[each, last], times[each, last + 1]
+            last = _PARTS - 1 - np.argmax(is_below[:, -2::-1], axis=1) if rows.size else each
+            low[rows], high[rows] = times[each, last], times[each, last + 1]
         return high
 
 

@@ -175,8 +175,8 @@ def solitary_wave(
         peak_force[None], peak_time[None], has_peaked[None], np.array([p]), np.array([diameter]),
         np.array([slowness]),
     )  # fmt: skip
-    found = (float(values[0]) for values in waves)
-    return SolitaryWave(*(None if math.isnan(value) else value for value in found))
+    numbers = (float(values[0]) for values in waves)
+    return SolitaryWave(*(None if math.isnan(value) else value for value in numbers))
 
 
 def solitary_waves(
@@ -311,43 +311,43 @@ def runs_forwards(arrival: FloatArray, contacts: Sequence[int]) -> bool:
     return bool(begin < end and not ((between < begin) | (between > end)).any())
 
 
-def wave_between(scene: Scene, known: Mapping[str, NDArray[Any]], first: int, last: int) -> Wave:
+def wave_between(scene: Scene, table: Mapping[str, NDArray[Any]], first: int, last: int) -> Wave:
     """Return the wave from one contact to another, from the columns of ``Result.first_columns``."""
-    if not known:
+    if not table:
         allowed = 'needs first pulses, which this run has not: ask for wanted="first"'
         raise SceneError("wave", None, allowed)
     most = scene.chain.granules
     allowed = f"must be two contacts from 2 to {most}, between granules, the later one last"
     require(2 <= first < last <= most, "contacts", (first, last), allowed)
     i, j = (scene.contacts.index(contact) for contact in (first, last))
-    arrival, error = known["arrival_time_s"], known["arrival_error_s"]
+    arrival, error = table["arrival_time_s"], table["arrival_error_s"]
     apart, time = np.diff(places(scene)[[i, j]])[0], arrival[j] - arrival[i]
-    is_clear = known["clear"][[i, j]].all() and not is_near_end(scene, NEAR_END)[j]
+    is_clear = table["clear"][[i, j]].all() and not is_near_end(scene, NEAR_END)[j]
     if not (is_clear and runs_forwards(arrival, (i, j))):
         allowed = "must have clear first pulses of one wave, before the last two ahead of an end"
         raise SceneError("contacts", (first, last), allowed)
     speed, off = apart / time, (error[i] + error[j]) / time
     # A front lasts until another wave comes, so it has no width.
-    width = np.nan if known["kind"][j] == "front" else known["first_width_s"][j]
+    width = np.nan if table["kind"][j] == "front" else table["first_width_s"][j]
     radius = scene.granules.radius
     diameter = radius[j] + radius[min(j + 1, radius.size - 1)]
     return Wave(
         first, last, float(speed), float(off / max(1.0 - off, 1e-300)),
-        float(known["first_peak_force_N"][j]), float(known["first_peak_error"][j]),
-        float(width), float(known["first_width_error_s"][j] / width),
+        float(table["first_peak_force_N"][j]), float(table["first_peak_error"][j]),
+        float(width), float(table["first_width_error_s"][j] / width),
         float(width * speed / diameter),
     )  # fmt: skip
 
 
-def usual_wave(scene: Scene, known: Mapping[str, NDArray[Any]]) -> Wave | None:
+def usual_wave(scene: Scene, table: Mapping[str, NDArray[Any]]) -> Wave | None:
     """The wave over the last contacts that no end disturbs, at most ten; None without one."""
-    if not known:
+    if not table:
         return None
     last = int(np.count_nonzero(~is_near_end(scene))) + scene.contacts[0] - 1
     first = max(last - _APART, 2)
     if first >= last:
         return None
     pair = [scene.contacts.index(contact) for contact in (first, last)]
-    if not (runs_forwards(known["arrival_time_s"], pair) and known["clear"][pair].all()):
+    if not (runs_forwards(table["arrival_time_s"], pair) and table["clear"][pair].all()):
         return None
-    return wave_between(scene, known, first, last)
+    return wave_between(scene, table, first, last)
