@@ -116,9 +116,9 @@ class Native:
 
     def __post_init__(self) -> None:
         if self.method is not None:
-            known = (*METHODS, "scipy")
-            names = ", ".join(known)
-            require(self.method in known, "method", self.method, f"must be one of {names}")
+            methods = (*METHODS, "scipy")
+            names = ", ".join(methods)
+            require(self.method in methods, "method", self.method, f"must be one of {names}")
         if self.dt is not None:
             require(is_positive(self.dt), "dt", self.dt, f"{POSITIVE} [s]")
         if self.rtol is not None:
@@ -366,8 +366,8 @@ class Native:
                 # The result of such a contact is the force at one time, not a peak.
                 tries, hard, plan, before = False, True, plans.cheapest(aim, hard=True), math.inf
                 continue
-            again = scene.piston is not None or (before < math.inf and not scene.is_plain)
-            errors = _errors_of_plan(prepared, legs, plan, run, rising or again)
+            twice = scene.piston is not None or (before < math.inf and not scene.is_plain)
+            errors = _errors_of_plan(prepared, legs, plan, run, rising or twice)
             error, cost = errors.wanted, run.evaluations * scene.bodies
             if error <= rtol or plan.hopeless(error, before, cost):
                 break

@@ -206,17 +206,17 @@ def _peaks_of(scenes: Sequence[Scene], rtol: float, time_limit: float, wanted: s
     rows = np.zeros((len(legs), max(map(len, legs), default=0), 8))
     for of_scene, row in zip(rows, legs, strict=True):
         of_scene[: len(row)] = row
-    found = _accurate_enough(
+    batch = _accurate_enough(
         rows, calibrated, scenes.__getitem__, granules, rtol, time_limit, usable_cores()
     )
     force = np.array([scene.units.force for scene in scenes])[:, None]
     time = np.array([scene.units.time for scene in scenes])[:, None]
-    for k, (scene, largest) in enumerate(zip(scenes, found.peak_force.max(axis=1), strict=True)):
+    for k, (scene, largest) in enumerate(zip(scenes, batch.peak_force.max(axis=1), strict=True)):
         force_here = float(largest) * scene.units.force
         refuse_deep_overlap(overlap_ratio(scene.chain, force_here), f"scene {k}: ")
-    peak_force = found.peak_force * force
-    peak_time = times_of_peaks(peak_force, found.peak_time * time)
-    return replace(found, peak_force=peak_force, peak_time=peak_time)
+    peak_force = batch.peak_force * force
+    peak_time = times_of_peaks(peak_force, batch.peak_time * time)
+    return replace(batch, peak_force=peak_force, peak_time=peak_time)
 
 
 def _common_length(scenes: Sequence[Scene]) -> int:
@@ -509,23 +509,23 @@ def _accurate_enough(
 
     with Watched() as preparation:
         deadline = Deadline(time_limit, lambda: preparation.time)
-        scenes, known = calibrated.size, np.flatnonzero(calibrated)
+        scenes, indices = calibrated.size, np.flatnonzero(calibrated)
         refuse_memory(8.0 * 3 * scenes * granules)
         force, time = np.zeros((scenes, granules - 1)), np.full((scenes, granules - 1), np.nan)
         error, evaluations = np.ones(scenes), np.zeros(scenes, np.int64)
         passed = np.zeros(force.shape, np.bool_)
-        if known.size:
+        if indices.size:
             plan = plans.cheapest(rtol, checked=False)
-            force[known], time[known], end, taken = _march_all(
+            force[indices], time[indices], end, taken = _march_all(
                 rows, plan.walker, granules, deadline, cores
             )
             # A motion that diverged has no meaningful number of evaluations.
-            evaluations[known] = np.nan_to_num(taken)
-            error[known] = np.where(np.isnan(taken), np.inf, plan.least(taken))
-            passed[known] = time[known] < end[:, None]
+            evaluations[indices] = np.nan_to_num(taken)
+            error[indices] = np.where(np.isnan(taken), np.inf, plan.least(taken))
+            passed[indices] = time[indices] < end[:, None]
         native = Native(rtol=rtol, peaks_only=True, wanted="all")
 
-        def one(k: int) -> None:
+        def march_one(k: int) -> None:
             if deadline.left <= 0:
                 raise deadline.passed()
             single = native.accurate_enough(scene_of(k), None, deadline, rtol)
@@ -533,7 +533,7 @@ def _accurate_enough(
             force[k], time[k], passed[k] = run.peaks.force, run.peaks.time, run.peaks.passed
             error[k], evaluations[k] = errors.largest, run.evaluations
 
-        list(on_cores(one, np.flatnonzero(~(error <= rtol)).tolist(), cores))
+        list(on_cores(march_one, np.flatnonzero(~(error <= rtol)).tolist(), cores))
         return Batch(force, time, error, passed, evaluations)
 
 
@@ -553,7 +553,7 @@ def _march_all(
 
     scenes = len(rows)
     force, time = np.zeros((scenes, granules - 1)), np.full((scenes, granules - 1), np.nan)
-    found = force, time, np.zeros(scenes), np.zeros(scenes)
+    outputs = force, time, np.zeros(scenes), np.zeros(scenes)
     steps = steps_of(rows[0], walker)
     at_rest, nothing = np.zeros((0, 0)), room_for()
 
@@ -561,11 +561,11 @@ def _march_all(
         state, blank = (elastic_state.at_the_start(granules) for _ in range(2))
         elastic.march_each(
             rows[some], steps, state, blank, granules, at_rest, MOVING, force[some], time[some],
-            nothing, found[2][some], found[3][some], control,
+            nothing, outputs[2][some], outputs[3][some], control,
         )  # fmt: skip
 
     _in_parts(part, scenes, deadline, cores)
-    return found
+    return outputs
 
 
 def _parts(scenes: int, cores: int) -> list[slice]:

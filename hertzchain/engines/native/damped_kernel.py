@@ -177,11 +177,11 @@ def any_moving(u: Any, v: Any, on: Any, c: Any) -> bool:
 
     Such a contact may press again before it has opened, where a load bends the flight.
     """
-    found = False
+    any_moves = False
     for i in range(on.size):
         overlaps = c.stiffness[i] > 0.0 and u[i] - u[i + 1] - c.gap[i] > 0.0
-        found = found or overlaps or is_moving(u, v, on, i, c)
-    return found
+        any_moves = any_moves or overlaps or is_moving(u, v, on, i, c)
+    return any_moves
 
 
 @compiled
@@ -190,7 +190,7 @@ def clusters(u: Any, v: Any, on: Any, is_pushed: bool, c: Any, inside: Any) -> b
 
     ``inside`` is filled in, shape (granules,). With ``is_pushed`` granule 1 is among them.
     """
-    size, found = on.size, False
+    size, any_acts = on.size, False
     acts = is_pushed
     for i in range(size):
         # A contact that only touches acts as soon as its neighbour does.
@@ -200,13 +200,13 @@ def clusters(u: Any, v: Any, on: Any, is_pushed: bool, c: Any, inside: Any) -> b
     for i in range(size - 1, -1, -1):
         acts = inside[i] or (acts and on[i] > 0.0)
         inside[i] = acts
-        found = found or acts
+        any_acts = any_acts or acts
     before = False
     for i in range(size):
         acts = inside[i]
         inside[i] = acts or before or (i + 1 < size and inside[i + 1])
         before = acts
-    return found
+    return any_acts
 
 
 @compiled
@@ -786,21 +786,21 @@ def march(
                         part_force[k], part_time[k] = seen.force[i], seen.time[i]
                 part_u[many] = part_v[many] = 0.0  # the wall
                 end.u[many] = end.v[many] = begun.a[many] = end.a[many] = 0.0
-                its = Chain(
+                group = Chain(
                     part_of_c.stiffness[:many], part_of_c.inverse_mass[:many],
                     part_of_c.gap[:many], part_of_c.constant[:many], part_of_c.damping[:many],
                     c.exponent, c.attraction, 0, c.fixed,
                 )  # fmt: skip
-                own = Motion(
+                motion = Motion(
                     part_u[: many + 1], part_v[: many + 1], begun.a, begun.f, begun.r, begun.power
                 )
                 run.hi = many
                 # ``parted`` is true here: for a literal True all would be compiled a second time.
                 advance(
-                    own, end, part_on[:many], room, its, leg if chosen[0] == 0 else no_force, stop,
-                    parted, run, method, tolerance, max(_SLOW, np.max(np.abs(v))), longest, stable,
-                    most_work, Seen(part_force[:many], part_time[:many], record), watch, control,
-                    chosen,
+                    motion, end, part_on[:many], room, group, leg if chosen[0] == 0 else no_force,
+                    stop, parted, run, method, tolerance, max(_SLOW, np.max(np.abs(v))), longest,
+                    stable, most_work, Seen(part_force[:many], part_time[:many], record), watch,
+                    control, chosen,
                 )  # fmt: skip
                 run.hi = granules
                 for k in range(many):

@@ -101,14 +101,14 @@ def integrate_damped(
     force, time = np.zeros(contacts), np.full(contacts, np.nan)
     method = _method()
     state = at_the_start(granules, method.nodes.size)
-    found = damped_kernel.march(
+    outcome = damped_kernel.march(
         rows, method, chain.padded(), start if start.size else np.zeros((2, granules)),
         MOVING if has_front else granules, tolerance, longer * longest,
         longer * damped_kernel.STABLE, most_work, state, Seen(force, time, record),
         watch, usual, np.zeros(3) if control is None else control,
     )  # fmt: skip
-    peaks = Peaks(force, time, time < found.end)
-    return Simulation.of(found, state.start.u[:granules], state.start.v[:granules], peaks)
+    peaks = Peaks(force, time, time < outcome.end)
+    return Simulation.of(outcome, state.start.u[:granules], state.start.v[:granules], peaks)
 
 
 @functools.cache

@@ -603,18 +603,18 @@ def march_each(
             for i in range(state.rows.shape[1]):
                 state.rows[row, i] = 0.0
         state.progress[0] = blank.progress[0]
-        its = Steps(
+        row_steps = Steps(
             rows[n, :taken], steps.kicks, steps.drifts, steps.verlet, steps.tolerance,
             steps.starting,
         )  # fmt: skip
         seen = Seen(force[n], time[n], record)
-        found = march(
-            its, state, granules, start, None, moving, True, seen, None, math.nan, control
+        outcome = march(
+            row_steps, state, granules, start, None, moving, True, seen, None, math.nan, control
         )
-        if found.status == STOPPED:
+        if outcome.status == STOPPED:
             return
-        end[n] = found.end
-        evaluations[n] = math.nan if found.status == DIVERGED else found.evaluations
+        end[n] = outcome.end
+        evaluations[n] = math.nan if outcome.status == DIVERGED else outcome.evaluations
 
 
 @compiled_and_kept(**UNCOUNTED)
@@ -638,7 +638,7 @@ def march_watched(
     pulses: Any,
     usual: FloatArray,
     motion: FloatArray,
-    found: FloatArray,
+    outcomes: FloatArray,
     control: FloatArray,
 ) -> None:
     """Integrate chains one after the other, as ``march``, and read off their first pulses.
@@ -695,7 +695,7 @@ def march_watched(
             pulses[n, k] = watch.pulses[k]
         for i in range(granules):
             motion[n, 0, i], motion[n, 1, i] = state.rows[0, i], state.rows[1, i]
-        found[n, 0], found[n, 1], found[n, 2] = out.status, out.steps, out.evaluations
-        found[n, 3], found[n, 4], found[n, 5] = out.granule_evaluations, out.end, out.work
-        found[n, 6], found[n, 7], found[n, 8] = out.momentum, out.energy, out.wall_impulse
-        found[n, 9], found[n, 10] = out.piston_impulse, out.dissipated
+        outcomes[n, 0], outcomes[n, 1], outcomes[n, 2] = out.status, out.steps, out.evaluations
+        outcomes[n, 3], outcomes[n, 4], outcomes[n, 5] = out.granule_evaluations, out.end, out.work
+        outcomes[n, 6], outcomes[n, 7], outcomes[n, 8] = out.momentum, out.energy, out.wall_impulse
+        outcomes[n, 9], outcomes[n, 10] = out.piston_impulse, out.dissipated

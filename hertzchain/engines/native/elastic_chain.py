@@ -409,8 +409,8 @@ def start_leg(leg: Any, u: Any, v: Any, g: Any, seen: Any, run: Any, lo: int, ch
 @part
 def pushed_legs(legs: Any) -> int:
     """Number of legs up to the last one with a force."""
-    found = 0
+    count = 0
     for k in range(legs.shape[0]):
         if legs[k, SHAPE] != 0:
-            found = k + 1
-    return found
+            count = k + 1
+    return count

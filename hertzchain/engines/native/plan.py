@@ -143,10 +143,10 @@ class Plan:
 def is_known(momentum_ratio: Any, duration_ratio: Any, granules: int) -> Any:
     """Whether a profile of the paper with LM_ratio and n (arrays) is in the measured range."""
     (low, high), (short, long) = _KNOWN_RATIOS, _KNOWN_DURATIONS
-    known = (momentum_ratio >= low) & (momentum_ratio <= high)
-    known &= (duration_ratio >= short) & (duration_ratio <= long)
+    in_range = (momentum_ratio >= low) & (momentum_ratio <= high)
+    in_range &= (duration_ratio >= short) & (duration_ratio <= long)
     is_long = np.logical_not(is_short(momentum_ratio, granules))
-    return known & is_long & (granules <= _KNOWN_GRANULES)
+    return in_range & is_long & (granules <= _KNOWN_GRANULES)
 
 
 def is_calibrated(scene: Scene) -> bool:

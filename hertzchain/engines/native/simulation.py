@@ -164,9 +164,9 @@ class Simulation:
     status: int = 0  # of compiled runs: ``elastic_state.DONE`` or one of the next constants there
 
     @classmethod
-    def of(cls, found: Outcome, displacement: Any, velocity: Any, peaks: Peaks) -> Simulation:
+    def of(cls, outcome: Outcome, displacement: Any, velocity: Any, peaks: Peaks) -> Simulation:
         """Return what a compiled run found."""
-        numbers = found._asdict()
+        numbers = outcome._asdict()
         del numbers["granule_evaluations"]
         return cls(displacement, velocity, peaks, **numbers)
 
@@ -220,14 +220,14 @@ class Prepared:
     ) -> Prepared:  # fmt: skip
         """Prepare a scene; ``first``: first pulses are wanted. For the others see ``simulate``."""
         assert scene.contact is None  # damped contacts: see damped_runs
-        own = start_of(scene)
+        initial = start_of(scene)
         chain = Chain.of(scene).padded() if first or not scene.is_plain else None
         # The front of a wave moves granules smoothly, but not across a gap or under a static load.
         has_front = window and start is None and (chain is None or not chain.gap.any())
         has_front = has_front and not scene.moves and scene.pushed == 0
         return cls(
             scene, deadline, start is None, chain,
-            own if start is None else start + own if own.size else start,
+            initial if start is None else start + initial if initial.size else start,
             MOVING if has_front else scene.bodies, 1.0 if chain is None else softest(scene),
             Signals.of(scene).in_units(scene.units) if first else None,
         )  # fmt: skip
@@ -367,14 +367,14 @@ def stoppable(run: Callable[[], Any], control: FloatArray, deadline: Deadline) -
     ``run`` releases the interpreter lock; -1 as the first entry of ``control`` ends it. Raises
     TooExpensive if the work is not done by the deadline.
     """
-    found: list[Any] = []
+    results: list[Any] = []
     failed: list[BaseException] = []
     # On Python 3.11 an interrupted join makes a thread seem dead that is not.
     done = threading.Event()
 
     def work() -> None:
         try:
-            found.append(run())
+            results.append(run())
         except BaseException as problem:  # raised again below
             failed.append(problem)
         finally:
@@ -391,7 +391,7 @@ def stoppable(run: Callable[[], Any], control: FloatArray, deadline: Deadline) -
         raise
     if failed:
         raise failed[0]
-    return found[0]
+    return results[0]
 
 
 def _wait(done: threading.Event, deadline: Deadline) -> None:
