@@ -87,17 +87,17 @@ def run(
     error_bound.refuse_strong_dampers(scene)
     runner = _Runner(scene, simulate, steps)
     answer = runner.answer()
-    found = answer.run
+    simulation = answer.run
     if not answer.round_off < 1:
         raise Unpredictable(
             f"{code} cannot resolve the overlaps of this scene in its coordinates: take"
             " a shorter chain or a shorter pulse"
         )
-    longest = max(leg.dt for leg in found.legs)
+    longest = max(leg.dt for leg in simulation.legs)
     too_long = steps.dt is not None and longest > error_bound.SHORT * scene.contact_time
     error_bound.refuse_meaningless(code, answer.errors.least, too_long)
     refuse_deep_overlap(largest_overlap_ratio(scene, answer.peaks.force))
-    history = None if times is None else runner.history(found.legs, times)
+    history = None if times is None else runner.history(simulation.legs, times)
     first = answer.errors.known(answer.peaks.first)
     errors = answer.errors.in_units(scene.contact_time)
     return Result(
@@ -112,15 +112,15 @@ def run(
         peak_time=answer.peaks.time,
         peak_passed=answer.peaks.passed,
         error_estimate=answer.errors.largest,
-        displacement=found.displacement[scene.first_granule :],
-        velocity=found.velocity[scene.first_granule :],
-        balance=found.balance,
+        displacement=simulation.displacement[scene.first_granule :],
+        velocity=simulation.velocity[scene.first_granule :],
+        balance=simulation.balance,
         history=history,
         wall_time=time.perf_counter() - begin,
-        versions={code.lower(): found.version},
+        versions={code.lower(): simulation.version},
         lost_digits=LostDigits(
-            found.made.scene(scene).chain.first_modulus,
-            predicted_loss(scene, found.steps),
+            simulation.scaling.scene(scene).chain.first_modulus,
+            predicted_loss(scene, simulation.steps),
             answer.round_off,
         ),
         first_pulses=first and first.part(slice(len(scene.contacts))),
@@ -136,13 +136,13 @@ def peaks_alone(
     runner = _Runner(scene, simulate, steps)
     legs = scene.schedule(2 * dt if steps.extrapolated else dt)
     strides = [runner.stride(leg, recording=False) for leg in legs]
-    found = runner.simulate(legs, strides)
+    coarse = runner.simulate(legs, strides)
     if not steps.extrapolated:
-        return found.peaks.force, found.steps
+        return coarse.peaks.force, coarse.steps
     halved = tuple(leg.in_steps(2 * leg.steps) for leg in legs)
     finer = runner.simulate(halved, [2 * stride for stride in strides])
-    force = runner.extrapolated_from(found, finer).force
-    return np.asarray(force), found.steps + finer.steps
+    force = runner.extrapolated_from(coarse, finer).force
+    return np.asarray(force), coarse.steps + finer.steps
 
 
 @dataclass(frozen=True, eq=False)
@@ -255,13 +255,13 @@ class _Runner:
             runs = [*runs[1 - needed :], self.simulate(finer, apart)]
             if len(runs) < needed:
                 continue
-            found = [self.extrapolated_from(*pair) for pair in itertools.pairwise(runs)]
-            after, last = found[-1], runs[-1]
+            limits = [self.extrapolated_from(*pair) for pair in itertools.pairwise(runs)]
+            after, last = limits[-1], runs[-1]
             grows, lost = 2**self.order, runs[-2].round_off(self.scene)
             lost = (grows * last.round_off(self.scene) + lost) / (grows - 1)
             rest = lost + step_error.interpolation_error(self.scene, finer, apart)
             rest += (grows * last.peaks.reading_error + runs[-2].peaks.reading_error) / (grows - 1)
-            errors = self._errors_of_extrapolated(found, runs[-2].peaks, finer, last.peaks, rest)
+            errors = self._errors_of_extrapolated(limits, runs[-2].peaks, finer, last.peaks, rest)
             if self._is_enough(errors, rest + lost):
                 break
         return _Answer(last, after, runs[-2].steps + last.steps, errors, lost)
@@ -277,7 +277,7 @@ class _Runner:
         scene, last = self.scene, extrapolated[-1]
         gain, per_unit = step_error.least_gain(scene), 1 / scene.contact_time
         pairs = itertools.pairwise(reversed(extrapolated))
-        differences = [one.differences(other).in_units(per_unit) for one, other in pairs]
+        differences = [finer.differences(other).in_units(per_unit) for finer, other in pairs]
         weights = [gain**-later for later in range(len(differences))]
         safety, by_chance = step_error.extrapolation_safety(scene, legs, peaks, last.any_rising)
         errors = safety.bounds(differences, weights, rest + by_chance)

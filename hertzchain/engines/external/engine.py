@@ -92,10 +92,10 @@ class ExternalEngine(ABC):
             steps = sum(leg.steps for leg in legs)
             # Where coordinates would cost too many digits the code gets a similar scene; readings
             # are scaled back to the true scene at once.
-            made = softening(scene, steps)
+            scaling = softening(scene, steps)
             deadline.refuse(self._least_time(steps, scene.chain.granules))
-            seen = Observation(scene, made, legs, times, self.LABEL, first)
-            return seen.simulation(code(made.scene(scene), seen.legs, strides, seen))
+            seen = Observation(scene, scaling, legs, times, self.LABEL, first)
+            return seen.simulation(code(scaling.scene(scene), seen.legs, strides, seen))
 
         return simulate
 
@@ -220,8 +220,8 @@ class ProgramEngine(ExternalEngine):
                 (folder / self.FILE).write_text(text, encoding="ascii")
                 command = self._command(program)
                 run_program(command, folder, deadline, self.LABEL, **self.ENVIRONMENT)
-                found = self._found(folder, scene)
-            recorded.observe(seen, found.rest, found.readings, strides, found.wall_force)
-            return found.version
+                record = self._found(folder, scene)
+            recorded.observe(seen, record.rest, record.readings, strides, record.wall_force)
+            return record.version
 
         return run

@@ -33,11 +33,11 @@ class Observation:
     """
 
     def __init__(
-        self, scene: Scene, made: Softening, legs: Sequence[Leg], times: FloatArray | None,
+        self, scene: Scene, scaling: Softening, legs: Sequence[Leg], times: FloatArray | None,
         code: str, first: bool = False,
     ) -> None:  # fmt: skip
-        self._scene, self._made, self._legs, self.code = scene, made, tuple(legs), code
-        self.legs = [made.leg(leg) for leg in legs]  # the legs given to the code
+        self._scene, self._scaling, self._legs, self.code = scene, scaling, tuple(legs), code
+        self.legs = [scaling.leg(leg) for leg in legs]  # the legs given to the code
         self._fastest, self._law = _fastest(scene), DampedLaw.of(scene)
         self._signals, wall = Signals.of(scene) if first else None, scene.wall is not None
         self._recorder = None if times is None else Recorder(times, scene.bodies, wall)
@@ -62,9 +62,9 @@ class Observation:
             self._scene, self._law, 1 / at_rest.mass, self._signals, self._recorder,
             self._scene.units.force,
         )  # fmt: skip
-        made = self._made.scene(self._scene)
-        self._held = _held(made)
-        self._law_given = None if made.contact is None else DampedLaw.of(made)
+        scene = self._scaling.scene(self._scene)
+        self._held = _held(scene)
+        self._law_given = None if scene.contact is None else DampedLaw.of(scene)
 
     def update(
         self, number: int, time: FloatArray, arrays: FloatArray,
@@ -86,21 +86,21 @@ class Observation:
             time, arrays, self._at_rest, leg_given, self._held, wall_force, self._law_given
         )
         self._refuse_second_neighbours(seen)
-        samples = self._made.true(seen)
+        samples = self._scaling.true(seen)
         if self._samples is None:
-            before = arrays[0, 1] / self._made.time
+            before = arrays[0, 1] / self._scaling.time
             self._given = self._energy(samples, 0, before)
         if np.max(np.abs(samples.velocity)) > 2 * self._fastest:
             raise diverged(self.code)
         self._watch.update(samples, leg, leg.dt / 2)
         self._samples = samples
-        self._velocity = arrays[-1, 1] / self._made.time
+        self._velocity = arrays[-1, 1] / self._scaling.time
 
     def simulation(self, version: str) -> Simulation:
         """Return the results after the last leg."""
         assert self._samples is not None
         return Simulation(
-            made=self._made, legs=self._legs, peaks=self._watch.seen, seen=self._watch.peaks,
+            scaling=self._scaling, legs=self._legs, peaks=self._watch.seen, seen=self._watch.peaks,
             displacement=self._samples.displacement[-1], velocity=self._velocity,
             balance=self._balance(self._samples), recorder=self._recorder, version=version,
         )  # fmt: skip
@@ -155,22 +155,22 @@ def _fastest(scene: Scene) -> float:
     return 10.0 * math.sqrt(2 * (energy + flying) / lightest)
 
 
-def _held(made: Scene) -> readings.Held:
+def _held(scene: Scene) -> readings.Held:
     """Return loads and wall of the scene that a code computes; ``Held()`` without terms."""
-    pressed, wall = made.precompression, made.wall
-    place = None if wall is None else wall_position(made)
-    pushed = made.pushed
+    pressed, wall = scene.precompression, scene.wall
+    place = None if wall is None else wall_position(scene)
+    pushed = scene.pushed
     if pressed is None:
         return readings.Held(wall=place, pushed=pushed)
-    second = pressed.force if made.shock.loaded_granule else 0.0
-    return readings.Held(pressed.gravity, second, made.held_load, place, pushed)
+    second = pressed.force if scene.shock.loaded_granule else 0.0
+    return readings.Held(pressed.gravity, second, scene.held_load, place, pushed)
 
 
 @dataclass(frozen=True, eq=False)
 class Simulation:
     """Results of one run of another code, in SI units of the true scene."""
 
-    made: Softening  # the similar scene that was computed
+    scaling: Softening  # the similar scene that was computed
     legs: tuple[Leg, ...]
     peaks: PeakWatch
     seen: Peaks  # the same, with first pulses where they were wanted
@@ -187,4 +187,4 @@ class Simulation:
 
     def round_off(self, scene: Scene) -> float:
         """Upper bound of the relative error of the peaks by absolute coordinates."""
-        return round_off(scene, self.made, self.steps, self.peaks.force, self.displacement)
+        return round_off(scene, self.scaling, self.steps, self.peaks.force, self.displacement)

@@ -71,10 +71,10 @@ def _refuse_full(folder: str) -> None:
 
 def find_program(name: str, what_to_do: str) -> str:
     """Return the path of a program, given as a path or as a name on the search path."""
-    found = shutil.which(name)
-    if found is None:
+    path = shutil.which(name)
+    if path is None:
         raise BackendMissing(f"{name} is missing or not a program: {what_to_do}")
-    return str(Path(found).absolute())
+    return str(Path(path).absolute())
 
 
 def run_program(

@@ -77,15 +77,15 @@ def all_contact_forces(
     The arguments are net forces (readings, granules), the force on the wall, if any, and the
     applied force, (readings,) [N].
     """
-    own = net_force - held.acceleration * at_rest.moving_mass
-    own[:, 1] -= held.second_force
+    force = net_force - held.acceleration * at_rest.moving_mass
+    force[:, 1] -= held.second_force
     if held.pushed > 0:
-        own[:, held.pushed] -= applied
-    own[:, -1] += held.last_force
+        force[:, held.pushed] -= applied
+    force[:, -1] += held.last_force
     if wall_force is None:
-        return contact_forces(own)
-    own[:, -1] += wall_force
-    return np.concatenate([contact_forces(own), wall_force[:, np.newaxis]], axis=1)
+        return contact_forces(force)
+    force[:, -1] += wall_force
+    return np.concatenate([contact_forces(force), wall_force[:, np.newaxis]], axis=1)
 
 
 def samples(
@@ -113,13 +113,13 @@ def samples(
     applied = 0.0 if leg.ramp is None else leg.ramp.force(time)
     contact_force = all_contact_forces(force, at_rest, held, wall_force, applied)
     contact_force = np.where(pressed, contact_force, 0.0)
-    known = Samples(
+    states = Samples(
         time=time, displacement=position - at_rest.position, velocity=velocity,
         acceleration=force / at_rest.mass, overlap=overlap, contact_force=contact_force,
     )  # fmt: skip
     if law is not None:
-        return true_forces(known, law, leg)  # errors of the derivatives are of a higher order
-    return _with_true_derivatives(known, at_rest.mass, leg, held.pushed)
+        return true_forces(states, law, leg)  # errors of the derivatives are of a higher order
+    return _with_true_derivatives(states, at_rest.mass, leg, held.pushed)
 
 
 def _with_true_derivatives(samples: Samples, mass: FloatArray, leg: Leg, pushed: int) -> Samples:

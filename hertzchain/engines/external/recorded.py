@@ -43,20 +43,20 @@ def observe(
     for number, (leg, stride) in enumerate(zip(seen.legs, strides, strict=True)):
         time = reading_times(leg, stride)
         for first in range(0, time.size - 1, BLOCK):
-            here = slice(first, min(first + BLOCK + 1, time.size))
-            block = slice(at + here.start, at + here.stop)
+            span = slice(first, min(first + BLOCK + 1, time.size))
+            block = slice(at + span.start, at + span.stop)
             on_wall = None if wall_force is None else wall_force[block]
-            seen.update(number, time[here], readings[block], on_wall)
+            seen.update(number, time[span], readings[block], on_wall)
         at += time.size
 
 
 def read_array(path: Path, shape: tuple[int | None, ...], code: str) -> FloatArray:
     """Read an array that a run left in a file (.npy); in ``shape`` None stands for any length."""
     try:
-        found = np.load(path, allow_pickle=False)
+        array = np.load(path, allow_pickle=False)
     except (OSError, ValueError, EOFError) as problem:
         raise RunFailed(f"{code} left no readings that can be read ({problem})") from None
-    right = found.dtype == np.float64 and found.ndim == len(shape)
-    if not right or any(n not in (None, m) for n, m in zip(shape, found.shape, strict=True)):
+    right = array.dtype == np.float64 and array.ndim == len(shape)
+    if not right or any(n not in (None, m) for n, m in zip(shape, array.shape, strict=True)):
         raise RunFailed(f"{code} left readings of another shape: is the disk full?")
-    return np.asarray(found, np.float64)
+    return np.asarray(array, np.float64)

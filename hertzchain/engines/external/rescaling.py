@@ -68,11 +68,11 @@ class Softening:
     def _wall(self, wall: Wall | None, contact: Contact | None) -> Wall | None:
         if wall is None:
             return None
-        own = self._modulus(wall.young_modulus)
-        made = replace(wall, young_modulus=own, gap=self.length * wall.gap)
+        modulus = self._modulus(wall.young_modulus)
+        softer_wall = replace(wall, young_modulus=modulus, gap=self.length * wall.gap)
         if contact is None or not wall.own_damping:
-            return made
-        return made.damped(self._contact(contact.at(wall)))
+            return softer_wall
+        return softer_wall.damped(self._contact(contact.at(wall)))
 
     def _contact(self, contact: Contact | None) -> Contact | None:
         """Return the similar damping; a restitution, a ratio of velocities, stays the same.
@@ -128,15 +128,15 @@ def softening(scene: Scene, steps: int) -> Softening:
     return Softening(min(math.floor(wanted / math.log(4)), _SOFTEST))
 
 
-def predicted_loss(scene: Scene, steps: int, made: Softening = NONE) -> float:
+def predicted_loss(scene: Scene, steps: int, scaling: Softening = NONE) -> float:
     """Estimate the error of the peaks by coordinates before a run: see ``round_off``."""
     _, shallowest, flight = _expected(scene)
-    reach = _length(scene) / (scene.units.length * made.length) + flight
+    reach = _length(scene) / (scene.units.length * scaling.length) + flight
     return _loss(scene, reach, shallowest, steps)
 
 
 def round_off(
-    scene: Scene, made: Softening, steps: int, peak_force: FloatArray, displacement: FloatArray
+    scene: Scene, scaling: Softening, steps: int, peak_force: FloatArray, displacement: FloatArray
 ) -> float:
     """Upper bound of the relative error of the peaks by absolute coordinates.
 
@@ -151,9 +151,9 @@ def round_off(
         # 0 is right if the run ends before a table pushes; otherwise overlaps are lost in
         # coordinates.
         return 0.0 if scene.applied_impulse == 0 else math.inf
-    flight = float(np.max(np.abs(displacement))) * made.length
+    flight = float(np.max(np.abs(displacement))) * scaling.length
     reach = _length(scene) + flight
-    return _loss(scene, reach, float(overlap) * made.length, steps)
+    return _loss(scene, reach, float(overlap) * scaling.length, steps)
 
 
 def _loss(scene: Scene, reach: float, overlap: float, steps: int) -> float:

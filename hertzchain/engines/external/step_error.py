@@ -43,12 +43,12 @@ def extrapolate(coarse: Peaks, fine: Peaks, order: int, longest: float) -> Peaks
     """
     gain = 2**order - 1
 
-    def later(one: FloatArray, other: FloatArray) -> FloatArray:
-        change = other - one
+    def later(before: FloatArray, other: FloatArray) -> FloatArray:
+        change = other - before
         return np.where(np.abs(change) < longest, other + change / gain, other)
 
-    def stronger(one: FloatArray, other: FloatArray) -> FloatArray:
-        return np.asarray((2**order * other - one) / gain)
+    def stronger(before: FloatArray, other: FloatArray) -> FloatArray:
+        return np.asarray((2**order * other - before) / gain)
 
     first, before = fine.first, coarse.first
     if first is not None and before is not None:

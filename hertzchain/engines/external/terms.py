@@ -59,8 +59,8 @@ def wall_material(scene: Scene) -> tuple[float, float]:
     """Return Young's modulus [Pa] and Poisson's ratio of the wall."""
     wall, each = scene.wall, scene.granules
     assert wall is not None
-    its = wall.material(float(each.young_modulus[-1]), float(each.poisson_ratio[-1]))
-    return its["young_modulus"], its["poisson_ratio"]
+    material = wall.material(float(each.young_modulus[-1]), float(each.poisson_ratio[-1]))
+    return material["young_modulus"], material["poisson_ratio"]
 
 
 def refuse_damping_of_wall(code: str, scene: Scene) -> None:
@@ -94,10 +94,10 @@ def materials_of(code: str, granules: Granules) -> tuple[list[Material], list[in
     return materials, numbers
 
 
-def numbered(own: Sequence[_Kind]) -> tuple[list[_Kind], list[int]]:
+def numbered(kinds: Sequence[_Kind]) -> tuple[list[_Kind], list[int]]:
     """Kinds of granules in their order along the chain, and each granule's number of its kind."""
-    numbers = {kind: k for k, kind in enumerate(dict.fromkeys(own), start=1)}
-    return list(numbers), [numbers[kind] for kind in own]
+    numbers = {kind: k for k, kind in enumerate(dict.fromkeys(kinds), start=1)}
+    return list(numbers), [numbers[kind] for kind in kinds]
 
 
 def load_commands(scene: Scene) -> list[str]:
