@@ -166,8 +166,8 @@ def is_result(name: str) -> bool:
 
 def peak_columns(columns: Sequence[Column]) -> tuple[str, ...]:
     """Return the columns of the table of peaks of a sweep; with terms they have first pulses."""
-    known = ("scene", "backend", "contact", "peak_force_N", "peak_time_s")
-    return known if columns is ALL else (*known, *FIRST)
+    names = ("scene", "backend", "contact", "peak_force_N", "peak_time_s")
+    return names if columns is ALL else (*names, *FIRST)
 
 
 OTHER_MEASURE = {
@@ -192,10 +192,10 @@ def full_name(name: str, columns: Sequence[str] = COLUMNS, varied: Collection[st
 
     If several sections have it, the one that varies is taken.
     """
-    found = full_names(PAPER_NAMES.get(name, name), columns, varied)
+    names = full_names(PAPER_NAMES.get(name, name), columns, varied)
     allowed = f"is no column of a sweep, which has {', '.join(columns)}"
-    require(len(found) == 1, name, None, allowed + did_you_mean(name, columns))
-    return found[0]
+    require(len(names) == 1, name, None, allowed + did_you_mean(name, columns))
+    return names[0]
 
 
 def column_named(name: str) -> Column:
@@ -207,11 +207,11 @@ def column_named(name: str) -> Column:
         return Column(
             name, label.format(gauge[1]), read=lambda run: value(run.gauges[int(gauge[1]) - 1])
         )
-    found, key = SEGMENT.fullmatch(name), key_named(name)
-    assert found is not None, name
+    match, key = SEGMENT.fullmatch(name), key_named(name)
+    assert match is not None, name
     assert key is not None, name
-    cell = "" if found[2] is None else f", granule {found[2]} of the cell"
-    return Column(name, f"{key.axis}, segment {found[1]}{cell}", key.kind)
+    cell = "" if match[2] is None else f", granule {match[2]} of the cell"
+    return Column(name, f"{key.axis}, segment {match[1]}{cell}", key.kind)
 
 
 def is_whole(name: str) -> bool:
@@ -221,8 +221,8 @@ def is_whole(name: str) -> bool:
 
 def unit_of(name: str) -> str:
     """Return the unit of a column; empty for a pure number, and for no column."""
-    found = re.search(r"\[(.*)\]", column_named(name).label) if "." in name else None
-    return found[1] if found else ""
+    match = re.search(r"\[(.*)\]", column_named(name).label) if "." in name else None
+    return match[1] if match else ""
 
 
 def columns_in(manifest: Mapping[str, Any]) -> tuple[Column, ...]:

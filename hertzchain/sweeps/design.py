@@ -353,9 +353,9 @@ class Design:
     @property
     def are_plain(self) -> bool:
         """True if no scene can have terms."""
-        known = all(axis.name in PARAMETERS for axis in self.axes)
+        are_plain = all(axis.name in PARAMETERS for axis in self.axes)
         free = self.base.is_plain and not self.base.gauges
-        return known and free and self.base.chain.section is None
+        return are_plain and free and self.base.chain.section is None
 
     @property
     def columns(self) -> tuple[Column, ...]:
@@ -389,42 +389,42 @@ class Design:
 
     def parameters(self, scenes: NDArray[np.int64]) -> dict[str, NDArray[Any]]:
         """Return all parameters of scenes in SI, by name, shape (some,); NaN or "" for none."""
-        names = [one.name for one in self.columns if "." in one.name]
+        names = [column.name for column in self.columns if "." in column.name]
         base = base_values(self.base, {*names, *self.names})
-        found = {name: np.full(scenes.size, value) for name, value in base.items()}
+        parameters = {name: np.full(scenes.size, value) for name, value in base.items()}
         numbers = np.unravel_index(scenes, self.shape)
         for axis, number in zip(self.grid, numbers, strict=False):
-            found[axis.name] = axis.at(number.astype(np.int64))
+            parameters[axis.name] = axis.at(number.astype(np.int64))
         if self.sampled:
             points = self._points(numbers[-1].astype(np.int64))
             for axis, fraction in zip(self.sampled, points.T, strict=True):
-                found[axis.name] = axis.between(fraction)
+                parameters[axis.name] = axis.between(fraction)
         given = {name: np.ones(scenes.size, np.bool_) for name in self.names}
         for axis in self.axes:
             if isinstance(axis, Tabled):
-                cells, values = axis.at(scenes), found[axis.name]
+                cells, values = axis.at(scenes), parameters[axis.name]
                 given[axis.name] = is_given(cells)
                 kind = cells.dtype if values.dtype.kind == "U" else values.dtype
-                column = np.where(given[axis.name], cells, values)
-                found[axis.name] = column if kind.kind == "U" else column.astype(kind)
+                chosen = np.where(given[axis.name], cells, values)
+                parameters[axis.name] = chosen if kind.kind == "U" else chosen.astype(kind)
         for name, other in OTHER_MEASURE.items():
             if name in given:
-                found[other] = np.where(given[name], np.nan, found[other])
-        return self._of_file(found)
+                parameters[other] = np.where(given[name], np.nan, parameters[other])
+        return self._of_file(parameters)
 
-    def _of_file(self, found: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    def _of_file(self, parameters: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
         """Return parameters as in scene files: granules of all segments, materials of walls."""
         segments = (self.base.chain.section or {}).get("segments", [])
         if segments:
             counts = [
-                found.get(f"chain.segments.{number}.granules", segment["granules"])
+                parameters.get(f"chain.segments.{number}.granules", segment["granules"])
                 for number, segment in enumerate(segments, start=1)
             ]
-            found["chain.granules"] = found["chain.granules"] * 0 + sum(counts)
-        for name in _OF_ELASTIC & found.keys():
-            is_elastic = found[f"{name.partition('.')[0]}.kind"] == "elastic"
-            found[name] = np.where(is_elastic, found[name], np.nan)
-        return found
+            parameters["chain.granules"] = parameters["chain.granules"] * 0 + sum(counts)
+        for name in _OF_ELASTIC & parameters.keys():
+            is_elastic = parameters[f"{name.partition('.')[0]}.kind"] == "elastic"
+            parameters[name] = np.where(is_elastic, parameters[name], np.nan)
+        return parameters
 
     def _points(self, samples: NDArray[np.int64]) -> FloatArray:
         """Return the points with these numbers in the unit cube, shape (some, sampled axes)."""
@@ -500,18 +500,18 @@ def design(
     require(samples is None or is_whole(samples, 1), "samples", samples, allowed)
     within = is_whole(seed, 0) and seed < 2**32
     require(within, "seed", seed, "must be a whole number from 0 to 4294967295")
-    found = Design(scene, axes, None if samples is None else int(samples), int(seed))
-    if found.sampled and samples is None:
+    layout = Design(scene, axes, None if samples is None else int(samples), int(seed))
+    if layout.sampled and samples is None:
         allowed = (
             "has no count: give one (LOW:HIGH:COUNT), or say how many samples to draw with"
             " --samples (in Python: samples=)"
         )
-        raise SceneError(found.sampled[0].name, None, allowed)
-    if samples is not None and not found.sampled:
+        raise SceneError(layout.sampled[0].name, None, allowed)
+    if samples is not None and not layout.sampled:
         allowed = "are drawn from ranges without a count (LOW:HIGH or LOW:HIGH:log): name one"
         raise SceneError("samples", samples, allowed)
     allowed = f"must be at most {MOST_SCENES:,}: take fewer values, or draw samples"
-    require(found.scenes <= MOST_SCENES, "scenes", found.scenes, allowed)
+    require(layout.scenes <= MOST_SCENES, "scenes", layout.scenes, allowed)
     names = [axis.name for axis in axes]
     twice = next((name for k, name in enumerate(names) if name in names[:k]), None)
     require(twice is None, str(twice), None, "given twice, with its section and without")
@@ -522,11 +522,11 @@ def design(
     kinds = {axis.name.partition(".")[0]: axis.ends for axis in axes if key_of(axis.name) == "kind"}
     for name in (name for name in names if name in _OF_ELASTIC):
         wall = name.partition(".")[0]
-        own = kinds.get(wall, (getattr(scene, wall).kind,))
+        wall_kinds = kinds.get(wall, (getattr(scene, wall).kind,))
         allowed = 'cannot vary: only a wall of kind "elastic" has it, in all scenes'
-        require({*own} == {"elastic"}, name, None, allowed)
-    _refuse_impossible(found)
-    return found
+        require({*wall_kinds} == {"elastic"}, name, None, allowed)
+    _refuse_impossible(layout)
+    return layout
 
 
 def scenes(
@@ -556,14 +556,14 @@ def _checksum(values: NDArray[Any]) -> str:
     return hashlib.sha256(values.tobytes()).hexdigest()
 
 
-def _refuse_impossible(found: Design) -> None:
+def _refuse_impossible(layout: Design) -> None:
     """Raise the reason of the first of evenly spaced scenes, if none of them is possible."""
-    tried = np.unique(np.linspace(0, found.scenes - 1, _TRIED).astype(np.int64))
-    parameters = found.parameters(tried)
+    tried = np.unique(np.linspace(0, layout.scenes - 1, _TRIED).astype(np.int64))
+    parameters = layout.parameters(tried)
     first = None
     for k in range(tried.size):
         try:
-            found.scene(parameters, k)
+            layout.scene(parameters, k)
         except SceneError as problem:
             first = first or problem
         else:

@@ -65,8 +65,8 @@ class _Rows:
 
     def behind(self, name: str | None) -> str | None:
         """Return the parameter on which a column depends; None if that is not exactly one."""
-        known = (name, OTHER_MEASURE.get(name or ""))
-        return next((one for one in known if one in self.left), None)
+        names = (name, OTHER_MEASURE.get(name or ""))
+        return next((parameter for parameter in names if parameter in self.left), None)
 
     def hidden(self, *shown: str | None) -> list[str]:
         """Return the names that vary and are not shown."""
@@ -165,12 +165,12 @@ def _selected(
     """Return the rows of a sweep that have the wanted values, and sentences on missing ones."""
     manifest = sweep.manifest
     axes = {
-        one["name"]: Span(**one)
-        if "low" in one
-        else Listed(one["name"], tuple(one["values"]))
-        if "values" in one
-        else Tabled(one["name"], np.zeros(0))
-        for one in manifest["vary"]
+        axis["name"]: Span(**axis)
+        if "low" in axis
+        else Listed(axis["name"], tuple(axis["values"]))
+        if "values" in axis
+        else Tabled(axis["name"], np.zeros(0))
+        for axis in manifest["vary"]
     }
     numbers = [name for name in dict.fromkeys(names) if name is not None]
     crossed = [name for name, axis in axes.items() if axis.count is not None]

@@ -36,7 +36,7 @@ def names_of(scene: Scene) -> tuple[str, ...]:
     segments = chain.get("segments", [])
     unlike = "fixed" in chain or any(isinstance(chain.get(key), list) for key in _OF_GRANULE)
     of_shock = () if scene.shock.rows else keys_of(type(scene.shock))
-    there, found = {"run": {}, **sections}, []
+    there, names = {"run": {}, **sections}, []
     for name in (*PARAMETERS, *TERMS):
         section, key = name.split(".")
         values = there.get(section)
@@ -45,14 +45,14 @@ def names_of(scene: Scene) -> tuple[str, ...]:
         is_given = name not in _IF_GIVEN or key in values
         counts_alone = name != "chain.granules" or not (unlike or segments)
         if is_given and counts_alone and not isinstance(values.get(key), list):
-            found.append(name)
+            names.append(name)
     for number, segment in enumerate(segments, start=1):
         cell = segment.get("cell", [])
         keys = ("granules", *_OF_GRANULE, *(() if cell else ("radius_ratio",)))
-        found += [f"chain.segments.{number}.{key}" for key in keys]
+        names += [f"chain.segments.{number}.{key}" for key in keys]
         for place in range(1, len(cell) + 1):
-            found += [f"chain.segments.{number}.cell.{place}.{key}" for key in _OF_GRANULE]
-    return tuple(found)
+            names += [f"chain.segments.{number}.cell.{place}.{key}" for key in _OF_GRANULE]
+    return tuple(names)
 
 
 def full_name(name: object, scene: Scene) -> str:
@@ -68,15 +68,15 @@ def full_name(name: object, scene: Scene) -> str:
         allowed = "cannot vary: segments, a file or lists say how many there are"
         raise SceneError(str(name), None, allowed)
     of_segments = "segments." in str(name)
-    alike = [one for one in names if ("segments." in one) == of_segments]
-    keys = [one.rpartition(".")[2] for one in alike]
+    alike = [parameter for parameter in names if ("segments." in parameter) == of_segments]
+    keys = [parameter.rpartition(".")[2] for parameter in alike]
     key = str(name).rpartition(".")[2]
     same = f"; did you mean {alike[keys.index(key)]}?" if key in keys else ""
     hint = same or did_you_mean(str(name), [*names, *keys])
     # One example for segments, which may have thousands.
-    listed = [one for one in names if not SEGMENT.fullmatch(one)]
+    listed = [parameter for parameter in names if not SEGMENT.fullmatch(parameter)]
     if len(listed) < len(names):
-        last = next(one for one in reversed(names) if SEGMENT.fullmatch(one))
+        last = next(parameter for parameter in reversed(names) if SEGMENT.fullmatch(parameter))
         listed.append(f"keys of segments, such as {last}")
     what = f"{hint} What" if hint else "; what"
     raise SceneError(str(name), None, f"cannot vary{what} can vary: {', '.join(listed)}")
@@ -124,21 +124,21 @@ def _replaced(section: str, part: _Part, values: Mapping[str, Any]) -> _Part:
 
 def _with_keys(section: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
     """Return a section [chain] with other values of keys such as ``segments.1.radius``."""
-    found = copy.deepcopy(dict(section))
+    chain = copy.deepcopy(dict(section))
     for name, value in values.items():
         *path, key = name.split(".")
-        at: Any = found
+        at: Any = chain
         for step in path:
             at = at[int(step) - 1] if step.isdigit() else at[step]
         at[key] = value
-    found["granules"] = sum(segment["granules"] for segment in found["segments"])
-    return found
+    chain["granules"] = sum(segment["granules"] for segment in chain["segments"])
+    return chain
 
 
 def base_values(scene: Scene, names: Collection[str]) -> dict[str, Any]:
     """Return the values of a scene by the names of parameters; NaN for those it does not have."""
     sections = sections_of(scene)
-    known: dict[str, Any] = {
+    overrides: dict[str, Any] = {
         "chain.granules": scene.chain.granules,
         "chain.gap": sections["chain"].get("gap", 0.0),
         "chain.velocity": sections["chain"].get("velocity", 0.0),
@@ -146,16 +146,16 @@ def base_values(scene: Scene, names: Collection[str]) -> dict[str, Any]:
         "shock.profile": scene.shock.profile_name,
         "shock.peak_force": float(scene.peak_force),
     }
-    found = {}
+    values = {}
     for name in names:
         section, _, key = name.partition(".")
-        value = known.get(name, sections.get(section, {}).get(key))
+        value = overrides.get(name, sections.get(section, {}).get(key))
         if (at := SEGMENT.fullmatch(name)) is not None:
             value = _of_segment(sections["chain"], *at.groups())
         if isinstance(value, float | int) and not is_whole(name):
             value = float(value)  # a column has one type, also where a file has 100 for 100.0
-        found[name] = np.nan if value is None or isinstance(value, list) else value
-    return found
+        values[name] = np.nan if value is None or isinstance(value, list) else value
+    return values
 
 
 def _of_segment(chain: Mapping[str, Any], number: str, place: str | None, key: str) -> Any:
@@ -164,5 +164,5 @@ def _of_segment(chain: Mapping[str, Any], number: str, place: str | None, key: s
     if int(number) > len(segments):
         return None
     segment = segments[int(number) - 1]
-    own = segment if place is None else {**segment, **segment["cell"][int(place) - 1]}
-    return own.get(key, chain.get(key))
+    granules = segment if place is None else {**segment, **segment["cell"][int(place) - 1]}
+    return granules.get(key, chain.get(key))

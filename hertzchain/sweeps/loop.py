@@ -109,18 +109,18 @@ class Rows:
         """Store the reason why a scene has no numbers."""
         self._failure[row] = str(problem)
 
-    def fill(self, row: int, found: Result) -> None:
+    def fill(self, row: int, result: Result) -> None:
         """Fill in a simulation of a scene."""
-        numbers, self.versions = numbers_of(found), found.versions
+        numbers, self.versions = numbers_of(result), result.versions
         for name in self._found.keys() & numbers.keys():
             if (value := numbers[name]) is not None:
                 self._found[name][row] = value
         if self._peaks:
-            columns = {**found.first_columns, "contact": found.contact}
-            columns |= {"peak_force_N": found.peak_force, "peak_time_s": found.peak_time}
+            columns = {**result.first_columns, "contact": result.contact}
+            columns |= {"peak_force_N": result.peak_force, "peak_time_s": result.peak_time}
             for name, cells in self._peaks.items():
-                values = columns.get(name, np.full(found.contact.size, np.nan))
-                is_lost = found.is_cut_off & (name != "contact")
+                values = columns.get(name, np.full(result.contact.size, np.nan))
+                is_lost = result.is_cut_off & (name != "contact")
                 cells[row] = np.where(is_lost, np.nan, values) if is_lost.any() else values
 
     def add_batch(self, rows: NDArray[np.intp], batch: Batch, *units: FloatArray) -> Any:
@@ -133,9 +133,9 @@ class Rows:
         numbers, peak_force, peak_time = of_batch(batch, radius, *units)
         lost: NDArray[np.bool_] = ~(batch.error_estimate < 1)
         lost |= ~(numbers["overlap_ratio"] <= IMPOSSIBLE_OVERLAP)
-        for name, found in numbers.items():
+        for name, measured in numbers.items():
             values = self._found[name]
-            values[rows] = np.where(lost, values[rows], found)
+            values[rows] = np.where(lost, values[rows], measured)
         if self._peaks:
             contacts = 2 + np.arange(peak_force.shape[1])
             for k in np.flatnonzero(~lost).tolist():
@@ -152,14 +152,14 @@ class Rows:
         import pandas
 
         scene_columns = {"scene": self.numbers, "backend": np.full(self.numbers.size, self.backend)}
-        found = {
+        results = {
             name: pandas.array(np.where(values == 0, np.nan, values), "Int64")
             if name in COUNTS
             else values
             for name, values in self._found.items()
         }
         failure = pandas.array(self._failure, dtype="string")
-        columns = {**scene_columns, **self._parameters, **found, "failure": failure}
+        columns = {**scene_columns, **self._parameters, **results, "failure": failure}
         table = {column.name: columns[column.name] for column in self._columns}
         return pandas.DataFrame({**table, **self._peaks})
 

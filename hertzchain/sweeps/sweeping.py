@@ -86,11 +86,11 @@ class Sweep:
         SceneError
             For a column that the sweep does not have.
         """
-        known = [column.name for column in columns_in(self.manifest)]
+        names = [column.name for column in columns_in(self.manifest)]
         for name in columns or ():
-            allowed = f"is no column of this sweep, which has {', '.join(known)}"
-            require(name in known, name, None, allowed + did_you_mean(str(name), known))
-        return _joined(self._parts.frames(known if columns is None else columns))
+            allowed = f"is no column of this sweep, which has {', '.join(names)}"
+            require(name in names, name, None, allowed + did_you_mean(str(name), names))
+        return _joined(self._parts.frames(names if columns is None else columns))
 
     def peaks_to_frame(self) -> pandas.DataFrame:
         """Return one row per scene, backend and contact; OutputError if peaks were not kept."""
@@ -115,9 +115,9 @@ class Sweep:
     def count(self) -> Counts:
         """Count the scenes that are done, failed or inaccurate; reads one part at a time."""
         done = failed = missed = cut_off = doubtful = 0
-        known = [column.name for column in columns_in(self.manifest)]
-        late = [name for name in known if name == "contacts_cut_off"]
-        error = "wanted_error" if "wanted_error" in known else "error_estimate"
+        names = [column.name for column in columns_in(self.manifest)]
+        late = [name for name in names if name == "contacts_cut_off"]
+        error = "wanted_error" if "wanted_error" in names else "error_estimate"
         reason = None
         aims = {each["name"]: _aim(each) for each in self.manifest["backends"]}
         read = ["backend", error, "overlap_ratio", "failure", *late]
@@ -221,18 +221,18 @@ def sweep(
     RunFailed
         If the scheduler cannot be reached, or its workers are lost.
     """
-    found = design(scene, vary, samples, seed)
+    layout = design(scene, vary, samples, seed)
     chosen = _backends(backends, rtol)
     manifest = {
         "hertzchain": version("hertzchain"),
         "definitions": DEFINITIONS,
         "format": "parquet",
-        **({} if found.are_plain else {"columns": [column.name for column in found.columns]}),
-        **found.to_dict(),
+        **({} if layout.are_plain else {"columns": [column.name for column in layout.columns]}),
+        **layout.to_dict(),
         "backends": [settings(backend) for backend in chosen],
         "peaks": peaks,
-        "parts": {NAMES[type(backend)]: part_size(found, backend) for backend in chosen},
-        "rows": found.scenes * len(chosen),
+        "parts": {NAMES[type(backend)]: part_size(layout, backend) for backend in chosen},
+        "rows": layout.scenes * len(chosen),
     }
     folder = None if output is None else Path(output)
     store = Memory() if folder is None else Folder(folder)
@@ -244,10 +244,10 @@ def sweep(
             return tell(f"sweep: {done:,} of {total:,} rows")
 
         counter = _Counter(manifest["rows"], progress if callable(progress) else in_words)
-        there = {part.name: part.size for part in cut(found, chosen) if store.has(part)}
+        there = {part.name: part.size for part in cut(layout, chosen) if store.has(part)}
         counter.add(sum(there.values()))
-        left = (part for part in cut(found, chosen) if part.name not in there)
-        with closing(measured(found, left, peaks, counter.add)) as tables:
+        left = (part for part in cut(layout, chosen) if part.name not in there)
+        with closing(measured(layout, left, peaks, counter.add)) as tables:
             for part, table in tables:
                 store.keep(part, table)
     return Sweep(manifest, counter.total, store)
@@ -285,7 +285,7 @@ class _Counter:
 
 
 def _backends(given: str | Iterable[str | Backend], rtol: float) -> tuple[Backend, ...]:
-    found: list[Backend] = []
+    backends: list[Backend] = []
     each: Iterable[Any] = given
     if (
         isinstance(given, str)
@@ -293,18 +293,18 @@ def _backends(given: str | Iterable[str | Backend], rtol: float) -> tuple[Backen
         or getattr(given, "shape", 1) == ()
     ):
         each = (given,)
-    for one in each:
-        if isinstance(one, str):
-            require(one in KINDS, "backends", one, f"must be one of {', '.join(KINDS)}")
-            found.append(KINDS[one](rtol=rtol))
+    for backend in each:
+        if isinstance(backend, str):
+            require(backend in KINDS, "backends", backend, f"must be one of {', '.join(KINDS)}")
+            backends.append(KINDS[backend](rtol=rtol))
         else:
             allowed = "must be Native, Lammps or the name of a backend"
-            require(isinstance(one, Backend), "backends", one, allowed)
-            found.append(one)
-    names = [NAMES[type(backend)] for backend in found]
+            require(isinstance(backend, Backend), "backends", backend, allowed)
+            backends.append(backend)
+    names = [NAMES[type(backend)] for backend in backends]
     require(len(names) > 0, "backends", None, "must be at least one")
     require(len(set(names)) == len(names), "backends", names, "must not be given twice")
-    return tuple(found)
+    return tuple(backends)
 
 
 def _joined(frames: Iterable[pandas.DataFrame]) -> pandas.DataFrame:
