@@ -127,8 +127,8 @@ class Model(ABC):
         before, after = (np.clip(x + sign * moves, self.low, self.high) for sign in (-1, 1))
         self.runs += 2 * x.size
         ends = [*before, *after]
-        found = list(on_cores(lambda end: self._differences(end, width, rtol), ends))
-        changes = np.array(found[x.size :]) - np.array(found[: x.size])
+        differences = list(on_cores(lambda end: self._differences(end, width, rtol), ends))
+        changes = np.array(differences[x.size :]) - np.array(differences[: x.size])
         return np.asarray(changes.T / np.diag(after - before))
 
     @abstractmethod

@@ -588,8 +588,8 @@ def unusual_values(scene: Scene) -> list[str]:
         section, _, key = uncertain.key.partition(".")
         value = np.max(np.abs(np.asarray(getattr(parts.get(section), key, 0.0), np.float64)))
         if not uncertain.relative and uncertain.size < _LEAST_UNCERTAINTY * value:
-            known = key_named(uncertain.key)
-            unit = f" {known.unit}" if known is not None and known.unit else ""
+            scene_key = key_named(uncertain.key)
+            unit = f" {scene_key.unit}" if scene_key is not None and scene_key.unit else ""
             remarks.append(
                 f"{uncertain.name} by {uncertain.size:g}{unit} ({uncertain.size / value:.1g} of"
                 f" {value:g}{unit})"

@@ -17,52 +17,52 @@ _HEADER = (
 )  # fmt: skip
 
 
-def of_validation(found: Any) -> Document:
+def of_validation(validation: Any) -> Document:
     """Return the document of a validation, for terminal, page, picture and JUnit."""
-    compared, differing, tested = found.compared, found.differing, found.tested
+    compared, differing, tested = validation.compared, validation.differing, validation.tested
     if differing:
         sentence = f"{len(differing)} of {len(compared)} numbers differ by more than 2 u_val."
     elif tested:
-        most = max(one.ratio for one in compared)
+        most = max(row.ratio for row in compared)
         sentence = (
             f"All {len(compared)} numbers agree within {most:.2g} u_val; of {len(tested)} of them a"
-            f" difference of {found.tolerance:.2g} would have been seen."
+            f" difference of {validation.tolerance:.2g} would have been seen."
         )
     else:
-        least = min((one.seen_from for one in compared), default=float("inf"))
+        least = min((row.seen_from for row in compared), default=float("inf"))
         sentence = (
             f"Nothing could have failed: differences are seen from {least:.1%} on, the tolerance is"
-            f" {found.tolerance:.1%}."
+            f" {validation.tolerance:.1%}."
         )
-    traces = of_traces(found.judgement)
+    traces = of_traces(validation.judgement)
     return replace(
         traces,
         kind="Validation by measured traces",
-        numbers=found.to_dict,
+        numbers=validation.to_dict,
         checks=(),
         verdict=Verdict(
-            None if found.verdict == "undecided" else found.verdict == "pass",
+            None if validation.verdict == "undecided" else validation.verdict == "pass",
             sentence,
             [
-                Failure(one.number.name, f"differs by {one.ratio:.2g} u_val", "")
-                for one in differing
+                Failure(row.number.name, f"differs by {row.ratio:.2g} u_val", "")
+                for row in differing
             ],
-            [*found.remarks, *found.judgement.reference.warnings],
+            [*validation.remarks, *validation.judgement.reference.warnings],
         ),
         answers=Table("Comparison errors and uncertainties", _HEADER, [_row(x) for x in compared]),
-        remarks=(sentence.removesuffix("."), *found.remarks),
+        remarks=(sentence.removesuffix("."), *validation.remarks),
         facts=[
-            ("the run begins at", f"{found.judgement.shift:.6g} s of the measured clock"),
-            ("realisations", f"{len(found.spread.values):,}"),
-            ("uncertain", ", ".join(one.name for one in found.spread.scene.uncertain)),
+            ("the run begins at", f"{validation.judgement.shift:.6g} s of the measured clock"),
+            ("realisations", f"{len(validation.spread.values):,}"),
+            ("uncertain", ", ".join(entry.name for entry in validation.spread.scene.uncertain)),
         ],
     )  # fmt: skip
 
 
-def _row(one: Any) -> list[str]:
-    simulated = one.number.simulated
+def _row(row: Any) -> list[str]:
+    simulated = row.number.simulated
     return [
-        one.number.name, number(simulated, 5), number(one.number.measured, 5),
-        *(f"{part / abs(simulated):.1e}" for part in one.parts.values()),
-        f"{one.ratio:.2g}", f"{one.seen_from:.1%}", one.largest,
+        row.number.name, number(simulated, 5), number(row.number.measured, 5),
+        *(f"{part / abs(simulated):.1e}" for part in row.parts.values()),
+        f"{row.ratio:.2g}", f"{row.seen_from:.1%}", row.largest,
     ]  # fmt: skip

@@ -25,11 +25,11 @@ def print_spread(console: Console, spread: Any, every: bool) -> None:
     from hertzchain.report.console import print_prose, table
 
     console.print(describe(spread.scene), end="\n\n")
-    print_prose(console, ", ".join(one.name for one in spread.scene.uncertain), "uncertain: ")
+    print_prose(console, ", ".join(entry.name for entry in spread.scene.uncertain), "uncertain: ")
     count = f"{len(spread.values):,}, deviations are known to {spread.deviation_error:.1%}"
     print_prose(console, count, "realisations: ")
-    for one in spread.remarks:
-        print_prose(console, one, "remark: ")
+    for remark in spread.remarks:
+        print_prose(console, remark, "remark: ")
     scene = spread.scene
     contacts = {scene.contact_name(number) for number in scene.contacts}
     chosen = {scene.contacts[0], scene.chain.granules // 2 + 1, scene.last_contact}
@@ -55,15 +55,15 @@ def _row(spread: Any, k: int) -> list[str]:
     if np.isnan(deviation) or deviation < spread.rtol * abs(middle):
         said = "cut off" if np.isnan(deviation) else "none"
         return [words, at, in_prefixed(middle, unit), "", "", said, ""]
-    known = [in_prefixed(x, unit) for x in (middle, *spread.range_90[:, k].tolist())]
-    has_scatter = any(one.each for one in spread.scene.uncertain)
+    cells = [in_prefixed(x, unit) for x in (middle, *spread.range_90[:, k].tolist())]
+    has_scatter = any(entry.each for entry in spread.scene.uncertain)
     rest = "scatter" if has_scatter else "several together"
     shares = dict(zip(spread.inputs, spread.shares[:, k].tolist(), strict=True))
     # A part of the rest is due to errors of the other shares.
     shares[rest] = 1 - sum(shares.values()) - _SHOWN
-    largest = sorted(shares.items(), key=lambda one: -one[1])
+    largest = sorted(shares.items(), key=lambda pair: -pair[1])
     parts = ", ".join(f"{key} {share:.0%}" for key, share in largest if share >= _SHOWN)
-    return [words, at, *known, f"{deviation / abs(middle):.2%}", parts]
+    return [words, at, *cells, f"{deviation / abs(middle):.2%}", parts]
 
 
 def plot_spread(spread: Any, size: tuple[float, float] | None = None) -> Picture:
@@ -82,9 +82,9 @@ def plot_spread(spread: Any, size: tuple[float, float] | None = None) -> Picture
     above.plot(contact, spread.nominal[at], color="black", marker=".", label="the scene itself")
     above.set_ylabel("first peak [N]")
     for axes in below:
-        known = np.nan_to_num(shares)
-        rest = np.clip(1 - known.sum(axis=0), 0, 1)
-        axes.stackplot(contact, *known, rest, labels=[*spread.inputs, "scatter, and together"])
+        layers = np.nan_to_num(shares)
+        rest = np.clip(1 - layers.sum(axis=0), 0, 1)
+        axes.stackplot(contact, *layers, rest, labels=[*spread.inputs, "scatter, and together"])
         axes.set(ylabel="share of variance", ylim=(0, 1))
     for axes in figure.axes:
         legend_above(axes)

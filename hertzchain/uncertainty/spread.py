@@ -59,15 +59,15 @@ class Realisations:
         allowed = "nothing is uncertain: add [uncertainty] or [scatter] to the scene"
         require(len(scene.uncertain) > 0, "scene", None, allowed)
         self._base = replace(scene, uncertain=())
-        self.inputs = [one for one in scene.uncertain if not one.each]
-        self._scatter = [one for one in scene.uncertain if one.each]
-        keys = [full_name(one.key, self._base) for one in self.inputs]
+        self.inputs = [entry for entry in scene.uncertain if not entry.each]
+        self._scatter = [entry for entry in scene.uncertain if entry.each]
+        keys = [full_name(entry.key, self._base) for entry in self.inputs]
         for key in keys:
             allowed = "is no quantity of the experiment, and cannot be uncertain"
             require(not (is_whole(key) or key.startswith("run.")), key, None, allowed)
-        known = base_values(self._base, keys)
+        values = base_values(self._base, keys)
         self._middle = {
-            key: _middle(one, known[key]) for one, key in zip(self.inputs, keys, strict=True)
+            key: _middle(entry, values[key]) for entry, key in zip(self.inputs, keys, strict=True)
         }
         granules, size = scene.chain.granules, len(keys)
         drawn = size + granules * len(self._scatter)
@@ -83,7 +83,7 @@ class Realisations:
         """Yield the scene of each realisation; a SceneError says which values it cannot have."""
         for places, of_granules in zip(self.drawn, self._of_granules, strict=True):
             drawn = zip(self._middle.items(), self.inputs, places, strict=True)
-            values = {key: _drawn(one, key, middle, at) for (key, middle), one, at in drawn}
+            values = {key: _drawn(entry, key, middle, at) for (key, middle), entry, at in drawn}
             try:
                 yield changed(
                     self._base,
@@ -97,36 +97,36 @@ class Realisations:
     def _scattered(self, chain: Chain, places: FloatArray) -> Chain:
         """Return a chain whose granules differ; fixed ones rest."""
         columns: dict[str, Any] = {}
-        for one, place in zip(self._scatter, places, strict=True):
-            key = one.key.partition(".")[2]
+        for entry, place in zip(self._scatter, places, strict=True):
+            key = entry.key.partition(".")[2]
             middle = np.broadcast_to(getattr(chain, key), chain.granules)
-            values = _drawn(one, key, middle, place)
+            values = _drawn(entry, key, middle, place)
             if key == "velocity":
                 values = np.where(chain.fixed, 0.0, values)
             columns[key] = tuple(values)
         return replace(chain, **columns) if columns else chain
 
 
-def _middle(one: Uncertain, value: Any) -> float:
+def _middle(entry: Uncertain, value: Any) -> float:
     is_number = isinstance(value, float) and np.isfinite(value)
-    require(is_number, one.key, value, "has no value of its own in this scene: write it there")
+    require(is_number, entry.key, value, "has no value of its own in this scene: write it there")
     allowed = "is 0, of which there is no share: give its uncertainty in its unit"
-    require(not one.relative or value != 0, one.key, None, allowed)
+    require(not entry.relative or value != 0, entry.key, None, allowed)
     return float(value)
 
 
-def standard(one: Uncertain, place: FloatArray) -> FloatArray:
+def standard(entry: Uncertain, place: FloatArray) -> FloatArray:
     """Deviations from the middle, over ``size``, at quantiles from 0 to 1."""
-    if one.uniform:
+    if entry.uniform:
         return np.asarray(2 * place - 1)
     normal = np.vectorize(NormalDist().inv_cdf, otypes=[float])  # SciPy takes long to load
     return np.asarray(normal(np.clip(place, 2.0**-31, 1 - 2.0**-31)))  # 0 and 1 have no quantile
 
 
-def _drawn(one: Uncertain, key: str, middle: FloatArray | float, place: FloatArray) -> FloatArray:
+def _drawn(entry: Uncertain, key: str, middle: FloatArray | float, place: FloatArray) -> FloatArray:
     """Return values at places in the distribution; a gap below 0 becomes 0."""
-    size = one.size * np.abs(middle) if one.relative else one.size
-    values = np.asarray(middle + size * standard(one, place))
+    size = entry.size * np.abs(middle) if entry.relative else entry.size
+    values = np.asarray(middle + size * standard(entry, place))
     return np.maximum(values, 0.0) if key.endswith("gap") else values
 
 
@@ -164,7 +164,7 @@ def first_order(inputs: Sequence[Uncertain], places: FloatArray, values: FloatAr
     if count < FOR_SHARES * len(inputs):
         return np.full((len(inputs), results), np.nan)
     degree = min(_DEGREE, count // (_SAMPLES_PER_TERM * len(inputs)))
-    blocks = [_terms(one, places[:, k], degree) for k, one in enumerate(inputs)]
+    blocks = [_terms(entry, places[:, k], degree) for k, entry in enumerate(inputs)]
     terms = np.concatenate(blocks, axis=1)
     centred = values - values.mean(axis=0)
     weights = np.linalg.lstsq(terms, centred, rcond=None)[0]
@@ -174,16 +174,16 @@ def first_order(inputs: Sequence[Uncertain], places: FloatArray, values: FloatAr
     explained = [(block @ part).var(axis=0) for block, part in zip(blocks, parts, strict=True)]
     with np.errstate(invalid="ignore", divide="ignore"):
         # The residual acts as noise: each term explains one part in ``count`` of it.
-        found = (np.array(explained) - degree * left / count) / variance
-    return np.where(variance > 0, np.clip(found, 0.0, 1.0), np.nan)
+        indices = (np.array(explained) - degree * left / count) / variance
+    return np.where(variance > 0, np.clip(indices, 0.0, 1.0), np.nan)
 
 
-def _terms(one: Uncertain, place: FloatArray, degree: int) -> FloatArray:
+def _terms(entry: Uncertain, place: FloatArray, degree: int) -> FloatArray:
     """Return centred functions of an input, shape (realisations, degree)."""
     from numpy.polynomial.legendre import legvander
 
     higher = legvander(2 * place - 1, degree)[:, 2:]
-    terms = np.column_stack([standard(one, place), higher])
+    terms = np.column_stack([standard(entry, place), higher])
     return np.asarray(terms - terms.mean(axis=0))
 
 
@@ -271,16 +271,16 @@ class Spread:
         """Sentences on results that some realisations lack, and other remarks; usually empty."""
         missing = np.isnan(self.values[:, ~np.isnan(self.nominal)])
         lost, some = (int(np.count_nonzero(missing.any(axis=axis))) for axis in (0, 1))
-        found = []
+        remarks = []
         if lost:
-            found.append(
+            remarks.append(
                 f"{lost} results have no spread: {some} of {len(missing)} realisations end before"
                 " the pulses are over, give a later end_time"
             )
         if self.inputs and np.isnan(self.shares).all():
             least = FOR_SHARES * len(self.inputs)
-            found.append(f"who makes how much needs {least} realisations, {FOR_SHARES} an input")
-        return tuple(found)
+            remarks.append(f"who makes how much needs {least} realisations, {FOR_SHARES} an input")
+        return tuple(remarks)
 
     def to_frame(self) -> pandas.DataFrame:
         """Return one row per result: result, at, nominal, mean, deviation, low_5, high_95, shares.
@@ -307,17 +307,17 @@ class Spread:
 
     def values_of(self, result: str, at: str) -> FloatArray:
         """Values of a result by its names, such as ``arrival_time_s``, ``the wall``."""
-        known = " or ".join(map(str, self.names))
-        require((result, at) in self.names, "result", (result, at), f"must be one of {known}")
+        listed = " or ".join(map(str, self.names))
+        require((result, at) in self.names, "result", (result, at), f"must be one of {listed}")
         return self.values[:, self.names.index((result, at))]
 
     def to_dict(self) -> dict[str, Any]:
         """Return the spread as a JSON object."""
         table = self.to_frame()
         results = table.astype(object).where(table.notna(), None).to_dict("records")
-        for one in results:
-            names = [name for name in one if str(name).startswith(SHARE)]
-            one["shares"] = {str(name).removeprefix(SHARE): one.pop(name) for name in names}
+        for row in results:
+            names = [name for name in row if str(name).startswith(SHARE)]
+            row["shares"] = {str(name).removeprefix(SHARE): row.pop(name) for name in names}
         return {
             "realisations": len(self.values),
             "deviation_error": self.deviation_error,
@@ -401,8 +401,8 @@ def values_of(run: Result) -> FloatArray:
         for read in run.gauges
     ]
     of_wave = (np.nan, np.nan) if wave is None else (wave.speed, wave.height)
-    known = np.where(run.is_cut_off, np.nan, of_contacts).ravel()
-    return np.concatenate([known, np.ravel(of_gauges), of_wave])
+    forces = np.where(run.is_cut_off, np.nan, of_contacts).ravel()
+    return np.concatenate([forces, np.ravel(of_gauges), of_wave])
 
 
 def name_of(gauge: Gauge) -> str:

@@ -137,12 +137,12 @@ class Validation(ShownVerdict):
     @property
     def differing(self) -> tuple[Compared, ...]:
         """Numbers whose comparison error is more than the uncertainties explain."""
-        return tuple(one for one in self.compared if one.ratio > COVERED)
+        return tuple(row for row in self.compared if row.ratio > COVERED)
 
     @property
     def tested(self) -> tuple[Compared, ...]:
         """Numbers for which a difference as large as the tolerance would be detected."""
-        return tuple(one for one in self.compared if one.seen_from <= self.tolerance)
+        return tuple(row for row in self.compared if row.seen_from <= self.tolerance)
 
     @property
     def verdict(self) -> str:
@@ -156,7 +156,7 @@ class Validation(ShownVerdict):
         return {
             "verdict": self.verdict,
             "tolerance": self.tolerance,
-            "compared": [one.to_dict() for one in self.compared],
+            "compared": [row.to_dict() for row in self.compared],
             "realisations": len(self.spread.values),
             "remarks": list(self.remarks),
             **context_of(self.spread.scene),
@@ -201,16 +201,16 @@ def validate(
         time_limit=time_limit, progress=progress,
     )  # fmt: skip
     measured = replace(judgement.reference.scene, uncertain=scene.uncertain)
-    found = spread(measured, realisations, time_limit=time_limit, progress=progress)
+    uncertainty = spread(measured, realisations, time_limit=time_limit, progress=progress)
     compared, left_out = [], []
     of_kinds = {PEAK: "first_peak_force_N", WIDTH: "first_width_s"}
-    for one in judgement.numbers:
-        result = of_kinds.get(one.kind, "arrival_time_s")
-        values = [found.values_of(result, name_of(gauge)) for gauge in one.gauges]
+    for number in judgement.numbers:
+        result = of_kinds.get(number.kind, "arrival_time_s")
+        values = [uncertainty.values_of(result, name_of(gauge)) for gauge in number.gauges]
         drawn = values[0] - values[1] if len(values) == 2 else values[0]
         of_input = float(np.std(drawn, ddof=1))  # NaN if any realisation has none
         if math.isnan(of_input):
-            left_out.append(one.name)
+            left_out.append(number.name)
         else:
-            compared.append(Compared(one, of_input))
-    return Validation(judgement, found, float(tolerance), tuple(compared), tuple(left_out))
+            compared.append(Compared(number, of_input))
+    return Validation(judgement, uncertainty, float(tolerance), tuple(compared), tuple(left_out))

@@ -133,8 +133,8 @@ class Judgement(ShownVerdict):
     def sampling_error(self) -> float | None:
         """The largest ``sampling`` of the judged contacts; None where there is none."""
         judged = self.judged
-        known = self.sampling is not None and judged.any()
-        return float(np.max(self.sampling[judged])) if known else None  # type: ignore[index]
+        has_error = self.sampling is not None and judged.any()
+        return float(np.max(self.sampling[judged])) if has_error else None  # type: ignore[index]
 
     @property
     def verdict(self) -> str:
@@ -240,22 +240,22 @@ def judged(
     elif dt is not None:
         report_progress("native: velocity Verlet at that step")
         expected = _accuracy(reference, dt, time_limit)
-    found = Judgement(
+    judgement = Judgement(
         reference, truth, of_first, given, float(tolerance), None, None, tuple(remarks), expected,
         sampling,
     )  # fmt: skip
-    if np.array_equal(found.passed, judged):
-        return found  # nothing is wrong within this tolerance
+    if np.array_equal(judgement.passed, judged):
+        return judgement  # nothing is wrong within this tolerance
     if terms := ", ".join(scene.terms):
-        tried = [one.name for one in families_for(scene)]
+        tried = [family.name for family in families_for(scene)]
         remarks.append(f"causes that were tried in a scene with {terms}: {'; '.join(tried)}")
     deadline = Deadline(min(PATIENCE, time_limit))
-    allowed_in_all = found.tolerance + (found.sampling_error or 0.0)
+    allowed_in_all = judgement.tolerance + (judgement.sampling_error or 0.0)
     seen = replace(reference, peak_force=np.nan_to_num(truth))
     case = Case(scene, seen, given, judged, dt, allowed_in_all, deadline, of_first)
     why = likely_cause(case, report_progress)
     remarks += [] if why.remark is None else [why.remark]
-    return replace(found, cause=why.cause, hint=why.hint, remarks=tuple(remarks))
+    return replace(judgement, cause=why.cause, hint=why.hint, remarks=tuple(remarks))
 
 
 def judged_peaks(truth: FloatArray, given: FloatArray) -> NDArray[np.bool_]:
@@ -270,12 +270,12 @@ def _truth(reference: Result, given: FloatArray, tolerance: float) -> tuple[Floa
     if the ratios to these vary ten times less (the unit may be wrong). NaN stands where the error
     is more than a tenth of the tolerance; if it is everywhere, a SceneError.
     """
-    known = [(reference.peak_force, reference.peak_errors)]
+    candidates = [(reference.peak_force, reference.peak_errors)]
     first, errors = reference.first_pulses, reference.errors
     if first is not None and errors is not None and errors.first is not None:
-        known.append((first.force, errors.first))
-    sure = [np.where(10 * error <= tolerance, force, np.nan) for force, error in known]
-    least = min(float(np.nanmin(error, initial=np.inf)) for _, error in known)
+        candidates.append((first.force, errors.first))
+    sure = [np.where(10 * error <= tolerance, force, np.nan) for force, error in candidates]
+    least = min(float(np.nanmin(error, initial=np.inf)) for _, error in candidates)
     allowed = f"must be at least 10 times the error of the reference, {least:.1e}"
     require(tolerance >= 10 * least, "tolerance", tolerance, allowed)
 
