@@ -51,17 +51,17 @@ momentum_ratio = 1.0
 """
 
 
-def all_scenes(found: Design) -> list[hc.Scene]:
-    numbers = np.arange(found.scenes)
-    parameters = found.parameters(numbers)
-    return [found.scene(parameters, k) for k in numbers.tolist()]
+def all_scenes(layout: Design) -> list[hc.Scene]:
+    numbers = np.arange(layout.scenes)
+    parameters = layout.parameters(numbers)
+    return [layout.scene(parameters, k) for k in numbers.tolist()]
 
 
 def has_numbers(row: Mapping[Any, Any], numbers: Mapping[str, Any]) -> None:
     """Assert that a row has all these numbers, as far as it has their columns, and no others."""
     for name in filter(is_result, row):
-        found, wanted = None if pd.isna(row[name]) else row[name], numbers.get(name)
-        assert found == (wanted or None if name in COUNTS else wanted), name
+        cell, wanted = None if pd.isna(row[name]) else row[name], numbers.get(name)
+        assert cell == (wanted or None if name in COUNTS else wanted), name
 
 
 def drawn_lines(figure: Any) -> list[tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]]:

@@ -23,8 +23,8 @@ from tests.sweeps.made import GRID, SHORT, all_scenes
 @pytest.mark.parametrize("log", [False, True])
 def test_a_grid_takes_both_ends_to_the_last_digit(log: bool) -> None:
     ends = 0.1, 0.7
-    found = design(SHORT, {"shock.momentum_ratio": f"0.1:0.7:7{':log' * log}"})
-    ratios = found.parameters(np.arange(7))["shock.momentum_ratio"]
+    layout = design(SHORT, {"shock.momentum_ratio": f"0.1:0.7:7{':log' * log}"})
+    ratios = layout.parameters(np.arange(7))["shock.momentum_ratio"]
     assert (ratios[0], ratios[-1]) == ends
     spaced = np.geomspace(*ends, 7) if log else np.linspace(*ends, 7)
     np.testing.assert_allclose(ratios, spaced, rtol=1e-14)  # some roundings
@@ -57,16 +57,16 @@ def test_columns_are_the_same_whoever_typed_the_scene() -> None:
 
 
 def test_granules_are_whole_and_each_once_and_sections_may_be_left_out() -> None:
-    found = design(SHORT, {"chain.granules": "2:10:20:log"})
-    assert [scene.chain.granules for scene in all_scenes(found)] == list(range(2, 11))
+    layout = design(SHORT, {"chain.granules": "2:10:20:log"})
+    assert [scene.chain.granules for scene in all_scenes(layout)] == list(range(2, 11))
     short = design(SHORT, {"radius": "1 mm:2 mm:1e1", "momentum_ratio": [1, 2]})
     assert short == design(SHORT, {"chain.radius": "1 mm:2 mm:10", "shock.momentum_ratio": [1, 2]})
 
 
 @pytest.mark.parametrize("log", [False, True])
 def test_drawn_granules_have_the_share_of_a_whole_number(log: bool) -> None:
-    found = design(SHORT, {"chain.granules": "2:20:log" if log else "2:20"}, samples=4096)
-    drawn = found.parameters(np.arange(4096))["chain.granules"]
+    layout = design(SHORT, {"chain.granules": "2:20:log" if log else "2:20"}, samples=4096)
+    drawn = layout.parameters(np.arange(4096))["chain.granules"]
     # From half a granule below a number to half a granule above it.
     edges = np.arange(1.5, 21.0)
     share = np.diff(np.log(edges) if log else edges)
@@ -83,9 +83,9 @@ def test_samples_fill_their_ranges_evenly_and_meet_every_combination() -> None:
         "chain.granules": "8:12",
         "shock.duration_ratio": "1.5:6",
     }
-    found = design(SHORT, vary, samples=1000)
-    assert found.scenes == 2000
-    given = found.parameters(np.arange(2000))
+    layout = design(SHORT, vary, samples=1000)
+    assert layout.scenes == 2000
+    given = layout.parameters(np.arange(2000))
     profile, ratio, granules, n = (given[f"{name}"] for name in (
         "shock.profile", "shock.momentum_ratio", "chain.granules", "shock.duration_ratio"
     ))  # fmt: skip
@@ -101,10 +101,10 @@ def test_samples_fill_their_ranges_evenly_and_meet_every_combination() -> None:
 
 def test_another_seed_draws_other_samples() -> None:
     vary: dict[str, Any] = {"shock.momentum_ratio": "0.1:10:log", "shock.duration_ratio": "1.5:6"}
-    one, other = (
+    parameters, other = (
         design(SHORT, vary, samples=500, seed=seed).parameters(np.arange(500)) for seed in (0, 1)
     )
-    assert not any(set(one[name]) & set(other[name]) for name in vary)
+    assert not any(set(parameters[name]) & set(other[name]) for name in vary)
 
 
 @settings(deadline=None, max_examples=50)
@@ -115,11 +115,11 @@ def test_any_part_of_a_design_is_that_of_the_whole(data: st.DataObject) -> None:
         vary["shock.profile"] = list(PROFILES)
     if data.draw(st.booleans()):
         vary["chain.poisson_ratio"] = "0:0.4"
-    found = design(SHORT, vary, samples=data.draw(st.integers(1, 40)), seed=3)
-    start = data.draw(st.integers(0, found.scenes - 1))
-    stop = data.draw(st.integers(start + 1, found.scenes))
+    layout = design(SHORT, vary, samples=data.draw(st.integers(1, 40)), seed=3)
+    start = data.draw(st.integers(0, layout.scenes - 1))
+    stop = data.draw(st.integers(start + 1, layout.scenes))
     whole, part = (
-        found.parameters(np.arange(*ends)) for ends in ((0, found.scenes), (start, stop))
+        layout.parameters(np.arange(*ends)) for ends in ((0, layout.scenes), (start, stop))
     )
     for name in PARAMETERS:
         np.testing.assert_array_equal(part[name], whole[name][start:stop])
@@ -195,8 +195,8 @@ def test_a_pulse_table_varies_with_its_chain_alone() -> None:
 
 
 def test_a_design_of_many_scenes_costs_nothing_until_they_are_measured() -> None:
-    found = design(SHORT, {"shock.momentum_ratio": f"0.1:10:{MOST_SCENES}:log"})
-    last = found.parameters(np.arange(MOST_SCENES - 2, MOST_SCENES))["shock.momentum_ratio"]
+    layout = design(SHORT, {"shock.momentum_ratio": f"0.1:10:{MOST_SCENES}:log"})
+    last = layout.parameters(np.arange(MOST_SCENES - 2, MOST_SCENES))["shock.momentum_ratio"]
     assert last[-1] == 10.0
     assert last[0] == pytest.approx(10.0 * (1 - np.log(100) / MOST_SCENES), rel=1e-12, abs=0)
 
@@ -206,22 +206,22 @@ def test_a_design_of_many_scenes_costs_nothing_until_they_are_measured() -> None
 
 @pytest.mark.parametrize("granules", [2, 60, 4000, 1_000_000])
 def test_parts_are_all_scenes_once_and_none_is_too_large(granules: int) -> None:
-    found = design(SHORT, {"chain.granules": [granules], "shock.momentum_ratio": "0.1:10:20011"})
+    layout = design(SHORT, {"chain.granules": [granules], "shock.momentum_ratio": "0.1:10:20011"})
     backends = (hc.Native(rtol=1e-4), hc.Lammps())
-    parts = list(cut(found, backends))
+    parts = list(cut(layout, backends))
     for backend in backends:
-        own = [part for part in parts if part.backend == backend]
-        assert [part.name for part in own] == sorted({part.name for part in own})
-        assert [part.start for part in own] == [0, *(part.stop for part in own[:-1])]
-        assert own[-1].stop == 20011
-        sizes = [part.stop - part.start for part in own]
-        assert max(sizes) == part_size(found, backend)
+        chunks = [part for part in parts if part.backend == backend]
+        assert [part.name for part in chunks] == sorted({part.name for part in chunks})
+        assert [part.start for part in chunks] == [0, *(part.stop for part in chunks[:-1])]
+        assert chunks[-1].stop == 20011
+        sizes = [part.stop - part.start for part in chunks]
+        assert max(sizes) == part_size(layout, backend)
         assert max(sizes) * granules <= MOST_PEAKS or max(sizes) == 1
 
 
 def test_the_longest_chain_limits_what_a_part_has() -> None:
-    found = design(SHORT, {"momentum_ratio": "0.1:10:5000", "granules": [2, 1000]})
-    assert part_size(found, hc.Native()) == MOST_PEAKS // 1000
+    layout = design(SHORT, {"momentum_ratio": "0.1:10:5000", "granules": [2, 1000]})
+    assert part_size(layout, hc.Native()) == MOST_PEAKS // 1000
 
 
 @pytest.mark.parametrize(("dimensions", "seed"), [(1, 0), (33, 1), (256, 5), (257, 5)])

@@ -42,17 +42,17 @@ SMALL = replace(
 
 VARY = {"shock.peak_force": "2:40:3", "shock.momentum_ratio": "0.5,2"}
 
-IN_BATCHES = [one.name for one in ALL if is_result(one.name)]
+IN_BATCHES = [column.name for column in ALL if is_result(column.name)]
 
 
 @pytest.fixture(scope="module")
 def pairs() -> list[tuple[dict[str, Any], hc.Result]]:
     """Each row of a batch, and the scene run by itself."""
-    found = design(SMALL, VARY)
-    assert loop._is_batched(found, hc.Native())
+    layout = design(SMALL, VARY)
+    assert loop._is_batched(layout, hc.Native())
     rows: list[Any] = hc.sweep(SMALL, VARY, rtol=1e-7).to_frame().to_dict("records")
-    parameters = found.parameters(np.arange(found.scenes))
-    scenes = [found.scene(parameters, k) for k in range(found.scenes)]
+    parameters = layout.parameters(np.arange(layout.scenes))
+    scenes = [layout.scene(parameters, k) for k in range(layout.scenes)]
     return list(zip(rows, map(hc.Native(rtol=1e-7).run, scenes), strict=True))
 
 
@@ -176,7 +176,7 @@ def test_a_contact_that_no_motion_reaches_has_no_force() -> None:
 def test_every_key_with_a_label_can_vary_and_no_other() -> None:
     assert {*PARAMETERS, *TERMS} == {name for name, key in KEYS.items() if key.label}
     assert not {*PARAMETERS} & {*TERMS}
-    for name in (*PARAMETERS, *TERMS, *(one.name for one in FOUND_COLUMNS)):
+    for name in (*PARAMETERS, *TERMS, *(column.name for column in FOUND_COLUMNS)):
         assert column_named(name).label
         unit = KEYS[name].unit if name in KEYS else ""
         assert f"[{unit}]".replace("^3", "³").replace("^2", "²") in column_named(name).label + "[]"
@@ -190,13 +190,12 @@ def test_every_key_with_a_label_can_vary_and_no_other() -> None:
 def test_scenes_that_take_long_are_measured_one_by_one(
     room: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    found = design(SHORT, {"chain.granules": [6, 12]})
-    longest = max(one.end_time / one.units.time * one.chain.granules for one in all_scenes(found))
+    layout = design(SHORT, {"chain.granules": [6, 12]})
+    longest = max(s.end_time / s.units.time * s.chain.granules for s in all_scenes(layout))
     monkeypatch.setattr(loop, "_LONG", room * longest)
     told: list[int] = []
-    loop.measure(
-        found, loop.Part("native-0000", hc.Native(), 0, 2), peaks=False, report_progress=told.append
-    )
+    part = loop.Part("native-0000", hc.Native(), 0, 2)
+    loop.measure(layout, part, peaks=False, report_progress=told.append)
     assert told == ([1, 1] if room < 1 else [2])
 
 
@@ -218,9 +217,9 @@ def test_rows_of_the_compiled_batch_are_those_of_single_runs() -> None:
     for row, scene in zip(table.to_dict("records"), scenes, strict=True):
         result = hc.Native(rtol=1e-9, peaks_only=True).run(scene)
         bound = row["error_estimate"] + result.error_estimate
-        own = peaks[peaks["scene"] == row["scene"]]
-        force = own["peak_force_N"].to_numpy()
-        assert own["contact"].tolist() == result.contact.tolist()
+        rows = peaks[peaks["scene"] == row["scene"]]
+        force = rows["peak_force_N"].to_numpy()
+        assert rows["contact"].tolist() == result.contact.tolist()
         counted = result.peak_force >= 1e-3 * result.peak_force.max()  # the estimate is of these
         assert np.abs(force / result.peak_force - 1)[counted].max() <= bound
         assert row["largest_peak_force_N"] == force.max() == force[row["largest_peak_contact"] - 2]
@@ -229,7 +228,7 @@ def test_rows_of_the_compiled_batch_are_those_of_single_runs() -> None:
             assert row[f"shock.{name}"] == pytest.approx(expected, rel=1e-14, abs=0)  # roundings
         # Peaks are flat: a force within 1e-6 is within about 1e-3 natural time units, and where two
         # maxima are as high as one another the later may be taken for the earlier.
-        late = np.abs(own["peak_time_s"].to_numpy() - result.peak_time) / scene.units.time
+        late = np.abs(rows["peak_time_s"].to_numpy() - result.peak_time) / scene.units.time
         assert np.median(late) < 1e-3
 
 
@@ -262,8 +261,8 @@ def test_a_batch_without_a_sure_digit_fills_in_nothing(error: float) -> None:
     batch = hc.similar_peak_forces("cosine", 1.0, 2.0, 12, rtol=1e-6)
     table, lost = filled(replace(batch, error_estimate=np.array([error])), 100.0)
     assert lost == [True]
-    found = [column.name for column in ALL if is_result(column.name)]
-    assert table.loc[0, [*found, "failure"]].isna().all()
+    names = [column.name for column in ALL if is_result(column.name)]
+    assert table.loc[0, [*names, "failure"]].isna().all()
     assert filled(batch, 1e9)[1] == [True]  # too deep
 
 
@@ -274,17 +273,17 @@ def test_a_scene_that_fails_is_a_row_with_the_reason_a_single_run_has() -> None:
         "shock.momentum_ratio": [1.0, 1e15, 1e260],
     }
     sweep = hc.sweep(SHORT, vary, backends=[hc.Native(rtol=1e-6, time_limit=5.0)])
-    found = design(SHORT, vary)
-    given = found.parameters(np.arange(found.scenes))
+    layout = design(SHORT, vary)
+    given = layout.parameters(np.arange(layout.scenes))
     reasons: list[str | None] = []
-    for k in range(found.scenes):
+    for k in range(layout.scenes):
         try:
-            hc.Native(rtol=1e-6, peaks_only=True, time_limit=5.0).run(found.scene(given, k))
+            hc.Native(rtol=1e-6, peaks_only=True, time_limit=5.0).run(layout.scene(given, k))
             reasons.append(None)
         except HertzchainError as problem:
             reasons.append(str(problem))
     table = sweep.to_frame()
-    assert [None if pd.isna(one) else one for one in table["failure"]] == reasons
+    assert [None if pd.isna(cell) else cell for cell in table["failure"]] == reasons
     assert reasons.count(None) == 1
     for kind in ("represented", "radii", "that a run may take"):
         assert any(reason and kind in reason for reason in reasons), kind
@@ -357,13 +356,13 @@ def test_scenes_with_terms_or_an_end_are_no_batch(scene: hc.Scene, vary: dict[st
 @pytest.mark.usefixtures("one_core")
 def test_where_scenes_are_measured_changes_no_value(monkeypatch: pytest.MonkeyPatch) -> None:
     vary = {"run.end_time": "5e-5:2e-4:12"}  # not for the batch
-    found = []
+    tables = []
     for most in (0, 10**9):
         monkeypatch.setattr(loop, "_SHORT", most)
         swept = hc.sweep(SHORT, vary, peaks=True)
-        found.append((swept.to_frame(), swept.peaks_to_frame()))
-    for one, other in zip(*found, strict=True):
-        pd.testing.assert_frame_equal(one, other, check_exact=True)
+        tables.append((swept.to_frame(), swept.peaks_to_frame()))
+    for frame, other in zip(*tables, strict=True):
+        pd.testing.assert_frame_equal(frame, other, check_exact=True)
 
 
 @pytest.mark.slow

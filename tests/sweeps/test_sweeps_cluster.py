@@ -109,13 +109,13 @@ def sweep(
     return hc.sweep(SCENE, RATIOS, backends=backends, peaks=True, scheduler=address, **more)  # type: ignore[arg-type]
 
 
-def assert_same(one: hc.Sweep, other: hc.Sweep) -> None:
-    assert_frame_equal(one.to_frame(), other.to_frame(), check_exact=True)
-    assert_frame_equal(one.peaks_to_frame(), other.peaks_to_frame(), check_exact=True)
+def assert_same(sweep: hc.Sweep, other: hc.Sweep) -> None:
+    assert_frame_equal(sweep.to_frame(), other.to_frame(), check_exact=True)
+    assert_frame_equal(sweep.peaks_to_frame(), other.peaks_to_frame(), check_exact=True)
 
 
 @pytest.fixture(scope="module")
-def here() -> hc.Sweep:
+def local() -> hc.Sweep:
     return sweep()
 
 
@@ -138,7 +138,7 @@ def done_parts(folder: Path) -> int:
 @pytest.mark.lammps
 @pytest.mark.parametrize("end", [kill, subprocess.Popen.terminate])
 def test_a_worker_that_ends_in_the_middle_changes_nothing(
-    lonely: str, tmp_path: Path, here: hc.Sweep, end: Callable[[subprocess.Popen[bytes]], None]
+    lonely: str, tmp_path: Path, local: hc.Sweep, end: Callable[[subprocess.Popen[bytes]], None]
 ) -> None:
     """Killed, or told to end, as batch systems do before they kill: another takes its part."""
     with ExitStack() as stack:
@@ -154,9 +154,9 @@ def test_a_worker_that_ends_in_the_middle_changes_nothing(
                 killed.append(done)
                 end(first)
 
-        assert_same(sweep(lonely, progress=kill_it), here)
+        assert_same(sweep(lonely, progress=kill_it), local)
         assert killed
-        assert killed[0] < here.rows
+        assert killed[0] < local.rows
 
 
 @pytest.mark.slow
@@ -335,5 +335,5 @@ def test_the_script_of_the_page_runs_on_what_stands_for_slurm(tmp_path: Path, sl
         {"shock.momentum_ratio": "0.5:4:6:log", "shock.duration_ratio": "1.5:2:2"},
         backends=["native", "lammps"],
     )
-    found = hc.Sweep.load(tmp_path / "out").to_frame()
-    assert_frame_equal(found, alone.to_frame(), check_exact=True)
+    frame = hc.Sweep.load(tmp_path / "out").to_frame()
+    assert_frame_equal(frame, alone.to_frame(), check_exact=True)

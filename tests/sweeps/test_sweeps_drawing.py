@@ -31,9 +31,9 @@ def test_a_line_for_each_profile_is_what_the_table_has(both: hc.Sweep) -> None:
     assert legend(drawn.figure) == profiles
     assert len(lines) == 3
     for profile, (x, y) in zip(profiles, lines, strict=True):
-        own = table[table["shock.profile"] == profile]
-        np.testing.assert_array_equal(x, own[RATIO])
-        np.testing.assert_array_equal(y, own[F_SW])
+        rows = table[table["shock.profile"] == profile]
+        np.testing.assert_array_equal(x, rows[RATIO])
+        np.testing.assert_array_equal(y, rows[F_SW])
     (axes,) = drawn.figure.axes
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("LM_ratio", "F_SW [N]")
     assert (axes.get_xscale(), axes.get_yscale()) == ("log", "linear")
@@ -98,9 +98,9 @@ def test_peaks_of_all_contacts_are_lines_along_the_chain(monkeypatch: pytest.Mon
     axes = drawn.figure.axes[0]
     table = swept.peaks_to_frame()
     for line, scene in zip(axes.lines, (2, 3), strict=True):
-        own = table[table["scene"] == scene]
-        np.testing.assert_array_equal(line.get_ydata(), own["peak_force_N"])
-        np.testing.assert_array_equal(line.get_xdata(), own["contact"])
+        rows = table[table["scene"] == scene]
+        np.testing.assert_array_equal(line.get_ydata(), rows["peak_force_N"])
+        np.testing.assert_array_equal(line.get_xdata(), rows["contact"])
     assert drawn.figure.axes[1].get_ylabel() == "n"
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("contact", "peak force [N]")
     assert "Young's modulus E = 146 GPa" in axes.get_title().replace("\n", " ")
@@ -124,9 +124,9 @@ def test_peaks_that_were_not_kept_are_not_drawn(grid: hc.Sweep) -> None:
 def test_rows_without_a_number_are_left_out_and_counted(failing: hc.Sweep) -> None:
     drawn = draw(failing, "shock.peak_force", F_SW)
     ((x, y),) = drawn_lines(drawn.figure)
-    known = failing.to_frame().dropna(subset=F_SW)
-    np.testing.assert_array_equal(x[np.isfinite(x)], known["shock.peak_force"])
-    np.testing.assert_array_equal(y[np.isfinite(y)], known[F_SW])
+    rows = failing.to_frame().dropna(subset=F_SW)
+    np.testing.assert_array_equal(x[np.isfinite(x)], rows["shock.peak_force"])
+    np.testing.assert_array_equal(y[np.isfinite(y)], rows[F_SW])
     without = "solitary_wave_force_N and are left out; 2 of them failed"
     assert drawn.remarks == (f"2 of 5 rows have no {without}",)
 
@@ -258,8 +258,8 @@ def test_several_values_in_one_place_of_a_map_are_refused(
     (mesh,) = draw(swept, RATIO, N, "speed_m_s", where).figure.axes[0].collections
     cells = np.asarray(mesh.get_array())
     table = swept.to_frame()
-    own = table[(table["backend"] == "native") & (table["chain.radius"] == 1e-3)]
-    np.testing.assert_array_equal(np.sort(np.ravel(cells)), np.sort(own["speed_m_s"]))
+    rows = table[(table["backend"] == "native") & (table["chain.radius"] == 1e-3)]
+    np.testing.assert_array_equal(np.sort(np.ravel(cells)), np.sort(rows["speed_m_s"]))
     with pytest.raises(hc.HertzchainError, match="varies, which makes a map: name the column"):
         draw(grid, RATIO, N)
     with pytest.raises(hc.HertzchainError, match="name the column of numbers"):
@@ -296,5 +296,5 @@ def test_the_command_writes_a_picture_beside_the_tables(hertzchain: Command, fol
     )
     assert (folder / "plot.png").read_bytes().startswith(b"\x89PNG")
     # The folder is as good as before: the same sweep goes on in it.
-    again = hc.sweep(BASE, PROFILES, backends=("native", LAMMPS), output=folder)
-    assert again.count().done == 24
+    resumed = hc.sweep(BASE, PROFILES, backends=("native", LAMMPS), output=folder)
+    assert resumed.count().done == 24

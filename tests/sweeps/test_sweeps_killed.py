@@ -90,8 +90,8 @@ def test_a_sweep_that_is_killed_and_then_stopped_goes_on_and_ends_as_if_it_had_n
     wait_for(lambda: parts(folder / "out") > done)
     inside = children(running.pid)
     running.send_signal(getattr(signal, name))
-    found, out, err = ended(running)
-    assert (found, out) == (status, "")
+    code, out, err = ended(running)
+    assert (code, out) == (status, "")
     goes_on, *said = err.splitlines()
     assert re.fullmatch(r"hertzchain: \d+ of 80 rows are there, resuming", goes_on)
     assert re.search(
@@ -106,8 +106,8 @@ def test_a_sweep_that_is_killed_and_then_stopped_goes_on_and_ends_as_if_it_had_n
         for path in (folder / "out").rglob("*.parquet")
         if path.name in finished
     }
-    again = hertzchain(*COMMAND, "-o", "out")
-    assert again.status == 1  # some scenes fail
+    resumed = hertzchain(*COMMAND, "-o", "out")
+    assert resumed.status == 1  # some scenes fail
     assert parts(folder / "out") > len(finished)
     for path, when in written.items():
         assert path.stat().st_mtime_ns == when, "a part was measured twice"

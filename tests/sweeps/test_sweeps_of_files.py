@@ -65,19 +65,19 @@ def test_a_parameter_is_a_key_of_the_file(kind: str, tmp_path: Path) -> None:
     for varied in itertools.pairwise(names_of(base)):
         vary = {name: VALUES[name.rpartition(".")[2]] for name in varied}
         try:
-            found = design(base, vary)
+            layout = design(base, vary)
         except SceneError:  # other tests are about these
             continue
-        parameters = found.parameters(np.arange(found.scenes))
+        parameters = layout.parameters(np.arange(layout.scenes))
         for k, values in list(enumerate(itertools.product(*vary.values())))[1:3]:
             path.write_text(typed_in(document, dict(zip(varied, values, strict=True))))
             try:
                 expected = hc.Scene.from_toml(path)
             except SceneError as problem:
                 with pytest.raises(SceneError, match=re.escape(problem.allowed)):
-                    found.scene(parameters, k)
+                    layout.scene(parameters, k)
                 continue
-            assert found.scene(parameters, k) == expected
+            assert layout.scene(parameters, k) == expected
             assert parameters["chain.granules"][k] == expected.chain.granules
 
 
@@ -116,7 +116,7 @@ def chain_of(soft: Mapping[str, float] = PTFE) -> hc.Chain:
     """The chain of ``segmented`` granule by granule."""
     small = [{**STEEL, "radius": 4e-3 * 0.9**k} for k in range(2)]
     granules = [STEEL, soft] * 2 + small
-    values: dict[str, Any] = {key: [one[key] for one in granules] for key in STEEL}
+    values: dict[str, Any] = {key: [granule[key] for granule in granules] for key in STEEL}
     return hc.Chain(len(granules), **values, gap=[0.0] * 4 + [1e-6] * 2)
 
 
@@ -133,13 +133,13 @@ def are_rows_of(
         result = hc.Native(rtol=rtol, peaks_only=True).run(scene)
         assert row["chain.granules"] == scene.chain.granules
         has_numbers(row, numbers_of(result))
-        own = peaks[peaks["scene"] == row["scene"]]
-        assert own["contact"].tolist() == result.contact.tolist()
-        np.testing.assert_array_equal(own["peak_force_N"], result.peak_force)
-        np.testing.assert_array_equal(own["peak_time_s"], result.peak_time)
+        rows = peaks[peaks["scene"] == row["scene"]]
+        assert rows["contact"].tolist() == result.contact.tolist()
+        np.testing.assert_array_equal(rows["peak_force_N"], result.peak_force)
+        np.testing.assert_array_equal(rows["peak_time_s"], result.peak_time)
         for name in ("first_peak_force_N", "arrival_time_s"):
             never = np.full(result.peak_force.size, np.nan)
-            np.testing.assert_array_equal(own[name], result.first_columns.get(name, never))
+            np.testing.assert_array_equal(rows[name], result.first_columns.get(name, never))
 
 
 def swept(scene: hc.Scene, vary: dict[str, Any], **more: Any) -> hc.Sweep:
@@ -178,12 +178,12 @@ def test_gaps_of_a_plain_scene() -> None:
     sweep = swept(replace(PLAIN, chain=chain), {"gap": "0,1e-7"})
     scenes = [hc.Scene(hc.Chain(20, **STEEL, gap=gap), PULSE) for gap in (0.0, 1e-7)]
     are_rows_of(sweep, [({"chain.gap": scene.chain.gap}, scene) for scene in scenes])
-    found = hc.Native(rtol=1e-4, peaks_only=True).run(scenes[0])
+    result = hc.Native(rtol=1e-4, peaks_only=True).run(scenes[0])
     table = sweep.to_frame()
     p, none = table["transition_granules"].tolist()
-    assert p == found.transition_granules
+    assert p == result.transition_granules
     assert pd.isna(none)
-    assert table["solitary_wave_force_N"][0] == found.solitary_wave.peak_force
+    assert table["solitary_wave_force_N"][0] == result.solitary_wave.peak_force
 
 
 @pytest.mark.lammps
@@ -232,10 +232,10 @@ def test_runs_that_end_before_all_peaks_are_told(
 
 
 def test_columns_of_plain_scenes_and_labels_of_segments() -> None:
-    found = design(PLAIN, {"chain.radius": [1.0, 2.0]})
-    assert tuple(column.name for column in found.columns) == COLUMNS
-    manifest = found.to_dict()
-    assert tuple(one.name for one in columns_of(manifest["scene"], ["chain.radius"])) == COLUMNS
+    layout = design(PLAIN, {"chain.radius": [1.0, 2.0]})
+    assert tuple(column.name for column in layout.columns) == COLUMNS
+    columns = columns_of(layout.to_dict()["scene"], ["chain.radius"])
+    assert tuple(column.name for column in columns) == COLUMNS
     assert column_named("chain.segments.2.granules").label == "granules, segment 2"
     density = column_named("chain.segments.1.cell.2.density")
     assert density.label == "density [kg/m³], segment 1, granule 2 of the cell"
@@ -246,11 +246,11 @@ def test_gauges_have_columns() -> None:
     table = hc.sweep(scene, vary={"striker.velocity": [0.5, 1.0]}).to_frame()
     for row, velocity in enumerate((0.5, 1.0)):
         read = hc.Native(rtol=1e-6).run(replace(scene, shock=hc.Striker(velocity))).gauges
-        for number, one in enumerate(read, 1):
+        for number, gauge in enumerate(read, 1):
             names = f"gauge_{number}_first_peak_force_N", f"gauge_{number}_arrival_time_s"
-            found = [table[name].iloc[row] for name in names]
+            cells = [table[name].iloc[row] for name in names]
             # The same run, but that it drops granules that change no peak.
-            assert found == pytest.approx([one.force, one.arrival], rel=3e-6)
+            assert cells == pytest.approx([gauge.force, gauge.arrival], rel=3e-6)
     plain = hc.Scene(
         CHAIN, hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0), gauges=(hc.Gauge(contact=3),)
     )
@@ -278,9 +278,9 @@ SINE = hc.Scene(CHAIN, hc.Sine(5.0, 8000.0, 2), precompression=hc.Precompression
 def test_a_table_of_a_piston_stays_as_it_is() -> None:
     table = hc.sweep(TABLE, {"chain.density": "1000,2000"}).to_frame()
     assert set(table["shock.profile"]) == {"piston"}
-    for density, found in zip((1000.0, 2000.0), table["last_peak_force_N"], strict=True):
+    for density, force in zip((1000.0, 2000.0), table["last_peak_force_N"], strict=True):
         scene = replace(TABLE, chain=replace(CHAIN, density=density))
-        assert found == pytest.approx(hc.Native().run(scene).peak_force[-1], rel=2e-6)
+        assert force == pytest.approx(hc.Native().run(scene).peak_force[-1], rel=2e-6)
 
 
 def test_both_walls_have_columns_and_accuracy_is_asked_of_first_pulses(tmp_path: Path) -> None:

@@ -35,8 +35,8 @@ def test_a_folder_has_what_memory_has_and_opens_in_pandas_and_polars(tmp_path: P
     kept = hc.sweep(SHORT, vary, backends=backends, peaks=True, output=out)
     memory = hc.sweep(SHORT, vary, backends=backends, peaks=True)
     table = memory.to_frame().sort_values(["backend", "scene"], ignore_index=True)
-    for found in (kept.to_frame(), hc.Sweep.load(out).to_frame()):
-        pd.testing.assert_frame_equal(found, table, check_exact=True)
+    for frame in (kept.to_frame(), hc.Sweep.load(out).to_frame()):
+        pd.testing.assert_frame_equal(frame, table, check_exact=True)
     pd.testing.assert_frame_equal(kept.peaks_to_frame(), memory.peaks_to_frame(), check_exact=True)
     assert kept.count() == memory.count()
     opened = {
@@ -58,14 +58,14 @@ def test_a_sweep_that_is_there_is_not_measured_again(out: Path) -> None:
     first = hc.Sweep.load(out).to_frame()
     written = {path: path.stat().st_mtime_ns for path in out.rglob("*.parquet")}
     told: list[tuple[int, int]] = []
-    again = hc.sweep(SHORT, GRID, output=out, progress=lambda *how_far: told.append(how_far))
+    resumed = hc.sweep(SHORT, GRID, output=out, progress=lambda *how_far: told.append(how_far))
     assert told == [(8, 8)]
-    pd.testing.assert_frame_equal(again.to_frame(), first, check_exact=True)
+    pd.testing.assert_frame_equal(resumed.to_frame(), first, check_exact=True)
     assert {path: path.stat().st_mtime_ns for path in out.rglob("*.parquet")} == written
 
 
 @pytest.mark.parametrize(
-    ("one", "other", "same"),
+    ("backend", "other", "same"),
     [
         (hc.Lammps(), hc.Lammps(isolated=True), True),
         (hc.Native(), hc.Native(peaks_only=True), True),
@@ -74,9 +74,9 @@ def test_a_sweep_that_is_there_is_not_measured_again(out: Path) -> None:
     ],
 )
 def test_what_changes_no_number_does_not_make_another_sweep(
-    one: hc.Native | hc.Lammps, other: hc.Native | hc.Lammps, same: bool
+    backend: hc.Native | hc.Lammps, other: hc.Native | hc.Lammps, same: bool
 ) -> None:
-    first, second = map(settings, (one, other))
+    first, second = map(settings, (backend, other))
     assert (first == second) is same
 
 

@@ -45,7 +45,7 @@ REFUSED: list[tuple[hc.Scene, dict[str, Any], str]] = [
 ]
 
 
-@pytest.mark.parametrize(("scene", "vary", "words"), REFUSED, ids=[one[2] for one in REFUSED])
+@pytest.mark.parametrize(("scene", "vary", "words"), REFUSED, ids=[case[2] for case in REFUSED])
 def test_what_cannot_vary_is_refused_in_a_sentence(
     scene: hc.Scene, vary: dict[str, Any], words: str
 ) -> None:
@@ -86,7 +86,7 @@ OF_ROWS: list[tuple[hc.Scene, dict[str, Any], str]] = [
 ]
 
 
-@pytest.mark.parametrize(("scene", "vary", "words"), OF_ROWS, ids=[one[2] for one in OF_ROWS])
+@pytest.mark.parametrize(("scene", "vary", "words"), OF_ROWS, ids=[case[2] for case in OF_ROWS])
 def test_what_only_the_rest_of_a_scene_excludes_is_the_reason_in_its_row(
     scene: hc.Scene, vary: dict[str, Any], words: str
 ) -> None:
