@@ -86,9 +86,9 @@ def test_steps_of_the_second_run(
     other: tuple[int, ...],
     weight: float,
 ) -> None:
-    found = second(legs_of(*steps))
-    assert tuple(leg.steps for leg in found.legs) == other
-    assert found.weight == pytest.approx(weight, rel=1e-15, abs=0)
+    run = second(legs_of(*steps))
+    assert tuple(leg.steps for leg in run.legs) == other
+    assert run.weight == pytest.approx(weight, rel=1e-15, abs=0)
 
 
 @given(st.lists(st.tuples(st.integers(1, 1000), st.floats(1e-3, 1.0)), min_size=1, max_size=6))
@@ -280,8 +280,8 @@ def test_a_second_maximum_may_be_the_highest_without_what_steps_do(
 ) -> None:
     # The steps add 0.02 to the maximum of the first contact; the second has no other one.
     seen = SimpleNamespace(force=np.array([1.02, 1.0]), rival=np.array([rival, 0.0]))
-    found = rival_errors(cast(PeakWatch, seen), np.array([1.0, 1.0]))
-    assert found == pytest.approx(
+    errors = rival_errors(cast(PeakWatch, seen), np.array([1.0, 1.0]))
+    assert errors == pytest.approx(
         [above, 0.0], rel=1e-12, abs=1e-15
     )  # differences of numbers near 1
 

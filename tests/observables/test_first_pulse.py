@@ -38,20 +38,20 @@ def shares(scene: hc.Scene, backend: hc.Native | hc.Lammps) -> list[float]:
     """
     result = backend.run(scene)
     first, errors, unit = result.first_pulses, result.errors, scene.contact_time
-    seen_to = max(scene, result.scene, key=lambda one: one.end_time)
+    seen_to = max(scene, result.scene, key=lambda scene: scene.end_time)
     truth = traced(seen_to).first_pulses(scene.granules.static_force)
-    found = []
+    ratios = []
     for k in np.flatnonzero(first.is_clear & first.is_ended & ~first.is_front):
         true = truth[k]
         assert true is not None, k
         assert true.end is not None, k
         off = abs(first.force[k] / true.force - 1) - ORACLE
         late = abs(first.arrival[k] - true.arrival) - ORACLE * unit
-        found += [off / errors.first[k], late / errors.arrival[k]]
+        ratios += [off / errors.first[k], late / errors.arrival[k]]
         if first.is_steady[k]:
             wide = abs(first.width[k] - (true.end - true.arrival)) - ORACLE * unit
-            found.append(wide / errors.width[k])
-    return found
+            ratios.append(wide / errors.width[k])
+    return ratios
 
 
 def random_scene(number: int) -> hc.Scene:
@@ -75,10 +75,10 @@ def test_random_scenes(number: int) -> None:
     scene = random_scene(number)
     for rtol in (1e-3, 1e-6, 1e-9):
         try:
-            found = shares(scene, hc.Native(rtol=rtol, wanted="first"))
+            ratios = shares(scene, hc.Native(rtol=rtol, wanted="first"))
         except HertzchainError:
             continue  # a refusal is honest
-        assert max(found, default=0.0) <= 1, (number, rtol)
+        assert max(ratios, default=0.0) <= 1, (number, rtol)
 
 
 TAPER = hc.Scene(
@@ -99,13 +99,13 @@ def test_lammps_on_random_scenes(first: int) -> None:
     judged = 0
     for number in range(first, first + 10):
         try:
-            found = shares(
+            ratios = shares(
                 random_scene(number), hc.Lammps(rtol=1e-4, wanted="first", time_limit=60)
             )
         except HertzchainError:
             continue  # a refusal is honest
-        judged += len(found)
-        assert max(found, default=0.0) <= 1, number
+        judged += len(ratios)
+        assert max(ratios, default=0.0) <= 1, number
     assert judged > 30
 
 
@@ -228,13 +228,13 @@ SLOW = ("taper", "damped", "pressed")
 def shares_of_a_gauge(scene: hc.Scene, backend: hc.Native | hc.Lammps, granule: int) -> list[float]:
     """Errors of force, arrival and width over what is stated."""
     result = backend.run(replace(scene, gauges=(hc.Gauge(granule=granule),)))
-    (found,) = result.gauges
+    (gauge,) = result.gauges
     true = traced(scene).gauge(granule, scene.granules.static_force)
     unit = ORACLE * scene.contact_time
     return [
-        (abs(found.force / true.force - 1) - ORACLE) / found.force_error,
-        (abs(found.arrival - true.arrival) - unit) / found.arrival_error,
-        (abs(found.width - (true.end - true.arrival)) - unit) / found.width_error,
+        (abs(gauge.force / true.force - 1) - ORACLE) / gauge.force_error,
+        (abs(gauge.arrival - true.arrival) - unit) / gauge.arrival_error,
+        (abs(gauge.width - (true.end - true.arrival)) - unit) / gauge.width_error,
     ]
 
 
@@ -245,8 +245,8 @@ def test_errors_of_gauges_are_bounds(name: str) -> None:
     """At three accuracies in a granule within the chain, and at the free end or the wall."""
     for granule in (5, 8):
         for rtol in (1e-3, 1e-6, 1e-9):
-            found = shares_of_a_gauge(SCENES[name], hc.Native(rtol=rtol), granule)
-            assert max(found) <= 1, (granule, rtol)
+            ratios = shares_of_a_gauge(SCENES[name], hc.Native(rtol=rtol), granule)
+            assert max(ratios) <= 1, (granule, rtol)
 
 
 def test_lammps_reads_the_same() -> None:
@@ -257,8 +257,8 @@ def test_a_contact_is_its_first_pulse() -> None:
     scene = replace(SCENES["walled"], gauges=(hc.Gauge(contact=4), hc.Gauge(contact=9)))
     result = hc.Native(rtol=1e-6).run(scene)
     first = result.first_pulses
-    assert [one.force for one in result.gauges] == [first.force[2], first.force[7]]
-    assert [one.arrival for one in result.gauges] == [first.arrival[2], first.arrival[7]]
+    assert [gauge.force for gauge in result.gauges] == [first.force[2], first.force[7]]
+    assert [gauge.arrival for gauge in result.gauges] == [first.arrival[2], first.arrival[7]]
 
 
 def test_the_mean_of_a_solitary_wave() -> None:
@@ -274,7 +274,7 @@ def test_gauges_are_in_files_and_results(tmp_path: Path) -> None:
     scene.to_toml(tmp_path / "scene.toml")
     assert hc.Scene.from_toml(tmp_path / "scene.toml") == scene
     document = hc.Native().run(scene).to_dict()
-    assert [set(one) & {"granule", "contact"} for one in document["gauges"]] == [
+    assert [set(gauge) & {"granule", "contact"} for gauge in document["gauges"]] == [
         {"granule"},
         {"contact"},
     ]

@@ -71,23 +71,23 @@ def test_forces_become_those_of_the_velocities_of_their_time(
     exponent: float, attraction: bool
 ) -> None:
     """At the start of a leg they are, as forces are computed again there."""
-    one = law(exponent, attraction)
+    damped = law(exponent, attraction)
     half = np.where(LEG.start < TIME, LEG.dt / 2, 0.0)
-    given = one.force(OVERLAP, (RATE - half * GROWTH)[:, np.newaxis])
-    found = true_forces(samples(given), one, LEG).contact_force
-    right = one.force(OVERLAP, RATE[:, np.newaxis])
-    np.testing.assert_allclose(found, right, rtol=1e-14, atol=1e-14)
-    assert found[0] == given[0]
-    assert np.all(found[1:3] != given[1:3])
+    given = damped.force(OVERLAP, (RATE - half * GROWTH)[:, np.newaxis])
+    force = true_forces(samples(given), damped, LEG).contact_force
+    right = damped.force(OVERLAP, RATE[:, np.newaxis])
+    np.testing.assert_allclose(force, right, rtol=1e-14, atol=1e-14)
+    assert force[0] == given[0]
+    assert np.all(force[1:3] != given[1:3])
 
 
 @pytest.mark.parametrize(("attraction", "pulls"), [(True, True), (False, False)])
 def test_contacts_that_may_not_pull_do_not_in_a_softer_code(attraction: bool, pulls: bool) -> None:
     """The change from one velocity to the other is the law's own, of the full stiffness."""
-    one = law(0.25, attraction)
-    softer = 0.1 * one.force(OVERLAP, 0 * OVERLAP)
-    found = one.with_rate(softer, OVERLAP, 0 * OVERLAP, -4.0 + 0 * OVERLAP)
-    assert bool(np.any(found < 0)) is pulls
+    damped = law(0.25, attraction)
+    softer = 0.1 * damped.force(OVERLAP, 0 * OVERLAP)
+    force = damped.with_rate(softer, OVERLAP, 0 * OVERLAP, -4.0 + 0 * OVERLAP)
+    assert bool(np.any(force < 0)) is pulls
 
 
 ROUND_OFF = 1e-14

@@ -147,7 +147,7 @@ def test_largest_forces_that_may_be_off_are_counted(struck: hc.Result, unsure: i
     assert struck.errors is not None
     off = np.where(np.arange(7) < unsure, 0.0101, 0.0099)
     warnings = replace(struck, errors=replace(struck.errors, peak=off)).warnings
-    assert [one[:41] for one in warnings] == [
+    assert [warning[:41] for warning in warnings] == [
         "the largest force of 2 of 7 contacts may be"[:41]
     ] * (unsure > 0)
 
@@ -183,14 +183,14 @@ SCENES = {
 def test_the_pressure_is_that_of_hertz(name: str) -> None:
     scene, contact, curvature, compliance = SCENES[name]
     result = hc.Native().run(scene)
-    found = p0(result.peak_at(contact), curvature, compliance)
+    pressure = p0(result.peak_at(contact), curvature, compliance)
     others = [2 / 4.75e-3, 2 * STEEL_COMPLIANCE]
-    largest = max(found, p0(result.peak_at(2), *others)) if scene.wall else found
+    largest = max(pressure, p0(result.peak_at(2), *others)) if scene.wall else pressure
     shown = result.to_dict()
     # Round-off of a few products and roots.
     assert result.largest_pressure.pressure == pytest.approx(largest, rel=1e-13)
     assert shown["largest_pressure_Pa"] == result.largest_pressure.pressure
-    where = contact if largest == found else 2
+    where = contact if largest == pressure else 2
     assert shown["largest_pressure_contact"] == where
     assert shown["largest_pressure_time_s"] == result.peak_time[where - 2]
     assert shown["needed_yield_strength_Pa"] == pytest.approx(largest / 1.6, rel=1e-13)
@@ -208,7 +208,7 @@ def test_the_weaker_body_yields(name: str, part: float, yields: bool) -> None:
     else:
         scene = replace(scene, chain=replace(scene.chain, yield_strength=[strong, weak]))
     warnings = hc.Native().run(scene).warnings
-    assert any("yield_strength" in one for one in warnings) == yields
+    assert any("yield_strength" in warning for warning in warnings) == yields
 
 
 @pytest.mark.parametrize(

@@ -37,11 +37,11 @@ def test_places_of_contacts() -> None:
 def test_the_errors_are_bounds() -> None:
     """Velocity Verlet is off by parts of its bounds, as ten times the accuracy tells."""
     true = hc.Native(rtol=1e-9).run(LONG).wave(20, 30)
-    found = hc.Native("velocity-verlet", 5e-7).run(LONG).wave(20, 30)
+    wave = hc.Native("velocity-verlet", 5e-7).run(LONG).wave(20, 30)
     for name in ("speed", "height", "width"):
-        off = abs(getattr(found, name) / getattr(true, name) - 1)
-        assert off <= getattr(found, f"{name}_error") + getattr(true, f"{name}_error"), name
-        assert off > 1e-3 * getattr(found, f"{name}_error"), name
+        off = abs(getattr(wave, name) / getattr(true, name) - 1)
+        assert off <= getattr(wave, f"{name}_error") + getattr(true, f"{name}_error"), name
+        assert off > 1e-3 * getattr(wave, f"{name}_error"), name
 
 
 def test_the_usual_pair_is_before_the_end() -> None:

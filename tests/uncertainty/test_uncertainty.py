@@ -36,37 +36,37 @@ SCENE = replace(
 
 def test_every_result_goes_with_powers_of_modulus_and_speed() -> None:
     """By similarity forces of elastic spheres go as E^0.4 v^1.2, times as E^-0.4 v^-0.2."""
-    found = hc.spread(SCENE, 64, rtol=1e-6)
+    spread = hc.spread(SCENE, 64, rtol=1e-6)
     drawn = list(Realisations(SCENE, 64, 1))
-    modulus = np.array([one.chain.first_modulus for one in drawn]) / STEEL["young_modulus"]
-    speed = np.array([one.shock.start_velocity for one in drawn]) / 0.5
+    modulus = np.array([scene.chain.first_modulus for scene in drawn]) / STEEL["young_modulus"]
+    speed = np.array([scene.shock.start_velocity for scene in drawn]) / 0.5
     for name, powers in {"first_peak_force_N": (0.4, 1.2), "arrival_time_s": (-0.4, -0.2)}.items():
-        k = found.names.index((name, "contact 5"))
-        expected = found.nominal[k] * modulus ** powers[0] * speed ** powers[1]
+        k = spread.names.index((name, "contact 5"))
+        expected = spread.nominal[k] * modulus ** powers[0] * speed ** powers[1]
         # both runs of a ratio are within 1e-6
-        assert found.values_of(name, "contact 5") == pytest.approx(expected, rel=2e-6)
+        assert spread.values_of(name, "contact 5") == pytest.approx(expected, rel=2e-6)
         parts = np.array([powers[0] * 0.05, powers[1] * 0.04 / np.sqrt(3)]) ** 2
         # of 64 draws a variance is known to 2 sqrt(2 / 64) of itself
-        assert found.shares[:, k] == pytest.approx(parts / parts.sum(), abs=0.06)
-    table = found.to_frame()
-    assert len(table) == len(found.names) == found.values.shape[1]
-    k = found.names.index(("first_peak_force_N", "contact 5"))
+        assert spread.shares[:, k] == pytest.approx(parts / parts.sum(), abs=0.06)
+    table = spread.to_frame()
+    assert len(table) == len(spread.names) == spread.values.shape[1]
+    k = spread.names.index(("first_peak_force_N", "contact 5"))
     low, nominal, high = (table[name].to_numpy()[k] for name in ("low_5", "nominal", "high_95"))
     assert low < nominal < high
-    values = found.values[:, k]
+    values = spread.values[:, k]
     # 5 % of 64, rounded up
     assert [int(np.sum(values < low)), int(np.sum(values > high))] == [4, 4]
-    without = found.values.copy()
+    without = spread.values.copy()
     without[:3, k] = np.nan
-    partly = replace(found, values=without)
+    partly = replace(spread, values=without)
     assert "1 results have no spread: 3 of 64" in partly.remarks[0]
-    for one, said in ((found, 0), (partly, 1)):
-        text = plain_text(partial(print_spread, spread=one, every=True))
+    for results, said in ((spread, 0), (partly, 1)):
+        text = plain_text(partial(print_spread, spread=results, every=True))
         assert text.count("cut off") == said
         assert text.count(" none") == 0
-    assert found.deviation[k] / nominal == pytest.approx(np.hypot(0.02, 0.0277), rel=0.1)
-    assert "contact 5" in repr(found)
-    assert len(found.plot().axes) == 2
+    assert spread.deviation[k] / nominal == pytest.approx(np.hypot(0.02, 0.0277), rel=0.1)
+    assert "contact 5" in repr(spread)
+    assert len(spread.plot().axes) == 2
 
 
 INPUTS = tuple(Uncertain(f"chain.{key}", 1.0, uniform=True) for key in ("a", "b", "c"))
@@ -86,7 +86,7 @@ def test_shares_of_a_linear_and_of_a_strongly_nonlinear_function() -> None:
     assert shares[:, 0] == pytest.approx(np.array([9, 4, 1]) / 14, abs=0.01)
     assert shares[:, 1] == pytest.approx([0.3139, 0.4424, 0.0], abs=0.03)
     assert np.isnan(shares[:, 2]).all()
-    normal = tuple(replace(one, uniform=False) for one in INPUTS)
+    normal = tuple(replace(entry, uniform=False) for entry in INPUTS)
     from scipy.special import ndtri
 
     z = ndtri(places)
@@ -98,7 +98,7 @@ def test_shares_of_a_linear_and_of_a_strongly_nonlinear_function() -> None:
 def test_scatter_makes_what_plain_random_chains_make() -> None:
     """31 beads onto a wall whose radii scatter by 1 %, against NumPy's draws."""
     scene = hc.Scene(hc.Chain(31, **STEEL), hc.Striker(0.44), wall=hc.Wall("same"))
-    found = hc.spread(
+    spread = hc.spread(
         replace(scene, uncertain=(Uncertain("chain.radius", 0.01, relative=True, each=True),)), 512
     )
     random = np.random.default_rng(5)
@@ -108,11 +108,11 @@ def test_scatter_makes_what_plain_random_chains_make() -> None:
     ]
     plain = hc.peak_forces([replace(scene, chain=chain) for chain in chains], 1e-4, wanted="first")
     wall = plain.first_columns["first_peak_force_N"][:, -1]
-    own = found.values_of("first_peak_force_N", "the wall")
-    off = (own.mean() - wall.mean()) / np.hypot(own.std() / 512**0.5, wall.std() / 2_000**0.5)
+    force = spread.values_of("first_peak_force_N", "the wall")
+    off = (force.mean() - wall.mean()) / np.hypot(force.std() / 512**0.5, wall.std() / 2_000**0.5)
     assert abs(off) < 3  # of its standard error
     error = np.hypot(1 / np.sqrt(2 * 512), 1 / np.sqrt(2 * 2_000))
-    assert own.std() / wall.std() == pytest.approx(1, abs=3 * error)
+    assert force.std() / wall.std() == pytest.approx(1, abs=3 * error)
 
 
 def test_what_is_drawn() -> None:
@@ -140,7 +140,7 @@ def test_velocities_scatter_but_those_of_fixed_granules() -> None:
     scatter = Uncertain("chain.velocity", 0.1, each=True)
     scene = hc.Scene(hc.Chain(4, **STEEL, velocity=velocity, fixed=fixed), uncertain=(scatter,))
     assert len(hc.spread(scene, 16).plot().axes) == 1  # no input has a share
-    drawn = np.array([one.chain.velocity for one in Realisations(scene, 64, 3)]) - velocity
+    drawn = np.array([scene.chain.velocity for scene in Realisations(scene, 64, 3)]) - velocity
     assert not drawn[:, 2].any()
     # 64 draws of a standard deviation: 9 %
     assert np.std(drawn[:, [0, 1, 3]], axis=0) == pytest.approx(np.full(3, 0.1), rel=0.3)
@@ -211,15 +211,15 @@ def test_realisations_that_end_too_early_are_no_results() -> None:
     """A speed 20 % lower is on its way where the run ends: its force there is no peak."""
     end = float(hc.Native().run(STRIKER).peak_time[-1]) * 1.08
     wide = (Uncertain(SPEED, 0.2, relative=True),)
-    found = hc.spread(replace(STRIKER, run=hc.Run(end), uncertain=wide), 64)
-    last = found.values_of("first_peak_force_N", "contact 8")
-    third = found.values_of("first_peak_force_N", "contact 3")
-    known = ~np.isnan(last)
-    assert 10 < np.count_nonzero(known) < 64
+    spread = hc.spread(replace(STRIKER, run=hc.Run(end), uncertain=wide), 64)
+    last = spread.values_of("first_peak_force_N", "contact 8")
+    third = spread.values_of("first_peak_force_N", "contact 3")
+    peaked = ~np.isnan(last)
+    assert 10 < np.count_nonzero(peaked) < 64
     # the same powers of the speed
-    ratio = last[known] / third[known]
+    ratio = last[peaked] / third[peaked]
     assert ratio == pytest.approx(np.full(ratio.size, ratio[0]), rel=1e-3)
-    assert "give a later end_time" in found.remarks[0]
+    assert "give a later end_time" in spread.remarks[0]
 
 
 def test_keys_of_segments_have_the_values_of_their_segment(tmp_path: Path) -> None:
@@ -258,9 +258,9 @@ def test_too_many_values_that_scatter() -> None:
 
 
 def test_few_realisations_have_no_shares() -> None:
-    found = hc.spread(SCENE, 32)
-    assert np.isnan(found.shares).all()
-    assert "needs 64 realisations" in found.remarks[0]
+    spread = hc.spread(SCENE, 32)
+    assert np.isnan(spread.shares).all()
+    assert "needs 64 realisations" in spread.remarks[0]
 
 
 @pytest.mark.parametrize("count", [15, 2**17 + 1, True, 20.0])
@@ -308,10 +308,10 @@ def traces(noise: float = 1e-3) -> Any:
 
 def test_a_difference_that_the_modulus_explains() -> None:
     """A modulus 4 % off makes forces 1.6 % off; known to 5 %, that is 0.8 deviations."""
-    found = hc.validate(believed(1.04, 0.05), traces(), tolerance=0.1, realisations=64)
-    assert found.verdict == "pass"
-    assert repr(found).endswith("Verdict: pass")
-    peak, width, *_, time = found.compared
+    check = hc.validate(believed(1.04, 0.05), traces(), tolerance=0.1, realisations=64)
+    assert check.verdict == "pass"
+    assert repr(check).endswith("Verdict: pass")
+    peak, width, *_, time = check.compared
     assert peak.error / peak.number.measured == pytest.approx(1.04**0.4 - 1, rel=0.1)
     assert peak.input / peak.number.simulated == pytest.approx(0.4 * 0.05, rel=0.2)
     assert time.input / time.number.simulated == pytest.approx(0.4 * 0.05, rel=0.2)
@@ -330,11 +330,11 @@ def test_a_difference_that_the_modulus_explains() -> None:
     ],
 )
 def test_three_verdicts(modulus: float, known_to: float, tolerance: float, verdict: str) -> None:
-    found = hc.validate(believed(modulus, known_to), traces(), tolerance=tolerance, realisations=16)
-    assert found.verdict == verdict
-    assert bool(found) == (verdict == "pass")
-    words = {"pass": "All ", "fail": f"{len(found.differing)} of ", "undecided": "Nothing could"}
-    said = of_validation(found).verdict
+    check = hc.validate(believed(modulus, known_to), traces(), tolerance=tolerance, realisations=16)
+    assert check.verdict == verdict
+    assert bool(check) == (verdict == "pass")
+    words = {"pass": "All ", "fail": f"{len(check.differing)} of ", "undecided": "Nothing could"}
+    said = of_validation(check).verdict
     assert said.sentence.startswith(words[verdict])
     assert said.passed == {"pass": True, "fail": False, "undecided": None}[verdict]
 
@@ -342,16 +342,16 @@ def test_three_verdicts(modulus: float, known_to: float, tolerance: float, verdi
 def test_what_two_uncertainties_allow() -> None:
     """The three add as squares: 3, 4 and 12 are 13; twice that is allowed."""
 
-    def one(error: float) -> Compared:
+    def compared(error: float) -> Compared:
         # Half a uniform width of 3 sqrt(3) is a deviation of 3.
         number = Number(PEAK, "x", (), 100.0 + error, 100.0, 3.0 * 3**0.5, 12.0)
         return Compared(number, 4.0)
 
-    assert one(13.0).uncertainty == pytest.approx(13.0)
-    assert one(13.0).largest == "measured"
-    assert one(-26.0).ratio == pytest.approx(2.0)
-    assert one(-26.0).allowed == pytest.approx(26.0)
-    assert one(0.0).seen_from == pytest.approx(0.13 * (2 + 1.645))
+    assert compared(13.0).uncertainty == pytest.approx(13.0)
+    assert compared(13.0).largest == "measured"
+    assert compared(-26.0).ratio == pytest.approx(2.0)
+    assert compared(-26.0).allowed == pytest.approx(26.0)
+    assert compared(0.0).seen_from == pytest.approx(0.13 * (2 + 1.645))
 
 
 def test_the_command_that_judges(
