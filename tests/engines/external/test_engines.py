@@ -225,9 +225,9 @@ def test_what_is_recorded_is_what_the_engines_find(tmp_path: Path) -> None:
     kept = engines.recorded()
     for name, (dt, peaks) in engines.recorded(path).items():
         assert dt == kept[name][0]
-        for who, found in peaks.items():
+        for who, force in peaks.items():
             # Other machines round otherwise.
-            assert found == pytest.approx(kept[name][1][who], rel=1e-10, abs=0)
+            assert force == pytest.approx(kept[name][1][who], rel=1e-10, abs=0)
 
 
 def test_the_record_is_of_all_scenes() -> None:
@@ -273,8 +273,8 @@ def test_granules_faster_than_all_the_impulse_in_one_have_diverged(
     scene = PULSE
     legs, stride = scene.schedule(scene.end_time / steps), 10
     diameter, granules = 2 * scene.chain.radius, scene.chain.granules
-    position, one = diameter * np.arange(granules, dtype=np.float64), np.ones(granules)
-    rest = Granules(position, scene.chain.granule_mass * one, diameter * one)
+    position, ones = diameter * np.arange(granules, dtype=np.float64), np.ones(granules)
+    rest = Granules(position, scene.chain.granule_mass * ones, diameter * ones)
     readings = np.zeros((sum(len(stops(leg, stride)) for leg in legs), 3, granules))
     readings[:, 0] = position
     readings[-1, 1, -1] = speed * scene.impulse / scene.chain.granule_mass

@@ -65,18 +65,18 @@ def test_overlaps_become_as_deep_as_they_may(
 ) -> None:
     scene = scene_of(depth, granules, momentum_ratio)
     steps = steps_of(scene, 0.01)
-    made = softening(scene, steps)
-    length = depth * made.length
+    scaling = softening(scene, steps)
+    length = depth * scaling.length
     if momentum_ratio <= 1:
         # Highest of about 1.2 F0, or 0.76 (1.65 LM_ratio)^1.2 F0, and less than 2 radii for two.
         highest = min(1.0, 0.76 * (1.65 * momentum_ratio) ** 1.2)
         assert length * highest ** (2 / 3) < 0.8
     assert length < 0.51 * max(1.0, (1.65 * momentum_ratio) ** -0.8 / 0.64 ** (2 / 3))
-    before, after = predicted_loss(scene, steps), predicted_loss(scene, steps, made)
+    before, after = predicted_loss(scene, steps), predicted_loss(scene, steps, scaling)
     if before <= TOLERABLE and depth < 0.2:
-        assert made == NONE
+        assert scaling == NONE
     # A stiffer chain has smaller overlaps; where the chain flies far that costs a little.
-    assert after <= before * (8 if made.power < 0 else 1.0)
+    assert after <= before * (8 if scaling.power < 0 else 1.0)
 
 
 def test_overlaps_under_a_long_pulse_are_no_deeper_than_expected() -> None:
@@ -88,9 +88,9 @@ def test_overlaps_under_a_long_pulse_are_no_deeper_than_expected() -> None:
     # Lengths grow in powers of 4: one of these comes near what is allowed.
     for depth in np.geomspace(1e-9, 4e-9, 30):
         scene = scene_of(float(depth), 60, 30.0, 70.0, "cosine")
-        made = softening(scene, steps_of(scene, 0.01))
+        scaling = softening(scene, steps_of(scene, 0.01))
         # In radii: where two overlaps add up to 2, granules touch the next but one.
-        assert depth * made.length * highest ** (2 / 3) < 0.8
+        assert depth * scaling.length * highest ** (2 / 3) < 0.8
 
 
 @pytest.mark.lammps
@@ -154,23 +154,23 @@ def test_as_a_similar_scene_to_the_last_digit(
     scene = hc.Scene(hc.Chain(6, **STEEL), shock, hc.Run(3e-3))
     dt, times = 0.05 * scene.units.time, np.array([5e-4, 1e-3])
     result = hc.Lammps(dt, extrapolated=extrapolated).run(scene, record=times)
-    made = softening(scene, result.steps)
-    assert made.power > 0
-    other = made.scene(scene)
-    soft = hc.Lammps(made.time * dt, extrapolated=extrapolated)
-    expected = soft.run(other, record=made.time * times)
+    scaling = softening(scene, result.steps)
+    assert scaling.power > 0
+    other = scaling.scene(scene)
+    soft = hc.Lammps(scaling.time * dt, extrapolated=extrapolated)
+    expected = soft.run(other, record=scaling.time * times)
     assert expected.lost_digits.young_modulus == other.chain.young_modulus
     assert np.array_equal(result.peak_force, expected.peak_force)
-    assert np.array_equal(made.time * result.peak_time, expected.peak_time)
-    assert np.array_equal(made.length * result.displacement, expected.displacement)
-    assert np.array_equal(made.time * result.velocity, expected.velocity)
-    assert made.length * result.balance.energy == expected.balance.energy
-    assert made.length * result.balance.work == expected.balance.work
-    assert made.time * result.balance.momentum == expected.balance.momentum
+    assert np.array_equal(scaling.time * result.peak_time, expected.peak_time)
+    assert np.array_equal(scaling.length * result.displacement, expected.displacement)
+    assert np.array_equal(scaling.time * result.velocity, expected.velocity)
+    assert scaling.length * result.balance.energy == expected.balance.energy
+    assert scaling.length * result.balance.work == expected.balance.work
+    assert scaling.time * result.balance.momentum == expected.balance.momentum
     assert np.array_equal(result.history.contact_force, expected.history.contact_force)
-    assert np.array_equal(made.time * result.history.velocity, expected.history.velocity)
+    assert np.array_equal(scaling.time * result.history.velocity, expected.history.velocity)
     peaks = hc.Lammps(dt).peaks_alone(scene)[0]
-    assert np.array_equal(peaks, hc.Lammps(made.time * dt).peaks_alone(other)[0])
+    assert np.array_equal(peaks, hc.Lammps(scaling.time * dt).peaks_alone(other)[0])
 
 
 @pytest.mark.lammps
@@ -191,12 +191,12 @@ def test_the_loss_is_predicted_and_bounded(
     scene = scene_of(depth, granules, momentum_ratio, n)
     dt = 0.05 * scene.units.time
     result = hc.Lammps(dt).run(scene)
-    made = softening(scene, result.steps)
-    bound = round_off(scene, made, result.steps, result.peak_force, result.displacement)
+    scaling = softening(scene, result.steps)
+    bound = round_off(scene, scaling, result.steps, result.peak_force, result.displacement)
     assert result.lost_digits.bound == bound <= result.error_estimate
     assert result.lost_digits.predicted == predicted_loss(scene, result.steps)
     # 1.1 to 1.8 times the bound in random scenes.
-    assert 0.5 * bound < predicted_loss(scene, result.steps, made) < 3 * bound
+    assert 0.5 * bound < predicted_loss(scene, result.steps, scaling) < 3 * bound
     twin = simulate(scene, scene.schedule(dt), VERLET)
     assert largest(result.displacement / scene.units.length, twin.displacement) < bound
 

@@ -95,19 +95,19 @@ def refuse_other_motion(engine: Any, scene: hc.Scene) -> None:
     # Strong dampers want shorter steps.
     dt = min(STEP * scene.contact_time, stable_step(scene, METHODS["velocity-verlet"].interval) / 2)
     # Peaks interpolated between readings further apart are off by more where elastic contacts open.
-    legs, own = scene.schedule(dt), engine(dt=dt, read_every=2 if scene.contact is None else None)
-    runner = _Runner(scene, own._simulate(scene, Deadline(60.0)), own._steps)
+    legs, other = scene.schedule(dt), engine(dt=dt, read_every=2 if scene.contact is None else None)
+    runner = _Runner(scene, other._simulate(scene, Deadline(60.0)), other._steps)
     # One run, without those that tell its error.
-    found = runner.simulate(legs, [runner.stride(leg, recording=False) for leg in legs])
+    run = runner.simulate(legs, [runner.stride(leg, recording=False) for leg in legs])
     native = hc.Native("velocity-verlet", dt).run(scene)
     # Absolute coordinates: a softer chain is run where they would cost more than 1e-9.
-    allowed = 1e-9 + found.round_off(scene)
-    assert largest(found.displacement, native.displacement, unit.length) < allowed
-    assert largest(found.velocity, native.velocity, unit.velocity) < allowed
+    allowed = 1e-9 + run.round_off(scene)
+    assert largest(run.displacement, native.displacement, unit.length) < allowed
+    assert largest(run.velocity, native.velocity, unit.velocity) < allowed
     # Native interpolates with velocities that are no slopes of its displacements: 0.05 dt^4, 8e-9.
     # Damped contacts are looked at after the same steps.
     between = 2e-8 if scene.contact is None else 0.0
-    assert largest_difference(found.peaks.force, native.peak_force) < allowed + between
+    assert largest_difference(run.peaks.force, native.peak_force) < allowed + between
 
 
 @pytest.mark.parametrize(

@@ -153,7 +153,7 @@ def test_the_method_of_liggghts_names_the_models_that_run(law: str, models: str)
 def test_laws_that_an_engine_does_not_have() -> None:
     scene = SCENES["all at once"]
     small = hc.Contact("restitution", restitution=0.05)
-    laws = {law: one.contact for law, one in DAMPED.items()}
+    laws = {law: scene.contact for law, scene in DAMPED.items()}
     allowed = [None, *laws.values(), replace(small, restitution=math.nextafter(0.05, 1))]
     for engine, some in ((hc.Liggghts, allowed), (hc.Yade, [None, RESTITUTION])):
         for law in some:
@@ -176,8 +176,8 @@ def test_the_damping_of_a_viscoelastic_deck() -> None:
     modulus = STEEL["young_modulus"] / (2 * (1 - STEEL["poisson_ratio"] ** 2))
     mass = STEEL["density"] * 4 / 3 * math.pi * STEEL["radius"] ** 3 / 2
     expected = 1.5e-6 * 4 / 3 * modulus / mass
-    found = float(text.partition("gamman peratomtypepair 1 ")[2].split()[0])
-    assert found == pytest.approx(expected, rel=1e-12)  # rounding
+    damping = float(text.partition("gamman peratomtypepair 1 ")[2].split()[0])
+    assert damping == pytest.approx(expected, rel=1e-12)  # rounding
 
 
 def taper(granules: int) -> hc.Scene:

@@ -107,9 +107,9 @@ def holds(scene: hc.Scene, result: hc.Result, wanted: float | None = None) -> No
 )
 def test_wanted_accuracy(scene: hc.Scene, rtol: float) -> None:
     holds(scene, hc.Native(rtol=rtol).run(scene), rtol)
-    found = hc.peak_forces([scene], rtol)
+    batch = hc.peak_forces([scene], rtol)
     truth = solve(scene)
-    assert truth.error_of(found.peak_force[0]) <= found.error_estimate[0] <= rtol
+    assert truth.error_of(batch.peak_force[0]) <= batch.error_estimate[0] <= rtol
 
 
 @pytest.mark.parametrize(
@@ -135,9 +135,9 @@ def test_a_contact_that_has_just_been_reached() -> None:
     # Its force at the end is erratic from step to step, so that one other run may agree by chance.
     rtol = 2.051697977944358e-10
     holds(FRONT, hc.Native(rtol=rtol).run(FRONT))
-    found = hc.peak_forces([FRONT], rtol)
+    batch = hc.peak_forces([FRONT], rtol)
     truth = solve(FRONT)
-    assert truth.error_of(found.peak_force[0]) <= found.error_estimate[0] + truth.error
+    assert truth.error_of(batch.peak_force[0]) <= batch.error_estimate[0] + truth.error
 
 
 def test_a_bound_is_not_far_above_the_error() -> None:

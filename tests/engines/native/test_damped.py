@@ -47,11 +47,11 @@ def restitution(scene: hc.Scene) -> float:
     return float(velocity[1] - velocity[0]) / scene.shock.start_velocity
 
 
-@pytest.mark.parametrize(("asked", "found"), PARTED.items())
-def test_two_spheres_part_as_the_closed_form_says(asked: float, found: float) -> None:
+@pytest.mark.parametrize(("asked", "ratio"), PARTED.items())
+def test_two_spheres_part_as_the_closed_form_says(asked: float, ratio: float) -> None:
     law = hc.Contact("restitution", restitution=asked)
     scene = hc.Scene(TWO, hc.Striker(1.0), contact=law)
-    assert restitution(scene) == pytest.approx(found, rel=0, abs=5.1e-8)  # half of its last digit
+    assert restitution(scene) == pytest.approx(ratio, rel=0, abs=5.1e-8)  # half of its last digit
     pulling = replace(scene, contact=replace(law, attraction=True))
     # Peaks are asked for to 1e-10, of which the velocity has as much.
     assert restitution(pulling) == pytest.approx(asked, rel=1e-9, abs=0)
@@ -138,14 +138,14 @@ def test_a_maximum_in_a_step_as_long_as_its_leg() -> None:
     assert error < 1e-9  # 2.5e-10 by the steps
 
 
-@pytest.mark.parametrize("own", [None, 0.4])
-def test_a_bead_leaves_a_wall_with_its_restitution(own: float | None) -> None:
+@pytest.mark.parametrize("coefficient", [None, 0.4])
+def test_a_bead_leaves_a_wall_with_its_restitution(coefficient: float | None) -> None:
     contact = hc.Contact("restitution", restitution=0.9, attraction=True)
     chain = hc.Chain(2, **STEEL, gap=1e-2, velocity=(0.0, 1.0))
-    scene = hc.Scene(chain, wall=hc.Wall("rigid", restitution=own), contact=contact)
+    scene = hc.Scene(chain, wall=hc.Wall("rigid", restitution=coefficient), contact=contact)
     collision = hc.Run(20 * scene.contact_time)  # and the flight back is far longer
-    found = hc.Native(rtol=1e-8).run(replace(scene, run=collision))
-    assert found.velocity[1] == pytest.approx(-(own or 0.9), rel=1e-7)
+    result = hc.Native(rtol=1e-8).run(replace(scene, run=collision))
+    assert result.velocity[1] == pytest.approx(-(coefficient or 0.9), rel=1e-7)
 
 
 Floats = NDArray[np.float64]
@@ -238,18 +238,18 @@ def test_strong_dampers(exponent: float, damping: float) -> None:
     true = integrate_damped(chain, rows, AT_REST, 1e-11, 0.8, most_work=1e8)
     for tolerance in (3e-5, 1e-6, 3e-9):
         # 383 to 3,929 steps were measured, 2.3e6; a run that stood still took what it was given.
-        found = integrate_damped(chain, rows, AT_REST, tolerance, 0.8, most_work=5e6)
-        assert found.status == elastic_state.DONE
+        run = integrate_damped(chain, rows, AT_REST, tolerance, 0.8, most_work=5e6)
+        assert run.status == elastic_state.DONE
         # At most 0.3 of the tolerance was measured, and 2e-10.
-        assert largest_difference(found.peaks.force, true.peaks.force) < max(tolerance, 1e-9)
+        assert largest_difference(run.peaks.force, true.peaks.force) < max(tolerance, 1e-9)
 
 
 def test_steps_that_do_not_advance_end() -> None:
     """No step is accurate enough for this tolerance, so that all are as short as times resolve."""
     chain, rows = uniform(6, RESTITUTION, 0.2), pulse_until(30.0)
-    found = integrate_damped(chain, rows, AT_REST, 1e-30, 0.8)
-    assert found.status == elastic_state.STUCK
-    assert found.steps < 20_000
+    run = integrate_damped(chain, rows, AT_REST, 1e-30, 0.8)
+    assert run.status == elastic_state.STUCK
+    assert run.steps < 20_000
 
 
 def test_stop_and_most_work() -> None:
@@ -342,14 +342,14 @@ def test_a_similar_scene_of_each_law() -> None:
     for law in LAWS.values():
         scene = scene_with(law)
         scene = replace(scene, run=hc.Run(scene.end_time))
-        made = Softening(3)
-        given = made.scene(scene)
-        one, other = (
+        scaling = Softening(3)
+        given = scaling.scene(scene)
+        result, other = (
             hc.Native("velocity-verlet", 0.05 * each.contact_time).run(each)
             for each in (scene, given)
         )
-        assert largest_difference(other.peak_force, one.peak_force) < 1e-12
-        assert np.max(np.abs(other.velocity / made.time / one.velocity - 1)) < 1e-10
+        assert largest_difference(other.peak_force, result.peak_force) < 1e-12
+        assert np.max(np.abs(other.velocity / scaling.time / result.velocity - 1)) < 1e-10
 
 
 @pytest.mark.parametrize("gap", [0.0, 1e-5])

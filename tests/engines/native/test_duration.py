@@ -40,7 +40,7 @@ def test_the_end_is_after_the_last_first_pulse(name: str) -> None:
     scene = SCENES[name]
     longest = replace(scene, run=hc.Run(scene.end_time))
     seen = Trace(longest).first_pulses(scene.granules.static_force)
-    over = max(one.end for one in seen if one is not None and one.end is not None)
+    over = max(pulse.end for pulse in seen if pulse is not None and pulse.end is not None)
     end = with_end(scene).end_time
     # Two digits, rounded up: at most a tenth later.
     wanted = min(2 * over + 3 * scene.units.time, scene.end_time)
@@ -91,7 +91,7 @@ def test_times_to_record_are_within_the_run() -> None:
 
 
 def test_every_engine_ends_as_native_does() -> None:
-    ends = {one.run(WALLED).scene.end_time for one in (hc.Native(), hc.Lammps(rtol=1e-4))}
+    ends = {engine.run(WALLED).scene.end_time for engine in (hc.Native(), hc.Lammps(rtol=1e-4))}
     assert ends == {with_end(WALLED).end_time}
 
 
@@ -153,9 +153,9 @@ def test_what_is_compiled_is_timed_and_told() -> None:
     elapsed = time.perf_counter() - begin
     assert told == ["compiling"]
     assert 0 < preparation.compile_time <= preparation.time <= elapsed
-    with Watched(lambda: told.append("compiling")) as again:
+    with Watched(lambda: told.append("compiling")) as repeat:
         square(3.0)
-    assert (again.compile_time, again.time, told) == (0, 0, ["compiling"])
+    assert (repeat.compile_time, repeat.time, told) == (0, 0, ["compiling"])
 
 
 @pytest.mark.usefixtures("native_that_compiles")

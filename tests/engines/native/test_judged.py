@@ -93,12 +93,12 @@ def test_peaks_and_velocities(kind: str, name: str) -> None:
     asked = at_three_accuracies()
     if (kind, name) in BY_METHODS:
         asked += by_methods(scene)
-    found = check_answers(scene, asked)
-    assert len(found) == len(asked)
+    results = check_answers(scene, asked)
+    assert len(results) == len(asked)
     true = extrapolation.peaks(scene).velocity[scene.first_granule :]
     # After many collisions; 3e-9 seen.
     largest = np.max(np.abs(true))
-    assert found[2].velocity == pytest.approx(true, rel=0, abs=1e-8 * largest)
+    assert results[2].velocity == pytest.approx(true, rel=0, abs=1e-8 * largest)
     # Those that a comparison has: the velocities of other runs have errors of their own.
     balances = balance_checks(hc.Native("reference").run(scene))
     assert [check for check in balances if not check.passed] == []
@@ -235,21 +235,21 @@ def test_the_compiled_reference_agrees_and_the_check_is_there(name: str) -> None
 def test_runs_are_as_accurate_as_they_say(name: str, method: str) -> None:
     scene = with_end(shipped(name))
     scene = replace(scene, run=hc.Run(0.5 * scene.end_time))
-    found, true = (
-        hc.Native(one, wanted="all").run(scene, record=7) for one in (method, "reference")
+    result, true = (
+        hc.Native(name, wanted="all").run(scene, record=7) for name in (method, "reference")
     )
-    assert found.method == method
-    assert found.error_estimate <= 1e-6
-    difference = largest_difference(found.peak_force, true.peak_force)
-    assert difference <= found.error_estimate + true.error_estimate
-    assert [check.name for check in balance_checks(found) if not check.passed] == []
+    assert result.method == method
+    assert result.error_estimate <= 1e-6
+    difference = largest_difference(result.peak_force, true.peak_force)
+    assert difference <= result.error_estimate + true.error_estimate
+    assert [check.name for check in balance_checks(result) if not check.passed] == []
     # Forces at one time change faster than peaks, most at the front: at most 1.5e-6 was seen.
     largest = float(np.max(true.peak_force))
-    forces = found.history.contact_force / largest, true.history.contact_force / largest
+    forces = result.history.contact_force / largest, true.history.contact_force / largest
     assert forces[0] == pytest.approx(forces[1], rel=0, abs=3e-6)
     high = true.peak_force > 0.01 * largest
     # Times of maxima are as the root of their errors.
-    times = found.peak_time[high] / scene.units.time, true.peak_time[high] / scene.units.time
+    times = result.peak_time[high] / scene.units.time, true.peak_time[high] / scene.units.time
     assert times[0] == pytest.approx(times[1], rel=0, abs=1e-3)
 
 
@@ -260,8 +260,8 @@ def test_a_given_step_and_a_wanted_accuracy() -> None:
     true = hc.Native("reference").run(SHORT)
     by_step = hc.Native("rk4", dt=0.02 * SHORT.units.time).run(SHORT)
     assert by_step.dt <= 0.02 * SHORT.units.time
-    for found in (by_step, hc.Native("scipy", rtol=1e-4).run(SHORT)):
-        assert largest_difference(found.peak_force, true.peak_force) <= found.error_estimate < 1e-4
+    for run in (by_step, hc.Native("scipy", rtol=1e-4).run(SHORT)):
+        assert largest_difference(run.peak_force, true.peak_force) <= run.error_estimate < 1e-4
 
 
 @pytest.mark.parametrize("contact", [None, hc.Contact("restitution", restitution=0.8)])

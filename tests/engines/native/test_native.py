@@ -67,11 +67,11 @@ def test_forces_are_those_of_equation_1() -> None:
 
 def test_the_first_peaks_of_the_demo_scene(demo_reference: hc.Result) -> None:
     # Found by two solvers that are not part of this project, printed to 1e-6 N.
-    known = [
+    peaks = [
         *(105.407030, 116.244387, 125.615554, 133.058614, 138.729185),
         *(142.923076, 145.953014, 148.097936, 149.587218, 150.601174),
     ]
-    assert demo_reference.peak_force[:10] == pytest.approx(known, abs=5.1e-7)
+    assert demo_reference.peak_force[:10] == pytest.approx(peaks, abs=5.1e-7)
 
 
 @pytest.mark.parametrize("name", scenes.NAMES)
@@ -166,7 +166,7 @@ def pulse_table() -> hc.Scene:
 @pytest.mark.parametrize(
     "walker",
     [
-        *(Walker(one, *how) for one in (SRKN_6B, SRKN_11B) for how in ((), (1e-5, 32, 4.0))),
+        *(Walker(method, *how) for method in (SRKN_6B, SRKN_11B) for how in ((), (1e-5, 32, 4.0))),
         Walker(VELOCITY_VERLET),
     ],
 )
@@ -310,9 +310,9 @@ def test_a_maximum_in_a_step_whose_rate_is_no_parabola(
         ends.append((np.array([overlap, 0, 1e30]), np.array([rate, 0, 0]), accelerations))
     (u0, v0, a), (u, v, g) = ends
     leg = np.array([0.0, 1.0, 1.0, 1.0, 0.0, 1.0, *pushed])
-    found, at = np.zeros(1), np.full(1, np.nan)
+    peak, at = np.zeros(1), np.full(1, np.nan)
     elastic.keep_peaks(
-        Seen(found, at, room_for()), u0, v0, a, u, v, g, 0, 2, leg, 0.0, 1.0, 1.0, 0.0,
+        Seen(peak, at, room_for()), u0, v0, a, u, v, g, 0, 2, leg, 0.0, 1.0, 1.0, 0.0,
         True, 0.0, None,
     )  # fmt: skip
     slope = pushed[1] - pushed[0]
@@ -325,7 +325,7 @@ def test_a_maximum_in_a_step_whose_rate_is_no_parabola(
     highest = max(turns, key=lambda t: float(curve(t)))
     assert curve(highest) > 1.05 * max(start[0], end[0])
     assert len(turns) == 2
-    assert found[0] == pytest.approx(curve(highest) ** 1.5, rel=1e-12, abs=0)
+    assert peak[0] == pytest.approx(curve(highest) ** 1.5, rel=1e-12, abs=0)
     assert at[0] == pytest.approx(highest, rel=1e-9, abs=0)
 
 
@@ -341,10 +341,10 @@ def test_a_kept_kernel_is_forgotten_when_a_module_changes_that_it_calls(kernel: 
     while waiting:
         used.add(name := waiting.pop())
         tree = ast.parse(Path(str(sys.modules[name].__file__)).read_text(encoding="utf-8"))
-        here = {str(node.module) for node in tree.body if isinstance(node, ast.ImportFrom)}
+        imports = {str(node.module) for node in tree.body if isinstance(node, ast.ImportFrom)}
         rooms = ("hertzchain.engines.native.", "hertzchain.observables.")
-        here = {name for name in here if name.startswith(rooms)}
-        waiting += here - used
+        imports = {name for name in imports if name.startswith(rooms)}
+        waiting += imports - used
     assert {home, "hertzchain.observables.compiling"} < used
     stamp = kernel._cache._cache_file._source_stamp
     for name in used:

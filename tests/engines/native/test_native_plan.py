@@ -40,7 +40,7 @@ def spread(rng: np.random.Generator, low: float, high: float, number: int = 1) -
 @cache
 def random_scenes(number: int, seed: int) -> list[tuple[hc.Scene, Any]]:
     """Scenes and their peaks by the reference [N]: LM, n and N spread evenly over decades."""
-    rng, found = np.random.default_rng(seed), []
+    rng, scenes = np.random.default_rng(seed), []
     walker, step = METHODS["reference"].walker, METHODS["reference"].step
     for _ in range(number):
         granules = int(spread(rng, 2, GRANULES + 1)[0])
@@ -48,8 +48,8 @@ def random_scenes(number: int, seed: int) -> list[tuple[hc.Scene, Any]]:
         ratio, duration = (float(spread(rng, *limits)[0]) for limits in (RATIOS, DURATIONS))
         scene = paper_scene(profile, ratio, duration, granules)
         legs = scene.schedule(step * scene.units.time)
-        found.append((scene, 100 * simulate(scene, legs, walker, leave_behind=True).peaks.force))
-    return found
+        scenes.append((scene, 100 * simulate(scene, legs, walker, leave_behind=True).peaks.force))
+    return scenes
 
 
 @pytest.mark.parametrize("rtol", ACCURACIES)
@@ -115,10 +115,10 @@ def test_a_batch_checks_what_was_not_measured() -> None:
         hc.similar_peak_forces("cosine", 2.0, n, 10, 1e-6),
         hc.peak_forces([paper_scene("cosine", 2.0, float(k), 10) for k in n], 1e-6),
     ):
-        known = plans.cheapest(1e-6, checked=False).error
+        error = plans.cheapest(1e-6, checked=False).error
         # Round-off of a few thousand evaluations, 4e-14, is added.
-        assert both.error_estimate[0] == pytest.approx(known, rel=1e-6, abs=0)
-        assert abs(both.error_estimate[1] / known - 1) > 0.01
+        assert both.error_estimate[0] == pytest.approx(error, rel=1e-6, abs=0)
+        assert abs(both.error_estimate[1] / error - 1) > 0.01
 
 
 @pytest.mark.parametrize(
@@ -241,17 +241,17 @@ def test_a_batch_vs_runs_of_its_scenes_bit_for_bit() -> None:
     """With the same steps; one diverges, and leaves the others alone."""
     names = itertools.cycle(PROFILES)
     ratio, n = (spread(np.random.default_rng(5), *limits, 20) for limits in (RATIOS, DURATIONS))
-    scenes = [paper_scene(*one, 30) for one in zip(names, ratio, n, strict=False)]
+    scenes = [paper_scene(*shock, 30) for shock in zip(names, ratio, n, strict=False)]
     legs = [scene.schedule(0.4 * scene.units.time) for scene in scenes]
     rows = np.zeros((21, 3, 8))
     rows[7] = leg_rows(paper_scene("cosine", 1.0, 2.0, 30).schedule(1.0), scenes[0].units)
-    for k, (scene, its) in enumerate(zip(scenes, legs, strict=True)):
-        rows[k + (k >= 7)][: len(its)] = leg_rows(its, scene.units)
+    for k, (scene, schedule) in enumerate(zip(scenes, legs, strict=True)):
+        rows[k + (k >= 7)][: len(schedule)] = leg_rows(schedule, scene.units)
     force, time, _, evaluations = batch._march_all(rows, HALVED, 30, Deadline(600.0), 2)
     assert np.flatnonzero(np.isnan(evaluations)).tolist() == [7]
-    for k, (scene, its) in enumerate(zip(scenes, legs, strict=True)):
+    for k, (scene, schedule) in enumerate(zip(scenes, legs, strict=True)):
         at = k + (k >= 7)
-        alone = simulate(scene, its, HALVED, leave_behind=True)
+        alone = simulate(scene, schedule, HALVED, leave_behind=True)
         assert np.array_equal(force[at], alone.peaks.force)
         assert np.array_equal(time[at], alone.peaks.time, equal_nan=True)
         assert evaluations[at] == alone.evaluations
@@ -262,15 +262,15 @@ def test_a_batch_does_not_depend_on_order_company_or_cores() -> None:
     ratio, n = spread(rng, *RATIOS, 30), spread(rng, *DURATIONS, 30)
 
     def peaks(some: Any, rtol: float, cores: int) -> Any:
-        found = hc.similar_peak_forces("triangular", ratio[some], n[some], 60, rtol, cores=cores)
-        return found.peak_force, found.peak_time, found.error_estimate, found.force_evaluations
+        batch = hc.similar_peak_forces("triangular", ratio[some], n[some], 60, rtol, cores=cores)
+        return batch.peak_force, batch.peak_time, batch.error_estimate, batch.force_evaluations
 
     for rtol in (1e-4, 1e-6):
         together = peaks(slice(None), rtol, 2)
         some = rng.permutation(30)[:11]
         for cores in (1, 2):
-            for one, other in zip(peaks(some, rtol, cores), together, strict=True):
-                assert np.array_equal(one, other[some], equal_nan=True)
+            for column, other in zip(peaks(some, rtol, cores), together, strict=True):
+                assert np.array_equal(column, other[some], equal_nan=True)
 
 
 @pytest.mark.parametrize(
@@ -341,8 +341,8 @@ def test_a_table_of_peaks() -> None:
     assert list(frame.columns) == ["scene", "contact", "peak_force_N", "peak_time_s"]
     assert frame["scene"].tolist() == [0, 0, 0, 1, 1, 1]
     assert frame["contact"].tolist() == [2, 3, 4] * 2
-    one = hc.Native("reference").run(paper_scene("cosine", 1.0, 2.0, 4)).peak_force
-    assert frame["peak_force_N"].to_numpy()[:3] == pytest.approx(one, rel=1e-4, abs=0)
+    peaks = hc.Native("reference").run(paper_scene("cosine", 1.0, 2.0, 4)).peak_force
+    assert frame["peak_force_N"].to_numpy()[:3] == pytest.approx(peaks, rel=1e-4, abs=0)
 
 
 def test_first_pulses_of_a_batch() -> None:

@@ -147,9 +147,9 @@ def test_the_unit_of_a_local_shock_is_that_of_the_contact_ahead() -> None:
     assert unlike.rise_time == pytest.approx(like.rise_time, rel=1e-14)
     uniform = hc.Scene(hc.Chain(12, **STEEL), replace(pulse, granule=1))
     assert like.rise_time == pytest.approx(uniform.rise_time, rel=1e-14)
-    last = [replace(one, shock=replace(pulse, granule=12)).rise_time for one in scenes]
+    last = [replace(scene, shock=replace(pulse, granule=12)).rise_time for scene in scenes]
     assert last == pytest.approx([uniform.rise_time] * 2, rel=1e-14)
-    peaks = [hc.Native(rtol=1e-9).run(one).peak_force[4:] for one in scenes]
+    peaks = [hc.Native(rtol=1e-9).run(scene).peak_force[4:] for scene in scenes]
     assert peaks[1] == pytest.approx(peaks[0], rel=3e-9)
 
 
@@ -170,28 +170,28 @@ def flying(many: int) -> list[float]:
 def test_newtons_cradle(many: int) -> None:
     """Momentum and energy stay; seen by the beads that flew it is the cradle of the others."""
     scene = lasting(cradle(flying(many)))
-    found, other = (
-        hc.Native("reference", dt=0.002 * scene.contact_time).run(one)
-        for one in (scene, replace(scene, chain=cradle(flying(BEADS - many)).chain))
+    result, other = (
+        hc.Native("reference", dt=0.002 * scene.contact_time).run(scene)
+        for scene in (scene, replace(scene, chain=cradle(flying(BEADS - many)).chain))
     )
     mass = scene.granules.mass[0]
     # Rounding of some thousand steps; that of energy grows with them, of order 11 otherwise.
-    assert np.sum(found.velocity) == pytest.approx(many, rel=1e-13)
-    assert found.balance.momentum == pytest.approx(many * mass, rel=1e-13)
-    assert np.sum(found.velocity**2) == pytest.approx(many, rel=1e-12)
-    assert found.balance.energy == pytest.approx(many * mass / 2, rel=1e-12)
-    assert found.velocity == pytest.approx(1.0 - other.velocity[::-1], abs=1e-12)
-    assert found.peak_force == pytest.approx(other.peak_force[::-1], rel=1e-12)
+    assert np.sum(result.velocity) == pytest.approx(many, rel=1e-13)
+    assert result.balance.momentum == pytest.approx(many * mass, rel=1e-13)
+    assert np.sum(result.velocity**2) == pytest.approx(many, rel=1e-12)
+    assert result.balance.energy == pytest.approx(many * mass / 2, rel=1e-12)
+    assert result.velocity == pytest.approx(1.0 - other.velocity[::-1], abs=1e-12)
+    assert result.peak_force == pytest.approx(other.peak_force[::-1], rel=1e-12)
 
 
 def test_a_striker_is_the_short_form_for_granule_1() -> None:
     striker = hc.Scene(hc.Chain(BEADS, **STEEL), hc.Striker(1.0))
-    one = cradle(flying(1))
-    assert one.end_time == striker.end_time
-    assert one.momentum_ratio == striker.momentum_ratio
-    own, same = (hc.Native(rtol=1e-9).run(lasting(scene)) for scene in (striker, one))
+    thrown = cradle(flying(1))
+    assert thrown.end_time == striker.end_time
+    assert thrown.momentum_ratio == striker.momentum_ratio
+    result, same = (hc.Native(rtol=1e-9).run(lasting(scene)) for scene in (striker, thrown))
     # A striker's wave may leave granules behind, which these do not.
-    assert same.peak_force == pytest.approx(own.peak_force, rel=1e-9)
+    assert same.peak_force == pytest.approx(result.peak_force, rel=1e-9)
 
 
 FIRST_PUSHED = replace(PULSE, granule=1)
@@ -225,20 +225,20 @@ def test_files_and_tables(tmp_path: Path) -> None:
     scene = held(3, 8)
     unlike = {**STEEL, "radius": [1e-3, 2e-3] * 4}
     gapped = hc.Chain(8, **unlike, gap=1e-6, fixed=scene.chain.fixed)
-    for one in (scene, replace(scene, chain=gapped)):
+    for expected in (scene, replace(scene, chain=gapped)):
         path = tmp_path / "scene.toml"
-        one.to_toml(path)
-        assert hc.Scene.from_toml(path) == one
+        expected.to_toml(path)
+        assert hc.Scene.from_toml(path) == expected
 
 
 def test_no_wave_beyond_a_fixed_granule() -> None:
     """It is that of a chain that ends there, and of contacts behind nothing is awaited."""
     scene = held(9, granules=16)
     long, short = (
-        hc.Native(rtol=1e-8, wanted="first").run(one)
-        for one in (scene, replace(scene, chain=held(9, granules=9).chain))
+        hc.Native(rtol=1e-8, wanted="first").run(scene)
+        for scene in (scene, replace(scene, chain=held(9, granules=9).chain))
     )
-    waves = [usual_wave(one.scene, one.first_columns) for one in (long, short)]
+    waves = [usual_wave(result.scene, result.first_columns) for result in (long, short)]
     assert (waves[0].first, waves[0].last) == (waves[1].first, waves[1].last)
     assert waves[0].speed == pytest.approx(waves[1].speed, rel=1e-6)
     assert long.is_reached.tolist() == [True] * 8 + [False] * 7
@@ -259,9 +259,9 @@ def scene(near: hc.Wall | None = RIGID, shock: Any = None, **more: Any) -> hc.Sc
     return hc.Scene(hc.Chain(6, **chain), shock, hc.Run(2e-4), near_wall=near, **more)
 
 
-def damped(law: hc.Contact, own: float) -> hc.Scene:
+def damped(law: hc.Contact, parameter: float) -> hc.Scene:
     """A chain of unlike spheres between two walls; the near one has a damping of its own."""
-    near = RIGID.damped(law.with_parameter(own))
+    near = RIGID.damped(law.with_parameter(parameter))
     return scene(near, contact=law, wall=ELASTIC, chain={"radius": RADII})
 
 
@@ -281,38 +281,38 @@ NEAR_WALL = {
 @pytest.mark.lammps
 @pytest.mark.parametrize("kind", NEAR_WALL)
 def test_lammps_at_the_same_steps(kind: str) -> None:
-    made = NEAR_WALL[kind]
-    dt = 0.02 * made.contact_time
-    found = hc.Lammps(dt=dt, wanted="all").run(made)
-    other = hc.Native("velocity-verlet", dt=dt, wanted="all").run(made)
-    assert all(check.passed for check in [*same_steps_checks(found), *balance_checks(found)])
+    walled = NEAR_WALL[kind]
+    dt = 0.02 * walled.contact_time
+    result = hc.Lammps(dt=dt, wanted="all").run(walled)
+    other = hc.Native("velocity-verlet", dt=dt, wanted="all").run(walled)
+    assert all(check.passed for check in [*same_steps_checks(result), *balance_checks(result)])
     # Round-off, and what lies between readings: measured 5e-8; a near wall behind a pulse: 6e-11 N.
-    assert found.peak_force == pytest.approx(other.peak_force, rel=1e-7, abs=1e-9)
+    assert result.peak_force == pytest.approx(other.peak_force, rel=1e-7, abs=1e-9)
 
 
 def test_numbers_and_names(tmp_path: Path) -> None:
     gauges = hc.Gauge(contact=1), hc.Gauge(granule=1), hc.Gauge(contact=7)
-    made, path = scene(SAME, wall=RIGID, gauges=gauges), tmp_path / "scene.toml"
-    made.to_toml(path)
-    assert hc.Scene.from_toml(path) == made
-    assert [made.contact_label(k) for k in (1, 2, 7)] == ["near wall", "2", "wall"]
+    walled, path = scene(SAME, wall=RIGID, gauges=gauges), tmp_path / "scene.toml"
+    walled.to_toml(path)
+    assert hc.Scene.from_toml(path) == walled
+    assert [walled.contact_label(k) for k in (1, 2, 7)] == ["near wall", "2", "wall"]
     granules = NEAR_WALL["weight"].granules
     weight = 20 + 9.8 * granules.mass[1] * np.arange(7)
     assert granules.static_force == pytest.approx(weight, rel=1e-14)
-    found = hc.Native(rtol=1e-6).run(made, record=100)
-    written = hc.Native("scipy", rtol=1e-6).run(made)
-    allowed = found.error_estimate + written.error_estimate
-    assert written.peak_force == pytest.approx(found.peak_force, rel=allowed)
-    assert found.to_dict()["contacts"] == found.contact.tolist() == [1, 2, 3, 4, 5, 6, 7]
-    assert found.peak_at(1) == found.peak_force[0] > found.peak_at(3)
-    traces = found.to_traces()
-    history: Any = found.history
-    assert found.displacement.shape == history.displacement[0].shape == (6,)
+    result = hc.Native(rtol=1e-6).run(walled, record=100)
+    written = hc.Native("scipy", rtol=1e-6).run(walled)
+    allowed = result.error_estimate + written.error_estimate
+    assert written.peak_force == pytest.approx(result.peak_force, rel=allowed)
+    assert result.to_dict()["contacts"] == result.contact.tolist() == [1, 2, 3, 4, 5, 6, 7]
+    assert result.peak_at(1) == result.peak_force[0] > result.peak_at(3)
+    traces = result.to_traces()
+    history: Any = result.history
+    assert result.displacement.shape == history.displacement[0].shape == (6,)
     assert list(traces) == ["time_s", "near_wall_N", "gauge_1_N", "wall_N"]
     mean = np.mean(history.contact_force[:, :2], axis=1)
     assert traces["gauge_1_N"].to_numpy() == pytest.approx(mean)
     traces.to_csv(tmp_path / "traces.csv", index=False)
-    judged = hc.judge_traces(made, tmp_path / "traces.csv")
+    judged = hc.judge_traces(walled, tmp_path / "traces.csv")
     assert judged
     assert judged.traces.gauges == gauges
 
@@ -320,8 +320,8 @@ def test_numbers_and_names(tmp_path: Path) -> None:
 def test_steps_that_are_shorter_where_contacts_open_follow_contact_2() -> None:
     """The near wall's contact is as hard as steel, the others as rubber: measured 3e-11."""
     rubber = [193e9] + [1e6] * 5
-    made = replace(scene(chain={"young_modulus": rubber}), run=hc.Run(2e-2))
-    assert hc.Native("reference", wanted="all").run(made).error_estimate < 1e-10
+    walled = replace(scene(chain={"young_modulus": rubber}), run=hc.Run(2e-2))
+    assert hc.Native("reference", wanted="all").run(walled).error_estimate < 1e-10
 
 
 REFUSED: dict[str, tuple[Callable[[], Any], str]] = {
@@ -375,7 +375,7 @@ def test_refused(kind: str) -> None:
 
 
 def test_a_fixed_granule_takes_the_load_of_the_near_wall() -> None:
-    made = scene(
+    walled = scene(
         SAME, FOURTH_PUSHED, precompression=LOAD, chain={"fixed": [False, True] + [False] * 4}
     )
-    assert made.granules.static_force.tolist() == [20.0, 20.0, 0.0, 0.0, 0.0, 0.0]
+    assert walled.granules.static_force.tolist() == [20.0, 20.0, 0.0, 0.0, 0.0, 0.0]

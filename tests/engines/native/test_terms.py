@@ -126,8 +126,8 @@ def test_unlike_granules_that_are_alike_are_a_uniform_chain() -> None:
     assert alike == UNIFORM
     scene = hc.Scene(alike, PULSE)
     assert scene.is_plain
-    one, other = (hc.Native().run(s).peak_force for s in (scene, hc.Scene(UNIFORM, PULSE)))
-    assert np.array_equal(one, other)
+    peaks, other = (hc.Native().run(s).peak_force for s in (scene, hc.Scene(UNIFORM, PULSE)))
+    assert np.array_equal(peaks, other)
 
 
 WATCHED = {
@@ -281,8 +281,8 @@ FLIGHTS = {
 @pytest.mark.parametrize("exponent", [0.0, 0.25, 0.5])
 def test_a_load_presses_a_contact_again_that_has_not_opened(exponent: float) -> None:
     """Its damper had made the force 0 before; momentum and energy do not tell."""
-    one = np.ones(1)
-    chain = Chain(one, one, 0.5 * one, 0.1 * one, 0.3 * one, exponent, False)
+    unit = np.ones(1)
+    chain = Chain(unit, unit, 0.5 * unit, 0.1 * unit, 0.3 * unit, exponent, False)
     start, rows = np.array([[0.0], [1.0]]), np.array([[0.0, 30.0, 1, 0, 0, 0, 0, 0.0]])
     run = integrate_damped(chain, rows, start, 1e-10, 0.8)
     numbers = numbers_of_chain(chain, 1.0)

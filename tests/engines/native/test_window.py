@@ -92,9 +92,9 @@ def test_under_a_long_pulse_nothing_is_left_behind() -> None:
 
 
 def test_a_stopped_run_says_so() -> None:
-    found = outcome(paper_scene("cosine", 1.0, 2.0, 100), False, 0.1, np.array([-1.0, 0.0, 0.0]))
-    assert found.status == elastic_state.STOPPED
-    assert found.end < 5  # looked at every four natural time units
+    stopped = outcome(paper_scene("cosine", 1.0, 2.0, 100), False, 0.1, np.array([-1.0, 0.0, 0.0]))
+    assert stopped.status == elastic_state.STOPPED
+    assert stopped.end < 5  # looked at every four natural time units
 
 
 def double_pulse() -> hc.Scene:
@@ -193,8 +193,8 @@ def wave() -> Any:
     run = simulate(scene, scene.schedule(0.1 * scene.units.time), Walker(SRKN_11B))
     u, v, force = run.displacement, run.velocity, run.peaks.force[60]
     crest = int(np.argmax(v))
-    here = slice(crest - 8, crest + 9)
-    return (u[here] - u[crest + 10]) / force ** (2 / 3), v[here] / force ** (5 / 6)
+    span = slice(crest - 8, crest + 9)
+    return (u[span] - u[crest + 10]) / force ** (2 / 3), v[span] / force ** (5 / 6)
 
 
 def two_waves(wave: Any, height: float, distance: int, granules: int) -> Any:
@@ -249,11 +249,11 @@ def test_one_wave_is_told_from_others(wave: Any) -> None:
     assert height(0.0, 2 * energy, hardest) == 0
     assert height(1.0, 0.5, 0.0) == 0
     for pressed, expected in ((0.69, 0.0), (0.71, 1.0), (1.0005, 1.0), (1.002, 0.0)):
-        found = height(momentum, energy, pressed)
-        assert found == pytest.approx(expected, rel=1e-5, abs=0)
+        ratio = height(momentum, energy, pressed)
+        assert ratio == pytest.approx(expected, rel=1e-5, abs=0)
     for off, expected in ((9e-4, 1.0), (1.1e-3, 0.0)):
-        found = height(momentum, energy * (1 + off), hardest)
-        assert found == pytest.approx(expected, rel=1e-3, abs=0)
+        ratio = height(momentum, energy * (1 + off), hardest)
+        assert ratio == pytest.approx(expected, rel=1e-3, abs=0)
 
 
 @pytest.mark.parametrize(
