@@ -112,11 +112,11 @@ def test_a_planted_defect_is_found_in_its_rows(
     tmp_path: Path, name: str, edits: Sequence[tuple[str, str]], wrong: Sequence[str], right: str
 ) -> None:
     program = fake(tmp_path, edits, SINGLE if "single" in name else "")
-    found = hc.certify(program, only=[*wrong, right])
-    grades = {row.case.name: row.grade for row in found.rows}
+    report = hc.certify(program, only=[*wrong, right])
+    grades = {row.case.name: row.grade for row in report.rows}
     assert grades == {**dict.fromkeys(wrong, WRONG), right: ROUND_OFF}
-    assert found.status == 1
-    assert found.sentence.endswith(", ".join(wrong))
+    assert report.status == 1
+    assert report.sentence.endswith(", ".join(wrong))
 
 
 @pytest.mark.slow
@@ -138,19 +138,19 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[hc.Certificate, Pat
 
 
 def test_the_module_is_right_in_every_row(whole: tuple[hc.Certificate, Path]) -> None:
-    found, decks = whole
-    grades = {row.case.name: row.grade for row in found.rows}
+    report, decks = whole
+    grades = {row.case.name: row.grade for row in report.rows}
     assert grades == {
         name: UNTESTED if case.needs_ranks else ROUND_OFF for name, case in CASES.items()
     }
     of_lammps = {name for name, case in CASES.items() if case.of_lammps}
     assert of_lammps == {"gran/hertz/history", "granules over ranks", "restart in the middle"}
-    assert (found.status, len(list(decks.glob("in.*")))) == (0, len(CASES) - 1)
+    assert (report.status, len(list(decks.glob("in.*")))) == (0, len(CASES) - 1)
     for case in CASES.values():
         assert hc.Scene.from_toml(decks / f"{case.file}.toml") == case.scene
     assert all(
         "granular" in row.styles or "gran/hertz/history" in row.styles
-        for row in found.rows
+        for row in report.rows
         if row.passed
     )
 
@@ -164,8 +164,8 @@ def test_the_decks_that_the_matrix_links(whole: tuple[hc.Certificate, Path]) -> 
         name = f"in.{case.file}"
         assert hc.Scene.from_toml(DECKS / f"{case.file}.toml") == case.scene
         if not case.needs_ranks:
-            own, linked = (folder / name for folder in (whole[1], DECKS))
-            assert without_numbers(own.read_text()) == without_numbers(linked.read_text())
+            deck, linked = (folder / name for folder in (whole[1], DECKS))
+            assert without_numbers(deck.read_text()) == without_numbers(linked.read_text())
 
 
 EACH = [
@@ -176,10 +176,11 @@ EACH = [
 
 @pytest.mark.parametrize(("program", "right"), EACH)
 def test_other_codes(program: str, right: int, tmp_path: Path) -> None:
-    found = certify(program, folder=tmp_path)
-    assert found.sentence.startswith(f"{found.code} {found.version} ({program}): {right} right to ")
-    assert found.status == 0
-    assert [row.case.name for row in found.rows if row.grade == UNTESTED] == [
+    report = certify(program, folder=tmp_path)
+    start = f"{report.code} {report.version} ({program}): {right} right to "
+    assert report.sentence.startswith(start)
+    assert report.status == 0
+    assert [row.case.name for row in report.rows if row.grade == UNTESTED] == [
         name for name, case in CASES.items() if case.of_lammps
     ]
     assert len(list(tmp_path.glob("in.*"))) == right
@@ -194,16 +195,16 @@ def test_a_defect_planted_in_another_code(tmp_path: Path) -> None:
 
 
 def test_a_suffix_that_fell_back_is_not_tested() -> None:
-    found = certify(LMP, suffix="omp", only=["like granules", "gran/hertz/history", "gravity"])
-    assert [row.grade for row in found.rows] == [UNTESTED, ROUND_OFF, ROUND_OFF]
-    assert "granular ran without /omp" in found.rows[0].reason
-    assert "gran/hertz/history/omp" in found.rows[1].styles
-    assert found.status == 0
+    report = certify(LMP, suffix="omp", only=["like granules", "gran/hertz/history", "gravity"])
+    assert [row.grade for row in report.rows] == [UNTESTED, ROUND_OFF, ROUND_OFF]
+    assert "granular ran without /omp" in report.rows[0].reason
+    assert "gran/hertz/history/omp" in report.rows[1].styles
+    assert report.status == 0
 
 
 def test_a_package_that_is_not_there_is_not_supported() -> None:
-    found = certify(LMP, suffix="kk", only=["like granules"])
-    assert (found.rows[0].grade, found.status) == (UNSUPPORTED, 2)
+    report = certify(LMP, suffix="kk", only=["like granules"])
+    assert (report.rows[0].grade, report.status) == (UNSUPPORTED, 2)
 
 
 @pytest.mark.parametrize(("how", "word"), [
@@ -222,10 +223,10 @@ def test_a_program_that_is_missing_or_crashes(tmp_path: Path) -> None:
     crashing = certify(fake(tmp_path, [], "if text: os.kill(os.getpid(), 11)"), only=["striker"])
     assert "SIGSEGV" in crashing.rows[0].reason
     stopped = certify(fake(tmp_path, [], "if text: sys.exit(3)"), only=["striker"])
-    found = missing, crashing, stopped
-    grades = [(one.rows[0].grade, one.status) for one in found]
+    certificates = missing, crashing, stopped
+    grades = [(report.rows[0].grade, report.status) for report in certificates]
     assert grades == [(UNTESTED, 2), (WRONG, 1), (UNTESTED, 2)]
-    problems = [suite(one, datetime.now(UTC)).cases[0].problem for one in found]
+    problems = [suite(report, datetime.now(UTC)).cases[0].problem for report in certificates]
     assert problems == ["error", "failure", "error"]
 
 

@@ -95,12 +95,12 @@ def test_the_shipped_deck_is_the_generated_one(entry: Entry) -> None:
     shipped = (FOLDER / entry.name).read_text(encoding="utf-8")
     generated = entry.text()
     assert NUMBER.sub("#", shipped) == NUMBER.sub("#", generated)
-    for one, other in zip(NUMBER.findall(shipped), NUMBER.findall(generated), strict=True):
+    for number, other in zip(NUMBER.findall(shipped), NUMBER.findall(generated), strict=True):
         # Powers and roots may differ in their last digit from one C library to another, and are
         # written with twelve digits or more; errors with three or fewer.
         digits = len(other.partition("e")[0].replace(".", "").lstrip("0"))
         rel = 2e-11 if digits > 3 else 0.1
-        assert float(one) == pytest.approx(float(other), rel=rel, abs=0)
+        assert float(number) == pytest.approx(float(other), rel=rel, abs=0)
 
 
 def test_nothing_else_is_in_the_gallery() -> None:
@@ -142,9 +142,9 @@ def test_contacts_are_judged_where_looks_find_nearly_all_of_their_peaks() -> Non
     # Up to a thousandth, or ten times what most contacts cost, may be missed of a peak.
     for most, typical in ((1e-3, 1e-6), (2e-2, 2e-3)):
         error = np.array([typical, typical, typical, 0.9 * most, 1.1 * most])
-        known = KnownAnswer(np.ones(5), error)
-        assert known.judged.tolist() == [True, True, True, True, False]
-        assert known.largest_error == 0.9 * most
+        answer = KnownAnswer(np.ones(5), error)
+        assert answer.judged.tolist() == [True, True, True, True, False]
+        assert answer.largest_error == 0.9 * most
     weak = KnownAnswer(np.array([2.0, 2.1e-3, 1.9e-3]), np.full(3, 1e-6))
     assert weak.judged.tolist() == [True, True, False]
 
@@ -169,8 +169,8 @@ def test_contacts_that_a_run_leaves_rising_do_not_widen_what_the_others_may_have
     scene = small(40, 4e-4)
     path = written(scene, tmp_path, rtol=1e-4, watch_every=5)
     assert verdict(path) == "PASS"
-    known = known_answer(scene, lay_out(scene, rtol=1e-4, watch_every=5))
-    assert np.max(known.error[known.force_ratio > 1e-3]) > 0.01
+    answer = known_answer(scene, lay_out(scene, rtol=1e-4, watch_every=5))
+    assert np.max(answer.error[answer.force_ratio > 1e-3]) > 0.01
     text = path.read_text().replace("peak atom f_largest", "peak atom 1.005*f_largest")
     path.write_text(text)
     assert verdict(path) == "FAIL"
@@ -527,8 +527,8 @@ def test_the_step_is_one_for_the_wanted_accuracy(rtol: float) -> None:
     # First-order errors are erratic where contacts begin at a speed; 0.3 to 0.9 measured.
     for name in ("restitution", "viscoelastic", "dashpot"):
         scene = ALL[name]
-        known = known_answer(scene, lay_out(scene, rtol=rtol))
-        assert 0.2 * rtol < known.largest_error < 1.5 * rtol, name
+        answer = known_answer(scene, lay_out(scene, rtol=rtol))
+        assert 0.2 * rtol < answer.largest_error < 1.5 * rtol, name
 
 
 @pytest.mark.parametrize("scene", [EVERY_TERM, hc.Scene(CHAIN, PULSE)], ids=["terms", ""])

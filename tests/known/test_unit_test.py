@@ -59,8 +59,8 @@ class _AsWritten(yaml.SafeLoader):  # type: ignore[misc]
         """Refuse a repeated key: PyYAML takes the last."""
         keys = [key.value for key, _ in node.value]
         assert len(keys) == len(set(keys)), keys
-        found: dict[Any, Any] = super().construct_mapping(node, deep)
-        return found
+        entries: dict[Any, Any] = super().construct_mapping(node, deep)
+        return entries
 
 
 _AsWritten.yaml_implicit_resolvers = {}
@@ -68,9 +68,9 @@ _AsWritten.yaml_implicit_resolvers = {}
 
 def read(text: str) -> dict[str, str]:
     """Keys and values of the file, all of them text."""
-    found = yaml.load(text, _AsWritten)  # noqa: S506 - nothing but scalars can come of it
-    assert all(isinstance(value, str) for value in found.values())
-    return dict(found)
+    entries = yaml.load(text, _AsWritten)  # noqa: S506 - nothing but scalars can come of it
+    assert all(isinstance(value, str) for value in entries.values())
+    return dict(entries)
 
 
 def rows(block: str) -> FloatArray:
@@ -229,7 +229,7 @@ def test_gaps_stay_gaps() -> None:
     scene = paper_scene("cosine", 1.0, 2.0)
     diameter = 2 * scene.chain.radius
     motion = let_go(scene, np.array([-1.01, 0.0, 1.01]) * diameter, np.array([0.5, 1.0, 1.5]))
-    assert all(np.all(one.force == 0) for one in (motion.start, *motion.snapshots))
+    assert all(np.all(moment.force == 0) for moment in (motion.start, *motion.snapshots))
     time = motion.dt * sum(SEGMENTS)
     expected = motion.start.position + time * motion.start.velocity
     assert motion.snapshots[-1].position == pytest.approx(expected, rel=1e-14, abs=0)

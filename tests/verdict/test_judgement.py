@@ -19,22 +19,22 @@ from tests.conftest import STEEL, paper_scene
 
 def test_true_peaks_pass_without_a_cause(demo_reference: hc.Result) -> None:
     scene, peaks = demo_reference.scene, demo_reference.peak_force
-    found = hc.judge(scene, peaks, tolerance=1e-8)
-    assert (found.verdict, found.cause, found.remarks) == ("pass", None, ())
-    assert found.largest_difference == 0
-    assert [row["passed"] for row in found.rows] == [True] * 59
-    assert found.to_dict()["verdict"] == "pass"
+    ruling = hc.judge(scene, peaks, tolerance=1e-8)
+    assert (ruling.verdict, ruling.cause, ruling.remarks) == ("pass", None, ())
+    assert ruling.largest_difference == 0
+    assert [row["passed"] for row in ruling.rows] == [True] * 59
+    assert ruling.to_dict()["verdict"] == "pass"
     columns = ["contact", "given_N", "reference_N", "difference", "passed"]
-    assert found.to_frame().columns.tolist() == columns
+    assert ruling.to_frame().columns.tolist() == columns
     # So that ``assert hc.judge(...)`` is a test.
-    assert found
+    assert ruling
     assert not hc.judge(scene, 1.01 * peaks)
 
 
 def test_each_family_of_mistakes_is_said(demo_reference: hc.Result) -> None:
     said: list[str] = []
-    found = hc.judge(demo_reference.scene, 1.1 * demo_reference.peak_force, progress=said.append)
-    assert found.cause is not None
+    ruling = hc.judge(demo_reference.scene, 1.1 * demo_reference.peak_force, progress=said.append)
+    assert ruling.cause is not None
     names = [  # those that take seconds are left out, as another mistake explains everything
         "stiffness, mass or duration", "applied force", "units and numbers of the contacts",
         "number of granules", "the pulse", "steps too long",
@@ -43,15 +43,15 @@ def test_each_family_of_mistakes_is_said(demo_reference: hc.Result) -> None:
 
 
 def test_where_nothing_can_be_judged(demo_reference: hc.Result) -> None:
-    found = hc.judge(demo_reference.scene, demo_reference.peak_force)
-    none = replace(found, given=np.full_like(found.given, np.nan))
+    ruling = hc.judge(demo_reference.scene, demo_reference.peak_force)
+    none = replace(ruling, given=np.full_like(ruling.given, np.nan))
     assert (none.verdict, none.largest_difference, none.missing) == ("fail", None, none.given.size)
     assert none.summary == "no contact that was given is pressed enough to be judged"
-    sampled = replace(found, sampling=np.full_like(found.given, 2 * found.tolerance))
+    sampled = replace(ruling, sampling=np.full_like(ruling.given, 2 * ruling.tolerance))
     assert sampled.summary.endswith("is pressed enough and sampled often enough to be judged")
     assert (sampled.sampling_error, sampled.sampled_too_rarely) == (None, sampled.given.size)
-    often = replace(found, sampling=np.linspace(0, found.tolerance / 2, found.given.size))
-    assert often.sampling_error == found.tolerance / 2
+    often = replace(ruling, sampling=np.linspace(0, ruling.tolerance / 2, ruling.given.size))
+    assert often.sampling_error == ruling.tolerance / 2
     assert (often.sampled_too_rarely, often.verdict) == (0, "pass")
 
 
@@ -62,15 +62,15 @@ def test_peaks_of_no_contact_are_refused(demo: hc.Scene) -> None:
 
 def test_the_verdict_is_over_what_was_given(demo_reference: hc.Result) -> None:
     scene, peak = demo_reference.scene, demo_reference.peak_force
-    found = hc.judge(scene, {2: peak[0], 4: 1.002 * peak[2]})
-    assert found.verdict == "fail"
-    assert found.missing == 57
-    assert found.summary.startswith(
+    ruling = hc.judge(scene, {2: peak[0], 4: 1.002 * peak[2]})
+    assert ruling.verdict == "fail"
+    assert ruling.missing == 57
+    assert ruling.summary.startswith(
         "1 of 2 contacts differ by more than 1.0e-03 from the reference"
     )
-    assert found.summary.endswith("the largest difference is 2.0e-03")
-    assert [row["passed"] for row in found.rows[:4]] == [True, None, False, None]
-    assert found.remarks == ("the cause is sought where at least 6 contacts are judged",)
+    assert ruling.summary.endswith("the largest difference is 2.0e-03")
+    assert [row["passed"] for row in ruling.rows[:4]] == [True, None, False, None]
+    assert ruling.remarks == ("the cause is sought where at least 6 contacts are judged",)
     assert hc.judge(scene, {2: peak[0], 4: 1.002 * peak[2]}, tolerance=0.01).verdict == "pass"
 
 
@@ -79,14 +79,14 @@ def test_the_accuracy_that_a_step_should_have(demo_reference: hc.Result) -> None
     dt = 0.05 * scene.units.time
     run = hc.Native("velocity-verlet", dt).run(scene)
     said: list[str] = []
-    found = hc.judge(scene, run.peak_force, dt=dt, progress=said.append)
+    ruling = hc.judge(scene, run.peak_force, dt=dt, progress=said.append)
     assert said == ["reading results", "native: the reference method",
                     "native: velocity Verlet at that step"]  # fmt: skip
-    assert found.largest_difference == pytest.approx(found.expected.interpolated, rel=1e-6, abs=0)
+    assert ruling.largest_difference == pytest.approx(ruling.expected.interpolated, rel=1e-6, abs=0)
     times = np.unique(np.concatenate([_ends(leg) for leg in scene.schedule(dt)]))
     force = hc.Native("velocity-verlet", dt).run(scene, record=times).history
     off = np.max(np.abs(force.contact_force.max(axis=0) / demo_reference.peak_force - 1))
-    assert found.expected.sampled == pytest.approx(float(off), rel=1e-6, abs=0)
+    assert ruling.expected.sampled == pytest.approx(float(off), rel=1e-6, abs=0)
 
 
 @pytest.mark.parametrize("dt", [None, 1e-7])
@@ -94,11 +94,11 @@ def test_peaks_before_a_wall_are_judged(dt: float | None) -> None:
     chain = paper_scene("cosine", 1.0, 2.0, 8).chain
     scene = hc.Scene(chain, hc.Striker(1.0), wall=hc.Wall("rigid"))
     true = hc.Native("reference").run(scene).peak_force
-    found = hc.judge(scene, 1.01 * true, dt=dt)
+    ruling = hc.judge(scene, 1.01 * true, dt=dt)
     # The reference is right to 1e-9 here.
-    assert found.largest_difference == pytest.approx(0.01, rel=1e-6, abs=0)
-    assert (found.verdict, found.passed.tolist()) == ("fail", [False] * 8)
-    assert (found.expected is None) == (dt is None)
+    assert ruling.largest_difference == pytest.approx(0.01, rel=1e-6, abs=0)
+    assert (ruling.verdict, ruling.passed.tolist()) == ("fail", [False] * 8)
+    assert (ruling.expected is None) == (dt is None)
 
 
 def _ends(leg: Leg) -> FloatArray:
@@ -146,15 +146,15 @@ def test_incident_peaks_are_judged_as_first_pulses() -> None:
     incident = hc.Native(rtol=1e-9).run(long).first_pulses
     given = np.full(walled.last_contact - 1, np.nan)
     given[1:9] = incident.force[1:9]
-    found = hc.judge(walled, given, tolerance=1e-6)
-    assert (found.verdict, found.compared_with) == ("pass", "first pulses")
-    assert found.to_dict()["compared_with"] == "first pulses"
-    assert np.count_nonzero(found.judged) == 8
+    ruling = hc.judge(walled, given, tolerance=1e-6)
+    assert (ruling.verdict, ruling.compared_with) == ("pass", "first pulses")
+    assert ruling.to_dict()["compared_with"] == "first pulses"
+    assert np.count_nonzero(ruling.judged) == 8
     # A tenth of them would fail against the largest forces, most of which are reflected.
     largest = hc.Native(rtol=1e-9).run(walled).peak_force
     assert np.all(np.abs(given[1:9] / largest[1:9] - 1) > 1e-3)
-    again = hc.judge(walled, largest, tolerance=1e-6)
-    assert (again.verdict, again.compared_with) == ("pass", "largest forces")
+    of_largest = hc.judge(walled, largest, tolerance=1e-6)
+    assert (of_largest.verdict, of_largest.compared_with) == ("pass", "largest forces")
     wrong = hc.judge(walled, 1.003 * given, tolerance=1e-3)
     assert wrong.verdict == "fail"
 
@@ -182,10 +182,10 @@ def test_a_mistake_is_found_by_first_pulses() -> None:
     scene = hc.Scene(hc.Chain(12, **STEEL), hc.Striker(1.0), hc.Run(4e-4), wall=hc.Wall("rigid"))
     soft = replace(scene, chain=replace(scene.chain, young_modulus=0.9 * STEEL["young_modulus"]))
     first = hc.Native(rtol=1e-9).run(soft).first_pulses
-    found = hc.judge(scene, first.force, tolerance=1e-4)
-    assert found.verdict == "fail"
-    assert found.compared_with == "first pulses"
-    assert "0.9" in str(found.cause)
+    ruling = hc.judge(scene, first.force, tolerance=1e-4)
+    assert ruling.verdict == "fail"
+    assert ruling.compared_with == "first pulses"
+    assert "0.9" in str(ruling.cause)
 
 
 def test_one_or_two_peaks_are_compared_with_the_largest_forces() -> None:
@@ -198,6 +198,6 @@ def test_one_or_two_peaks_are_compared_with_the_largest_forces() -> None:
     for places in ((30, 35), (5, 35)):
         given = np.full(peaks.size, np.nan)
         given[list(places)] = peaks[list(places)] * [1.05, 1.3]
-        found = hc.judge(scene, given, tolerance=1e-3)
-        assert (found.verdict, found.compared_with) == ("fail", "largest forces")
-        assert np.count_nonzero(found.judged) == 2
+        ruling = hc.judge(scene, given, tolerance=1e-3)
+        assert (ruling.verdict, ruling.compared_with) == ("fail", "largest forces")
+        assert np.count_nonzero(ruling.judged) == 2
